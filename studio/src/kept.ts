@@ -3,16 +3,6 @@ import type { Wire } from "./carrier";
 
 const FOLDER = "programs";
 
-interface Access {
-  getSize(): number;
-  read(into: Uint8Array): number;
-  truncate(size: number): void;
-  write(bytes: Uint8Array): number;
-  flush(): void;
-  close(): void;
-}
-/** TypeScript's list of a page's classes lacks what only workers have. */
-type Handle = FileSystemFileHandle & { createSyncAccessHandle(): Promise<Access> };
 type Folder = FileSystemDirectoryHandle & AsyncIterable<[string, FileSystemHandle]>;
 
 /** A change that was asked for, and is kept when the station has answered that it is done. */
@@ -40,7 +30,7 @@ export class Kept {
     if (this.folder === null) return;
     for await (const [name, handle] of this.folder) {
       if (handle.kind !== "file") continue;
-      yield [name, new Uint8Array(await (await (handle as Handle).getFile()).arrayBuffer())];
+      yield [name, new Uint8Array(await (await (handle as FileSystemFileHandle).getFile()).arrayBuffer())];
     }
   }
 
@@ -78,7 +68,7 @@ export class Kept {
 
   write(name: string, bytes: Uint8Array): void {
     this.does(async () => {
-      const handle = (await this.folder!.getFileHandle(name, { create: true })) as Handle;
+      const handle = await this.folder!.getFileHandle(name, { create: true });
       const access = await handle.createSyncAccessHandle();
       access.truncate(0);
       access.write(bytes);

@@ -6,7 +6,7 @@ import { Client, LINE_ENDED, type Method, type Params, type Result, RpcError } f
 import { t } from "./i18n";
 import { log } from "./log";
 import { choose } from "./serial";
-import { lastArm, ownName, used } from "./settings";
+import { lastArm, ownName, remember, remembered, used } from "./settings";
 import * as store from "./store";
 
 /** States a second. */
@@ -20,9 +20,9 @@ const SILENT = 1500;
 const CHECKING = 60_000;
 /** A worker with a real arm that is silent for so long more is ended. */
 const DEAD = 8000;
-const RESUME = "magician.resume";
+const RESUME = "resume";
 /** A token is kept until the tab is closed: tablets are shared. */
-const TOKEN = "magician.token";
+const TOKEN = "token";
 
 let client: Client | null = null;
 let address: { url: string; token: string } | null = null;
@@ -51,13 +51,9 @@ export function apiUrl(text: string): string | null {
 export function connect(url: string, token: string): void {
   disconnect();
   address = { url, token };
-  try {
-    if (token) sessionStorage.setItem(TOKEN, token);
-    resume = sessionStorage.getItem(RESUME);
-    sessionStorage.removeItem(RESUME);
-  } catch {
-    resume = null;
-  }
+  if (token) remember("sessionStorage", TOKEN, token);
+  resume = remembered("sessionStorage", RESUME);
+  remember("sessionStorage", RESUME, null);
   const isSim = url.startsWith(SIM);
   used.value = isSim ? "sim" : "none";
   store.backend.value = isSim ? "sim" : url.startsWith(SERIAL) ? "serial" : "station";
@@ -88,13 +84,7 @@ function portFails(why: NonNullable<typeof store.portFault.value>, more = ""): v
 /** The virtual arm of the page itself. */
 export const connectSim = (): void => connect(`${SIM}${store.simSpeed}`, "");
 
-export function keptToken(): string {
-  try {
-    return sessionStorage.getItem(TOKEN) ?? "";
-  } catch {
-    return "";
-  }
-}
+export const keptToken = (): string => remembered("sessionStorage", TOKEN) ?? "";
 
 export function disconnect(): void {
   clearTimeout(again);
@@ -452,9 +442,5 @@ addEventListener("pagehide", () => {
     // A page that is shown again begins anew.
     disconnect();
   }
-  try {
-    if (resume !== null) sessionStorage.setItem(RESUME, resume);
-  } catch {
-    // Then the page begins a new session.
-  }
+  if (resume !== null) remember("sessionStorage", RESUME, resume);
 });

@@ -5,7 +5,7 @@ import { tokenFor } from "../pairing";
 import { serial } from "../serial";
 import { apiUrl, connect, connectSerial, connectSim, disconnect, keptToken } from "../session";
 import * as store from "../store";
-import { Card, Do } from "../ui/parts";
+import { Card, Do, TextField } from "../ui/parts";
 
 /** What stands beside the button: what it does, or why it does nothing here. */
 function serialHint() {
@@ -44,9 +44,7 @@ export function Connect() {
           >
             {t("connect.sim")}
           </Do>
-          <p id="sim-why" class="hint">
-            {t("connect.sim.why")}
-          </p>
+          <p id="sim-why" class="hint">{t("connect.sim.why")}</p>
         </div>
         <div class="way">
           <Do
@@ -63,49 +61,22 @@ export function Connect() {
         </div>
       </div>
       <form class="server" onSubmit={go}>
-        <label class="field">
-          <span>{t("connect.url")}</span>
-          <input
-            type="text"
-            inputMode="url"
-            autoComplete="off"
-            autoCapitalize="off"
-            spellcheck={false}
-            aria-label={t("connect.url")}
-            data-testid="station-url"
-            value={url.value}
-            aria-invalid={bad.value}
-            aria-describedby="station-hint"
-            onInput={(event) => (url.value = event.currentTarget.value)}
-          />
-          <small id="station-hint" class={bad.value || refused !== null ? "bad" : ""} role="status">
-            {bad.value ? t("connect.bad") : refused !== null ? t(`connect.${refused}.refused`) : t("connect.station.text")}
-          </small>
-        </label>
-        <label class="field">
-          <span>{t("connect.token")}</span>
-          <input
-            type="text"
-            autoComplete="off"
-            autoCapitalize="off"
-            spellcheck={false}
-            aria-label={t("connect.token")}
-            data-testid="station-token"
-            value={token.value}
-            aria-describedby="token-hint"
-            onInput={(event) => (token.value = event.currentTarget.value)}
-          />
-          <small id="token-hint">{t("connect.token.hint")}</small>
-        </label>
+        <TextField
+          id="station-url"
+          label={t("connect.url")}
+          value={url.value}
+          inputMode="url"
+          live
+          set={(text) => (url.value = text)}
+          bad={bad.value || refused !== null}
+          hint={bad.value ? t("connect.bad") : refused !== null ? t(`connect.${refused}.refused`) : t("connect.station.text")}
+        />
+        <TextField id="station-token" label={t("connect.token")} value={token.value} live set={(text) => (token.value = text)} hint={t("connect.token.hint")} />
         <div class="server-buttons">
           <button type="submit" class={isOn || store.isStatic.value ? "" : "primary"} data-testid="connect-station">
             {t("connect.station")}
           </button>
-          {isOn ? (
-            <Do class="quiet" press={disconnect}>
-              {t("connect.end")}
-            </Do>
-          ) : null}
+          {isOn ? <Do class="quiet" text={t("connect.end")} press={disconnect} /> : null}
         </div>
       </form>
       {location.protocol === "https:" ? <p class="hint">{t("connect.mixed")}</p> : null}

@@ -5,7 +5,7 @@ import { t } from "../i18n";
 import * as check from "../run/check";
 import { isArmed, watchArmed } from "../run/laser";
 import * as store from "../store";
-import { Card, Do, Switch } from "../ui/parts";
+import { Card, Do, Switch, TextField } from "../ui/parts";
 import { JobCard } from "./job";
 import { Sheet } from "./sheet";
 import { OptionsCard, Start, title, useWorkshop, What, why } from "./workshop";
@@ -29,14 +29,17 @@ function TestGrid() {
       <p class="hint">{t("laser.grid.text")}</p>
       <div class="setup">
         {GRID.map((name) => (
-          <label key={name} class="field">
-            <span>{t(`laser.grid.${name}`)}</span>
-            <input type="text" autocomplete="off" placeholder={t("setup.unset")} disabled={off} data-testid={`testgrid-${name}`} value={grid.value[name] ?? ""} onChange={(event) => lay({ ...grid.value, [name]: event.currentTarget.value }, isGrid())} />
-          </label>
+          <TextField
+            key={name}
+            id={`testgrid-${name}`}
+            label={t(`laser.grid.${name}`)}
+            value={grid.value[name] ?? ""}
+            placeholder={t("setup.unset")}
+            off={off}
+            set={(text) => lay({ ...grid.value, [name]: text }, isGrid())}
+          />
         ))}
-        <Do id="laser-testgrid" aria-pressed={isGrid()} off={off} press={() => lay(grid.value)}>
-          {t("laser.grid.lay")}
-        </Do>
+        <Do id="laser-testgrid" aria-pressed={isGrid()} off={off} text={t("laser.grid.lay")} press={() => lay(grid.value)} />
       </div>
     </Card>
   );
@@ -56,10 +59,8 @@ export function Engrave() {
           because={isArmed.value ? null : "laser.unarmed"}
           more={
             <div class="laser-do">
-              <Do id="laser-frame" off={off || check.chosen.value === null} why="draw-why" press={frame} title={t("laser.frame.text")}>
-                {t("laser.frame")}
-              </Do>
-              <Switch label={t("laser.arm")} testId="laser-arm" on={isArmed.value} disabled={off} reason="draw-why" danger flip={(on) => (isArmed.value = on)} />
+              <Do id="laser-frame" off={off || check.chosen.value === null} why="draw-why" text={t("laser.frame")} press={frame} title={t("laser.frame.text")} />
+              <Switch id="laser-arm" label={t("laser.arm")} on={isArmed.value} off={off} why="draw-why" danger flip={(on) => (isArmed.value = on)} />
             </div>
           }
         />

@@ -6,7 +6,7 @@ import type { Params } from "../client";
 import { call, shown } from "../session";
 import { hasTried } from "../settings";
 import * as store from "../store";
-import { Card, Do } from "../ui/parts";
+import { Card, Do, TextField } from "../ui/parts";
 
 const TRIES = ["wave", "house", "circle"] as const;
 type Try = (typeof TRIES)[number];
@@ -40,33 +40,19 @@ export function FirstSteps() {
     if (text !== "" && why === null) void start(async () => ({ text, format: "text", setup: LETTERS }));
   };
   const done = (
-    <Do id="first-close" class="quiet small" press={() => (hasTried.value = "yes")}>
-      {t("close")}
-    </Do>
+    <Do id="first-close" class="quiet small" text={t("close")} press={() => (hasTried.value = "yes")} />
   );
   return (
     <Card title={t("first.title")} class="first" more={done}>
       <ul class="tries">
         {TRIES.map((what) => (
           <li key={what}>
-            <Do id={`first-${what}`} class="primary" off={why !== null} aria-describedby="first-why" press={() => go(what)}>
-              {t(`first.${what}`)}
-            </Do>
+            <Do id={`first-${what}`} class="primary" off={why !== null} aria-describedby="first-why" text={t(`first.${what}`)} press={() => go(what)} />
           </li>
         ))}
       </ul>
       <form class="tries first-name" onSubmit={write}>
-        <label class="field">
-          <span>{t("first.name")}</span>
-          <input
-            type="text"
-            maxLength={30}
-            autoComplete="off"
-            data-testid="first-name"
-            value={name.value}
-            onInput={(event) => (name.value = event.currentTarget.value)}
-          />
-        </label>
+        <TextField id="first-name" label={t("first.name")} value={name.value} most={30} live set={(text) => (name.value = text)} />
         <button type="submit" data-testid="first-write" disabled={why !== null || name.value.trim() === ""} aria-describedby="first-why">
           {t("first.write")}
         </button>

@@ -2,7 +2,7 @@
 import { t } from "../i18n";
 import * as jog from "../jog";
 import * as store from "../store";
-import { Card, Choice } from "../ui/parts";
+import { Card, Choice, Field, Pick } from "../ui/parts";
 
 interface ButtonProps {
   axis: jog.Axis;
@@ -89,11 +89,7 @@ export function JogPad() {
       }
     >
       <Status />
-      {store.backend.value === "serial" ? (
-        <p class="hint" data-testid="jog-note">
-          {t("jog.note")}
-        </p>
-      ) : null}
+      {store.backend.value === "serial" ? <p class="hint" data-testid="jog-note">{t("jog.note")}</p> : null}
       <div
         class={`jog-pad ${joints ? "joints" : "base"}`}
         data-testid="jog-pad"
@@ -152,24 +148,10 @@ export function JogPad() {
             { value: "step", text: t("jog.step"), testId: "jog-mode-step" },
           ]}
         />
-        <label class="field">
-          <span>{t("jog.size")}</span>
-          <select
-            data-testid="jog-step-size"
-            value={String(jog.stepSize.value)}
-            onChange={(event) => (jog.stepSize.value = Number(event.currentTarget.value))}
-          >
-            {jog.STEPS.map((n) => (
-              <option key={n} value={String(n)}>
-                {t("jog.unit", { n })}
-              </option>
-            ))}
-          </select>
-        </label>
-        <label class="field">
-          <span>
-            {t("jog.speed")} <b class="number">{jog.speed.value} %</b>
-          </span>
+        <Field label={t("jog.size")}>
+          <Pick id="jog-step-size" value={jog.stepSize.value} options={jog.STEPS.map((n) => ({ value: n as number, text: t("jog.unit", { n }) }))} choose={(size) => (jog.stepSize.value = size)} />
+        </Field>
+        <Field label={<>{t("jog.speed")} <b class="number">{jog.speed.value} %</b></>}>
           <input
             type="range"
             min={1}
@@ -178,7 +160,7 @@ export function JogPad() {
             data-testid="jog-speed"
             onInput={(event) => (jog.speed.value = Number(event.currentTarget.value))}
           />
-        </label>
+        </Field>
       </div>
     </Card>
   );

@@ -9,7 +9,7 @@ import { io, levels, watchOf, watchPins } from "../pins";
 import { at, beat, POSE, type Readings, readings, snapshot } from "../ring";
 import { theme } from "../settings";
 import * as store from "../store";
-import { Card, Choice, Do } from "../ui/parts";
+import { Card, Choice, Do, Heads } from "../ui/parts";
 import "./plot.css";
 
 type Group = "tip" | "joints" | "speed" | "queue" | "pins";
@@ -217,9 +217,7 @@ export function Plots() {
         title={t("nav.plots")}
         more={
           <div class="sheet-buttons">
-            <Do id="plot-pause" aria-pressed={held.value !== null} press={() => hold(held.value === null)}>
-              {t(held.value === null ? "plot.pause" : "plot.go")}
-            </Do>
+            <Do id="plot-pause" aria-pressed={held.value !== null} text={t(held.value === null ? "plot.pause" : "plot.go")} press={() => hold(held.value === null)} />
             <Do id="plot-export" class="quiet" off={from.count === 0} press={() => save(`${store.armName.value ?? "arm"}-readings.csv`, csv(source.current()))}>
               {t("plot.export")}
             </Do>
@@ -274,15 +272,7 @@ export function Plots() {
       <Card title={t("plot.last")}>
         <div class="plot-table" role="region" aria-label={t("plot.last")} tabIndex={0}>
           <table id="plot-table" data-testid="plot-table">
-            <thead>
-              <tr>
-                {["s", ...POSE, "mm/s", t("plot.index"), t("plot.left"), t("alarms.title")].map((name) => (
-                  <th key={name} scope="col">
-                    {name}
-                  </th>
-                ))}
-              </tr>
-            </thead>
+            <Heads names={["s", ...POSE, "mm/s", t("plot.index"), t("plot.left"), t("alarms.title")]} />
             <tbody>
               {rows.map((row, nth) => (
                 <tr key={nth}>

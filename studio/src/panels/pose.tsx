@@ -29,12 +29,8 @@ function Value({ name, unit }: { name: Name; unit: string }) {
 export function Pose() {
   return (
     <section class="card pose" role="group" aria-label={t("pose.title")}>
-      <div class="values">
-        {TIP.map(([name, unit]) => <Value key={name} name={name} unit={unit} />)}
-      </div>
-      <div class="values">
-        {JOINTS.map(([name, unit]) => <Value key={name} name={name} unit={unit} />)}
-      </div>
+      <div class="values">{TIP.map(([name, unit]) => <Value key={name} name={name} unit={unit} />)}</div>
+      <div class="values">{JOINTS.map(([name, unit]) => <Value key={name} name={name} unit={unit} />)}</div>
     </section>
   );
 }

@@ -4,7 +4,7 @@ import { t, told } from "../i18n";
 import * as check from "../run/check";
 import * as library from "../run/programs";
 import * as store from "../store";
-import { Card, Do, Drop, OpenFile } from "../ui/parts";
+import { Card, Do, Drop, Heads, OpenFile } from "../ui/parts";
 
 const ACCEPT = ".gcode,.nc,.ngc,.gc,.g,.tap,.svg,.svgz,.dxf,.plt,.hpgl,.png,.jpg,.jpeg,.bmp,.webp,.gif,.tif,.tiff,.playback,.blockly,.csv,.xyz,.json,.plan,.xml,.txt";
 
@@ -29,16 +29,7 @@ export function Programs() {
         ) : (
           <div class="scroll" tabIndex={0} role="group" aria-label={t("programs.title")}>
             <table>
-              <thead>
-                <tr>
-                  <th scope="col">{t("programs.name")}</th>
-                  <th scope="col">{t("programs.format")}</th>
-                  <th scope="col">{t("programs.size")}</th>
-                  <th scope="col">
-                    <span class="unseen">{t("programs.delete")}</span>
-                  </th>
-                </tr>
-              </thead>
+              <Heads names={[t("programs.name"), t("programs.format"), t("programs.size"), t("programs.delete")]} unseen={[t("programs.delete")]} />
               <tbody>
                 {all.map((program) => (
                   <Program key={program.name} program={program} />
@@ -63,19 +54,11 @@ function Program({ program }: { program: library.Entry }) {
     });
   return (
     <tr data-testid={`program-${name}`} aria-selected={isSelected}>
-      <th scope="row">
-        <button type="button" class="link" aria-pressed={isSelected} onClick={pick}>
-          {name}
-        </button>
-      </th>
+      <th scope="row"><button type="button" class="link" aria-pressed={isSelected} onClick={pick}>{name}</button></th>
       <td onClick={pick}>{formatOf(format)}</td>
-      <td class="number" onClick={pick}>
-        {size(bytes)}
-      </td>
+      <td class="number" onClick={pick}>{size(bytes)}</td>
       <td>
-        <Do id={`delete-${name}`} class="quiet small icon" label={t("programs.deleteOne", { name })} off={store.role.value === "viewer"} press={remove}>
-          ✕
-        </Do>
+        <Do id={`delete-${name}`} class="quiet small icon" label={t("programs.deleteOne", { name })} off={store.role.value === "viewer"} text="✕" press={remove} />
       </td>
     </tr>
   );

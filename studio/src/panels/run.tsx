@@ -5,7 +5,7 @@ import * as check from "../run/check";
 import * as jobs from "../run/jobs";
 import * as store from "../store";
 import { ArmView } from "../view/view";
-import { Card, Do, Times } from "../ui/parts";
+import { Card, Do, Times, Why } from "../ui/parts";
 import { JobCard, PastJobs } from "./job";
 import { Pose } from "./pose";
 import { formatOf, Programs, size } from "./programs";
@@ -28,30 +28,20 @@ function Selected() {
   return (
     <Card title={program.name} class="selected">
       <div class="file-facts">
-        <p class="hint">
-          {formatOf(program.format)} · {size(program.bytes)}
-        </p>
+        <p class="hint">{formatOf(program.format)} · {size(program.bytes)}</p>
         <Picture key={program.name} program={program} />
       </div>
       <Options />
       <Found />
       <div class="buttons-row">
-        <Do id="run-start" class="primary" off={reason !== null || program.format === null} why="start-why" press={start}>
-          {t("run.start")}
-        </Do>
-        <Do id="run-check" off={!store.isUp.value || program.format === null} press={check.check}>
-          {t("run.check")}
-        </Do>
+        <Do id="run-start" class="primary" off={reason !== null || program.format === null} why="start-why" text={t("run.start")} press={start} />
+        <Do id="run-check" off={!store.isUp.value || program.format === null} text={t("run.check")} press={check.check} />
         <button type="button" data-testid="run-preview" data-shown={isShown} aria-pressed={isShown} disabled={!store.isUp.value} onClick={look}>
           {t("run.preview")}
         </button>
         <Times id="run-loops" label={t("run.times")} hint={t("run.times.hint")} value={loops} />
       </div>
-      {reason !== null ? (
-        <p id="start-why" class="hint">
-          {t(reason)}
-        </p>
-      ) : null}
+      <Why id="start-why" text={reason === null ? null : t(reason)} />
       <Unseen />
     </Card>
   );

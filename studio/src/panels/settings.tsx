@@ -3,7 +3,7 @@ import { LANGUAGES, t } from "../i18n";
 import { rename } from "../session";
 import { language, ownName, type Theme, theme } from "../settings";
 import * as store from "../store";
-import { Card, Choice } from "../ui/parts";
+import { Card, Choice, TextField } from "../ui/parts";
 import type { Sides } from "../view/fence";
 import { ArmView } from "../view/view";
 
@@ -62,25 +62,19 @@ export function Settings() {
   return (
     <div class="columns">
       <Card title={t("settings.you")}>
-        <label class="field">
-          <span>{t("settings.name")}</span>
-          <input
-            type="text"
-            maxLength={40}
-            autoComplete="nickname"
-            placeholder={t("settings.usualName")}
-            data-testid="settings-name"
-            value={ownName.value}
-            aria-describedby="name-hint"
-            onChange={(event) => {
-              ownName.value = event.currentTarget.value.trim();
-              rename();
-            }}
-          />
-        </label>
-        <p id="name-hint" class="hint">
-          {t("settings.name.hint")}
-        </p>
+        <TextField
+          id="settings-name"
+          label={t("settings.name")}
+          value={ownName.value}
+          most={40}
+          autocomplete="nickname"
+          placeholder={t("settings.usualName")}
+          hint={t("settings.name.hint")}
+          set={(text) => {
+            ownName.value = text.trim();
+            rename();
+          }}
+        />
         <Choice<string>
           name="language"
           label={t("settings.language")}
@@ -100,9 +94,7 @@ export function Settings() {
             { value: "dark", text: t("settings.dark"), testId: "settings-theme-dark" },
           ]}
         />
-        <p class="hint">
-          <a href="licences.txt">{t("settings.licences")}</a>
-        </p>
+        <p class="hint"><a href="licences.txt">{t("settings.licences")}</a></p>
       </Card>
       <div class="fence-side">
         <Fence />

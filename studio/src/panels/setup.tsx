@@ -7,10 +7,11 @@ import * as check from "../run/check";
 import * as jobs from "../run/jobs";
 import * as library from "../run/programs";
 import * as store from "../store";
+import { Field, Pick, TextField } from "../ui/parts";
 import { world } from "../view/seen";
 import "./run.css";
 
-function Field({ option }: { option: check.Option }) {
+function Asked({ option }: { option: check.Option }) {
   const { name, kind, unit, choices, about } = option;
   const label = told(`setup.${name}`, about);
   const value = check.values.value[name] ?? "";
@@ -23,33 +24,16 @@ function Field({ option }: { option: check.Option }) {
       </label>
     );
   }
-  const hint = kind === "point" ? `x, y ${unit}` : unit === "deg" ? "°" : unit;
-  return (
-    <label class="field">
-      <span>
-        {label} <small>{kind === "choice" ? "" : hint}</small>
-      </span>
-      {kind === "choice" ? (
-        <select data-testid={`setup-${name}`} value={value || (choices[0] ?? "")} onChange={(event) => set(event.currentTarget.value)}>
-          {choices.map((choice) => (
-            <option key={choice} value={choice}>
-              {told(`setup.${name}.${choice}`, told(`tools.${choice}`, choice))}
-            </option>
-          ))}
-        </select>
-      ) : (
-        <input
-          type="text"
-          inputMode={kind === "number" ? "decimal" : undefined}
-          autocomplete="off"
-          placeholder={t("setup.unset")}
-          data-testid={`setup-${name}`}
-          value={value}
-          onChange={(event) => set(event.currentTarget.value)}
-        />
-      )}
-    </label>
-  );
+  if (kind === "choice") {
+    const textOf = (choice: string) => told(`setup.${name}.${choice}`, told(`tools.${choice}`, choice));
+    return (
+      <Field label={label}>
+        <Pick id={`setup-${name}`} value={value || (choices[0] ?? "")} options={choices.map((choice) => ({ value: choice, text: textOf(choice) }))} choose={set} />
+      </Field>
+    );
+  }
+  const shown = kind === "point" ? `x, y ${unit}` : unit === "deg" ? "°" : unit;
+  return <TextField id={`setup-${name}`} label={label} unit={shown} value={value} placeholder={t("setup.unset")} inputMode={kind === "number" ? "decimal" : undefined} set={set} />;
 }
 
 /** What a person is asked of a program. */
@@ -59,7 +43,7 @@ export function Options() {
   return (
     <div class="setup" role="group" aria-label={t("setup.title")}>
       {asked.map((option) => (
-        <Field key={option.name} option={option} />
+        <Asked key={option.name} option={option} />
       ))}
     </div>
   );
@@ -156,9 +140,7 @@ export function Found() {
       </p>
       {report.complaints.length > 0 ? <Complaints report={report} program={program} /> : null}
       {(report.notes ?? []).map((note, nth) => (
-        <p key={nth} class="hint">
-          {note.text}
-        </p>
+        <p key={nth} class="hint">{note.text}</p>
       ))}
     </>
   );

@@ -6,7 +6,8 @@ import * as check from "../run/check";
 import { change, found, isFound, type Place, place, type Point, setWidth, size, turned, wanted } from "../run/place";
 import { call } from "../session";
 import * as store from "../store";
-import { Do, NumberInput } from "../ui/parts";
+import { Do, Field, NumberInput } from "../ui/parts";
+import { boundsOf, type Frame, pathOf, UP, viewBox } from "../view/flat";
 import { drawn, watchWorld } from "../view/seen";
 import "./sheet.css";
 
@@ -26,19 +27,18 @@ const [GROWS, TURNS] = [1.05, 15];
 const CORNERS: readonly Point[] = [[-1, -1], [1, -1], [1, 1], [-1, 1]];
 
 const outlines = signal<number[][][]>([]);
-const d = (points: ReadonlyArray<readonly number[]>) => `M${points.map(([x = 0, y = 0]) => `${x} ${y}`).join("L")}`;
 
 /** The lines of the picture, those of a colour in one path. */
 const paths = computed(() => {
   const all = new Map<string, string[]>();
   for (const { points, reachable } of check.report.value?.preview?.strokes ?? []) {
     const key = reachable ? "var(--planned)" : "unreachable";
-    all.set(key, [...(all.get(key) ?? []), d(points)]);
+    all.set(key, [...(all.get(key) ?? []), pathOf(points)]);
   }
   return [...all].map(([key, lines]) => ({ key, path: lines.join("") }));
 });
 /** The whole way of the tip over the sheet, from line to line. */
-const way = computed(() => d((check.report.value?.preview?.strokes ?? []).flatMap(({ points }) => points)));
+const way = computed(() => pathOf((check.report.value?.preview?.strokes ?? []).flatMap(({ points }) => points)));
 
 /** What the tip reaches at the height where it draws. */
 function followReach(): () => void {
@@ -51,20 +51,10 @@ function followReach(): () => void {
   });
 }
 
-interface Frame {
-  x: number;
-  y: number;
-  width: number;
-  height: number;
-}
-
 /** All that the arm reaches. */
 function whole(): Frame {
   const points = outlines.value.flat();
-  if (points.length === 0) return ROOM;
-  const [xs, ys] = [points.map(([x = 0]) => x), points.map(([, y = 0]) => y)];
-  const [x, y] = [Math.min(...xs) - MARGIN, Math.min(...ys) - MARGIN];
-  return { x, y, width: Math.max(...xs) + MARGIN - x, height: Math.max(...ys) + MARGIN - y };
+  return points.length === 0 ? ROOM : boundsOf(points, MARGIN);
 }
 
 /** The drawing from near. A frame in which it is seen well stays: the sheet does not move below a hand. */
@@ -166,17 +156,15 @@ export function Sheet({ hint }: { hint: string }) {
         onKeyDown={keys}
       >
         <div class="plane-fit">
-        <svg viewBox={`${x} ${-y - height} ${width} ${height}`} aria-hidden="true">
-          <g ref={plane} transform="scale(1 -1)">
-            <path class="reach" d={outlines.value.map((outline) => `${d(outline)}Z`).join("")} />
-            <pattern id="sheet-grid" width="10" height="10" patternUnits="userSpaceOnUse">
-              <path class="grid" d="M0 0H10M0 0V10" />
-            </pattern>
+        <svg viewBox={viewBox(frame.value)} aria-hidden="true">
+          <g ref={plane} transform={UP}>
+            <path class="reach" d={outlines.value.map((outline) => `${pathOf(outline)}Z`).join("")} />
+            <pattern id="sheet-grid" width="10" height="10" patternUnits="userSpaceOnUse"><path class="grid" d="M0 0H10M0 0V10" /></pattern>
             <rect x={x} y={y} width={width} height={height} fill="url(#sheet-grid)" />
             <path class="axes" d="M0 0H40M0 0V40" />
             <circle class="base" r="24" />
             {drawn.value.strokes.map(({ points, burnt }, nth) => (
-              <path key={nth} class={burnt ? "burnt" : "ink"} d={d(points)} />
+              <path key={nth} class={burnt ? "burnt" : "ink"} d={pathOf(points)} />
             ))}
             {isThere ? (
               <g transform={`translate(${now.at.join(" ")}) rotate(${now.turn - was.turn}) scale(${now.scale / was.scale}) translate(${-was.at[0]} ${-was.at[1]})`}>
@@ -198,9 +186,7 @@ export function Sheet({ hint }: { hint: string }) {
               <>
                 <path id="sheet-way" d={way.value} visibility="hidden" />
                 <circle class="ghost" r={width / 80}>
-                  <animateMotion dur={`${seconds}s`} repeatCount="indefinite">
-                    <mpath href="#sheet-way" />
-                  </animateMotion>
+                  <animateMotion dur={`${seconds}s`} repeatCount="indefinite"><mpath href="#sheet-way" /></animateMotion>
                 </circle>
               </>
             ) : null}
@@ -219,19 +205,11 @@ export function Sheet({ hint }: { hint: string }) {
         </div>
       </div>
       <div class="cameras" role="group" aria-label={t("view.cameras")}>
-        <Do id="draw-near" aria-pressed={isNear.value} press={() => (isNear.value = !isNear.value)}>
-          {t("sheet.near")}
-        </Do>
-        <Do id="draw-fit" aria-pressed={isThere && wanted.value === null} off={!isThere} press={() => (wanted.value = null)}>
-          {t("sheet.fit")}
-        </Do>
-        <Do id="draw-ghost" aria-pressed={ghost.value} off={!isThere} press={() => (ghost.value = !ghost.value)}>
-          {t("sheet.ghost")}
-        </Do>
+        <Do id="draw-near" aria-pressed={isNear.value} text={t("sheet.near")} press={() => (isNear.value = !isNear.value)} />
+        <Do id="draw-fit" aria-pressed={isThere && wanted.value === null} off={!isThere} text={t("sheet.fit")} press={() => (wanted.value = null)} />
+        <Do id="draw-ghost" aria-pressed={ghost.value} off={!isThere} text={t("sheet.ghost")} press={() => (ghost.value = !ghost.value)} />
       </div>
-      <p id="sheet-keys" class="hint">
-        {t("sheet.keys")}
-      </p>
+      <p id="sheet-keys" class="hint">{t("sheet.keys")}</p>
       <Placing off={!isThere} />
     </section>
   );
@@ -249,12 +227,9 @@ function Placing({ off }: { off: boolean }) {
   return (
     <div class="placing">
       {fields.map(({ name, unit, value, set }) => (
-        <label key={name} class="field">
-          <span>
-            {t(`sheet.${name}`)} <small>{unit}</small>
-          </span>
+        <Field key={name} label={t(`sheet.${name}`)} unit={unit}>
           <NumberInput id={`draw-place-${name}`} label={t(`sheet.${name}`)} value={value} step={1} off={off} set={set} />
-        </label>
+        </Field>
       ))}
     </div>
   );

@@ -8,7 +8,7 @@ import * as jobs from "../run/jobs";
 import { setup } from "../run/place";
 import * as library from "../run/programs";
 import * as store from "../store";
-import { Card, Do, Drop, OpenFile } from "../ui/parts";
+import { Card, Do, Drop, Field, OpenFile, Pick } from "../ui/parts";
 import { formatOf } from "./programs";
 import { about, Found, Options, Unseen, usePrograms } from "./setup";
 
@@ -46,21 +46,18 @@ export function What() {
   return (
     <Card title={t("draw.what")} class="what-card" more={<OpenFile id="draw-open" class="small" accept={ACCEPT} off={noFile} text={t(library.isLoading.value ? "programs.loading" : "programs.open")} open={check.openFiles} />}>
       <Drop off={noFile} open={check.openFiles} class="what-drop">
-        <label class="field">
-          <span>{t("draw.text")}</span>
+        <Field label={t("draw.text")}>
           <textarea rows={2} maxLength={2000} disabled={off} placeholder={t("draw.text.hint")} data-testid="draw-text" value={check.chosen.value?.format === "text" ? typed.value : ""} onInput={(event) => write(event.currentTarget.value)} />
-        </label>
-        <label class="field">
-          <span>{t("draw.program")}</span>
-          <select data-testid="draw-program" value={check.selected.value ?? ""} disabled={off || drawings.length === 0} onChange={(event) => void check.select(event.currentTarget.value || null)}>
-            <option value="">{t("draw.program.none")}</option>
-            {drawings.map(({ name, format }) => (
-              <option key={name} value={name}>
-                {`${name} (${formatOf(format)})`}
-              </option>
-            ))}
-          </select>
-        </label>
+        </Field>
+        <Field label={t("draw.program")}>
+          <Pick
+            id="draw-program"
+            value={check.selected.value ?? ""}
+            options={[{ value: "", text: t("draw.program.none") }, ...drawings.map(({ name, format }) => ({ value: name, text: `${name} (${formatOf(format)})` }))]}
+            off={off || drawings.length === 0}
+            choose={(name) => void check.select(name || null)}
+          />
+        </Field>
       </Drop>
     </Card>
   );
@@ -69,9 +66,7 @@ export function What() {
 /** The options of what is on the sheet, if it has any. */
 export function OptionsCard() {
   return check.asked.value.length === 0 ? null : (
-    <Card title={t("setup.title")} class="options-card">
-      <Options />
-    </Card>
+    <Card title={t("setup.title")} class="options-card"><Options /></Card>
   );
 }
 
@@ -85,9 +80,7 @@ export function Time() {
   const seconds = check.report.value?.seconds ?? null;
   return (
     <p class="draw-time">
-      <b class="number" data-testid="draw-time">
-        {seconds === null ? "–" : jobs.duration(seconds)}
-      </b>{" "}
+      <b class="number" data-testid="draw-time">{seconds === null ? "–" : jobs.duration(seconds)}</b>{" "}
       <span class="hint">{t("draw.time")}</span>
     </p>
   );
@@ -106,13 +99,9 @@ export function Start({ because, more }: { because?: Key | null; more?: Componen
         <Do id="draw-start" class="primary" off={reason !== null || !isThere} why="draw-why" press={() => check.start(title(), about(check.report.value))}>
           {t("run.start")}
         </Do>
-        <Do id="draw-check" off={!store.isUp.value || !isThere} press={check.check}>
-          {t("run.check")}
-        </Do>
+        <Do id="draw-check" off={!store.isUp.value || !isThere} text={t("run.check")} press={check.check} />
       </div>
-      <p id="draw-why" class="hint" role="status">
-        {reason === null ? "" : t(reason)}
-      </p>
+      <p id="draw-why" class="hint" role="status">{reason === null ? "" : t(reason)}</p>
     </Card>
   );
 }

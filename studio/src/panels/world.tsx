@@ -1,13 +1,14 @@
 // The world around a virtual arm: what stands there, what was drawn, and what a hand does.
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
-import { complain } from "../actions";
+import { complain, tried } from "../actions";
 import type { Params } from "../client";
 import { t } from "../i18n";
 import { save } from "../log";
 import { call, shown } from "../session";
 import * as store from "../store";
-import { Card, Do, NumberInput, Switch } from "../ui/parts";
+import { Card, Do, Field, NumberInput, Pick, Switch } from "../ui/parts";
+import { boundsOf, pathOf, UP, viewBox } from "../view/flat";
 import { hand } from "../view/layers";
 import { drawn, look, world, worldless } from "../view/seen";
 import { ArmView } from "../view/view";
@@ -25,11 +26,7 @@ function why(): "why.closed" | "why.lost" | "why.viewer" | "why.other" | "why.fr
 }
 
 async function done(work: () => Promise<unknown>): Promise<void> {
-  try {
-    await work();
-  } catch (error) {
-    complain(error);
-  }
+  await tried(work);
   void look();
 }
 const place = (name: string, x: number, y: number) => done(() => call("world.place", { ...shown(), name, at: [x, y, ABOVE] }));
@@ -50,28 +47,23 @@ function Scenario({ off }: { off: boolean }) {
   return (
     <Card title={t("world.scenario")}>
       <div class="row">
-        <label class="field">
-          <span>{t("world.scenario.pick")}</span>
-          <select
-            data-testid="world-scenario"
+        <Field label={t("world.scenario.pick")}>
+          <Pick
+            id="world-scenario"
             value={current}
-            disabled={off || noTeacher}
-            aria-describedby={off ? WHY : "world-note"}
-            onChange={(event) => {
-              const name = event.currentTarget.value;
+            options={[
+              { value: "", text: t("world.empty") },
+              ...(current === "own" ? [{ value: "own", text: title ?? t("world.own") }] : []),
+              ...all.value.map((one) => ({ value: one.name, text: one.title ?? one.name })),
+            ]}
+            off={off || noTeacher}
+            why={off ? WHY : "world-note"}
+            choose={(name) => {
               const wanted = all.value.find((one) => one.name === name);
               if (name === "" || wanted) void begin(wanted?.text ?? "");
             }}
-          >
-            <option value="">{t("world.empty")}</option>
-            {current === "own" ? <option value="own">{title ?? t("world.own")}</option> : null}
-            {all.value.map((one) => (
-              <option key={one.name} value={one.name}>
-                {one.title}
-              </option>
-            ))}
-          </select>
-        </label>
+          />
+        </Field>
         <label class="pick-file">
           <span>{t("world.open")}</span>
           <input
@@ -88,9 +80,7 @@ function Scenario({ off }: { off: boolean }) {
           />
         </label>
       </div>
-      <p class="hint" id="world-note">
-        {t(noTeacher ? "world.teacher" : "world.note")}
-      </p>
+      <p class="hint" id="world-note">{t(noTeacher ? "world.teacher" : "world.note")}</p>
     </Card>
   );
 }
@@ -137,16 +127,9 @@ function Objects({ off }: { off: boolean }) {
 function Paper() {
   const { svg, strokes } = drawn.value;
   const table = world.value?.table;
-  const points = strokes.flatMap((stroke) => stroke.points);
-  const sides = [0, 1].map((axis) => {
-    const all = points.map((point) => point[axis] ?? 0).concat(axis === 0 ? (table?.x ?? []) : (table?.y ?? []));
-    const kept = all.filter((value) => Math.abs(value) < 500);
-    const [least, most] = kept.reduce(([least, most], value) => [Math.min(least, value), Math.max(most, value)], [Infinity, -Infinity] as [number, number]);
-    return kept.length === 0 ? [150, 300] as const : [least - 5, most + 5] as const;
-  });
-  const [[left = 0, right = 0] = [], [bottom = 0, top = 0] = []] = sides;
-  // A stroke that grew is long: its text is made once for each of its states.
-  const path = (line: number[][]) => `M${line.map(([x = 0, y = 0]) => `${x} ${-y}`).join("L")}${line.length === 1 ? "h0" : ""}`;
+  const corners = table == null ? [] : [[table.x[0] ?? 0, table.y[0] ?? 0], [table.x[1] ?? 0, table.y[1] ?? 0]];
+  const kept = [...corners, ...strokes.flatMap((stroke) => stroke.points)].filter((point) => point.every((value) => Math.abs(value) < 500));
+  const frame = kept.length === 0 ? { x: 150, y: -150, width: 150, height: 300 } : boundsOf(kept, 5);
   return (
     <Card
       title={t("world.paper")}
@@ -156,11 +139,13 @@ function Paper() {
         </Do>
       }
     >
-      <svg class={`paper ${strokes.length === 0 ? "blank" : ""}`} data-testid="world-paper" role="img" aria-label={t("world.paper.text", { n: strokes.length })} viewBox={`${left} ${-top} ${right - left} ${top - bottom}`}>
-        {table == null ? null : <rect x={left + 5} y={5 - top} width={right - left - 10} height={top - bottom - 10} />}
-        {(["ink", "burnt"] as const).map((kind) => (
-          <path key={kind} class={kind} d={strokes.filter((stroke) => stroke.burnt === (kind === "burnt")).map((stroke) => path(stroke.points)).join("")} />
-        ))}
+      <svg class={`paper ${strokes.length === 0 ? "blank" : ""}`} data-testid="world-paper" role="img" aria-label={t("world.paper.text", { n: strokes.length })} viewBox={viewBox(frame)}>
+        <g transform={UP}>
+          {table == null ? null : <rect {...boundsOf(kept)} />}
+          {(["ink", "burnt"] as const).map((kind) => (
+            <path key={kind} class={kind} d={strokes.filter((stroke) => stroke.burnt === (kind === "burnt")).map((stroke) => pathOf(stroke.points)).join("")} />
+          ))}
+        </g>
       </svg>
       {strokes.length === 0 ? <p class="hint" data-testid="world-paper-none">{t(world.value?.draws == null ? "world.draws.none" : "world.paper.none")}</p> : null}
     </Card>
@@ -215,35 +200,16 @@ function Guide() {
 
 function Hands({ off }: { off: boolean }) {
   const seen = world.value;
-  const reason = off ? WHY : undefined;
   const press = (long: boolean) => done(() => call("world.press", { ...shown(), long }));
   return (
     <Card title={t("world.hands")}>
       <div class="row" role="group" aria-label={t("world.key")}>
-        <Do id="world-press" off={off} why={reason} press={() => press(false)}>
-          {t("world.press")}
-        </Do>
-        <Do id="world-press-long" off={off} why={reason} press={() => press(true)}>
-          {t("world.press.long")}
-        </Do>
+        <Do id="world-press" off={off} why={WHY} text={t("world.press")} press={() => press(false)} />
+        <Do id="world-press-long" off={off} why={WHY} text={t("world.press.long")} press={() => press(true)} />
       </div>
-      <Switch
-        label={t("world.unlock")}
-        testId="world-unlock"
-        on={seen?.unlocked ?? null}
-        disabled={off}
-        reason={reason}
-        flip={(held) => void done(() => call("world.unlock", { ...shown(), held }))}
-      />
+      <Switch id="world-unlock" label={t("world.unlock")} on={seen?.unlocked ?? null} off={off} why={WHY} flip={(held) => done(() => call("world.unlock", { ...shown(), held }))} />
       {seen?.unlocked && !off ? <Guide /> : null}
-      <Switch
-        label={t("world.plugged")}
-        testId="world-plugged"
-        on={seen?.plugged ?? null}
-        disabled={off}
-        reason={reason}
-        flip={(plugged) => void done(() => call("world.unplug", { ...shown(), plugged }))}
-      />
+      <Switch id="world-plugged" label={t("world.plugged")} on={seen?.plugged ?? null} off={off} why={WHY} flip={(plugged) => done(() => call("world.unplug", { ...shown(), plugged }))} />
     </Card>
   );
 }
@@ -252,13 +218,11 @@ function Faults({ off }: { off: boolean }) {
   const code = useSignal(64);
   const joint = useSignal(2);
   const degrees = useSignal(5);
-  const reason = off ? WHY : undefined;
   const fault = (params: Omit<Params<"world.fault">, "arm">) => done(() => call("world.fault", { ...shown(), ...params }));
   const number = (label: string, value: typeof code, least: number, most: number) => (
-    <label class="field">
-      <span>{label}</span>
+    <Field label={label}>
       <input type="number" min={least} max={most} value={value.value} disabled={off} onInput={(event) => (value.value = event.currentTarget.valueAsNumber)} />
-    </label>
+    </Field>
   );
   return (
     <Card title={t("world.faults")}>
@@ -266,18 +230,12 @@ function Faults({ off }: { off: boolean }) {
       <div class="row">
         {number(t("world.slip.joint"), joint, 1, 4)}
         {number(t("world.slip.by"), degrees, -90, 90)}
-        <Do id="world-slip" off={off} why={reason} press={() => fault({ fault: "slip", joint: joint.value, degrees: degrees.value })}>
-          {t("world.slip")}
-        </Do>
+        <Do id="world-slip" off={off} why={WHY} text={t("world.slip")} press={() => fault({ fault: "slip", joint: joint.value, degrees: degrees.value })} />
       </div>
       <div class="row">
         {number(t("world.alarm.code"), code, 0, 255)}
-        <Do id="world-alarm" off={off} why={reason} press={() => fault({ fault: "alarm", alarm: code.value })}>
-          {t("world.alarm")}
-        </Do>
-        <Do id="world-reset" off={off} why={reason} press={() => fault({ fault: "reset" })}>
-          {t("world.reset")}
-        </Do>
+        <Do id="world-alarm" off={off} why={WHY} text={t("world.alarm")} press={() => fault({ fault: "alarm", alarm: code.value })} />
+        <Do id="world-reset" off={off} why={WHY} text={t("world.reset")} press={() => fault({ fault: "reset" })} />
       </div>
     </Card>
   );
@@ -298,21 +256,15 @@ export function World() {
   }, []);
   if (worldless.value || store.arm.value?.virtual === false || store.backend.value === "none") {
     return (
-      <Card title={t("nav.world")}>
-        <p>{t(store.backend.value === "none" ? "why.closed" : "world.none")}</p>
-      </Card>
+      <Card title={t("nav.world")}><p>{t(store.backend.value === "none" ? "why.closed" : "world.none")}</p></Card>
     );
   }
   return (
     <div class="move world">
-      <div class="move-look">
-        <ArmView />
-      </div>
+      <div class="move-look"><ArmView /></div>
       <div class="move-do" role="group" aria-label={t("nav.world")}>
         {off === null ? null : (
-          <p class="jog-status off" id={WHY}>
-            {t(off)}
-          </p>
+          <p class="jog-status off" id={WHY}>{t(off)}</p>
         )}
         <Scenario off={off !== null} />
         <Objects off={off !== null} />

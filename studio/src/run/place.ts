@@ -1,5 +1,6 @@
 // Where a drawing lies on the sheet: as its last check has it, and as a hand or a typed number wants it until the next one.
 import { computed, effect, signal } from "@preact/signals";
+import { boundsOf } from "../view/flat";
 import * as check from "./check";
 
 export interface Place {
@@ -59,15 +60,9 @@ export function turned([x, y]: Point, degrees: number): [number, number] {
 const sides = computed<Point>(() => {
   const placed = found.value;
   if (placed === null) return [0, 0];
-  let [left, right, bottom, top] = [Infinity, -Infinity, Infinity, -Infinity];
-  for (const { points } of check.report.value?.preview?.strokes ?? []) {
-    for (const [px = 0, py = 0] of points) {
-      const [x, y] = turned([px, py], -placed.turn);
-      [left, right] = [Math.min(left, x), Math.max(right, x)];
-      [bottom, top] = [Math.min(bottom, y), Math.max(top, y)];
-    }
-  }
-  return right < left ? [0, 0] : [right - left, top - bottom];
+  const points = (check.report.value?.preview?.strokes ?? []).flatMap((stroke) => stroke.points.map(([x = 0, y = 0]) => turned([x, y], -placed.turn)));
+  const { width, height } = boundsOf(points);
+  return [width, height];
 });
 
 /** How wide and high it becomes. */

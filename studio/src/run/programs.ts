@@ -64,7 +64,7 @@ async function sent(name: string, body: Blob): Promise<boolean> {
   return true;
 }
 
-function base64(bytes: ArrayBuffer): string {
+export function base64(bytes: ArrayBuffer): string {
   let text = "";
   const all = new Uint8Array(bytes);
   for (let at = 0; at < all.length; at += 0x8000) text += String.fromCharCode(...all.subarray(at, at + 0x8000));

@@ -31,41 +31,42 @@ function Sheet({ role, id, testId, title, children }: SheetProps) {
   );
 }
 
-function Question() {
-  const question = store.question.value;
-  if (question === null) return null;
+interface AnswerProps {
+  id: string;
+  text: string;
+  press: () => unknown;
+}
+
+/** A question with two answers: the first one changes nothing. */
+function Ask({ title, no, yes, ...rest }: Omit<SheetProps, "role"> & { no: AnswerProps; yes: AnswerProps }) {
   return (
-    <Sheet key={question.title} role="alertdialog" id="confirm" testId="confirm" title={question.title}>
-      <p id="confirm-text">{question.text}</p>
+    <Sheet role="alertdialog" title={title} {...rest}>
+      <p id={`${rest.id}-text`}>{rest.children}</p>
       <div class="sheet-buttons">
-        <Do id="confirm-no" data-first press={() => question.answer(false)}>
-          {t("no")}
-        </Do>
-        <Do id="confirm-yes" class="primary" press={() => question.answer(true)}>
-          {question.yes}
-        </Do>
+        <Do data-first {...no} />
+        <Do class="primary" {...yes} />
       </div>
     </Sheet>
   );
 }
 
+function Question() {
+  const question = store.question.value;
+  if (question === null) return null;
+  const no = { id: "confirm-no", text: t("no"), press: () => question.answer(false) };
+  const yes = { id: "confirm-yes", text: question.yes, press: () => question.answer(true) };
+  return <Ask key={question.title} id="confirm" testId="confirm" title={question.title} no={no} yes={yes}>{question.text}</Ask>;
+}
+
 function Asked() {
   const asked = store.asked.value;
   if (asked === null || store.lease.value !== "mine") return null;
+  const no = { id: "lease-refuse", text: t("lease.refuse"), press: () => actions.answer(false) };
+  const yes = { id: "lease-grant", text: t("lease.grant"), press: () => actions.answer(true) };
   return (
-    <Sheet role="alertdialog" id="asked" testId="lease-asked" title={t("lease.asked", { name: asked.name })}>
-      <p id="asked-text">
-        {asked.message ? <q>{asked.message}</q> : null} {t("lease.asked.text")}
-      </p>
-      <div class="sheet-buttons">
-        <Do id="lease-refuse" data-first press={() => actions.answer(false)}>
-          {t("lease.refuse")}
-        </Do>
-        <Do id="lease-grant" class="primary" press={() => actions.answer(true)}>
-          {t("lease.grant")}
-        </Do>
-      </div>
-    </Sheet>
+    <Ask id="asked" testId="lease-asked" title={t("lease.asked", { name: asked.name })} no={no} yes={yes}>
+      {asked.message ? <q>{asked.message}</q> : null} {t("lease.asked.text")}
+    </Ask>
   );
 }
 
@@ -99,11 +100,7 @@ function Keys() {
           </div>
         ))}
       </dl>
-      <div class="sheet-buttons">
-        <Do data-first press={() => (store.showsKeys.value = false)}>
-          {t("close")}
-        </Do>
-      </div>
+      <div class="sheet-buttons"><Do data-first text={t("close")} press={() => (store.showsKeys.value = false)} /></div>
     </Sheet>
   );
 }

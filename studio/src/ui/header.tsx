@@ -29,9 +29,7 @@ function Nav() {
     <nav ref={nav} aria-label={t("skip.nav")}>
       {store.ROUTES.map((route) => (
         <a key={route} href={`#/${route}`} aria-current={store.route.value === route ? "page" : undefined}>
-          <svg viewBox="0 0 24 24" aria-hidden="true">
-            {ICONS[route]}
-          </svg>
+          <svg viewBox="0 0 24 24" aria-hidden="true">{ICONS[route]}</svg>
           <span>{t(`nav.${route}`)}</span>
         </a>
       ))}
@@ -49,11 +47,7 @@ function What() {
         {store.backend.value === "sim" && store.simSpeed !== 1 ? <b data-testid="header-speed"> ×{store.simSpeed}</b> : null}
         {store.arms.value.length > 1 && arm !== null ? <b> {arm.name}</b> : null}
       </span>
-      {store.isLaserOn.value ? (
-        <span class="badge laser" data-testid="header-laser">
-          {t("arm.laser")}
-        </span>
-      ) : null}
+      {store.isLaserOn.value ? <span class="badge laser" data-testid="header-laser">{t("arm.laser")}</span> : null}
     </div>
   );
 }
@@ -68,31 +62,17 @@ function Lease() {
   const noTake = isViewer || (lease === "other" && !isTeacher);
   return (
     <div class={`lease ${lease}`}>
-      <span data-testid="lease-holder" class="holder" title={text}>
-        {text}
-      </span>
+      <span data-testid="lease-holder" class="holder" title={text}>{text}</span>
       <div class="lease-buttons">
-      {lease === "mine" ? (
-        <Do id="lease-release" class="quiet" press={actions.release}>
-          {t("lease.release")}
-        </Do>
-      ) : null}
+      {lease === "mine" ? <Do id="lease-release" class="quiet" text={t("lease.release")} press={actions.release} /> : null}
       {lease === "other" ? (
-        <Do id="lease-ask" class="primary" off={isViewer || store.asking.value} press={actions.askFor}>
-          {store.asking.value ? t("lease.asking") : t("lease.ask")}
-        </Do>
+        <Do id="lease-ask" class="primary" off={isViewer || store.asking.value} text={store.asking.value ? t("lease.asking") : t("lease.ask")} press={actions.askFor} />
       ) : null}
       {lease !== "mine" ? (
-        <Do id="lease-take" class={lease === "free" ? "primary" : "quiet"} off={noTake} why="no-take" press={actions.take}>
-          {t("lease.take")}
-        </Do>
+        <Do id="lease-take" class={lease === "free" ? "primary" : "quiet"} off={noTake} why="no-take" text={t("lease.take")} press={actions.take} />
       ) : null}
       </div>
-      {noTake ? (
-        <span id="no-take" class="unseen">
-          {t(isViewer ? "why.viewer" : "lease.teacher")}
-        </span>
-      ) : null}
+      {noTake ? <span id="no-take" class="unseen">{t(isViewer ? "why.viewer" : "lease.teacher")}</span> : null}
     </div>
   );
 }
@@ -100,9 +80,7 @@ function Lease() {
 export function Header() {
   return (
     <header>
-      <Do id="stop" class="stop" title={t("stop.hint")} press={actions.stop}>
-        {t("stop")}
-      </Do>
+      <Do id="stop" class="stop" title={t("stop.hint")} text={t("stop")} press={actions.stop} />
       <What />
       <Lease />
       <Nav />
@@ -119,9 +97,7 @@ export function LinkLost() {
       <p>
         <b>
           {t("link.lost")}{" "}
-          <time data-testid="link-since" dateTime={since.toISOString()}>
-            {clock(since)}
-          </time>
+          <time data-testid="link-since" dateTime={since.toISOString()}>{clock(since)}</time>
         </b>{" "}
         {t("link.again")}
       </p>
@@ -136,9 +112,7 @@ export function Update() {
   return (
     <div class="banner update" role="status">
       <p>{t("update.text")}</p>
-      <Do id="update-offer" class="small" press={take}>
-        {t("update")}
-      </Do>
+      <Do id="update-offer" class="small" text={t("update")} press={take} />
     </div>
   );
 }
@@ -155,9 +129,7 @@ export function Alarms() {
             {alarms.map((alarm) => (
               <li key={alarm.code} data-testid={`alarm-${alarm.code}`}>
                 <b>{alarm.name}</b> <span>{alarm.cause}.</span>{" "}
-                <span class="cure">
-                  {t("alarms.cure")}: {alarm.cure}.
-                </span>
+                <span class="cure">{t("alarms.cure")}: {alarm.cure}.</span>
               </li>
             ))}
           </ul>

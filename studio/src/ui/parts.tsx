@@ -56,30 +56,21 @@ export function Card({ title, more, group, children, ...rest }: CardProps) {
 }
 
 interface SwitchProps {
+  id: string;
   label: string;
-  testId: string;
   on: boolean | null;
-  disabled: boolean;
-  reason?: string | undefined;
+  off: boolean;
+  why?: string | undefined;
   danger?: boolean;
-  flip: (on: boolean) => void;
+  flip: (on: boolean) => unknown;
 }
 
-export function Switch({ label, testId, on, disabled, reason, danger, flip }: SwitchProps) {
+export function Switch({ id, label, on, off, why, danger, flip }: SwitchProps) {
   return (
-    <button
-      type="button"
-      role="switch"
-      class={`switch ${danger ? "danger" : ""}`}
-      aria-checked={on === true}
-      aria-describedby={disabled ? reason : undefined}
-      disabled={disabled}
-      data-testid={testId}
-      onClick={() => flip(on !== true)}
-    >
+    <Do id={id} role="switch" class={`switch ${danger ? "danger" : ""}`} aria-checked={on === true} off={off} why={why} press={() => flip(on !== true)}>
       <span>{label}</span>
       <span class="switch-track" aria-hidden="true" />
-    </button>
+    </Do>
   );
 }
 
@@ -91,12 +82,123 @@ interface DoProps extends Omit<ButtonHTMLAttributes<HTMLButtonElement>, "onClick
   /** The id of the element that says why it is off. */
   why?: string | null | undefined;
   label?: string;
+  /** What stands on it, if that is a text alone. */
+  text?: string;
 }
 
 /** A button that does something. */
-export function Do({ id, press, off = false, why, label, ...rest }: DoProps) {
+export function Do({ id, press, off = false, why, label, text, children = text, ...rest }: DoProps) {
   const because = off && why ? why : undefined;
-  return <button type="button" aria-describedby={because} {...rest} data-testid={id} aria-label={label} disabled={off} onClick={() => void press()} />;
+  return (
+    <button type="button" aria-describedby={because} {...rest} data-testid={id} aria-label={label} disabled={off} onClick={() => void press()}>
+      {children}
+    </button>
+  );
+}
+
+/** A control with its name above it. */
+export function Field({ label, unit, ...rest }: { label: ComponentChildren; unit?: string; class?: string; children: ComponentChildren }) {
+  return (
+    <label class={`field ${rest.class ?? ""}`}>
+      <span>{label} {unit ? <small>{unit}</small> : null}</span>
+      {rest.children}
+    </label>
+  );
+}
+
+interface TextFieldProps {
+  id: string;
+  label: string;
+  unit?: string;
+  value: string;
+  /** What stands below it, and whether that is a complaint. */
+  hint?: string;
+  bad?: boolean;
+  off?: boolean;
+  most?: number;
+  placeholder?: string;
+  inputMode?: "url" | "decimal" | undefined;
+  autocomplete?: string;
+  class?: string;
+  /** Letter by letter, and not when it is done. */
+  live?: boolean;
+  set: (text: string) => void;
+}
+
+/** A line of text with its name above it. */
+export function TextField({ id, label, unit = "", value, hint, bad = false, off = false, most, autocomplete = "off", live = false, set, ...rest }: TextFieldProps) {
+  const take = (event: { currentTarget: HTMLInputElement }) => set(event.currentTarget.value);
+  const { class: name = "", ...more } = rest;
+  return (
+    <Field label={label} unit={unit} class={name}>
+      <input
+        type="text"
+        autocomplete={autocomplete}
+        autoCapitalize="off"
+        spellcheck={false}
+        aria-label={label}
+        aria-invalid={bad}
+        aria-describedby={hint === undefined ? undefined : `${id}-hint`}
+        data-testid={id}
+        disabled={off}
+        maxLength={most}
+        value={value}
+        {...more}
+        {...(live ? { onInput: take } : { onChange: take })}
+      />
+      {hint === undefined ? null : <small id={`${id}-hint`} class={bad ? "bad" : ""} role="status">{hint}</small>}
+    </Field>
+  );
+}
+
+interface PickProps<T extends string | number> {
+  id?: string;
+  label?: string;
+  value: T;
+  /** What may be chosen: values that are their own names, or values with texts. */
+  options: ReadonlyArray<T | { value: T; text: string; disabled?: boolean }>;
+  off?: boolean;
+  why?: string | undefined;
+  choose: (value: T) => void;
+}
+
+/** One of many. */
+export function Pick<T extends string | number>({ id, label, value, options, off = false, why, choose }: PickProps<T>) {
+  const all = options.map((option) => (typeof option === "object" ? option : { value: option, text: String(option), disabled: false }));
+  return (
+    <select
+      aria-label={label}
+      aria-describedby={off ? why : undefined}
+      data-testid={id}
+      value={value}
+      disabled={off}
+      onChange={({ currentTarget: { selectedIndex } }) => choose((all[selectedIndex] ?? { value }).value)}
+    >
+      {all.map(({ value, text, disabled = false }) => (
+        <option key={value} value={value} disabled={disabled}>{text}</option>
+      ))}
+    </select>
+  );
+}
+
+/** The names of a table's columns; those of columns with buttons are not seen. */
+export function Heads({ names, unseen = [] }: { names: readonly string[]; unseen?: readonly string[] }) {
+  return (
+    <thead>
+      <tr>
+        {names.map((name) => (
+          <th key={name} scope="col"><span class={unseen.includes(name) ? "unseen" : ""}>{name}</span></th>
+        ))}
+      </tr>
+    </thead>
+  );
+}
+
+/** Why something is off, or nothing. */
+export function Why({ id, text }: { id: string; text: string | null }) {
+  return text === null ? null : (
+    <p id={id} class="hint">{text}</p>
+  );
 }
 
 interface NumberInputProps {
@@ -179,9 +281,7 @@ export function OpenFile({ id, accept, off, text, open, ...rest }: { id: string;
   };
   return (
     <>
-      <Do id={`${id}-button`} off={off} press={() => input.current?.click()} {...rest}>
-        {text}
-      </Do>
+      <Do id={`${id}-button`} off={off} text={text} press={() => input.current?.click()} {...rest} />
       <input ref={input} type="file" hidden accept={accept} multiple disabled={off} data-testid={id} onChange={(event) => chosen(event.currentTarget)} />
     </>
   );

@@ -39,9 +39,7 @@ export function Panel() {
   return failed.value ? (
     <p class="card">
       {t("route.failed")}{" "}
-      <Do press={() => load(route)}>
-        {t("route.again")}
-      </Do>
+      <Do press={() => load(route)} text={t("route.again")} />
     </p>
   ) : null;
 }

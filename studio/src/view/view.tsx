@@ -102,6 +102,14 @@ export function ArmView() {
       scene.current = null;
     };
   }, []);
+  const look = (name: View) => {
+    view.value = name;
+    scene.current?.look(name);
+  };
+  const follow = () => {
+    follows.value = !follows.value;
+    scene.current?.setFollow(follows.value);
+  };
   const state = store.state.value;
   const number = (value: number | undefined) => (value ?? 0).toFixed(0);
   const values = { x: number(state?.x), y: number(state?.y), z: number(state?.z), r: number(state?.r) };
@@ -119,42 +127,19 @@ export function ArmView() {
       >
         {isPlan.value ? <Plan place={place} /> : null}
         {(["x", "y"] as const).map((name) => (
-          <span key={name} class="axis" ref={letters[name]} aria-hidden="true" hidden={isPlan.value}>
-            {name}
-          </span>
+          <span key={name} class="axis" ref={letters[name]} aria-hidden="true" hidden={isPlan.value}>{name}</span>
         ))}
       </div>
-      <p id="view-text" class="unseen">
-        {state === null ? t("view.none") : t("view.text", values)}
-      </p>
+      <p id="view-text" class="unseen">{state === null ? t("view.none") : t("view.text", values)}</p>
       {isOld ? <p class="view-note">{t("view.stale")}</p> : null}
       {isPlan.value ? (
         <p class="view-note">{t("view.plan")}</p>
       ) : (
         <div class="cameras" role="group" aria-label={t("view.cameras")}>
           {VIEWS.map((name) => (
-            <Do
-              id={`view-${name}`}
-              key={name}
-              aria-pressed={view.value === name}
-              press={() => {
-                view.value = name;
-                scene.current?.look(name);
-              }}
-            >
-              {t(`view.${name}`)}
-            </Do>
+            <Do key={name} id={`view-${name}`} aria-pressed={view.value === name} text={t(`view.${name}`)} press={() => look(name)} />
           ))}
-          <Do
-            id="view-follow"
-            aria-pressed={follows.value}
-            press={() => {
-              follows.value = !follows.value;
-              scene.current?.setFollow(follows.value);
-            }}
-          >
-            {t("view.follow")}
-          </Do>
+          <Do id="view-follow" aria-pressed={follows.value} text={t("view.follow")} press={follow} />
         </div>
       )}
     </section>
