@@ -64,8 +64,8 @@ function near(before: Frame): Frame {
   const [x, y] = placed.at;
   const reach = Math.hypot(...size.peek()) / 2;
   const isSeen = Math.abs(before.x + before.width / 2 - x) + reach < before.width / 2 && Math.abs(before.y + before.height / 2 - y) + reach < before.height / 2;
-  if (isSeen && reach > before.width / 12) return before;
   const half = Math.max(reach * 1.9, LEAST);
+  if (isSeen && before.height < 3 * half) return before;
   return { x: x - half * WIDE, y: y - half, width: 2 * half * WIDE, height: 2 * half };
 }
 
