@@ -32,7 +32,7 @@ impl Station {
         if name.starts_with("job.") {
             return self.job_call(name, call);
         }
-        if name.starts_with("program.") {
+        if name.starts_with("program.") || name.starts_with("preset.") {
             return self.library_call(name, call);
         }
         if name.starts_with("motion.") {

@@ -15,7 +15,7 @@ use super::turns::Lengthy;
 use super::{Awaited, Station};
 use crate::api::{Danger, Role, RpcError};
 use crate::control::{ArmId, JobId, JobPhase, OnLost, RequestId, WorkEnd, WorkKind};
-use crate::job::{Source, SourceBytes, setup_options};
+use crate::job::{Source, SourceBytes, setup_and_preset};
 use crate::order::{ArmOrder, JobNews, JobOrder, JobStart};
 
 /// Between two notifications of how far a job is, ms.
@@ -71,10 +71,12 @@ impl Station {
             return Err(RpcError::param("unhomed", why));
         }
         let source = source(call)?;
-        if let SourceBytes::Program(_) = source.bytes
-            && !found
-        {
-            return self.find_first(call, arm, program(call, "program")?);
+        let named = match source.bytes {
+            SourceBytes::Program(_) => Some(program(call, "program")?),
+            _ => None,
+        };
+        if !found && (named.is_some() || source.preset.is_some()) {
+            return self.find_first(call, arm, named, source.preset);
         }
         let order = JobOrder {
             source,
@@ -505,12 +507,11 @@ fn source(call: &Call<'_>) -> Result<Source, RpcError> {
             return Err(RpcError::param("text", why));
         }
     };
+    let (setup, preset) = setup_and_preset(params.object("setup"))?;
     Ok(Source {
         bytes,
         format: params.text("format").map(str::to_owned),
-        setup: match params.object("setup") {
-            Some(fields) => Some(Box::new(setup_options(fields)?)),
-            None => None,
-        },
+        setup,
+        preset,
     })
 }

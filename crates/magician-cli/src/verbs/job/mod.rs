@@ -28,7 +28,7 @@ use magician::{JointAngles, Options, SimSpeed, Target, VirtualArm, blocking, bur
 use magician_job::report::advised;
 use magician_program::rehearse::{RehearseOptions, stage};
 use magician_program::{
-    AppliedPlacement, Diagnostic, DiagnosticCode, Ending, Format, Plan, Program, Setup,
+    AppliedPlacement, Diagnostic, Ending, Format, Plan, Program, Setup,
     SetupOptions, WorkOption, WouldFit,
 };
 use magician_protocol::visible_lines;
@@ -138,18 +138,12 @@ impl Job {
         let Some(name) = self.way.preset.take() else {
             return Ok(());
         };
-        let mut preset = preset::load(&name)?;
-        if self.file.format == Some(Format::TestGrid) {
-            // A grid has its own.
-            (preset.options.power, preset.options.speed) = (None, None);
-        }
-        self.options = self.options.or(&preset.options);
+        let preset = preset::load(&name)?;
+        self.options = self.options.or(&preset.options_for(self.file.format));
         self.options
             .check()
             .map_err(|error| Failure::usage(format!("with the preset {name}: {error}")))?;
-        let note = preset.note.map(|note| format!("preset {name}: {note}"));
-        let note = note.map(|note| Diagnostic::of_file(note).coded(DiagnosticCode::Assumed));
-        self.preset_note = note;
+        self.preset_note = preset.told();
         Ok(())
     }
 

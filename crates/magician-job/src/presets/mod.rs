@@ -1,21 +1,30 @@
-//! Presets: options of drawing and engraving under a name, as files beside the user's file of settings.
+//! Presets: options of drawing and engraving under a name, as files beside the user's file of settings, or wherever a
+//! [`PresetStore`] keeps them.
 //!
 //! A file has the names of options as keys ([`SetupOptions::keys`]), and a `note` for people. Some presets come with this crate; a
 //! file of the same name goes before one of these.
 
-use std::fmt;
-use std::fs;
-use std::io;
-use std::path::{Path, PathBuf};
+mod report;
+mod store;
 
-use magician_program::{Diagnostic, FontChoice, Lines, SetupOptions};
+use std::fmt;
+use std::io;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use magician_program::{Diagnostic, DiagnosticCode, FontChoice, Format, Lines, SetupOptions};
 use serde_json::{Map, Value};
 use toml::de::DeTable;
 
-use crate::files::replace;
+pub use report::{PresetList, PresetReport};
+#[cfg(feature = "files")]
+pub use store::PresetFolder;
+pub use store::PresetStore;
 
 /// A larger file cannot be a preset.
-const LARGEST: u64 = 1 << 16;
+const LARGEST: usize = 1 << 16;
+/// As many presets are kept, at most, besides those that come with this crate.
+const MOST: usize = 1000;
 /// No name is longer.
 const LONGEST: usize = 64;
 /// The key of a preset's note.
@@ -27,13 +36,16 @@ const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
 
 /// Those that come with this crate.
 const SHIPPED: [(&str, &str); 5] = [
-    ("pen", include_str!("../presets/pen.toml")),
-    ("marker", include_str!("../presets/marker.toml")),
-    ("paper-cut", include_str!("../presets/paper-cut.toml")),
-    ("wood-engrave", include_str!("../presets/wood-engrave.toml")),
+    ("pen", include_str!("../../presets/pen.toml")),
+    ("marker", include_str!("../../presets/marker.toml")),
+    ("paper-cut", include_str!("../../presets/paper-cut.toml")),
+    (
+        "wood-engrave",
+        include_str!("../../presets/wood-engrave.toml"),
+    ),
     (
         "leather-engrave",
-        include_str!("../presets/leather-engrave.toml"),
+        include_str!("../../presets/leather-engrave.toml"),
     ),
 ];
 
@@ -47,10 +59,33 @@ pub struct Preset {
     pub note: Option<String>,
     /// What it says.
     pub options: SetupOptions,
-    /// Its file; none for one that comes with this crate.
+    /// Whether it comes with this crate.
+    pub shipped: bool,
+    /// Its file, if it has one.
     pub path: Option<PathBuf>,
     /// The text of the file.
     pub text: String,
+}
+
+impl Preset {
+    /// What it says for a file of this format.
+    #[must_use]
+    pub fn options_for(&self, format: Option<Format>) -> SetupOptions {
+        let mut options = self.options.clone();
+        if format == Some(Format::TestGrid) {
+            // A grid has its own.
+            (options.power, options.speed) = (None, None);
+        }
+        options
+    }
+
+    /// Its note, as it is told to who uses it.
+    #[must_use]
+    pub fn told(&self) -> Option<Diagnostic> {
+        let note = self.note.as_ref()?;
+        let told = Diagnostic::of_file(format!("preset {}: {note}", self.name));
+        Some(told.coded(DiagnosticCode::Assumed))
+    }
 }
 
 /// What is wrong with a preset.
@@ -74,8 +109,10 @@ pub enum PresetError {
     },
     /// What was to be saved cannot be.
     Unsaid(String),
-    /// The system has no directory for settings.
+    /// There is no place to keep presets in.
     Homeless,
+    /// No more presets are kept.
+    TooMany,
     /// The file cannot be read or written.
     File(PathBuf, io::Error),
 }
@@ -100,7 +137,8 @@ impl fmt::Display for PresetError {
             ),
             Self::Broken { path, problem, .. } => write!(f, "{}: {problem}", path.display()),
             Self::Unsaid(why) => f.write_str(why),
-            Self::Homeless => f.write_str("this system has no directory for settings"),
+            Self::Homeless => f.write_str("there is no directory for presets"),
+            Self::TooMany => write!(f, "{MOST} presets are kept at most: remove some"),
             Self::File(path, error) => write!(f, "{}: {error}", path.display()),
         }
     }
@@ -108,51 +146,51 @@ impl fmt::Display for PresetError {
 
 impl std::error::Error for PresetError {}
 
-/// Where presets are kept.
+/// The presets that there are: those that come with this crate, and those that are kept.
 #[derive(Clone, Debug, Default)]
 pub struct Presets {
-    folder: Option<PathBuf>,
+    store: Option<Arc<dyn PresetStore>>,
 }
 
 impl Presets {
     /// Those of this user: `presets`, beside the file of settings ([`magician::arms::file`]).
+    #[cfg(feature = "settings")]
     #[must_use]
     pub fn of_user() -> Self {
         let beside = magician::arms::file();
-        Self {
-            folder: beside.and_then(|file| Some(file.parent()?.join("presets"))),
-        }
+        let folder = beside.and_then(|file| Some(file.parent()?.join("presets")));
+        folder.map_or_else(Self::default, Self::at)
     }
 
     /// Those in a folder.
+    #[cfg(feature = "files")]
     #[must_use]
     pub fn at(folder: impl Into<PathBuf>) -> Self {
-        Self {
-            folder: Some(folder.into()),
-        }
+        Self::kept_in(Arc::new(PresetFolder::at(folder)))
+    }
+
+    /// Those that are kept elsewhere.
+    #[must_use]
+    pub fn kept_in(store: Arc<dyn PresetStore>) -> Self {
+        Self { store: Some(store) }
     }
 
     /// The names of all, those that come with this crate first.
     #[must_use]
     pub fn names(&self) -> Vec<String> {
         let mut names: Vec<String> = SHIPPED.iter().map(|(name, _)| (*name).to_owned()).collect();
-        let files = self
-            .folder
-            .as_ref()
-            .and_then(|folder| fs::read_dir(folder).ok());
-        let files = files
-            .into_iter()
-            .flatten()
-            .flatten()
-            .map(|entry| entry.path());
-        let mut own: Vec<String> = files
-            .filter(|path| path.extension().is_some_and(|end| end == "toml"))
-            .filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned()))
-            .filter(|name| is_name(name) && !names.contains(name))
-            .collect();
-        own.sort_unstable();
+        let mut own = self.own_names();
+        own.retain(|name| !names.contains(name));
         names.append(&mut own);
         names
+    }
+
+    /// The names of those that are kept.
+    fn own_names(&self) -> Vec<String> {
+        let mut own = { self.store.as_ref() }.map_or_else(Vec::new, |store| store.names());
+        own.retain(|name| is_name(name));
+        own.sort_unstable();
+        own
     }
 
     /// The preset of a name.
@@ -160,17 +198,20 @@ impl Presets {
     /// # Errors
     /// [`PresetError`].
     pub fn load(&self, name: &str) -> Result<Preset, PresetError> {
-        let path = self.path(name)?;
-        let text = path.as_deref().map(read).transpose()?.flatten();
-        let shipped = || shipped(name).map(str::to_owned);
-        let (text, path) = match (text, path) {
-            (Some(text), path) => (text, path),
-            (None, _) => match shipped() {
-                Some(text) => (text, None),
-                None => return Err(PresetError::Unknown(name.to_owned(), self.names())),
-            },
+        check_name(name)?;
+        let store = self.store.as_ref();
+        let kept = store.map(|store| store.load(name)).transpose();
+        let kept = kept.map_err(|error| self.unkept(name, error))?.flatten();
+        let shipped = kept.is_none();
+        let Some(text) = kept.or_else(|| shipped_text(name).map(str::to_owned)) else {
+            return Err(PresetError::Unknown(name.to_owned(), self.names()));
         };
-        let (note, options) = parse(&text).map_err(|problem| PresetError::Broken {
+        let path = self.path(name).filter(|_| !shipped);
+        let read = match text.len() {
+            0..=LARGEST => parse(&text),
+            _ => Err(Diagnostic::of_file("it is too large for a preset")),
+        };
+        let (note, options) = read.map_err(|problem| PresetError::Broken {
             path: path.clone().unwrap_or_else(|| name.into()),
             text: text.clone(),
             problem: Box::new(problem),
@@ -179,6 +220,7 @@ impl Presets {
             name: name.to_owned(),
             note,
             options,
+            shipped,
             path,
             text,
         })
@@ -194,40 +236,68 @@ impl Presets {
         note: Option<&str>,
         options: &SetupOptions,
     ) -> Result<Preset, PresetError> {
-        let path = self.path(name)?.ok_or(PresetError::Homeless)?;
+        check_name(name)?;
         let text = written(note, options)?;
-        let checked = parse(&text).map_err(|problem| PresetError::Unsaid(problem.message))?;
-        replace(&path, &text).map_err(|error| PresetError::File(path.clone(), error))?;
+        parse(&text).map_err(|problem| PresetError::Unsaid(problem.message))?;
+        self.save_text(name, text)
+    }
+
+    /// Keeps the text of a file of a preset under a name, in the place of what was kept under it.
+    ///
+    /// # Errors
+    /// [`PresetError`].
+    pub fn save_text(&self, name: &str, text: String) -> Result<Preset, PresetError> {
+        check_name(name)?;
+        let store = self.store.as_ref().ok_or(PresetError::Homeless)?;
+        if text.len() > LARGEST {
+            let why = "it is too large for a preset".to_owned();
+            return Err(PresetError::Unsaid(why));
+        }
+        let (note, options) =
+            parse(&text).map_err(|problem| PresetError::Unsaid(problem.to_string()))?;
+        let own = self.own_names();
+        if own.len() >= MOST && !own.iter().any(|known| known == name) {
+            return Err(PresetError::TooMany);
+        }
+        let kept = store.save(name, &text);
+        kept.map_err(|error| self.unkept(name, error))?;
         Ok(Preset {
             name: name.to_owned(),
-            note: checked.0,
-            options: checked.1,
-            path: Some(path),
+            note,
+            options,
+            shipped: false,
+            path: self.path(name),
             text,
         })
     }
 
-    /// Removes the file of a preset: where it went before one that comes with this crate, that one counts again.
+    /// Removes the file of a preset: where it went before one that comes with this crate, that one counts again. Where it was.
     ///
     /// # Errors
     /// [`PresetError`].
-    pub fn remove(&self, name: &str) -> Result<PathBuf, PresetError> {
-        let path = self.path(name)?;
-        match path.filter(|path| path.exists()) {
-            Some(path) => fs::remove_file(&path)
-                .map_err(|error| PresetError::File(path.clone(), error))
-                .map(|()| path),
-            None if shipped(name).is_some() => Err(PresetError::Shipped(name.to_owned())),
-            None => Err(PresetError::Unknown(name.to_owned(), self.names())),
+    pub fn remove(&self, name: &str) -> Result<Option<PathBuf>, PresetError> {
+        check_name(name)?;
+        let removed = { self.store.as_ref() }.map_or(Ok(false), |store| store.remove(name));
+        match removed.map_err(|error| self.unkept(name, error))? {
+            true => Ok(self.path(name)),
+            false if shipped_text(name).is_some() => Err(PresetError::Shipped(name.to_owned())),
+            false => Err(PresetError::Unknown(name.to_owned(), self.names())),
         }
     }
 
-    fn path(&self, name: &str) -> Result<Option<PathBuf>, PresetError> {
-        if !is_name(name) {
-            return Err(PresetError::Name(name.to_owned()));
-        }
-        let folder = self.folder.as_ref();
-        Ok(folder.map(|folder| folder.join(format!("{name}.toml"))))
+    fn path(&self, name: &str) -> Option<PathBuf> {
+        self.store.as_ref()?.path(name)
+    }
+
+    fn unkept(&self, name: &str, error: io::Error) -> PresetError {
+        PresetError::File(self.path(name).unwrap_or_else(|| name.into()), error)
+    }
+}
+
+fn check_name(name: &str) -> Result<(), PresetError> {
+    match is_name(name) {
+        true => Ok(()),
+        false => Err(PresetError::Name(name.to_owned())),
     }
 }
 
@@ -247,21 +317,9 @@ fn is_name(name: &str) -> bool {
         && !numbered("lpt")
 }
 
-fn shipped(name: &str) -> Option<&'static str> {
+fn shipped_text(name: &str) -> Option<&'static str> {
     let mut all = SHIPPED.iter();
     all.find(|(known, _)| *known == name).map(|(_, text)| *text)
-}
-
-fn read(path: &Path) -> Result<Option<String>, PresetError> {
-    let wrong = |error| PresetError::File(path.to_owned(), error);
-    match fs::metadata(path) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-        Ok(about) if about.len() > LARGEST => {
-            return Err(wrong(io::Error::other("it is too large for a preset")));
-        }
-        _ => {}
-    }
-    fs::read_to_string(path).map(Some).map_err(wrong)
 }
 
 /// What a file says, or where it is wrong.
@@ -322,11 +380,6 @@ fn written(note: Option<&str>, options: &SetupOptions) -> Result<String, PresetE
         let message = format!("a preset cannot keep the font of a file: {name}");
         return Err(PresetError::Unsaid(message));
     }
-    let members = |options: &SetupOptions| match serde_json::to_value(options) {
-        Ok(Value::Object(members)) => members,
-        _ => Map::new(),
-    };
-    let open = members(&SetupOptions::default());
     let mut text = String::new();
     let mut put = |key: &str, value: &Value| {
         let value = toml::Value::try_from(value)
@@ -337,21 +390,20 @@ fn written(note: Option<&str>, options: &SetupOptions) -> Result<String, PresetE
     if let Some(note) = note {
         put(NOTE, &Value::from(note))?;
     }
-    let mut said = 0;
-    for (key, value) in members(options) {
-        if open.get(&key) != Some(&value) {
-            put(&key, &value)?;
-            said += 1;
-        }
+    let said = report::said(options);
+    if said.is_empty() {
+        return Err(PresetError::Unsaid("there is no option to save".to_owned()));
     }
-    match said {
-        0 => Err(PresetError::Unsaid("there is no option to save".to_owned())),
-        _ => Ok(text),
+    for (key, value) in &said {
+        put(key, value)?;
     }
+    Ok(text)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     fn options(fields: Value) -> SetupOptions {
@@ -372,7 +424,7 @@ mod tests {
         for name in names {
             let preset = presets.load(name).expect(name);
             assert_eq!(preset.note.as_deref(), Some("not tried on a real arm"));
-            assert!(preset.path.is_none() && preset.options.tool.is_some());
+            assert!(preset.shipped && preset.path.is_none() && preset.options.tool.is_some());
         }
     }
 
