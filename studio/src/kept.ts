@@ -8,6 +8,8 @@ type Folder = FileSystemDirectoryHandle & AsyncIterable<[string, FileSystemHandl
 /** A change that was asked for, and is kept when the station has answered that it is done. */
 type Change = { put: string; bytes: Uint8Array } | { remove: string } | { fetch: string };
 
+/** A preset is a file beside the programs, under a name that no program has. */
+const presetFile = (name: string) => `preset+${name}.toml`;
 const decoded = (data: string) => Uint8Array.from(atob(data), (sign) => sign.charCodeAt(0));
 
 export class Kept {
@@ -36,7 +38,7 @@ export class Kept {
 
   /** Looks at what a session asks. */
   asked(session: number, { id, method, params }: Wire): void {
-    if (this.folder === null || id == null || !method?.startsWith("program.")) return;
+    if (this.folder === null || id == null) return;
     const { name, text, data, to } = (params ?? {}) as Record<string, string>;
     const key = `${session} ${id}`;
     if (method === "program.put" && name !== undefined) {
@@ -46,6 +48,10 @@ export class Kept {
       this.asks.set(key, { remove: name });
     } else if (method === "program.convert" && to !== undefined) {
       this.asks.set(key, { fetch: to });
+    } else if (method === "preset.save" && name !== undefined) {
+      this.asks.set(key, { fetch: presetFile(name) });
+    } else if (method === "preset.remove" && name !== undefined) {
+      this.asks.set(key, { remove: presetFile(name) });
     }
   }
 

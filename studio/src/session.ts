@@ -1,7 +1,7 @@
 // The session with a station: connected, kept, found again; what it tells goes to the store.
 import { batch } from "@preact/signals";
 import type { Holder, Job, State } from "./api";
-import { NO_WORKER, PORT_BUSY, PORT_GONE, PORT_SILENT, SERIAL, SIM, WorkerCarrier } from "./carrier";
+import { NO_WORKER, PORT_BUSY, PORT_GONE, PORT_SILENT, SERIAL, SIM } from "./carrier";
 import { Client, LINE_ENDED, type Method, type Params, type Result, RpcError } from "./client";
 import { t } from "./i18n";
 import { log } from "./log";
@@ -72,7 +72,7 @@ export async function connectSerial(): Promise<void> {
   // Choosing none is no fault.
   if (chosen === null) return;
   const url = SERIAL + chosen;
-  if (store.backend.value === "serial" && store.socket.value === "up") client?.choosePort(url);
+  if (store.backend.value === "serial" && store.socket.value === "up") client?.tell({ kind: "port", url });
   else connect(url, "");
 }
 
@@ -130,13 +130,13 @@ function open(): void {
   if (store.socket.value !== "lost") store.socket.value = "connecting";
   probedAt = null;
   wordAt = performance.now();
-  client.open(address.url);
+  client.tell({ kind: "open", url: address.url });
 }
 
 /** The worker is kept while the station is looked for: its script may come from there. */
 function made(): Client {
   const worker = new Worker(new URL("./worker.ts", import.meta.url), { type: "module" });
-  const client = new Client(new WorkerCarrier(worker));
+  const client = new Client(worker);
   client.onOpened = () => void hello(client);
   client.onNotification = hear;
   client.onWord = () => {
@@ -277,7 +277,7 @@ function lostPort(code: number): void {
       store.socket.value = "lost";
     });
     log(t("log.lost"));
-    client?.open(address?.url ?? "");
+    client?.tell({ kind: "open", url: address?.url ?? "" });
     again = setTimeout(() => lostPort(NO_WORKER), DEAD);
     return;
   }
@@ -394,8 +394,8 @@ export const shown = (): { arm: string } => ({ arm: store.armName.value ?? "" })
 export const line = {
   jog: (params: Params<"jog.start">, every: number, most: number) =>
     client?.jog(params, every, most) ?? Promise.reject(new RpcError(LINE_ENDED, t("why.lost"))),
-  release: () => client?.release(),
-  alive: () => client?.alive(),
+  release: () => client?.tell({ kind: "release" }),
+  alive: () => client?.tell({ kind: "alive" }),
 };
 
 export async function takeControl(): Promise<void> {
@@ -437,7 +437,7 @@ document.addEventListener("visibilitychange", () => {
 const LAST = 80;
 addEventListener("pagehide", () => {
   if (store.backend.value === "serial") {
-    client?.leave();
+    client?.tell({ kind: "leave" });
     for (const ends = performance.now() + LAST; performance.now() < ends; );
     // A page that is shown again begins anew.
     disconnect();

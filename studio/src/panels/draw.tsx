@@ -1,6 +1,8 @@
 // Drawing with the pen: on the sheet first, then on the paper.
 import { t } from "../i18n";
 import { JobCard } from "./job";
+import { PartsCard } from "./partslist";
+import { Presets } from "./presets";
 import { Sheet } from "./sheet";
 import { OptionsCard, Start, useWorkshop, What } from "./workshop";
 
@@ -13,7 +15,9 @@ export function Draw() {
         <What />
         <Start />
         <JobCard />
-        <OptionsCard />
+        <OptionsCard first={["passes", "speed"]} />
+        <PartsCard />
+        <Presets />
       </div>
     </div>
   );

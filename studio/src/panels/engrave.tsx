@@ -7,6 +7,8 @@ import { isArmed, watchArmed } from "../run/laser";
 import * as store from "../store";
 import { Card, Do, Switch, TextField } from "../ui/parts";
 import { JobCard } from "./job";
+import { PartsCard } from "./partslist";
+import { Presets } from "./presets";
 import { Sheet } from "./sheet";
 import { OptionsCard, Start, title, useWorkshop, What, why } from "./workshop";
 
@@ -65,7 +67,9 @@ export function Engrave() {
           }
         />
         <JobCard />
-        <OptionsCard />
+        <OptionsCard first={["power", "speed", "passes"]} />
+        <PartsCard />
+        <Presets />
         <TestGrid />
       </div>
     </div>

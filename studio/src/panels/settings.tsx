@@ -7,14 +7,6 @@ import { Card, Choice, TextField } from "../ui/parts";
 import type { Sides } from "../view/fence";
 import { ArmView } from "../view/view";
 
-interface FenceData {
-  floor: number | null;
-  box: Sides | null;
-  keep_out: Sides[];
-  speed: number | null;
-  power: number | null;
-}
-
 function Sides({ name, sides }: { name: string; sides: Sides }) {
   const text = Object.entries(sides).map(([axis, [least, most]]) => `${axis} ${least} … ${most}`);
   return <Row name={name} value={`${text.join(", ")} mm`} />;
@@ -31,7 +23,7 @@ function Row({ name, value }: { name: string; value: string }) {
 
 function Fence() {
   const name = store.armName.value;
-  const fence = store.fence.value as FenceData | null;
+  const fence = store.fence.value;
   return (
     <Card title={t("fence.title", { arm: name ?? "–" })}>
       <div data-testid="fence">
@@ -44,7 +36,7 @@ function Fence() {
             <dl class="facts">
               {fence.floor === null ? null : <Row name={t("fence.floor")} value={`z ≥ ${fence.floor} mm`} />}
               {fence.box === null ? null : <Sides name={t("fence.box")} sides={fence.box} />}
-              {fence.keep_out.map((sides, at) => (
+              {(fence.keep_out as Sides[]).map((sides, at) => (
                 <Sides key={at} name={`${t("fence.out")} ${at + 1}`} sides={sides} />
               ))}
               {fence.speed === null ? null : <Row name={t("fence.speed")} value={`${fence.speed} mm/s`} />}

@@ -2,6 +2,7 @@
 import { effect, useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { tried } from "../actions";
+import type { Option, Report } from "../api";
 import { t, told } from "../i18n";
 import * as check from "../run/check";
 import * as jobs from "../run/jobs";
@@ -11,40 +12,60 @@ import { Field, Pick, TextField } from "../ui/parts";
 import { world } from "../view/seen";
 import "./run.css";
 
-function Asked({ option }: { option: check.Option }) {
-  const { name, kind, unit, choices, about } = option;
+function Asked({ option }: { option: Option }) {
+  const { name, kind, unit, choices, usual, about } = option;
   const label = told(`setup.${name}`, about);
   const value = check.values.value[name] ?? "";
-  const set = (to: string) => (check.values.value = { ...check.values.value, [name]: to });
+  const set = (to: string) => check.setValue(name, to);
   if (kind === "switch") {
     return (
-      <label class="tick">
-        <input type="checkbox" checked={value === "true"} data-testid={`setup-${name}`} onChange={(event) => set(String(event.currentTarget.checked))} />
+      <label class="tick" title={about}>
+        <input type="checkbox" checked={check.valueOf(name) === "true"} data-testid={`setup-${name}`} onChange={(event) => set(String(event.currentTarget.checked))} />
         <span>{label}</span>
       </label>
     );
   }
   if (kind === "choice") {
     const textOf = (choice: string) => told(`setup.${name}.${choice}`, told(`tools.${choice}`, choice));
+    const unset = usual || option.default !== null ? [] : [{ value: "", text: t("setup.unset") }];
     return (
       <Field label={label}>
-        <Pick id={`setup-${name}`} value={value || (choices[0] ?? "")} options={choices.map((choice) => ({ value: choice, text: textOf(choice) }))} choose={set} />
+        <Pick id={`setup-${name}`} value={check.valueOf(name)} options={[...unset, ...choices.map((choice) => ({ value: choice, text: textOf(choice) }))]} choose={set} />
       </Field>
     );
   }
-  const shown = kind === "point" ? `x, y ${unit}` : unit === "deg" ? "°" : unit;
-  return <TextField id={`setup-${name}`} label={label} unit={shown} value={value} placeholder={t("setup.unset")} inputMode={kind === "number" ? "decimal" : undefined} set={set} />;
+  const of = { point: "x, y ", place: "x, y, z ", area: "x, y, ↔, ↕ " }[kind as "point"] ?? "";
+  const placeholder = option.default === null ? t("setup.unset") : String(option.default);
+  return <TextField id={`setup-${name}`} label={label} unit={of + (unit === "deg" ? "°" : unit)} value={value} placeholder={placeholder} set={set} />;
 }
 
-/** What a person is asked of a program. */
-export function Options() {
-  const asked = check.asked.value;
-  if (asked.length === 0) return null;
-  return (
-    <div class="setup" role="group" aria-label={t("setup.title")}>
-      {asked.map((option) => (
+/** Options that a page has a place of its own for, or that no form can ask. */
+const ELSEWHERE = ["only", "pens", "parts", "no_pause", "frame", "frame_power"];
+const GROUPS = ["fill", "text", "image", "laser", "pen", "place", "parts", "more"] as const;
+
+/** What a person is asked of a program: what is seldom left out, and the rest by what it belongs to. */
+export function Options({ first = [] }: { first?: readonly string[] }) {
+  const asked = check.asked.value.filter(({ name }) => !ELSEWHERE.includes(name));
+  const isFirst = ({ name, usual }: Option) => usual || first.includes(name);
+  const fields = (options: Option[]) => (
+    <div class="setup">
+      {options.map((option) => (
         <Asked key={option.name} option={option} />
       ))}
+    </div>
+  );
+  const rest = GROUPS.map((group) => ({ group, options: asked.filter((option) => option.group === group && !isFirst(option)) }));
+  return asked.length === 0 ? null : (
+    <div class="options" role="group" aria-label={t("setup.title")}>
+      {fields(asked.filter(isFirst))}
+      {rest.map(({ group, options }) =>
+        options.length === 0 ? null : (
+          <details key={group} class="more" data-testid={`setup-group-${group}`}>
+            <summary>{t(`setup.group.${group}`)}</summary>
+            {fields(options)}
+          </details>
+        ),
+      )}
     </div>
   );
 }
@@ -71,7 +92,7 @@ export function Picture({ program }: { program: library.Entry }) {
   return url.value === null ? null : <img class="file-picture" src={url.value} alt={t("run.picture", { name: program.name })} onError={() => (url.value = null)} />;
 }
 
-function Complaints({ report, program }: { report: check.Report; program: library.Entry | null }) {
+function Complaints({ report, program }: { report: Report; program: library.Entry | null }) {
   const lines = useSignal<library.Line[]>([]);
   const at = useSignal<number | null>(null);
   useEffect(() => {
@@ -116,7 +137,7 @@ function Complaints({ report, program }: { report: check.Report; program: librar
 }
 
 /** What it takes and draws, in numbers. */
-export function about(report: check.Report | null): string {
+export function about(report: Report | null): string {
   if (report === null) return "";
   const facts = [report.seconds === null ? null : t("run.takes", { time: jobs.duration(report.seconds) })];
   if (report.drawn_mm > 0) facts.push(t("run.draws", { mm: Math.round(report.drawn_mm) }));
@@ -150,9 +171,7 @@ export function Found() {
 export function Unseen() {
   const around = world.value;
   if (around === null || store.arm.value?.virtual !== true || !((check.report.value?.drawn_mm ?? 0) > 0)) return null;
-  const asked = check.options.value.find(({ name }) => name === "tool");
-  const chosen = check.fixed.value["tool"] ?? (asked && (check.values.value["tool"] || asked.choices[0]));
-  const tool = String(chosen ?? around.draws ?? "pen");
+  const tool = check.valueOf("tool") || (around.draws ?? "pen");
   if (tool === around.draws) return null;
   return (
     <p class="check note" role="status" data-testid="run-bare">

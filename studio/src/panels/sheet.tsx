@@ -31,8 +31,9 @@ const outlines = signal<number[][][]>([]);
 /** The lines of the picture, those of a colour in one path. */
 const paths = computed(() => {
   const all = new Map<string, string[]>();
-  for (const { points, reachable } of check.report.value?.preview?.strokes ?? []) {
-    const key = reachable ? "var(--planned)" : "unreachable";
+  const colors = new Map(check.report.value?.parts.map(({ n, color }) => [n, color]));
+  for (const { points, part, reachable } of check.report.value?.preview?.strokes ?? []) {
+    const key = reachable ? ((part !== null && colors.get(part)) || "var(--planned)") : "unreachable";
     all.set(key, [...(all.get(key) ?? []), pathOf(points)]);
   }
   return [...all].map(([key, lines]) => ({ key, path: lines.join("") }));

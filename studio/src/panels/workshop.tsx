@@ -64,9 +64,9 @@ export function What() {
 }
 
 /** The options of what is on the sheet, if it has any. */
-export function OptionsCard() {
+export function OptionsCard({ first }: { first: readonly string[] }) {
   return check.asked.value.length === 0 ? null : (
-    <Card title={t("setup.title")} class="options-card"><Options /></Card>
+    <Card title={t("setup.title")} class="options-card"><Options first={first} /></Card>
   );
 }
 

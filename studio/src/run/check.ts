@@ -1,6 +1,7 @@
 // What a program would do: asked of the station, shown in the picture before anything moves.
 import { computed, effect, signal } from "@preact/signals";
 import { complain, tried } from "../actions";
+import type { Option, Report } from "../api";
 import { type Params, RpcError } from "../client";
 import { call, shown } from "../session";
 import * as store from "../store";
@@ -8,34 +9,6 @@ import { type Lines, show } from "../view/layers";
 import * as jobs from "./jobs";
 import { type Entry, nameOf, programs, put } from "./programs";
 
-export interface Option {
-  name: string;
-  kind: "choice" | "number" | "point" | "switch";
-  unit: string;
-  choices: string[];
-  with: string | null;
-  about: string;
-}
-export interface Complaint {
-  step: number;
-  line?: number;
-  column?: number;
-  name?: string;
-  message: string;
-}
-export interface Report {
-  ok: boolean;
-  seconds: number | null;
-  steps: number | null;
-  drawn_mm: number;
-  travel_mm: number;
-  bounds?: Record<"x" | "y" | "z", [number, number]>;
-  refused: number;
-  complaints: Complaint[];
-  notes?: Array<{ code: string; text: string }>;
-  placed?: { at: [number, number]; scale: number; turn: number };
-  preview?: { strokes: Array<{ points: number[][]; height: number; reachable: boolean }>; travels: number[][][] };
-}
 /** What is checked and run: a program of the library, or what a person has typed. */
 export type Source = Pick<Params<"job.start">, "program" | "text" | "format">;
 
@@ -58,24 +31,36 @@ let checks = 0;
 /** What the newest check comes to. */
 let newest: Promise<boolean> = Promise.resolve(false);
 
-/** Whether an option counts, as the others are set. */
-export const counts = (option: Option): boolean => option.with === null || values.value[option.with] === "true";
-
 /** What the open route says itself, whatever a person has set. */
 export const fixed = signal<Record<string, unknown>>({});
+/** What an option comes to; nothing where the station decides. */
+export const valueOf = (name: string): string => {
+  const option = options.value.find((one) => one.name === name);
+  return String(fixed.value[name] ?? (values.value[name] || (option?.default ?? "")));
+};
+export const setValue = (name: string, to: string): void => void (values.value = { ...values.value, [name]: to });
+
+/** Whether an option counts, as the others are set. */
+function counts({ name, with: other, when }: Option): boolean {
+  if (name in fixed.value) return false;
+  return other === null || (when.length === 0 ? valueOf(other) === "true" : when.includes(valueOf(other)));
+}
 /** What a person is asked. */
-export const asked = computed(() => options.value.filter((option) => counts(option) && !(option.name in fixed.value)));
+export const asked = computed(() => options.value.filter(counts));
 
 /** What is set, as the station takes it; nothing where nothing is. */
 export const setup = computed<Record<string, unknown> | undefined>(() => {
   const set: Record<string, unknown> = {};
-  for (const option of asked.value) {
-    const text = (values.value[option.name] ?? "").trim().replaceAll(",", " ");
-    const numbers = text === "" ? [] : text.split(/\s+/).map(Number);
-    if (option.kind === "choice") set[option.name] = text || option.choices[0];
-    else if (option.kind === "switch" && text === "true") set[option.name] = true;
-    else if (option.kind === "number" && numbers.length > 0) set[option.name] = numbers[0];
-    else if (option.kind === "point" && numbers.length > 0) set[option.name] = numbers;
+  for (const { name, kind, usual, choices } of asked.value) {
+    const text = (values.value[name] ?? "").trim();
+    const numbers = text.replaceAll(",", " ").split(/\s+/).map(Number);
+    if (kind === "choice" && usual) set[name] = text || choices[0];
+    else if (text === "") continue;
+    else if (kind === "switch") set[name] = text === "true";
+    else if (kind === "number" || kind === "integer") set[name] = numbers[0];
+    else if (kind === "point" || kind === "place" || kind === "area") set[name] = numbers;
+    else if (kind === "list") set[name] = text.split("\n");
+    else if (kind !== "pens") set[name] = text;
   }
   Object.assign(set, fixed.value);
   return Object.keys(set).length > 0 ? set : undefined;
@@ -92,12 +77,14 @@ export async function choose(source: Source | null): Promise<void> {
   if (isSame) return;
   forget();
   options.value = [];
-  values.value = {};
+  // How somebody draws holds for the next drawing too; which of its parts does not.
+  const { only: _, ...kept } = values.value;
+  values.value = Object.keys(fixed.value).length === 0 ? {} : kept;
   const format = source?.format ?? entry.value?.format;
   if (!format) return;
   try {
-    const found = await call("program.options", { format });
-    if ((chosen.value?.format ?? entry.value?.format) === format) options.value = found.options as Option[];
+    const found = await call("program.options", { format, all: true });
+    if ((chosen.value?.format ?? entry.value?.format) === format) options.value = found.options;
   } catch (error) {
     complain(error);
   }
@@ -132,7 +119,7 @@ async function checked(): Promise<boolean> {
   problem.value = null;
   isChecking.value = true;
   try {
-    const found = (await call("job.check", { ...shown(), ...source(), preview: true })) as unknown as Report;
+    const found = await call("job.check", { ...shown(), ...source(), preview: true });
     if (mine !== checks) return newest;
     report.value = found;
     draw(found);
