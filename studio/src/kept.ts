@@ -5,12 +5,11 @@ const FOLDER = "programs";
 
 type Folder = FileSystemDirectoryHandle & AsyncIterable<[string, FileSystemHandle]>;
 
-/** A change that was asked for, and is kept when the station has answered that it is done. */
-type Change = { put: string; bytes: Uint8Array } | { remove: string } | { fetch: string };
+/** A change that was asked for, and is kept when the station has answered that it is done: as the station has it. */
+type Change = { fetch: string } | { remove: string };
 
 /** A preset is a file beside the programs, under a name that no program has. */
 const presetFile = (name: string) => `preset+${name}.toml`;
-const decoded = (data: string) => Uint8Array.from(atob(data), (sign) => sign.charCodeAt(0));
 
 export class Kept {
   private readonly asks = new Map<string, Change>();
@@ -38,33 +37,23 @@ export class Kept {
 
   /** Looks at what a session asks. */
   asked(session: number, { id, method, params }: Wire): void {
-    if (this.folder === null || id == null) return;
-    const { name, text, data, to } = (params ?? {}) as Record<string, string>;
-    const key = `${session} ${id}`;
-    if (method === "program.put" && name !== undefined) {
-      const bytes = text === undefined ? decodedOrNone(data ?? "") : new TextEncoder().encode(text);
-      if (bytes !== null) this.asks.set(key, { put: name, bytes });
-    } else if (method === "program.delete" && name !== undefined) {
-      this.asks.set(key, { remove: name });
-    } else if (method === "program.convert" && to !== undefined) {
-      this.asks.set(key, { fetch: to });
-    } else if (method === "preset.save" && name !== undefined) {
-      this.asks.set(key, { fetch: presetFile(name) });
-    } else if (method === "preset.remove" && name !== undefined) {
-      this.asks.set(key, { remove: presetFile(name) });
-    }
+    const { name = "", to = "" } = (params ?? {}) as Record<string, string>;
+    const changes: Record<string, Change> = {
+      "program.put": { fetch: name }, "program.convert": { fetch: to }, "program.delete": { remove: name },
+      "preset.save": { fetch: presetFile(name) }, "preset.remove": { remove: presetFile(name) },
+    };
+    const change = changes[method ?? ""];
+    if (this.folder !== null && id != null && change !== undefined) this.asks.set(`${session} ${id}`, change);
   }
 
-  /** Looks at what it is answered. A program that the station made is got from there. */
+  /** Looks at what it is answered. What was changed is got from there. */
   answered(session: number, message: Wire, get: (name: string) => Uint8Array | null): void {
     if (message.method !== undefined) return;
     const key = `${session} ${message.id}`;
     const change = this.asks.get(key);
     this.asks.delete(key);
     if (change === undefined || message.error) return;
-    if ("put" in change) {
-      this.write(change.put, change.bytes);
-    } else if ("remove" in change) {
+    if ("remove" in change) {
       this.does(() => this.folder!.removeEntry(change.remove));
     } else {
       const made = get(change.fetch);
@@ -86,13 +75,5 @@ export class Kept {
   /** One after the other; what the storage refuses is there until the page is closed, as the station has it. */
   private does(work: () => Promise<unknown>): void {
     this.work = this.work.then(work).catch(() => {});
-  }
-}
-
-function decodedOrNone(data: string): Uint8Array | null {
-  try {
-    return decoded(data);
-  } catch {
-    return null;
   }
 }

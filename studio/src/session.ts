@@ -1,7 +1,7 @@
 // The session with a station: connected, kept, found again; what it tells goes to the store.
 import { batch } from "@preact/signals";
 import type { Holder, Job, State } from "./api";
-import { NO_WORKER, PORT_BUSY, PORT_GONE, PORT_SILENT, SERIAL, SIM } from "./carrier";
+import { NO_WORKER, PORT_BUSY, PORT_GONE, PORT_SILENT, SERIAL, SIM, type ToWorker, type Wire } from "./carrier";
 import { Client, LINE_ENDED, type Method, type Params, type Result, RpcError } from "./client";
 import { t } from "./i18n";
 import { log } from "./log";
@@ -433,12 +433,17 @@ document.addEventListener("visibilitychange", () => {
   // After a sleep the next try may be seconds away.
   if (!document.hidden && store.backend.value !== "serial" && (store.socket.value === "lost" || store.refused.value === "unreachable")) open();
 });
-/** The worker of a page that goes has so long to stop its arm, ms: browsers end both together. */
+/** The worker of a page that goes has so long to say its last, ms: browsers end both together. */
 const LAST = 80;
+function last(order: ToWorker): void {
+  client?.tell(order);
+  for (const ends = performance.now() + LAST; performance.now() < ends; );
+}
+/** What a page says to its station as it goes. */
+export const leaveWith = (message: Wire) => last({ kind: "send", message: { jsonrpc: "2.0", ...message } });
 addEventListener("pagehide", () => {
   if (store.backend.value === "serial") {
-    client?.tell({ kind: "leave" });
-    for (const ends = performance.now() + LAST; performance.now() < ends; );
+    last({ kind: "leave" });
     // A page that is shown again begins anew.
     disconnect();
   }

@@ -7,7 +7,7 @@ import { language } from "../settings";
 import { type Field as TableField, io, levels, refresh, type Row, watchOf, watchPins } from "../pins";
 import { call, shown } from "../session";
 import * as store from "../store";
-import { Card, Do, Field, Heads, Pick } from "../ui/parts";
+import { Card, Do, Field, Heads, NumberInput, Pick } from "../ui/parts";
 import "./io.css";
 import texts from "./io.words.json";
 
@@ -50,7 +50,6 @@ function Setting({ pin, off }: { pin: Pin; off: boolean }) {
   const { address } = pin;
   const kind = watchOf(pin.function);
   const level = levels.value.get(address) ?? 0;
-  const because = { disabled: off, "aria-describedby": off ? WHY : undefined };
   const inputOff = { disabled: store.lease.value !== "mine", "aria-describedby": store.lease.value === "mine" ? undefined : WHY };
   if (kind === "output") {
     const is = levels.value.get(address) ?? pin.level ?? 0;
@@ -69,15 +68,15 @@ function Setting({ pin, off }: { pin: Pin; off: boolean }) {
   if (pin.frequency !== null) {
     const [, hertz, percent] = rowOf("signal")?.sets ?? [];
     const number = (field: TableField | undefined, value: typeof duty) => (
-      <input
-        type="number"
-        aria-label={`${words(field?.about ?? "")}, ${words(field?.unit ?? "")}`}
-        title={`${words(field?.about ?? "")}, ${words(field?.unit ?? "")}`}
-        min={field?.least ?? undefined}
-        max={field?.most ?? undefined}
+      <NumberInput
+        label={`${words(field?.about ?? "")}, ${words(field?.unit ?? "")}`}
+        step={1}
+        least={field?.least}
+        most={field?.most}
         value={value.value}
-        {...because}
-        onInput={(event) => (value.value = event.currentTarget.valueAsNumber)}
+        off={off}
+        why={WHY}
+        set={(to) => (value.value = to)}
       />
     );
     return (

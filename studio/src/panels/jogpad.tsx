@@ -55,6 +55,10 @@ function JogButton({ axis, sign, hint, place }: ButtonProps) {
   );
 }
 
+const BASE = [
+  ["x", 1, "↑", "xp"], ["y", 1, "←", "yp"], ["y", -1, "→", "ym"], ["x", -1, "↓", "xm"],
+  ["r", 1, "A", "rp"], ["r", -1, "D", "rm"], ["z", 1, "W", "zp"], ["z", -1, "S", "zm"],
+] as const;
 const JOINTS = [["j1", "←", "→"], ["j2", "↑", "↓"], ["j3", "W", "S"], ["j4", "A", "D"]] as const;
 
 function Status() {
@@ -75,7 +79,6 @@ function Status() {
 
 export function JogPad() {
   const joints = jog.frame.value === "joint";
-  const hint = (key: string) => (joints ? undefined : key);
   const hasRail = store.model.value?.limits.l != null;
   return (
     <Card
@@ -102,14 +105,9 @@ export function JogPad() {
         }}
       >
         <div class="pad-base">
-          <JogButton axis="x" sign={1} hint={hint("↑")} place="xp" />
-          <JogButton axis="y" sign={1} hint={hint("←")} place="yp" />
-          <JogButton axis="y" sign={-1} hint={hint("→")} place="ym" />
-          <JogButton axis="x" sign={-1} hint={hint("↓")} place="xm" />
-          <JogButton axis="r" sign={1} hint={hint("A")} place="rp" />
-          <JogButton axis="r" sign={-1} hint={hint("D")} place="rm" />
-          <JogButton axis="z" sign={1} hint={hint("W")} place="zp" />
-          <JogButton axis="z" sign={-1} hint={hint("S")} place="zm" />
+          {BASE.map(([axis, sign, key, place]) => (
+            <JogButton key={place} axis={axis} sign={sign} hint={joints ? undefined : key} place={place} />
+          ))}
         </div>
         <div class="pad-joints">
           {JOINTS.map(([axis, plus, minus]) => (

@@ -188,7 +188,7 @@ const number = (value: number, digits = 2) => (Number.isNaN(value) ? "–" : val
 export function Plots() {
   const group = useSignal<Group>("tip");
   const span = useSignal<(typeof SPANS)[number]>("30");
-  const held = useSignal<Readings | null>(null);
+  const held = useSignal<(() => Readings) | null>(null);
   const back = useSignal(0);
   const shown = useSignal(0);
   useEffect(watchPins, []);
@@ -199,16 +199,16 @@ export function Plots() {
   void shown.value;
   // Another set of pins is another set of lines.
   if (group.value === "pins") void levels.value;
-  const source = useRef(readings);
-  source.current = held.value === null ? readings : constant(held.value);
-  const from = source.current();
+  const source = held.value ?? readings;
+  const from = source();
   const lines = linesOf(group.value);
   const [, high] = window_(from, Number(span.value), back.value);
   const rows = Array.from({ length: Math.min(ROWS, high) }, (_, nth) => high - 1 - nth);
   const zero = from.count === 0 ? 0 : from.value(from.count - 1, at.t);
   const all = from.count === 0 ? 0 : zero - from.value(0, at.t);
   const hold = (is: boolean) => {
-    held.value = is ? snapshot() : null;
+    const seen = snapshot();
+    held.value = is ? () => seen : null;
     if (!is) back.value = 0;
   };
   return (
@@ -218,7 +218,7 @@ export function Plots() {
         more={
           <div class="sheet-buttons">
             <Do id="plot-pause" aria-pressed={held.value !== null} text={t(held.value === null ? "plot.pause" : "plot.go")} press={() => hold(held.value === null)} />
-            <Do id="plot-export" class="quiet" off={from.count === 0} press={() => save(`${store.armName.value ?? "arm"}-readings.csv`, csv(source.current()))}>
+            <Do id="plot-export" class="quiet" off={from.count === 0} press={() => save(`${store.armName.value ?? "arm"}-readings.csv`, csv(source()))}>
               {t("plot.export")}
             </Do>
           </div>
@@ -250,7 +250,7 @@ export function Plots() {
           ))}
           {lines.length === 0 ? <p class="hint">{t("plot.noPins")}</p> : null}
         </div>
-        <Chart lines={lines} source={source.current} span={Number(span.value)} back={back.value} live={held.value === null} />
+        <Chart lines={lines} source={source} span={Number(span.value)} back={back.value} live={held.value === null} />
         <label class="plot-scrub">
           {t("plot.scrub")}
           <input
@@ -292,12 +292,4 @@ export function Plots() {
       </Card>
     </div>
   );
-}
-
-const constants = new WeakMap<Readings, () => Readings>();
-/** The same function for the same readings: the chart is made anew for another. */
-function constant(of: Readings): () => Readings {
-  const made = constants.get(of) ?? (() => of);
-  constants.set(of, made);
-  return made;
 }

@@ -7,14 +7,20 @@ import { t, told } from "../i18n";
 import * as check from "../run/check";
 import * as jobs from "../run/jobs";
 import * as library from "../run/programs";
+import { language } from "../settings";
 import * as store from "../store";
 import { Field, Pick, TextField } from "../ui/parts";
 import { world } from "../view/seen";
 import "./run.css";
+import texts from "./setup.words.json";
+
+/** What an option, a choice or a group is called. Those that are seldom set come with this panel. */
+const WORDS: Record<string, Record<string, string>> = texts;
+const named = (key: string, or: string) => told(`setup.${key}`, WORDS[language.value]?.[key] ?? WORDS["en"]?.[key] ?? or);
 
 function Asked({ option }: { option: Option }) {
   const { name, kind, unit, choices, usual, about } = option;
-  const label = told(`setup.${name}`, about);
+  const label = named(name, about);
   const value = check.values.value[name] ?? "";
   const set = (to: string) => check.setValue(name, to);
   if (kind === "switch") {
@@ -26,7 +32,7 @@ function Asked({ option }: { option: Option }) {
     );
   }
   if (kind === "choice") {
-    const textOf = (choice: string) => told(`setup.${name}.${choice}`, told(`tools.${choice}`, choice));
+    const textOf = (choice: string) => named(`${name}.${choice}`, told(`tools.${choice}`, choice));
     const unset = usual || option.default !== null ? [] : [{ value: "", text: t("setup.unset") }];
     return (
       <Field label={label}>
@@ -61,7 +67,7 @@ export function Options({ first = [] }: { first?: readonly string[] }) {
       {rest.map(({ group, options }) =>
         options.length === 0 ? null : (
           <details key={group} class="more" data-testid={`setup-group-${group}`}>
-            <summary>{t(`setup.group.${group}`)}</summary>
+            <summary>{named(`group.${group}`, group)}</summary>
             {fields(options)}
           </details>
         ),

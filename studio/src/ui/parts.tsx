@@ -208,13 +208,15 @@ interface NumberInputProps {
   digits?: number;
   /** By how much an arrow key changes it. */
   step?: number;
+  least?: number | null | undefined;
+  most?: number | null | undefined;
   off?: boolean;
   why?: string | undefined;
   set: (value: number) => void;
 }
 
 /** A number: what is being typed stays while the value goes on, and what is no number changes nothing. */
-export function NumberInput({ id, label, value, digits = 1, step, off = false, why, set }: NumberInputProps) {
+export function NumberInput({ id, label, value, digits = 1, step, least, most, off = false, why, set }: NumberInputProps) {
   const typed = useSignal<string | null>(null);
   const take = (text: string) => {
     typed.value = null;
@@ -223,7 +225,7 @@ export function NumberInput({ id, label, value, digits = 1, step, off = false, w
   };
   return (
     <input
-      {...(step === undefined ? { type: "text", list: undefined } : { type: "number", step })}
+      {...(step === undefined ? { type: "text", list: undefined } : { type: "number", step, min: least ?? undefined, max: most ?? undefined })}
       inputMode="decimal"
       autocomplete="off"
       aria-label={label}
@@ -262,11 +264,10 @@ export function Drop({ off, open, children, ...rest }: { off: boolean; open: (fi
 
 /** How often something is done; 0 is until it is stopped. */
 export function Times({ id, label, hint, least = 0, most = 9999, value }: { id: string; label: string; hint?: string; least?: number; most?: number; value: Signal<number> }) {
-  const set = (text: string) => (value.value = Math.min(most, Math.max(least, Math.round(Number(text) || least))));
   return (
-    <label class="times">
+    <label class="times" title={hint}>
       <span>{label}</span>
-      <input type="number" min={least} max={most} value={value.value} aria-description={hint} title={hint} data-testid={id} onChange={(event) => set(event.currentTarget.value)} />
+      <NumberInput id={id} label={label} step={1} least={least} most={most} value={value.value} set={(to) => (value.value = Math.min(most, Math.max(least, Math.round(to))))} />
     </label>
   );
 }
