@@ -3,6 +3,7 @@ import assert from "node:assert/strict";
 import { is, near } from "./bench.mjs";
 
 const RECT = '<svg xmlns="http://www.w3.org/2000/svg" width="30mm" height="15mm" viewBox="0 0 30 15"><path d="M0 0H30V15H0Z" fill="none" stroke="#b00020"/></svg>';
+const TWO = '<svg xmlns="http://www.w3.org/2000/svg" width="50mm" height="10mm" viewBox="0 0 50 10"><path d="M0 0H20V10H0Z" fill="none" stroke="#b00020"/><path d="M30 0H50V10H30Z" fill="none" stroke="#0030b0"/></svg>';
 /** A table below a tool; what is drawn or burnt on it is seen. */
 const world = (tool) => `title = "${tool}"\narm = { homed = true }\ntool = { kind = "${tool}" }\ntable = { height = -60, x = [60, 340], y = [-200, 200] }\n`;
 const file = (name, text) => ({ name, mimeType: "application/octet-stream", buffer: Buffer.from(text) });
@@ -134,6 +135,48 @@ export function drawing(test, bench) {
     await closed(page);
   });
 
+  test("the sheet: parts have their colours, and are drawn alone where that is chosen", async () => {
+    const page = await opened("draw", "pen");
+    await give(page, "two colours.svg", TWO);
+    await page.getByTestId("parts-by").selectOption("color");
+    await page.getByTestId("part-2").waitFor();
+    await shown(page);
+    const colors = () => page.locator(".plane .drawn").evaluateAll((paths) => paths.map((path) => path.getAttribute("stroke")).sort());
+    assert.deepEqual(await colors(), ["#0030b0", "#b00020"]);
+    await page.getByTestId("part-only-2").uncheck();
+    await page.waitForFunction(() => document.querySelectorAll(".plane .drawn").length === 1);
+    await shown(page);
+    assert.deepEqual(await colors(), ["#b00020"]);
+    assert.ok(await page.getByTestId("part-2").isVisible(), "what is left out can be chosen again");
+    await runs(page);
+    const [[left, right], [bottom, top]] = boundsOf(await marks());
+    assert.ok(near(right - left, 20, 0.5) && near(top - bottom, 10, 0.5), `${[left, right, bottom, top]}`);
+    await closed(page);
+  });
+
+  test("presets: saved, chosen into the fields, and removed", async () => {
+    const page = await opened("draw", "pen");
+    await give(page, "rectangle.svg", RECT);
+    await page.getByTestId("setup-speed").fill("37");
+    await page.getByTestId("setup-speed").press("Tab");
+    await page.getByTestId("preset-name").fill("suite-pen");
+    await page.getByTestId("preset-save").click();
+    await page.getByText("suite-pen is saved.").waitFor();
+    assert.deepEqual((await bench.station.call("preset.show", { name: "suite-pen" })).options.speed, 37);
+    await page.getByTestId("setup-speed").fill("11");
+    await page.getByTestId("setup-speed").press("Tab");
+    await page.getByTestId("preset-choose").selectOption("marker");
+    await page.getByTestId("preset-note").getByText("not tried").waitFor();
+    assert.ok(await page.getByTestId("preset-remove").isDisabled(), "one that comes with the program stays");
+    await page.getByTestId("preset-choose").selectOption("suite-pen");
+    await page.waitForFunction(() => document.querySelector("[data-testid=setup-speed]").value === "37");
+    const [file] = await Promise.all([page.waitForEvent("download"), page.getByTestId("preset-file").click()]);
+    assert.equal(file.suggestedFilename(), "suite-pen.toml");
+    await page.getByTestId("preset-remove").click();
+    await page.waitForFunction(() => ![...document.querySelectorAll("[data-testid=preset-choose] option")].some((option) => option.value === "suite-pen"));
+    await closed(page);
+  });
+
   test("engraving: nothing burns before the laser is armed, and every end disarms it", async () => {
     const page = await opened("engrave", "laser");
     const armed = () => page.getByTestId("laser-arm").getAttribute("aria-checked");
@@ -196,5 +239,32 @@ export function drawing(test, bench) {
     assert.equal(JSON.stringify(await marks(true)), burnt, "it burns on");
     assert.equal(await page.getByTestId("laser-arm").getAttribute("aria-checked"), "false");
     await closed(page);
+  });
+
+  if (bench.outlives !== true) return;
+  test("engraving: a page that is closed in the middle of it leaves no laser on", async () => {
+    const page = await opened("engrave", "laser");
+    page.on("dialog", (dialog) => void dialog.accept());
+    await give(page, "rectangle.svg", RECT);
+    await type(page, "width", 60);
+    await shown(page);
+    await page.getByTestId("laser-arm").click();
+    await page.getByTestId("draw-start").click();
+    await is(page, "job", "running");
+    for (let looks = 0; looks < 300 && (await marks(true)).length === 0; looks++) await page.waitForTimeout(50);
+    assert.ok((await marks(true)).length > 0, "nothing burns yet");
+    const began = Date.now();
+    await page.close({ runBeforeUnload: false });
+    // Burning is sent in pieces of at most a second; a stop is dark within one and a half.
+    await new Promise((done) => setTimeout(done, Math.max(0, 1500 - (Date.now() - began))));
+    const then = JSON.stringify(await marks(true));
+    const job = (await bench.station.call("job.list")).jobs.at(-1);
+    console.log(`      ${((Date.now() - began) / 1000).toFixed(1)} s after it was closed: the job is ${job.state}`);
+    assert.notEqual(job.state, "running");
+    await new Promise((done) => setTimeout(done, 2000));
+    assert.equal(JSON.stringify(await marks(true)), then, "it burns on");
+    assert.equal((await bench.station.pose()).tool.laser, false);
+    await bench.station.until("is free", (state) => state.holder === null, 8000);
+    await page.context().close();
   });
 }

@@ -402,7 +402,7 @@ worlds(test, { browser, station, shots, closed });
 classes(test, { browser, program, shots });
 running(test, { browser, station, closed, shots });
 teaching(test, { browser, station, closed, shots });
-drawing(test, { station, browser, url, closed });
+drawing(test, { station, browser, url, closed, outlives: true });
 tasks(test, { browser, station, closed });
 looks(test, { browser, station, shots });
 
