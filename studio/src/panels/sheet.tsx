@@ -30,13 +30,13 @@ const outlines = signal<number[][][]>([]);
 
 /** The lines of the picture, those of a colour in one path. */
 const paths = computed(() => {
-  const all = new Map<string, string[]>();
+  const all = new Map<string, string>();
   const colors = new Map(check.report.value?.parts.map(({ n, color }) => [n, color]));
   for (const { points, part, reachable } of check.report.value?.preview?.strokes ?? []) {
     const key = reachable ? ((part !== null && colors.get(part)) || "var(--planned)") : "unreachable";
-    all.set(key, [...(all.get(key) ?? []), pathOf(points)]);
+    all.set(key, (all.get(key) ?? "") + pathOf(points));
   }
-  return [...all].map(([key, lines]) => ({ key, path: lines.join("") }));
+  return [...all].map(([key, path]) => ({ key, path }));
 });
 /** The whole way of the tip over the sheet, from line to line. */
 const way = computed(() => pathOf((check.report.value?.preview?.strokes ?? []).flatMap(({ points }) => points)));
@@ -70,18 +70,25 @@ function near(before: Frame): Frame {
   return { x: x - half * WIDE, y: y - half, width: 2 * half * WIDE, height: 2 * half };
 }
 
-/** What a hand does: it gets the place as it was taken, where it was taken, and where the hand is now. */
-type Hand = (from: Point, to: Point) => void;
+/** What a hand makes of a place: as it was when it was taken, where it was taken, and where the hand is now. */
+type Hand = (place: Place, from: Point, to: Point) => Partial<Place>;
+const far = ({ at: [x, y] }: Place, [px, py]: Point) => Math.max(Math.hypot(px - x, py - y), 1);
+const angle = ({ at: [x, y] }: Place, [px, py]: Point) => (Math.atan2(py - y, px - x) * 180) / Math.PI;
+const moves: Hand = ({ at: [x, y] }, from, to) => ({ at: [x + to[0] - from[0], y + to[1] - from[1]] });
+const scales: Hand = (place, from, to) => ({ scale: (place.scale * far(place, to)) / far(place, from) });
+const turns: Hand = (place, from, to) => {
+  const free = place.turn + angle(place, to) - angle(place, from);
+  const eighth = Math.round(free / 45) * 45;
+  return { turn: Math.abs(free - eighth) < SNAP ? eighth : free };
+};
 
 export function Sheet({ hint }: { hint: string }) {
   const plane = useRef<SVGGElement>(null);
   const isNear = useSignal(true);
   const ghost = useSignal(false);
   const frame = useSignal<Frame>(ROOM);
-  useEffect(() => {
-    const ends = [followReach(), watchWorld()];
-    return () => ends.forEach((end) => end());
-  }, []);
+  useEffect(followReach, []);
+  useEffect(watchWorld, []);
   useEffect(() => effect(() => void (frame.value = isNear.value ? near(frame.peek()) : whole())), []);
   const { x, y, width, height } = frame.value;
   const now = place.value;
@@ -93,34 +100,15 @@ export function Sheet({ hint }: { hint: string }) {
     const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(plane.current?.getScreenCTM()?.inverse());
     return [at.x, at.y];
   };
-  const drags = (begin: () => Hand) => ({
+  const taken = (hand: Hand) => ({
     onPointerDown: (event: PointerEvent) => {
-      if (event.button !== 0 || !(event.currentTarget instanceof Element)) return;
-      const [target, from, hand] = [event.currentTarget, pointOf(event), begin()];
+      const [target, before, from] = [event.currentTarget, place.peek(), pointOf(event)];
+      if (event.button !== 0 || before === null || !(target instanceof Element)) return;
       target.setPointerCapture(event.pointerId);
       const over = new AbortController();
-      const { signal } = over;
-      target.addEventListener("pointermove", (event) => hand(from, pointOf(event as PointerEvent)), { signal });
-      for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) target.addEventListener(end, () => over.abort(), { signal });
+      target.addEventListener("pointermove", (event) => change(hand(before, from, pointOf(event as PointerEvent))), over);
+      target.addEventListener("lostpointercapture", () => over.abort(), over);
     },
-  });
-  const moves = drags(() => {
-    const [px, py] = place.value?.at ?? [0, 0];
-    return (from, to) => change({ at: [px + to[0] - from[0], py + to[1] - from[1]] });
-  });
-  const far = ([px, py]: Point) => Math.hypot(px - (now?.at[0] ?? 0), py - (now?.at[1] ?? 0));
-  const scales = drags(() => {
-    const scale = place.value?.scale ?? 1;
-    return (from, to) => change({ scale: (scale * Math.max(far(to), 1)) / Math.max(far(from), 1) });
-  });
-  const turns = drags(() => {
-    const turn = place.value?.turn ?? 0;
-    const angle = ([px, py]: Point) => (Math.atan2(py - (now?.at[1] ?? 0), px - (now?.at[0] ?? 0)) * 180) / Math.PI;
-    return (from, to) => {
-      const free = turn + angle(to) - angle(from);
-      const eighth = Math.round(free / 45) * 45;
-      change({ turn: Math.abs(free - eighth) < SNAP ? eighth : free });
-    };
   });
   const keys = (event: KeyboardEvent) => {
     if (now === null || event.target !== event.currentTarget) return;
@@ -181,7 +169,7 @@ export function Sheet({ hint }: { hint: string }) {
                 )}
               </g>
             ) : null}
-            {isThere ? <polygon class="hold" data-testid="draw-hold" points={CORNERS.map((one) => corner(one).join()).join(" ")} {...moves} /> : null}
+            {isThere ? <polygon class="hold" data-testid="draw-hold" points={CORNERS.map((one) => corner(one).join()).join(" ")} {...taken(moves)} /> : null}
             {state === null ? null : <circle class="tip" cx={state.x} cy={state.y} r={width / 90} />}
             {ghost.value && isThere ? (
               <>
@@ -196,9 +184,9 @@ export function Sheet({ hint }: { hint: string }) {
         {isThere ? (
           <>
             {CORNERS.map((one, nth) => (
-              <span key={nth} class="handle corner" style={spot(corner(one))} data-testid={`draw-corner-${nth + 1}`} {...scales} />
+              <span key={nth} class="handle corner" style={spot(corner(one))} data-testid={`draw-corner-${nth + 1}`} {...taken(scales)} />
             ))}
-            <span class="handle turn" style={spot(corner([0, 1], height / 16))} data-testid="draw-turn" {...turns} />
+            <span class="handle turn" style={spot(corner([0, 1], height / 16))} data-testid="draw-turn" {...taken(turns)} />
           </>
         ) : (
           <p class="hint plane-hint">{hint}</p>
