@@ -33,6 +33,14 @@ export async function choose(): Promise<string | null> {
   return `${(await serial.getPorts()).indexOf(port)} ${kind(port)}`;
 }
 
+/** The port that was chosen, if it is there still. */
+async function portOf(chosen: string): Promise<SerialPort> {
+  const [at = "", of] = chosen.split(" ");
+  const port = (await serial?.getPorts())?.[Number(at)];
+  if (port === undefined || kind(port) !== of) throw PORT_GONE;
+  return port;
+}
+
 /** Who carries the line on. */
 interface Ends {
   heard(bytes: Uint8Array): void;
@@ -54,11 +62,7 @@ export class SerialLine {
 
   /** Opens a port, as `choose` names it; fails with a code of `closed`. */
   static async open(chosen: string): Promise<SerialLine> {
-    const [at = "", of] = chosen.split(" ");
-    const ports = (await serial?.getPorts()) ?? [];
-    const port = ports[Number(at)];
-    if (port === undefined || kind(port) !== of) throw PORT_GONE;
-    const line = new SerialLine(port);
+    const line = new SerialLine(await portOf(chosen));
     await line.opens();
     return line;
   }
@@ -77,9 +81,7 @@ export class SerialLine {
 
   /** The person chose another port, or the same again, while it was lost. */
   async again(chosen: string): Promise<void> {
-    const [at = "", of] = chosen.split(" ");
-    const port = (await serial?.getPorts())?.[Number(at)];
-    if (port === undefined || kind(port) !== of) throw PORT_GONE;
+    const port = await portOf(chosen);
     if (this.writer !== null || this.looking) return;
     this.looking = true;
     try {

@@ -20,7 +20,10 @@ export function Connect() {
   const token = useSignal(keptToken());
   const bad = useSignal(false);
   const refused = store.refused.value;
-  const isOn = store.backend.value !== "none" && refused === null;
+  const [backend, fault] = [store.backend.value, store.portFault.value];
+  const isOn = backend !== "none" && refused === null;
+  const isFirst = store.isStatic.value && !isOn;
+  const noSerial = serial === undefined || (backend === "serial" && store.link.value !== "lost");
   const go = async (event: Event) => {
     event.preventDefault();
     const address = apiUrl(url.value.trim());
@@ -35,29 +38,12 @@ export function Connect() {
     <Card title={t("connect.title")} class="connect">
       <div class="ways">
         <div class="way">
-          <Do
-            id="connect-sim"
-            class={store.isStatic.value && !isOn ? "primary" : ""}
-            off={store.backend.value === "sim"}
-            aria-describedby="sim-why"
-            press={connectSim}
-          >
-            {t("connect.sim")}
-          </Do>
+          <Do id="connect-sim" class={isFirst ? "primary" : ""} off={backend === "sim"} aria-describedby="sim-why" text={t("connect.sim")} press={connectSim} />
           <p id="sim-why" class="hint">{t("connect.sim.why")}</p>
         </div>
         <div class="way">
-          <Do
-            id="connect-serial"
-            off={serial === undefined || (store.backend.value === "serial" && store.link.value !== "lost")}
-            aria-describedby="serial-why"
-            press={connectSerial}
-          >
-            {t("connect.serial")}
-          </Do>
-          <p id="serial-why" class={`hint ${store.portFault.value === null ? "" : "bad"}`} role="status" data-testid="serial-why">
-            {serialHint()}
-          </p>
+          <Do id="connect-serial" off={noSerial} aria-describedby="serial-why" text={t("connect.serial")} press={connectSerial} />
+          <p id="serial-why" class={`hint ${fault === null ? "" : "bad"}`} role="status" data-testid="serial-why">{serialHint()}</p>
         </div>
       </div>
       <form class="server" onSubmit={go}>

@@ -6,11 +6,7 @@ import * as check from "../run/check";
 import { isArmed, watchArmed } from "../run/laser";
 import * as store from "../store";
 import { Card, Do, Switch, TextField } from "../ui/parts";
-import { JobCard } from "./job";
-import { PartsCard } from "./partslist";
-import { Presets } from "./presets";
-import { Sheet } from "./sheet";
-import { OptionsCard, Start, title, useWorkshop, What, why } from "./workshop";
+import { title, why, Workshop } from "./workshop";
 
 /** What is typed of a test grid; the rest is the station's. */
 const grid = signal<Record<string, string>>({});
@@ -48,30 +44,19 @@ function TestGrid() {
 }
 
 export function Engrave() {
-  useWorkshop("laser");
   useEffect(watchArmed, []);
   const off = why() !== null;
   const frame = () => check.start(t("laser.frame.of", { title: title() }), t("laser.frame.text"), { setup: { frame: "box" } });
-  return (
-    <div class="workshop">
-      <Sheet hint={t("engrave.empty")} />
-      <div class="workshop-do" role="group" aria-label={t("nav.engrave")}>
-        <What />
-        <Start
-          because={isArmed.value ? null : "laser.unarmed"}
-          more={
-            <div class="laser-do">
-              <Do id="laser-frame" off={off || check.chosen.value === null} why="draw-why" text={t("laser.frame")} press={frame} title={t("laser.frame.text")} />
-              <Switch id="laser-arm" label={t("laser.arm")} on={isArmed.value} off={off} why="draw-why" danger flip={(on) => (isArmed.value = on)} />
-            </div>
-          }
-        />
-        <JobCard />
-        <OptionsCard first={["power", "speed", "passes"]} />
-        <PartsCard />
-        <Presets />
-        <TestGrid />
-      </div>
+  const before = (
+    <div class="laser-do">
+      <Do id="laser-frame" off={off || check.chosen.value === null} why="draw-why" text={t("laser.frame")} press={frame} title={t("laser.frame.text")} />
+      <Switch id="laser-arm" label={t("laser.arm")} on={isArmed.value} off={off} why="draw-why" danger flip={(on) => (isArmed.value = on)} />
     </div>
+  );
+  const because = isArmed.value ? null : "laser.unarmed";
+  return (
+    <Workshop tool="laser" name={t("nav.engrave")} hint={t("engrave.empty")} first={["power", "speed", "passes"]} because={because} before={before}>
+      <TestGrid />
+    </Workshop>
   );
 }

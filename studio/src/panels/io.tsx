@@ -7,7 +7,7 @@ import { language } from "../settings";
 import { type Field as TableField, io, levels, refresh, type Row, watchOf, watchPins } from "../pins";
 import { call, shown } from "../session";
 import * as store from "../store";
-import { Card, Do, Field, Heads, NumberInput, Pick } from "../ui/parts";
+import { Card, Do, Field, Heads, NumberInput, Pick, Range } from "../ui/parts";
 import "./io.css";
 import texts from "./io.words.json";
 
@@ -50,7 +50,7 @@ function Setting({ pin, off }: { pin: Pin; off: boolean }) {
   const { address } = pin;
   const kind = watchOf(pin.function);
   const level = levels.value.get(address) ?? 0;
-  const inputOff = { disabled: store.lease.value !== "mine", "aria-describedby": store.lease.value === "mine" ? undefined : WHY };
+  const inputOff = store.lease.value !== "mine";
   if (kind === "output") {
     const is = levels.value.get(address) ?? pin.level ?? 0;
     return (
@@ -58,15 +58,16 @@ function Setting({ pin, off }: { pin: Pin; off: boolean }) {
         id={`pin-${address}-set`}
         aria-pressed={is !== 0}
         label={t("io.set", { n: address })}
-        off={off} why={WHY}
+        off={off}
+        why={WHY}
+        text={t(is === 0 ? "io.high" : "io.low")}
         press={() => setPin("output", [address, is === 0 ? 1 : 0])}
-      >
-        {t(is === 0 ? "io.high" : "io.low")}
-      </Do>
+      />
     );
   }
   if (pin.frequency !== null) {
     const [, hertz, percent] = rowOf("signal")?.sets ?? [];
+    const setSignal = () => setPin("signal", [address, frequency.value, duty.value]);
     const number = (field: TableField | undefined, value: typeof duty) => (
       <NumberInput
         label={`${words(field?.about ?? "")}, ${words(field?.unit ?? "")}`}
@@ -83,15 +84,7 @@ function Setting({ pin, off }: { pin: Pin; off: boolean }) {
       <>
         {number(hertz, frequency)}
         {number(percent, duty)}
-        <Do
-          id={`pin-${address}-set`}
-          class="small"
-          label={t("io.set", { n: address })}
-          off={off} why={WHY}
-          press={() => setPin("signal", [address, frequency.value, duty.value])}
-        >
-          {t("io.signal")}
-        </Do>
+        <Do id={`pin-${address}-set`} class="small" label={t("io.set", { n: address })} off={off} why={WHY} text={t("io.signal")} press={setSignal} />
       </>
     );
   }
@@ -100,15 +93,15 @@ function Setting({ pin, off }: { pin: Pin; off: boolean }) {
     const { counts = 1, volts = 0 } = io.value?.analog ?? {};
     return (
       <>
-        <input
-          type="range"
-          min={0}
-          max={counts}
+        <Range
+          id={`pin-${address}-drive`}
+          label={t("io.drive", { n: address })}
+          least={0}
+          most={counts}
           value={level}
-          aria-label={t("io.drive", { n: address })}
-          data-testid={`pin-${address}-drive`}
-          {...inputOff}
-          onInput={(event) => void drive(address, { value: event.currentTarget.valueAsNumber })}
+          off={inputOff}
+          why={WHY}
+          set={(value) => drive(address, { value })}
         />
         <small>{`0 … ${volts} V`}</small>
       </>
@@ -120,7 +113,7 @@ function Setting({ pin, off }: { pin: Pin; off: boolean }) {
       class="quiet"
       aria-pressed={level !== 0}
       label={t("io.drive", { n: address })}
-      off={inputOff.disabled} why={WHY}
+      off={inputOff} why={WHY}
       press={() => drive(address, { level: level === 0 })}
     >
       {t(level === 0 ? "io.driveHigh" : "io.driveLow")}

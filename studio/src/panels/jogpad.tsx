@@ -2,7 +2,7 @@
 import { t } from "../i18n";
 import * as jog from "../jog";
 import * as store from "../store";
-import { Card, Choice, Field, Pick } from "../ui/parts";
+import { Card, Choice, Field, Pick, Range } from "../ui/parts";
 
 interface ButtonProps {
   axis: jog.Axis;
@@ -146,18 +146,9 @@ export function JogPad() {
             { value: "step", text: t("jog.step"), testId: "jog-mode-step" },
           ]}
         />
-        <Field label={t("jog.size")}>
-          <Pick id="jog-step-size" value={jog.stepSize.value} options={jog.STEPS.map((n) => ({ value: n as number, text: t("jog.unit", { n }) }))} choose={(size) => (jog.stepSize.value = size)} />
-        </Field>
+        <Pick title={t("jog.size")} id="jog-step-size" value={jog.stepSize.value} options={jog.STEPS.map((n) => ({ value: n as number, text: t("jog.unit", { n }) }))} choose={(size) => (jog.stepSize.value = size)} />
         <Field label={<>{t("jog.speed")} <b class="number">{jog.speed.value} %</b></>}>
-          <input
-            type="range"
-            min={1}
-            max={100}
-            value={jog.speed.value}
-            data-testid="jog-speed"
-            onInput={(event) => (jog.speed.value = Number(event.currentTarget.value))}
-          />
+          <Range id="jog-speed" least={1} most={100} value={jog.speed.value} set={(to) => (jog.speed.value = to)} />
         </Field>
       </div>
     </Card>

@@ -3,7 +3,7 @@ import type { Part } from "../api";
 import { t } from "../i18n";
 import * as check from "../run/check";
 import { duration } from "../run/jobs";
-import { Card, Field, Heads, Pick } from "../ui/parts";
+import { Card, Heads, Pick } from "../ui/parts";
 
 function tick({ n }: Part, isWanted: boolean): void {
   const parts = check.report.value?.parts ?? [];
@@ -18,9 +18,7 @@ export function PartsCard() {
   const options = option.choices.map((value) => ({ value, text: t(`setup.parts.${value}` as "setup.parts.none") }));
   return (
     <Card title={t("parts.title")} class="parts-card">
-      <Field label={t("parts.by")}>
-        <Pick id="parts-by" value={check.valueOf("parts")} options={[{ value: "", text: t("parts.auto") }, ...options]} choose={(to) => check.setValue("parts", to)} />
-      </Field>
+      <Pick title={t("parts.by")} id="parts-by" value={check.valueOf("parts")} options={[{ value: "", text: t("parts.auto") }, ...options]} choose={(to) => check.setValue("parts", to)} />
       {parts.length === 0 ? null : (
         <table data-testid="parts">
           <Heads names={[t("parts.drawn"), t("parts.name"), t("parts.length"), t("parts.time")]} unseen={[t("parts.drawn")]} />

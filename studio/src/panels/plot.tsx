@@ -9,7 +9,7 @@ import { io, levels, watchOf, watchPins } from "../pins";
 import { at, beat, POSE, type Readings, readings, snapshot } from "../ring";
 import { theme } from "../settings";
 import * as store from "../store";
-import { Card, Choice, Do, Heads } from "../ui/parts";
+import { Card, Choice, Do, Heads, Range } from "../ui/parts";
 import "./plot.css";
 
 type Group = "tip" | "joints" | "speed" | "queue" | "pins";
@@ -253,17 +253,15 @@ export function Plots() {
         <Chart lines={lines} source={source} span={Number(span.value)} back={back.value} live={held.value === null} />
         <label class="plot-scrub">
           {t("plot.scrub")}
-          <input
-            type="range"
-            min={-Math.floor(all)}
-            max={0}
-            step={1}
+          <Range
+            id="plot-scrub"
+            least={-Math.floor(all)}
+            most={0}
             value={-back.value}
-            data-testid="plot-scrub"
-            aria-valuetext={t("plot.back", { n: back.value })}
-            onInput={(event) => {
+            text={t("plot.back", { n: back.value })}
+            set={(to) => {
               if (held.value === null) hold(true);
-              back.value = Math.abs(event.currentTarget.valueAsNumber);
+              back.value = Math.abs(to);
             }}
           />
           <output>{t("plot.back", { n: back.value })}</output>

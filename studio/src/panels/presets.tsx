@@ -8,7 +8,7 @@ import { save } from "../log";
 import * as check from "../run/check";
 import { call } from "../session";
 import * as store from "../store";
-import { Card, Do, Field, OpenFile, Pick, TextField } from "../ui/parts";
+import { Card, Do, OpenFile, Pick, TextField } from "../ui/parts";
 
 const all = signal<Preset[]>([]);
 const chosen = signal("");
@@ -55,9 +55,7 @@ export function Presets() {
   const open = ([file]: File[]) => tried(async () => file && keep(file.name.replace(/\.toml$/i, "").replace(/[^A-Za-z0-9_-]+/g, "-"), { text: await file.text() }));
   return (
     <Card title={t("preset.title")} class="preset-card" more={<OpenFile id="preset-open" class="small" accept=".toml" off={off} text={t("programs.open")} open={open} />}>
-      <Field label={t("preset.choose")}>
-        <Pick id="preset-choose" value={chosen.value} options={[{ value: "", text: t("preset.none") }, ...all.value.map((one) => one.name)]} off={!store.isUp.value} choose={choose} />
-      </Field>
+      <Pick title={t("preset.choose")} id="preset-choose" value={chosen.value} options={[{ value: "", text: t("preset.none") }, ...all.value.map((one) => one.name)]} off={!store.isUp.value} choose={choose} />
       {preset?.note ? <p class="hint" data-testid="preset-note">{preset.note}</p> : null}
       <TextField id="preset-name" label={t("preset.name")} value={name.value} most={64} live off={off} set={(text) => (name.value = text.trim())} />
       <div class="buttons-row">

@@ -9,7 +9,7 @@ import * as jobs from "../run/jobs";
 import * as library from "../run/programs";
 import { language } from "../settings";
 import * as store from "../store";
-import { Field, Pick, TextField } from "../ui/parts";
+import { Pick, TextField } from "../ui/parts";
 import { world } from "../view/seen";
 import "./run.css";
 import texts from "./setup.words.json";
@@ -35,9 +35,7 @@ function Asked({ option }: { option: Option }) {
     const textOf = (choice: string) => named(`${name}.${choice}`, told(`tools.${choice}`, choice));
     const unset = usual || option.default !== null ? [] : [{ value: "", text: t("setup.unset") }];
     return (
-      <Field label={label}>
-        <Pick id={`setup-${name}`} value={check.valueOf(name)} options={[...unset, ...choices.map((choice) => ({ value: choice, text: textOf(choice) }))]} choose={set} />
-      </Field>
+      <Pick title={label} id={`setup-${name}`} value={check.valueOf(name)} options={[...unset, ...choices.map((choice) => ({ value: choice, text: textOf(choice) }))]} choose={set} />
     );
   }
   const of = { point: "x, y ", place: "x, y, z ", area: "x, y, ↔, ↕ " }[kind as "point"] ?? "";

@@ -7,7 +7,7 @@ import * as store from "../store";
 import * as actions from "../teach/actions";
 import * as program from "../teach/rows";
 import { ArmView } from "../view/view";
-import { Card, Do, Field, OpenFile, Pick, Switch, TextField, Times, Why } from "../ui/parts";
+import { Card, Do, OpenFile, Pick, Switch, TextField, Times, Why } from "../ui/parts";
 import { JobCard } from "./job";
 import { JogPad } from "./jogpad";
 import { Points } from "./points";
@@ -81,14 +81,13 @@ function Files() {
         placeholder={t("teach.untitled")}
         set={(text) => program.change({ title: text.trim() })}
       />
-      <Field label={t("programs.format")}>
-        <Pick
-          id="teach-save-format"
-          value={actions.format.value}
-          options={(["plan", "playback"] as const).map((value) => ({ value, text: t(`format.${value}`) }))}
-          choose={(format) => (actions.format.value = format)}
-        />
-      </Field>
+      <Pick
+        title={t("programs.format")}
+        id="teach-save-format"
+        value={actions.format.value}
+        options={(["plan", "playback"] as const).map((value) => ({ value, text: t(`format.${value}`) }))}
+        choose={(format) => (actions.format.value = format)}
+      />
       <Do id="teach-save" off={off || program.rows.value.length === 0} text={t("teach.save")} press={actions.save} />
       <OpenFile id="teach-open" accept=".playback,.json,.plan,.csv,.xyz,.blockly,.xml" off={off} text={t("programs.open")} open={([file]) => file && actions.open(file)} />
     </div>

@@ -2,7 +2,7 @@
 import * as actions from "../actions";
 import { t, told } from "../i18n";
 import * as store from "../store";
-import { Card, Do, Field, Pick, Switch } from "../ui/parts";
+import { Card, Do, Field, Pick, Range, Switch } from "../ui/parts";
 
 const TOOLS = ["none", "suction", "gripper", "pen", "laser"] as const;
 const GRIPPER = ["open", "closed", "off"] as const;
@@ -22,27 +22,17 @@ export function ArmCard() {
       </div>
       {state?.homed === false ? <p class="hint">{t("home.unknown")}</p> : null}
       <Field label={<>{t("arm.speed")} <b class="number">{speed === null ? "–" : `${Math.round(speed)} %`}</b></>}>
-        <input
-          type="range"
-          min={1}
-          max={100}
-          value={speed ?? 50}
-          disabled={off}
-          aria-describedby={off ? "jog-why" : undefined}
-          data-testid="arm-speed"
-          onChange={(event) => actions.speed(Number(event.currentTarget.value))}
-        />
+        <Range id="arm-speed" least={1} most={100} value={speed ?? 50} off={off} why="jog-why" rests set={actions.speed} />
       </Field>
-      <Field label={t("tools.select")}>
-        <Pick
-          id="tool-select"
-          value={mounted}
-          options={[...(isOther ? [{ value: mounted, text: told(`tools.${mounted}`, mounted), disabled: true }] : []), ...TOOLS.map((value) => ({ value: value as string, text: t(`tools.${value}`) }))]}
-          off={off}
-          why="jog-why"
-          choose={(name) => actions.tool({ tool: name as (typeof TOOLS)[number] })}
-        />
-      </Field>
+      <Pick
+        title={t("tools.select")}
+        id="tool-select"
+        value={mounted}
+        options={[...(isOther ? [{ value: mounted, text: told(`tools.${mounted}`, mounted), disabled: true }] : []), ...TOOLS.map((value) => ({ value: value as string, text: t(`tools.${value}`) }))]}
+        off={off}
+        why="jog-why"
+        choose={(name) => actions.tool({ tool: name as (typeof TOOLS)[number] })}
+      />
       <div class="tool-row">
         <Switch id="tool-suction" label={t("tool.suction")} on={tool?.suction ?? null} off={off} why="jog-why" flip={(suction) => actions.tool({ suction })} />
         <Switch id="tool-laser" label={t("tool.laser")} on={tool?.laser ?? null} off={off} why="jog-why" danger flip={actions.laser} />

@@ -9,8 +9,12 @@ import { setup } from "../run/place";
 import * as library from "../run/programs";
 import * as store from "../store";
 import { Card, Do, Drop, Field, OpenFile, Pick } from "../ui/parts";
+import { JobCard } from "./job";
+import { PartsCard } from "./partslist";
+import { Presets } from "./presets";
 import { formatOf } from "./programs";
 import { about, Found, Options, Unseen, usePrograms } from "./setup";
+import { Sheet } from "./sheet";
 
 /** What has lines of its own that can lie anywhere. */
 const FORMATS = ["svg", "dxf", "hpgl", "image", "text", "gcode"];
@@ -26,7 +30,7 @@ function write(text: string): void {
 }
 
 /** Draws with a tool, where the sheet has it, as long as the panel is open. */
-export function useWorkshop(tool: "pen" | "laser"): void {
+function useWorkshop(tool: "pen" | "laser"): void {
   usePrograms(AT_ONCE);
   useEffect(() => {
     const end = effect(() => void (check.fixed.value = { tool, work: tool === "pen" ? "draw" : "engrave", ...setup.value }));
@@ -39,7 +43,7 @@ export function useWorkshop(tool: "pen" | "laser"): void {
   }, []);
 }
 
-export function What() {
+function What() {
   const off = !store.isUp.value;
   const noFile = off || store.role.value === "viewer";
   const drawings = library.programs.value.filter(({ format }) => FORMATS.includes(format ?? ""));
@@ -49,24 +53,16 @@ export function What() {
         <Field label={t("draw.text")}>
           <textarea rows={2} maxLength={2000} disabled={off} placeholder={t("draw.text.hint")} data-testid="draw-text" value={check.chosen.value?.format === "text" ? typed.value : ""} onInput={(event) => write(event.currentTarget.value)} />
         </Field>
-        <Field label={t("draw.program")}>
-          <Pick
-            id="draw-program"
-            value={check.selected.value ?? ""}
-            options={[{ value: "", text: t("draw.program.none") }, ...drawings.map(({ name, format }) => ({ value: name, text: `${name} (${formatOf(format)})` }))]}
-            off={off || drawings.length === 0}
-            choose={(name) => void check.select(name || null)}
-          />
-        </Field>
+        <Pick
+          title={t("draw.program")}
+          id="draw-program"
+          value={check.selected.value ?? ""}
+          options={[{ value: "", text: t("draw.program.none") }, ...drawings.map(({ name, format }) => ({ value: name, text: `${name} (${formatOf(format)})` }))]}
+          off={off || drawings.length === 0}
+          choose={(name) => void check.select(name || null)}
+        />
       </Drop>
     </Card>
-  );
-}
-
-/** The options of what is on the sheet, if it has any. */
-export function OptionsCard({ first }: { first: readonly string[] }) {
-  return check.asked.value.length === 0 ? null : (
-    <Card title={t("setup.title")} class="options-card"><Options first={first} /></Card>
   );
 }
 
@@ -76,32 +72,51 @@ export function title(): string {
 /** Why nothing can be started now. */
 export const why = (): Key | null => jobs.why.value ?? (jobs.busy.value ? "why.busy.job" : null);
 
-export function Time() {
-  const seconds = check.report.value?.seconds ?? null;
-  return (
-    <p class="draw-time">
-      <b class="number" data-testid="draw-time">{seconds === null ? "–" : jobs.duration(seconds)}</b>{" "}
-      <span class="hint">{t("draw.time")}</span>
-    </p>
-  );
+interface WorkshopProps {
+  tool: "pen" | "laser";
+  name: string;
+  hint: string;
+  /** Options that are not folded. */
+  first: readonly string[];
+  /** Why nothing can be started, beyond what holds for every job. */
+  because?: Key | null;
+  /** What stands before the start, and below all. */
+  before?: ComponentChildren;
+  children?: ComponentChildren;
 }
 
-/** The start of what is on the sheet; `because` is why it is off, beyond what holds for every job. */
-export function Start({ because, more }: { because?: Key | null; more?: ComponentChildren }) {
-  const reason = why() ?? because ?? null;
+export function Workshop({ tool, name, hint, first, because = null, before, children }: WorkshopProps) {
+  useWorkshop(tool);
+  const reason = why() ?? because;
   const isThere = check.chosen.value !== null;
+  const seconds = check.report.value?.seconds ?? null;
+  const time = (
+    <p class="draw-time">
+      <b class="number" data-testid="draw-time">{seconds === null ? "–" : jobs.duration(seconds)}</b> <span class="hint">{t("draw.time")}</span>
+    </p>
+  );
+  const start = () => check.start(title(), about(check.report.value));
   return (
-    <Card title={t("draw.go")} class="start-card" more={<Time />}>
-      {isThere ? <Found /> : null}
-      <Unseen />
-      {more}
-      <div class="buttons-row">
-        <Do id="draw-start" class="primary" off={reason !== null || !isThere} why="draw-why" press={() => check.start(title(), about(check.report.value))}>
-          {t("run.start")}
-        </Do>
-        <Do id="draw-check" off={!store.isUp.value || !isThere} text={t("run.check")} press={check.check} />
+    <div class="workshop">
+      <Sheet hint={hint} />
+      <div class="workshop-do" role="group" aria-label={name}>
+        <What />
+        <Card title={t("draw.go")} class="start-card" more={time}>
+          {isThere ? <Found /> : null}
+          <Unseen />
+          {before}
+          <div class="buttons-row">
+            <Do id="draw-start" class="primary" off={reason !== null || !isThere} why="draw-why" text={t("run.start")} press={start} />
+            <Do id="draw-check" off={!store.isUp.value || !isThere} text={t("run.check")} press={check.check} />
+          </div>
+          <p id="draw-why" class="hint" role="status">{reason === null ? "" : t(reason)}</p>
+        </Card>
+        <JobCard />
+        {check.asked.value.length === 0 ? null : <Card title={t("setup.title")} class="options-card"><Options first={first} /></Card>}
+        <PartsCard />
+        <Presets />
+        {children}
       </div>
-      <p id="draw-why" class="hint" role="status">{reason === null ? "" : t(reason)}</p>
-    </Card>
+    </div>
   );
 }

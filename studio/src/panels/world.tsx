@@ -7,7 +7,7 @@ import { t } from "../i18n";
 import { save } from "../log";
 import { call, shown } from "../session";
 import * as store from "../store";
-import { Card, Do, Field, NumberInput, Pick, Switch } from "../ui/parts";
+import { Card, Do, Field, NumberInput, Pick, Range, Switch } from "../ui/parts";
 import { boundsOf, pathOf, UP, viewBox } from "../view/flat";
 import { hand } from "../view/layers";
 import { drawn, look, world, worldless } from "../view/seen";
@@ -19,11 +19,7 @@ const ABOVE = 300;
 const WHY = "world-why";
 
 /** Why a hand cannot do anything, as a key of the texts. A cable that is out is no reason. */
-function why(): "why.closed" | "why.lost" | "why.viewer" | "why.other" | "why.free" | null {
-  if (store.socket.value !== "up") return store.socket.value === "closed" ? "why.closed" : "why.lost";
-  if (store.role.value === "viewer") return "why.viewer";
-  return store.lease.value === "mine" ? null : store.lease.value === "other" ? "why.other" : "why.free";
-}
+const why = () => store.barred(store.socket.value === "up");
 
 async function done(work: () => Promise<unknown>): Promise<void> {
   await tried(work);
@@ -47,23 +43,22 @@ function Scenario({ off }: { off: boolean }) {
   return (
     <Card title={t("world.scenario")}>
       <div class="row">
-        <Field label={t("world.scenario.pick")}>
-          <Pick
-            id="world-scenario"
-            value={current}
-            options={[
-              { value: "", text: t("world.empty") },
-              ...(current === "own" ? [{ value: "own", text: title ?? t("world.own") }] : []),
-              ...all.value.map((one) => ({ value: one.name, text: one.title ?? one.name })),
-            ]}
-            off={off || noTeacher}
-            why={off ? WHY : "world-note"}
-            choose={(name) => {
-              const wanted = all.value.find((one) => one.name === name);
-              if (name === "" || wanted) void begin(wanted?.text ?? "");
-            }}
-          />
-        </Field>
+        <Pick
+          title={t("world.scenario.pick")}
+          id="world-scenario"
+          value={current}
+          options={[
+            { value: "", text: t("world.empty") },
+            ...(current === "own" ? [{ value: "own", text: title ?? t("world.own") }] : []),
+            ...all.value.map((one) => ({ value: one.name, text: one.title ?? one.name })),
+          ]}
+          off={off || noTeacher}
+          why={off ? WHY : "world-note"}
+          choose={(name) => {
+            const wanted = all.value.find((one) => one.name === name);
+            if (name === "" || wanted) void begin(wanted?.text ?? "");
+          }}
+        />
         <label class="pick-file">
           <span>{t("world.open")}</span>
           <input
@@ -178,18 +173,13 @@ function Guide() {
       {JOINTS.map((joint, at) => (
         <label key={joint}>
           <b>{joint.toUpperCase()}</b>
-          <input
-            type="range"
-            min={limits[joint][0]}
-            max={limits[joint][1]}
+          <Range
+            id={`world-guide-${joint}`}
+            least={limits[joint][0] ?? 0}
+            most={limits[joint][1] ?? 0}
             step={0.5}
             value={state[joint]}
-            data-testid={`world-guide-${joint}`}
-            onInput={(event) => {
-              const to = event.currentTarget.valueAsNumber;
-              const now = next ?? JOINTS.map((joint) => store.state.value?.[joint] ?? 0);
-              void guide(now.map((value, nth) => (nth === at ? to : value)));
-            }}
+            set={(to) => guide((next ?? JOINTS.map((one) => store.state.value?.[one] ?? 0)).with(at, to))}
           />
           <output aria-live="off">{`${state[joint].toFixed(1)}°`}</output>
         </label>

@@ -1,5 +1,5 @@
 // Questions and lists over the page. They leave Stop reachable: nothing behind them is locked.
-import type { ComponentChildren } from "preact";
+import type { ComponentChildren, ComponentProps } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import * as actions from "../actions";
 import { t } from "../i18n";
@@ -31,14 +31,10 @@ function Sheet({ role, id, testId, title, children }: SheetProps) {
   );
 }
 
-interface AnswerProps {
-  id: string;
-  text: string;
-  press: () => unknown;
-}
+type Answer = ComponentProps<typeof Do>;
 
 /** A question with two answers: the first one changes nothing. */
-function Ask({ title, no, yes, ...rest }: Omit<SheetProps, "role"> & { no: AnswerProps; yes: AnswerProps }) {
+function Ask({ title, no, yes, ...rest }: Omit<SheetProps, "role"> & { no: Answer; yes: Answer }) {
   return (
     <Sheet role="alertdialog" title={title} {...rest}>
       <p id={`${rest.id}-text`}>{rest.children}</p>

@@ -95,11 +95,7 @@ export function LinkLost() {
   return (
     <div class="banner lost" role="status">
       <p>
-        <b>
-          {t("link.lost")}{" "}
-          <time data-testid="link-since" dateTime={since.toISOString()}>{clock(since)}</time>
-        </b>{" "}
-        {t("link.again")}
+        <b>{t("link.lost")} <time data-testid="link-since" dateTime={since.toISOString()}>{clock(since)}</time></b> {t("link.again")}
       </p>
     </div>
   );

@@ -153,6 +153,8 @@ export function TextField({ id, label, unit = "", value, hint, bad = false, off 
 
 interface PickProps<T extends string | number> {
   id?: string;
+  /** Its name above it; or one that is not seen. */
+  title?: string;
   label?: string;
   value: T;
   /** What may be chosen: values that are their own names, or values with texts. */
@@ -163,9 +165,9 @@ interface PickProps<T extends string | number> {
 }
 
 /** One of many. */
-export function Pick<T extends string | number>({ id, label, value, options, off = false, why, choose }: PickProps<T>) {
+export function Pick<T extends string | number>({ id, title, label, value, options, off = false, why, choose }: PickProps<T>) {
   const all = options.map((option) => (typeof option === "object" ? option : { value: option, text: String(option), disabled: false }));
-  return (
+  const select = (
     <select
       aria-label={label}
       aria-describedby={off ? why : undefined}
@@ -179,6 +181,7 @@ export function Pick<T extends string | number>({ id, label, value, options, off
       ))}
     </select>
   );
+  return title === undefined ? select : <Field label={title}>{select}</Field>;
 }
 
 /** The names of a table's columns; those of columns with buttons are not seen. */
@@ -238,6 +241,29 @@ export function NumberInput({ id, label, value, digits = 1, step, least, most, o
       onBlur={() => (typed.value = null)}
     />
   );
+}
+
+interface RangeProps {
+  id: string;
+  label?: string;
+  least: number;
+  most: number;
+  step?: number;
+  value: number;
+  /** The value in words, where it is more than a number. */
+  text?: string;
+  off?: boolean;
+  why?: string | undefined;
+  /** Takes a value only when the hand lets go. */
+  rests?: boolean;
+  set: (value: number) => unknown;
+}
+
+export function Range({ id, label, least, most, step = 1, value, text, off = false, why, rests = false, set }: RangeProps) {
+  const take = (event: { currentTarget: HTMLInputElement }) => void set(event.currentTarget.valueAsNumber);
+  const because = off ? why : undefined;
+  const how = { min: least, max: most, step, value, disabled: off, ...(rests ? { onChange: take } : { onInput: take }) };
+  return <input type="range" aria-label={label} aria-valuetext={text} aria-describedby={because} data-testid={id} {...how} />;
 }
 
 /** A place where files may be dropped. */
