@@ -1,10 +1,11 @@
 // The arm in 3D: the links that the arm names, at the joints that it reads. One unit is a millimetre.
 import {
-  AmbientLight, BufferAttribute, BufferGeometry, CylinderGeometry, DirectionalLight, ExtrudeGeometry, Float32BufferAttribute, Group, HemisphereLight, Line,
-  LineBasicMaterial, LineLoop, LineSegments, Mesh, MeshBasicMaterial, MeshStandardMaterial, PCFShadowMap, PerspectiveCamera, PlaneGeometry, Scene, ShadowMaterial, Shape,
+  AmbientLight, BufferAttribute, BufferGeometry, CylinderGeometry, DirectionalLight, Float32BufferAttribute, Group, HemisphereLight, Line,
+  LineBasicMaterial, LineLoop, LineSegments, Mesh, MeshBasicMaterial, MeshStandardMaterial, PCFShadowMap, PerspectiveCamera, PlaneGeometry, Scene, ShadowMaterial,
   SphereGeometry, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { RoundedBoxGeometry } from "three/addons/geometries/RoundedBoxGeometry.js";
 import type { State } from "../api";
 import type { Model } from "../store";
 import type { Layer, Shapes } from "./layers";
@@ -392,25 +393,11 @@ function meshOf(row: LinkRow): Mesh {
   } else if (row.shape === "cylinder") {
     geometry = new CylinderGeometry(x / 2, x / 2, z, 48).rotateX(Math.PI / 2).translate(0, 0, z / 2);
   } else {
-    geometry = box(x, y, z);
+    geometry = new RoundedBoxGeometry(x, y, z, 3, Math.min(5, x / 4, y / 4, z / 4)).translate(0, 0, z / 2);
   }
   const mesh = new Mesh(geometry, material);
   const turn = row.turn.map((degrees) => (degrees * Math.PI) / 180);
   mesh.rotation.set(turn[0] ?? 0, turn[1] ?? 0, turn[2] ?? 0, "ZYX");
   mesh.castShadow = mesh.receiveShadow = true;
   return mesh;
-}
-
-/** A box with round edges. */
-function box(x: number, y: number, z: number): BufferGeometry {
-  const bevel = Math.min(3, x / 4, y / 4, z / 4);
-  const [a, b, r] = [x / 2 - bevel, y / 2 - bevel, Math.min(8, x / 5, y / 5)];
-  const shape = new Shape();
-  shape.moveTo(-a + r, -b);
-  shape.lineTo(a - r, -b).quadraticCurveTo(a, -b, a, -b + r);
-  shape.lineTo(a, b - r).quadraticCurveTo(a, b, a - r, b);
-  shape.lineTo(-a + r, b).quadraticCurveTo(-a, b, -a, b - r);
-  shape.lineTo(-a, -b + r).quadraticCurveTo(-a, -b, -a + r, -b);
-  const options = { depth: z - 2 * bevel, bevelSize: bevel, bevelThickness: bevel, bevelSegments: 3, curveSegments: 6 };
-  return new ExtrudeGeometry(shape, options).translate(0, 0, bevel);
 }
