@@ -114,8 +114,10 @@ fn weights_and_styles_of_a_family_are_told_apart() {
 
 #[test]
 fn closed_letters_are_filled_and_single_lines_are_not() {
-    let mut options = ReadOptions::default();
-    options.fills = crate::Fills::Areas;
+    let options = ReadOptions {
+        fills: crate::Fills::Areas,
+        ..ReadOptions::default()
+    };
     let text = r#"<text x="10" y="90" font-size="20" font-family="Ours">lo</text>"#;
     let (artwork, _) = parsed(text, &options);
     assert_eq!((artwork.strokes.len(), artwork.areas.len()), (1, 1));
@@ -123,8 +125,10 @@ fn closed_letters_are_filled_and_single_lines_are_not() {
 
 #[test]
 fn single_lines_of_the_file_stay_where_all_text_is_to_be_of_single_lines() {
-    let mut options = ReadOptions::default();
-    options.text_lines = TextLines::Stroke;
+    let options = ReadOptions {
+        text_lines: TextLines::Stroke,
+        ..ReadOptions::default()
+    };
     let text = r#"<text x="10" y="90" font-size="20" font-family="Ours">l</text>"#;
     let (artwork, _) = parsed(text, &options);
     assert_eq!(artwork.strokes.len(), 1);
