@@ -13,7 +13,7 @@ use crate::verbs::preset::Save;
 use crate::verbs::write::Write;
 
 /// Flags that change nothing of what is made: how it is looked at, and how the job goes.
-const NOT_OF_A_SETUP: [&str; 18] = [
+const NOT_OF_A_SETUP: [&str; 21] = [
     "preset",
     "repeat",
     "format",
