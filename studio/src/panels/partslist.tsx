@@ -5,10 +5,16 @@ import * as check from "../run/check";
 import { duration } from "../run/jobs";
 import { Card, Heads, Pick } from "../ui/parts";
 
-function tick({ n }: Part, isWanted: boolean): void {
+/** Whether it is drawn: as a person has ticked it, else as the station says. */
+function isWanted({ n, skipped }: Part): boolean {
+  const only = check.values.value["only"];
+  return only ? only.split("\n").includes(String(n)) : !skipped;
+}
+
+function tick(part: Part, is: boolean): void {
   const parts = check.report.value?.parts ?? [];
-  const only = parts.filter((part) => (part.n === n ? isWanted : !part.skipped));
-  check.setValue("only", only.length === parts.length || only.length === 0 ? "" : only.map((part) => part.n).join("\n"));
+  const only = parts.filter((one) => (one.n === part.n ? is : isWanted(one)));
+  if (only.length > 0) check.setValue("only", only.length === parts.length ? "" : only.map(({ n }) => n).join("\n"));
 }
 
 export function PartsCard() {
@@ -29,7 +35,8 @@ export function PartsCard() {
                   <input
                     type="checkbox"
                     aria-label={t("parts.draw", { name: part.name ?? part.color ?? part.n })}
-                    checked={!part.skipped}
+                    checked={isWanted(part)}
+                    disabled={isWanted(part) && parts.filter(isWanted).length === 1}
                     data-testid={`part-only-${part.n}`}
                     onChange={(event) => tick(part, event.currentTarget.checked)}
                   />
