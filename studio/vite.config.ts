@@ -23,7 +23,7 @@ export default defineConfig({
   plugins: [inlineStyle],
   oxc: { jsx: { runtime: "automatic", importSource: "preact" } },
   build: {
-    outDir: "../crates/magician-studio/dist",
+    outDir: "../target/studio",
     emptyOutDir: true,
     target: "es2022",
     sourcemap: false,

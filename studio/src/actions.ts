@@ -1,7 +1,7 @@
 // What people do, each as one call; what is refused is said.
 import type { Params } from "./client";
 import { LINE_ENDED, RpcError } from "./client";
-import { t } from "./i18n";
+import { t, told } from "./i18n";
 import { endJog } from "./jog";
 import { log } from "./log";
 import { call, giveBack, shown, takeControl } from "./session";
@@ -12,9 +12,16 @@ const STOPPED = -32007;
 
 export function complain(error: unknown): void {
   if (error instanceof RpcError && error.code === STOPPED) return;
-  const text = error instanceof RpcError && error.code === LINE_ENDED ? t("why.lost") : String((error as Error).message);
+  const text = error instanceof RpcError ? inWords(error) : String((error as Error).message);
   log(text);
   store.say(text, true);
+}
+
+/** What the station answered; in other languages with its kind in front. */
+export function inWords({ code, message }: RpcError): string {
+  if (code === LINE_ENDED) return t("why.lost");
+  const kind = told(`error.${code}`, "");
+  return kind === "" ? message : `${kind}: ${message}`;
 }
 
 /** Stops the shown arm, or all of the station, and whatever the page holds. Never refused, never asked. */

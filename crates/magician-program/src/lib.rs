@@ -75,6 +75,7 @@ mod surface;
 mod testgrid;
 pub mod turns;
 pub mod wire;
+mod words;
 
 pub use artwork::{Artwork, FilledArea, Stroke, WouldFit};
 pub use calibrate::{Tip, rounded_height};

@@ -3,7 +3,7 @@ import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { complain, tried } from "../actions";
 import type { Params } from "../client";
-import { t } from "../i18n";
+import { t, told } from "../i18n";
 import { save } from "../log";
 import { call, shown } from "../session";
 import * as store from "../store";
@@ -50,7 +50,7 @@ function Scenario({ off }: { off: boolean }) {
           options={[
             { value: "", text: t("world.empty") },
             ...(current === "own" ? [{ value: "own", text: title ?? t("world.own") }] : []),
-            ...all.value.map((one) => ({ value: one.name, text: one.title ?? one.name })),
+            ...all.value.map((one) => ({ value: one.name, text: told(`scenario.${one.name}`, one.title ?? one.name) })),
           ]}
           off={off || noTeacher}
           why={off ? WHY : "world-note"}

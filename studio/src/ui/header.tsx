@@ -2,7 +2,7 @@
 import type { ComponentChildren } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import * as actions from "../actions";
-import { t } from "../i18n";
+import { t, told } from "../i18n";
 import { clock } from "../log";
 import * as store from "../store";
 import { Do } from "./parts";
@@ -124,8 +124,8 @@ export function Alarms() {
           <ul>
             {alarms.map((alarm) => (
               <li key={alarm.code} data-testid={`alarm-${alarm.code}`}>
-                <b>{alarm.name}</b> <span>{alarm.cause}.</span>{" "}
-                <span class="cure">{t("alarms.cure")}: {alarm.cure}.</span>
+                <b>{alarm.name}</b> <span>{told(`alarm.${alarm.code}.cause`, alarm.cause)}.</span>{" "}
+                <span class="cure">{t("alarms.cure")}: {told(`alarm.${alarm.code}.cure`, alarm.cure)}.</span>
               </li>
             ))}
           </ul>

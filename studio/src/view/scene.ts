@@ -29,8 +29,10 @@ const TRAIL = 400;
 const FADES = 20_000;
 /** A new reading is reached within this time, ms: about as long as two lie apart. */
 const GLIDE = 60;
-/** Frames that take longer, ms, one after the other, get fewer pixels, down to so many for each of the page's. */
+/** Where so many frames one after the other take longer than this, ms, no graphics chip draws them. */
 const SLOW = 36;
+const SLOW_FRAMES = 20;
+/** So many pixels are drawn then for each of the page's. */
 const COARSE = 0.5;
 
 export interface Drawn {
@@ -40,6 +42,14 @@ export interface Drawn {
   fps: number | null;
   /** Where the letters of the axes stand. */
   axes: Record<"x" | "y", [number, number]>;
+}
+
+/** What drivers that compute pictures without a graphics chip are called: Chromium does not tell it in another way. */
+const PROCESSORS = /SwiftShader|llvmpipe|softpipe|Basic Render|Software/i;
+
+function isDrawnByProcessor(gl: WebGLRenderingContext | WebGL2RenderingContext): boolean {
+  const named = gl.getExtension("WEBGL_debug_renderer_info")?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER;
+  return PROCESSORS.test(String(gl.getParameter(named)));
 }
 
 export class ArmScene {
@@ -64,18 +74,21 @@ export class ArmScene {
   private follows = false;
   private frame = 0;
   private faded: ReturnType<typeof setTimeout> | undefined;
+  private due: ReturnType<typeof setTimeout> | undefined;
   private lastDraw = 0;
   private fps: number | null = null;
   private floor = 0;
   private slow = 0;
-  private sharpness = Math.min(devicePixelRatio, 2);
+  /** One picture for each reading, without shadows and with fewer pixels: what is beside it is shown first. */
+  private spares = false;
+  private readonly sun = new DirectionalLight(0xffffff, 2.1);
   private readonly sizes: ResizeObserver;
   private readonly layers = new Map<Layer, { group: Group; shapes: Shapes }>();
   private readonly endDragging: () => void;
 
   constructor(private readonly place: HTMLElement) {
     this.renderer = new WebGLRenderer({ antialias: true, alpha: true });
-    this.renderer.setPixelRatio(this.sharpness);
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = PCFShadowMap;
     this.renderer.domElement.setAttribute("aria-hidden", "true");
@@ -90,6 +103,7 @@ export class ArmScene {
     this.controls.addEventListener("change", () => this.wake());
     this.controls.addEventListener("start", () => (this.flight = null));
     this.light();
+    if (isDrawnByProcessor(this.renderer.getContext())) this.spare();
     const geometry = new BufferGeometry();
     geometry.setAttribute("position", new BufferAttribute(new Float32Array(TRAIL * 3), 3));
     geometry.setAttribute("color", new BufferAttribute(new Float32Array(TRAIL * 4), 4));
@@ -106,7 +120,7 @@ export class ArmScene {
 
   private light(): void {
     this.scene.add(new HemisphereLight(0xffffff, 0x9aa3ad, 1.5), new AmbientLight(0xffffff, 0.35));
-    const sun = new DirectionalLight(0xffffff, 2.1);
+    const { sun } = this;
     sun.position.set(-250, -420, 800);
     sun.castShadow = true;
     sun.shadow.mapSize.set(1024, 1024);
@@ -236,6 +250,7 @@ export class ArmScene {
 
   end(): void {
     cancelAnimationFrame(this.frame);
+    clearTimeout(this.due);
     clearTimeout(this.faded);
     this.sizes.disconnect();
     this.endDragging();
@@ -273,7 +288,12 @@ export class ArmScene {
   }
 
   private wake(): void {
-    if (this.frame === 0) this.frame = requestAnimationFrame(() => this.draw());
+    if (this.frame !== 0) return;
+    // A frame waits for every canvas in it: the numbers of this reading go ahead of its picture.
+    this.frame = requestAnimationFrame(() => {
+      if (this.spares) this.due = setTimeout(() => this.draw());
+      else this.draw();
+    });
   }
 
   private draw(): void {
@@ -282,7 +302,7 @@ export class ArmScene {
     const now = performance.now();
     let goesOn = false;
     if (this.wanted !== null) {
-      const share = Math.min(1, (now - this.moveAt) / GLIDE);
+      const share = this.spares ? 1 : Math.min(1, (now - this.moveAt) / GLIDE);
       for (const joint of Object.keys(this.shown) as Joint[]) {
         this.shown[joint] = this.from[joint] + (this.wanted[joint] - this.from[joint]) * share;
       }
@@ -340,12 +360,15 @@ export class ArmScene {
     this.lastDraw = now;
     if (gap > 120) return;
     this.fps = this.fps === null ? 1000 / gap : this.fps * 0.9 + 100 / gap;
-    // Where no graphics chip draws, fewer pixels leave time for what is beside the picture.
     this.slow = gap > SLOW ? this.slow + 1 : 0;
-    if (this.slow > 20 && this.sharpness > COARSE) {
-      [this.sharpness, this.slow] = [Math.max(COARSE, this.sharpness / 1.5), 0];
-      this.renderer.setPixelRatio(this.sharpness);
-    }
+    if (this.slow > SLOW_FRAMES) this.spare();
+  }
+
+  private spare(): void {
+    if (this.spares) return;
+    this.spares = true;
+    this.sun.castShadow = false;
+    this.renderer.setPixelRatio(COARSE);
   }
 
   private tell(tip: Vector3): void {

@@ -138,6 +138,11 @@ fn apart(from: [f64; 3], to: [f64; 3]) -> f64 {
     libm::hypot(libm::hypot(x, y), z)
 }
 
+/// To micrometres, as in the report of a check.
+fn rounded(mm: f64) -> f64 {
+    (mm * 1000.0).round() / 1000.0
+}
+
 impl PartSummary {
     fn of(part: &Part) -> Self {
         Self {
@@ -160,7 +165,7 @@ impl PartSummary {
                 listed.len() - 1
             });
             if let Some(part) = listed.get_mut(nth) {
-                part.drawn_mm = figures.drawn;
+                part.drawn_mm = rounded(figures.drawn);
                 part.seconds = figures.time.map(|time| time.as_secs_f64());
             }
         }
@@ -168,7 +173,7 @@ impl PartSummary {
         if let ([part], true) = (listed.as_mut_slice(), report.parts.is_empty())
             && !part.skipped
         {
-            part.drawn_mm = report.drawn;
+            part.drawn_mm = rounded(report.drawn);
             part.seconds = report.time.map(|time| time.as_secs_f64());
         }
     }

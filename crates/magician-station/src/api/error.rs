@@ -41,6 +41,22 @@ impl RpcError {
     pub const TOO_MANY: i32 = -32006;
     /// A stop came first.
     pub const STOPPED: i32 = -32007;
+    /// All of them.
+    pub const CODES: [i32; 13] = [
+        Self::PARSE,
+        Self::REQUEST,
+        Self::METHOD,
+        Self::PARAMS,
+        Self::INTERNAL,
+        Self::ARM,
+        Self::FORBIDDEN,
+        Self::LEASE,
+        Self::BUSY,
+        Self::CHECK_FAILED,
+        Self::DANGEROUS,
+        Self::TOO_MANY,
+        Self::STOPPED,
+    ];
 
     pub(crate) fn new(code: i32, message: impl Into<String>) -> Self {
         let mut data = Map::new();

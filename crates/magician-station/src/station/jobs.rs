@@ -318,6 +318,7 @@ impl Station {
                 }
                 record.first_step = record.order.as_ref().map(|order| order.from + 1);
             }
+            JobNews::Burns => self.control.job_burns(arm, job),
             JobNews::Starts(steps) => {
                 record.first_step = Some(steps + 1);
                 record.reaches(steps);

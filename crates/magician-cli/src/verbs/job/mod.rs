@@ -28,12 +28,12 @@ use magician::{JointAngles, Options, SimSpeed, Target, VirtualArm, blocking, bur
 use magician_job::report::advised;
 use magician_program::rehearse::{RehearseOptions, stage};
 use magician_program::{
-    AppliedPlacement, Diagnostic, Ending, Format, Plan, Program, Setup,
-    SetupOptions, WorkOption, WouldFit,
+    AppliedPlacement, Diagnostic, Ending, Format, Plan, Program, Setup, SetupOptions, WorkOption,
+    WouldFit,
 };
 use magician_protocol::visible_lines;
 
-use self::drive::{Drive, Ran};
+use self::drive::{Drive, RATE, Ran};
 use self::options::{File, PlacementOptions, PreviewFlags, RunFlags};
 use self::reading::Read;
 use crate::context::{Context, JobPolicy, StopPolicy};
@@ -460,11 +460,14 @@ impl Job {
             made,
             from: way.from,
             resume: way.resume,
+            overlap: way.overlap.unwrap_or_default(),
             keep: way.keep,
             windowed: context.global.window.is_some_and(|window| window > 1),
             require_homed: way.require_homed,
             refuses_unhomed: real && made.needs_homed_arm && !way.unhomed,
             record: way.record.as_deref(),
+            rate: way.rate.unwrap_or(RATE),
+            units: way.units,
             json: context.global.json,
             tui: way.tui,
             repeats: self.repeats,

@@ -1,8 +1,11 @@
 //! The options as a table: what each is, and for which formats it counts.
 
 use super::{AskedGroup, AskedKind, AskedOption, DefaultValue};
-use crate::raster::Trace;
-use crate::{Format, Framing};
+use crate::fill::FillMode;
+use crate::raster::{ImageStyle, Trace};
+use crate::{
+    Align, BundledFont, Format, FrameShape, Framing, PartMode, SystemFonts, TextLines, White,
+};
 
 use AskedGroup::{Fill, Image, Laser, More, Parts, Pen, Place, Text};
 use AskedKind as Kind;
@@ -155,7 +158,7 @@ const RAW: AskedOption = switch("raw", More, "The file's coordinates are the arm
 
 const FILL: AskedOption = first_of(
     "fill",
-    &["none", "hatch", "cross", "contour"],
+    FillMode::NAMES,
     Fill,
     "Lines that shapes are filled with",
 );
@@ -177,24 +180,19 @@ const FILLS: [AskedOption; 4] = [
     .with("fill", FILLED),
     first_of(
         "white",
-        &["skip", "draw"],
+        White::NAMES,
         Fill,
         "What becomes of white lines and shapes",
     ),
 ];
 
-const FONT: AskedOption = first_of("font", &["sans", "script", "gothic"], Text, "Font of text");
+const FONT: AskedOption = first_of("font", BundledFont::NAMES, Text, "Font of text");
 const SIZE: AskedOption = number("size", "mm", Text, "Height of a capital")
     .above(0.0)
     .or(Number(10.0));
 const WRAP: AskedOption = number("wrap", "mm", Text, "Width that lines are broken at").above(0.0);
 const SETTING: [AskedOption; 2] = [
-    first_of(
-        "align",
-        &["left", "center", "right"],
-        Text,
-        "Where shorter lines lie",
-    ),
+    first_of("align", Align::NAMES, Text, "Where shorter lines lie"),
     number(
         "line_height",
         "",
@@ -207,13 +205,13 @@ const SETTING: [AskedOption; 2] = [
 const LETTERS: [AskedOption; 2] = [
     first_of(
         "text",
-        &["outline", "stroke"],
+        TextLines::NAMES,
         Text,
         "How the letters of texts are drawn",
     ),
     first_of(
         "system_fonts",
-        &["on", "off"],
+        SystemFonts::NAMES,
         Text,
         "Whether texts are written in the installed fonts that they name",
     ),
@@ -238,7 +236,7 @@ const NO_PAUSE: AskedOption = switch("no_pause", Parts, "Never waits for a perso
 const DIVIDED: [AskedOption; 3] = [
     choice(
         "parts",
-        &["none", "layer", "color"],
+        PartMode::NAMES,
         Parts,
         "What the parts of the drawing are",
     ),
@@ -260,7 +258,7 @@ const DIVIDED: [AskedOption; 3] = [
 
 const IMAGE: AskedOption = first_of(
     "image",
-    &["outline", "centerline", "halftone", "squiggle", "hatch"],
+    ImageStyle::NAMES,
     Image,
     "What the pen makes of an image",
 );
@@ -355,14 +353,14 @@ const SCANNED: [AskedOption; 3] = [
 const FRAME: [AskedOption; 2] = [
     choice(
         "frame",
-        &["box", "hull", "outline"],
+        FrameShape::NAMES,
         Laser,
         "Goes round what would be marked, instead of marking it",
     ),
     number("frame_power", "%", Laser, "Power of the laser on a frame")
         .above(0.0)
         .to(Framing::MOST_POWER)
-        .with("frame", &["box", "hull", "outline"]),
+        .with("frame", FrameShape::NAMES),
 ];
 
 const PEN: [AskedOption; 3] = [
