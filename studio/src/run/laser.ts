@@ -19,20 +19,18 @@ addEventListener("pagehide", () => {
 export function watchArmed(): () => void {
   const disarm = () => (isArmed.value = false);
   let wasBusy = false;
-  const ends = [
-    effect(() => {
-      const holds = store.isUp.value && store.lease.value === "mine";
-      void store.armName.value;
-      void store.session.value;
-      if (!holds || (wasBusy && !busy.value)) disarm();
-      wasBusy = busy.value;
-    }),
-  ];
-  const hidden = () => document.hidden && disarm();
-  document.addEventListener("visibilitychange", hidden);
+  const end = effect(() => {
+    const holds = store.isUp.value && store.lease.value === "mine";
+    void store.armName.value;
+    void store.session.value;
+    if (!holds || (wasBusy && !busy.value)) disarm();
+    wasBusy = busy.value;
+  });
+  const over = new AbortController();
+  document.addEventListener("visibilitychange", () => document.hidden && disarm(), over);
   return () => {
-    for (const end of ends) end();
-    document.removeEventListener("visibilitychange", hidden);
+    end();
+    over.abort();
     disarm();
   };
 }
