@@ -1,4 +1,5 @@
 // The parts of a drawing: its layers or colours, which of them are drawn, and whether the pen is changed between them.
+import { useEffect } from "preact/hooks";
 import type { Part } from "../api";
 import { t } from "../i18n";
 import * as check from "../run/check";
@@ -19,8 +20,13 @@ function tick(part: Part, is: boolean): void {
 
 export function PartsCard() {
   const option = check.asked.value.find(({ name }) => name === "parts");
-  if (option === undefined) return null;
   const parts = check.report.value?.parts ?? [];
+  // A file whose layers say nothing is seen in its colours, and drawn without a pause.
+  useEffect(() => {
+    if (option === undefined || check.values.value["parts"] !== undefined || parts.length === 0 || parts.some(({ seconds }) => seconds !== null)) return;
+    check.values.value = { ...check.values.value, parts: "color", no_pause: "true" };
+  }, [check.report.value]);
+  if (option === undefined) return null;
   const options = option.choices.map((value) => ({ value, text: t(`setup.parts.${value}` as "setup.parts.none") }));
   return (
     <Card title={t("parts.title")} class="parts-card">

@@ -77,8 +77,8 @@ export async function choose(source: Source | null): Promise<void> {
   if (isSame) return;
   forget();
   options.value = [];
-  // How somebody draws holds for the next drawing too; which of its parts does not.
-  const { only: _, ...kept } = values.value;
+  // How somebody draws holds for the next drawing too; what its parts are, and which of them, does not.
+  const { only: _, parts: _parts, no_pause: _pause, ...kept } = values.value;
   values.value = Object.keys(fixed.value).length === 0 ? {} : kept;
   const format = source?.format ?? entry.value?.format;
   if (!format) return;
