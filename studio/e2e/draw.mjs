@@ -139,8 +139,9 @@ export function drawing(test, bench) {
   test("the sheet: parts have their colours, and are drawn alone where that is chosen", async () => {
     const page = await opened("draw", "pen");
     await give(page, "two colours.svg", TWO);
-    await page.getByTestId("parts-by").selectOption("color");
+    await page.waitForFunction(() => document.querySelector("[data-testid=parts-by]")?.value === "color", null, { timeout: 15_000 });
     await page.getByTestId("part-2").waitFor();
+    assert.equal(await page.getByTestId("parts-pause").isChecked(), false);
     await shown(page);
     const colors = () => page.locator(".plane .drawn").evaluateAll((paths) => paths.map((path) => path.getAttribute("stroke")).sort());
     assert.deepEqual(await colors(), ["#0030b0", "#b00020"]);
@@ -254,6 +255,7 @@ export function drawing(test, bench) {
       await type(page, "rotate", route === "draw" ? 12 : -8);
       await shown(page);
       if (route === "engrave") await page.getByTestId("laser-arm").click();
+      await page.waitForTimeout(300);
       await page.screenshot({ path: join(bench.shots, `${route}.png`) });
       await closed(page);
     }

@@ -23,9 +23,10 @@ export function PartsCard() {
   const parts = check.report.value?.parts ?? [];
   // A file whose layers say nothing is seen in its colours, and drawn without a pause.
   useEffect(() => {
-    if (option === undefined || check.values.value["parts"] !== undefined || parts.length === 0 || parts.some(({ seconds }) => seconds !== null)) return;
+    const strokes = check.report.value?.preview?.strokes ?? [];
+    if (option === undefined || check.values.value["parts"] !== undefined || strokes.length === 0 || strokes.some(({ part }) => part !== null)) return;
     check.values.value = { ...check.values.value, parts: "color", no_pause: "true" };
-  }, [check.report.value]);
+  }, [check.report.value, option]);
   if (option === undefined) return null;
   const options = option.choices.map((value) => ({ value, text: t(`setup.parts.${value}` as "setup.parts.none") }));
   return (
