@@ -425,6 +425,28 @@ fn g_code_waits_where_it_says_so() {
     );
 }
 
+/// What was drawn before the first tool is named was drawn with another one.
+#[test]
+fn the_first_tool_is_a_change_where_something_was_drawn_before() {
+    const TEXT: &str =
+        "G0 X220 Y0 Z20 F3000\nG0 Z0\nG1 X240 F600\nG0 Z20\nT2\nG0 Z0\nG1 Y10\nG0 Z20\nM2\n";
+    let run = |options: &SetupOptions| {
+        let setup = options.setup(&SetupDefaults::default());
+        let parsed = read(Format::Gcode, TEXT.as_bytes(), &options.reading(&setup)).expect("read");
+        setup
+            .plan(Format::Gcode, parsed.content)
+            .expect("a plan")
+            .plan
+    };
+    let mut options = SetupOptions::by_file();
+    assert_eq!(shown(&run(&options)), ["program: mount tool 2"]);
+    options.parts = Some(PartMode::Layer);
+    assert_eq!(
+        shown(&run(&options)),
+        ["1, -", "part: mount tool 2", "2, tool 2"]
+    );
+}
+
 #[test]
 fn tools_are_parts_if_that_is_asked_for() {
     let mut options = SetupOptions::by_file();
