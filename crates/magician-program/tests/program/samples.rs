@@ -17,7 +17,7 @@ use magician_program::{
 };
 
 /// Readers that share nothing with those that are tried but the parser of SVG.
-#[path = "../../../../xtask/src/programs/source.rs"]
+#[path = "../../../../xtask/src/workshop/source.rs"]
 mod source;
 
 use source::Line;
