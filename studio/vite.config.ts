@@ -23,7 +23,7 @@ export default defineConfig({
   plugins: [inlineStyle],
   oxc: { jsx: { runtime: "automatic", importSource: "preact" } },
   build: {
-    outDir: "../crates/magician-studio/dist",
+    outDir: "../target/studio",
     emptyOutDir: true,
     target: "es2022",
     sourcemap: false,
@@ -38,7 +38,8 @@ export default defineConfig({
             { name: "preact", test: /node_modules.@?preact/ },
             { name: "three", test: /node_modules.three/ },
             { name: "shell", test: SHELL },
-            { name: "jobs", test: /src.run.|src.panels.(job\.tsx|run\.css)/ },
+            { name: "jobs", test: /src.run.(?!place|laser)|src.panels.(job\.|setup|programs|run\.css)/ },
+            { name: "sheet", test: /src.run.place|src.panels.(sheet|workshop)/ },
           ],
         },
         chunkFileNames: "assets/[name].js",

@@ -82,7 +82,7 @@ export function worlds(test, { browser, station, shots, closed }) {
     await page.locator("[data-testid=world-paper] path.ink[d^=M]").waitFor({ state: "attached" });
     const drawn = await page.locator("[data-testid=world-paper] path.ink").getAttribute("d");
     const [x, y] = strokes[0].points.at(-1);
-    assert.ok(drawn.endsWith(`${x} ${-y}`), `${drawn} and ${x} ${y}`);
+    assert.ok(drawn.endsWith(`${x} ${y}`), `${drawn} and ${x} ${y}`);
     assert.match(await page.getByTestId("world-paper").evaluate((paper) => paper.tagName), /^svg$/i);
     await page.context().close();
   });

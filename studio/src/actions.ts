@@ -1,20 +1,27 @@
 // What people do, each as one call; what is refused is said.
 import type { Params } from "./client";
 import { LINE_ENDED, RpcError } from "./client";
-import { t } from "./i18n";
+import { t, told } from "./i18n";
 import { endJog } from "./jog";
 import { log } from "./log";
 import { call, giveBack, shown, takeControl } from "./session";
 import * as store from "./store";
 
-export const DANGEROUS = -32005;
+const DANGEROUS = -32005;
 const STOPPED = -32007;
 
 export function complain(error: unknown): void {
   if (error instanceof RpcError && error.code === STOPPED) return;
-  const text = error instanceof RpcError && error.code === LINE_ENDED ? t("why.lost") : String((error as Error).message);
+  const text = error instanceof RpcError ? inWords(error) : String((error as Error).message);
   log(text);
   store.say(text, true);
+}
+
+/** What the station answered; in other languages with its kind in front. */
+export function inWords({ code, message }: RpcError): string {
+  if (code === LINE_ENDED) return t("why.lost");
+  const kind = told(`error.${code}`, "");
+  return kind === "" ? message : `${kind}: ${message}`;
 }
 
 /** Stops the shown arm, or all of the station, and whatever the page holds. Never refused, never asked. */
@@ -94,12 +101,19 @@ export const laser = (on: boolean) =>
   });
 export const speed = (percent: number) => tried(() => call("arm.speed", { ...shown(), percent }));
 
+/** What a person has to agree to before it is done, if the station has refused it for that. */
+export function dangerOf(error: unknown): string | null {
+  if (!(error instanceof RpcError) || error.code !== DANGEROUS) return null;
+  return t(error.data["danger"] === "laser" ? "danger.laser" : "danger.arm");
+}
+
 /** Once more with `yes` where the station says that it is dangerous and the person agrees. */
 export async function agreed(what: string, work: (yes: { yes?: boolean }) => Promise<unknown>): Promise<void> {
   try {
     await work({});
   } catch (error) {
-    if (!(error instanceof RpcError) || error.code !== DANGEROUS) throw error;
-    if (await store.ask(what, error.message, what)) await work({ yes: true });
+    const danger = dangerOf(error);
+    if (danger === null) throw error;
+    if (await store.ask(what, danger, what)) await work({ yes: true });
   }
 }

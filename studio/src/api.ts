@@ -95,6 +95,120 @@ export type Choice = {
   name: string;
 };
 
+export type Option = {
+  name: string;
+  kind: "choice" | "number" | "integer" | "point" | "place" | "area" | "switch" | "text" | "list" | "pens";
+  unit: string;
+  choices: string[];
+  default: number | string | boolean | null;
+  least: number | null;
+  above: number | null;
+  most: number | null;
+  with: string | null;
+  when: string[];
+  group: "place" | "fill" | "text" | "parts" | "image" | "laser" | "pen" | "more";
+  usual: boolean;
+  about: string;
+};
+
+export type Report = {
+  ok: boolean;
+  seconds: number | null;
+  steps: number | null;
+  drawn_mm: number;
+  travel_mm: number;
+  bounds?: Bounds;
+  travel_bounds?: Bounds;
+  power?: {
+    most: number;
+    least: number;
+  };
+  refused: number;
+  would_fit?: {
+    scale: number;
+    rotate: number;
+  } | null;
+  complaints: Complaint[];
+  fence?: {
+    floor: number | null;
+    box: Array<[number, number, number]> | null;
+    keep_out: Array<Array<[number, number, number]>>;
+    top_speed: number | null;
+    strongest_laser: number | null;
+  };
+  placed?: {
+    scale: number;
+    turn: number;
+    at: [number, number];
+  };
+  parts: Part[];
+  notes?: Note[];
+  preview?: Preview;
+};
+
+export type Bounds = {
+  x: [number, number];
+  y: [number, number];
+  z: [number, number];
+};
+
+export type Complaint = {
+  step: number;
+  line?: number;
+  column?: number;
+  name?: string;
+  kind: string;
+  message: string;
+  beyond?: number;
+  code?: string;
+  command?: string;
+  value?: number;
+  limit?: number;
+  unit?: string;
+  fence?: string;
+  from?: number;
+  to?: number;
+  remedies?: Array<Record<string, unknown>>;
+};
+
+export type Note = {
+  code: string;
+  text: string;
+  line?: number;
+  element?: string;
+  remedies?: Array<Record<string, unknown>>;
+};
+
+export type Part = {
+  n: number;
+  name: string | null;
+  color: string | null;
+  strokes: number;
+  drawn_mm: number;
+  seconds: number | null;
+  skipped: boolean;
+};
+
+export type Preview = {
+  strokes: Array<{
+    points: Array<[number, number]>;
+    height: number;
+    part: number | null;
+    reachable: boolean;
+  }>;
+  travels: Array<Array<[number, number, number]>>;
+};
+
+export type Preset = {
+  name: string;
+  shipped: boolean;
+  note: string | null;
+  path: string | null;
+  options?: Record<string, unknown>;
+  text?: string;
+  problem?: string;
+};
+
 export interface Methods {
   /** Begins the session. The first message of a socket, once. */
   "session.hello": {
@@ -523,20 +637,7 @@ export interface Methods {
       setup?: Record<string, unknown>;
       preview?: boolean;
     };
-    result: {
-      ok: boolean;
-      seconds: number | null;
-      steps: number | null;
-      drawn_mm: number;
-      travel_mm: number;
-      travel_bounds: {
-        x: number[];
-        y: number[];
-        z: number[];
-      };
-      refused: number;
-      complaints: unknown[];
-    };
+    result: Report;
   };
   /** Checks a program and runs it. */
   "job.start": {
@@ -653,24 +754,50 @@ export interface Methods {
       }>;
     };
   };
-  /** What a person is asked before a program of this format is done: members of `setup` that are seldom left out. */
+  /** What a person is asked before a program of this format is done: members of `setup`, the usual ones first. */
   "program.options": {
     params: {
       format: string;
+      all?: boolean;
     };
     result: {
-      options: Array<{
-        name: string;
-        kind: "choice" | "number" | "point" | "switch";
-        unit: string;
-        choices: string[];
-        with: string | null;
-        about: string;
-      }>;
+      options: Option[];
     };
   };
   /** Removes a program from the library. */
   "program.delete": {
+    params: {
+      name: string;
+    };
+    result: null;
+  };
+  /** The presets of drawing and engraving, for `setup.preset`: those that come with this program first. */
+  "preset.list": {
+    params: {
+    };
+    result: {
+      presets: Preset[];
+    };
+  };
+  /** What a preset says. */
+  "preset.show": {
+    params: {
+      name: string;
+    };
+    result: Preset;
+  };
+  /** Keeps options under a name; what was kept under it is replaced. It goes before one of this name that comes with this program. */
+  "preset.save": {
+    params: {
+      name: string;
+      setup?: Record<string, unknown>;
+      note?: string;
+      text?: string;
+    };
+    result: Preset;
+  };
+  /** Removes a preset that was kept; one that comes with this program stays. */
+  "preset.remove": {
     params: {
       name: string;
     };

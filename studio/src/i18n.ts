@@ -32,5 +32,5 @@ export function t(key: Key, values: Record<string, string | number> = {}): strin
   return text.replace(/\{(\w+)\}/g, (all, name: string) => String(values[name] ?? all));
 }
 
-/** A sentence if the page has it, else what the station says. */
-export const told = (key: string, or: string): string => (key in en ? t(key as Key) : or);
+/** What the language has under this key, else what the station says: English it says by itself. */
+export const told = (key: string, or: string): string => (texts.value as Record<string, string>)[key] ?? or;

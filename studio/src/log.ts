@@ -14,10 +14,7 @@ export function log(text: string): void {
   lines.value = [...lines.value.slice(1 - MOST), { at: new Date(), text }];
 }
 
-export function clock(at: Date): string {
-  const two = (number: number) => String(number).padStart(2, "0");
-  return `${two(at.getHours())}:${two(at.getMinutes())}:${two(at.getSeconds())}`;
-}
+export const clock = (at: Date): string => at.toLocaleTimeString("en-GB");
 
 export function save(name: string, content: BlobPart, type = "text/plain"): void {
   const link = document.createElement("a");

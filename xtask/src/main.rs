@@ -29,7 +29,7 @@ Usage: cargo xtask CHORE
   alarms     list the alarms as conformance cases show them: docs/ALARMS.md
   station    list the methods and routes of a station: docs/STATION-API.md
   studio [--check]
-             build the page for browsers with Node: crates/magician-studio/dist; compare it
+             build the page for browsers with Node: crates/magician-studio/packed; compare it
   studio-api [--check]
              write the methods as types of the page: studio/src/api.ts
   fidelity   list what the virtual arm assumes, and the cases that hold it: docs/FIDELITY.md

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::io::{self, Write};
+use std::path::Path;
 
 use magician::report::ErrorFigures;
 use magician::{ErrorCode, ErrorKind, Voice};
@@ -128,6 +129,11 @@ impl Failure {
     /// The laser would or could burn, and is not allowed to.
     pub(crate) fn not_allowed_to_burn(message: impl Into<String>) -> Self {
         Self::usage(message).hint(format!("{GOGGLES}; --yes allows it"))
+    }
+
+    /// A file of the person's could not be written.
+    pub(crate) fn unwritable(path: &Path, error: &impl fmt::Display) -> Self {
+        Self::invalid(format!("{} cannot be written: {error}", path.display()))
     }
 
     pub(crate) fn interrupted() -> Self {

@@ -37,8 +37,7 @@ pub(crate) fn serving(endpoint: &Endpoint) -> String {
 
 /// A file to write from its beginning; one that another program is writing stays as it is.
 pub(crate) fn create(path: &Path) -> Result<File, Failure> {
-    files::create(path)
-        .map_err(|error| Failure::invalid(format!("{} cannot be written: {error}", path.display())))
+    files::create(path).map_err(|error| Failure::unwritable(path, &error))
 }
 
 /// A parent that does not listen is no reason to stop serving.

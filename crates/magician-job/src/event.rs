@@ -94,7 +94,7 @@ pub struct JobProgress {
 }
 
 /// Where a job that was resumed goes on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct StartsAt {
     /// Steps that are done.
@@ -103,6 +103,8 @@ pub struct StartsAt {
     pub within: bool,
     /// The next was cut short, or its end is unknown: it is repeated from its beginning.
     pub again: bool,
+    /// How many mm are burnt twice; at most so many where it is repeated.
+    pub burnt_twice: f64,
 }
 
 /// What a job waits for, longer than for an answer.

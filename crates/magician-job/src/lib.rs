@@ -66,7 +66,7 @@ mod observed;
 #[cfg(feature = "settings")]
 pub mod pens;
 mod polled;
-#[cfg(feature = "settings")]
+#[cfg(feature = "presets")]
 pub mod presets;
 #[cfg(feature = "record")]
 pub mod recording;

@@ -7,8 +7,8 @@ use std::time::Duration;
 use magician::report::{ErrorFigures, FenceReport, remedies};
 use magician::{Remedy, Voice};
 use magician_program::{
-    AppliedPlacement, Diagnostic, DiagnosticCode, Format, RefusedStep, RemainingProgram, Report,
-    Setup, WouldFit, would_do_at, would_fit, would_fit_turned,
+    AppliedPlacement, Diagnostic, DiagnosticCode, Format, PartSummary, RefusedStep,
+    RemainingProgram, Report, Setup, WouldFit, would_do_at, would_fit, would_fit_turned,
 };
 use serde::Serialize;
 
@@ -45,6 +45,9 @@ pub struct CheckReport {
     /// How it lies, if it was placed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub placed: Option<AppliedPlacement>,
+    /// Its parts, where they were asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub parts: Option<Vec<PartSummary>>,
     /// What of it was taken in a certain way.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<Note>,
@@ -66,6 +69,7 @@ impl CheckReport {
             fence: None,
             preview: None,
             placed: None,
+            parts: None,
             notes: Vec::new(),
         }
     }

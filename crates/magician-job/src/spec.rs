@@ -34,6 +34,8 @@ pub struct JobSpec {
     pub ending: Ending,
     /// Where it begins.
     pub start: Start,
+    /// How far before the place where it was stopped a resumed burn begins, along its line, mm.
+    pub overlap: f64,
     /// Name of the work, for people: the plan's title at first.
     pub name: String,
     /// Where the program comes from, for people: a file, say.
@@ -67,6 +69,7 @@ impl JobSpec {
             program,
             ending: Ending::default(),
             start: Start::Step(0),
+            overlap: 0.0,
             origin: String::new(),
             keep: false,
             require_homed: false,
@@ -90,6 +93,13 @@ impl JobSpec {
     #[must_use]
     pub fn start(mut self, start: Start) -> Self {
         self.start = start;
+        self
+    }
+
+    /// Sets [`overlap`](Self::overlap).
+    #[must_use]
+    pub fn overlap(mut self, mm: f64) -> Self {
+        self.overlap = mm;
         self
     }
 

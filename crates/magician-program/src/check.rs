@@ -12,7 +12,7 @@ use magician_host::words::Preflight;
 use magician_host::{Error, Geometry, Set};
 
 use crate::turns::{AtOnce, SLICE, Turns, at_once};
-use crate::{Action, Diagnostic, DiagnosticCode, Origin, Plan};
+use crate::{Action, Diagnostic, DiagnosticCode, Origin, Part, Plan};
 use beyond::beyond;
 pub(crate) use beyond::reaches;
 use pen::Pen;
@@ -21,6 +21,20 @@ pub use would_fit::{would_do_at, would_fit, would_fit_turned};
 
 /// Refused steps that are kept; the others are counted.
 const MOST_REFUSED: usize = 100;
+/// Parts that have figures of their own.
+const MOST_PARTS: usize = 4096;
+
+/// How much of a plan is one of its parts, in all its passes.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct PartFigures {
+    /// The part, as it begins first.
+    pub part: Part,
+    /// How long the tool's way is in it that draws or burns, mm.
+    pub drawn: f64,
+    /// How long the arm takes for it, if that is known.
+    pub time: Option<Duration>,
+}
 
 /// A step that the arm could not do, or that a guard refuses.
 #[derive(Debug)]
@@ -94,6 +108,8 @@ pub struct Report {
     /// The step that takes longest, from 0, and how long; segments of continuous paths aside, and what has no end that is
     /// known.
     pub longest_time: Option<(usize, Duration)>,
+    /// Its parts in the order in which they begin, if it has any.
+    pub parts: Vec<PartFigures>,
     /// What is added to the place of a step to have its number in the program that it is of, from 0.
     pub(crate) offset: i64,
 }
@@ -167,6 +183,7 @@ pub(crate) async fn check_in_turns(plan: &Plan, start: &Preflight, turns: &impl 
         arm: start.clone().summing(),
         pen: Pen::of(plan),
         time: Some(Duration::ZERO),
+        part: None,
         report: Report {
             steps: plan.steps.len(),
             ..Report::default()
@@ -184,6 +201,9 @@ pub(crate) async fn check_in_turns(plan: &Plan, start: &Preflight, turns: &impl 
                 *count += 1;
             }
             let Some(command) = step.action.command() else {
+                if let Action::Part(part) = &step.action {
+                    course.begin(part);
+                }
                 continue;
             };
             if let Err(error) = course.follow(at, &command) {
@@ -195,6 +215,7 @@ pub(crate) async fn check_in_turns(plan: &Plan, start: &Preflight, turns: &impl 
     if let Err(error) = course.arm.finish() {
         course.refuse(plan, plan.steps.len(), error);
     }
+    course.end_part();
     let rest = course.arm.rest();
     let mut report = course.report;
     report.time = course.time.map(|time| time.saturating_add(rest));
@@ -216,10 +237,49 @@ struct CheckRun {
     arm: Preflight,
     pen: Pen,
     time: Option<Duration>,
+    /// The part under way, and what was drawn and how much time had passed when it began.
+    part: Option<(usize, f64, Option<Duration>)>,
     report: Report,
 }
 
 impl CheckRun {
+    /// The time so far, where the path under way would end here.
+    fn until_here(&self) -> Option<Duration> {
+        self.time?.checked_add(self.arm.clone().rest())
+    }
+
+    fn begin(&mut self, part: &Part) {
+        self.end_part();
+        let parts = &mut self.report.parts;
+        let known = parts.iter().position(|known| known.part.n == part.n);
+        let nth = known.unwrap_or(parts.len());
+        if nth == MOST_PARTS {
+            return;
+        }
+        if known.is_none() {
+            parts.push(PartFigures {
+                part: part.clone(),
+                drawn: 0.0,
+                time: Some(Duration::ZERO),
+            });
+        }
+        self.part = Some((nth, self.report.drawn, self.until_here()));
+    }
+
+    fn end_part(&mut self) {
+        let Some((nth, drawn, began)) = self.part.take() else {
+            return;
+        };
+        let ends = self.until_here();
+        if let Some(figures) = self.report.parts.get_mut(nth) {
+            figures.drawn += self.report.drawn - drawn;
+            let took = ends
+                .zip(began)
+                .map(|(ends, began)| ends.saturating_sub(began));
+            figures.time = (figures.time.zip(took)).and_then(|(all, took)| all.checked_add(took));
+        }
+    }
+
     fn refuse(&mut self, plan: &Plan, step: usize, error: Error) {
         let geometry = self.arm.geometry();
         self.report.refuse(plan, step, error, geometry);

@@ -75,10 +75,13 @@ mod surface;
 mod testgrid;
 pub mod turns;
 pub mod wire;
+mod words;
 
 pub use artwork::{Artwork, FilledArea, Stroke, WouldFit};
 pub use calibrate::{Tip, rounded_height};
-pub use check::{RefusedStep, Report, check, would_do_at, would_fit, would_fit_turned};
+pub use check::{
+    PartFigures, RefusedStep, Report, check, would_do_at, would_fit, would_fit_turned,
+};
 pub use convert::{Conversion, ConversionError};
 pub use diagnostic::{Diagnostic, DiagnosticCode, Missing};
 pub use ending::Ending;
@@ -88,9 +91,9 @@ pub use formats::{
 pub use frame::{FrameShape, Framing};
 pub use lettering::{Align, BundledFont, FontChoice, FontKind, TextOptions};
 pub use options::{
-    AskedOption, Begins, Begun, FileRead, FileToLay, Grid, LaidFile, LaidProgram, Laying,
-    ModeOption, OptionError, PenMatch, PenOptions, Reading, SetupDefaults, SetupOptions,
-    UnknownStart, WorkOption,
+    AskedGroup, AskedKind, AskedOption, Begins, Begun, DefaultValue, FileRead, FileToLay, Grid,
+    LaidFile, LaidProgram, Laying, ModeOption, OptionError, PenMatch, PenOptions, Reading,
+    SetupDefaults, SetupOptions, UnknownStart, WorkOption,
 };
 pub use origin::{Lines, Origin};
 pub use plan::{

@@ -363,6 +363,7 @@ impl Setup {
         };
         Marking {
             speed: self.speed.unwrap_or(marking.speed),
+            fence: self.fence,
             ..marking
         }
     }

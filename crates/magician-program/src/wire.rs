@@ -17,8 +17,8 @@ use crate::artwork::Sheet;
 use crate::turns::{AtOnce, SLICE, Turns, at_once};
 use crate::{
     Action, AppliedPlacement, Begins, Color, Diagnostic, DiagnosticCode, FileToLay, Format,
-    LaidProgram, Laying, Missing, Origin, Part, Pause, PauseCause, Plan, Power, Program,
-    SetupDefaults, SetupOptions, Step, Surface, Tool, WorkOption, WouldFit,
+    LaidProgram, Laying, Missing, Origin, Part, PartSummary, Pause, PauseCause, Plan, Power,
+    Program, SetupDefaults, SetupOptions, Step, Surface, Tool, WorkOption, WouldFit,
 };
 use codec::{Input, Wire};
 
@@ -197,6 +197,7 @@ struct Head {
     placed: Option<AppliedPlacement>,
     misfit: Option<Diagnostic>,
     would_fit: Option<WouldFit>,
+    parts: Vec<PartSummary>,
 }
 
 impl Head {
@@ -208,6 +209,7 @@ impl Head {
             placed,
             misfit,
             would_fit,
+            parts,
         } = laid;
         let Program {
             plan,
@@ -238,6 +240,7 @@ impl Head {
             placed: *placed,
             misfit: misfit.clone(),
             would_fit: *would_fit,
+            parts: parts.clone(),
         }
     }
 
@@ -260,6 +263,7 @@ impl Head {
             placed: self.placed,
             misfit: self.misfit,
             would_fit: self.would_fit,
+            parts: self.parts,
         }
     }
 }
@@ -297,8 +301,9 @@ fields! {
     Part { n, name, color, pass }
     Pause { text, cause }
     Head {
-        title, tool, surface, names, settings, iterations, stays, leading, start, notes, placed, misfit, would_fit,
+        title, tool, surface, names, settings, iterations, stays, leading, start, notes, placed, misfit, would_fit, parts,
     }
+    PartSummary { n, name, color, strokes, drawn_mm, seconds, skipped }
     Diagnostic { origin, name, code, message, help, remedies, missing }
     Remedy { act, effect }
     AppliedPlacement { scale, turn, at }

@@ -29,6 +29,7 @@ struct How {
     /// Counted from 1.
     first_step: i64,
     resume: bool,
+    overlap: f64,
     check: bool,
     keep: bool,
     require_homed: bool,
@@ -309,6 +310,7 @@ impl Core {
             } else {
                 StartsWhere::Step(first)
             })
+            .overlap(how.overlap)
             .origin(source.name.clone().unwrap_or_default())
             .keep(how.keep)
             .require_homed(how.require_homed)

@@ -1,12 +1,15 @@
 //! Readings as comma-separated values: a row for each.
 
 use std::io::{self, Write};
+use std::time::{Duration, SystemTime};
 
 use crate::{Reading, WriteReadings};
 
 /// Writes readings as rows under a line of names. Rows have no place for what happens between readings.
 ///
 /// ```
+/// use std::time::SystemTime;
+///
 /// use magician_protocol::commands::Pose;
 /// use magician_record::csv::Csv;
 /// use magician_record::{Reading, WriteReadings};
@@ -15,49 +18,68 @@ use crate::{Reading, WriteReadings};
 /// let alarms = Default::default();
 /// let reading = Reading { t: 0.05, step: None, pose, rail: None, index: 3, left_space: 31, capacity: 32, alarms };
 /// let mut file = Vec::new();
-/// let mut csv = Csv::new(&mut file, false)?;
+/// let mut csv = Csv::new(&mut file, SystemTime::UNIX_EPOCH, false, true)?;
 /// csv.write(&reading)?;
 /// drop(csv);
 /// assert_eq!(
 ///     String::from_utf8(file)?,
-///     "t,x,y,z,r,j1,j2,j3,j4,index,left_space,alarms\n0.050,200,-1.5,0,0,0,45,45,0,3,31,\n"
+///     "time,t,x,y,z,r,j1,j2,j3,j4,index,left_space,alarms\n\
+///      ,s,mm,mm,mm,deg,deg,deg,deg,deg,,,\n\
+///      1970-01-01T00:00:00.050Z,0.050,200,-1.5,0,0,0,45,45,0,3,31,\n"
 /// );
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub struct Csv<W: Write>(W);
+pub struct Csv<W: Write> {
+    out: W,
+    began: SystemTime,
+}
 
 impl<W: Write> Csv<W> {
-    /// Begins a file; whether its rows end with steps of a program.
+    /// Begins a file of a recording that began at this time; whether its rows end with steps of a program, and whether a second
+    /// line tells the units.
     ///
     /// # Errors
     /// What the writer reports.
-    pub fn new(mut out: W, counts_steps: bool) -> io::Result<Self> {
-        let step = if counts_steps { ",step" } else { "" };
-        writeln!(out, "t,x,y,z,r,j1,j2,j3,j4,index,left_space,alarms{step}")?;
-        Ok(Self(out))
+    pub fn new(mut out: W, began: SystemTime, counts_steps: bool, units: bool) -> io::Result<Self> {
+        let (step, unit) = if counts_steps {
+            (",step", ",")
+        } else {
+            ("", "")
+        };
+        let columns = "time,t,x,y,z,r,j1,j2,j3,j4,index,left_space,alarms";
+        writeln!(out, "{columns}{step}")?;
+        if units {
+            writeln!(out, ",s,mm,mm,mm,deg,deg,deg,deg,deg,,,{unit}")?;
+        }
+        Ok(Self { out, began })
     }
 }
 
 impl<W: Write> WriteReadings for Csv<W> {
     fn write(&mut self, reading: &Reading) -> io::Result<()> {
         let pose = &reading.pose;
+        let since = Duration::try_from_secs_f64(reading.t).unwrap_or_default();
+        // A clock that was set to the end of time is no reason to fail.
+        if let Some(time) = self.began.checked_add(since) {
+            write!(self.out, "{}", humantime::format_rfc3339_millis(time))?;
+        }
         write!(
-            self.0,
-            "{:.3},{},{},{},{}",
+            self.out,
+            ",{:.3},{},{},{},{}",
             reading.t, pose.x, pose.y, pose.z, pose.r
         )?;
         for angle in pose.joint_angle {
-            write!(self.0, ",{angle}")?;
+            write!(self.out, ",{angle}")?;
         }
-        write!(self.0, ",{},{},", reading.index, reading.left_space)?;
+        write!(self.out, ",{},{},", reading.index, reading.left_space)?;
         for (nth, code) in reading.alarms.codes().enumerate() {
             let space = if nth > 0 { " " } else { "" };
-            write!(self.0, "{space}{code:#04x}")?;
+            write!(self.out, "{space}{code:#04x}")?;
         }
         if let Some(step) = reading.step {
-            write!(self.0, ",{step}")?;
+            write!(self.out, ",{step}")?;
         }
-        writeln!(self.0)
+        writeln!(self.out)
     }
 
     fn note(&mut self, _: f64, _: bool, _: &str) -> io::Result<()> {
@@ -65,10 +87,10 @@ impl<W: Write> WriteReadings for Csv<W> {
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.0.flush()
+        self.out.flush()
     }
 
     fn finish(mut self: Box<Self>) -> io::Result<()> {
-        self.0.flush()
+        self.out.flush()
     }
 }

@@ -10,13 +10,14 @@ use magician::report::FenceReport;
 use magician::words::Preflight;
 use magician::{Fence, Voice};
 use magician_job::beside::BesideTurns;
+use magician_job::presets::Presets;
 use magician_job::report::{CheckReport, ConversionReport, Note, WayOut, warnings};
 use magician_job::{Journal, NoJournal};
 use magician_program::preview::Outline;
 use magician_program::{
     AppliedPlacement, Begins, Conversion, ConversionError, Diagnostic, DiagnosticCode, Ending,
-    FileToLay, Format, LaidProgram, Laying, Origin, Program, RemainingProgram, Report, Setup,
-    SetupDefaults, SetupOptions, Surface, WouldFit, tip,
+    FileToLay, Format, LaidProgram, Laying, Origin, PartSummary, Program, RemainingProgram, Report,
+    Setup, SetupDefaults, SetupOptions, Surface, WouldFit, tip,
 };
 use magician_protocol::visible;
 use serde::{Deserialize, Serialize};
@@ -25,10 +26,14 @@ use serde_json::{Map, Value, json};
 use crate::api::RpcError;
 use crate::files::{FileLayer, LaidFile, LayHere};
 use crate::library::{self, LibraryError, NoPrograms, ProgramName, ProgramStore};
+use crate::presets;
 use crate::reading::to_value;
 
 /// Points of a preview, at most.
 const PREVIEWED: usize = 20_000;
+/// Parts that a check tells of, and characters of the name of one, at most.
+const PARTS: usize = 256;
+const LONGEST_NAME: usize = 200;
 
 /// A program as a client names it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -55,6 +60,9 @@ pub struct Source {
     /// How it is to be drawn or engraved; without it is run as it is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub setup: Option<Box<SetupOptions>>,
+    /// The preset that says what the options leave open.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub preset: Option<String>,
 }
 
 impl Source {
@@ -89,12 +97,33 @@ impl SourceBytes {
     }
 }
 
-/// Reads the options of a program; what is wrong is an error of the parameter `setup.KEY`.
-pub(crate) fn setup_options(fields: &Map<String, Value>) -> Result<SetupOptions, RpcError> {
-    SetupOptions::from_fields(fields).map_err(|error| {
+/// How a program is drawn or engraved, and by which preset; what is wrong is an error of the parameter `setup.KEY`.
+pub(crate) type SetupAndPreset = (Option<Box<SetupOptions>>, Option<String>);
+
+pub(crate) fn setup_and_preset(
+    fields: Option<&Map<String, Value>>,
+) -> Result<SetupAndPreset, RpcError> {
+    let Some(fields) = fields else {
+        return Ok((None, None));
+    };
+    let mut fields = fields.clone();
+    let preset = match fields.remove("preset") {
+        None => None,
+        Some(Value::String(name)) => Some(name),
+        Some(_) => {
+            let why = "`setup`: preset must be the name of a preset";
+            return Err(RpcError::param("setup.preset", why));
+        }
+    };
+    let options = match preset {
+        None => SetupOptions::from_fields(&fields),
+        Some(_) => SetupOptions::from_fields_of_some(&fields),
+    };
+    let options = options.map_err(|error| {
         let message = format!("`setup`: {}", visible(&error.message));
         RpcError::param(&format!("setup.{}", visible(&error.key)), message)
-    })
+    })?;
+    Ok((Some(Box::new(options)), preset))
 }
 
 /// The arm that a program is read for.
@@ -158,6 +187,8 @@ pub struct ReadProgram {
     pub misfit: Option<Diagnostic>,
     /// In which size it would.
     pub would_fit: Option<WouldFit>,
+    /// Its parts, without how long they take.
+    pub parts: Vec<PartSummary>,
 }
 
 /// Makes a program of what a client sends. It may take its time: it is asked beside what the arm does.
@@ -184,6 +215,7 @@ pub trait Reader: Send + Sync {
 pub struct FormatReader {
     defaults: SetupDefaults,
     library: Arc<dyn ProgramStore>,
+    presets: Presets,
     files: Arc<dyn FileLayer>,
 }
 
@@ -214,6 +246,7 @@ impl FormatReader {
         Self {
             defaults,
             library: Arc::new(NoPrograms),
+            presets: Presets::default(),
             files,
         }
     }
@@ -225,14 +258,41 @@ impl FormatReader {
         self
     }
 
-    /// The file of a program, to be laid before an arm; for one that is not there it begins where a virtual one stands.
+    /// With these presets; without them those that come with this program.
+    #[must_use]
+    pub fn with_presets(mut self, presets: Presets) -> Self {
+        self.presets = presets;
+        self
+    }
+
+    /// What a program's preset says where its options say nothing; what it tells people.
+    fn by_preset(
+        &self,
+        source: &Source,
+        format: Format,
+        options: &mut SetupOptions,
+    ) -> Result<Option<Diagnostic>, RpcError> {
+        let Some(name) = &source.preset else {
+            return Ok(None);
+        };
+        let wrong = |error| presets::wrong(error, "setup.preset");
+        let preset = self.presets.load(name).map_err(wrong)?;
+        *options = options.or(&preset.options_for(Some(format)));
+        options.check().map_err(|error| {
+            let why = format!("with the preset {name}: {}", visible(&error.message));
+            RpcError::param("setup.preset", why)
+        })?;
+        Ok(preset.told())
+    }
+
+    /// The file of a program, to be laid before an arm, and what its preset tells people; for one that is not there it begins where a virtual one stands.
     fn file(
         &self,
         source: &Source,
         arm: &ReadingArm,
         defaults: SetupDefaults,
         nowhere: bool,
-    ) -> Result<FileToLay, RpcError> {
+    ) -> Result<(FileToLay, Option<Diagnostic>), RpcError> {
         let bytes = source.bytes(&*self.library)?;
         let format = match &source.format {
             Some(format) => format
@@ -247,6 +307,7 @@ impl FormatReader {
         if let Some(options) = &source.setup {
             file.options = (**options).clone();
         }
+        let told = self.by_preset(source, format, &mut file.options)?;
         file.options.start = file.options.start.or(arm.begun);
         file.defaults = defaults;
         file.fence = arm.fence;
@@ -260,7 +321,7 @@ impl FormatReader {
             let at = tip(stands, setup.tool.or(setup.default_tool));
             file.begins = at.map_or(Begins::Unknown, Begins::At);
         }
-        Ok(file)
+        Ok((file, told))
     }
 
     /// Lays it here or elsewhere, and makes of that what is wanted.
@@ -281,8 +342,12 @@ impl FormatReader {
     }
 }
 
-/// What was laid as it is run.
-fn reading(file: &FileToLay, laying: Laying) -> Result<ProgramReading, RpcError> {
+/// What was laid as it is run; `by_preset` is what its preset tells people.
+fn reading(
+    file: &FileToLay,
+    laying: Laying,
+    by_preset: Option<Diagnostic>,
+) -> Result<ProgramReading, RpcError> {
     let laid = match laying {
         Laying::Done(laid) => *laid,
         Laying::NeedsStart => return Ok(ProgramReading::NeedsStart),
@@ -294,12 +359,14 @@ fn reading(file: &FileToLay, laying: Laying) -> Result<ProgramReading, RpcError>
         placed,
         misfit,
         would_fit,
+        parts,
     } = laid;
     if program.plan().steps.is_empty() {
         let why = "nothing to do in this program";
         return Err(RpcError::arm(magician::ErrorKind::InvalidInput, why));
     }
-    let mut notes: Vec<_> = start.map(begins_at).into_iter().collect();
+    let begins = start.map(begins_at);
+    let mut notes: Vec<_> = by_preset.into_iter().chain(begins).collect();
     notes.append(&mut told);
     let setup = file.setup();
     Ok(ProgramReading::Done(Box::new(ReadProgram {
@@ -313,6 +380,7 @@ fn reading(file: &FileToLay, laying: Laying) -> Result<ProgramReading, RpcError>
         placed,
         misfit,
         would_fit,
+        parts,
     })))
 }
 
@@ -322,8 +390,8 @@ impl Reader for FormatReader {
         if arm.is_virtual {
             defaults.surface = defaults.surface.or(Some(Surface::VIRTUAL));
         }
-        let file = self.file(source, arm, defaults, false)?;
-        let done = |file: FileToLay, laying| reading(&file, laying);
+        let (file, told) = self.file(source, arm, defaults, false)?;
+        let done = |file: FileToLay, laying| reading(&file, laying, told);
         self.lay(file, done, ProgramReading::ToCome)
     }
 
@@ -336,9 +404,9 @@ impl Reader for FormatReader {
         defaults.surface = defaults.surface.or(Some(Surface::VIRTUAL));
         // What is converted is not burnt yet: a run of it has this then.
         defaults.engrave_power = None;
-        let file = self.file(source, &ReadingArm::default(), defaults, true)?;
+        let (file, told) = self.file(source, &ReadingArm::default(), defaults, true)?;
         let names = [source.bytes.name().to_owned(), to.to_owned()];
-        let done = move |file: FileToLay, laying| match reading(&file, laying)? {
+        let done = move |file: FileToLay, laying| match reading(&file, laying, told)? {
             ProgramReading::Done(read) => converted(conversion, names, *read),
             _ => Err(invalid("it is not known where the program begins")),
         };
@@ -400,7 +468,7 @@ impl ReadProgram {
             json!({
                 "points": points,
                 "height": rounded(line.height),
-                "part": null,
+                "part": line.part,
                 "reachable": line.reachable,
             })
         });
@@ -437,6 +505,17 @@ impl ReadProgram {
         let mut found = CheckReport::new(report, Some(steps), ok);
         found.fence = self.setup.fence.as_ref().map(FenceReport::from);
         found.placed = self.placed;
+        let mut parts = self.parts.clone();
+        PartSummary::measure(&mut parts, report);
+        parts.truncate(PARTS);
+        for part in &mut parts {
+            part.drawn_mm = (part.drawn_mm * 1000.0).round() / 1000.0;
+            let end = { part.name.as_ref() }.and_then(|name| name.char_indices().nth(LONGEST_NAME));
+            if let (Some((end, _)), Some(name)) = (end, &mut part.name) {
+                name.truncate(end);
+            }
+        }
+        found.parts = Some(parts);
         let warnings = warnings(report, self.placed);
         found.notes = Note::all(&Words, self.notes.iter().chain(&warnings));
         found

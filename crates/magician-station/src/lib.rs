@@ -24,6 +24,7 @@ mod library;
 #[cfg(feature = "link")]
 pub mod link;
 mod order;
+mod presets;
 mod reading;
 mod recording;
 mod running;
@@ -46,6 +47,7 @@ pub use order::{
     ArmAct, ArmOrder, ArmRead, ArmReport, Fault, JobEnd, JobNews, JobOrder, JobStart, Outcome,
     WorldAct,
 };
+pub use presets::PresetAct;
 pub use reading::{ArmReading, FIELDS, ToolReading};
 pub use recording::{
     NoRecordings, RecordOrder, RecordReport, RecordingFile, RecordingStore, Sample,

@@ -1,4 +1,4 @@
-//! The library of programs: what is kept under a name, and what clients do with it. Files are touched beside the station.
+//! The library of programs and presets: what is kept under a name, and what clients do with it. Files are touched beside the station.
 
 use std::fmt;
 use std::io::Read;
@@ -8,6 +8,7 @@ use std::sync::Arc;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use magician::ErrorKind;
+use magician_job::presets::Presets;
 use magician_program::{Format, SetupOptions};
 use serde_json::{Value, json};
 
@@ -15,6 +16,7 @@ use crate::api::RpcError;
 use crate::control::RequestId;
 use crate::engine::beside;
 use crate::job::{Converting, Reader, Source, SourceBytes};
+use crate::presets::{self, PresetAct};
 
 /// Bytes of a program, at most.
 pub const LARGEST_PROGRAM: u64 = 64 * 1024 * 1024;
@@ -236,8 +238,13 @@ pub enum LibraryAct {
     List,
     /// Gives the bytes of one.
     Get(ProgramName),
-    /// Says whether there is one.
-    Find(ProgramName),
+    /// Says whether there is a program, and a preset.
+    Find {
+        /// The program, if one is meant.
+        program: Option<ProgramName>,
+        /// The preset, if one is meant.
+        preset: Option<String>,
+    },
     /// Keeps one.
     Put(ProgramName, Vec<u8>),
     /// Removes one.
@@ -250,7 +257,11 @@ pub enum LibraryAct {
         to: ProgramName,
         /// How it is drawn or engraved.
         setup: Option<Box<SetupOptions>>,
+        /// By which preset.
+        preset: Option<String>,
     },
+    /// Something with presets.
+    Presets(PresetAct),
 }
 
 /// Something to do with the library, for a request.
@@ -268,15 +279,23 @@ impl LibraryAct {
     pub(crate) async fn carry_out(
         self,
         store: Arc<dyn ProgramStore>,
+        presets: Presets,
         reader: Arc<dyn Reader>,
     ) -> Result<Value, RpcError> {
-        let Self::Convert { from, to, setup } = self else {
-            return beside(move || self.carry_out_on(&*store)).await?;
+        let Self::Convert {
+            from,
+            to,
+            setup,
+            preset,
+        } = self
+        else {
+            return beside(move || self.carry_out_on(&*store, &presets)).await?;
         };
         let source = Source {
             bytes: SourceBytes::Program(from.as_str().to_owned()),
             format: None,
             setup,
+            preset,
         };
         let (opened, name) = (Arc::clone(&store), to.clone());
         let converted = beside(move || {
@@ -296,8 +315,9 @@ impl LibraryAct {
         }
     }
 
-    fn carry_out_on(self, store: &dyn ProgramStore) -> Result<Value, RpcError> {
+    fn carry_out_on(self, store: &dyn ProgramStore, presets: &Presets) -> Result<Value, RpcError> {
         match self {
+            Self::Presets(act) => act.carry_out(presets),
             Self::List => {
                 let programs = store.list().map_err(wrong)?;
                 let shown = programs.iter().map(|program| {
@@ -324,11 +344,16 @@ impl LibraryAct {
                 let data = STANDARD.encode(bytes);
                 Ok(json!({"name": name.as_str(), "format": format, "data": data}))
             }
-            Self::Find(name) => match store.open(&name) {
-                Ok(_) => Ok(Value::Null),
-                Err(LibraryError::Unknown) => Err(unknown_program()),
-                Err(error) => Err(wrong(error)),
-            },
+            Self::Find { program, preset } => {
+                match program.map(|name| store.open(&name)).transpose() {
+                    Ok(_) => {}
+                    Err(LibraryError::Unknown) => return Err(unknown_program()),
+                    Err(error) => return Err(wrong(error)),
+                }
+                let preset = preset.map(|name| presets.load(&name)).transpose();
+                preset.map_err(|error| presets::wrong(error, "setup.preset"))?;
+                Ok(Value::Null)
+            }
             Self::Put(name, bytes) => {
                 keep(store, &name, &bytes).map_err(wrong)?;
                 Ok(json!({"name": name.as_str(), "bytes": bytes.len()}))

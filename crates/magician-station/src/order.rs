@@ -368,6 +368,8 @@ pub enum JobNews {
         /// Where it begins, if it depends on that and it was not given, mm.
         start: Option<[f64; 3]>,
     },
+    /// It burns, or may.
+    Burns,
     /// It begins behind so many steps, over all loops.
     Starts(u64),
     /// It does something else now; with what a person is told for whom it pauses.

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 use magician::Arm;
+use magician_job::presets::Presets;
 use magician_protocol::HostInstant;
 use tokio::runtime::Handle;
 use tokio::sync::Notify;
@@ -79,6 +80,7 @@ struct Shared {
     keeper: Arc<Keeper>,
     recordings: Arc<dyn RecordingStore>,
     library: Arc<dyn ProgramStore>,
+    presets: Presets,
     reader: Arc<dyn Reader>,
     visits: AtomicU64,
     #[cfg(feature = "http")]
@@ -128,6 +130,7 @@ impl RunningStation {
             Shared {
                 recordings: Arc::clone(&config.recordings),
                 library: Arc::clone(&config.programs),
+                presets: config.presets.clone(),
                 visits: AtomicU64::new(0),
                 #[cfg(feature = "http")]
                 read_only: config.read_only,
@@ -316,11 +319,11 @@ impl Shared {
     /// Does something with the library, beside the station.
     fn look_into(&self, order: LibraryOrder) {
         let (shared, library) = (Weak::clone(&self.this), Arc::clone(&self.library));
-        let reader = Arc::clone(&self.reader);
+        let (presets, reader) = (self.presets.clone(), Arc::clone(&self.reader));
         let LibraryOrder { request, act } = order;
         // A client may be dropped outside of the runtime.
         self.runtime.spawn(async move {
-            let outcome = act.carry_out(library, reader).await;
+            let outcome = act.carry_out(library, presets, reader).await;
             if let Some(shared) = shared.upgrade() {
                 shared.with(|inner, now| inner.station.library_done(now, request, outcome));
             }

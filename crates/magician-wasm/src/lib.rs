@@ -12,7 +12,7 @@
 //! | `station_out(h) -> p << 32 \| n` | what comes out, until 0: a byte for its kind, the session (two bytes, little endian), then the payload. It lies there until the next call |
 //! | `line_in(h, p, n)`, `line_lost(h)`, `line_found(h)` | the line to a real arm |
 //! | `file_in(h, id, p, n)` | what came of a file that was to be read; nothing (`n` 0) where the reader failed |
-//! | `program_in(h, name, m, p, n) -> p << 32 \| n` | keeps a program in the library without a message, which has room for small ones only; why not, or 0 |
+//! | `program_in(h, name, m, p, n) -> p << 32 \| n` | keeps a program in the library without a message, which has room for small ones only, or the preset NAME as `preset+NAME.toml`; why not, or 0 |
 //! | `program_out(h, name, m) -> p << 32 \| n` | shows one; 0 if there is none |
 //!
 //! Kinds that come out: 0 text, 1 a binary frame, 2 bytes for the line, 3 the end of a session with its close code (two bytes), 4 a trace, 5 a file to

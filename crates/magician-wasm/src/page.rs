@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use magician::{Arm, Options, Tracer};
 use magician_job::beside;
+use magician_job::presets::{PresetStore, Presets};
 use magician_program::SetupDefaults;
 use magician_station::{
     ArmEntry, Client, FormatReader, Grant, Outgoing, Peer, ProgramName, ProgramStore, Role,
@@ -24,7 +25,7 @@ use crate::clock::{TurnClock, settle};
 use crate::config::{Config, Place};
 use crate::files::PageFiles;
 use crate::line::Line;
-use crate::stores::{Calendar, MemoryJobs, MemoryPrograms};
+use crate::stores::{Calendar, MemoryJobs, MemoryPresets, MemoryPrograms};
 use crate::trace::TraceRing;
 
 /// Kinds of what comes out.
@@ -72,13 +73,20 @@ pub struct PageStation {
 }
 
 /// A station, and its arms as they are told; or why an arm is not connected.
-type Opened = Result<(RunningStation, MemoryPrograms, Vec<Value>), magician::Error>;
+type Opened = Result<(RunningStation, Library, Vec<Value>), magician::Error>;
+
+/// What the page keeps of a station.
+#[derive(Clone)]
+struct Library {
+    programs: MemoryPrograms,
+    presets: MemoryPresets,
+}
 
 enum Stage {
     /// Before the first turn.
     Closed(Box<Config>),
     Opening(oneshot::Receiver<Opened>),
-    Running(RunningStation, MemoryPrograms),
+    Running(RunningStation, Library),
     Over,
 }
 
@@ -152,14 +160,18 @@ impl PageStation {
         self.files.hear(id, answer);
     }
 
-    /// Keeps a program in the library.
+    /// Keeps a program in the library, or a preset: `preset+NAME.toml`.
     ///
     /// # Errors
     /// Why not, in a sentence.
     pub fn program_in(&mut self, name: &[u8], bytes: &[u8]) -> Result<(), String> {
-        let Stage::Running(_, programs) = &self.stage else {
+        let Stage::Running(_, Library { programs, presets }) = &self.stage else {
             return Err("the station is not ready".to_owned());
         };
+        if let Some(name) = MemoryPresets::named(name) {
+            let text = String::from_utf8_lossy(bytes);
+            return { presets.save(name, &text) }.map_err(|error| error.to_string());
+        }
         let name = std::str::from_utf8(name).ok().and_then(ProgramName::new);
         let name = name.ok_or("that is no name of a program")?;
         let _context = self.runtime.enter();
@@ -170,13 +182,17 @@ impl PageStation {
         kept.map(drop).map_err(|error| error.to_string())
     }
 
-    /// Shows a program of the library.
+    /// Shows a program of the library, or a preset.
     pub fn program_out(&mut self, name: &[u8]) -> Option<&[u8]> {
-        let Stage::Running(_, programs) = &self.stage else {
+        let Stage::Running(_, Library { programs, presets }) = &self.stage else {
             return None;
         };
-        let name = std::str::from_utf8(name).ok().and_then(ProgramName::new)?;
         self.out.clear();
+        if let Some(name) = MemoryPresets::named(name) {
+            self.out = presets.load(name).ok()??.into_bytes();
+            return Some(&self.out);
+        }
+        let name = std::str::from_utf8(name).ok().and_then(ProgramName::new)?;
         let (_, mut program) = programs.open(&name).ok()?;
         program.read_to_end(&mut self.out).ok()?;
         Some(&self.out)
@@ -338,9 +354,9 @@ impl Stage {
         let told;
         (*self, told) = match opening.try_recv() {
             Err(oneshot::error::TryRecvError::Empty) => return None,
-            Ok(Ok((station, programs, arms))) => {
+            Ok(Ok((station, library, arms))) => {
                 let ready = json!({"ready": true, "arms": arms});
-                (Self::Running(station, programs), ready)
+                (Self::Running(station, library), ready)
             }
             Ok(Err(error)) => {
                 let message = error.to_string();
@@ -396,18 +412,24 @@ async fn connect(
     }
     let told = |entry: &ArmEntry| json!({"name": entry.name, "port": entry.port});
     let told = entries.iter().map(told).collect();
-    let programs = MemoryPrograms::new(calendar);
-    let library = Arc::new(programs.clone());
+    let library = Library {
+        programs: MemoryPrograms::new(calendar),
+        presets: MemoryPresets::default(),
+    };
+    let programs = Arc::new(library.programs.clone());
+    let presets = Presets::kept_in(Arc::new(library.presets.clone()));
     let reader = FormatReader::by(SetupDefaults::default(), Arc::new(files))
-        .with_library(Arc::clone(&library) as _);
+        .with_library(Arc::clone(&programs) as _)
+        .with_presets(presets.clone());
     let config = StationConfig {
         unix_zero: calendar.unix + calendar.at.elapsed().as_secs_f64(),
         jobs: Arc::new(MemoryJobs::default()),
-        programs: library,
+        programs,
+        presets,
         ..StationConfig::reading_by(entries, config.epoch, Arc::new(reader))
     };
     let station = RunningStation::start(config, arms, Box::new(|_| {}));
-    Ok((station, programs, told))
+    Ok((station, library, told))
 }
 
 /// What a session comes back with.

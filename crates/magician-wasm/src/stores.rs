@@ -1,10 +1,11 @@
 //! What a station keeps, in memory: a page has no files.
 
 use std::collections::BTreeMap;
-use std::io::{Cursor, Read};
+use std::io::{self, Cursor, Read};
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use magician_job::presets::PresetStore;
 use magician_job::{Journal, JournalError, JournalKey};
 use magician_program::Format;
 use magician_program::resume::Checkpoint;
@@ -123,6 +124,37 @@ impl Upload for Coming {
         };
         let before = locked(&self.library.programs).insert(self.name, kept);
         Ok(before.is_none())
+    }
+}
+
+/// Presets. The page keeps them with the programs, under names that no program has: `preset+NAME.toml`.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct MemoryPresets(Arc<Mutex<BTreeMap<String, String>>>);
+
+impl MemoryPresets {
+    /// The preset that the page keeps under this name, if it is one.
+    pub(crate) fn named(kept: &[u8]) -> Option<&str> {
+        let kept = std::str::from_utf8(kept).ok()?;
+        kept.strip_prefix("preset+")?.strip_suffix(".toml")
+    }
+}
+
+impl PresetStore for MemoryPresets {
+    fn names(&self) -> Vec<String> {
+        locked(&self.0).keys().cloned().collect()
+    }
+
+    fn load(&self, name: &str) -> io::Result<Option<String>> {
+        Ok(locked(&self.0).get(name).cloned())
+    }
+
+    fn save(&self, name: &str, text: &str) -> io::Result<()> {
+        locked(&self.0).insert(name.to_owned(), text.to_owned());
+        Ok(())
+    }
+
+    fn remove(&self, name: &str) -> io::Result<bool> {
+        Ok(locked(&self.0).remove(name).is_some())
     }
 }
 

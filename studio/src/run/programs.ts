@@ -1,16 +1,11 @@
 // The library of programs: files in, files out, and the lines of one. No file is read at once on the page's main thread.
 import { signal } from "@preact/signals";
-import { RpcError } from "../client";
+import { type Result, RpcError } from "../client";
 import { t } from "../i18n";
 import { call, files, ownFile } from "../session";
 import * as store from "../store";
 
-export interface Entry {
-  name: string;
-  bytes: number;
-  modified: number;
-  format: string | null;
-}
+export type Entry = Result<"program.list">["programs"][number];
 
 /** So large a program may be in a message, and in an answer. */
 export const IN_A_MESSAGE = 700 * 1024;
@@ -64,7 +59,7 @@ async function sent(name: string, body: Blob): Promise<boolean> {
   return true;
 }
 
-function base64(bytes: ArrayBuffer): string {
+export function base64(bytes: ArrayBuffer): string {
   let text = "";
   const all = new Uint8Array(bytes);
   for (let at = 0; at < all.length; at += 0x8000) text += String.fromCharCode(...all.subarray(at, at + 0x8000));

@@ -101,8 +101,11 @@ fn object(schema: &Value, indent: usize) -> Result<String, Box<dyn Error>> {
     };
     let mut text = "{\n".to_owned();
     let pad = " ".repeat(indent + 2);
+    let required = schema["required"].as_array();
     for (name, member) in members {
-        writeln!(text, "{pad}{name}: {};", type_of(member, indent + 2)?)?;
+        let is_there = required.is_none_or(|names| names.iter().any(|known| known == name));
+        let mark = if is_there { "" } else { "?" };
+        writeln!(text, "{pad}{name}{mark}: {};", type_of(member, indent + 2)?)?;
     }
     write!(text, "{}}}", " ".repeat(indent))?;
     Ok(text)

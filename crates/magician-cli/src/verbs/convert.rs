@@ -122,6 +122,5 @@ fn refused(error: ConversionError, source: &Source) -> Failure {
 }
 
 fn put(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    std::fs::write(path, bytes)
-        .map_err(|error| Failure::invalid(format!("{} cannot be written: {error}", path.display())))
+    std::fs::write(path, bytes).map_err(|error| Failure::unwritable(path, &error))
 }

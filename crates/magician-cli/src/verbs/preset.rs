@@ -4,10 +4,9 @@ use std::sync::LazyLock;
 
 use clap::builder::{PossibleValue, TypedValueParser};
 use clap::{Args, Subcommand};
-use magician_job::presets::{Preset, PresetError, Presets};
+use magician_job::presets::{Preset, PresetError, PresetList, PresetReport, Presets};
 use magician_program::SetupOptions;
 use serde::Serialize;
-use serde_json::{Map, Value};
 
 use super::engrave::Laser;
 use super::job::options::{
@@ -89,30 +88,10 @@ pub(crate) struct Save {
     motion: MotionFlags,
 }
 
-/// A preset as JSON has it.
-#[derive(Serialize)]
-struct PresetReport {
-    name: String,
-    /// Whether it comes with this program; a file of its name goes before it.
-    shipped: bool,
-    note: Option<String>,
-    path: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    options: Option<Map<String, Value>>,
-    /// What is wrong with its file.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    problem: Option<String>,
-}
-
-#[derive(Serialize)]
-struct PresetList {
-    presets: Vec<PresetReport>,
-}
-
 #[derive(Serialize)]
 struct Removed {
     removed: String,
-    path: String,
+    path: Option<String>,
 }
 
 impl Verb {
@@ -122,7 +101,9 @@ impl Verb {
             Deed::Show { name } => {
                 let preset = load(&name)?;
                 let text = preset.text.clone();
-                context.show(&report(&preset), |out| out.line(text.trim_end()))
+                context.show(&PresetReport::from(&preset), |out| {
+                    out.line(text.trim_end())
+                })
             }
             Deed::Save(save) => {
                 let options = save.options();
@@ -132,7 +113,7 @@ impl Verb {
                     PresetError::Unsaid(why) => Failure::usage(why),
                     error => failure(error),
                 })?;
-                context.show(&report(&saved), |out| match &saved.path {
+                context.show(&PresetReport::from(&saved), |out| match &saved.path {
                     Some(path) => out.line(format_args!("{}: {}", saved.name, path.display())),
                     None => Ok(()),
                 })
@@ -141,10 +122,11 @@ impl Verb {
                 let path = Presets::of_user().remove(&name).map_err(failure)?;
                 let removed = Removed {
                     removed: name,
-                    path: path.display().to_string(),
+                    path: path.map(|path| path.display().to_string()),
                 };
                 context.show(&removed, |out| {
-                    out.line(format_args!("removed: {}", removed.path))
+                    let what = removed.path.as_ref().unwrap_or(&removed.removed);
+                    out.line(format_args!("removed: {what}"))
                 })
             }
         }
@@ -205,47 +187,8 @@ fn failure(error: PresetError) -> Failure {
     hint.into_iter().fold(failure, Failure::hint)
 }
 
-fn report(preset: &Preset) -> PresetReport {
-    let members = |options: &SetupOptions| match serde_json::to_value(options) {
-        Ok(Value::Object(members)) => members,
-        _ => Map::new(),
-    };
-    let open = members(&SetupOptions::default());
-    let mut options = members(&preset.options);
-    options.retain(|key, value| open.get(key) != Some(value));
-    PresetReport {
-        name: preset.name.clone(),
-        shipped: preset.path.is_none(),
-        note: preset.note.clone(),
-        path: preset.path.as_ref().map(|path| path.display().to_string()),
-        options: Some(options),
-        problem: None,
-    }
-}
-
 fn list(context: &mut Context) -> Result<(), Failure> {
-    let presets = Presets::of_user();
-    let listed = presets
-        .names()
-        .into_iter()
-        .map(|name| match presets.load(&name) {
-            Ok(preset) => PresetReport {
-                options: None,
-                ..report(&preset)
-            },
-            // One that is wrong does not hide the others.
-            Err(error) => PresetReport {
-                shipped: false,
-                note: None,
-                path: None,
-                options: None,
-                problem: Some(error.to_string()),
-                name,
-            },
-        });
-    let list = PresetList {
-        presets: listed.collect(),
-    };
+    let list = PresetList::of(&Presets::of_user());
     context.show(&list, |out| {
         let mut columns = Columns::default();
         for preset in &list.presets {

@@ -29,7 +29,7 @@ Examples:
   magician record lead.plan.json            guide the arm by hand (its unlock button), then Ctrl-C
   magician run lead.plan.json               repeat the motion
 
-The ending of the name selects the format: .mcap, .csv and .jsonl are readings (time in s, pose and joints in mm and deg, queue index \
+The ending of the name selects the format: .mcap, .csv and .jsonl are readings (time, seconds, pose and joints in mm and deg, queue index \
 and space, alarms; .mcap and .jsonl also have alarms and breaks of the line); .plan.json is a \
     program that repeats the motion at its own speed and with its pauses, .playback the same for \
     DobotStudio, with a stop at each point.
@@ -42,6 +42,9 @@ pub(crate) struct Record {
     /// Readings per second; a line at 115200 baud carries about 50
     #[arg(long, value_name = "HZ", default_value_t = 20.0, value_parser = rate)]
     rate: f64,
+    /// In a .csv file, write the units into a second line
+    #[arg(long)]
+    units: bool,
     /// Duration; default: until Ctrl-C
     #[arg(long = "for", value_name = "SECONDS", value_parser = seconds)]
     lasting: Option<Duration>,
@@ -89,6 +92,7 @@ impl Record {
     ) -> Result<Summary, Failure> {
         let options = Options {
             tolerance: self.tolerance,
+            units: self.units,
             ..Options::new(SystemTime::now(), self.rate)
         };
         let mut recorder = Recorder::begin(arm, &self.file, options).await?;

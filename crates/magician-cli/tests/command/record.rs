@@ -119,7 +119,7 @@ fn a_table_has_every_reading_from_beginning_to_end() {
     let summary: Value = serde_json::from_str(&out).expect("an object");
     let text = place.text("a.csv");
     assert!(
-        text.starts_with("t,x,y,z,r,j1,j2,j3,j4,index,left_space,alarms\n"),
+        text.starts_with("time,t,x,y,z,r,j1,j2,j3,j4,index,left_space,alarms\n"),
         "{text}"
     );
     let rows = rows(&text);
@@ -128,16 +128,16 @@ fn a_table_has_every_reading_from_beginning_to_end() {
     let number = |row: &[&str], at: usize| row[at].parse::<f64>().expect("a number");
     assert!(
         rows.windows(2)
-            .all(|pair| number(&pair[0], 0) <= number(&pair[1], 0))
+            .all(|pair| number(&pair[0], 1) <= number(&pair[1], 1))
     );
     let (first, last) = (&rows[0], &rows[rows.len() - 1]);
-    assert!((number(first, 1) - 259.104).abs() < 0.001, "{first:?}");
-    assert_eq!([1, 2, 3].map(|at| number(last, at)), [230.0, 40.0, 60.0]);
-    assert_eq!((last[9], last[10], last[11]), ("1", "32", ""));
+    assert!((number(first, 2) - 259.104).abs() < 0.001, "{first:?}");
+    assert_eq!([2, 3, 4].map(|at| number(last, at)), [230.0, 40.0, 60.0]);
+    assert_eq!((last[10], last[11], last[12]), ("1", "32", ""));
     // It was seen on its way, not only at its ends.
     let between = rows
         .iter()
-        .filter(|row| (235.0..255.0).contains(&number(row, 1)));
+        .filter(|row| (235.0..255.0).contains(&number(row, 2)));
     assert!(between.count() > 3);
     let way = [230.0 - 259.104, 40.0, 60.0 + 8.485_f64];
     let way = way.iter().map(|part| part * part).sum::<f64>().sqrt();
@@ -192,12 +192,12 @@ fn a_motion_is_recorded_as_a_program_that_repeats_it() {
     // A run is recorded by the same means, with its steps.
     let text = place.text("r.csv");
     assert!(
-        text.starts_with("t,x,y,z,r,j1,j2,j3,j4,index,left_space,alarms,step\n"),
+        text.starts_with("time,t,x,y,z,r,j1,j2,j3,j4,index,left_space,alarms,step\n"),
         "{text}"
     );
     let rows = rows(&text);
     let last = rows.last().expect("a row");
-    assert_eq!(last[12], steps.len().to_string());
+    assert_eq!(last[13], steps.len().to_string());
 }
 
 #[test]

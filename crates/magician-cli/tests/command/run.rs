@@ -658,10 +658,28 @@ fn recordings_have_a_row_for_each_sample() {
     }
     let csv = place.text("poses.csv");
     let mut rows = csv.lines();
-    let head = "t,x,y,z,r,j1,j2,j3,j4,index,left_space,alarms,step";
+    let head = "time,t,x,y,z,r,j1,j2,j3,j4,index,left_space,alarms,step";
     assert_eq!(rows.next(), Some(head));
     assert!(rows.clone().count() >= 2);
-    assert!(rows.all(|row| row.split(',').count() == 13));
+    assert!(rows.all(|row| row.split(',').count() == 14));
+    // With their units, and twice as many; both are programs of the same time.
+    let more = place.path("units.csv");
+    let run_with_units = ["--port", "sim", "run", &file, "--record", &more];
+    let done = run(&[&run_with_units[..], &["--rate", "40", "--units"]].concat());
+    assert_eq!(done.status, 0, "{done:?}");
+    let units = place.text("units.csv");
+    assert_eq!(
+        units.lines().nth(1),
+        Some(",s,mm,mm,mm,deg,deg,deg,deg,deg,,,,")
+    );
+    let ratio = units.lines().count() as f64 / csv.lines().count() as f64;
+    assert!((1.9..2.1).contains(&ratio), "{ratio}");
+    let seconds = |name: &str| {
+        let check = run(&["run", &place.path(name), "--check", "--json"]);
+        assert_eq!(check.status, 0, "{check:?}");
+        check.object()["seconds"].as_f64().expect("a number")
+    };
+    assert!((seconds("units.csv") - seconds("poses.csv")).abs() < 0.2);
     let last: Value =
         serde_json::from_str(place.text("poses.jsonl").lines().last().expect("a row"))
             .expect("JSON");

@@ -181,6 +181,25 @@ fn studio_opens_a_window_of_its_own() {
 }
 
 #[test]
+fn studio_exports_its_files_to_a_new_folder_alone() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let site = folder.path().join("site");
+    let words = ["studio", "--export", site.to_str().expect("a name")];
+    assert_eq!(run(&words).status, 0);
+    let page = std::fs::read_to_string(site.join("index.html")).expect("the page");
+    assert!(page.starts_with("<!doctype html>"), "{page}");
+    let module = std::fs::read(site.join("assets/arm.wasm")).expect("the virtual arm");
+    assert!(module.starts_with(b"\0asm"));
+    // A file of the person's would be lost.
+    std::fs::write(site.join("index.html"), "mine").expect("written");
+    let refused = run(&words);
+    assert_eq!(refused.status, 2);
+    assert!(refused.err.contains("is not empty"), "{}", refused.err);
+    let kept = std::fs::read_to_string(site.join("index.html")).expect("read");
+    assert_eq!(kept, "mine");
+}
+
+#[test]
 fn a_command_without_arguments_in_a_script_is_a_mistake_and_opens_nothing() {
     let folder = tempfile::tempdir().expect("a folder");
     let (mut magician, opened) = with_browser(folder.path(), &["chromium", "xdg-open", "open"]);

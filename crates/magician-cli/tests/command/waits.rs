@@ -149,6 +149,11 @@ fn a_file_of_pens_is_read_and_what_is_wrong_in_it_is_told_with_its_place() {
         said.contains("line 3, column 1: unknown field `width`"),
         "{said}"
     );
+    assert_eq!(
+        wrong.status.code(),
+        Some(3),
+        "the file is wrong, not the command line"
+    );
 }
 
 #[test]

@@ -112,6 +112,7 @@ impl Work {
                 steps: from,
                 within: within.is_some(),
                 again: false,
+                burnt_twice: 0.0,
             };
             self.shared.tell(JobEvent::Starts(starts));
         }
@@ -191,10 +192,18 @@ impl Work {
                 return Err(Fault::Doubt { span, said }.into());
             }
         };
+        let again = within.is_none() && matches!(resume_point, ResumePoint::Again(_));
+        let (steps, within, burnt_twice) = match &whole {
+            // Where it stopped is not known: up to its end, perhaps.
+            Some(whole) if again => (steps, within, whole.burn_after(steps).unwrap_or(0.0)),
+            Some(whole) => whole.overlapped((steps, within), self.spec.overlap),
+            None => (steps, within, 0.0),
+        };
         let starts = StartsAt {
             steps,
             within: within.is_some(),
-            again: within.is_none() && matches!(resume_point, ResumePoint::Again(_)),
+            again,
+            burnt_twice,
         };
         self.shared.tell(JobEvent::Starts(starts));
         if program.steps().is_some_and(|all| steps >= all) {

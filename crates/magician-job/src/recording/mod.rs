@@ -47,6 +47,8 @@ pub struct Options {
     pub clock: Clock,
     /// Where the steps of a running program are counted.
     pub steps: Option<Arc<AtomicU64>>,
+    /// Whether a file of rows has a second line with the units.
+    pub units: bool,
 }
 
 /// Whose clock counts.
@@ -69,6 +71,7 @@ impl Options {
             tolerance: 0.5,
             clock: Clock::Host,
             steps: None,
+            units: false,
         }
     }
 }
@@ -159,6 +162,7 @@ impl Recorder {
                 tolerance: options.tolerance,
                 tool,
                 counts_steps: options.steps.is_some(),
+                units: options.units,
             },
         )?;
         let (tell, tally) = watch::channel(Tally::default());

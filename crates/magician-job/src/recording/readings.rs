@@ -27,7 +27,12 @@ impl Readings {
     ) -> Result<Self, RecordError> {
         let out = BufWriter::new(create(path).map_err(unwritable(path))?);
         let file: File = match format {
-            Format::Csv => Box::new(Csv::new(out, beginning.counts_steps)?),
+            Format::Csv => Box::new(Csv::new(
+                out,
+                beginning.began,
+                beginning.counts_steps,
+                beginning.units,
+            )?),
             Format::Jsonl => Box::new(JsonLines::new(out)),
             _ => Box::new(mcap::Readings::new(
                 out,

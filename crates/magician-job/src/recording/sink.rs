@@ -22,6 +22,8 @@ pub(super) struct Beginning {
     /// The tool that poses are counted for at first.
     pub(super) tool: Tool,
     pub(super) counts_steps: bool,
+    /// Whether rows have a line of units.
+    pub(super) units: bool,
 }
 
 /// Where readings go.

@@ -405,3 +405,54 @@ fn a_handle_is_for_every_thread() {
     });
     assert!(other.join().expect("no panic"));
 }
+
+/// A burn of several lines, stopped at many instants and resumed with an overlap: so much of it is burnt twice, along the line, and
+/// what burns where the place is known is told.
+#[tokio::test(start_paused = true)]
+async fn a_resumed_burn_overlaps_by_so_much_along_its_line() {
+    let mut plan = Plan::new("a burn");
+    plan.tool = Some(magician_program::Tool::Laser);
+    let to = [210.0, -30.0, 0.0, 0.0];
+    let by = Travel::Line;
+    plan.push(Action::Move { to, by }, Origin::NONE);
+    for nth in 0..20 {
+        let to = [210.0 + (nth % 2) as f32, -27.0 + 3.0 * nth as f32, 0.0];
+        plan.push(Action::Burn { to, power: 60.0 }, Origin::NONE);
+    }
+    plan.push(Action::Laser(false), Origin::NONE);
+    let program = Program::new(plan, Some(1));
+    let (reference, arm) = place(&program).await;
+    start(&arm, &program).outcome().await.expect("done");
+    let whole = ink(&reference).1;
+    for seconds in [1.7, 2.4, 3.3] {
+        for overlap in [0.0, 0.5, 4.0, 500.0] {
+            let (cell, arm) = place(&program).await;
+            let journal = Memory::default();
+            let spec = || JobSpec::new(program.clone()).overlap(overlap);
+            let job = Job::start(&arm, spec(), journal.clone());
+            sleep(secs(seconds)).await;
+            job.stop();
+            job.outcome().await.expect_err("stopped");
+            let burnt = ink(&cell).1;
+            assert!(burnt > 0.0 && burnt < whole, "{seconds}: {burnt}");
+            let job = Job::start(&arm, spec().start(Start::Resume), journal.clone());
+            let mut events = job.events();
+            let twice = loop {
+                match events.next().await.expect("it tells where it starts") {
+                    JobEvent::Starts(starts) => break starts.burnt_twice,
+                    _ => {}
+                }
+            };
+            job.outcome().await.expect("it goes on");
+            let more = ink(&cell).1 - whole;
+            assert!(
+                (more - twice).abs() < 0.3,
+                "{seconds} {overlap}: {more} {twice}"
+            );
+            assert!(
+                (twice - overlap.min(burnt)).abs() < 0.3,
+                "{seconds} {overlap}: {twice} {burnt}"
+            );
+        }
+    }
+}

@@ -19,12 +19,11 @@ mod region;
 #[cfg(test)]
 mod tests;
 
-use std::fmt;
-use std::str::FromStr;
-
 #[cfg(any(feature = "read-dxf", feature = "read-hpgl"))]
 pub(crate) use pattern::LineFamily;
 pub(crate) use region::Region;
+
+use crate::words::words;
 
 /// How an area is filled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -41,31 +40,12 @@ pub enum FillMode {
     Contour,
 }
 
-impl FromStr for FillMode {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "none" => Ok(Self::None),
-            "hatch" => Ok(Self::Hatch),
-            "cross" => Ok(Self::Cross),
-            "contour" => Ok(Self::Contour),
-            other => Err(format!(
-                "fill is 'none', 'hatch', 'cross' or 'contour', not '{other}'"
-            )),
-        }
-    }
-}
-
-impl fmt::Display for FillMode {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Self::None => "none",
-            Self::Hatch => "hatch",
-            Self::Cross => "cross",
-            Self::Contour => "contour",
-        })
-    }
+words! {
+    FillMode, "fill":
+    None = "none",
+    Hatch = "hatch",
+    Cross = "cross",
+    Contour = "contour",
 }
 
 /// How the shapes of a drawing are filled, as far as that was said. Lengths are mm on the surface, however the drawing is scaled.

@@ -37,9 +37,8 @@ use magician_host::{Remedy, Setting};
 
 use crate::lettering::TextOptions;
 use crate::raster::Raster;
+use crate::words::words;
 use crate::{Artwork, Diagnostic, DiagnosticCode, Plan, TestGrid};
-use std::fmt;
-use std::str::FromStr;
 
 /// What a file is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -123,25 +122,10 @@ pub enum TextLines {
     Stroke,
 }
 
-impl FromStr for TextLines {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "outline" => Ok(Self::Outline),
-            "stroke" => Ok(Self::Stroke),
-            other => Err(format!("text is 'outline' or 'stroke', not '{other}'")),
-        }
-    }
-}
-
-impl fmt::Display for TextLines {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Self::Outline => "outline",
-            Self::Stroke => "stroke",
-        })
-    }
+words! {
+    TextLines, "text":
+    Outline = "outline",
+    Stroke = "stroke",
 }
 
 /// Whether texts in drawings are written in the fonts that they name, where those are installed.
@@ -155,25 +139,10 @@ pub enum SystemFonts {
     On,
 }
 
-impl FromStr for SystemFonts {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "on" => Ok(Self::On),
-            "off" => Ok(Self::Off),
-            other => Err(format!("system fonts are 'on' or 'off', not '{other}'")),
-        }
-    }
-}
-
-impl fmt::Display for SystemFonts {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Self::On => "on",
-            Self::Off => "off",
-        })
-    }
+words! {
+    SystemFonts, "system_fonts":
+    On = "on",
+    Off = "off",
 }
 
 /// What becomes of white lines and shapes in a drawing.
@@ -187,25 +156,10 @@ pub enum White {
     Draw,
 }
 
-impl FromStr for White {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "skip" => Ok(Self::Skip),
-            "draw" => Ok(Self::Draw),
-            other => Err(format!("white is 'skip' or 'draw', not '{other}'")),
-        }
-    }
-}
-
-impl fmt::Display for White {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Self::Skip => "skip",
-            Self::Draw => "draw",
-        })
-    }
+words! {
+    White, "white":
+    Skip = "skip",
+    Draw = "draw",
 }
 
 impl Default for ReadOptions {

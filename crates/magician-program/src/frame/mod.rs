@@ -2,15 +2,13 @@
 
 mod outline;
 
-use std::fmt;
-use std::str::FromStr;
-
 use magician_host::{Remedy, Setting};
 use magician_motion::Fence;
 
 use crate::artwork::{Marking, PlacedArtwork};
 use crate::reach::hull;
 use crate::setup::{UNSAID, WorkLines, report};
+use crate::words::words;
 use crate::{Artwork, Diagnostic, DiagnosticCode, Origin, Plan, Reach, Stroke, Surface, Tool};
 
 /// The arm takes half of the speed of its travels, at power-up (model section 6),
@@ -29,6 +27,13 @@ pub enum FrameShape {
     Hull,
     /// The outer contours. Marks that are close together have one in common.
     Outline,
+}
+
+words! {
+    FrameShape, "frame":
+    Box = "box",
+    Hull = "hull",
+    Outline = "outline",
 }
 
 /// How a frame is gone round.
@@ -166,31 +171,4 @@ fn round_the_base(ring: &[[f64; 2]], reach: &Reach) -> Vec<[f64; 2]> {
         round.push(to);
     }
     round
-}
-
-impl FrameShape {
-    const ALL: [Self; 3] = [Self::Box, Self::Hull, Self::Outline];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Box => "box",
-            Self::Hull => "hull",
-            Self::Outline => "outline",
-        }
-    }
-}
-
-impl fmt::Display for FrameShape {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.name())
-    }
-}
-
-impl FromStr for FrameShape {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let known = Self::ALL.into_iter().find(|shape| shape.name() == text);
-        known.ok_or_else(|| format!("a frame is a box, a hull or an outline, not '{text}'"))
-    }
 }

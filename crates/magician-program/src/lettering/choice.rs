@@ -4,6 +4,8 @@ use std::fmt;
 use std::str::FromStr;
 use std::sync::Arc;
 
+use crate::words::words;
+
 /// The single-line fonts that are built in: those of A. V. Hershey.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
@@ -17,30 +19,18 @@ pub enum BundledFont {
     Gothic,
 }
 
+words! {
+    BundledFont, "font":
+    Sans = "sans",
+    Script = "script",
+    Gothic = "gothic",
+}
+
 impl BundledFont {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Sans, Self::Script, Self::Gothic];
-
-    /// Its name.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Sans => "sans",
-            Self::Script => "script",
-            Self::Gothic => "gothic",
-        }
-    }
-
     /// Its licence, in a word of the field; the whole of it lies beside the data.
     #[must_use]
     pub const fn licence(self) -> &'static str {
         "Hershey"
-    }
-}
-
-impl fmt::Display for BundledFont {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.name())
     }
 }
 
@@ -127,11 +117,9 @@ impl FromStr for FontChoice {
     /// One that is built in.
     fn from_str(text: &str) -> Result<Self, String> {
         let wanted = text.trim().to_ascii_lowercase();
-        let named = BundledFont::ALL
-            .into_iter()
-            .find(|font| font.name() == wanted);
-        named.map(Self::Bundled).ok_or_else(|| {
-            let names = BundledFont::ALL.map(BundledFont::name).join(", ");
+        let named = wanted.parse().map(Self::Bundled);
+        named.map_err(|_: String| {
+            let names = BundledFont::NAMES.join(", ");
             format!("unknown font '{}'; built in are {names}", text.trim())
         })
     }

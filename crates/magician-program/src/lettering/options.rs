@@ -1,9 +1,8 @@
 //! How text is set.
 
-use std::fmt;
-use std::str::FromStr;
-
 use super::FontChoice;
+
+use crate::words::words;
 
 /// How text is set. Lengths are mm.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,27 +46,9 @@ pub enum Align {
     Right,
 }
 
-impl FromStr for Align {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "left" => Ok(Self::Left),
-            "center" => Ok(Self::Center),
-            "right" => Ok(Self::Right),
-            other => Err(format!(
-                "align is 'left', 'center' or 'right', not '{other}'"
-            )),
-        }
-    }
-}
-
-impl fmt::Display for Align {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Self::Left => "left",
-            Self::Center => "center",
-            Self::Right => "right",
-        })
-    }
+words! {
+    Align, "align":
+    Left = "left",
+    Center = "center",
+    Right = "right",
 }

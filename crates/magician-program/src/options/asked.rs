@@ -1,92 +1,137 @@
-//! What a person is asked before a file of a format is done: the options that are seldom left out.
+//! What a person is asked before a file of a format is done: the options that are seldom left out, and all the others.
+
+mod table;
 
 use serde::Serialize;
 
 use super::SetupOptions;
 use crate::Format;
 
-/// An option that a person is asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+/// What an option is, for a form.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct AskedOption {
     /// The member of [`SetupOptions`].
     pub name: &'static str,
-    /// What it is: `choice`, `number`, `point` (x and y) or `switch`.
-    pub kind: &'static str,
-    /// `mm`, `deg`, or nothing.
+    /// What it is.
+    pub kind: AskedKind,
+    /// `mm`, `mm/s`, `deg`, `%`, `px`, or nothing.
     pub unit: &'static str,
-    /// What may be chosen; the first one unless a person chooses.
+    /// What may be chosen.
     pub choices: &'static [&'static str],
-    /// The switch with which alone it is asked; without one it is asked always.
+    /// What holds where it is not given, if that does not depend on something else.
+    pub default: Option<DefaultValue>,
+    /// The least number.
+    pub least: Option<f64>,
+    /// The number that it is above.
+    pub above: Option<f64>,
+    /// The greatest number.
+    pub most: Option<f64>,
+    /// The option with which alone it counts; without one it counts always.
     pub with: Option<&'static str>,
+    /// The values of that one with which it counts: it has to be on where there is none.
+    pub when: &'static [&'static str],
+    /// What it belongs to.
+    pub group: AskedGroup,
+    /// Whether it is seldom left out.
+    pub usual: bool,
     /// What it is for.
     pub about: &'static str,
 }
 
-const fn asked(
-    name: &'static str,
-    kind: &'static str,
-    unit: &'static str,
-    about: &'static str,
-) -> AskedOption {
-    AskedOption {
-        name,
-        kind,
-        unit,
-        choices: &[],
-        with: None,
-        about,
-    }
+/// What the value of an option is, and how JSON has it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "lowercase")]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+pub enum AskedKind {
+    /// One of a few words.
+    Choice,
+    /// A number.
+    Number,
+    /// A whole number.
+    Integer,
+    /// x and y: an array of two numbers.
+    Point,
+    /// x, y and z: an array of three numbers.
+    Place,
+    /// From the left, from the top, width and height: an array of four whole numbers.
+    Area,
+    /// True or false.
+    Switch,
+    /// Text.
+    Text,
+    /// An array of texts.
+    List,
+    /// An array of objects as [`PenOptions`](super::PenOptions).
+    Pens,
 }
 
-const TOOL: AskedOption = AskedOption {
-    choices: &["pen", "laser"],
-    ..asked("tool", "choice", "", "Tool on the arm")
-};
-const SURFACE: AskedOption = asked("surface", "number", "mm", "Height of the work surface");
-const AT: AskedOption = asked("at", "point", "mm", "Where its centre goes");
-const WIDTH: AskedOption = asked("width", "number", "mm", "How wide it becomes");
-const IMAGE: AskedOption = AskedOption {
-    choices: &["outline", "centerline", "halftone", "squiggle", "hatch"],
-    ..asked("image", "choice", "", "What the pen makes of an image")
-};
-const SCALE: AskedOption = asked("scale", "number", "", "Its size, 1 being the true one");
-const ROTATE: AskedOption = asked("rotate", "number", "deg", "Turned counter-clockwise");
-const FILL: AskedOption = AskedOption {
-    choices: &["none", "hatch", "cross", "contour"],
-    ..asked("fill", "choice", "", "Lines that shapes are filled with")
-};
-const FONT: AskedOption = AskedOption {
-    choices: &["sans", "script", "gothic"],
-    ..asked("font", "choice", "", "Font of text")
-};
-const SIZE: AskedOption = asked("size", "number", "mm", "Height of a capital");
-const WRAP: AskedOption = asked("wrap", "number", "mm", "Width that lines are broken at");
-const FIT: AskedOption = asked("fit", "switch", "", "Made smaller until it can be reached");
-const PLACE: AskedOption = asked(
-    "place",
-    "switch",
-    "",
-    "A file of coordinates is placed like a drawing",
-);
-
-const fn placed(option: AskedOption) -> AskedOption {
-    AskedOption {
-        with: Some("place"),
-        ..option
-    }
+impl AskedKind {
+    /// All of them, by their names in interfaces.
+    pub const NAMES: [&'static str; 10] = [
+        "choice", "number", "integer", "point", "place", "area", "switch", "text", "list", "pens",
+    ];
 }
 
-const PLACED: [AskedOption; 6] = [
-    PLACE,
-    placed(TOOL),
-    placed(SURFACE),
-    placed(AT),
-    placed(SCALE),
-    placed(ROTATE),
-];
+/// What an option belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "lowercase")]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+pub enum AskedGroup {
+    /// With which tool, where, how large.
+    Place,
+    /// How shapes are filled.
+    Fill,
+    /// How text is set.
+    Text,
+    /// Which parts there are, and which are drawn.
+    Parts,
+    /// What is made of an image.
+    Image,
+    /// How it is burnt.
+    Laser,
+    /// How the pen goes.
+    Pen,
+    /// The rest.
+    More,
+}
+
+impl AskedGroup {
+    /// All of them, by their names in interfaces.
+    pub const NAMES: [&'static str; 8] = [
+        "place", "fill", "text", "parts", "image", "laser", "pen", "more",
+    ];
+}
+
+/// The value of an option that is not given.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+#[non_exhaustive]
+pub enum DefaultValue {
+    /// A number.
+    Number(f64),
+    /// One of the choices.
+    Word(&'static str),
+    /// On or off.
+    Switch(bool),
+}
 
 impl SetupOptions {
+    /// The options that count for a file of this format, those that are seldom left out first.
+    ///
+    /// ```
+    /// use magician_program::{Format, SetupOptions};
+    ///
+    /// let all = SetupOptions::all_asked(Format::Svg);
+    /// let inset = all.iter().find(|option| option.name == "fill_inset").unwrap();
+    /// assert_eq!((inset.with, inset.least), (Some("fill"), Some(0.0)));
+    /// assert!(all.len() > 30);
+    /// ```
+    #[must_use]
+    pub fn all_asked(format: Format) -> Vec<AskedOption> {
+        table::of(format)
+    }
+
     /// What a person is asked before a file of this format is done: nothing where the file says it all.
     ///
     /// ```
@@ -97,38 +142,12 @@ impl SetupOptions {
     /// assert!(names(Format::Playback).is_empty());
     /// ```
     #[must_use]
-    pub const fn asked(format: Format) -> &'static [AskedOption] {
-        match format {
-            Format::Svg => &[TOOL, FILL, SURFACE, AT, SCALE, ROTATE, FIT],
-            Format::Dxf | Format::Hpgl => &[TOOL, SURFACE, AT, SCALE, ROTATE, FIT],
-            Format::Image => &[TOOL, IMAGE, SURFACE, AT, WIDTH, ROTATE, FIT],
-            Format::Text => &[FONT, SIZE, WRAP, TOOL, SURFACE, AT, ROTATE, FIT],
-            Format::TestGrid => &[SURFACE, AT, SCALE, ROTATE, FIT],
-            Format::Gcode => &PLACED,
-            Format::Playback | Format::Blockly | Format::Points | Format::Plan => &[],
-        }
+    pub fn asked(format: Format) -> Vec<AskedOption> {
+        let mut all = Self::all_asked(format);
+        all.retain(|option| option.usual);
+        all
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_asked_is_an_option_of_its_kind() {
-        let options = SetupOptions::keys();
-        for format in Format::ALL {
-            for option in SetupOptions::asked(format) {
-                assert!(options.iter().any(|key| key == option.name), "{option:?}");
-                let value = match option.kind {
-                    "choice" => serde_json::json!(option.choices[0]),
-                    "number" => serde_json::json!(1.5),
-                    "point" => serde_json::json!([200, 0]),
-                    kind => serde_json::json!(kind == "switch"),
-                };
-                let fields = serde_json::Map::from_iter([(option.name.to_owned(), value)]);
-                assert!(SetupOptions::from_fields(&fields).is_ok(), "{option:?}");
-            }
-        }
-    }
-}
+mod tests;

@@ -52,6 +52,17 @@ impl SetupOptions {
     /// # Errors
     /// The first that is no option, has no such value, or contradicts another.
     pub fn from_fields(fields: &Map<String, Value>) -> Result<Self, OptionError> {
+        let options = Self::from_fields_of_some(fields)?;
+        options.contradictions()?;
+        Ok(options)
+    }
+
+    /// The same, of fields that others come under ([`or`](Self::or)): whether they agree shows only then
+    /// ([`check`](Self::check)).
+    ///
+    /// # Errors
+    /// The first that is no option, or has no such value.
+    pub fn from_fields_of_some(fields: &Map<String, Value>) -> Result<Self, OptionError> {
         for (key, value) in fields {
             let shown: String = key.chars().take(40).collect();
             if value.is_null() {
@@ -71,7 +82,7 @@ impl SetupOptions {
         }
         let whole = serde_json::from_value::<Self>(Value::Object(fields.clone()));
         let options = whole.map_err(|error| OptionError::new("", error.to_string()))?;
-        options.check()?;
+        options.check_values()?;
         Ok(options)
     }
 

@@ -7,7 +7,9 @@ use magician_host::Error;
 use magician_motion::Fence;
 
 use super::{Reading, SetupDefaults, SetupOptions};
-use crate::{AppliedPlacement, Diagnostic, Ending, Format, Program, Setup, WouldFit, tip};
+use crate::{
+    AppliedPlacement, Diagnostic, Ending, Format, PartSummary, Program, Setup, WouldFit, tip,
+};
 
 /// A file that is to be read and laid before an arm.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,6 +69,8 @@ pub struct LaidProgram {
     pub misfit: Option<Diagnostic>,
     /// In which size it would.
     pub would_fit: Option<WouldFit>,
+    /// Its parts, layers unless the options say what they are, as they are in the file: without how long they take.
+    pub parts: Vec<PartSummary>,
 }
 
 impl FileToLay {
@@ -134,7 +138,10 @@ impl FileToLay {
         let begun = file.begun.as_ref().filter(|begun| !begun.said);
         let start = begun.map(|begun| begun.at);
         let mut notes = file.notes.clone();
+        let mut parts = setup.parts_in(&file.content, 1.0)?;
         let mut laid = options.lay(&setup, file)?;
+        let scale = laid.placed.map_or(1.0, |placed| placed.scale);
+        { parts.iter_mut() }.for_each(|part| part.drawn_mm *= scale);
         notes.append(&mut laid.notes);
         let (placed, would_fit) = (laid.placed, laid.would_fit);
         let misfit = laid.misfit.take();
@@ -146,6 +153,7 @@ impl FileToLay {
             placed,
             misfit,
             would_fit,
+            parts,
         })))
     }
 

@@ -11,7 +11,7 @@ mod program;
 use magician_host::{Set, words};
 use serde::{Deserialize, Serialize};
 
-pub use asked::AskedOption;
+pub use asked::{AskedGroup, AskedKind, AskedOption, DefaultValue};
 pub use fields::OptionError;
 pub use grid::Grid;
 pub use laying::{Begins, FileToLay, LaidProgram, Laying};

@@ -40,6 +40,8 @@ pub struct Outline {
     pub height: f64,
     /// Whether the arm comes there.
     pub reachable: bool,
+    /// The number of the part that it is of, in a plan that has parts.
+    pub part: Option<u64>,
 }
 
 impl Outline {
@@ -75,6 +77,7 @@ impl Outline {
                 points: line.to_vec(),
                 height: of.height,
                 reachable: of.reachable,
+                part: of.part,
             })
         });
         let outlines = evenly(outlines.collect(), most, |line: &Self| line.points.len());
@@ -103,6 +106,7 @@ fn evenly<T>(outlines: Vec<T>, most: usize, points_of: impl Fn(&T) -> usize) -> 
 #[derive(Clone, Debug)]
 struct Line {
     reachable: bool,
+    part: Option<u64>,
     height: f64,
     track: Track,
 }
@@ -119,13 +123,21 @@ pub(super) struct Outlines {
 }
 
 impl Outlines {
-    pub(super) fn draw(&mut self, reachable: bool, from: [f64; 3], to: [f64; 3]) {
+    pub(super) fn draw(
+        &mut self,
+        reachable: bool,
+        part: Option<u64>,
+        from: [f64; 3],
+        to: [f64; 3],
+    ) {
         let [[x, y, height], [to_x, to_y, _]] = [from, to];
         let (from, to) = ([x, y], [to_x, to_y]);
         self.arrived = true;
         let Self { lines, end, .. } = self;
         match lines.last_mut() {
-            Some(line) if line.reachable == reachable && *end == Some(from) => {
+            Some(line)
+                if (line.reachable, line.part) == (reachable, part) && *end == Some(from) =>
+            {
                 line.track.line_to(to);
             }
             last => {
@@ -137,6 +149,7 @@ impl Outlines {
                 track.line_to(to);
                 lines.push(Line {
                     reachable,
+                    part,
                     height,
                     track,
                 });

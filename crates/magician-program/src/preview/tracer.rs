@@ -46,7 +46,8 @@ pub(super) struct PathTracer {
     turn: Turn,
     holds: bool,
     lit: bool,
-    /// The colour of the part under way.
+    /// The number of the part under way, and its colour.
+    part: Option<u64>,
     ink: Option<Color>,
     /// Refused steps, the next one last.
     awaited: Vec<usize>,
@@ -92,6 +93,7 @@ impl PathTracer {
             turn: Turn::J4(0.0),
             holds: false,
             lit: false,
+            part: None,
             ink: None,
             awaited,
             begun: false,
@@ -181,7 +183,10 @@ impl PathTracer {
             Action::Home => self.at = None,
             Action::Command(ref command) => self.command(command),
             // White would not be seen.
-            Action::Part(ref part) => self.ink = part.color.filter(|color| !color.is_pale()),
+            Action::Part(ref part) => {
+                self.part = Some(part.n);
+                self.ink = part.color.filter(|color| !color.is_pale());
+            }
             Action::Pause(_) => {}
         }
         while self.awaited.pop_if(|step| *step == nth).is_some() {
@@ -382,7 +387,7 @@ impl PathTracer {
                     DrawnLine::add(strokes, self.nth, flat(from), flat(to));
                 }
                 if let Some(outlines) = &mut self.outlines {
-                    outlines.draw(shown != StrokeKind::Unreachable, from, to);
+                    outlines.draw(shown != StrokeKind::Unreachable, self.part, from, to);
                 }
                 toolpath.drawn += squares.sqrt();
                 for [x, y] in [flat(from), flat(to)] {

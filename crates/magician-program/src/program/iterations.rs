@@ -5,7 +5,7 @@ use magician_host::words::Preflight;
 use super::RemainingProgram;
 use crate::check::{check_in_turns, widen};
 use crate::turns::{AtOnce, SLICE, Turns, at_once};
-use crate::{Plan, RefusedStep, Report};
+use crate::{PartFigures, Plan, RefusedStep, Report};
 
 /// As many iterations are checked that each lead somewhere else.
 const MOST_ITERATIONS: usize = 100;
@@ -86,6 +86,22 @@ fn add(report: &mut Report, iteration: Report, times: u64, steps: usize) {
             ..refused_step
         });
     report.refused_steps.extend(refused_steps);
+    for part in iteration.parts {
+        let known = { report.parts.iter_mut() }.find(|known| known.part.n == part.part.n);
+        let time = part.time.and_then(|time| time.checked_mul(count));
+        match known {
+            Some(known) => {
+                known.drawn += times as f64 * part.drawn;
+                known.time = (known.time.zip(time)).and_then(|(all, time)| all.checked_add(time));
+            }
+            // It began before what is left does.
+            None => report.parts.push(PartFigures {
+                drawn: times as f64 * part.drawn,
+                time,
+                ..part
+            }),
+        }
+    }
     for percent in iteration.power.into_iter().flatten() {
         report.burn(percent);
     }

@@ -360,8 +360,7 @@ impl RemainingProgram {
 
     /// The place where the arm stands within the steps that follow so many.
     fn place_after(&self, steps: u64, pose: &Pose) -> Option<(u64, [f64; 3])> {
-        let done = steps.checked_sub(self.from)?.saturating_add(self.lead());
-        let done = usize::try_from(done).ok()?;
+        let done = self.slots_before(steps)?;
         let mut course = self.start.clone().guards(Guards::NONE);
         let mut slots = self.slots();
         for command in slots.by_ref().take(done).flatten() {
@@ -370,6 +369,40 @@ impl RemainingProgram {
         }
         let (passed, at) = within::place_on(&mut course, slots, pose)?;
         Some((steps + passed, at))
+    }
+
+    /// Where a burn goes on that is to overlap by so many mm what was burnt before it stopped: the steps that are finished, the place
+    /// within the next, and how many mm are burnt twice. It stops where the burn began.
+    #[must_use]
+    pub fn overlapped(
+        &self,
+        (steps, within): (u64, Option<[f64; 3]>),
+        overlap: f64,
+    ) -> (u64, Option<[f64; 3]>, f64) {
+        let back = || {
+            let passed = self.slots_before(steps)?;
+            let mut course = self.start.clone().guards(Guards::NONE);
+            within::back_along(&mut course, self.slots(), passed, within, overlap)
+        };
+        match (overlap > 0.0).then(back).flatten() {
+            Some((earlier, place, twice)) if twice > 0.0 => {
+                (steps.saturating_sub(earlier), place, twice)
+            }
+            _ => (steps, within, 0.0),
+        }
+    }
+
+    /// How many mm the step behind so many burns, if it burns along a line.
+    #[must_use]
+    pub fn burn_after(&self, steps: u64) -> Option<f64> {
+        let passed = self.slots_before(steps)?;
+        let mut course = self.start.clone().guards(Guards::NONE);
+        within::burn_of(&mut course, self.slots(), passed)
+    }
+
+    fn slots_before(&self, steps: u64) -> Option<usize> {
+        let done = steps.checked_sub(self.from)?.saturating_add(self.lead());
+        usize::try_from(done).ok()
     }
 
     /// Whether an arm that stands there stands where so many finished steps of the program leave it; not known where the

@@ -1,13 +1,11 @@
 //! An image as lines of a pen.
 
-use std::fmt;
-use std::str::FromStr;
-
 use magician_host::{Given, Setting};
 
 use super::resample::resample;
 use super::shade::{Shade, nothing};
 use super::{Raster, Size, centerline, halftone, hatch, outline, specks, squiggle};
+use crate::words::words;
 use crate::{Artwork, Diagnostic};
 
 /// What a pen makes of an image.
@@ -27,28 +25,16 @@ pub enum ImageStyle {
     Hatch,
 }
 
+words! {
+    ImageStyle, "image":
+    Outline = "outline",
+    Centerline = "centerline",
+    Halftone = "halftone",
+    Squiggle = "squiggle",
+    Hatch = "hatch",
+}
+
 impl ImageStyle {
-    /// All of them.
-    pub const ALL: [Self; 5] = [
-        Self::Outline,
-        Self::Centerline,
-        Self::Halftone,
-        Self::Squiggle,
-        Self::Hatch,
-    ];
-
-    /// Its name as an option has it.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Outline => "outline",
-            Self::Centerline => "centerline",
-            Self::Halftone => "halftone",
-            Self::Squiggle => "squiggle",
-            Self::Hatch => "hatch",
-        }
-    }
-
     /// Whether its lines keep the greys; the others only tell dark from light.
     #[must_use]
     pub const fn is_shaded(self) -> bool {
@@ -59,24 +45,6 @@ impl ImageStyle {
     #[must_use]
     pub const fn has_levels(self) -> bool {
         matches!(self, Self::Halftone | Self::Hatch)
-    }
-}
-
-impl fmt::Display for ImageStyle {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.name())
-    }
-}
-
-impl FromStr for ImageStyle {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let found = Self::ALL.into_iter().find(|style| style.name() == text);
-        found.ok_or_else(|| {
-            let names = Self::ALL.map(Self::name).join(", ");
-            format!("image is one of {names}, not '{text}'")
-        })
     }
 }
 

@@ -4,8 +4,8 @@ use magician_host::JointAngles;
 use magician_host::words::{Guards, Preflight};
 use serde::Serialize;
 
-use super::{PartMode, Setup, UNSAID};
-use crate::{Action, Content, Diagnostic, Format, Part, Plan, Stroke, check};
+use super::{PartMode, PartRule, Setup, UNSAID};
+use crate::{Action, Artwork, Content, Diagnostic, Format, Part, Plan, Report, check};
 
 /// A part of a file, and how much it is.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -21,7 +21,7 @@ pub struct PartSummary {
     pub strokes: usize,
     /// How long its lines are, mm.
     pub drawn_mm: f64,
-    /// How long it takes once, if that is known.
+    /// How long it takes, if that is known: all its passes, in a list of what there is to choose from one.
     pub seconds: Option<f64>,
     /// Whether it is left out.
     pub skipped: bool,
@@ -37,44 +37,110 @@ impl Setup {
         format: Format,
         content: &Content,
     ) -> Result<Vec<PartSummary>, Diagnostic> {
-        let mode = self.parts.unwrap_or(PartMode::Layer);
-        let once = Self {
-            parts: Some(mode),
+        let mut listed = self.parts_in(content, self.placement.scale)?;
+        let pens = self.pens.iter().map(|rule| PartRule {
             passes: None,
+            ..rule.clone()
+        });
+        let once = Self {
+            parts: Some(self.listed_mode()),
+            passes: None,
+            pens: pens.collect(),
             no_pause: true,
             ..self.clone()
         };
-        let scale = self.placement.scale;
-        let mut listed = Vec::new();
-        if let Content::Artwork(artwork) = content {
-            let (parts, _) = once.parts_of(artwork, mode)?;
-            for (key, part) in (0..).zip(parts).filter(|(_, part)| part.passes > 0) {
-                let strokes = artwork.strokes.iter().filter(|stroke| match mode {
-                    PartMode::None => true,
-                    PartMode::Layer => stroke.style.layer == key,
-                    PartMode::Color => stroke.style.color == key,
-                });
-                listed.push(PartSummary {
-                    strokes: strokes.clone().count(),
-                    drawn_mm: scale * strokes.map(Stroke::length).sum::<f64>(),
-                    skipped: part.skipped,
-                    ..PartSummary::of(&part.part)
-                });
-            }
-        }
         // Where it cannot be laid nobody knows how long it takes.
         let laid = once.plan(format, content.clone());
         if let Ok(laid) = laid
             && laid.misfit.is_none()
         {
-            measure(
-                &laid.plan,
-                &mut listed,
-                matches!(content, Content::Artwork(_)),
-            );
+            let start = Preflight::at(JointAngles::HOME, UNSAID).guards(Guards::NONE.reach(true));
+            PartSummary::measure(&mut listed, &check(&laid.plan, &start));
         }
         Ok(listed)
     }
+
+    /// The same as they are in the file, where that is drawn in this size.
+    pub(crate) fn parts_in(
+        &self,
+        content: &Content,
+        scale: f64,
+    ) -> Result<Vec<PartSummary>, Diagnostic> {
+        match content {
+            Content::Artwork(artwork) => {
+                let mut listed = self.parts_of_artwork(artwork)?;
+                { listed.iter_mut() }.for_each(|part| part.drawn_mm *= scale);
+                Ok(listed)
+            }
+            Content::Plan(plan) => Ok(parts_of_plan(plan, scale)),
+            _ => Ok(Vec::new()),
+        }
+    }
+
+    fn listed_mode(&self) -> PartMode {
+        self.parts.unwrap_or(PartMode::Layer)
+    }
+
+    fn parts_of_artwork(&self, artwork: &Artwork) -> Result<Vec<PartSummary>, Diagnostic> {
+        let mode = self.listed_mode();
+        let (parts, _) = self.parts_of(artwork, mode)?;
+        let mut lines = vec![(0, 0.0); parts.len()];
+        for stroke in &artwork.strokes {
+            let key = match mode {
+                PartMode::None => 0,
+                PartMode::Layer => stroke.style.layer,
+                PartMode::Color => stroke.style.color,
+            };
+            if let Some((count, length)) = lines.get_mut(key as usize) {
+                *count += 1;
+                *length += stroke.length();
+            }
+        }
+        let there = parts.iter().zip(lines);
+        let there = there.filter(|(part, _)| part.passes > 0);
+        let listed = there.map(|(part, (strokes, drawn_mm))| PartSummary {
+            strokes,
+            drawn_mm,
+            skipped: part.skipped,
+            ..PartSummary::of(&part.part)
+        });
+        Ok(listed.collect())
+    }
+}
+
+/// Those of a plan; what comes before the first is none.
+fn parts_of_plan(plan: &Plan, scale: f64) -> Vec<PartSummary> {
+    let mut listed: Vec<PartSummary> = Vec::new();
+    let (mut now, mut at, mut marked) = (None, None, false);
+    for step in &plan.steps {
+        if let Action::Part(part) = &step.action {
+            let known = listed.iter().position(|known| known.n == part.n);
+            now = Some(known.unwrap_or_else(|| {
+                listed.push(PartSummary::of(part));
+                listed.len() - 1
+            }));
+        }
+        let marks = step.action.marks();
+        let to = step.action.target().map(|to| to.map(f64::from));
+        if let Some(part) = now.filter(|_| marks).and_then(|now| listed.get_mut(now)) {
+            part.strokes += usize::from(!marked);
+            if let (Some(from), Some(to)) = (at, to) {
+                part.drawn_mm += scale * apart(from, to);
+            }
+        }
+        (at, marked) = (to.or(at), marks);
+    }
+    listed
+}
+
+fn apart(from: [f64; 3], to: [f64; 3]) -> f64 {
+    let [x, y, z] = [0, 1, 2].map(|axis: usize| to[axis] - from[axis]);
+    libm::hypot(libm::hypot(x, y), z)
+}
+
+/// To micrometres, as in the report of a check.
+fn rounded(mm: f64) -> f64 {
+    (mm * 1000.0).round() / 1000.0
 }
 
 impl PartSummary {
@@ -89,47 +155,26 @@ impl PartSummary {
             skipped: false,
         }
     }
-}
 
-/// How long the parts of a plan are, and how long they take.
-fn measure(plan: &Plan, listed: &mut Vec<PartSummary>, drawing: bool) {
-    let begins = |(nth, step): (usize, &crate::Step)| match &step.action {
-        Action::Part(part) => Some((nth, (**part).clone())),
-        _ => None,
-    };
-    let parts: Vec<(usize, Part)> = plan.steps.iter().enumerate().filter_map(begins).collect();
-    let start = Preflight::at(JointAngles::HOME, UNSAID).guards(Guards::NONE.reach(true));
-    let up_to = |steps: usize| {
-        let mut plan = plan.clone();
-        plan.steps.truncate(steps);
-        let report = check(&plan, &start);
-        (report.drawn, report.time.map(|time| time.as_secs_f64()))
-    };
-    let ends = parts.iter().skip(1).map(|(nth, _)| *nth);
-    let ends: Vec<usize> = ends.chain([plan.steps.len()]).collect();
-    let mut before = parts.first().map_or((0.0, None), |(nth, _)| up_to(*nth));
-    for ((begin, part), end) in parts.iter().zip(ends) {
-        let after = up_to(end);
-        if !listed.iter().any(|known| known.n == part.n) {
-            listed.push(PartSummary::of(part));
+    /// Adds what a check of their program has found: how long they are, and how long they take.
+    pub fn measure(listed: &mut Vec<Self>, report: &Report) {
+        for figures in &report.parts {
+            let known = listed.iter().position(|known| known.n == figures.part.n);
+            let nth = known.unwrap_or_else(|| {
+                listed.push(Self::of(&figures.part));
+                listed.len() - 1
+            });
+            if let Some(part) = listed.get_mut(nth) {
+                part.drawn_mm = rounded(figures.drawn);
+                part.seconds = figures.time.map(|time| time.as_secs_f64());
+            }
         }
-        let Some(known) = listed.iter_mut().find(|known| known.n == part.n) else {
-            continue;
-        };
-        let seconds = after.1.zip(before.1).map(|(after, before)| after - before);
-        known.seconds = match (known.seconds, seconds) {
-            (Some(known), Some(more)) => Some(known + more),
-            (known, more) => more.or(known),
-        };
-        if drawing {
-            known.drawn_mm = after.0 - before.0;
-        } else {
-            known.drawn_mm += after.0 - before.0;
-            let steps = plan.steps.get(*begin..end).unwrap_or_default();
-            let lines = steps.chunk_by(|one, next| one.action.marks() == next.action.marks());
-            let lines = lines.filter(|line| line.first().is_some_and(|step| step.action.marks()));
-            known.strokes += lines.count();
+        // What is not divided is one part as well.
+        if let ([part], true) = (listed.as_mut_slice(), report.parts.is_empty())
+            && !part.skipped
+        {
+            part.drawn_mm = rounded(report.drawn);
+            part.seconds = report.time.map(|time| time.as_secs_f64());
         }
-        before = after;
     }
 }

@@ -1,12 +1,10 @@
 //! Which parts a drawing has, which of them are drawn, and with which pens.
 
-use std::fmt;
-use std::str::FromStr;
-
 use magician_host::{Given, Setting};
 
 use super::Setup;
 use crate::artwork::{DrawingPart, PartPen};
+use crate::words::words;
 use crate::{Action, Artwork, Color, Diagnostic, DiagnosticCode, Part, PauseCause, Plan};
 
 /// As many parts are named in an error.
@@ -26,29 +24,11 @@ pub enum PartMode {
     Color,
 }
 
-impl FromStr for PartMode {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "none" => Ok(Self::None),
-            "layer" => Ok(Self::Layer),
-            "color" => Ok(Self::Color),
-            other => Err(format!(
-                "parts is 'none', 'layer' or 'color', not '{other}'"
-            )),
-        }
-    }
-}
-
-impl fmt::Display for PartMode {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Self::None => "none",
-            Self::Layer => "layer",
-            Self::Color => "color",
-        })
-    }
+words! {
+    PartMode, "parts":
+    None = "none",
+    Layer = "layer",
+    Color = "color",
 }
 
 /// A pen, and the parts that it is for.

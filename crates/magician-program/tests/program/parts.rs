@@ -194,9 +194,10 @@ fn names_of_layers_leave_out_and_wait() {
     assert_eq!(burnt.steps[pause - 1].action, Action::Laser(false));
     // `!` waits also before the first.
     let first = plan(&svg(&layer("!one", &line(5, "red"))), json!({}));
-    assert!(
-        matches!(&first.steps[2].action, Action::Pause(pause) if pause.cause == PauseCause::Part)
-    );
+    let (at, pause) = first.pauses().next().expect("one");
+    assert_eq!(pause.cause, PauseCause::Part);
+    let mut before = first.steps[..at].iter();
+    assert!(before.all(|step| matches!(step.action, Action::Command(_))));
     // Who names a layer means it.
     let only = plan(&named, json!({"only": ["%guides"]}));
     assert_eq!(shown(&only), ["1, %guides (#808080)"]);
@@ -421,6 +422,28 @@ fn g_code_waits_where_it_says_so() {
         plan.steps[pauses[0]..pauses[1]]
             .iter()
             .any(|step| step.action.marks())
+    );
+}
+
+/// What was drawn before the first tool is named was drawn with another one.
+#[test]
+fn the_first_tool_is_a_change_where_something_was_drawn_before() {
+    const TEXT: &str =
+        "G0 X220 Y0 Z20 F3000\nG0 Z0\nG1 X240 F600\nG0 Z20\nT2\nG0 Z0\nG1 Y10\nG0 Z20\nM2\n";
+    let run = |options: &SetupOptions| {
+        let setup = options.setup(&SetupDefaults::default());
+        let parsed = read(Format::Gcode, TEXT.as_bytes(), &options.reading(&setup)).expect("read");
+        setup
+            .plan(Format::Gcode, parsed.content)
+            .expect("a plan")
+            .plan
+    };
+    let mut options = SetupOptions::by_file();
+    assert_eq!(shown(&run(&options)), ["program: mount tool 2"]);
+    options.parts = Some(PartMode::Layer);
+    assert_eq!(
+        shown(&run(&options)),
+        ["1, -", "part: mount tool 2", "2, tool 2"]
     );
 }
 

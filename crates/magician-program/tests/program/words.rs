@@ -1,7 +1,5 @@
 //! Text that is written with the pen.
 
-use std::fmt::Write;
-
 use magician_program::{
     Align, Artwork, BundledFont, Content, Diagnostic, DiagnosticCode, FontChoice, Format,
     ReadOptions, TextLines, read,
@@ -381,42 +379,5 @@ fn characters_of_drawings_that_no_font_has_are_named_or_refused() {
             refused.message.starts_with("U+4E2D '中': the font"),
             "{refused}"
         );
-    }
-}
-
-/// Writes pictures of the fonts to the directory `FONT_SHEETS`, to be looked at.
-#[test]
-#[ignore = "writes pictures: FONT_SHEETS=DIR"]
-fn sheets_of_the_fonts() {
-    let directory = std::env::var("FONT_SHEETS").unwrap();
-    for font in BundledFont::ALL {
-        let mut options = options(font, 8.0);
-        options.text.line_height = 2.2;
-        let all: Vec<char> = latin().collect();
-        let mut text = String::new();
-        for row in all.chunks(24) {
-            for character in row {
-                let _ = write!(text, "{character} ");
-            }
-            text.push('\n');
-        }
-        text.push_str("Straße Ærøskøbing Þórður łódź œuvre 12½ £5 €3 “a” ‘b’ – …\nZażółć gęślą jaźń. Příliš žluťoučký kůň.");
-        let (artwork, _) = written(&text, &options);
-        let [_, most] = artwork.bounds().unwrap();
-        let mut svg = format!(
-            "<svg xmlns='http://www.w3.org/2000/svg' viewBox='-5 -5 {} {}' width='{}' fill='none' stroke='black' stroke-width='0.4'><rect x='-5' y='-5' width='999' height='999' fill='white' stroke='none'/>",
-            most[0] + 10.0,
-            most[1] + 10.0,
-            5.0 * most[0]
-        );
-        for stroke in &artwork.strokes {
-            svg.push_str("<path d='M");
-            for [x, y] in &stroke.points {
-                let _ = write!(svg, " {x:.2} {:.2}", most[1] - y);
-            }
-            svg.push_str("'/>");
-        }
-        svg.push_str("</svg>");
-        std::fs::write(format!("{directory}/{font}.svg"), svg).unwrap();
     }
 }

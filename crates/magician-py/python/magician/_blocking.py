@@ -1422,6 +1422,7 @@ class Arm(Bound):
         progress: Watcher = False,
         first_step: int = 1,
         resume: bool = False,
+        overlap: float = 0,
         check: bool = True,
         keep: bool = False,
         require_homed: bool = False,
@@ -1440,6 +1441,7 @@ class Arm(Bound):
         *,
         first_step: int = 1,
         resume: bool = False,
+        overlap: float = 0,
         check: bool = True,
         keep: bool = False,
         require_homed: bool = False,
@@ -1458,6 +1460,7 @@ class Arm(Bound):
         progress: Watcher = False,
         first_step: int = 1,
         resume: bool = False,
+        overlap: float = 0,
         check: bool = True,
         keep: bool = False,
         require_homed: bool = False,
@@ -1482,6 +1485,7 @@ class Arm(Bound):
         :param first_step: The step to begin with, counted from 1: the settings of the steps before are applied, and the
             arm goes there from above.
         :param resume: Goes on where a run of the same plan was interrupted, by Python or by the command.
+        :param overlap: With ``resume``: how far before the place where a burn stopped it begins, along its line, mm.
         :param check: Whether to refuse a plan that the arm cannot do.
         :param keep: Whether to run first the commands that an earlier program left in the queue.
         :param require_homed: Whether to refuse an arm that was not homed since it was switched on.
@@ -1510,6 +1514,7 @@ class Arm(Bound):
             program,
             first_step=first_step,
             resume=resume,
+            overlap=overlap,
             check=check,
             keep=keep,
             require_homed=require_homed,
@@ -1528,6 +1533,7 @@ class Arm(Bound):
         *,
         first_step: int = 1,
         resume: bool = False,
+        overlap: float = 0,
         check: bool = True,
         keep: bool = False,
         require_homed: bool = False,
@@ -1552,6 +1558,7 @@ class Arm(Bound):
         plan = program if isinstance(program, Plan) else Plan.of(not_a_file(program))
         how = {
             "first_step": whole("first_step", first_step, 1, max(1, len(plan))),
+            "overlap": number("overlap", overlap, least=0, unit="mm"),
             **flags(resume=resume, check=check, keep=keep, require_homed=require_homed),
             **flags(unhomed=unhomed, allow_laser=allow_laser, restore=restore),
             **ending(stay, park, lift),

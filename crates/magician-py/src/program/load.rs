@@ -204,16 +204,9 @@ impl Wanted {
             return Ok(None);
         };
         let preset = Presets::of_user().load(name);
-        let mut preset = preset.map_err(|error| error.to_string())?;
-        if format == Format::TestGrid {
-            // A grid has its own.
-            (preset.options.power, preset.options.speed) = (None, None);
-        }
-        *options = options.or(&preset.options);
-        let note = preset.note.map(|note| format!("preset {name}: {note}"));
-        Ok(Some(note.map(|note| {
-            Diagnostic::of_file(note).coded(DiagnosticCode::Assumed)
-        })))
+        let preset = preset.map_err(|error| error.to_string())?;
+        *options = options.or(&preset.options_for(Some(format)));
+        Ok(Some(preset.told()))
     }
 
     /// How it is to be done: with a surface on a slope and a sheet, which have no flags.

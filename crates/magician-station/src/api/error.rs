@@ -41,6 +41,22 @@ impl RpcError {
     pub const TOO_MANY: i32 = -32006;
     /// A stop came first.
     pub const STOPPED: i32 = -32007;
+    /// All of them.
+    pub const CODES: [i32; 13] = [
+        Self::PARSE,
+        Self::REQUEST,
+        Self::METHOD,
+        Self::PARAMS,
+        Self::INTERNAL,
+        Self::ARM,
+        Self::FORBIDDEN,
+        Self::LEASE,
+        Self::BUSY,
+        Self::CHECK_FAILED,
+        Self::DANGEROUS,
+        Self::TOO_MANY,
+        Self::STOPPED,
+    ];
 
     pub(crate) fn new(code: i32, message: impl Into<String>) -> Self {
         let mut data = Map::new();
@@ -58,6 +74,13 @@ impl RpcError {
     pub(crate) fn with(mut self, name: &str, value: impl Into<Value>) -> Self {
         self.data.insert(name.to_owned(), value.into());
         self
+    }
+
+    /// What needs `yes`, as it is called, and by which command.
+    pub(crate) fn dangerous(what: &str, command: &str, danger: Danger) -> Self {
+        let message = format!("{what} {}: it needs \"yes\": true", danger.what());
+        let error = Self::new(Self::DANGEROUS, message);
+        error.with("command", command).with("danger", danger.name())
     }
 
     /// No request.
@@ -97,6 +120,31 @@ impl RpcError {
             error["data"] = Value::Object(self.data.clone());
         }
         error
+    }
+}
+
+/// What `yes` is needed for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Danger {
+    /// The laser may burn.
+    Laser,
+    /// The arm may be bricked, uncalibrated or unlocked.
+    Arm,
+}
+
+impl Danger {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Laser => "laser",
+            Self::Arm => "arm",
+        }
+    }
+
+    const fn what(self) -> &'static str {
+        match self {
+            Self::Laser => "may switch the laser on",
+            Self::Arm => "can brick, uncalibrate or unlock the arm",
+        }
     }
 }
 

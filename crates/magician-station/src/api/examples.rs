@@ -121,6 +121,10 @@ const COMPONENTS: [(&str, &str, &str); 8] = [
     ("Choice", "arm.io", "rows[].sets[].choices[]"),
 ];
 
+/// What has members that are not always there, which no example tells: `schemas.json`.
+static SCHEMAS: LazyLock<Map<String, Value>> =
+    LazyLock::new(|| serde_json::from_str(include_str!("schemas.json")).unwrap_or_default());
+
 /// The components by their names, as JSON Schema.
 pub(super) fn components() -> Map<String, Value> {
     let shape = |method, place, name| match Example::of(method) {
@@ -130,7 +134,7 @@ pub(super) fn components() -> Map<String, Value> {
     let components = COMPONENTS.iter();
     let components =
         components.map(|(name, method, place)| ((*name).to_owned(), shape(*method, *place, *name)));
-    components.collect()
+    components.chain(SCHEMAS.clone()).collect()
 }
 
 /// The component that has these members.
@@ -239,6 +243,6 @@ mod tests {
         assert_eq!(list["properties"]["jobs"]["items"], job);
         let components = components();
         assert_eq!(components["Job"]["type"], json!("object"));
-        assert_eq!(components.len(), COMPONENTS.len());
+        assert_eq!(components.len(), COMPONENTS.len() + SCHEMAS.len());
     }
 }

@@ -36,13 +36,14 @@ const DATA: Param = may("data", PROGRAM, "the program's bytes in base64; or `tex
 const FORMAT: Param = may(
     "format",
     Kind::Text(20),
-    "its type, where its first bytes do not show it: playback, svg, gcode, image, dxf, hpgl, blockly, points, text, plan",
+    "its type, where its first bytes do not show it: playback, svg, gcode, image, dxf, hpgl, blockly, points, text, plan, testgrid",
 );
 const SETUP: Param = may(
     "setup",
     Kind::Object,
-    "how it is drawn or engraved: the flags of `magician draw` and `magician engrave` in snake_case, and `work` (draw, engrave); without it the program is run as it is",
+    "how it is drawn or engraved: the flags of `magician draw` and `magician engrave` in snake_case, `work` (draw, engrave), and `preset`, the name of a preset that says the rest; without it the program is run as it is",
 );
+const PRESET: Param = needed("name", ID, "the preset: letters, digits, - and _");
 const JOB: Param = needed("job", ID, "the job");
 const JOGS: &[&str] = &[
     "x+", "x-", "y+", "y-", "z+", "z-", "r+", "r-", "j1+", "j1-", "j2+", "j2-", "j3+", "j3-",
@@ -467,11 +468,11 @@ pub static METHODS: &[Method] = &[
             may(
                 "preview",
                 Kind::Switch,
-                "whether `preview` has what it leaves: `{strokes: [{points, part, reachable}]}`, of no more than 20,000 points",
+                "whether `preview` has what it leaves: `{strokes: [{points, height, part, reachable}], travels}`, of no more than 20,000 points each; `part` is the number of one of `parts`, or null",
             ),
         ],
         "Checks a program from where the arm stands; nothing moves.",
-        "as `run --check --json`",
+        "Report: as `run --check --json`, and `parts`, the first 256, as `run --list-parts --json`: `seconds` is null in a program that is not divided into them",
     ),
     method(
         "job.start",
@@ -609,15 +610,51 @@ pub static METHODS: &[Method] = &[
     method(
         "program.options",
         Viewer,
-        &[needed("format", Kind::Text(20), "a format, as `program.list` has it")],
-        "What a person is asked before a program of this format is done: members of `setup` that are seldom left out.",
-        "{options: [{name, kind, unit, choices, with, about}]}: kind `choice`, `number`, `point` or `switch`; `with` is the switch that has to be on for it, or null",
+        &[
+            needed("format", Kind::Text(20), "a format, as `program.list` has it"),
+            may("all", Kind::Switch, "whether all options come that count for it, not only the usual ones"),
+        ],
+        "What a person is asked before a program of this format is done: members of `setup`, the usual ones first.",
+        "{options: [Option]}: the range of a number is `least` or `above` to `most`; `default` holds where it is not given, null if that depends; with `with` it counts only where that other option has one of the values `when`, or is on where `when` is empty; `group` is for folding them",
     ),
     method(
         "program.delete",
         Student,
         &[NAMED],
         "Removes a program from the library.",
+        "null",
+    ),
+    method(
+        "preset.list",
+        Viewer,
+        &[],
+        "The presets of drawing and engraving, for `setup.preset`: those that come with this program first.",
+        "{presets: [{name, shipped, note, path}]}: one that is wrong has a `problem`",
+    ),
+    method(
+        "preset.show",
+        Viewer,
+        &[PRESET],
+        "What a preset says.",
+        "{name, shipped, note, path, options, text}: `options` as in `setup`, `text` as a file has it",
+    ),
+    method(
+        "preset.save",
+        Student,
+        &[
+            PRESET,
+            may("setup", Kind::Object, "what it says, as `job.check` takes it; or `text`"),
+            may("note", Kind::Text(500), "what is told to people who use it; beside `setup`"),
+            may("text", Kind::Text(65536), "a file of a preset, TOML; or `setup`"),
+        ],
+        "Keeps options under a name; what was kept under it is replaced. It goes before one of this name that comes with this program.",
+        "as `preset.show`",
+    ),
+    method(
+        "preset.remove",
+        Student,
+        &[PRESET],
+        "Removes a preset that was kept; one that comes with this program stays.",
         "null",
     ),
     method(

@@ -4,7 +4,6 @@ use std::time::Duration;
 
 use magician_protocol::HostInstant;
 
-use super::work::OnLost;
 use super::{
     ArmId, Control, Effect, JogEnd, LeaseEnd, LeaseId, Refusal, RequestId, SessionId, WorkEnd,
 };
@@ -281,14 +280,7 @@ impl Control {
                 });
             }
         }
-        let job = self.arm(arm).job.filter(|job| job.phase.is_under_way());
-        if let Some(job) = job
-            && job.on_lost != OnLost::Continue
-        {
-            let pause = job.on_lost == OnLost::Pause;
-            let job = job.id;
-            self.effects.push_back(Effect::EndJob { arm, job, pause });
-        }
+        self.end_job(arm);
     }
 
     fn grant(&mut self, now: HostInstant, arm: ArmId, session: SessionId, request: RequestId) {

@@ -274,7 +274,7 @@ impl Control {
         }
     }
 
-    /// The socket of a session has ended. A jog ends at once; the lease waits for the session to come back.
+    /// The socket of a session has ended. A jog and a job that burns end at once; the lease waits for the session to come back.
     pub fn leave(&mut self, now: HostInstant, session: SessionId) {
         let Some(presence) = self.sessions.get_mut(&session) else {
             return;
@@ -285,6 +285,9 @@ impl Control {
             let requests = self.arm_mut(arm).lease.forget(session);
             self.deny(arm, requests);
             self.tell_places(arm);
+            if self.holder(arm) == Some(session) {
+                self.let_go_of_burning(arm);
+            }
         }
     }
 

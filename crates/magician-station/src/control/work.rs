@@ -95,6 +95,10 @@ pub(super) struct Job {
     pub(super) id: JobId,
     pub(super) on_lost: OnLost,
     pub(super) phase: JobPhase,
+    /// Whether it burns: it does not outlast the socket of its holder.
+    burns: bool,
+    /// Whether it was paused or stopped because that has ended.
+    let_go: bool,
 }
 
 impl Control {
@@ -278,11 +282,52 @@ impl Control {
             // What was queued before is the job's to wait for: the end of the lease is not to stop the arm under it.
             state.queued = false;
         }
+        let before = state.job.filter(|before| before.id == job);
         state.job = phase.map(|phase| Job {
             id: job,
             on_lost,
             phase,
+            burns: before.is_some_and(|before| before.burns),
+            let_go: phase.is_under_way() && before.is_some_and(|before| before.let_go),
         });
+    }
+
+    /// The arm's job burns: it is paused or stopped at once where the socket of its holder ends, and not only when the lease does.
+    /// Nobody may look after the laser then.
+    pub fn job_burns(&mut self, arm: ArmId, job: JobId) {
+        if let Some(under_way) = { &mut self.arm_mut(arm).job }.as_mut()
+            && under_way.id == job
+        {
+            under_way.burns = true;
+            self.let_go_of_burning(arm);
+        }
+    }
+
+    /// Ends a job that burns, if the holder has no socket.
+    pub(super) fn let_go_of_burning(&mut self, arm: ArmId) {
+        let is_alone = self.holder(arm).is_some_and(|holder| {
+            let presence = self.sessions.get(&holder);
+            presence.is_none_or(|presence| presence.left.is_some())
+        });
+        if is_alone && self.arm(arm).job.is_some_and(|job| job.burns) {
+            self.end_job(arm);
+            if let Some(job) = &mut self.arm_mut(arm).job {
+                job.let_go = true;
+            }
+        }
+    }
+
+    /// Ends a job that is under way as its starter said.
+    pub(super) fn end_job(&mut self, arm: ArmId) {
+        let job = self.arm(arm).job;
+        let job = job.filter(|job| job.phase.is_under_way() && !job.let_go);
+        if let Some(job) = job
+            && job.on_lost != OnLost::Continue
+        {
+            let pause = job.on_lost == OnLost::Pause;
+            let job = job.id;
+            self.effects.push_back(Effect::EndJob { arm, job, pause });
+        }
     }
 
     pub(super) fn end_jog_of(&mut self, arm: ArmId, why: JogEnd, wanted: impl Fn(&Jog) -> bool) {

@@ -141,6 +141,10 @@ impl Work {
             return;
         };
         slot.handle = Some(handle.clone());
+        if handle.burns() {
+            let news = JobNews::Burns;
+            (self.report)(ArmReport::Job { job, news });
+        }
         let paused = Arc::clone(&slot.paused);
         let pauses = std::mem::take(&mut slot.pauses);
         for (request, reason) in pauses {

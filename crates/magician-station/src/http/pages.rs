@@ -1,6 +1,7 @@
-//! The files of a page that a station serves: as they are stored, and again only where they have changed.
+//! The files of a page that a station serves: compressed, as they are stored, and again only where they have changed.
 
 use std::fmt;
+use std::io::{self, Read};
 use std::sync::Arc;
 
 use axum::body::Body;
@@ -9,6 +10,7 @@ use axum::http::header::{
 };
 use axum::http::{HeaderMap, HeaderValue, StatusCode};
 use axum::response::{IntoResponse, Response};
+use flate2::read::GzDecoder;
 use sha2::{Digest, Sha256};
 
 /// A file of a page.
@@ -18,10 +20,21 @@ pub struct PageFile {
     pub path: &'static str,
     /// Its type.
     pub kind: &'static str,
-    /// What it holds.
-    pub bytes: &'static [u8],
-    /// The same by gzip; empty if it is only sent as it is.
+    /// What it holds, compressed by gzip.
     pub gzip: &'static [u8],
+}
+
+impl PageFile {
+    /// What it holds.
+    ///
+    /// # Errors
+    ///
+    /// Where [`gzip`](Self::gzip) is not what its name says.
+    pub fn unpacked(&self) -> io::Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        GzDecoder::new(self.gzip).read_to_end(&mut bytes)?;
+        Ok(bytes)
+    }
 }
 
 /// All files of a page; none where no page is served.
@@ -39,7 +52,7 @@ impl Pages {
     /// These files.
     pub fn new(files: impl IntoIterator<Item = PageFile>) -> Self {
         let tagged = files.into_iter().map(|file| {
-            let digest = Sha256::digest(file.bytes);
+            let digest = Sha256::digest(file.gzip);
             let digest = digest[..12].iter().map(|byte| format!("{byte:02x}"));
             (file, digest.collect())
         });
@@ -49,7 +62,7 @@ impl Pages {
     /// The file at a path, as a request with these headers wants it; none where there is no such file.
     pub(super) fn answer(&self, path: &str, headers: &HeaderMap) -> Option<Response> {
         let (file, digest) = self.0.iter().find(|(file, _)| file.path == path)?;
-        let zipped = !file.gzip.is_empty() && takes_gzip(headers);
+        let zipped = takes_gzip(headers);
         let tag = format!("\"{digest}{}\"", if zipped { "-gz" } else { "" });
         let known = headers
             .get_all(IF_NONE_MATCH)
@@ -62,7 +75,11 @@ impl Pages {
             let gzip = [(CONTENT_ENCODING, "gzip"), (CONTENT_TYPE, file.kind)];
             (gzip, Body::from(file.gzip)).into_response()
         } else {
-            ([(CONTENT_TYPE, file.kind)], Body::from(file.bytes)).into_response()
+            // Hardly any client wants it so: it is unpacked for each that does.
+            match file.unpacked() {
+                Ok(bytes) => ([(CONTENT_TYPE, file.kind)], Body::from(bytes)).into_response(),
+                Err(_) => StatusCode::INTERNAL_SERVER_ERROR.into_response(),
+            }
         };
         let said = response.headers_mut();
         // The names are the same in every version: they are asked for again, and answered in one line.

@@ -13,9 +13,9 @@ use super::library::program;
 use super::records::JobRecord;
 use super::turns::Lengthy;
 use super::{Awaited, Station};
-use crate::api::{Role, RpcError};
+use crate::api::{Danger, Role, RpcError};
 use crate::control::{ArmId, JobId, JobPhase, OnLost, RequestId, WorkEnd, WorkKind};
-use crate::job::{Source, SourceBytes, setup_options};
+use crate::job::{Source, SourceBytes, setup_and_preset};
 use crate::order::{ArmOrder, JobNews, JobOrder, JobStart};
 
 /// Between two notifications of how far a job is, ms.
@@ -71,10 +71,12 @@ impl Station {
             return Err(RpcError::param("unhomed", why));
         }
         let source = source(call)?;
-        if let SourceBytes::Program(_) = source.bytes
-            && !found
-        {
-            return self.find_first(call, arm, program(call, "program")?);
+        let named = match source.bytes {
+            SourceBytes::Program(_) => Some(program(call, "program")?),
+            _ => None,
+        };
+        if !found && (named.is_some() || source.preset.is_some()) {
+            return self.find_first(call, arm, named, source.preset);
         }
         let order = JobOrder {
             source,
@@ -264,9 +266,8 @@ impl Station {
         if call.yes() {
             return Ok(());
         }
-        let why = "the job may switch the laser on: it needs \"yes\": true";
-        let error = RpcError::new(RpcError::DANGEROUS, why);
-        Err(Box::new(error.with("command", "job.start")))
+        let error = RpcError::dangerous("the job", "job.start", Danger::Laser);
+        Err(Box::new(error))
     }
 
     /// The job that a request names.
@@ -317,6 +318,7 @@ impl Station {
                 }
                 record.first_step = record.order.as_ref().map(|order| order.from + 1);
             }
+            JobNews::Burns => self.control.job_burns(arm, job),
             JobNews::Starts(steps) => {
                 record.first_step = Some(steps + 1);
                 record.reaches(steps);
@@ -482,9 +484,8 @@ fn job_danger(call: &Call<'_>) -> Result<(), Box<RpcError>> {
     if call.yes() {
         return Ok(());
     }
-    let why = "a command can brick, uncalibrate or unlock the arm: it needs \"yes\": true";
-    let error = RpcError::new(RpcError::DANGEROUS, why);
-    Err(Box::new(error.with("command", "job.start")))
+    let error = RpcError::dangerous("a command", "job.start", Danger::Arm);
+    Err(Box::new(error))
 }
 
 /// The program that a request brings: one.
@@ -507,12 +508,11 @@ fn source(call: &Call<'_>) -> Result<Source, RpcError> {
             return Err(RpcError::param("text", why));
         }
     };
+    let (setup, preset) = setup_and_preset(params.object("setup"))?;
     Ok(Source {
         bytes,
         format: params.text("format").map(str::to_owned),
-        setup: match params.object("setup") {
-            Some(fields) => Some(Box::new(setup_options(fields)?)),
-            None => None,
-        },
+        setup,
+        preset,
     })
 }

@@ -12,8 +12,9 @@ use super::turns::Lengthy;
 use super::{Awaited, Station};
 use crate::api::RpcError;
 use crate::control::{ArmId, RequestId};
-use crate::job::setup_options;
+use crate::job::setup_and_preset;
 use crate::library::{LibraryAct, ProgramName};
+use crate::presets::PresetAct;
 
 impl Station {
     pub(super) fn library_call(
@@ -26,10 +27,16 @@ impl Station {
             let format = params.text("format").unwrap_or_default().parse();
             let format: Format =
                 format.map_err(|error: String| RpcError::param("format", error))?;
-            return Ok(Handled::Now(
-                json!({"options": SetupOptions::asked(format)}),
-            ));
+            let options = match params.is_on("all") {
+                true => SetupOptions::all_asked(format),
+                false => SetupOptions::asked(format),
+            };
+            return Ok(Handled::Now(json!({"options": options})));
         }
+        let (setup, preset) = match name {
+            "program.convert" => setup_and_preset(params.object("setup"))?,
+            _ => (None, None),
+        };
         let act = match name {
             "program.list" => LibraryAct::List,
             "program.get" => LibraryAct::Get(program(call, "name")?),
@@ -50,11 +57,10 @@ impl Station {
             "program.convert" => LibraryAct::Convert {
                 from: program(call, "name")?,
                 to: program(call, "to")?,
-                setup: match params.object("setup") {
-                    Some(fields) => Some(Box::new(setup_options(fields)?)),
-                    None => None,
-                },
+                setup,
+                preset,
             },
+            _ if name.starts_with("preset.") => LibraryAct::Presets(preset_act(name, call)?),
             _ => return Err(RpcError::internal(format!("{name} does nothing"))),
         };
         self.in_turn(call, Lengthy::Library(act))
@@ -62,14 +68,17 @@ impl Station {
 }
 
 impl Station {
-    /// A job waits until it is known that its program is there: what is wrong with parameters is answered before all else.
+    /// A job waits until it is known that its program and its preset are there: what is wrong with parameters is answered before
+    /// all else.
     pub(super) fn find_first(
         &mut self,
         call: &Call<'_>,
         arm: ArmId,
-        name: ProgramName,
+        program: Option<ProgramName>,
+        preset: Option<String>,
     ) -> Result<Handled, RpcError> {
-        self.in_turn(call, Lengthy::Library(LibraryAct::Find(name)))?;
+        let find = LibraryAct::Find { program, preset };
+        self.in_turn(call, Lengthy::Library(find))?;
         let params = Box::new(call.params.clone());
         Ok(Handled::Later(call.request, Awaited::Program(arm, params)))
     }
@@ -138,4 +147,35 @@ pub(super) fn program(call: &Call<'_>, param: &str) -> Result<ProgramName, RpcEr
         );
         RpcError::param(param, why)
     })
+}
+
+/// What a method of presets does.
+fn preset_act(method: &str, call: &Call<'_>) -> Result<PresetAct, RpcError> {
+    let params = call.params;
+    let name = params.text("name").unwrap_or_default().to_owned();
+    Ok(
+        match (method, params.object("setup"), params.text("text")) {
+            ("preset.list", ..) => PresetAct::List,
+            ("preset.show", ..) => PresetAct::Show(name),
+            ("preset.remove", ..) => PresetAct::Remove(name),
+            ("preset.save", Some(fields), None) => {
+                let (options, of_preset) = setup_and_preset(Some(fields))?;
+                if of_preset.is_some() {
+                    let why = "`setup`: a preset has no preset";
+                    return Err(RpcError::param("setup.preset", why));
+                }
+                let note = params.text("note").map(str::to_owned);
+                PresetAct::Save(name, note, options.unwrap_or_default())
+            }
+            ("preset.save", None, Some(text)) if params.text("note").is_none() => {
+                PresetAct::SaveText(name, text.to_owned())
+            }
+            ("preset.save", ..) => {
+                let why =
+                    "either `setup`, with or without a `note`, or `text` alone has to be given";
+                return Err(RpcError::param("setup", why));
+            }
+            _ => return Err(RpcError::internal(format!("{method} does nothing"))),
+        },
+    )
 }

@@ -27,6 +27,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt;
 use std::sync::Arc;
 
+use magician_job::presets::Presets;
 use magician_protocol::HostInstant;
 use serde_json::Value;
 
@@ -103,6 +104,8 @@ pub struct StationConfig {
     pub recordings: Arc<dyn RecordingStore>,
     /// Keeps programs.
     pub programs: Arc<dyn ProgramStore>,
+    /// Presets of drawing and engraving.
+    pub presets: Presets,
 }
 
 impl ArmEntry {
@@ -145,6 +148,7 @@ impl StationConfig {
             jobs: Arc::new(NoStore),
             recordings: Arc::new(NoRecordings),
             programs: Arc::new(NoPrograms),
+            presets: Presets::default(),
         }
     }
 }
@@ -165,7 +169,7 @@ enum Awaited {
     Arm(ArmId),
     /// What the library has done.
     Library,
-    /// Whether there is the program of a job, which begins then with these parameters.
+    /// Whether there are the program and the preset of a job, which begins then with these parameters.
     Program(ArmId, Box<Params>),
     /// The lease.
     Lease { asked: bool },

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use magician::sim::{Controller, Profile};
 use magician::{Arm, Options, SimSpeed, VirtualArm};
+use magician_job::presets::Presets;
 use magician_job::{Journal, JournalError, JournalKey};
 use magician_program::resume::Checkpoint;
 use magician_station::{
@@ -15,7 +16,7 @@ use magician_station::{
 use serde_json::{Value, json};
 use tokio::time::{Instant, timeout};
 
-use crate::shelf::{Gate, Gated, Shelf};
+use crate::shelf::{Drawer, Gate, Gated, Shelf};
 
 /// No answer takes longer.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -85,7 +86,10 @@ impl Bench {
         let starts = kept.jobs.lock().unwrap().as_array().map_or(0, Vec::len);
         let epoch = starts.to_string();
         let shelf = Arc::new(Shelf::default());
-        let reader = FormatReader::default().with_library(Arc::clone(&shelf) as _);
+        let presets = Presets::kept_in(Arc::new(Drawer::default()));
+        let reader = FormatReader::default()
+            .with_library(Arc::clone(&shelf) as _)
+            .with_presets(presets.clone());
         let gate = Gate::default();
         let config = StationConfig {
             unix_zero: 1_000_000.0,
@@ -93,6 +97,7 @@ impl Bench {
             recordings,
             reader: Arc::new(Gated(reader, gate.clone())),
             programs: Arc::clone(&shelf) as _,
+            presets,
             ..StationConfig::new(entries, epoch)
         };
         let journal = Arc::clone(&lines);

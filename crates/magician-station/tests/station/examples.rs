@@ -127,3 +127,127 @@ fn examples_are_of_methods_and_whole() {
         );
     }
 }
+
+/// Whether a value has the members of its schema, each of its kind, and no others.
+fn is_of(value: &Value, schema: &Value, components: &Value) -> Result<(), String> {
+    if let Some(reference) = schema["$ref"].as_str() {
+        let name = reference.rsplit('/').next().unwrap_or_default();
+        return is_of(value, &components[name], components);
+    }
+    if let Some(choices) = schema["enum"].as_array() {
+        let known = choices.contains(value);
+        return known.then_some(()).ok_or(format!("{value} in {choices:?}"));
+    }
+    if let Some(kinds) = schema["anyOf"].as_array() {
+        let one = kinds
+            .iter()
+            .any(|kind| is_of(value, kind, components).is_ok());
+        return one
+            .then_some(())
+            .ok_or(format!("{value} is none of {kinds:?}"));
+    }
+    let kind = match value {
+        Value::Null => "null",
+        Value::Bool(_) => "boolean",
+        Value::Number(_) => "number",
+        Value::String(_) => "string",
+        Value::Array(_) => "array",
+        Value::Object(_) => "object",
+    };
+    let allowed = schema["type"] == kind || { schema["type"].as_array() }
+        .is_some_and(|kinds| kinds.contains(&json!(kind)));
+    if !allowed {
+        return Err(format!("{value} is no {}", schema["type"]));
+    }
+    match (value, &schema["items"]) {
+        (Value::Array(values), Value::Array(items)) if values.len() != items.len() => {
+            return Err(format!("{value} has not {} items", items.len()));
+        }
+        (Value::Array(values), Value::Array(items)) => {
+            for (value, item) in values.iter().zip(items) {
+                is_of(value, item, components)?;
+            }
+        }
+        (Value::Array(values), item) => {
+            for value in values {
+                is_of(value, item, components)?;
+            }
+        }
+        _ => {}
+    }
+    if let (Some(members), Some(known)) = (value.as_object(), schema["properties"].as_object()) {
+        for (name, value) in members {
+            let schema = known.get(name).ok_or(format!("{name} is not known"))?;
+            is_of(value, schema, components).map_err(|why| format!("{name}: {why}"))?;
+        }
+        for name in schema["required"].as_array().into_iter().flatten() {
+            if !members.contains_key(name.as_str().unwrap_or_default()) {
+                return Err(format!("{name} is missing"));
+            }
+        }
+    }
+    Ok(())
+}
+
+#[tokio::test(start_paused = true)]
+async fn reports_options_and_presets_are_as_their_types_say() {
+    let document = magician_station::api::openrpc();
+    let components = &document["components"]["schemas"];
+    let holds = |value: &Value, name: &str| {
+        let checked = is_of(value, &components[name], components);
+        checked.unwrap_or_else(|why| panic!("{name}: {why} in {value}"));
+    };
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    let svg = |size: f64| {
+        format!(
+            "<svg xmlns='http://www.w3.org/2000/svg' width='{size}mm' height='{size}mm' viewBox='0 0 9 9'>\
+             <g id='one'><path d='M1 1L8 8' stroke='red'/></g><text x='1' y='5'>\u{E123}</text></svg>"
+        )
+    };
+    for (text, setup) in [
+        (svg(40.0), json!({"surface": -60})),
+        (svg(900.0), json!({"surface": -60, "tool": "laser"})),
+        (
+            svg(900.0),
+            json!({"surface": -60, "fit": true, "preset": "pen"}),
+        ),
+        (
+            "G21\nG90\nG1 X900 F600\nG1 X220 Y0 Z20\n".to_owned(),
+            json!({}),
+        ),
+        ("G21\nG90\nG1 X220 Y0 Z20 F600\n".to_owned(), json!({})),
+    ] {
+        let params = json!({"text": text, "setup": setup, "preview": true});
+        holds(&anna.ok("job.check", params).await, "Report");
+    }
+    let floor =
+        json!({"set": {"floor": -50, "keep_out": [{"x": [0, 1], "y": [0, 1], "z": [0, 1]}]}});
+    anna.ok("arm.fence", floor).await;
+    let fenced = json!({"text": svg(40.0), "setup": {"surface": -60}});
+    holds(&anna.ok("job.check", fenced).await, "Report");
+    for format in magician_program::Format::ALL {
+        for all in [false, true] {
+            let params = json!({"format": format.name(), "all": all});
+            let options = anna.ok("program.options", params).await["options"].clone();
+            for option in options.as_array().unwrap() {
+                holds(option, "Option");
+            }
+        }
+    }
+    anna.ok(
+        "preset.save",
+        json!({"name": "wrong", "setup": {"speed": 2}}),
+    )
+    .await;
+    for preset in anna.ok("preset.list", json!({})).await["presets"]
+        .as_array()
+        .unwrap()
+    {
+        holds(preset, "Preset");
+    }
+    holds(
+        &anna.ok("preset.show", json!({"name": "wrong"})).await,
+        "Preset",
+    );
+}

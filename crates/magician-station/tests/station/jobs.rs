@@ -376,6 +376,63 @@ async fn a_job_that_burns_needs_a_teacher_who_means_it() {
     assert!(!bench.arms[0].state().laser);
 }
 
+/// Nobody may look after a laser whose page was closed: it does not wait for the lease to end.
+#[tokio::test(start_paused = true)]
+async fn a_job_that_burns_ends_at_once_with_the_socket_of_its_holder() {
+    let mut burns = Plan::new("burns");
+    let by = Travel::Line;
+    let to = [200.0, 0.0, 0.0, 0.0];
+    burns.push(Action::Move { to, by }, Origin::NONE);
+    burns.push(Action::from(words::path_speed(5.0, 100.0)), Origin::NONE);
+    let to = [200.0, 100.0, 0.0];
+    burns.push(Action::Burn { to, power: 60.0 }, Origin::NONE);
+    burns.push(Action::Laser(false), Origin::NONE);
+    for (on_lost, state) in [
+        ("pause", "paused"),
+        ("stop", "stopped"),
+        ("continue", "running"),
+    ] {
+        let bench = Bench::real(1).await;
+        let mut watcher = bench.join("Watcher").await;
+        let mut teacher = bench.socket(Some(Role::Teacher));
+        let client = json!({"client": {"name": "Teacher"}});
+        let hello = teacher.ok("session.hello", client).await;
+        teacher.lease().await;
+        let program = json!({"text": burns.to_json(), "yes": true, "on_lost": on_lost});
+        let job = teacher.ok("job.start", program).await["job"].clone();
+        teacher.listen(Duration::from_secs(5)).await;
+        assert!(bench.arms[0].state().laser, "{on_lost}");
+        drop(teacher);
+        watcher.listen(Duration::from_millis(1500)).await;
+        assert_eq!(
+            bench.arms[0].state().laser,
+            on_lost == "continue",
+            "{on_lost}"
+        );
+        let left = state_of(&mut watcher, &job).await;
+        assert_eq!(left["state"], json!(state));
+        // The page is loaded again: it has the lease, and goes on when a person says so.
+        let mut back = bench.socket(Some(Role::Teacher));
+        let client = json!({"client": {"name": "Teacher"}, "resume": hello["resume"]});
+        assert_eq!(
+            back.ok("session.hello", client).await["resumed"],
+            json!(true)
+        );
+        back.listen(Duration::from_secs(4)).await;
+        assert_eq!(
+            bench.arms[0].state().laser,
+            on_lost == "continue",
+            "{on_lost}"
+        );
+        if on_lost == "pause" {
+            back.ok("job.resume", json!({"job": job, "yes": true}))
+                .await;
+            back.listen(Duration::from_secs(2)).await;
+            assert!(bench.arms[0].state().laser);
+        }
+    }
+}
+
 /// The arm has a pen to change: whoever watches reads which.
 #[tokio::test(start_paused = true)]
 async fn a_job_that_waits_between_parts_says_what_for() {

@@ -13,6 +13,7 @@ mod limits;
 mod link;
 mod messages;
 mod moves;
+mod presets;
 mod programs;
 mod recordings;
 mod ring;

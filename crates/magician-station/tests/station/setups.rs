@@ -88,6 +88,73 @@ async fn a_frame_is_a_job_like_any_other_and_marks_nothing() {
     assert_eq!(report["power"], json!({"most": 2.0, "least": 2.0}));
 }
 
+/// Two layers, of which the second has two lines.
+const LAYERS: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='40mm' height='40mm' viewBox='0 0 40 40' fill='none'>\
+    <g id='one' stroke='red'><path d='M5 5H35'/></g>\
+    <g id='two' stroke='blue'><path d='M5 15H35'/><path d='M5 25H35'/></g></svg>";
+
+#[tokio::test(start_paused = true)]
+async fn a_check_tells_the_parts_and_each_line_whose_it_is() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    let mut checked = async |setup: Value| {
+        let params = json!({"text": LAYERS, "setup": setup, "preview": true});
+        anna.ok("job.check", params).await
+    };
+    let of = |report: &Value, member: &str| {
+        let all = report["parts"].as_array().unwrap().iter();
+        Value::from(all.map(|part| part[member].clone()).collect::<Vec<_>>())
+    };
+    let lines = |report: &Value| {
+        let all = report["preview"]["strokes"].as_array().unwrap().iter();
+        Value::from(all.map(|line| line["part"].clone()).collect::<Vec<_>>())
+    };
+    // They are told before they are asked for, as the file has them: the lines then are of none, and the time is that of all.
+    let plain = checked(json!({"at": [230, 0], "scale": 0.5})).await;
+    assert_eq!(of(&plain, "name"), json!(["one", "two"]));
+    assert_eq!(of(&plain, "strokes"), json!([1, 2]));
+    assert_eq!(of(&plain, "color"), json!(["#ff0000", "#0000ff"]));
+    assert_eq!(of(&plain, "drawn_mm"), json!([15.0, 30.0]));
+    assert_eq!(of(&plain, "seconds"), json!([null, null]));
+    assert_eq!(lines(&plain), json!([null, null, null]));
+
+    let divided = json!({"at": [230, 0], "parts": "layer", "no_pause": true, "passes": 2});
+    let report = checked(divided).await;
+    assert_eq!(lines(&report), json!([1, 1, 2, 2, 2, 2]));
+    let number = |member: &str, nth: usize| report["parts"][nth][member].as_f64().unwrap();
+    assert!((number("drawn_mm", 0) - 60.0).abs() < 0.1, "{report}");
+    assert!((number("drawn_mm", 1) - 120.0).abs() < 0.1, "{report}");
+    // Nothing of the time is lost but the way before the first part.
+    let all = report["seconds"].as_f64().unwrap();
+    let parts = number("seconds", 0) + number("seconds", 1);
+    assert!(number("seconds", 0) > 1.0 && parts <= all, "{report}");
+    assert!(all - parts < 3.0, "{parts} of {all}");
+
+    let only = json!({"at": [230, 0], "only": ["two"], "no_pause": true});
+    let report = checked(only).await;
+    assert_eq!(of(&report, "skipped"), json!([true, false]));
+    assert_eq!(lines(&report), json!([2, 2]));
+    assert_eq!(report["parts"][0]["seconds"], Value::Null);
+}
+
+#[tokio::test(start_paused = true)]
+async fn of_many_parts_with_long_names_a_bounded_number_is_told() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    let name = "ä".repeat(300);
+    let layers: String = (0..400)
+        .map(|nth| format!("<g id='{name}{nth}'><path d='M0 {nth}h5' stroke='red'/></g>"))
+        .collect();
+    let drawing = format!(
+        "<svg xmlns='http://www.w3.org/2000/svg' width='40mm' height='40mm' viewBox='0 0 400 400'>{layers}</svg>"
+    );
+    let report = anna.ok("job.check", json!({"text": drawing})).await;
+    let parts = report["parts"].as_array().unwrap();
+    assert_eq!(parts.len(), 256);
+    let longest = parts[0]["name"].as_str().unwrap().chars().count();
+    assert_eq!(longest, 200);
+}
+
 #[tokio::test(start_paused = true)]
 async fn a_test_grid_is_a_program_like_any_other() {
     let bench = Bench::new(1).await;

@@ -1,10 +1,11 @@
 //! A library of programs in memory, and a reader that waits to be let on.
 
 use std::collections::BTreeMap;
-use std::io::{Cursor, Read};
+use std::io::{self, Cursor, Read};
 use std::path::Path;
 use std::sync::{Arc, Condvar, Mutex};
 
+use magician_job::presets::PresetStore;
 use magician_program::Format;
 use magician_station::{
     Converting, FormatReader, LibraryError, ProgramEntry, ProgramName, ProgramReading,
@@ -93,6 +94,30 @@ impl Upload for Coming {
     fn finish(self: Box<Self>) -> Result<bool, LibraryError> {
         let mut programs = self.programs.lock().unwrap();
         Ok(programs.insert(self.name, self.bytes).is_none())
+    }
+}
+
+/// Presets in memory.
+#[derive(Debug, Default)]
+pub(crate) struct Drawer(Mutex<BTreeMap<String, String>>);
+
+impl PresetStore for Drawer {
+    fn names(&self) -> Vec<String> {
+        self.0.lock().unwrap().keys().cloned().collect()
+    }
+
+    fn load(&self, name: &str) -> io::Result<Option<String>> {
+        Ok(self.0.lock().unwrap().get(name).cloned())
+    }
+
+    fn save(&self, name: &str, text: &str) -> io::Result<()> {
+        let mut kept = self.0.lock().unwrap();
+        kept.insert(name.to_owned(), text.to_owned());
+        Ok(())
+    }
+
+    fn remove(&self, name: &str) -> io::Result<bool> {
+        Ok(self.0.lock().unwrap().remove(name).is_some())
     }
 }
 

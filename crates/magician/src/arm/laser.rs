@@ -128,11 +128,22 @@ impl Arm {
 /// Whether it burns.
 impl Arm {
     /// Whether the laser is on, as far as can be told: while commands of this connection that light it may be under way, and
-    /// where the arm says so of the laser or of its pins. `None` where the arm does not say.
+    /// where the arm says so of the laser or of its pins. `None` where the arm does not say, and while commands of another
+    /// program are in the queue: they may burn, and cannot be read there.
     ///
     /// # Errors
     /// As [`get`](Self::get), but for answers that some arms do not give.
     pub async fn laser(&self) -> Result<Option<bool>> {
+        let told = self.laser_told().await?;
+        if told != Some(false) {
+            return Ok(told);
+        }
+        let foreign = self.foreign_commands(&self.look_at_queue().await?);
+        Ok(told.filter(|_| foreign == 0))
+    }
+
+    /// The same without a look at the queue.
+    pub(super) async fn laser_told(&self) -> Result<Option<bool>> {
         let lit_here = {
             let in_flight = self.in_flight();
             in_flight.laser() && in_flight.moving()
@@ -190,7 +201,7 @@ impl Arm {
     /// # Errors
     /// [`ErrorKind::InvalidInput`] when it is on, else as [`laser`](Self::laser).
     pub async fn check_dark(&self) -> Result<()> {
-        match self.laser().await? {
+        match self.laser_told().await? {
             Some(true) => Err(Error::new(
                 ErrorCode::LaserOn,
                 "the laser is on, and the arm would burn along its path; nothing was sent",

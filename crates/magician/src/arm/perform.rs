@@ -225,7 +225,7 @@ impl Arm {
     /// As [`Run::wait`](super::Run::wait).
     pub async fn home_with(&self, options: RunOptions) -> Result<()> {
         self.inner.warned.store(true, Ordering::SeqCst);
-        if self.laser().await? == Some(true) {
+        if self.laser_told().await? == Some(true) {
             self.darken().await?;
         }
         let home = Set::from(HomeCmd { reserved: 0 });

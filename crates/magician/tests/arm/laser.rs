@@ -6,9 +6,10 @@ use magician::commands::{
     ClearAlarmsState, CpParams, IoMultiplexing, QueuedCmdStartExec, SetEndEffectorLaser, WaitCmd,
 };
 use magician::protocol::{Flag, FrameBuf, IoFunction};
+use magician::sim::Controller;
 use magician::words::{self, Guards};
 use magician::{
-    Act, Action, Arm, Ctrl, ErrorCode, ErrorKind, Options, RunOptions, Set, VirtualArm,
+    Act, Action, Arm, Ctrl, ErrorCode, ErrorKind, Options, RunOptions, Set, SimSpeed, VirtualArm,
 };
 use tokio::time::sleep;
 
@@ -362,4 +363,23 @@ async fn a_pin_that_was_lowered_again_is_left_alone_at_the_end() {
         let heard = desk.heard();
         assert_eq!(!only_reads(&heard), left, "{raised:?} {lowered:?}");
     }
+}
+
+/// A job of another program burns segment by segment, and the laser's own setting says off meanwhile.
+#[tokio::test(start_paused = true)]
+async fn a_laser_is_not_said_to_be_off_while_commands_of_another_program_are_in_the_queue() {
+    let cell = VirtualArm::new(Controller::default(), SimSpeed::Times(1.0));
+    let [arm, other] = [cell.clone(), cell.clone()].map(|cell| Arm::simulated(cell, allowed()));
+    let (arm, other) = (arm.await.unwrap(), other.await.unwrap());
+    assert_eq!(other.laser().await.unwrap(), Some(false));
+    arm.set(&ClearAlarmsState {}).await.unwrap();
+    begin_to_burn(&arm, 40.0).await;
+    sleep(Duration::from_secs(4)).await;
+    assert!(cell.state().laser, "{:?}", cell.state());
+    assert_eq!(arm.laser().await.unwrap(), Some(true));
+    assert_eq!(other.laser().await.unwrap(), None);
+    arm.stop().await.unwrap();
+    // What was read of the queue is believed for a moment.
+    sleep(Duration::from_secs(1)).await;
+    assert_eq!(other.laser().await.unwrap(), Some(false));
 }

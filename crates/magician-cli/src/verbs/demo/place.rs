@@ -1,5 +1,4 @@
 use std::fs::{self, OpenOptions};
-use std::io;
 use std::path::Path;
 
 use crate::failure::Failure;
@@ -15,13 +14,13 @@ impl<'p> PictureFile<'p> {
     pub(super) fn open(path: &'p Path) -> Result<Self, Failure> {
         let fresh = !path.exists();
         let opened = OpenOptions::new().create(true).append(true).open(path);
-        opened.map_err(|error| unwritable(path, &error))?;
+        opened.map_err(|error| Failure::unwritable(path, &error))?;
         Ok(Self { path, fresh })
     }
 
     pub(super) fn fill(mut self, picture: &str) -> Result<(), Failure> {
         self.fresh = false;
-        fs::write(self.path, picture).map_err(|error| unwritable(self.path, &error))
+        fs::write(self.path, picture).map_err(|error| Failure::unwritable(self.path, &error))
     }
 }
 
@@ -32,8 +31,4 @@ impl Drop for PictureFile<'_> {
             let _ = fs::remove_file(self.path);
         }
     }
-}
-
-fn unwritable(path: &Path, error: &io::Error) -> Failure {
-    Failure::invalid(format!("{} cannot be written: {error}", path.display()))
 }

@@ -26,7 +26,7 @@ use crate::paint::Paint;
 use crate::saved::SavedSettings;
 
 /// Readings of a recording for a second of the arm's clock, and the most for one of ours.
-const RATE: f64 = 20.0;
+pub(super) const RATE: f64 = 20.0;
 const MOST: f64 = 500.0;
 
 /// What is to run, and how.
@@ -34,6 +34,8 @@ pub(super) struct Drive<'a> {
     pub(super) made: &'a Made,
     pub(super) from: Option<u64>,
     pub(super) resume: bool,
+    /// How far a burn that is resumed begins before the place where it stopped, mm.
+    pub(super) overlap: f64,
     pub(super) keep: bool,
     /// Whether several commands may be under way on the line at a time.
     pub(super) windowed: bool,
@@ -41,6 +43,10 @@ pub(super) struct Drive<'a> {
     /// Whether an arm that was not homed is refused, because of what the program is.
     pub(super) refuses_unhomed: bool,
     pub(super) record: Option<&'a Path>,
+    /// Readings of it for a second of the arm's clock.
+    pub(super) rate: f64,
+    /// Whether they have a line of units.
+    pub(super) units: bool,
     pub(super) json: bool,
     /// Whether it goes on until it is stopped, which is its good end.
     pub(super) repeats: bool,
@@ -99,6 +105,17 @@ struct Ignored<'a> {
     message: Option<&'a str>,
 }
 
+/// Where a run goes on that was interrupted, as JSON has it.
+#[derive(Serialize)]
+struct Starts {
+    event: &'static str,
+    /// From 1.
+    step: u64,
+    /// Whether it goes on within the step, and not at its beginning.
+    within: bool,
+    burnt_twice_mm: f64,
+}
+
 impl<'a> Ignored<'a> {
     const fn of(line: &'a str) -> Self {
         Self {
@@ -118,6 +135,7 @@ impl Drive<'_> {
                 (true, _) => Start::Resume,
                 (false, from) => Start::Step(from.map_or(0, |step| step - 1)),
             })
+            .overlap(self.overlap)
             .origin(made.source.name.clone())
             .keep(self.keep)
             .require_homed(self.require_homed)
@@ -232,7 +250,7 @@ impl Drive<'_> {
                     JobEvent::Settled(settled) => out.settled(&settled, self.json),
                     JobEvent::Starts(starts) => {
                         from = starts.steps;
-                        self.tell_start(starts);
+                        self.tell_start(starts, out);
                     }
                     JobEvent::State(JobState::Running | JobState::Paused { .. }) => {
                         return Some(from);
@@ -266,14 +284,35 @@ impl Drive<'_> {
     }
 
     /// Where a run goes on that was interrupted.
-    fn tell_start(&self, starts: StartsAt) {
+    fn tell_start(&self, starts: StartsAt, out: &mut Output) {
         let step = starts.steps + 1;
-        let text = if starts.within && self.resume {
-            format!("step {step} was cut short: it continues where it stopped")
-        } else if starts.again {
-            format!("step {step} was cut short, or its end is unknown: it is repeated")
-        } else {
-            return;
+        let twice = starts.burnt_twice;
+        if self.json && self.resume {
+            let starts = Starts {
+                event: "starts",
+                step,
+                within: starts.within,
+                burnt_twice_mm: (twice * 100.0).round() / 100.0,
+            };
+            // Output without a reader is no reason to stop.
+            let _ = out.event(&starts).and_then(|()| out.flush());
+        }
+        let text = match (starts.again, starts.within && self.resume, twice > 0.0) {
+            (true, _, false) => {
+                format!("step {step} was cut short, or its end is unknown: it is repeated")
+            }
+            (true, _, true) => format!(
+                "step {step} was cut short, or its end is unknown: it is repeated, and up to {twice:.1} mm are burnt twice"
+            ),
+            (false, _, true) => {
+                format!(
+                    "it continues in step {step}, before where it stopped: {twice:.1} mm are burnt twice"
+                )
+            }
+            (false, true, false) => {
+                format!("step {step} was cut short: it continues where it stopped")
+            }
+            (false, false, false) => return,
         };
         if !self.json {
             super::say(&text);
@@ -372,8 +411,9 @@ impl Drive<'_> {
 
     /// What keeps the poses, on the arm's clock: a virtual one may be faster than ours.
     async fn recorder(&self, arm: &Arm, path: &Path, job: &JobHandle) -> Result<Recorder, Failure> {
-        let rate = (RATE * self.pace.unwrap_or(1.0)).clamp(RATE, MOST);
+        let rate = (self.rate * self.pace.unwrap_or(1.0)).clamp(self.rate, MOST);
         let options = Options {
+            units: self.units,
             clock: Clock::Arm,
             steps: Some(job.finished()),
             ..Options::new(SystemTime::now(), rate)

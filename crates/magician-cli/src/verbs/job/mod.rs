@@ -28,12 +28,12 @@ use magician::{JointAngles, Options, SimSpeed, Target, VirtualArm, blocking, bur
 use magician_job::report::advised;
 use magician_program::rehearse::{RehearseOptions, stage};
 use magician_program::{
-    AppliedPlacement, Diagnostic, DiagnosticCode, Ending, Format, Plan, Program, Setup,
-    SetupOptions, WorkOption, WouldFit,
+    AppliedPlacement, Diagnostic, Ending, Format, Plan, Program, Setup, SetupOptions, WorkOption,
+    WouldFit,
 };
 use magician_protocol::visible_lines;
 
-use self::drive::{Drive, Ran};
+use self::drive::{Drive, RATE, Ran};
 use self::options::{File, PlacementOptions, PreviewFlags, RunFlags};
 use self::reading::Read;
 use crate::context::{Context, JobPolicy, StopPolicy};
@@ -138,18 +138,12 @@ impl Job {
         let Some(name) = self.way.preset.take() else {
             return Ok(());
         };
-        let mut preset = preset::load(&name)?;
-        if self.file.format == Some(Format::TestGrid) {
-            // A grid has its own.
-            (preset.options.power, preset.options.speed) = (None, None);
-        }
-        self.options = self.options.or(&preset.options);
+        let preset = preset::load(&name)?;
+        self.options = self.options.or(&preset.options_for(self.file.format));
         self.options
             .check()
             .map_err(|error| Failure::usage(format!("with the preset {name}: {error}")))?;
-        let note = preset.note.map(|note| format!("preset {name}: {note}"));
-        let note = note.map(|note| Diagnostic::of_file(note).coded(DiagnosticCode::Assumed));
-        self.preset_note = note;
+        self.preset_note = preset.told();
         Ok(())
     }
 
@@ -466,11 +460,14 @@ impl Job {
             made,
             from: way.from,
             resume: way.resume,
+            overlap: way.overlap.unwrap_or_default(),
             keep: way.keep,
             windowed: context.global.window.is_some_and(|window| window > 1),
             require_homed: way.require_homed,
             refuses_unhomed: real && made.needs_homed_arm && !way.unhomed,
             record: way.record.as_deref(),
+            rate: way.rate.unwrap_or(RATE),
+            units: way.units,
             json: context.global.json,
             tui: way.tui,
             repeats: self.repeats,

@@ -20,6 +20,7 @@ pub(crate) use drawing::{
 };
 
 use crate::options::number;
+use crate::usage::WrongFile;
 use crate::verbs::preset::PresetName;
 
 /// The file.
@@ -200,10 +201,19 @@ pub(crate) struct RunFlags {
     /// Resume the last run of this file where it was interrupted
     #[arg(long, conflicts_with = "from")]
     pub(super) resume: bool,
+    /// With --resume: begin MM before the place where a burn stopped, along its line [default: 0]
+    #[arg(long, value_name = "MM", requires = "resume", value_parser = from_zero)]
+    pub(super) overlap: Option<f64>,
     /// Record the run to a .mcap, .csv or .jsonl file; more in `magician record --help`. If writing fails, the run goes
     /// on and the exit status is 4
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(super) record: Option<PathBuf>,
+    /// With --record: readings per second of the arm's clock [default: 20]
+    #[arg(long, value_name = "HZ", requires = "record", value_parser = sample_rate)]
+    pub(super) rate: Option<f64>,
+    /// With --record: in a .csv file, write the units into a second line
+    #[arg(long, requires = "record")]
+    pub(super) units: bool,
     /// On a virtual arm: write the lines of pen or laser, and the sheet if known, to a .svg or .png file
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(super) picture: Option<PathBuf>,
@@ -347,8 +357,9 @@ pub(crate) fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
 #[derive(Clone, Debug, Default)]
 struct Pens(Vec<PenOptions>);
 
-fn pens(path: &str) -> Result<Pens, String> {
-    magician_job::pens::read(path.as_ref()).map(Pens)
+fn pens(path: &str) -> Result<Pens, WrongFile> {
+    let read = magician_job::pens::read(path.as_ref());
+    read.map(Pens).map_err(WrongFile)
 }
 
 /// A font that is built in, or a file.
@@ -391,6 +402,13 @@ pub(crate) fn positive(text: &str) -> Result<f64, String> {
         .ok()
         .filter(|value| value.is_finite() && *value > 0.0);
     value.ok_or_else(|| "expected a number above 0".to_owned())
+}
+
+/// Readings a second: a line at 115200 baud carries about 50.
+fn sample_rate(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().ok();
+    let value = value.filter(|value| (1.0..=50.0).contains(value));
+    value.ok_or_else(|| "expected 1 to 50 readings a second".to_owned())
 }
 
 /// 0 or above.

@@ -136,19 +136,16 @@ impl Shown<'_> {
         options.sheet = self.made.setup.sheet.and_then(|sheet| corners(&sheet));
         options.fence = self.made.setup.fence;
         let preview = Preview::new(rest.first(), report, rest.told(), &options);
-        let wrong = |error: &dyn std::fmt::Display| {
-            Failure::invalid(format!("{} cannot be written: {error}", path.display()))
-        };
         let bytes = match end.as_deref().and_then(|end| end.to_str()) {
             Some("svg") => preview.to_svg().as_bytes().to_vec(),
             Some("png") => {
                 let too_large = |error: &_| matches!(error, PictureError::Size(_));
                 let made = fitting(PIXELS_PER_MM, too_large, |scale| preview.to_png(scale));
-                made.map_err(|error| wrong(&error))?
+                made.map_err(|error| Failure::unwritable(path, &error))?
             }
             _ => return Err(Failure::usage("a preview must be a .svg or .png file")),
         };
-        std::fs::write(path, bytes).map_err(|error| wrong(&error))
+        std::fs::write(path, bytes).map_err(|error| Failure::unwritable(path, &error))
     }
 
     /// Every command that would be sent, up to the end of the first loop.

@@ -13,6 +13,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use clap::{Args, ValueHint};
 use magician::{Arm, SimSpeed, Target, VirtualArm};
 use magician_job::dirs;
+use magician_job::presets::Presets;
 use magician_station::http::{
     Admission, HttpOptions, JobFile, JournalFile, ListenError, Listener, Pages, ProgramFolder,
     RecordingFolder, Tls, TlsError, TokenError, TokenStore, Tries, Uploads,
@@ -117,6 +118,7 @@ struct Kept {
     tokens: TokenStore,
     reader: FormatReader,
     programs: Option<Arc<dyn ProgramStore>>,
+    presets: Presets,
     student_laser: bool,
 }
 
@@ -174,7 +176,9 @@ impl Serve {
             };
             arms.push((entry, target, options));
         }
-        let mut reader = FormatReader::new(job::defaults(&config)?);
+        let presets = Presets::of_user();
+        let reader = FormatReader::new(job::defaults(&config)?);
+        let mut reader = reader.with_presets(presets.clone());
         let programs = self.programs()?;
         if let Some(programs) = &programs {
             reader = reader.with_library(Arc::clone(programs));
@@ -206,6 +210,7 @@ impl Serve {
                 tokens: store,
                 reader,
                 programs,
+                presets,
                 student_laser,
             };
             self.serve(json, kept, (listener, link), entries, connected, signals)
@@ -303,6 +308,7 @@ impl Serve {
             tokens: store,
             reader,
             programs,
+            presets,
             student_laser,
         } = kept;
         let since = SystemTime::now()
@@ -314,6 +320,7 @@ impl Serve {
         config.read_only = self.read_only;
         config.student_laser = student_laser;
         config.reader = Arc::new(reader);
+        config.presets = presets;
         if let Some(programs) = programs {
             config.programs = programs;
         }

@@ -1,12 +1,15 @@
-//! `studio`: serves, and shows the page in a browser.
+//! `studio`: serves, and shows the page in a browser; or writes the page's files.
 
+use std::fs;
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, UdpSocket};
+use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueHint};
 use magician_station::http::{PageFile, Pages};
 use qrcode::QrCode;
 use qrcode::render::unicode::Dense1x2;
+use serde::Serialize;
 
 use super::{Serve, Shown, stations, window};
 use crate::context::Context;
@@ -24,7 +27,9 @@ A double click on `magician` is `magician studio --app`.
   magician studio --app                in a window of its own; closing it ends all
   magician studio --listen 0.0.0.0:8910 --pair
                                        for tablets, too: with a code for their cameras
-  magician studio --no-open            for a browser of your choice")]
+  magician studio --no-open            for a browser of your choice
+  magician studio --export site        its files, for any web server: a virtual arm in the
+                                       page, or a real one over Web Serial")]
 pub(crate) struct Studio {
     #[command(flatten)]
     serve: Serve,
@@ -34,10 +39,17 @@ pub(crate) struct Studio {
     /// Open a window of its own, and end when it is closed; a virtual arm where none is found
     #[arg(long, conflicts_with = "no_open")]
     app: bool,
+    /// Serve nothing: write the page's files to a new folder, for a web server of yours
+    #[arg(long, value_name = "FOLDER", value_hint = ValueHint::DirPath,
+        conflicts_with_all = ["no_open", "app", "arm", "listen", "pair"])]
+    export: Option<PathBuf>,
 }
 
 impl Studio {
     pub(crate) fn run(mut self, context: &mut Context) -> Result<(), Failure> {
+        if let Some(folder) = &self.export {
+            return export(folder, context);
+        }
         if self.serve.no_studio {
             return Err(Failure::usage("--no-studio leaves nothing to open")
                 .hint("use `magician serve --no-studio`"));
@@ -64,13 +76,58 @@ impl Studio {
 
 /// The page for browsers.
 pub(super) fn pages() -> Pages {
-    let files = magician_studio::FILES.iter();
-    Pages::new(files.map(|file| PageFile {
+    Pages::new(files())
+}
+
+fn files() -> impl Iterator<Item = PageFile> {
+    magician_studio::FILES.iter().map(|file| PageFile {
         path: file.path,
         kind: file.kind,
-        bytes: file.bytes,
         gzip: file.gzip,
-    }))
+    })
+}
+
+/// What was written.
+#[derive(Serialize)]
+struct Exported<'a> {
+    folder: &'a Path,
+    files: usize,
+    bytes: usize,
+}
+
+/// Writes the page to a folder that holds nothing yet: nobody's files are written over.
+fn export(folder: &Path, context: &mut Context) -> Result<(), Failure> {
+    let unwritable = |error: io::Error| Failure::unwritable(folder, &error);
+    fs::create_dir_all(folder).map_err(unwritable)?;
+    if fs::read_dir(folder).map_err(unwritable)?.next().is_some() {
+        let message = format!("{} is not empty", folder.display());
+        return Err(Failure::usage(message).hint("name a new folder, or empty this one"));
+    }
+    let mut exported = Exported {
+        folder,
+        files: 0,
+        bytes: 0,
+    };
+    for file in files() {
+        let name = match file.path {
+            "/" => "index.html",
+            path => path.trim_start_matches('/'),
+        };
+        let path = folder.join(name);
+        fs::create_dir_all(path.parent().unwrap_or(folder)).map_err(unwritable)?;
+        let bytes = file.unpacked().map_err(unwritable)?;
+        fs::write(&path, &bytes).map_err(unwritable)?;
+        exported.files += 1;
+        exported.bytes += bytes.len();
+    }
+    context.show(&exported, |out| {
+        let megabytes = exported.bytes as f64 / 1e6;
+        out.line(format_args!(
+            "{}: {} files, {megabytes:.1} MB",
+            folder.display(),
+            exported.files
+        ))
+    })
 }
 
 /// Shows the page as it is wanted; where that fails the address is enough.

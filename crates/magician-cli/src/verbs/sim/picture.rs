@@ -1,6 +1,5 @@
 //! What pen and laser have drawn, as a file at the end.
 
-use std::fmt;
 use std::fs::OpenOptions;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -88,9 +87,9 @@ impl Picture {
     ) -> Result<(), Failure> {
         let bytes = self
             .bytes(drawing, options)
-            .map_err(|error| wrong(path, &error))?;
+            .map_err(|error| Failure::unwritable(path, &error))?;
         std::fs::write(path, &bytes).map_err(|error| {
-            let failure = wrong(path, &error);
+            let failure = Failure::unwritable(path, &error);
             match elsewhere(&std::env::temp_dir(), path, &bytes) {
                 Ok(saved) => failure.hint(format!("the drawing is in {}", saved.display())),
                 Err(_) => failure,
@@ -142,10 +141,12 @@ fn elsewhere(folder: &Path, path: &Path, bytes: &[u8]) -> io::Result<PathBuf> {
 fn probe(path: &Path) -> Result<(), Failure> {
     let there = path.symlink_metadata().is_ok();
     let opened = OpenOptions::new().append(true).create(true).open(path);
-    opened.map_err(|error| wrong(path, &error))?;
+    opened.map_err(|error| Failure::unwritable(path, &error))?;
     match there {
         true => Ok(()),
-        false => gone(std::fs::remove_file(path)).map_err(|error| wrong(path, &error)),
+        false => {
+            gone(std::fs::remove_file(path)).map_err(|error| Failure::unwritable(path, &error))
+        }
     }
 }
 
@@ -154,10 +155,6 @@ fn gone(removed: io::Result<()>) -> io::Result<()> {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
         other => other,
     }
-}
-
-fn wrong(path: &Path, error: &dyn fmt::Display) -> Failure {
-    Failure::invalid(format!("{} cannot be written: {error}", path.display()))
 }
 
 #[cfg(all(test, unix))]

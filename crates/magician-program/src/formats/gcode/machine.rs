@@ -17,7 +17,7 @@ use super::power::s_max;
 use super::servo::Servo;
 use super::survey::{Kind, Survey};
 use crate::formats::span::SpanDiagnostic;
-use crate::{Diagnostic, DiagnosticCode, Origin, Part, Plan};
+use crate::{Action, Diagnostic, DiagnosticCode, Origin, Part, Plan, Step};
 
 /// As many tools are told apart.
 const MOST_TOOLS: usize = 1000;
@@ -69,6 +69,8 @@ pub(super) struct Machine<'o> {
     /// The tools (T) so far, and the one at work.
     tools: Vec<u64>,
     tool: Option<u64>,
+    /// Whether something was drawn before the first tool was named.
+    toolless: bool,
     pub(super) begin: Begin,
     /// The program's zero in the arm's coordinates.
     pub(super) offsets: Offsets,
@@ -139,6 +141,7 @@ impl<'o> Machine<'o> {
             at: options.begins_at().map_or([None; 3], |at| at.map(Some)),
             tools: Vec::new(),
             tool: None,
+            toolless: false,
             begin: Begin::new(options.placed),
             offsets: Offsets::default(),
         })
@@ -209,7 +212,12 @@ impl<'o> Machine<'o> {
     fn change_tool(&mut self, block: &Block, line: &str, origin: Origin) -> bool {
         let named = block.number(b'T').filter(|tool| (0.0..1e6).contains(tool));
         let named = named.map(|tool| tool as u64);
-        let changes = named.is_some() && self.tool.is_some() && named != self.tool;
+        if named.is_some() && self.tool.is_none() {
+            let steps = &self.out.plan.steps;
+            self.toolless |= steps.iter().any(|step| step.action.marks());
+        }
+        let changes =
+            named.is_some() && named != self.tool && (self.tool.is_some() || self.toolless);
         let pauses = changes || block.has(b'M', 6);
         let tool = named.or(self.tool);
         if pauses {
@@ -235,6 +243,23 @@ impl<'o> Machine<'o> {
         }
         self.tool = tool;
         pauses
+    }
+
+    /// What is drawn before the first tool is a part of its own, without a name.
+    fn begin_without_tool(&mut self) {
+        let steps = &mut self.out.plan.steps;
+        for step in steps.iter_mut() {
+            if let Action::Part(part) = &mut step.action {
+                part.n += 1;
+            }
+        }
+        let part = Part {
+            n: 1,
+            ..Part::default()
+        };
+        let action = Action::Part(Box::new(part));
+        let origin = steps.first().map_or(Origin::NONE, |step| step.origin);
+        steps.insert(0, Step::new(action, origin));
     }
 
     fn note_codes(&mut self, block: &Block, origin: Origin) {
@@ -388,6 +413,9 @@ impl<'o> Machine<'o> {
         }
         self.lower();
         self.out.laser_off(Origin::NONE);
+        if self.toolless {
+            self.begin_without_tool();
+        }
         Ok((self.out.plan, self.notes.into_diagnostics()))
     }
 }

@@ -44,6 +44,12 @@ pub(super) fn read(text: &str, resample: Option<f64>) -> Result<Parsed<Plan>, Di
         }
     }
     let mut rows = Vec::new();
+    let mut lines = lines.peekable();
+    lines.next_if(|(start, line)| {
+        let mut units = cells(line, *start, between).map(|(_, cell)| cell);
+        let are = |cell: Cow<'_, str>| ["", "s", "mm", "deg"].contains(&cell.trim());
+        fields.contains(&Field::Time) && units.all(are)
+    });
     for (start, line) in lines {
         let origin = places.origin(start..start + line.len());
         let mut row = Row::at(origin);

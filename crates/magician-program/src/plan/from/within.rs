@@ -1,5 +1,7 @@
 //! Steps that were begun and stopped: where on their line they go on.
 
+use std::collections::VecDeque;
+
 use magician_host::words::{self, Preflight};
 use magician_host::{ArmState, Set, commands};
 use magician_motion::Pose;
@@ -103,6 +105,77 @@ pub(crate) fn place_on(
         }
     }
     best.map(|(_, found)| found)
+}
+
+/// Whether the tool burns along a straight line.
+fn is_burn(command: &Set) -> bool {
+    matches!(command, Set::CpLeCmd(burn) if burn.velocity_or_power > 0.0)
+}
+
+/// How long the line of the step behind so many slots is, mm, if it is burnt.
+pub(crate) fn burn_of(
+    course: &mut Preflight,
+    mut slots: impl Iterator<Item = Option<Set>>,
+    passed: usize,
+) -> Option<f64> {
+    for command in slots.by_ref().take(passed).flatten() {
+        // What could not be checked was not sent.
+        let _ = course.check(&command);
+    }
+    let next = slots.next()?.filter(is_burn)?;
+    Some(StraightMove::of(&next, course)?.length())
+}
+
+/// A place so far before another, back along a burn: how many slots earlier, the place within the one there if not at its beginning,
+/// and how long the way between the two is, mm. It does not reach back over what does not burn, nor over a step that sends nothing.
+pub(crate) fn back_along(
+    course: &mut Preflight,
+    mut slots: impl Iterator<Item = Option<Set>>,
+    passed: usize,
+    place: Option<[f64; 3]>,
+    by: f64,
+) -> Option<(u64, Option<[f64; 3]>, f64)> {
+    let mut burnt: VecDeque<StraightMove> = VecDeque::new();
+    let mut length = 0.0;
+    for slot in slots.by_ref().take(passed) {
+        let line = match slot {
+            Some(command) if is_burn(&command) => StraightMove::of(&command, course),
+            Some(command) => {
+                let _ = course.check(&command);
+                None
+            }
+            None => None,
+        };
+        let Some(line) = line else {
+            burnt.clear();
+            length = 0.0;
+            continue;
+        };
+        length += line.length();
+        burnt.push_back(line);
+        while let Some(first) = burnt.front()
+            && length - first.length() >= by
+        {
+            length -= first.length();
+            burnt.pop_front();
+        }
+    }
+    let next = slots.next()?.filter(is_burn)?;
+    let line = StraightMove::of(&next, course)?;
+    let share = place.map_or(0.0, |place| line.nearest(place).0.clamp(0.0, 1.0));
+    let mut left = by - share * line.length();
+    if left <= 0.0 {
+        return Some((0, Some(line.at(share - by / line.length())), by));
+    }
+    let mut earlier = 0;
+    for line in burnt.iter().rev() {
+        earlier += 1;
+        left -= line.length();
+        if left < 0.0 {
+            return Some((earlier, Some(line.at(-left / line.length())), by));
+        }
+    }
+    Some((earlier, None, by - left))
 }
 
 /// How the arm stands at a place on the line of an action that begins where the course is, and what is left of the action

@@ -1,0 +1,532 @@
+//! Presets: options of drawing and engraving under a name, as files beside the user's file of settings, or wherever a
+//! [`PresetStore`] keeps them.
+//!
+//! A file has the names of options as keys ([`SetupOptions::keys`]), and a `note` for people. Some presets come with this crate; a
+//! file of the same name goes before one of these.
+
+mod report;
+mod store;
+
+use std::fmt;
+use std::io;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use magician_program::{Diagnostic, DiagnosticCode, FontChoice, Format, Lines, SetupOptions};
+use serde_json::{Map, Value};
+use toml::de::DeTable;
+
+pub use report::{PresetList, PresetReport};
+#[cfg(feature = "files")]
+pub use store::PresetFolder;
+pub use store::PresetStore;
+
+/// A larger file cannot be a preset.
+const LARGEST: usize = 1 << 16;
+/// As many presets are kept, at most, besides those that come with this crate.
+const MOST: usize = 1000;
+/// No name is longer.
+const LONGEST: usize = 64;
+/// The key of a preset's note.
+const NOTE: &str = "note";
+/// What a preset does not decide: which work it is, and whether it is done.
+const NOT_OF_A_PRESET: [&str; 3] = ["work", "frame", "frame_power"];
+/// What no file may be called on Windows.
+const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
+
+/// Those that come with this crate.
+const SHIPPED: [(&str, &str); 5] = [
+    ("pen", include_str!("../../presets/pen.toml")),
+    ("marker", include_str!("../../presets/marker.toml")),
+    ("paper-cut", include_str!("../../presets/paper-cut.toml")),
+    (
+        "wood-engrave",
+        include_str!("../../presets/wood-engrave.toml"),
+    ),
+    (
+        "leather-engrave",
+        include_str!("../../presets/leather-engrave.toml"),
+    ),
+];
+
+/// Options under a name.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Preset {
+    /// What it is called.
+    pub name: String,
+    /// Its note.
+    pub note: Option<String>,
+    /// What it says.
+    pub options: SetupOptions,
+    /// Whether it comes with this crate.
+    pub shipped: bool,
+    /// Its file, if it has one.
+    pub path: Option<PathBuf>,
+    /// The text of the file.
+    pub text: String,
+}
+
+impl Preset {
+    /// What it says for a file of this format.
+    #[must_use]
+    pub fn options_for(&self, format: Option<Format>) -> SetupOptions {
+        let mut options = self.options.clone();
+        if format == Some(Format::TestGrid) {
+            // A grid has its own.
+            (options.power, options.speed) = (None, None);
+        }
+        options
+    }
+
+    /// Its note, as it is told to who uses it.
+    #[must_use]
+    pub fn told(&self) -> Option<Diagnostic> {
+        let note = self.note.as_ref()?;
+        let told = Diagnostic::of_file(format!("preset {}: {note}", self.name));
+        Some(told.coded(DiagnosticCode::Assumed))
+    }
+}
+
+/// What is wrong with a preset.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum PresetError {
+    /// No preset can be called so.
+    Name(String),
+    /// No preset has this name; the names that exist.
+    Unknown(String, Vec<String>),
+    /// It comes with this crate, and cannot be removed.
+    Shipped(String),
+    /// What the file says is wrong, where.
+    Broken {
+        /// The file.
+        path: PathBuf,
+        /// Its text.
+        text: String,
+        /// What is wrong with it.
+        problem: Box<Diagnostic>,
+    },
+    /// What was to be saved cannot be.
+    Unsaid(String),
+    /// There is no place to keep presets in.
+    Homeless,
+    /// No more presets are kept.
+    TooMany,
+    /// The file cannot be read or written.
+    File(PathBuf, io::Error),
+}
+
+impl fmt::Display for PresetError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Name(name) => write!(
+                f,
+                "a preset cannot be called {name:?}: its name has letters, digits, - and _, at most {LONGEST}"
+            ),
+            Self::Unknown(name, known) => {
+                write!(
+                    f,
+                    "there is no preset {name}; known are {}",
+                    known.join(", ")
+                )
+            }
+            Self::Shipped(name) => write!(
+                f,
+                "the preset {name} comes with this program and cannot be removed"
+            ),
+            Self::Broken { path, problem, .. } => write!(f, "{}: {problem}", path.display()),
+            Self::Unsaid(why) => f.write_str(why),
+            Self::Homeless => f.write_str("there is no directory for presets"),
+            Self::TooMany => write!(f, "{MOST} presets are kept at most: remove some"),
+            Self::File(path, error) => write!(f, "{}: {error}", path.display()),
+        }
+    }
+}
+
+impl std::error::Error for PresetError {}
+
+/// The presets that there are: those that come with this crate, and those that are kept.
+#[derive(Clone, Debug, Default)]
+pub struct Presets {
+    store: Option<Arc<dyn PresetStore>>,
+}
+
+impl Presets {
+    /// Those of this user: `presets`, beside the file of settings ([`magician::arms::file`]).
+    #[cfg(feature = "settings")]
+    #[must_use]
+    pub fn of_user() -> Self {
+        let beside = magician::arms::file();
+        let folder = beside.and_then(|file| Some(file.parent()?.join("presets")));
+        folder.map_or_else(Self::default, Self::at)
+    }
+
+    /// Those in a folder.
+    #[cfg(feature = "files")]
+    #[must_use]
+    pub fn at(folder: impl Into<PathBuf>) -> Self {
+        Self::kept_in(Arc::new(PresetFolder::at(folder)))
+    }
+
+    /// Those that are kept elsewhere.
+    #[must_use]
+    pub fn kept_in(store: Arc<dyn PresetStore>) -> Self {
+        Self { store: Some(store) }
+    }
+
+    /// The names of all, those that come with this crate first.
+    #[must_use]
+    pub fn names(&self) -> Vec<String> {
+        let mut names: Vec<String> = SHIPPED.iter().map(|(name, _)| (*name).to_owned()).collect();
+        let mut own = self.own_names();
+        own.retain(|name| !names.contains(name));
+        names.append(&mut own);
+        names
+    }
+
+    /// The names of those that are kept.
+    fn own_names(&self) -> Vec<String> {
+        let mut own = { self.store.as_ref() }.map_or_else(Vec::new, |store| store.names());
+        own.retain(|name| is_name(name));
+        own.sort_unstable();
+        own
+    }
+
+    /// The preset of a name.
+    ///
+    /// # Errors
+    /// [`PresetError`].
+    pub fn load(&self, name: &str) -> Result<Preset, PresetError> {
+        check_name(name)?;
+        let store = self.store.as_ref();
+        let kept = store.map(|store| store.load(name)).transpose();
+        let kept = kept.map_err(|error| self.unkept(name, error))?.flatten();
+        let shipped = kept.is_none();
+        let Some(text) = kept.or_else(|| shipped_text(name).map(str::to_owned)) else {
+            return Err(PresetError::Unknown(name.to_owned(), self.names()));
+        };
+        let path = self.path(name).filter(|_| !shipped);
+        let read = match text.len() {
+            0..=LARGEST => parse(&text),
+            _ => Err(Diagnostic::of_file("it is too large for a preset")),
+        };
+        let (note, options) = read.map_err(|problem| PresetError::Broken {
+            path: path.clone().unwrap_or_else(|| name.into()),
+            text: text.clone(),
+            problem: Box::new(problem),
+        })?;
+        Ok(Preset {
+            name: name.to_owned(),
+            note,
+            options,
+            shipped,
+            path,
+            text,
+        })
+    }
+
+    /// Keeps options under a name, in the place of what was kept under it.
+    ///
+    /// # Errors
+    /// [`PresetError`].
+    pub fn save(
+        &self,
+        name: &str,
+        note: Option<&str>,
+        options: &SetupOptions,
+    ) -> Result<Preset, PresetError> {
+        check_name(name)?;
+        let text = written(note, options)?;
+        parse(&text).map_err(|problem| PresetError::Unsaid(problem.message))?;
+        self.save_text(name, text)
+    }
+
+    /// Keeps the text of a file of a preset under a name, in the place of what was kept under it.
+    ///
+    /// # Errors
+    /// [`PresetError`].
+    pub fn save_text(&self, name: &str, text: String) -> Result<Preset, PresetError> {
+        check_name(name)?;
+        let store = self.store.as_ref().ok_or(PresetError::Homeless)?;
+        if text.len() > LARGEST {
+            let why = "it is too large for a preset".to_owned();
+            return Err(PresetError::Unsaid(why));
+        }
+        let (note, options) =
+            parse(&text).map_err(|problem| PresetError::Unsaid(problem.to_string()))?;
+        let own = self.own_names();
+        if own.len() >= MOST && !own.iter().any(|known| known == name) {
+            return Err(PresetError::TooMany);
+        }
+        let kept = store.save(name, &text);
+        kept.map_err(|error| self.unkept(name, error))?;
+        Ok(Preset {
+            name: name.to_owned(),
+            note,
+            options,
+            shipped: false,
+            path: self.path(name),
+            text,
+        })
+    }
+
+    /// Removes the file of a preset: where it went before one that comes with this crate, that one counts again. Where it was.
+    ///
+    /// # Errors
+    /// [`PresetError`].
+    pub fn remove(&self, name: &str) -> Result<Option<PathBuf>, PresetError> {
+        check_name(name)?;
+        let removed = { self.store.as_ref() }.map_or(Ok(false), |store| store.remove(name));
+        match removed.map_err(|error| self.unkept(name, error))? {
+            true => Ok(self.path(name)),
+            false if shipped_text(name).is_some() => Err(PresetError::Shipped(name.to_owned())),
+            false => Err(PresetError::Unknown(name.to_owned(), self.names())),
+        }
+    }
+
+    fn path(&self, name: &str) -> Option<PathBuf> {
+        self.store.as_ref()?.path(name)
+    }
+
+    fn unkept(&self, name: &str, error: io::Error) -> PresetError {
+        PresetError::File(self.path(name).unwrap_or_else(|| name.into()), error)
+    }
+}
+
+fn check_name(name: &str) -> Result<(), PresetError> {
+    match is_name(name) {
+        true => Ok(()),
+        false => Err(PresetError::Name(name.to_owned())),
+    }
+}
+
+/// Whether a preset can be called so on every system.
+fn is_name(name: &str) -> bool {
+    let lower = name.to_ascii_lowercase();
+    let numbered = |stem: &str| {
+        let number = lower.strip_prefix(stem);
+        number.is_some_and(|rest| rest.len() == 1 && rest.bytes().all(|byte| byte.is_ascii_digit()))
+    };
+    let plain = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'-' || byte == b'_';
+    (1..=LONGEST).contains(&name.len())
+        && name.bytes().all(plain)
+        && !name.starts_with('-')
+        && !DEVICES.contains(&lower.as_str())
+        && !numbered("com")
+        && !numbered("lpt")
+}
+
+fn shipped_text(name: &str) -> Option<&'static str> {
+    let mut all = SHIPPED.iter();
+    all.find(|(known, _)| *known == name).map(|(_, text)| *text)
+}
+
+/// What a file says, or where it is wrong.
+fn parse(text: &str) -> Result<(Option<String>, SetupOptions), Diagnostic> {
+    let lines = Lines::new(text);
+    let spans = DeTable::parse(text).map_err(|error| {
+        let place = lines.origin(error.span().unwrap_or_default());
+        Diagnostic::new(place, error.message().trim().to_owned())
+    })?;
+    let mut values: Map<String, Value> =
+        toml::from_str(text).map_err(|error| Diagnostic::of_file(error.message().trim()))?;
+    let (mut fields, mut places) = (Map::new(), Vec::new());
+    let mut note = None;
+    for (key, span) in spans.get_ref() {
+        let at_value = lines.origin(span.span());
+        let value = values.remove(key.get_ref().as_ref()).unwrap_or_default();
+        let name = key.get_ref().replace('-', "_");
+        if name == NOTE {
+            let Value::String(text) = value else {
+                return Err(Diagnostic::new(at_value, "note: expected a quoted string"));
+            };
+            note = Some(text);
+            continue;
+        }
+        if NOT_OF_A_PRESET.contains(&name.as_str()) || !SetupOptions::keys().contains(&name) {
+            let message = format!("a preset has no {}", key.get_ref());
+            return Err(Diagnostic::new(lines.origin(key.span()), message));
+        }
+        let alone = Map::from_iter([(name.clone(), value.clone())]);
+        // Alone it may lack what it needs beside it: that is seen when all of them are there.
+        serde_json::from_value::<SetupOptions>(Value::Object(alone))
+            .map_err(|error| error.to_string())
+            .and_then(|options| options.check_values().map_err(|error| error.message))
+            .map_err(|why| {
+                let why = why
+                    .strip_prefix(&format!("{name}: "))
+                    .unwrap_or(&why)
+                    .to_owned();
+                Diagnostic::new(at_value, format!("{name}: {why}"))
+            })?;
+        places.push((name.clone(), at_value));
+        if fields.insert(name, value).is_some() {
+            let message = format!("{} is there twice", key.get_ref());
+            return Err(Diagnostic::new(lines.origin(key.span()), message));
+        }
+    }
+    let options = SetupOptions::from_fields(&fields).map_err(|error| {
+        let place = places.iter().find(|(name, _)| *name == error.key);
+        let place = place.map(|(_, place)| *place).unwrap_or_default();
+        Diagnostic::new(place, error.message)
+    })?;
+    Ok((note, options))
+}
+
+/// Options as a file.
+fn written(note: Option<&str>, options: &SetupOptions) -> Result<String, PresetError> {
+    if let Some(FontChoice::File { name, .. }) = &options.font {
+        let message = format!("a preset cannot keep the font of a file: {name}");
+        return Err(PresetError::Unsaid(message));
+    }
+    let mut text = String::new();
+    let mut put = |key: &str, value: &Value| {
+        let value = toml::Value::try_from(value)
+            .map_err(|error| PresetError::Unsaid(format!("{key}: {error}")))?;
+        text.push_str(&format!("{key} = {value}\n"));
+        Ok(())
+    };
+    if let Some(note) = note {
+        put(NOTE, &Value::from(note))?;
+    }
+    let said = report::said(options);
+    if said.is_empty() {
+        return Err(PresetError::Unsaid("there is no option to save".to_owned()));
+    }
+    for (key, value) in &said {
+        put(key, value)?;
+    }
+    Ok(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    fn options(fields: Value) -> SetupOptions {
+        SetupOptions::from_fields(fields.as_object().expect("an object")).expect("options")
+    }
+
+    #[test]
+    fn what_is_shipped_is_right_and_says_that_it_was_not_tried() {
+        let presets = Presets::default();
+        let names = [
+            "pen",
+            "marker",
+            "paper-cut",
+            "wood-engrave",
+            "leather-engrave",
+        ];
+        assert_eq!(presets.names(), names);
+        for name in names {
+            let preset = presets.load(name).expect(name);
+            assert_eq!(preset.note.as_deref(), Some("not tried on a real arm"));
+            assert!(preset.shipped && preset.path.is_none() && preset.options.tool.is_some());
+        }
+    }
+
+    #[test]
+    fn what_is_saved_is_loaded_and_goes_before_what_is_shipped() {
+        let place = tempfile::tempdir().expect("a directory");
+        let presets = Presets::at(place.path().join("presets"));
+        let said = options(
+            serde_json::json!({"tool": [1, 2, -3.5], "power": "5..80", "order": false, "at": [200, 0], "fill": "hatch", "speed": 20}),
+        );
+        let saved = presets
+            .save("pen", Some("my \"own\""), &said)
+            .expect("it is saved");
+        let loaded = presets.load("pen").expect("it is there");
+        assert_eq!(loaded, saved);
+        assert_eq!(
+            (&loaded.options, loaded.note.as_deref()),
+            (&said, Some("my \"own\""))
+        );
+        presets.save("oak_2", None, &said).expect("it is saved");
+        assert_eq!(presets.names().last().map(String::as_str), Some("oak_2"));
+        let left: Vec<_> = fs::read_dir(place.path().join("presets"))
+            .expect("a folder")
+            .collect();
+        assert_eq!(left.len(), 2, "nothing but the two");
+        presets.remove("pen").expect("the file goes");
+        assert!(presets.load("pen").expect("the shipped one").path.is_none());
+        assert!(matches!(
+            presets.remove("pen"),
+            Err(PresetError::Shipped(_))
+        ));
+        assert!(matches!(
+            presets.remove("oak"),
+            Err(PresetError::Unknown(..))
+        ));
+        assert!(matches!(presets.load("oak"), Err(PresetError::Unknown(..))));
+    }
+
+    #[test]
+    fn a_name_that_is_a_path_or_odd_is_refused() {
+        let place = tempfile::tempdir().expect("a directory");
+        let presets = Presets::at(place.path().join("presets"));
+        let said = options(serde_json::json!({"speed": 20}));
+        let long = "a".repeat(65);
+        for name in [
+            "", ".", "..", "../x", "a/b", "a\\b", "/x", "-x", "a b", "ä", "x.toml", "NUL", "com1",
+            "a\n", &long,
+        ] {
+            for outcome in [
+                presets.load(name).map(drop),
+                presets.save(name, None, &said).map(drop),
+                presets.remove(name).map(drop),
+            ] {
+                assert!(matches!(outcome, Err(PresetError::Name(_))), "{name:?}");
+            }
+        }
+        assert!(!place.path().join("presets").exists() && !place.path().join("x.toml").exists());
+    }
+
+    #[test]
+    fn what_is_wrong_in_a_file_has_its_place() {
+        for (text, line, column, part) in [
+            ("sped = 20", 1, 1, "no sped"),
+            ("# mine\nspeed = 'fast'", 2, 9, "speed: "),
+            ("speed = 20\nwork = 'draw'", 2, 1, "no work"),
+            ("frame = 'box'", 1, 1, "no frame"),
+            ("note = 3", 1, 8, "quoted"),
+            ("speed = -1", 1, 9, "above 0"),
+            ("power = 120", 1, 9, "power"),
+            ("width = 10\nheight = 20", 2, 10, "contradict"),
+            ("fill_spacing = 1", 1, 16, "needs fill"),
+            ("travel-speed = 1\ntravel_speed = 2", 2, 1, "twice"),
+            ("font = 'a.ttf'", 1, 8, "font"),
+            ("speed = ", 1, 9, ""),
+            ("[speed]\na = 1", 1, 1, "speed"),
+        ] {
+            let problem = parse(text).expect_err(text);
+            let place = (problem.origin.line, problem.origin.column);
+            assert_eq!(place, (line, column), "{text}: {problem}");
+            assert!(problem.message.contains(part), "{text}: {problem}");
+        }
+        let (_, options) = parse("travel-speed = 90\nlift = 5").expect("flags' names are known");
+        assert_eq!(options.travel_speed, Some(90.0));
+    }
+
+    #[test]
+    fn what_cannot_be_loaded_again_is_not_saved() {
+        let place = tempfile::tempdir().expect("a directory");
+        let presets = Presets::at(place.path());
+        let mut with_font = SetupOptions::default();
+        with_font.font = Some(FontChoice::file("a.ttf", vec![0]));
+        for said in [
+            SetupOptions::default(),
+            with_font,
+            options(serde_json::json!({"work": "draw"})),
+        ] {
+            let refused = presets.save("mine", None, &said);
+            assert!(
+                matches!(refused, Err(PresetError::Unsaid(_))),
+                "{refused:?}"
+            );
+        }
+        assert_eq!(fs::read_dir(place.path()).expect("a folder").count(), 0);
+    }
+}

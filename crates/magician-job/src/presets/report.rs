@@ -1,0 +1,90 @@
+//! Presets as objects of JSON: the same for the command and for a station.
+
+use magician_program::SetupOptions;
+use serde::Serialize;
+use serde_json::{Map, Value};
+
+use super::{Preset, Presets};
+
+/// A preset as JSON has it.
+#[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
+pub struct PresetReport {
+    /// What it is called.
+    pub name: String,
+    /// Whether it comes with this program; a file of its name goes before it.
+    pub shipped: bool,
+    /// Its note.
+    pub note: Option<String>,
+    /// Its file, if it has one.
+    pub path: Option<String>,
+    /// What it says; not in a list.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub options: Option<Map<String, Value>>,
+    /// The text of its file; not in a list.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub text: Option<String>,
+    /// What is wrong with its file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub problem: Option<String>,
+}
+
+/// All presets.
+#[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
+pub struct PresetList {
+    /// Those that come with this program first.
+    pub presets: Vec<PresetReport>,
+}
+
+impl From<&Preset> for PresetReport {
+    fn from(preset: &Preset) -> Self {
+        Self {
+            name: preset.name.clone(),
+            shipped: preset.shipped,
+            note: preset.note.clone(),
+            path: preset.path.as_ref().map(|path| path.display().to_string()),
+            options: Some(said(&preset.options)),
+            text: Some(preset.text.clone()),
+            problem: None,
+        }
+    }
+}
+
+impl PresetList {
+    /// Those that there are. One that is wrong does not hide the others.
+    #[must_use]
+    pub fn of(presets: &Presets) -> Self {
+        let listed = { presets.names().into_iter() }.map(|name| match presets.load(&name) {
+            Ok(preset) => PresetReport {
+                options: None,
+                text: None,
+                ..PresetReport::from(&preset)
+            },
+            Err(error) => PresetReport {
+                shipped: false,
+                note: None,
+                path: None,
+                options: None,
+                text: None,
+                problem: Some(error.to_string()),
+                name,
+            },
+        });
+        Self {
+            presets: listed.collect(),
+        }
+    }
+}
+
+/// The options that are not as they are without being said, as members of an object.
+pub(super) fn said(options: &SetupOptions) -> Map<String, Value> {
+    let members = |options: &SetupOptions| match serde_json::to_value(options) {
+        Ok(Value::Object(members)) => members,
+        _ => Map::new(),
+    };
+    let open = members(&SetupOptions::default());
+    let mut said = members(options);
+    said.retain(|key, value| open.get(key) != Some(value));
+    said
+}

@@ -1,0 +1,146 @@
+use std::collections::BTreeSet;
+
+use serde_json::{Map, Value, json};
+
+use super::*;
+use crate::{ReadOptions, Setup, SetupDefaults};
+
+/// A value that it takes.
+fn value(option: &AskedOption) -> Value {
+    let number = option.least.or(option.most).unwrap_or(1.5);
+    match option.kind {
+        AskedKind::Choice => json!(option.choices[0]),
+        AskedKind::Number => json!(number),
+        AskedKind::Integer => json!(number as i64),
+        AskedKind::Point => json!([200, 0]),
+        AskedKind::Place => json!([200, 0, -10]),
+        AskedKind::Area => json!([0, 0, 10, 20]),
+        AskedKind::Switch => json!(true),
+        AskedKind::Text if option.name == "grid" => json!("2x3:40x30"),
+        AskedKind::Text => json!("50"),
+        AskedKind::List => json!(["a"]),
+        AskedKind::Pens => json!([{"match": 1, "lift": 3}]),
+    }
+}
+
+/// With what it counts with.
+fn fields(option: &AskedOption, value: Value, all: &[AskedOption]) -> Map<String, Value> {
+    let mut fields = Map::from_iter([(option.name.to_owned(), value)]);
+    if let Some(with) = option.with {
+        let other = all.iter().find(|other| other.name == with);
+        let other = other.unwrap_or_else(|| panic!("{option:?}"));
+        let needed = match option.when.first() {
+            Some(word) => {
+                let known = option.when.iter().all(|word| other.choices.contains(word));
+                assert!(known, "{option:?}");
+                json!(word)
+            }
+            None => json!(true),
+        };
+        fields.insert(with.to_owned(), needed);
+    }
+    fields
+}
+
+#[test]
+fn what_is_asked_is_an_option_of_its_kind_and_within_its_range() {
+    for format in Format::ALL {
+        let all = SetupOptions::all_asked(format);
+        let names: BTreeSet<_> = all.iter().map(|option| option.name).collect();
+        assert_eq!(names.len(), all.len(), "{format}: one is there twice");
+        for option in &all {
+            let takes = |value: Value| {
+                let fields = fields(option, value, &all);
+                SetupOptions::from_fields(&fields).is_ok()
+            };
+            assert!(takes(value(option)), "{option:?}");
+            for choice in option.choices {
+                assert!(takes(json!(choice)), "{option:?} {choice}");
+            }
+            assert!(option.choices.is_empty() || !takes(json!("else")));
+            for (bound, taken, beyond) in [
+                (option.least, true, -1.0),
+                (option.above, false, -1.0),
+                (option.most, true, 1.0),
+            ] {
+                let Some(bound) = bound else { continue };
+                let number = |number: f64| match option.kind {
+                    AskedKind::Integer => json!(number as i64),
+                    _ => json!(number),
+                };
+                assert_eq!(takes(number(bound)), taken, "{option:?}");
+                assert!(!takes(number(bound + beyond)), "{option:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn each_option_is_asked_for_some_format_but_the_work_which_the_tool_says() {
+    let asked = Format::ALL.into_iter().flat_map(SetupOptions::all_asked);
+    let mut asked: BTreeSet<String> = asked.map(|option| option.name.to_owned()).collect();
+    asked.insert("work".to_owned());
+    let keys: BTreeSet<String> = SetupOptions::keys().into_iter().collect();
+    assert_eq!(asked, keys);
+}
+
+/// What comes of options.
+fn made(options: &SetupOptions) -> (Setup, ReadOptions) {
+    let setup = options.setup(&SetupDefaults::default());
+    let reading = options.reading(&setup);
+    (setup, reading)
+}
+
+#[test]
+fn a_default_is_what_holds_without_the_option() {
+    for format in Format::ALL {
+        let all = SetupOptions::all_asked(format);
+        for option in all.iter().filter(|option| option.name != "tool") {
+            let Some(default) = option.default else {
+                continue;
+            };
+            let default = match (default, option.kind) {
+                (DefaultValue::Number(number), AskedKind::Integer) => json!(number as i64),
+                (default, _) => json!(default),
+            };
+            for work in ["draw", "engrave"] {
+                let mut with = fields(option, default.clone(), &all);
+                let taken = |fields: &Map<String, Value>| {
+                    let mut fields = fields.clone();
+                    fields.insert("work".to_owned(), json!(work));
+                    SetupOptions::from_fields(&fields)
+                };
+                let Ok(said) = taken(&with) else {
+                    // It counts for the other work alone.
+                    continue;
+                };
+                with.remove(option.name);
+                let Ok(open) = taken(&with) else {
+                    panic!("{option:?}");
+                };
+                let [said, open] = [said, open].map(|options| made(&options));
+                // Images have a tolerance of their own, which only they are drawn with.
+                let [said, open] = [said, open].map(|(setup, reading)| match option.name {
+                    "tolerance" if format == Format::Image => String::new(),
+                    "tolerance" => format!("{reading:?}"),
+                    _ => format!("{setup:?} {reading:?}"),
+                });
+                // That it is named makes an image drawn; of the others it is kept that they were said.
+                let named = ["image", "passes", "fill_angle"].contains(&option.name);
+                assert!(named || said == open, "{option:?} {work} {format}");
+            }
+        }
+    }
+}
+
+#[test]
+fn kinds_and_groups_have_their_names() {
+    for format in Format::ALL {
+        for option in SetupOptions::all_asked(format) {
+            let shown = serde_json::to_value(option).unwrap();
+            let name = |member: &str| shown[member].as_str().unwrap().to_owned();
+            assert!(AskedKind::NAMES.contains(&name("kind").as_str()));
+            assert!(AskedGroup::NAMES.contains(&name("group").as_str()));
+        }
+    }
+}

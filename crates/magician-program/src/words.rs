@@ -1,0 +1,46 @@
+//! Values that options and files name by a word.
+
+/// Gives an enum its words: `ALL`, `NAMES`, `name`, and both ways between a value and its word. `$what` is what
+/// the message about another word calls it.
+macro_rules! words {
+    ($kind:ident, $what:literal: $($variant:ident = $name:literal),* $(,)?) => {
+        impl $kind {
+            /// All of them.
+            pub const ALL: [Self; [$($name),*].len()] = [$(Self::$variant),*];
+            /// Their names, in the same order.
+            pub const NAMES: &'static [&'static str] = &[$($name),*];
+
+            /// The name that options and files have for it.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $name,)*
+                }
+            }
+        }
+
+        impl std::fmt::Display for $kind {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.pad(self.name())
+            }
+        }
+
+        impl std::str::FromStr for $kind {
+            type Err = String;
+
+            fn from_str(text: &str) -> Result<Self, String> {
+                let named = Self::ALL.into_iter().find(|one| one.name() == text);
+                named.ok_or_else(|| $crate::words::unknown($what, Self::NAMES, text))
+            }
+        }
+    };
+}
+
+pub(crate) use words;
+
+/// That `text` is none of these words.
+pub(crate) fn unknown(what: &str, names: &[&str], text: &str) -> String {
+    let (last, rest) = names.split_last().unwrap_or((&"", &[]));
+    let rest: Vec<_> = rest.iter().map(|name| format!("'{name}'")).collect();
+    format!("{what} is {} or '{last}', not '{text}'", rest.join(", "))
+}

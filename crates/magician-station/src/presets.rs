@@ -1,0 +1,65 @@
+//! Presets of drawing and engraving, as clients use them. Their files are touched beside the station.
+
+use magician::ErrorKind;
+use magician_job::presets::{PresetError, PresetList, PresetReport, Presets};
+use magician_program::SetupOptions;
+use magician_protocol::visible;
+use serde_json::Value;
+
+use crate::api::RpcError;
+use crate::reading::to_value;
+
+/// Something to do with presets.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum PresetAct {
+    /// Lists them.
+    List,
+    /// Shows one.
+    Show(String),
+    /// Keeps options under a name, with a note.
+    Save(String, Option<String>, Box<SetupOptions>),
+    /// Keeps the text of a file under a name.
+    SaveText(String, String),
+    /// Removes one.
+    Remove(String),
+}
+
+impl PresetAct {
+    pub(crate) fn carry_out(self, presets: &Presets) -> Result<Value, RpcError> {
+        let saved = |saved: Result<_, PresetError>, param| {
+            let saved = saved.map_err(|error| match error {
+                PresetError::Unsaid(why) => RpcError::param(param, visible(&why).to_string()),
+                error => wrong(error, "name"),
+            });
+            to_value(&PresetReport::from(&saved?))
+        };
+        match self {
+            Self::List => to_value(&PresetList::of(presets)),
+            Self::Show(name) => {
+                let preset = presets.load(&name).map_err(|error| wrong(error, "name"))?;
+                to_value(&PresetReport::from(&preset))
+            }
+            Self::Save(name, note, options) => {
+                saved(presets.save(&name, note.as_deref(), &options), "setup")
+            }
+            Self::SaveText(name, text) => saved(presets.save_text(&name, text), "text"),
+            Self::Remove(name) => {
+                let removed = presets.remove(&name);
+                removed.map_err(|error| wrong(error, "name"))?;
+                Ok(Value::Null)
+            }
+        }
+    }
+}
+
+/// What is wrong with the preset that a parameter names, as an answer.
+pub(crate) fn wrong(error: PresetError, param: &str) -> RpcError {
+    let why = visible(&error.to_string()).to_string();
+    match error {
+        PresetError::Name(_) | PresetError::Unknown(..) => RpcError::param(param, why),
+        PresetError::Homeless => RpcError::arm(ErrorKind::Unsupported, why),
+        PresetError::File(..) => RpcError::arm(ErrorKind::Unexpected, why),
+        _ => RpcError::arm(ErrorKind::InvalidInput, why),
+    }
+}
