@@ -2,7 +2,7 @@
 """Ten drawings in the order of vpype and in ours: how long the pen travels, how often it is lifted, how long the arm takes.
 
     python3 -m venv VENV && VENV/bin/pip install vpype
-    interop/bench_vpype.py --vpype VENV/bin/vpype [--magician target/debug/magician] [--json]
+    interop/bench_vpype.py --vpype VENV/bin/vpype [--magician target/debug/magician] [--before OTHER] [--json]
 
 Every drawing is made by `magician convert --no-order` into lines, which are written as one SVG in mm. That file goes through
 `vpype read .. linemerge linesort write ..` (and once more with `reloop` and `linesimplify` before), and what comes out is drawn as it stands:
@@ -186,7 +186,7 @@ def drawn(magician, path, into, *words):
     return lines_of(into)
 
 
-def measured(magician, vpype, folder, name, file, words):
+def measured(magician, vpype, before, folder, name, file, words):
     raw, plan = folder / "raw.svg", folder / "plan.json"
     source = folder / "made.svg"
     if str(file).startswith("<svg"):
@@ -198,7 +198,7 @@ def measured(magician, vpype, folder, name, file, words):
     wanted = read(raw)
     rows = []
 
-    def row(order, path, *words, spent=None):
+    def row(order, path, *words, spent=None, magician=magician):
         seconds, ours = check(magician, path, *words)
         lines = drawn(magician, path, plan, *words)
         # Back onto the page, whose upper left corner is that of the lines.
@@ -217,13 +217,15 @@ def measured(magician, vpype, folder, name, file, words):
             }
         )
 
+    if before:
+        row("before", raw, magician=before)
     row("of the file", raw, "--no-order")
     row("ours", raw)
-    for order, before in (("vpype", ()), ("vpype, all", ("reloop", "linesimplify", "--tolerance", "0.02mm"))):
+    for order, first in (("vpype", ()), ("vpype, all", ("reloop", "linesimplify", "--tolerance", "0.02mm"))):
         sorted_by_vpype = folder / "vpype.svg"
         begun = time.perf_counter()
         called(
-            vpype, "read", "--no-crop", raw, "linemerge", "--tolerance", "0.1mm", *before, "linesort", "write", sorted_by_vpype,
+            vpype, "read", "--no-crop", raw, "linemerge", "--tolerance", "0.1mm", *first, "linesort", "write", sorted_by_vpype,
         )  # fmt: skip
         row(order, sorted_by_vpype, "--no-order", spent=time.perf_counter() - begun)
     return rows
@@ -233,6 +235,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--vpype", default="vpype", help="its command")
     parser.add_argument("--magician", default=ROOT / "target" / "debug" / "magician", help="the command")
+    parser.add_argument("--before", help="the command of another version, whose figures come first")
     parser.add_argument("--only", action="append", help="a drawing, by its name")
     parser.add_argument("--json", action="store_true", help="one object a line")
     args = parser.parse_args()
@@ -242,7 +245,7 @@ def main():
         if args.only and name not in args.only:
             continue
         with tempfile.TemporaryDirectory() as folder:
-            for row in measured(args.magician, args.vpype, pathlib.Path(folder), name, file, words):
+            for row in measured(args.magician, args.vpype, args.before, pathlib.Path(folder), name, file, words):
                 if args.json:
                     print(json.dumps(row), flush=True)
                     continue
