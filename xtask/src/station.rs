@@ -51,7 +51,7 @@ A socket is closed with 4400 (no good hello), 4401 (no or wrong token), 4403 (to
 const OPTIONS: &str = "
 ## Options of a program
 
-The members of `setup`: `work` (`draw` or `engrave`), and the flags of `magician draw` and `magician engrave`, whose help says what each means.
+The members of `setup`: `work` (`draw` or `engrave`), `preset` (the name of a preset), and the flags of `magician draw` and `magician engrave`, whose help says what each means.
 
 ";
 

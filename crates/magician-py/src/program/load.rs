@@ -66,7 +66,7 @@ struct Wanted {
     overscan: Option<f64>,
     gamma: Option<f64>,
     merge: Option<f64>,
-    dedupe: bool,
+    dedupe: Option<bool>,
     simplify: Option<f64>,
     font: Option<String>,
     font_file: Option<Vec<u8>>,
@@ -141,7 +141,7 @@ impl Wanted {
         (options.pen_width, options.crop) = (self.pen_width, self.crop);
         (options.brightness, options.contrast) = (self.brightness, self.contrast);
         (options.merge, options.simplify) = (self.merge, self.simplify);
-        options.dedupe = (!self.dedupe).then_some(false);
+        options.dedupe = self.dedupe;
         options.font = match (&self.font, &self.font_file) {
             (Some(name), Some(bytes)) => Some(FontChoice::file(name, bytes.as_slice())),
             (name, _) => name.as_deref().map(str::parse).transpose()?,
