@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Ten drawings in the order of vpype and in ours: how long the pen travels, how often it is lifted, how long the arm takes.
 
-    python3 -m venv VENV && VENV/bin/pip install vpype
+    python3 -m venv VENV && VENV/bin/pip install -r interop/vpype.txt
     interop/bench_vpype.py --vpype VENV/bin/vpype [--magician target/debug/magician] [--before OTHER] [--json]
 
 Every drawing is made by `magician convert --no-order` into lines, which are written as one SVG in mm. That file goes through
@@ -25,7 +25,12 @@ import xml.etree.ElementTree as ElementTree
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 SAMPLES = ROOT / "crates" / "magician-program" / "samples"
 # Four lines of the single-line font that is built in, about 4 mm high.
-WORDS = ("The quick brown fox jumps over the", "lazy dog. Pack my box with five dozen", "liquor jugs. Sphinx of black quartz,", "judge my vow. 0123456789")
+WORDS = (
+    "The quick brown fox jumps over the",
+    "lazy dog. Pack my box with five dozen",
+    "liquor jugs. Sphinx of black quartz,",
+    "judge my vow. 0123456789",
+)
 TEXT = (
     '<svg xmlns="http://www.w3.org/2000/svg" width="130mm" height="40mm" viewBox="0 0 130 40" font-family="Hershey Sans" font-size="5.5">'
     + "".join(f'<text x="3" y="{8 * nth + 8}">{words}</text>' for nth, words in enumerate(WORDS))
@@ -41,7 +46,9 @@ def ring():
         ends = [math.sqrt(radius**2 - y**2) for radius in (40, 22) if abs(y) < radius]
         for side in (-1, 1) if len(ends) == 2 else (1,):
             a, b = (side * ends[0], side * ends[1]) if len(ends) == 2 else (-ends[0], ends[0])
-            lines.append(f'<line x1="{min(a, b) + 41:.4f}" y1="{y + 41:.4f}" x2="{max(a, b) + 41:.4f}" y2="{y + 41:.4f}"/>')
+            lines.append(
+                f'<line x1="{min(a, b) + 41:.4f}" y1="{y + 41:.4f}" x2="{max(a, b) + 41:.4f}" y2="{y + 41:.4f}"/>'
+            )
     return f'<svg xmlns="http://www.w3.org/2000/svg" width="82mm" height="82mm" viewBox="0 0 82 82" stroke="black">{"".join(lines)}</svg>'
 
 
@@ -103,7 +110,9 @@ def write(lines, path):
 def read(path):
     """The lines of an SVG of polylines and straight paths, as vpype writes them, in mm."""
     root = ElementTree.parse(path).getroot()
-    width = float(re.match(r"[\d.]+", root.get("width"))[0]) * (25.4 / 2.54 if root.get("width").endswith("cm") else 1.0)
+    width = float(re.match(r"[\d.]+", root.get("width"))[0]) * (
+        25.4 / 2.54 if root.get("width").endswith("cm") else 1.0
+    )
     scale = width / float(root.get("viewBox").split()[2])
     lines = []
     for element in root.iter():
@@ -249,7 +258,9 @@ def main():
                 if args.json:
                     print(json.dumps(row), flush=True)
                     continue
-                numbers = "{lines:7d} {travel_mm:12.1f} {seconds:9.1f} {seconds_a_line:8.3f} {off_mm:9.3f} {computed_s:13.2f}"
+                numbers = (
+                    "{lines:7d} {travel_mm:12.1f} {seconds:9.1f} {seconds_a_line:8.3f} {off_mm:9.3f} {computed_s:13.2f}"
+                )
                 print(f"{row['drawing']:16s} {row['order']:11s}" + numbers.format(**row), flush=True)
 
 
