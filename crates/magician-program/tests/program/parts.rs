@@ -235,6 +235,38 @@ fn parts_are_chosen_by_name_then_colour_then_number() {
 }
 
 #[test]
+fn parts_that_are_drawn_one_after_the_other_lie_as_they_do_together() {
+    let long = "<path d='M0 0H600' stroke='blue' fill='none'/>";
+    let drawing = svg(&[layer("small", &line(90, "red")), layer("long", long)].concat());
+    let made = |more: Value| {
+        let mut fields = json!({"fit": true, "no_pause": true, "parts": "layer"});
+        let all = fields.as_object_mut().expect("an object");
+        all.extend(more.as_object().expect("an object").clone());
+        made(Format::Svg, &drawing, fields).expect("a plan")
+    };
+    let marks = |plan: &Plan| -> Vec<[f32; 2]> {
+        let marks = plan.steps.iter().filter(|step| step.action.marks());
+        let marks = marks.filter_map(|step| step.action.target());
+        marks.map(|[x, y, _]| [x, y]).collect()
+    };
+    let together = made(json!({}));
+    let (small, large) = (
+        made(json!({"only": ["small"]})),
+        made(json!({"only": ["long"]})),
+    );
+    let apart = [marks(&small.plan), marks(&large.plan)].concat();
+    assert!(!apart.is_empty());
+    assert_eq!(apart, marks(&together.plan));
+    // Where the whole of it lies, so that it can be asked for again.
+    assert_eq!([small.placed, large.placed], [together.placed; 2]);
+    assert!(small.placed.is_some_and(|placed| placed.scale < 1.0));
+    // What does not fit as a whole does so in part.
+    let part = made(json!({"fit": false, "only": ["small"]}));
+    assert!(part.misfit.is_none());
+    assert!(made(json!({"fit": false})).misfit.is_some());
+}
+
+#[test]
 fn each_pass_is_written_out_before_the_next_part() {
     let passes = plan(
         &three(),
