@@ -100,10 +100,17 @@ export class Browser {
   }
 
   async page(url, options = {}) {
-    const { init, ...rest } = options;
+    const { init, processor = false, ...rest } = options;
     const context = await this.browser.newContext({ viewport: { width: 1280, height: 860 }, ...rest });
     const page = await context.newPage();
     if (init) await page.addInitScript(init);
+    // As with a graphics chip, which most people have; here a processor draws.
+    if (!processor) await page.addInitScript(() => {
+      const get = WebGL2RenderingContext.prototype.getExtension;
+      WebGL2RenderingContext.prototype.getExtension = function (name) {
+        return name === "WEBGL_debug_renderer_info" ? null : get.call(this, name);
+      };
+    });
     await page.addInitScript(() => {
       document.addEventListener("securitypolicyviolation", (event) => console.error(`CSP: ${event.violatedDirective} ${event.blockedURI}`));
     });

@@ -135,7 +135,7 @@ const figures = {
           shown.observe(document.body, { subtree: true, childList: true, characterData: true });
         });
       };
-      const page = await browser.inControl(station.url, { init: `(${init})(${flat})` });
+      const page = await browser.inControl(station.url, { init: `(${init})(${flat})`, processor: true });
       await ready(page);
       await page.locator("[data-testid=view][data-tip]").waitFor();
       for (let turn = 0; turn < 8; turn++) {

@@ -4,6 +4,7 @@ import { createServer } from "node:http";
 import { existsSync, readFileSync } from "node:fs";
 import { extname, join } from "node:path";
 import { Browser, Station, is, near } from "./bench.mjs";
+import { drawing } from "./draw.mjs";
 
 const TYPES = {
   ".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml", ".json": "application/json",
@@ -163,13 +164,16 @@ export function onSim(tests, bench, folder) {
     // Eight lines in one stroke.
     assert.ok((drawing.match(/<path|<polyline/g) ?? []).length > 1 || /d="M[^"]{40,}/.test(drawing), drawing);
     const before = drawing.length;
-    await page.getByRole("textbox", { name: "Your name" }).fill("Ångström");
-    await page.getByRole("button", { name: "Write it" }).click();
+    await page.getByTestId("first-draw").click();
+    await page.getByTestId("draw-text").fill("Ångström");
+    await page.locator("[data-testid=draw-preview][data-shown=true]").waitFor();
+    await page.getByTestId("draw-start").click();
     await is(page, "job", "running", 20_000);
     await is(page, "job", "done", 30_000);
     const written = (await sim.call("world.look")).drawing;
     assert.ok(written.length > before + 1000, `${before} and ${written.length} of drawing`);
     await page.screenshot({ path: join(bench.shots, "name.png") });
+    await page.goto(`${files.url}?speed=20#/move`);
     await page.getByTestId("first-close").click();
     await page.getByTestId("first-house").waitFor({ state: "detached" });
     await closed(page);
@@ -202,6 +206,8 @@ export function onSim(tests, bench, folder) {
     await sim.until("a step up", (state) => near(state.z, before.z + 5) && !state.moving);
     await closed(page);
   });
+
+  drawing((name, body) => test(`files: ${name}`, body), { station: sim, browser, url: () => `${files.url}?speed=10`, closed });
 
   const sample = (name) => join(import.meta.dirname, "../../crates/magician-program/samples", name);
   const onRun = async (query = "") => {

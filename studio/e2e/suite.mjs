@@ -9,6 +9,7 @@ import { fileURLToPath } from "node:url";
 import { app } from "./app.mjs";
 import { Browser, Station, is, near } from "./bench.mjs";
 import { classes } from "./arms.mjs";
+import { drawing } from "./draw.mjs";
 import { looks } from "./looks.mjs";
 import { worlds } from "./world.mjs";
 import { running } from "./run.mjs";
@@ -272,6 +273,25 @@ test("without WebGL the arm is seen from above", async () => {
   await closed(page);
 });
 
+test("without a graphics chip the picture has fewer pixels, and follows the arm", async () => {
+  const sharpness = async (processor) => {
+    const page = await browser.inControl(url(), { processor });
+    const view = page.getByTestId("view");
+    await page.locator("[data-testid=view][data-tip]").waitFor();
+    const share = await view.locator("canvas").evaluate((canvas) => canvas.width / canvas.clientWidth);
+    const before = await view.getAttribute("data-tip");
+    await page.getByTestId("jog-y-plus").hover();
+    await page.mouse.down();
+    await page.waitForFunction((before) => document.querySelector("[data-testid=view]").dataset.tip !== before, before);
+    await page.mouse.up();
+    await is(page, "jog", "idle");
+    await closed(page);
+    return share;
+  };
+  assert.ok(near(await sharpness(true), 0.5));
+  assert.ok(near(await sharpness(false), 1));
+});
+
 test("a second page sees, asks, gets, and a teacher takes back", async () => {
   const one = await browser.inControl(url());
   const two = await browser.connected(url());
@@ -392,7 +412,7 @@ test("everything is reached by Tab, and nothing traps it", async () => {
       first ??= at;
       seen.add(at);
     }
-    const wanted = { move: ["stop", "lease-release", "view", "jog-pad", "jog-x-plus", "home", "tool-suction"], teach: ["teach-add", "teach-open-button", "jog-pad"], run: ["program-open-button"], io: ["pin-1-function", "pin-20-function"], plots: ["plot-pause", "plot-scrub"], world: ["world-scenario", "world-scenario-open", "world-unlock", "world-reset"], arms: ["station-url", "log"], settings: ["settings-name"] };
+    const wanted = { move: ["stop", "lease-release", "view", "jog-pad", "jog-x-plus", "home", "tool-suction"], teach: ["teach-add", "teach-open-button", "jog-pad"], draw: ["draw-text", "draw-open-button"], engrave: ["draw-text", "laser-testgrid"], run: ["program-open-button"], io: ["pin-1-function", "pin-20-function"], plots: ["plot-pause", "plot-scrub"], world: ["world-scenario", "world-scenario-open", "world-unlock", "world-reset"], arms: ["station-url", "log"], settings: ["settings-name"] };
     for (const name of wanted[route]) assert.ok(seen.has(name), `${route}: ${name} of ${[...seen]}`);
     await closed(page);
   }
@@ -403,6 +423,7 @@ worlds(test, { browser, station, shots, closed });
 classes(test, { browser, program, shots });
 running(test, { browser, station, closed, shots });
 teaching(test, { browser, station, closed, shots });
+drawing(test, { station, browser, url, closed, shots, outlives: true });
 tasks(test, { browser, station, closed });
 looks(test, { browser, station, shots });
 

@@ -7,7 +7,7 @@ import { log } from "./log";
 import { call, giveBack, shown, takeControl } from "./session";
 import * as store from "./store";
 
-export const DANGEROUS = -32005;
+const DANGEROUS = -32005;
 const STOPPED = -32007;
 
 export function complain(error: unknown): void {
@@ -101,12 +101,19 @@ export const laser = (on: boolean) =>
   });
 export const speed = (percent: number) => tried(() => call("arm.speed", { ...shown(), percent }));
 
+/** What a person has to agree to before it is done, if the station has refused it for that. */
+export function dangerOf(error: unknown): string | null {
+  if (!(error instanceof RpcError) || error.code !== DANGEROUS) return null;
+  return t(error.data["danger"] === "laser" ? "danger.laser" : "danger.arm");
+}
+
 /** Once more with `yes` where the station says that it is dangerous and the person agrees. */
 export async function agreed(what: string, work: (yes: { yes?: boolean }) => Promise<unknown>): Promise<void> {
   try {
     await work({});
   } catch (error) {
-    if (!(error instanceof RpcError) || error.code !== DANGEROUS) throw error;
-    if (await store.ask(what, error.message, what)) await work({ yes: true });
+    const danger = dangerOf(error);
+    if (danger === null) throw error;
+    if (await store.ask(what, danger, what)) await work({ yes: true });
   }
 }

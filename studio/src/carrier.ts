@@ -45,34 +45,9 @@ export type FromWorker =
   | { kind: "closed"; code: number }
   | { kind: "traced"; file: Uint8Array<ArrayBuffer> };
 
-export interface Carrier {
-  tell(message: ToWorker): void;
-  heard: (message: FromWorker) => void;
-  /** Ends it, whatever it is doing. */
-  end(): void;
-}
-
 /** The code of `closed` where the worker itself could not be started. */
 export const NO_WORKER = 0;
 /** Codes of a serial port: nobody lets it be opened; it is not there; no arm answers. */
 export const PORT_BUSY = 4500;
 export const PORT_GONE = 4501;
 export const PORT_SILENT = 4502;
-
-/** A worker, or anything with its two ends, as a carrier. */
-export class WorkerCarrier implements Carrier {
-  heard: (message: FromWorker) => void = () => {};
-
-  constructor(private readonly worker: Worker) {
-    worker.onmessage = (event: MessageEvent<FromWorker>) => this.heard(event.data);
-    worker.onerror = () => this.heard({ kind: "closed", code: NO_WORKER });
-  }
-
-  tell(message: ToWorker): void {
-    this.worker.postMessage(message);
-  }
-
-  end(): void {
-    this.worker.terminate();
-  }
-}

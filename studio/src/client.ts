@@ -1,6 +1,6 @@
-// The one client of a station's methods, over any carrier.
+// The one client of a station's methods: over a worker, which has a WebSocket or the station itself.
 import type { Methods } from "./api";
-import type { Carrier, FromWorker, Wire } from "./carrier";
+import { type FromWorker, NO_WORKER, type ToWorker, type Wire } from "./carrier";
 
 export type Method = keyof Methods;
 export type Params<M extends Method> = Methods[M]["params"];
@@ -39,67 +39,51 @@ export class Client {
   private next = 1;
   private readonly waiting = new Map<number, Waiting>();
 
-  constructor(private readonly carrier: Carrier) {
-    carrier.heard = (message) => this.heard(message);
+  constructor(private readonly worker: Worker) {
+    worker.onmessage = (event: MessageEvent<FromWorker>) => this.heard(event.data);
+    worker.onerror = () => this.heard({ kind: "closed", code: NO_WORKER });
   }
 
-  open(url: string): void {
-    this.carrier.tell({ kind: "open", url });
+  tell(message: ToWorker): void {
+    this.worker.postMessage(message);
   }
 
   call<M extends Method>(method: M, params: Params<M>): Promise<Result<M>> {
     const [message, answer] = this.request(method, params);
-    this.carrier.tell({ kind: "send", message });
+    this.tell({ kind: "send", message });
     return answer;
   }
 
   /** Starts a jog that the carrier keeps up until `release`. */
   jog(params: Params<"jog.start">, every: number, most: number): Promise<Result<"jog.start">> {
     const [message, answer] = this.request("jog.start", params);
-    this.carrier.tell({ kind: "jog", message, every, most });
+    this.tell({ kind: "jog", message, every, most });
     return answer;
   }
 
   /** Keeps a program of the virtual arm's library, or without bytes gets it: past the messages. */
   file(name: string, bytes?: ArrayBuffer): Promise<ArrayBuffer> {
     const [{ id }, answer] = this.request("program.get", { name });
-    this.carrier.tell({ kind: "file", id: id!, name, ...(bytes ? { bytes } : {}) });
+    this.tell({ kind: "file", id: id!, name, ...(bytes ? { bytes } : {}) });
     return answer as Promise<unknown> as Promise<ArrayBuffer>;
-  }
-
-  release(): void {
-    this.carrier.tell({ kind: "release" });
-  }
-
-  alive(): void {
-    this.carrier.tell({ kind: "alive" });
-  }
-
-  /** The page goes. */
-  leave(): void {
-    this.carrier.tell({ kind: "leave" });
-  }
-
-  choosePort(url: string): void {
-    this.carrier.tell({ kind: "port", url });
   }
 
   /** What passed between the driver in the worker and its arm, as a trace file. */
   trace(): Promise<Uint8Array<ArrayBuffer>> {
-    this.carrier.tell({ kind: "trace" });
+    this.tell({ kind: "trace" });
     return new Promise((done) => (this.onTraced = done));
   }
 
   /** Nothing comes of what is asked, and of the worker. */
   abandon(): void {
     this.fail();
-    this.carrier.end();
+    this.worker.terminate();
   }
 
   /** Ends the connection; `open` makes another one. */
   close(): void {
     this.fail();
-    this.carrier.tell({ kind: "close" });
+    this.tell({ kind: "close" });
   }
 
   private request<M extends Method>(method: M, params: Params<M>): [Wire, Promise<Result<M>>] {

@@ -3,22 +3,13 @@ import type { Wire } from "./carrier";
 
 const FOLDER = "programs";
 
-interface Access {
-  getSize(): number;
-  read(into: Uint8Array): number;
-  truncate(size: number): void;
-  write(bytes: Uint8Array): number;
-  flush(): void;
-  close(): void;
-}
-/** TypeScript's list of a page's classes lacks what only workers have. */
-type Handle = FileSystemFileHandle & { createSyncAccessHandle(): Promise<Access> };
 type Folder = FileSystemDirectoryHandle & AsyncIterable<[string, FileSystemHandle]>;
 
-/** A change that was asked for, and is kept when the station has answered that it is done. */
-type Change = { put: string; bytes: Uint8Array } | { remove: string } | { fetch: string };
+/** A change that was asked for, and is kept when the station has answered that it is done: as the station has it. */
+type Change = { fetch: string } | { remove: string };
 
-const decoded = (data: string) => Uint8Array.from(atob(data), (sign) => sign.charCodeAt(0));
+/** A preset is a file beside the programs, under a name that no program has. */
+const presetFile = (name: string) => `preset+${name}.toml`;
 
 export class Kept {
   private readonly asks = new Map<string, Change>();
@@ -40,35 +31,29 @@ export class Kept {
     if (this.folder === null) return;
     for await (const [name, handle] of this.folder) {
       if (handle.kind !== "file") continue;
-      yield [name, new Uint8Array(await (await (handle as Handle).getFile()).arrayBuffer())];
+      yield [name, new Uint8Array(await (await (handle as FileSystemFileHandle).getFile()).arrayBuffer())];
     }
   }
 
   /** Looks at what a session asks. */
   asked(session: number, { id, method, params }: Wire): void {
-    if (this.folder === null || id == null || !method?.startsWith("program.")) return;
-    const { name, text, data, to } = (params ?? {}) as Record<string, string>;
-    const key = `${session} ${id}`;
-    if (method === "program.put" && name !== undefined) {
-      const bytes = text === undefined ? decodedOrNone(data ?? "") : new TextEncoder().encode(text);
-      if (bytes !== null) this.asks.set(key, { put: name, bytes });
-    } else if (method === "program.delete" && name !== undefined) {
-      this.asks.set(key, { remove: name });
-    } else if (method === "program.convert" && to !== undefined) {
-      this.asks.set(key, { fetch: to });
-    }
+    const { name = "", to = "" } = (params ?? {}) as Record<string, string>;
+    const changes: Record<string, Change> = {
+      "program.put": { fetch: name }, "program.convert": { fetch: to }, "program.delete": { remove: name },
+      "preset.save": { fetch: presetFile(name) }, "preset.remove": { remove: presetFile(name) },
+    };
+    const change = changes[method ?? ""];
+    if (this.folder !== null && id != null && change !== undefined) this.asks.set(`${session} ${id}`, change);
   }
 
-  /** Looks at what it is answered. A program that the station made is got from there. */
+  /** Looks at what it is answered. What was changed is got from there. */
   answered(session: number, message: Wire, get: (name: string) => Uint8Array | null): void {
     if (message.method !== undefined) return;
     const key = `${session} ${message.id}`;
     const change = this.asks.get(key);
     this.asks.delete(key);
     if (change === undefined || message.error) return;
-    if ("put" in change) {
-      this.write(change.put, change.bytes);
-    } else if ("remove" in change) {
+    if ("remove" in change) {
       this.does(() => this.folder!.removeEntry(change.remove));
     } else {
       const made = get(change.fetch);
@@ -78,7 +63,7 @@ export class Kept {
 
   write(name: string, bytes: Uint8Array): void {
     this.does(async () => {
-      const handle = (await this.folder!.getFileHandle(name, { create: true })) as Handle;
+      const handle = await this.folder!.getFileHandle(name, { create: true });
       const access = await handle.createSyncAccessHandle();
       access.truncate(0);
       access.write(bytes);
@@ -90,13 +75,5 @@ export class Kept {
   /** One after the other; what the storage refuses is there until the page is closed, as the station has it. */
   private does(work: () => Promise<unknown>): void {
     this.work = this.work.then(work).catch(() => {});
-  }
-}
-
-function decodedOrNone(data: string): Uint8Array | null {
-  try {
-    return decoded(data);
-  } catch {
-    return null;
   }
 }

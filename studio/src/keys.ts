@@ -9,11 +9,8 @@ const CARTESIAN: Record<string, Move> = {
   w: ["z", 1], PageUp: ["z", 1], s: ["z", -1], PageDown: ["z", -1], a: ["r", 1], d: ["r", -1],
   "]": ["l", 1], "[": ["l", -1],
 };
-const JOINTS: Record<string, Move> = {
-  ArrowUp: ["j2", 1], ArrowDown: ["j2", -1], ArrowLeft: ["j1", 1], ArrowRight: ["j1", -1],
-  w: ["j3", 1], PageUp: ["j3", 1], s: ["j3", -1], PageDown: ["j3", -1], a: ["j4", 1], d: ["j4", -1],
-  "]": ["l", 1], "[": ["l", -1],
-};
+/** What the same keys move where joints are jogged. */
+const JOINT: Partial<Record<jog.Axis, jog.Axis>> = { x: "j2", y: "j1", z: "j3", r: "j4" };
 
 const gripper = { off: "closed", closed: "open", open: "off" } as const;
 const OTHERS: Record<string, () => void> = {
@@ -69,12 +66,13 @@ function keydown(event: KeyboardEvent): void {
   }
   if (inPad(target) === null || event.ctrlKey || event.metaKey || event.altKey) return;
   const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
-  const move = (jog.frame.value === "joint" ? JOINTS : CARTESIAN)[key];
+  const move = CARTESIAN[key];
   if (move !== undefined) {
     event.preventDefault();
-    if (event.repeat || (move[0] === "l" && store.model.value?.limits.l == null)) return;
+    const axis = (jog.frame.value === "joint" && JOINT[move[0]]) || move[0];
+    if (event.repeat || (axis === "l" && store.model.value?.limits.l == null)) return;
     down.add(event.code);
-    jog.press(move[0], move[1], event.code);
+    jog.press(axis, move[1], event.code);
   } else if (OTHERS[key] !== undefined) {
     event.preventDefault();
     if (!event.repeat) OTHERS[key]();

@@ -1,23 +1,15 @@
 // What happened, for people: the log of `#/arms`.
 import { signal } from "@preact/signals";
 
-export interface LogLine {
-  at: Date;
-  text: string;
-}
-
 const MOST = 500;
 
-export const lines = signal<LogLine[]>([]);
+export const lines = signal<Array<{ at: Date; text: string }>>([]);
 
 export function log(text: string): void {
   lines.value = [...lines.value.slice(1 - MOST), { at: new Date(), text }];
 }
 
-export function clock(at: Date): string {
-  const two = (number: number) => String(number).padStart(2, "0");
-  return `${two(at.getHours())}:${two(at.getMinutes())}:${two(at.getSeconds())}`;
-}
+export const clock = (at: Date): string => at.toLocaleTimeString("en-GB");
 
 export function save(name: string, content: BlobPart, type = "text/plain"): void {
   const link = document.createElement("a");

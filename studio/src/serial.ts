@@ -1,21 +1,8 @@
 // The line to a real arm: a serial port of the browser, opened in the worker, lost and found again.
 import { PORT_BUSY, PORT_GONE } from "./carrier";
 
-/** A port as browsers have it; TypeScript's list of their classes lacks it. */
-export interface Port extends EventTarget {
-  readonly readable: ReadableStream<Uint8Array> | null;
-  readonly writable: WritableStream<Uint8Array> | null;
-  readonly connected?: boolean;
-  open(options: { baudRate: number; bufferSize: number }): Promise<void>;
-  close(): Promise<void>;
-  getInfo(): { usbVendorId?: number; usbProductId?: number };
-  setSignals(signals: { dataTerminalReady: boolean; requestToSend: boolean }): Promise<void>;
-}
-export interface Serial extends EventTarget {
-  getPorts(): Promise<Port[]>;
-  requestPort(options: { filters: { usbVendorId: number; usbProductId?: number }[] }): Promise<Port>;
-}
-export const serial = (navigator as Navigator & { serial?: Serial }).serial;
+/** Not every browser has them. */
+export const serial: Serial | undefined = navigator.serial;
 
 /** The adapters that arms have: CP210x, CH340, CH9102, Arduino. */
 const FILTERS = [
@@ -31,12 +18,12 @@ const LOOK = 500;
 /** So many errors in a row without a byte between them are no noise. */
 const ERRORS = 100;
 
-const kind = (port: Port) => `${port.getInfo().usbVendorId}:${port.getInfo().usbProductId}`;
+const kind = (port: SerialPort) => `${port.getInfo().usbVendorId}:${port.getInfo().usbProductId}`;
 
 /** The window asks which port: its place among those that are allowed, for the worker. Null where nothing was chosen. */
 export async function choose(): Promise<string | null> {
   if (serial === undefined) return null;
-  let port: Port;
+  let port: SerialPort;
   try {
     port = await serial.requestPort({ filters: FILTERS });
   } catch (error) {
@@ -44,6 +31,14 @@ export async function choose(): Promise<string | null> {
     throw error;
   }
   return `${(await serial.getPorts()).indexOf(port)} ${kind(port)}`;
+}
+
+/** The port that was chosen, if it is there still. */
+async function portOf(chosen: string): Promise<SerialPort> {
+  const [at = "", of] = chosen.split(" ");
+  const port = (await serial?.getPorts())?.[Number(at)];
+  if (port === undefined || kind(port) !== of) throw PORT_GONE;
+  return port;
 }
 
 /** Who carries the line on. */
@@ -60,18 +55,14 @@ export class SerialLine {
   private readonly looks = () => void this.look();
   private isOver = false;
   /** The other ports of its kind while it was there: none of them is this one. */
-  private others: Port[] = [];
+  private others: SerialPort[] = [];
   private looking = false;
 
-  private constructor(private port: Port) {}
+  private constructor(private port: SerialPort) {}
 
   /** Opens a port, as `choose` names it; fails with a code of `closed`. */
   static async open(chosen: string): Promise<SerialLine> {
-    const [at = "", of] = chosen.split(" ");
-    const ports = (await serial?.getPorts()) ?? [];
-    const port = ports[Number(at)];
-    if (port === undefined || kind(port) !== of) throw PORT_GONE;
-    const line = new SerialLine(port);
+    const line = new SerialLine(await portOf(chosen));
     await line.opens();
     return line;
   }
@@ -90,9 +81,7 @@ export class SerialLine {
 
   /** The person chose another port, or the same again, while it was lost. */
   async again(chosen: string): Promise<void> {
-    const [at = "", of] = chosen.split(" ");
-    const port = (await serial?.getPorts())?.[Number(at)];
-    if (port === undefined || kind(port) !== of) throw PORT_GONE;
+    const port = await portOf(chosen);
     if (this.writer !== null || this.looking) return;
     this.looking = true;
     try {

@@ -1,12 +1,12 @@
 // The session with a station: connected, kept, found again; what it tells goes to the store.
 import { batch } from "@preact/signals";
 import type { Holder, Job, State } from "./api";
-import { NO_WORKER, PORT_BUSY, PORT_GONE, PORT_SILENT, SERIAL, SIM, WorkerCarrier } from "./carrier";
+import { NO_WORKER, PORT_BUSY, PORT_GONE, PORT_SILENT, SERIAL, SIM, type ToWorker, type Wire } from "./carrier";
 import { Client, LINE_ENDED, type Method, type Params, type Result, RpcError } from "./client";
 import { t } from "./i18n";
 import { log } from "./log";
 import { choose } from "./serial";
-import { lastArm, ownName, used } from "./settings";
+import { lastArm, ownName, remember, remembered, used } from "./settings";
 import * as store from "./store";
 
 /** States a second. */
@@ -20,9 +20,9 @@ const SILENT = 1500;
 const CHECKING = 60_000;
 /** A worker with a real arm that is silent for so long more is ended. */
 const DEAD = 8000;
-const RESUME = "magician.resume";
+const RESUME = "resume";
 /** A token is kept until the tab is closed: tablets are shared. */
-const TOKEN = "magician.token";
+const TOKEN = "token";
 
 let client: Client | null = null;
 let address: { url: string; token: string } | null = null;
@@ -51,13 +51,9 @@ export function apiUrl(text: string): string | null {
 export function connect(url: string, token: string): void {
   disconnect();
   address = { url, token };
-  try {
-    if (token) sessionStorage.setItem(TOKEN, token);
-    resume = sessionStorage.getItem(RESUME);
-    sessionStorage.removeItem(RESUME);
-  } catch {
-    resume = null;
-  }
+  if (token) remember("sessionStorage", TOKEN, token);
+  resume = remembered("sessionStorage", RESUME);
+  remember("sessionStorage", RESUME, null);
   const isSim = url.startsWith(SIM);
   used.value = isSim ? "sim" : "none";
   store.backend.value = isSim ? "sim" : url.startsWith(SERIAL) ? "serial" : "station";
@@ -76,7 +72,7 @@ export async function connectSerial(): Promise<void> {
   // Choosing none is no fault.
   if (chosen === null) return;
   const url = SERIAL + chosen;
-  if (store.backend.value === "serial" && store.socket.value === "up") client?.choosePort(url);
+  if (store.backend.value === "serial" && store.socket.value === "up") client?.tell({ kind: "port", url });
   else connect(url, "");
 }
 
@@ -88,13 +84,7 @@ function portFails(why: NonNullable<typeof store.portFault.value>, more = ""): v
 /** The virtual arm of the page itself. */
 export const connectSim = (): void => connect(`${SIM}${store.simSpeed}`, "");
 
-export function keptToken(): string {
-  try {
-    return sessionStorage.getItem(TOKEN) ?? "";
-  } catch {
-    return "";
-  }
-}
+export const keptToken = (): string => remembered("sessionStorage", TOKEN) ?? "";
 
 export function disconnect(): void {
   clearTimeout(again);
@@ -140,13 +130,13 @@ function open(): void {
   if (store.socket.value !== "lost") store.socket.value = "connecting";
   probedAt = null;
   wordAt = performance.now();
-  client.open(address.url);
+  client.tell({ kind: "open", url: address.url });
 }
 
 /** The worker is kept while the station is looked for: its script may come from there. */
 function made(): Client {
   const worker = new Worker(new URL("./worker.ts", import.meta.url), { type: "module" });
-  const client = new Client(new WorkerCarrier(worker));
+  const client = new Client(worker);
   client.onOpened = () => void hello(client);
   client.onNotification = hear;
   client.onWord = () => {
@@ -287,7 +277,7 @@ function lostPort(code: number): void {
       store.socket.value = "lost";
     });
     log(t("log.lost"));
-    client?.open(address?.url ?? "");
+    client?.tell({ kind: "open", url: address?.url ?? "" });
     again = setTimeout(() => lostPort(NO_WORKER), DEAD);
     return;
   }
@@ -404,8 +394,8 @@ export const shown = (): { arm: string } => ({ arm: store.armName.value ?? "" })
 export const line = {
   jog: (params: Params<"jog.start">, every: number, most: number) =>
     client?.jog(params, every, most) ?? Promise.reject(new RpcError(LINE_ENDED, t("why.lost"))),
-  release: () => client?.release(),
-  alive: () => client?.alive(),
+  release: () => client?.tell({ kind: "release" }),
+  alive: () => client?.tell({ kind: "alive" }),
 };
 
 export async function takeControl(): Promise<void> {
@@ -443,18 +433,19 @@ document.addEventListener("visibilitychange", () => {
   // After a sleep the next try may be seconds away.
   if (!document.hidden && store.backend.value !== "serial" && (store.socket.value === "lost" || store.refused.value === "unreachable")) open();
 });
-/** The worker of a page that goes has so long to stop its arm, ms: browsers end both together. */
+/** The worker of a page that goes has so long to say its last, ms: browsers end both together. */
 const LAST = 80;
+function last(order: ToWorker): void {
+  client?.tell(order);
+  for (const ends = performance.now() + LAST; performance.now() < ends; );
+}
+/** What a page says to its station as it goes. */
+export const leaveWith = (message: Wire) => last({ kind: "send", message: { jsonrpc: "2.0", ...message } });
 addEventListener("pagehide", () => {
   if (store.backend.value === "serial") {
-    client?.leave();
-    for (const ends = performance.now() + LAST; performance.now() < ends; );
+    last({ kind: "leave" });
     // A page that is shown again begins anew.
     disconnect();
   }
-  try {
-    if (resume !== null) sessionStorage.setItem(RESUME, resume);
-  } catch {
-    // Then the page begins a new session.
-  }
+  if (resume !== null) remember("sessionStorage", RESUME, resume);
 });

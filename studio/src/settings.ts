@@ -1,23 +1,31 @@
 // What the page keeps of its person, in this browser alone.
 import { effect, signal, type Signal } from "@preact/signals";
 
-function kept<T extends string>(key: string, usual: T, takes: (value: string) => boolean): Signal<T> {
-  let value: string = usual;
+/** What a storage of the browser has under a name; nothing in a browser that keeps nothing. */
+export function remembered(of: "localStorage" | "sessionStorage", name: string): string | null {
   try {
-    value = localStorage.getItem(`magician.${key}`) ?? usual;
+    return globalThis[of].getItem(`magician.${name}`);
   } catch {
-    // A browser that keeps nothing has the usual values.
+    return null;
   }
+}
+/** Keeps it, or nothing more under that name, as far as the browser lets it. */
+export function remember(of: "localStorage" | "sessionStorage", name: string, value: string | null): void {
+  try {
+    if (value === null) globalThis[of].removeItem(`magician.${name}`);
+    else globalThis[of].setItem(`magician.${name}`, value);
+  } catch {
+    // It is there until the page is closed.
+  }
+}
+
+/** A set with or without one of its members. */
+export const toggled = <T>(set: ReadonlySet<T>, member: T, is: boolean): ReadonlySet<T> => new Set(is ? [...set, member] : [...set].filter((one) => one !== member));
+
+function kept<T extends string>(name: string, usual: T, takes: (value: string) => boolean): Signal<T> {
+  const value = remembered("localStorage", name) ?? usual;
   const made = signal<T>((takes(value) ? value : usual) as T);
-  effect(() => {
-    const now = made.value;
-    try {
-      if (now === usual) localStorage.removeItem(`magician.${key}`);
-      else localStorage.setItem(`magician.${key}`, now);
-    } catch {
-      // The same.
-    }
-  });
+  effect(() => remember("localStorage", name, made.value === usual ? null : made.value));
   return made;
 }
 

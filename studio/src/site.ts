@@ -3,11 +3,12 @@
 import { signal } from "@preact/signals";
 import type { Job, State } from "./api";
 import type { Params } from "./client";
-import { DANGEROUS, complain } from "./actions";
+import { complain, dangerOf } from "./actions";
 import { t } from "./i18n";
 import { LINE_ENDED, RpcError } from "./client";
 import { change, kept, newest } from "./results";
 import { call, notified } from "./session";
+import { remember, remembered } from "./settings";
 import * as store from "./store";
 import type { Stroke } from "./view/seen";
 
@@ -37,20 +38,9 @@ void kept().then((before) => {
 });
 
 /** Jobs whose pictures are kept, and their titles: those that this tab has sent, also before it was loaded again. */
-const SENT = "magician.sent";
-const sent = new Map<string, string>();
-function keepSent(): void {
-  try {
-    sessionStorage.setItem(SENT, JSON.stringify([...sent]));
-  } catch {
-    // A browser that keeps nothing.
-  }
-}
-try {
-  for (const [job, title] of JSON.parse(sessionStorage.getItem(SENT) ?? "[]") as Array<[string, string]>) sent.set(job, title);
-} catch {
-  // As above.
-}
+const SENT = "sent";
+const sent = new Map(JSON.parse(remembered("sessionStorage", SENT) ?? "[]") as Array<[job: string, title: string]>);
+const keepSent = () => remember("sessionStorage", SENT, JSON.stringify([...sent]));
 
 export function watchSite(): () => void {
   let over = false;
@@ -160,8 +150,9 @@ export async function send(arms: readonly string[], source: Source, title: strin
     try {
       await start(arm, source, title);
     } catch (error) {
-      if (!(error instanceof RpcError) || error.code !== DANGEROUS) throw error;
-      refused.set(arm, error.message);
+      const danger = dangerOf(error);
+      if (danger === null) throw error;
+      refused.set(arm, danger);
       return false;
     }
     return true;

@@ -7,9 +7,9 @@ export type Model = Methods["arm.model"]["result"];
 export type Alarm = NonNullable<Methods["arm.alarms"]["result"]["alarms"]>[number];
 export type Fence = Methods["arm.fence"]["result"]["fence"];
 
-export type Route = "move" | "teach" | "run" | "io" | "plots" | "world" | "arms" | "settings";
+export type Route = "move" | "teach" | "draw" | "engrave" | "run" | "io" | "plots" | "world" | "arms" | "settings";
 /** As they stand in the page's frame. */
-export const ROUTES: readonly Route[] = ["move", "teach", "run", "io", "plots", "world", "arms", "settings"];
+export const ROUTES: readonly Route[] = ["move", "teach", "draw", "engrave", "run", "io", "plots", "world", "arms", "settings"];
 
 export const route = signal<Route>("move");
 
@@ -66,16 +66,15 @@ export const isLaserOn = computed(() => isUp.value && state.value?.tool.laser ==
 const BUSY = ["checking", "running", "pausing", "stopping"];
 export const isBusy = computed(() => BUSY.includes(jobState.value));
 
-/** Why nothing can be moved now: a key of the texts, or null. */
-export const why = computed(() => {
+/** Why somebody can do nothing to an arm, as a key of the texts; `isThere` is whether it is reached. */
+export function barred(isThere: boolean) {
   if (socket.value === "closed") return "why.closed" as const;
-  if (!isUp.value) return "why.lost" as const;
+  if (!isThere) return "why.lost" as const;
   if (role.value === "viewer") return "why.viewer" as const;
-  if (lease.value === "other") return "why.other" as const;
-  if (lease.value === "free") return "why.free" as const;
-  if (isBusy.value) return "why.busy" as const;
-  return null;
-});
+  return { mine: null, other: "why.other" as const, free: "why.free" as const }[lease.value];
+}
+/** Why nothing can be moved now. */
+export const why = computed(() => barred(isUp.value) ?? (isBusy.value ? ("why.busy" as const) : null));
 
 /** A sentence that passes: what was refused, and why. */
 export const notice = signal<{ text: string; bad: boolean } | null>(null);

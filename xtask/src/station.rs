@@ -38,7 +38,7 @@ JSON-RPC's own: -32700 no JSON, -32600 no request, -32601 unknown method, -32602
 | -32002 | `lease` | it needs the lease of the arm, or the lease has ended | `holder` |
 | -32003 | `busy` | a job or a jog has the arm | `job` or `jog` |
 | -32004 | `check-failed` | the arm cannot do all of a program; nothing was sent | `report`, as `run --check --json` |
-| -32005 | `dangerous` | it is dangerous or may burn, and `\"yes\": true` was not given | `command` |
+| -32005 | `dangerous` | it is dangerous or may burn, and `\"yes\": true` was not given | `command`; `danger`: `laser` or `arm` |
 | -32006 | `too-many` | more than a socket may send, subscribe to, or wait for | `limit` |
 | -32007 | `stopped` | a stop came first | `by` |
 
@@ -51,7 +51,7 @@ A socket is closed with 4400 (no good hello), 4401 (no or wrong token), 4403 (to
 const OPTIONS: &str = "
 ## Options of a program
 
-The members of `setup`: `work` (`draw` or `engrave`), and the flags of `magician draw` and `magician engrave`, whose help says what each means.
+The members of `setup`: `work` (`draw` or `engrave`), `preset` (the name of a preset), and the flags of `magician draw` and `magician engrave`, whose help says what each means.
 
 ";
 

@@ -91,8 +91,8 @@ pub struct Report {
     /// How long the arm takes for all that was not refused, on a queue that never runs short: that of the virtual arm to the
     /// microsecond. `None` if a step has no end that is known (a trigger, homing, a start that is not known).
     pub time: Option<Duration>,
-    /// How long the tool's way is that draws or burns, mm: with the laser lit; in a plan without a laser, the segments of
-    /// continuous paths, and where the surface is known the lines and arcs that begin and end on it.
+    /// How long the tool's way is that draws or burns, mm: with the laser lit; in a plan without a laser, the paths, lines and arcs that
+    /// begin and end on the surface, which is at the lowest point of its paths if it is not known.
     pub drawn: f64,
     /// How long its other ways are, mm. Lines, paths, arcs and circles have their true length, ways of joints and jumps that
     /// of the straight line between their ends.

@@ -35,7 +35,7 @@ fn bundled() -> Database {
 
 /// The glyph `.notdef` as it lies in `glyf`: a triangle of one unit, too small to be seen. One contour, its box, its last point, no
 /// instructions, three points of the curve whose steps are a byte each and positive.
-const SPECK: [u8; 23] = [
+pub(crate) const SPECK: [u8; 23] = [
     0, 1, 0, 0, 0, 0, 0, 1, 0, 1, 0, 2, 0, 0, 0x37, 0x37, 0x37, 0, 1, 0, 0, 0, 1,
 ];
 
@@ -77,12 +77,13 @@ pub(crate) fn database() -> Arc<Database> {
 /// Whatever is asked for, it is this one.
 pub(crate) fn resolver() -> FontResolver<'static> {
     FontResolver {
-        select_font: Box::new(|_, database| only(database)),
+        select_font: Box::new(|_, database| first(database)),
         select_fallback: Box::new(|_, _, _| None),
     }
 }
 
-fn only(database: &Database) -> Option<ID> {
+/// Our font, which comes first.
+pub(crate) fn first(database: &Database) -> Option<ID> {
     database.faces().next().map(|face| face.id)
 }
 
@@ -97,7 +98,7 @@ pub(crate) fn installed() -> Arc<Database> {
 pub(crate) fn installed_resolver() -> FontResolver<'static> {
     FontResolver {
         select_font: Box::new(|font, database| {
-            let ours = only(database);
+            let ours = first(database);
             for family in font.families() {
                 let FontFamily::Named(name) = family else {
                     return ours;
@@ -121,14 +122,14 @@ pub(crate) fn installed_resolver() -> FontResolver<'static> {
         }),
         // To look into every installed font for a character takes minutes where there are many.
         select_fallback: Box::new(|_, used, database| {
-            only(database).filter(|ours| !used.contains(ours))
+            first(database).filter(|ours| !used.contains(ours))
         }),
     }
 }
 
 /// Whether a font of a database is ours.
 pub(crate) fn is_bundled(database: &Database, font: ID) -> bool {
-    only(database) == Some(font)
+    first(database) == Some(font)
 }
 
 #[cfg(all(test, feature = "system-fonts", feature = "read-svg"))]

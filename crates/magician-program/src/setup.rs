@@ -35,6 +35,8 @@ pub struct Setup {
     pub pen: Marking,
     /// How the lines of a drawing are tidied.
     pub tidy: Tidy,
+    /// Whether those of a program are as well: of G-code, a plan, playback, points.
+    pub tidy_programs: bool,
     /// Whether the lines of a drawing may be taken in another order, to travel less.
     pub order: bool,
     /// What is made of drawings and images.
@@ -162,6 +164,7 @@ impl Default for Setup {
             placement: Placement::default(),
             pen: Marking::pen(),
             tidy: Tidy::default(),
+            tidy_programs: false,
             order: true,
             work: Work::Default,
             size: Size::Natural,
@@ -262,7 +265,7 @@ impl Setup {
         }
         let (plan, scale) = self.placed(plan)?;
         Ok(Laid {
-            plan: self.powered(plan, notes)?,
+            plan: self.powered(self.tidied_program(plan, notes), notes)?,
             scale,
             misfit: None,
         })
@@ -363,6 +366,7 @@ impl Setup {
         };
         Marking {
             speed: self.speed.unwrap_or(marking.speed),
+            fence: self.fence,
             ..marking
         }
     }

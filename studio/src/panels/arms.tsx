@@ -21,18 +21,14 @@ function Log() {
               {t("log.bytes")}
             </Do>
           ) : null}
-          <button type="button" class="quiet small" disabled={all.length === 0} onClick={() => save("magician-log.txt", text())}>
-            {t("log.export")}
-          </button>
+          <Do class="quiet small" off={all.length === 0} text={t("log.export")} press={() => save("magician-log.txt", text())} />
         </>
       }
     >
       <div class="log" role="log" aria-label={t("log.title")} tabIndex={0} data-testid="log">
         {all.length === 0 ? <p class="hint">{t("log.empty")}</p> : null}
         {all.map((line, at) => (
-          <p key={at}>
-            <time dateTime={line.at.toISOString()}>{clock(line.at)}</time> {line.text}
-          </p>
+          <p key={at}><time dateTime={line.at.toISOString()}>{clock(line.at)}</time> {line.text}</p>
         ))}
       </div>
     </Card>

@@ -5,7 +5,7 @@ import { tokenFor } from "../pairing";
 import { serial } from "../serial";
 import { apiUrl, connect, connectSerial, connectSim, disconnect, keptToken } from "../session";
 import * as store from "../store";
-import { Card } from "../ui/parts";
+import { Card, Do, TextField } from "../ui/parts";
 
 /** What stands beside the button: what it does, or why it does nothing here. */
 function serialHint() {
@@ -20,7 +20,10 @@ export function Connect() {
   const token = useSignal(keptToken());
   const bad = useSignal(false);
   const refused = store.refused.value;
-  const isOn = store.backend.value !== "none" && refused === null;
+  const [backend, fault] = [store.backend.value, store.portFault.value];
+  const isOn = backend !== "none" && refused === null;
+  const isFirst = store.isStatic.value && !isOn;
+  const noSerial = serial === undefined || (backend === "serial" && store.link.value !== "lost");
   const go = async (event: Event) => {
     event.preventDefault();
     const address = apiUrl(url.value.trim());
@@ -35,79 +38,31 @@ export function Connect() {
     <Card title={t("connect.title")} class="connect">
       <div class="ways">
         <div class="way">
-          <button
-            type="button"
-            class={store.isStatic.value && !isOn ? "primary" : ""}
-            data-testid="connect-sim"
-            disabled={store.backend.value === "sim"}
-            aria-describedby="sim-why"
-            onClick={connectSim}
-          >
-            {t("connect.sim")}
-          </button>
-          <p id="sim-why" class="hint">
-            {t("connect.sim.why")}
-          </p>
+          <Do id="connect-sim" class={isFirst ? "primary" : ""} off={backend === "sim"} aria-describedby="sim-why" text={t("connect.sim")} press={connectSim} />
+          <p id="sim-why" class="hint">{t("connect.sim.why")}</p>
         </div>
         <div class="way">
-          <button
-            type="button"
-            data-testid="connect-serial"
-            disabled={serial === undefined || (store.backend.value === "serial" && store.link.value !== "lost")}
-            aria-describedby="serial-why"
-            onClick={() => void connectSerial()}
-          >
-            {t("connect.serial")}
-          </button>
-          <p id="serial-why" class={`hint ${store.portFault.value === null ? "" : "bad"}`} role="status" data-testid="serial-why">
-            {serialHint()}
-          </p>
+          <Do id="connect-serial" off={noSerial} aria-describedby="serial-why" text={t("connect.serial")} press={connectSerial} />
+          <p id="serial-why" class={`hint ${fault === null ? "" : "bad"}`} role="status" data-testid="serial-why">{serialHint()}</p>
         </div>
       </div>
       <form class="server" onSubmit={go}>
-        <label class="field">
-          <span>{t("connect.url")}</span>
-          <input
-            type="text"
-            inputMode="url"
-            autoComplete="off"
-            autoCapitalize="off"
-            spellcheck={false}
-            aria-label={t("connect.url")}
-            data-testid="station-url"
-            value={url.value}
-            aria-invalid={bad.value}
-            aria-describedby="station-hint"
-            onInput={(event) => (url.value = event.currentTarget.value)}
-          />
-          <small id="station-hint" class={bad.value || refused !== null ? "bad" : ""} role="status">
-            {bad.value ? t("connect.bad") : refused !== null ? t(`connect.${refused}.refused`) : t("connect.station.text")}
-          </small>
-        </label>
-        <label class="field">
-          <span>{t("connect.token")}</span>
-          <input
-            type="text"
-            autoComplete="off"
-            autoCapitalize="off"
-            spellcheck={false}
-            aria-label={t("connect.token")}
-            data-testid="station-token"
-            value={token.value}
-            aria-describedby="token-hint"
-            onInput={(event) => (token.value = event.currentTarget.value)}
-          />
-          <small id="token-hint">{t("connect.token.hint")}</small>
-        </label>
+        <TextField
+          id="station-url"
+          label={t("connect.url")}
+          value={url.value}
+          inputMode="url"
+          live
+          set={(text) => (url.value = text)}
+          bad={bad.value || refused !== null}
+          hint={bad.value ? t("connect.bad") : refused !== null ? t(`connect.${refused}.refused`) : t("connect.station.text")}
+        />
+        <TextField id="station-token" label={t("connect.token")} value={token.value} live set={(text) => (token.value = text)} hint={t("connect.token.hint")} />
         <div class="server-buttons">
           <button type="submit" class={isOn || store.isStatic.value ? "" : "primary"} data-testid="connect-station">
             {t("connect.station")}
           </button>
-          {isOn ? (
-            <button type="button" class="quiet" onClick={disconnect}>
-              {t("connect.end")}
-            </button>
-          ) : null}
+          {isOn ? <Do class="quiet" text={t("connect.end")} press={disconnect} /> : null}
         </div>
       </form>
       {location.protocol === "https:" ? <p class="hint">{t("connect.mixed")}</p> : null}

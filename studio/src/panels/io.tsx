@@ -1,13 +1,13 @@
 // Pins, sensors and steppers: what they are comes from the arm's table, so that this page knows no command of it.
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
-import { agreed, complain } from "../actions";
+import { agreed, complain, tried } from "../actions";
 import { t } from "../i18n";
 import { language } from "../settings";
-import { type Field, io, levels, refresh, type Row, watchOf, watchPins } from "../pins";
+import { type Field as TableField, io, levels, refresh, type Row, watchOf, watchPins } from "../pins";
 import { call, shown } from "../session";
 import * as store from "../store";
-import { Card } from "../ui/parts";
+import { Card, Do, Field, Heads, NumberInput, Pick, Range } from "../ui/parts";
 import "./io.css";
 import texts from "./io.words.json";
 
@@ -23,11 +23,7 @@ const words = (text: string): string => {
 /** Sends a command of the table with these values, in the order of its fields. */
 async function send(row: Row, values: ReadonlyArray<number | boolean>): Promise<void> {
   const fields = Object.fromEntries((row.sets ?? []).map(({ name }, at) => [name, values[at]]));
-  try {
-    await agreed(row.about, (yes) => call("arm.set", { ...shown(), command: row.command, fields, ...yes }));
-  } catch (error) {
-    complain(error);
-  }
+  await tried(() => agreed(row.about, (yes) => call("arm.set", { ...shown(), command: row.command, fields, ...yes })));
 }
 const rowOf = (role: string) => io.value?.rows.find((row) => row.role === role);
 async function setPin(role: string, values: number[]): Promise<void> {
@@ -35,13 +31,7 @@ async function setPin(role: string, values: number[]): Promise<void> {
   if (row) await send(row, values);
   await refresh();
 }
-async function drive(address: number, to: { level: boolean } | { value: number }): Promise<void> {
-  try {
-    await call("world.input", { ...shown(), address, ...to });
-  } catch (error) {
-    complain(error);
-  }
-}
+const drive = (address: number, to: { level: boolean } | { value: number }) => tried(() => call("world.input", { ...shown(), address, ...to }));
 
 /** What a pin reads, and whether that is high. */
 function reading({ address, function: own, frequency, duty_cycle }: Pin): { text: string; high: boolean | null } {
@@ -60,37 +50,41 @@ function Setting({ pin, off }: { pin: Pin; off: boolean }) {
   const { address } = pin;
   const kind = watchOf(pin.function);
   const level = levels.value.get(address) ?? 0;
-  const because = { disabled: off, "aria-describedby": off ? WHY : undefined };
-  const inputOff = { disabled: store.lease.value !== "mine", "aria-describedby": store.lease.value === "mine" ? undefined : WHY };
+  const inputOff = store.lease.value !== "mine";
   if (kind === "output") {
     const is = levels.value.get(address) ?? pin.level ?? 0;
     return (
-      <button type="button" aria-pressed={is !== 0} aria-label={t("io.set", { n: address })} data-testid={`pin-${address}-set`} {...because} onClick={() => setPin("output", [address, is === 0 ? 1 : 0])}>
-        {t(is === 0 ? "io.high" : "io.low")}
-      </button>
+      <Do
+        id={`pin-${address}-set`}
+        aria-pressed={is !== 0}
+        label={t("io.set", { n: address })}
+        off={off}
+        why={WHY}
+        text={t(is === 0 ? "io.high" : "io.low")}
+        press={() => setPin("output", [address, is === 0 ? 1 : 0])}
+      />
     );
   }
   if (pin.frequency !== null) {
     const [, hertz, percent] = rowOf("signal")?.sets ?? [];
-    const number = (field: Field | undefined, value: typeof duty) => (
-      <input
-        type="number"
-        aria-label={`${words(field?.about ?? "")}, ${words(field?.unit ?? "")}`}
-        title={`${words(field?.about ?? "")}, ${words(field?.unit ?? "")}`}
-        min={field?.least ?? undefined}
-        max={field?.most ?? undefined}
+    const setSignal = () => setPin("signal", [address, frequency.value, duty.value]);
+    const number = (field: TableField | undefined, value: typeof duty) => (
+      <NumberInput
+        label={`${words(field?.about ?? "")}, ${words(field?.unit ?? "")}`}
+        step={1}
+        least={field?.least}
+        most={field?.most}
         value={value.value}
-        {...because}
-        onInput={(event) => (value.value = event.currentTarget.valueAsNumber)}
+        off={off}
+        why={WHY}
+        set={(to) => (value.value = to)}
       />
     );
     return (
       <>
         {number(hertz, frequency)}
         {number(percent, duty)}
-        <button type="button" class="small" aria-label={t("io.set", { n: address })} data-testid={`pin-${address}-set`} {...because} onClick={() => setPin("signal", [address, frequency.value, duty.value])}>
-          {t("io.signal")}
-        </button>
+        <Do id={`pin-${address}-set`} class="small" label={t("io.set", { n: address })} off={off} why={WHY} text={t("io.signal")} press={setSignal} />
       </>
     );
   }
@@ -99,24 +93,31 @@ function Setting({ pin, off }: { pin: Pin; off: boolean }) {
     const { counts = 1, volts = 0 } = io.value?.analog ?? {};
     return (
       <>
-        <input
-          type="range"
-          min={0}
-          max={counts}
+        <Range
+          id={`pin-${address}-drive`}
+          label={t("io.drive", { n: address })}
+          least={0}
+          most={counts}
           value={level}
-          aria-label={t("io.drive", { n: address })}
-          data-testid={`pin-${address}-drive`}
-          {...inputOff}
-          onInput={(event) => void drive(address, { value: event.currentTarget.valueAsNumber })}
+          off={inputOff}
+          why={WHY}
+          set={(value) => drive(address, { value })}
         />
         <small>{`0 … ${volts} V`}</small>
       </>
     );
   }
   return (
-    <button type="button" class="quiet" aria-pressed={level !== 0} aria-label={t("io.drive", { n: address })} data-testid={`pin-${address}-drive`} {...inputOff} onClick={() => drive(address, { level: level === 0 })}>
+    <Do
+      id={`pin-${address}-drive`}
+      class="quiet"
+      aria-pressed={level !== 0}
+      label={t("io.drive", { n: address })}
+      off={inputOff} why={WHY}
+      press={() => drive(address, { level: level === 0 })}
+    >
       {t(level === 0 ? "io.driveHigh" : "io.driveLow")}
-    </button>
+    </Do>
   );
 }
 
@@ -127,32 +128,21 @@ function PinRow({ pin, off }: { pin: Pin; off: boolean }) {
     <tr class={text === "–" ? "unused" : ""}>
       <th scope="row">{address}</th>
       <td>
-        <select
-          aria-label={t("io.function.of", { n: address })}
-          data-testid={`pin-${address}-function`}
+        <Pick
+          id={`pin-${address}-function`}
+          label={t("io.function.of", { n: address })}
           value={pin.function}
-          disabled={off}
-          aria-describedby={off ? WHY : undefined}
-          onChange={(event) => setPin("function", [address, Number(event.currentTarget.value)])}
-        >
-          {io.value?.functions.map(({ value, about }) => (
-            <option key={value} value={value} disabled={pin.can !== null && !pin.can.includes(value)}>
-              {value === 0 ? t("io.none") : words(about)}
-            </option>
-          ))}
-        </select>
+          options={(io.value?.functions ?? []).map(({ value, about }) => ({ value, text: value === 0 ? t("io.none") : words(about), disabled: pin.can !== null && !pin.can.includes(value) }))}
+          off={off}
+          why={WHY}
+          choose={(to) => setPin("function", [address, to])}
+        />
       </td>
       <td>
         {high === null ? null : <span class={`lamp ${high ? "high" : ""}`} />}
-        <output class={high ? "high" : ""} aria-live="off" data-testid={`pin-${address}-level`}>
-          {text}
-        </output>
+        <output class={high ? "high" : ""} aria-live="off" data-testid={`pin-${address}-level`}>{text}</output>
       </td>
-      <td>
-        <div class="set">
-          <Setting key={pin.function} pin={pin} off={off} />
-        </div>
-      </td>
+      <td><div class="set"><Setting key={pin.function} pin={pin} off={off} /></div></td>
     </tr>
   );
 }
@@ -166,7 +156,7 @@ function Device({ row, off }: { row: Row; off: boolean }) {
   const seen = useSignal<Record<string, number> | null>(null);
   const reads = useSignal(false);
   const fields = row.sets ?? [];
-  const valueOf = ({ name, kind, choices, least }: Field) => {
+  const valueOf = ({ name, kind, choices, least }: TableField) => {
     return values.value[name] ?? (kind === "number" ? Math.max(0, least ?? 0) : kind === "choice" ? (choices[0]?.value ?? 0) : 1);
   };
   useEffect(() => {
@@ -214,20 +204,13 @@ function Device({ row, off }: { row: Row; off: boolean }) {
             );
           }
           return (
-            <label key={field.name} class="field">
-              <span>{field.kind === "number" ? `${words(field.about)}, ${words(field.unit)}` : words(field.about)}</span>
+            <Field key={field.name} label={field.kind === "number" ? `${words(field.about)}, ${words(field.unit)}` : words(field.about)}>
               {field.kind === "choice" ? (
-                <select value={value} disabled={off} onChange={(event) => take(Number(event.currentTarget.value))}>
-                  {field.choices.map((choice) => (
-                    <option key={choice.value} value={choice.value}>
-                      {words(choice.name)}
-                    </option>
-                  ))}
-                </select>
+                <Pick value={value} options={field.choices.map((choice) => ({ value: choice.value, text: words(choice.name) }))} off={off} choose={take} />
               ) : (
                 <input type="number" min={field.least ?? undefined} max={field.most ?? undefined} value={value} disabled={off} onInput={(event) => take(event.currentTarget.valueAsNumber || 0)} />
               )}
-            </label>
+            </Field>
           );
         })}
       </div>
@@ -236,9 +219,9 @@ function Device({ row, off }: { row: Row; off: boolean }) {
           {t("io.send")}
         </button>
         {tells.length > 0 ? (
-          <button type="button" aria-pressed={reads.value} disabled={!store.isUp.value} data-testid={`read-${row.command}`} onClick={() => (reads.value = !reads.value)}>
+          <Do id={`read-${row.command}`} aria-pressed={reads.value} off={!store.isUp.value} press={() => (reads.value = !reads.value)}>
             {t(reads.value ? "io.reading" : "io.read")}
-          </button>
+          </Do>
         ) : null}
         {seen.value === null ? null : (
           <>
@@ -264,21 +247,12 @@ export function Io() {
   return (
     <div class="io">
       <Card title={t("io.pins")} class="pins-card">
-        <p class={`jog-status ${off === null ? "" : "off"}`} id={WHY}>
-          {t(off ?? "io.hint")}
-        </p>
+        <p class={`jog-status ${off === null ? "" : "off"}`} id={WHY}>{t(off ?? "io.hint")}</p>
         {known === null ? (
           <p class="hint">{t(store.socket.value === "closed" ? "why.closed" : "link.connecting")}</p>
         ) : (
           <table class="pins" aria-label={t("io.pins")}>
-            <thead>
-              <tr>
-                <th scope="col">{t("io.pin")}</th>
-                <th scope="col">{t("io.function")}</th>
-                <th scope="col">{t("io.level")}</th>
-                <th scope="col">{t("io.setting")}</th>
-              </tr>
-            </thead>
+            <Heads names={[t("io.pin"), t("io.function"), t("io.level"), t("io.setting")]} />
             <tbody>
               {known.pins.map((pin) => (
                 <PinRow key={pin.address} pin={pin} off={off !== null} />

@@ -4,7 +4,7 @@ import { clock } from "../log";
 import type { Job } from "../api";
 import * as jobs from "../run/jobs";
 import * as store from "../store";
-import { Card, Do } from "../ui/parts";
+import { Card, Do, Heads, Why } from "../ui/parts";
 
 const stateOf = (job: Job) => t(`job.${job.state}` as "job.running");
 
@@ -24,9 +24,7 @@ export function JobCard() {
   const pauses = ["checking", "running", "pausing"].includes(job.state);
   const percent = jobs.percent(job);
   const badge = (
-    <span class={`badge job-${job.state}`} role="status">
-      {stateOf(job)}
-    </span>
+    <span class={`badge job-${job.state}`} role="status">{stateOf(job)}</span>
   );
   return (
     <Card title={job.title || t("job.untitled")} class="job-card" more={badge}>
@@ -48,29 +46,17 @@ export function JobCard() {
         </p>
         <div class="buttons-row">
           {pauses ? (
-            <Do id="run-pause" off={off || job.state === "pausing"} why="job-why" press={() => jobs.pause(job)}>
-              {t("run.pause")}
-            </Do>
+            <Do id="run-pause" off={off || job.state === "pausing"} why="job-why" text={t("run.pause")} press={() => jobs.pause(job)} />
           ) : null}
           {jobs.canResume(job) ? (
-            <Do id="run-resume" class={job.state === "paused" ? "primary" : ""} off={off} why="job-why" press={() => jobs.resume(job)}>
-              {t("run.resume")}
-            </Do>
+            <Do id="run-resume" class={job.state === "paused" ? "primary" : ""} off={off} why="job-why" text={t("run.resume")} press={() => jobs.resume(job)} />
           ) : null}
-          {jobs.isUnderWay(job) ? (
-            <Do id="run-stop" off={!store.isUp.value} press={() => jobs.end(job)}>
-              {t("run.stop")}
-            </Do>
-          ) : null}
+          {jobs.isUnderWay(job) ? <Do id="run-stop" off={!store.isUp.value} text={t("run.stop")} press={() => jobs.end(job)} /> : null}
         </div>
       </div>
       {job.reason === "part" || job.reason === "program" ? <p class="hint">{job.text ?? t(`job.reason.${job.reason}`)}</p> : null}
       {job.error !== null ? <p class="hint bad">{job.error.message}</p> : null}
-      {off && (pauses || jobs.canResume(job)) ? (
-        <p id="job-why" class="hint">
-          {t(why)}
-        </p>
-      ) : null}
+      <Why id="job-why" text={off && (pauses || jobs.canResume(job)) ? t(why) : null} />
     </Card>
   );
 }
@@ -83,16 +69,7 @@ export function PastJobs() {
   return (
     <Card title={t("jobs.title")} class="past-jobs">
       <table>
-        <thead>
-          <tr>
-            <th scope="col">{t("jobs.name")}</th>
-            <th scope="col">{t("jobs.state")}</th>
-            <th scope="col">{t("jobs.ended")}</th>
-            <th scope="col">
-              <span class="unseen">{t("run.resume")}</span>
-            </th>
-          </tr>
-        </thead>
+        <Heads names={[t("jobs.name"), t("jobs.state"), t("jobs.ended"), t("run.resume")]} unseen={[t("run.resume")]} />
         <tbody>
           {past.slice(0, 10).map((job) => (
             <tr key={job.job}>

@@ -2,7 +2,7 @@
 import { t } from "../i18n";
 import * as jog from "../jog";
 import * as store from "../store";
-import { Card, Choice } from "../ui/parts";
+import { Card, Choice, Field, Pick, Range } from "../ui/parts";
 
 interface ButtonProps {
   axis: jog.Axis;
@@ -55,6 +55,10 @@ function JogButton({ axis, sign, hint, place }: ButtonProps) {
   );
 }
 
+const BASE = [
+  ["x", 1, "↑", "xp"], ["y", 1, "←", "yp"], ["y", -1, "→", "ym"], ["x", -1, "↓", "xm"],
+  ["r", 1, "A", "rp"], ["r", -1, "D", "rm"], ["z", 1, "W", "zp"], ["z", -1, "S", "zm"],
+] as const;
 const JOINTS = [["j1", "←", "→"], ["j2", "↑", "↓"], ["j3", "W", "S"], ["j4", "A", "D"]] as const;
 
 function Status() {
@@ -75,7 +79,6 @@ function Status() {
 
 export function JogPad() {
   const joints = jog.frame.value === "joint";
-  const hint = (key: string) => (joints ? undefined : key);
   const hasRail = store.model.value?.limits.l != null;
   return (
     <Card
@@ -89,11 +92,7 @@ export function JogPad() {
       }
     >
       <Status />
-      {store.backend.value === "serial" ? (
-        <p class="hint" data-testid="jog-note">
-          {t("jog.note")}
-        </p>
-      ) : null}
+      {store.backend.value === "serial" ? <p class="hint" data-testid="jog-note">{t("jog.note")}</p> : null}
       <div
         class={`jog-pad ${joints ? "joints" : "base"}`}
         data-testid="jog-pad"
@@ -106,14 +105,9 @@ export function JogPad() {
         }}
       >
         <div class="pad-base">
-          <JogButton axis="x" sign={1} hint={hint("↑")} place="xp" />
-          <JogButton axis="y" sign={1} hint={hint("←")} place="yp" />
-          <JogButton axis="y" sign={-1} hint={hint("→")} place="ym" />
-          <JogButton axis="x" sign={-1} hint={hint("↓")} place="xm" />
-          <JogButton axis="r" sign={1} hint={hint("A")} place="rp" />
-          <JogButton axis="r" sign={-1} hint={hint("D")} place="rm" />
-          <JogButton axis="z" sign={1} hint={hint("W")} place="zp" />
-          <JogButton axis="z" sign={-1} hint={hint("S")} place="zm" />
+          {BASE.map(([axis, sign, key, place]) => (
+            <JogButton key={place} axis={axis} sign={sign} hint={joints ? undefined : key} place={place} />
+          ))}
         </div>
         <div class="pad-joints">
           {JOINTS.map(([axis, plus, minus]) => (
@@ -152,33 +146,10 @@ export function JogPad() {
             { value: "step", text: t("jog.step"), testId: "jog-mode-step" },
           ]}
         />
-        <label class="field">
-          <span>{t("jog.size")}</span>
-          <select
-            data-testid="jog-step-size"
-            value={String(jog.stepSize.value)}
-            onChange={(event) => (jog.stepSize.value = Number(event.currentTarget.value))}
-          >
-            {jog.STEPS.map((n) => (
-              <option key={n} value={String(n)}>
-                {t("jog.unit", { n })}
-              </option>
-            ))}
-          </select>
-        </label>
-        <label class="field">
-          <span>
-            {t("jog.speed")} <b class="number">{jog.speed.value} %</b>
-          </span>
-          <input
-            type="range"
-            min={1}
-            max={100}
-            value={jog.speed.value}
-            data-testid="jog-speed"
-            onInput={(event) => (jog.speed.value = Number(event.currentTarget.value))}
-          />
-        </label>
+        <Pick title={t("jog.size")} id="jog-step-size" value={jog.stepSize.value} options={jog.STEPS.map((n) => ({ value: n as number, text: t("jog.unit", { n }) }))} choose={(size) => (jog.stepSize.value = size)} />
+        <Field label={<>{t("jog.speed")} <b class="number">{jog.speed.value} %</b></>}>
+          <Range id="jog-speed" least={1} most={100} value={jog.speed.value} set={(to) => (jog.speed.value = to)} />
+        </Field>
       </div>
     </Card>
   );

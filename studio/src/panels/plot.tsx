@@ -9,7 +9,7 @@ import { io, levels, watchOf, watchPins } from "../pins";
 import { at, beat, POSE, type Readings, readings, snapshot } from "../ring";
 import { theme } from "../settings";
 import * as store from "../store";
-import { Card, Choice } from "../ui/parts";
+import { Card, Choice, Do, Heads, Range } from "../ui/parts";
 import "./plot.css";
 
 type Group = "tip" | "joints" | "speed" | "queue" | "pins";
@@ -188,7 +188,7 @@ const number = (value: number, digits = 2) => (Number.isNaN(value) ? "–" : val
 export function Plots() {
   const group = useSignal<Group>("tip");
   const span = useSignal<(typeof SPANS)[number]>("30");
-  const held = useSignal<Readings | null>(null);
+  const held = useSignal<(() => Readings) | null>(null);
   const back = useSignal(0);
   const shown = useSignal(0);
   useEffect(watchPins, []);
@@ -199,16 +199,16 @@ export function Plots() {
   void shown.value;
   // Another set of pins is another set of lines.
   if (group.value === "pins") void levels.value;
-  const source = useRef(readings);
-  source.current = held.value === null ? readings : constant(held.value);
-  const from = source.current();
+  const source = held.value ?? readings;
+  const from = source();
   const lines = linesOf(group.value);
   const [, high] = window_(from, Number(span.value), back.value);
   const rows = Array.from({ length: Math.min(ROWS, high) }, (_, nth) => high - 1 - nth);
   const zero = from.count === 0 ? 0 : from.value(from.count - 1, at.t);
   const all = from.count === 0 ? 0 : zero - from.value(0, at.t);
   const hold = (is: boolean) => {
-    held.value = is ? snapshot() : null;
+    const seen = snapshot();
+    held.value = is ? () => seen : null;
     if (!is) back.value = 0;
   };
   return (
@@ -217,18 +217,10 @@ export function Plots() {
         title={t("nav.plots")}
         more={
           <div class="sheet-buttons">
-            <button type="button" aria-pressed={held.value !== null} data-testid="plot-pause" onClick={() => hold(held.value === null)}>
-              {t(held.value === null ? "plot.pause" : "plot.go")}
-            </button>
-            <button
-              type="button"
-              class="quiet"
-              disabled={from.count === 0}
-              data-testid="plot-export"
-              onClick={() => save(`${store.armName.value ?? "arm"}-readings.csv`, csv(source.current()))}
-            >
+            <Do id="plot-pause" aria-pressed={held.value !== null} text={t(held.value === null ? "plot.pause" : "plot.go")} press={() => hold(held.value === null)} />
+            <Do id="plot-export" class="quiet" off={from.count === 0} press={() => save(`${store.armName.value ?? "arm"}-readings.csv`, csv(source()))}>
               {t("plot.export")}
-            </button>
+            </Do>
           </div>
         }
       >
@@ -258,20 +250,18 @@ export function Plots() {
           ))}
           {lines.length === 0 ? <p class="hint">{t("plot.noPins")}</p> : null}
         </div>
-        <Chart lines={lines} source={source.current} span={Number(span.value)} back={back.value} live={held.value === null} />
+        <Chart lines={lines} source={source} span={Number(span.value)} back={back.value} live={held.value === null} />
         <label class="plot-scrub">
           {t("plot.scrub")}
-          <input
-            type="range"
-            min={-Math.floor(all)}
-            max={0}
-            step={1}
+          <Range
+            id="plot-scrub"
+            least={-Math.floor(all)}
+            most={0}
             value={-back.value}
-            data-testid="plot-scrub"
-            aria-valuetext={t("plot.back", { n: back.value })}
-            onInput={(event) => {
+            text={t("plot.back", { n: back.value })}
+            set={(to) => {
               if (held.value === null) hold(true);
-              back.value = Math.abs(event.currentTarget.valueAsNumber);
+              back.value = Math.abs(to);
             }}
           />
           <output>{t("plot.back", { n: back.value })}</output>
@@ -280,15 +270,7 @@ export function Plots() {
       <Card title={t("plot.last")}>
         <div class="plot-table" role="region" aria-label={t("plot.last")} tabIndex={0}>
           <table id="plot-table" data-testid="plot-table">
-            <thead>
-              <tr>
-                {["s", ...POSE, "mm/s", t("plot.index"), t("plot.left"), t("alarms.title")].map((name) => (
-                  <th key={name} scope="col">
-                    {name}
-                  </th>
-                ))}
-              </tr>
-            </thead>
+            <Heads names={["s", ...POSE, "mm/s", t("plot.index"), t("plot.left"), t("alarms.title")]} />
             <tbody>
               {rows.map((row, nth) => (
                 <tr key={nth}>
@@ -308,12 +290,4 @@ export function Plots() {
       </Card>
     </div>
   );
-}
-
-const constants = new WeakMap<Readings, () => Readings>();
-/** The same function for the same readings: the chart is made anew for another. */
-function constant(of: Readings): () => Readings {
-  const made = constants.get(of) ?? (() => of);
-  constants.set(of, made);
-  return made;
 }

@@ -3,6 +3,7 @@ import { useSignal } from "@preact/signals";
 import { type Key, t } from "../i18n";
 import { underWay } from "../teach/actions";
 import * as program from "../teach/rows";
+import { Heads, NumberInput, Pick } from "../ui/parts";
 
 const WAYS = ["joints", "line", "jump"] as const;
 const AXES = { move: ["x", "y", "z", "r"], joints: ["J1", "J2", "J3", "J4"] } as const;
@@ -28,39 +29,12 @@ function plain(motion: program.Motion): string {
   return JSON.stringify(shown).replace(/[{}"]/g, "").replace(/([:,])/g, "$1 ");
 }
 
-interface NumberProps {
-  label: string;
-  value: number;
-  set: (value: number) => void;
-}
-
-function NumberCell({ label, value, set }: NumberProps) {
-  const shown = String(Math.round(value * 100) / 100);
-  return (
-    <input
-      type="text"
-      inputMode="decimal"
-      autocomplete="off"
-      aria-label={label}
-      value={shown}
-      onChange={(event) => {
-        const field = event.currentTarget;
-        const read = Number(field.value.replace(",", "."));
-        if (field.value.trim() === "" || !Number.isFinite(read)) field.value = shown;
-        else set(read);
-      }}
-    />
-  );
-}
-
 function Motion({ row, nth }: { row: program.Row; nth: number }) {
   const motion = row.motion as program.Motion | null;
   const kind = motion?.move ? "move" : motion?.joints ? "joints" : null;
   if (motion === null || kind === null) {
     return (
-      <td class="plain" colSpan={5} data-label={t("teach.way")}>
-        {motion === null ? "–" : plain(motion)}
-      </td>
+      <td class="plain" colSpan={5} data-label={t("teach.way")}>{motion === null ? "–" : plain(motion)}</td>
     );
   }
   const values = motion[kind] ?? [];
@@ -68,22 +42,18 @@ function Motion({ row, nth }: { row: program.Row; nth: number }) {
   return (
     <>
       <td class="way-cell" data-label={t("teach.way")}>
-        <select
-          aria-label={t("teach.wayOf", { n: nth + 1 })}
+        <Pick
+          label={t("teach.wayOf", { n: nth + 1 })}
           value={motion.by ?? "joints"}
-          onChange={(event) => program.edit(nth, { motion: { ...motion, by: event.currentTarget.value } })}
-        >
-          {ways.map((way) => (
-            <option key={way} value={way}>
-              {t(`teach.${way}`)}
-            </option>
-          ))}
-        </select>
+          options={ways.map((way) => ({ value: way as string, text: t(`teach.${way}`) }))}
+          choose={(by) => program.edit(nth, { motion: { ...motion, by } })}
+        />
       </td>
       {AXES[kind].map((axis, at) => (
         <td key={axis} class="number" data-label={axis}>
-          <NumberCell
+          <NumberInput
             label={t("teach.valueOf", { axis, n: nth + 1 })}
+            digits={2}
             value={values[at] ?? 0}
             set={(value) => program.edit(nth, { motion: { ...motion, [kind]: values.with(at, value) } })}
           />
@@ -165,17 +135,15 @@ function Row({ row, nth, over }: { row: program.Row; nth: number; over: { value:
       </td>
       <Motion row={row} nth={nth} />
       <td class="tool-cell" data-label={t("teach.tool")}>
-        <select aria-label={t("teach.toolOf", { n })} value={tool} onChange={(event) => program.edit(nth, TOOLS[event.currentTarget.value] ?? {})}>
-          {tool === "both" ? <option value="both">{t("teach.tool.both")}</option> : null}
-          {Object.keys(TOOLS).map((name) => (
-            <option key={name} value={name}>
-              {t(`teach.tool.${name}` as Key)}
-            </option>
-          ))}
-        </select>
+        <Pick
+          label={t("teach.toolOf", { n })}
+          value={tool}
+          options={[...(tool === "both" ? ["both"] : []), ...Object.keys(TOOLS)].map((value) => ({ value, text: t(`teach.tool.${value}` as Key) }))}
+          choose={(name) => program.edit(nth, TOOLS[name] ?? {})}
+        />
       </td>
       <td class="number wait-cell" data-label={t("teach.wait")}>
-        <NumberCell label={t("teach.waitOf", { n })} value={row.wait ?? 0} set={(wait) => program.edit(nth, { wait: wait > 0 ? wait : null })} />
+        <NumberInput label={t("teach.waitOf", { n })} digits={2} value={row.wait ?? 0} set={(wait) => program.edit(nth, { wait: wait > 0 ? wait : null })} />
       </td>
     </tr>
   );
@@ -185,30 +153,11 @@ export function Points() {
   const over = useSignal<number | null>(null);
   const all = program.rows.value;
   if (all.length === 0) return <p class="hint empty">{t("teach.empty")}</p>;
-  const heads = ["teach.name", "teach.way"] as const;
+  const heads = [t("teach.picked"), t("teach.n"), t("teach.name"), t("teach.way"), ...AXES.move, t("teach.tool"), t("teach.wait")];
   return (
     <div class="points-scroll" tabIndex={0} role="group" aria-label={t("teach.points")}>
       <table class="points" aria-label={t("teach.points")}>
-        <thead>
-          <tr>
-            <th scope="col">
-              <span class="unseen">{t("teach.picked")}</span>
-            </th>
-            <th scope="col">{t("teach.n")}</th>
-            {heads.map((head) => (
-              <th key={head} scope="col">
-                {t(head)}
-              </th>
-            ))}
-            {AXES.move.map((axis) => (
-              <th key={axis} scope="col">
-                {axis}
-              </th>
-            ))}
-            <th scope="col">{t("teach.tool")}</th>
-            <th scope="col">{t("teach.wait")}</th>
-          </tr>
-        </thead>
+        <Heads names={heads} unseen={heads.slice(0, 1)} />
         <tbody>
           {all.map((row, nth) => (
             <Row key={nth} row={row} nth={nth} over={over} />

@@ -7,10 +7,7 @@ const JOINTS = [["j1", "°"], ["j2", "°"], ["j3", "°"], ["j4", "°"]] as const
 type Name = (typeof TIP)[number][0] | (typeof JOINTS)[number][0];
 
 /** Two digits, and no minus before a zero. */
-function shown(value: number): string {
-  const text = value.toFixed(2);
-  return text === "-0.00" ? "0.00" : text;
-}
+const shown = new Intl.NumberFormat("en", { minimumFractionDigits: 2, maximumFractionDigits: 2, useGrouping: false, signDisplay: "negative" });
 
 function Value({ name, unit }: { name: Name; unit: string }) {
   const state = store.state.value;
@@ -19,7 +16,7 @@ function Value({ name, unit }: { name: Name; unit: string }) {
     <div class="value">
       <label for={`pose-${name}`}>{label}</label>
       <output id={`pose-${name}`} data-testid={`pose-${name}`} aria-live="off">
-        {state === null || state[name] === undefined ? "" : shown(state[name])}
+        {state === null || state[name] === undefined ? "" : shown.format(state[name])}
       </output>
       <span class="unit">{unit}</span>
     </div>
@@ -29,12 +26,8 @@ function Value({ name, unit }: { name: Name; unit: string }) {
 export function Pose() {
   return (
     <section class="card pose" role="group" aria-label={t("pose.title")}>
-      <div class="values">
-        {TIP.map(([name, unit]) => <Value key={name} name={name} unit={unit} />)}
-      </div>
-      <div class="values">
-        {JOINTS.map(([name, unit]) => <Value key={name} name={name} unit={unit} />)}
-      </div>
+      <div class="values">{TIP.map(([name, unit]) => <Value key={name} name={name} unit={unit} />)}</div>
+      <div class="values">{JOINTS.map(([name, unit]) => <Value key={name} name={name} unit={unit} />)}</div>
     </section>
   );
 }

@@ -1,13 +1,12 @@
 // The library of programs: opened, selected, deleted.
-import { useSignal } from "@preact/signals";
 import { tried } from "../actions";
 import { t, told } from "../i18n";
 import * as check from "../run/check";
 import * as library from "../run/programs";
 import * as store from "../store";
-import { Card, Do, OpenFile } from "../ui/parts";
+import { Card, Do, Drop, Heads, OpenFile } from "../ui/parts";
 
-const ACCEPT = ".gcode,.nc,.ngc,.gc,.g,.tap,.svg,.svgz,.dxf,.plt,.hpgl,.png,.jpg,.jpeg,.bmp,.webp,.gif,.tif,.tiff,.playback,.blockly,.csv,.xyz,.json,.plan,.xml,.txt";
+export const ACCEPT = ".gcode,.nc,.ngc,.gc,.g,.tap,.svg,.svgz,.dxf,.plt,.hpgl,.png,.jpg,.jpeg,.bmp,.webp,.gif,.tif,.tiff,.playback,.blockly,.csv,.xyz,.json,.plan,.xml,.txt";
 
 export const formatOf = (format: string | null) => (format === null ? t("format.none") : told(`format.${format}`, format));
 export function size(bytes: number): string {
@@ -15,53 +14,22 @@ export function size(bytes: number): string {
   return bytes < 1e6 ? `${(bytes / 1000).toFixed(1)} kB` : `${(bytes / 1e6).toFixed(1)} MB`;
 }
 
-async function open(chosen: Iterable<File>): Promise<void> {
-  for (const file of chosen) {
-    await tried(async () => {
-      const name = await library.put(library.nameOf(file.name), file);
-      if (name !== null) await check.select(name);
-    });
-  }
-}
-
 export function Programs() {
-  const over = useSignal(false);
   const all = library.programs.value;
   const off = !store.isUp.value || store.role.value === "viewer";
   return (
     <Card
       title={t("programs.title")}
       class="programs"
-      more={<OpenFile id="program-open" class="primary small" accept={ACCEPT} off={off} text={t(library.isLoading.value ? "programs.loading" : "programs.open")} open={open} />}
+      more={<OpenFile id="program-open" class="primary small" accept={ACCEPT} off={off} text={t(library.isLoading.value ? "programs.loading" : "programs.open")} open={check.openFiles} />}
     >
-      <div
-        class={`drop ${over.value ? "over" : ""}`}
-        onDragOver={(event) => {
-          event.preventDefault();
-          over.value = !off;
-        }}
-        onDragLeave={() => (over.value = false)}
-        onDrop={(event) => {
-          event.preventDefault();
-          over.value = false;
-          if (!off) void open([...(event.dataTransfer?.files ?? [])]);
-        }}
-      >
+      <Drop off={off} open={check.openFiles}>
         {all.length === 0 ? (
           <p class="hint">{t("programs.empty")}</p>
         ) : (
           <div class="scroll" tabIndex={0} role="group" aria-label={t("programs.title")}>
             <table>
-              <thead>
-                <tr>
-                  <th scope="col">{t("programs.name")}</th>
-                  <th scope="col">{t("programs.format")}</th>
-                  <th scope="col">{t("programs.size")}</th>
-                  <th scope="col">
-                    <span class="unseen">{t("programs.delete")}</span>
-                  </th>
-                </tr>
-              </thead>
+              <Heads names={[t("programs.name"), t("programs.format"), t("programs.size"), t("programs.delete")]} unseen={[t("programs.delete")]} />
               <tbody>
                 {all.map((program) => (
                   <Program key={program.name} program={program} />
@@ -70,7 +38,7 @@ export function Programs() {
             </table>
           </div>
         )}
-      </div>
+      </Drop>
     </Card>
   );
 }
@@ -86,19 +54,11 @@ function Program({ program }: { program: library.Entry }) {
     });
   return (
     <tr data-testid={`program-${name}`} aria-selected={isSelected}>
-      <th scope="row">
-        <button type="button" class="link" aria-pressed={isSelected} onClick={pick}>
-          {name}
-        </button>
-      </th>
+      <th scope="row"><button type="button" class="link" aria-pressed={isSelected} onClick={pick}>{name}</button></th>
       <td onClick={pick}>{formatOf(format)}</td>
-      <td class="number" onClick={pick}>
-        {size(bytes)}
-      </td>
+      <td class="number" onClick={pick}>{size(bytes)}</td>
       <td>
-        <Do id={`delete-${name}`} class="quiet small icon" label={t("programs.deleteOne", { name })} off={store.role.value === "viewer"} press={remove}>
-          ✕
-        </Do>
+        <Do id={`delete-${name}`} class="quiet small icon" label={t("programs.deleteOne", { name })} off={store.role.value === "viewer"} text="✕" press={remove} />
       </td>
     </tr>
   );

@@ -3,17 +3,9 @@ import { LANGUAGES, t } from "../i18n";
 import { rename } from "../session";
 import { language, ownName, type Theme, theme } from "../settings";
 import * as store from "../store";
-import { Card, Choice } from "../ui/parts";
+import { Card, Choice, TextField } from "../ui/parts";
 import type { Sides } from "../view/fence";
 import { ArmView } from "../view/view";
-
-interface FenceData {
-  floor: number | null;
-  box: Sides | null;
-  keep_out: Sides[];
-  speed: number | null;
-  power: number | null;
-}
 
 function Sides({ name, sides }: { name: string; sides: Sides }) {
   const text = Object.entries(sides).map(([axis, [least, most]]) => `${axis} ${least} … ${most}`);
@@ -31,7 +23,7 @@ function Row({ name, value }: { name: string; value: string }) {
 
 function Fence() {
   const name = store.armName.value;
-  const fence = store.fence.value as FenceData | null;
+  const fence = store.fence.value;
   return (
     <Card title={t("fence.title", { arm: name ?? "–" })}>
       <div data-testid="fence">
@@ -44,7 +36,7 @@ function Fence() {
             <dl class="facts">
               {fence.floor === null ? null : <Row name={t("fence.floor")} value={`z ≥ ${fence.floor} mm`} />}
               {fence.box === null ? null : <Sides name={t("fence.box")} sides={fence.box} />}
-              {fence.keep_out.map((sides, at) => (
+              {(fence.keep_out as Sides[]).map((sides, at) => (
                 <Sides key={at} name={`${t("fence.out")} ${at + 1}`} sides={sides} />
               ))}
               {fence.speed === null ? null : <Row name={t("fence.speed")} value={`${fence.speed} mm/s`} />}
@@ -62,25 +54,19 @@ export function Settings() {
   return (
     <div class="columns">
       <Card title={t("settings.you")}>
-        <label class="field">
-          <span>{t("settings.name")}</span>
-          <input
-            type="text"
-            maxLength={40}
-            autoComplete="nickname"
-            placeholder={t("settings.usualName")}
-            data-testid="settings-name"
-            value={ownName.value}
-            aria-describedby="name-hint"
-            onChange={(event) => {
-              ownName.value = event.currentTarget.value.trim();
-              rename();
-            }}
-          />
-        </label>
-        <p id="name-hint" class="hint">
-          {t("settings.name.hint")}
-        </p>
+        <TextField
+          id="settings-name"
+          label={t("settings.name")}
+          value={ownName.value}
+          most={40}
+          autocomplete="nickname"
+          placeholder={t("settings.usualName")}
+          hint={t("settings.name.hint")}
+          set={(text) => {
+            ownName.value = text.trim();
+            rename();
+          }}
+        />
         <Choice<string>
           name="language"
           label={t("settings.language")}
@@ -100,9 +86,7 @@ export function Settings() {
             { value: "dark", text: t("settings.dark"), testId: "settings-theme-dark" },
           ]}
         />
-        <p class="hint">
-          <a href="licences.txt">{t("settings.licences")}</a>
-        </p>
+        <p class="hint"><a href="licences.txt">{t("settings.licences")}</a></p>
       </Card>
       <div class="fence-side">
         <Fence />

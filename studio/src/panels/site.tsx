@@ -6,22 +6,18 @@ import { t } from "../i18n";
 import { save } from "../log";
 import { call, show } from "../session";
 import { page } from "../results";
+import { isUnderWay } from "../run/jobs";
+import { base64 } from "../run/programs";
 import { chosen, drop, each, give, jobs, pictures, send, states, take, watchSite } from "../site";
+import { toggled } from "../settings";
 import * as store from "../store";
-import { Card, Do } from "../ui/parts";
+import { Card, Do, Pick } from "../ui/parts";
 import type { FleetScene } from "../view/fleet";
+import { boundsOf, pathOf, UP, viewBox } from "../view/flat";
 import "./arms.css";
 
 /** Up to so many arms each has a larger place. */
 const FEW = 4;
-const RUNS = ["checking", "running", "pausing", "paused", "stopping"];
-
-function choose(arm: string, is: boolean): void {
-  const next = new Set(chosen.value);
-  if (is) next.add(arm);
-  else next.delete(arm);
-  chosen.value = next;
-}
 
 /** What holds an arm, in a word each. */
 function marksOf(arm: store.ArmEntry) {
@@ -33,7 +29,7 @@ function marksOf(arm: store.ArmEntry) {
     alarms: (arm.link === "up" ? state?.alarms : null)?.filter((code) => code !== 0) ?? [],
     asks: asks?.name ?? null,
     waits: arm.waiting.filter((waiter) => !waiter.asks).length,
-    job: job && RUNS.includes(job.state) ? `${t(`job.${job.state}` as "job.running")}${percent === null ? "" : ` ${percent} %`}` : job?.state === "failed" ? t("job.failed") : null,
+    job: job && isUnderWay(job) ? `${t(`job.${job.state}` as "job.running")}${percent === null ? "" : ` ${percent} %`}` : job?.state === "failed" ? t("job.failed") : null,
     moving: state?.moving === true,
   };
 }
@@ -51,7 +47,7 @@ function Tile({ arm }: { arm: store.ArmEntry }) {
           {name}
         </a>
         <label hidden={store.arms.value.length < 2}>
-          <input type="checkbox" aria-label={t("site.choose", { name })} data-testid={`choose-${name}`} checked={chosen.value.has(name)} onChange={(event) => choose(name, event.currentTarget.checked)} />
+          <input type="checkbox" aria-label={t("site.choose", { name })} data-testid={`choose-${name}`} checked={chosen.value.has(name)} onChange={(event) => (chosen.value = toggled(chosen.value, name, event.currentTarget.checked))} />
         </label>
       </div>
       <div class="tile-view" data-place />
@@ -134,65 +130,37 @@ function Bar() {
     call("program.list", {}).then(({ programs: all }) => (programs.value = all.map(({ name }) => name)), complain);
   }, [store.socket.value]);
   const said = (work: Promise<number>) => void work.then((n) => n > 0 && store.say(t("site.done", { n })));
-  const because = { disabled: none || isViewer, "aria-describedby": none || isViewer ? "site-why" : undefined };
+  const off = none || isViewer;
   return (
     <div class="site-bar" role="group" aria-label={t("site.bar")}>
-      <button type="button" class="stop-all" data-testid="stop-all" onClick={() => void stop(true)}>
-        {t("site.stopAll")}
-      </button>
-      <button type="button" data-testid="choose-all" onClick={() => (chosen.value = new Set(mine.length === arms.length ? [] : arms.map(({ name }) => name)))}>
+      <Do id="stop-all" class="stop-all" text={t("site.stopAll")} press={() => stop(true)} />
+      <Do id="choose-all" press={() => (chosen.value = new Set(mine.length === arms.length ? [] : arms.map(({ name }) => name)))}>
         {t(mine.length === arms.length ? "site.none" : "site.all")}
-      </button>
-      <button type="button" data-testid="site-take" {...because} onClick={() => said(each(mine, take))}>
-        {t("lease.take")}
-      </button>
-      <button type="button" data-testid="site-give" {...because} onClick={() => said(each(mine, give))}>
-        {t("lease.release")}
-      </button>
-      <select aria-label={t("site.program")} data-testid="site-program" value={program.value} onChange={(event) => (program.value = event.currentTarget.value)}>
-        <option value="">{t("site.program")}</option>
-        {programs.value.map((name) => (
-          <option key={name} value={name}>
-            {name}
-          </option>
-        ))}
-      </select>
-      <button
-        type="button"
-        class="primary"
-        data-testid="site-send"
-        disabled={none || isViewer || program.value === ""}
-        aria-describedby={none || isViewer ? "site-why" : undefined}
-        onClick={() => said(send(mine, { program: program.value }, program.value))}
-      >
+      </Do>
+      <Do id="site-take" off={off} why="site-why" text={t("lease.take")} press={() => said(each(mine, take))} />
+      <Do id="site-give" off={off} why="site-why" text={t("lease.release")} press={() => said(each(mine, give))} />
+      <Pick id="site-program" label={t("site.program")} value={program.value} options={[{ value: "", text: t("site.program") }, ...programs.value]} choose={(name) => (program.value = name)} />
+      <Do id="site-send" class="primary" off={off || program.value === ""} why="site-why" press={() => said(send(mine, { program: program.value }, program.value))}>
         {t("site.send", { n: mine.length })}
-      </button>
+      </Do>
       <label class="pick-file">
         <span>{t("site.file")}</span>
         <input
           type="file"
           data-testid="site-file"
-          {...because}
+          disabled={off}
+          aria-describedby={off ? "site-why" : undefined}
           onChange={(event) => {
             const input = event.currentTarget;
             const [file] = input.files ?? [];
             if (!file) return;
-            void base64(file).then((data) => said(send(mine, { data }, file.name))).finally(() => (input.value = ""));
+            void file.arrayBuffer().then(base64).then((data) => said(send(mine, { data }, file.name))).finally(() => (input.value = ""));
           }}
         />
       </label>
-      <span id="site-why" class="unseen">
-        {t(isViewer ? "why.viewer" : "site.why")}
-      </span>
+      <span id="site-why" class="unseen">{t(isViewer ? "why.viewer" : "site.why")}</span>
     </div>
   );
-}
-
-async function base64(file: File): Promise<string> {
-  const bytes = new Uint8Array(await file.arrayBuffer());
-  let text = "";
-  for (let from = 0; from < bytes.length; from += 8192) text += String.fromCharCode(...bytes.subarray(from, from + 8192));
-  return btoa(text);
 }
 
 function Pictures() {
@@ -206,31 +174,23 @@ function Pictures() {
       <Do id="pictures-save" class="quiet small" press={() => save("results.html", page(t("site.pictures"), pictures.value), "text/html")}>
         {t("site.pictures.all")}
       </Do>
-      <Do id="pictures-clear" class="quiet small" press={clear}>
-        {t("site.pictures.clear")}
-      </Do>
+      <Do id="pictures-clear" class="quiet small" text={t("site.pictures.clear")} press={clear} />
     </div>
   );
   return (
     <Card title={t("site.pictures")} class="arms" more={more}>
       <div class="pictures">
         {pictures.value.map(({ name, svg, strokes }) => {
-          const points = strokes.flatMap((stroke) => stroke.points);
-          const [xs, ys] = [0, 1].map((axis) => points.map((point) => point[axis] ?? 0)) as [number[], number[]];
-          const least = (all: number[]) => all.reduce((one, other) => Math.min(one, other), Infinity);
-          const most = (all: number[]) => all.reduce((one, other) => Math.max(one, other), -Infinity);
-          const box = [least(xs) - 4, -most(ys) - 4, most(xs) - least(xs) + 8, most(ys) - least(ys) + 8];
+          const box = boundsOf(strokes.flatMap((stroke) => stroke.points), 4);
           return (
             <div key={name} class="picture">
-              <button type="button" aria-label={t("site.picture", { name })} data-testid={`picture-${name}`} onClick={() => save(`${name}.svg`, svg)}>
-                <svg viewBox={box.join(" ")} aria-hidden="true">
-                  <path d={strokes.map((stroke) => `M${stroke.points.map(([x = 0, y = 0]) => `${x} ${-y}`).join("L")}`).join("")} />
+              <Do id={`picture-${name}`} label={t("site.picture", { name })} press={() => save(`${name}.svg`, svg)}>
+                <svg viewBox={viewBox(box)} aria-hidden="true">
+                  <path transform={UP} d={strokes.map((stroke) => pathOf(stroke.points)).join("")} />
                 </svg>
                 <span>{name}</span>
-              </button>
-              <Do id={`picture-delete-${name}`} class="quiet small icon" label={t("site.picture.delete", { name })} press={() => drop([name])}>
-                ✕
               </Do>
+              <Do id={`picture-delete-${name}`} class="quiet small icon" label={t("site.picture.delete", { name })} text="✕" press={() => drop([name])} />
             </div>
           );
         })}
@@ -244,9 +204,7 @@ function Count() {
   const count = (is: (one: ReturnType<typeof marksOf>) => boolean) => marks.filter(is).length;
   const values = { n: marks.length, alarms: count(({ alarms }) => alarms.length > 0), jobs: count(({ job }) => job !== null), hands: count(({ asks }) => asks !== null) };
   return (
-    <p class="hint" data-testid="site-count" role="status">
-      {t("site.count", values)}
-    </p>
+    <p class="hint" data-testid="site-count" role="status">{t("site.count", values)}</p>
   );
 }
 

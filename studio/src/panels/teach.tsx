@@ -7,7 +7,7 @@ import * as store from "../store";
 import * as actions from "../teach/actions";
 import * as program from "../teach/rows";
 import { ArmView } from "../view/view";
-import { Card, Do, OpenFile, Switch, Times } from "../ui/parts";
+import { Card, Do, OpenFile, Pick, Switch, TextField, Times, Why } from "../ui/parts";
 import { JobCard } from "./job";
 import { JogPad } from "./jogpad";
 import { Points } from "./points";
@@ -28,39 +28,21 @@ function Add() {
   return (
     <>
       <div class="buttons-row add-bar">
-        <Do id="teach-add" class="primary" off={off} why={why} press={actions.capture}>
-          {t("teach.add")}
-        </Do>
-        <Do id="teach-undo" off={!program.canUndo.value} press={program.undo}>
-          {t("teach.undo")}
-        </Do>
-        <Do id="teach-redo" off={!program.canRedo.value} press={program.redo}>
-          {t("teach.redo")}
-        </Do>
-        <Do id="teach-delete" off={program.rows.value.length === 0} press={program.remove}>
-          {count > 1 ? t("teach.deleteMany", { count }) : t("teach.delete")}
-        </Do>
+        <Do id="teach-add" class="primary" off={off} why={why} text={t("teach.add")} press={actions.capture} />
+        <Do id="teach-undo" off={!program.canUndo.value} text={t("teach.undo")} press={program.undo} />
+        <Do id="teach-redo" off={!program.canRedo.value} text={t("teach.redo")} press={program.redo} />
+        <Do id="teach-delete" off={program.rows.value.length === 0} text={count > 1 ? t("teach.deleteMany", { count }) : t("teach.delete")} press={program.remove} />
       </div>
-      {off ? (
-        <p id={why} class="hint">
-          {t(store.why.value ?? "why.free")}
-        </p>
-      ) : null}
+      <Why id={why} text={off ? t(store.why.value ?? "why.free") : null} />
       <details class="more">
         <summary>{t("teach.more")}</summary>
         <div class="more-body">
-          <Switch label={t("teach.guide")} testId="teach-guide" on={actions.guides.value} disabled={off} reason={off ? why : undefined} flip={(on) => void actions.guide(on)} />
+          <Switch id="teach-guide" label={t("teach.guide")} on={actions.guides.value} off={off} why={why} flip={actions.guide} />
           <div class="buttons-row">
-            <Do id="teach-wait" press={actions.addWait}>
-              {t("teach.addWait")}
-            </Do>
+            <Do id="teach-wait" text={t("teach.addWait")} press={actions.addWait} />
             <Times id="teach-pin" label={t("teach.pin")} least={1} most={PINS} value={pin} />
-            <Do id="teach-output-high" press={() => actions.addOutput(pin.value, true)}>
-              {t("teach.high")}
-            </Do>
-            <Do id="teach-output-low" press={() => actions.addOutput(pin.value, false)}>
-              {t("teach.low")}
-            </Do>
+            <Do id="teach-output-high" text={t("teach.high")} press={() => actions.addOutput(pin.value, true)} />
+            <Do id="teach-output-low" text={t("teach.low")} press={() => actions.addOutput(pin.value, false)} />
           </div>
         </div>
       </details>
@@ -76,22 +58,12 @@ function Play() {
   const leads = program.rows.value[nth]?.motion !== null;
   return (
     <div class="buttons-row play">
-      <Do id="teach-play" class="primary" off={off} why="play-why" press={() => actions.play("all")}>
-        {t("teach.play")}
-      </Do>
+      <Do id="teach-play" class="primary" off={off} why="play-why" text={t("teach.play")} press={() => actions.play("all")} />
       <Times id="teach-loops" label={t("run.times")} hint={t("run.times.hint")} value={actions.loops} />
-      <Do id="teach-from" off={off} why="play-why" press={() => actions.play("from")}>
-        {t("teach.from", { n })}
-      </Do>
-      <Do id="teach-step" off={off} why="play-why" press={() => actions.play("one")}>
-        {t("teach.one", { n })}
-      </Do>
-      <Do id="teach-again" off={store.why.value !== null || off || !leads} why="play-why" press={() => actions.reteach(nth)}>
-        {t("teach.again", { n })}
-      </Do>
-      <span id="play-why" class="unseen">
-        {why === null ? t("teach.empty") : t(why)}
-      </span>
+      <Do id="teach-from" off={off} why="play-why" text={t("teach.from", { n })} press={() => actions.play("from")} />
+      <Do id="teach-step" off={off} why="play-why" text={t("teach.one", { n })} press={() => actions.play("one")} />
+      <Do id="teach-again" off={store.why.value !== null || off || !leads} why="play-why" text={t("teach.again", { n })} press={() => actions.reteach(nth)} />
+      <span id="play-why" class="unseen">{why === null ? t("teach.empty") : t(why)}</span>
     </div>
   );
 }
@@ -100,28 +72,23 @@ function Files() {
   const off = !store.isUp.value;
   return (
     <div class="buttons-row files">
-      <label class="field title">
-        <span>{t("teach.title")}</span>
-        <input
-          type="text"
-          autocomplete="off"
-          maxLength={60}
-          placeholder={t("teach.untitled")}
-          data-testid="teach-title"
-          value={program.taught.value.title}
-          onChange={(event) => program.change({ title: event.currentTarget.value.trim() })}
-        />
-      </label>
-      <label class="field">
-        <span>{t("programs.format")}</span>
-        <select data-testid="teach-save-format" value={actions.format.value} onChange={(event) => (actions.format.value = event.currentTarget.value as "plan")}>
-          <option value="plan">{t("format.plan")}</option>
-          <option value="playback">{t("format.playback")}</option>
-        </select>
-      </label>
-      <Do id="teach-save" off={off || program.rows.value.length === 0} press={actions.save}>
-        {t("teach.save")}
-      </Do>
+      <TextField
+        id="teach-title"
+        class="title"
+        label={t("teach.title")}
+        value={program.taught.value.title}
+        most={60}
+        placeholder={t("teach.untitled")}
+        set={(text) => program.change({ title: text.trim() })}
+      />
+      <Pick
+        title={t("programs.format")}
+        id="teach-save-format"
+        value={actions.format.value}
+        options={(["plan", "playback"] as const).map((value) => ({ value, text: t(`format.${value}`) }))}
+        choose={(format) => (actions.format.value = format)}
+      />
+      <Do id="teach-save" off={off || program.rows.value.length === 0} text={t("teach.save")} press={actions.save} />
       <OpenFile id="teach-open" accept=".playback,.json,.plan,.csv,.xyz,.blockly,.xml" off={off} text={t("programs.open")} open={([file]) => file && actions.open(file)} />
     </div>
   );

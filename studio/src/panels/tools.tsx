@@ -1,8 +1,8 @@
 // What the arm does at a press: home, tools, speed.
 import * as actions from "../actions";
-import { t } from "../i18n";
+import { t, told } from "../i18n";
 import * as store from "../store";
-import { Card, Switch } from "../ui/parts";
+import { Card, Do, Field, Pick, Range, Switch } from "../ui/parts";
 
 const TOOLS = ["none", "suction", "gripper", "pen", "laser"] as const;
 const GRIPPER = ["open", "closed", "off"] as const;
@@ -10,90 +10,40 @@ const GRIPPER = ["open", "closed", "off"] as const;
 export function ArmCard() {
   const state = store.state.value;
   const off = store.why.value !== null;
-  const reason = off ? "jog-why" : undefined;
   const tool = state?.tool;
   const mounted = tool?.name ?? (tool?.bias ? "custom" : "unknown");
+  const isOther = mounted === "custom" || mounted === "unknown";
   const speed = state?.speed ?? null;
   return (
     <Card title={t("arm.title")} class="arm-card">
       <div class="buttons">
-        <button type="button" data-testid="home" disabled={off} aria-describedby={reason} onClick={actions.home}>
-          {t("home")}
-        </button>
-        <button
-          type="button"
-          class={store.alarms.value.length > 0 ? "primary" : ""}
-          data-testid="clear-alarms"
-          disabled={off}
-          aria-describedby={reason}
-          onClick={actions.clearAlarms}
-        >
-          {t("alarms.clear")}
-        </button>
+        <Do id="home" off={off} why="jog-why" text={t("home")} press={actions.home} />
+        <Do id="clear-alarms" class={store.alarms.value.length > 0 ? "primary" : ""} off={off} why="jog-why" text={t("alarms.clear")} press={actions.clearAlarms} />
       </div>
       {state?.homed === false ? <p class="hint">{t("home.unknown")}</p> : null}
-      <label class="field">
-        <span>
-          {t("arm.speed")} <b class="number">{speed === null ? "–" : `${Math.round(speed)} %`}</b>
-        </span>
-        <input
-          type="range"
-          min={1}
-          max={100}
-          value={speed ?? 50}
-          disabled={off}
-          aria-describedby={reason}
-          data-testid="arm-speed"
-          onChange={(event) => actions.speed(Number(event.currentTarget.value))}
-        />
-      </label>
-      <label class="field">
-        <span>{t("tools.select")}</span>
-        <select
-          data-testid="tool-select"
-          value={mounted}
-          disabled={off}
-          aria-describedby={reason}
-          onChange={(event) => actions.tool({ tool: event.currentTarget.value as (typeof TOOLS)[number] })}
-        >
-          {mounted === "custom" || mounted === "unknown" ? (
-            <option value={mounted} disabled>
-              {t(`tools.${mounted}`)}
-            </option>
-          ) : null}
-          {TOOLS.map((name) => (
-            <option key={name} value={name}>
-              {t(`tools.${name}`)}
-            </option>
-          ))}
-        </select>
-      </label>
+      <Field label={<>{t("arm.speed")} <b class="number">{speed === null ? "–" : `${Math.round(speed)} %`}</b></>}>
+        <Range id="arm-speed" least={1} most={100} value={speed ?? 50} off={off} why="jog-why" rests set={actions.speed} />
+      </Field>
+      <Pick
+        title={t("tools.select")}
+        id="tool-select"
+        value={mounted}
+        options={[...(isOther ? [{ value: mounted, text: told(`tools.${mounted}`, mounted), disabled: true }] : []), ...TOOLS.map((value) => ({ value: value as string, text: t(`tools.${value}`) }))]}
+        off={off}
+        why="jog-why"
+        choose={(name) => actions.tool({ tool: name as (typeof TOOLS)[number] })}
+      />
       <div class="tool-row">
-        <Switch
-          label={t("tool.suction")}
-          testId="tool-suction"
-          on={tool?.suction ?? null}
-          disabled={off}
-          reason={reason}
-          flip={(suction) => actions.tool({ suction })}
-        />
-        <Switch label={t("tool.laser")} testId="tool-laser" on={tool?.laser ?? null} disabled={off} reason={reason} danger flip={actions.laser} />
+        <Switch id="tool-suction" label={t("tool.suction")} on={tool?.suction ?? null} off={off} why="jog-why" flip={(suction) => actions.tool({ suction })} />
+        <Switch id="tool-laser" label={t("tool.laser")} on={tool?.laser ?? null} off={off} why="jog-why" danger flip={actions.laser} />
       </div>
       <div class="gripper" role="group" aria-label={t("tool.gripper")}>
         <span aria-hidden="true">{t("tool.gripper")}</span>
         <div class="segments">
           {GRIPPER.map((gripper) => (
-            <button
-              key={gripper}
-              type="button"
-              data-testid={`tool-gripper-${gripper}`}
-              aria-pressed={tool?.gripper === gripper}
-              disabled={off}
-              aria-describedby={reason}
-              onClick={() => actions.tool({ gripper })}
-            >
+            <Do id={`tool-gripper-${gripper}`} key={gripper} aria-pressed={tool?.gripper === gripper} off={off} why="jog-why" press={() => actions.tool({ gripper })}>
               {t(`tool.${gripper}`)}
-            </button>
+            </Do>
           ))}
         </div>
       </div>

@@ -1,13 +1,14 @@
 // The world around a virtual arm: what stands there, what was drawn, and what a hand does.
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
-import { complain } from "../actions";
+import { complain, tried } from "../actions";
 import type { Params } from "../client";
 import { t, told } from "../i18n";
 import { save } from "../log";
 import { call, shown } from "../session";
 import * as store from "../store";
-import { Card, Switch } from "../ui/parts";
+import { Card, Do, Field, NumberInput, Pick, Range, Switch } from "../ui/parts";
+import { boundsOf, pathOf, UP, viewBox } from "../view/flat";
 import { hand } from "../view/layers";
 import { drawn, look, world, worldless } from "../view/seen";
 import { ArmView } from "../view/view";
@@ -18,18 +19,10 @@ const ABOVE = 300;
 const WHY = "world-why";
 
 /** Why a hand cannot do anything, as a key of the texts. A cable that is out is no reason. */
-function why(): "why.closed" | "why.lost" | "why.viewer" | "why.other" | "why.free" | null {
-  if (store.socket.value !== "up") return store.socket.value === "closed" ? "why.closed" : "why.lost";
-  if (store.role.value === "viewer") return "why.viewer";
-  return store.lease.value === "mine" ? null : store.lease.value === "other" ? "why.other" : "why.free";
-}
+const why = () => store.barred(store.socket.value === "up");
 
 async function done(work: () => Promise<unknown>): Promise<void> {
-  try {
-    await work();
-  } catch (error) {
-    complain(error);
-  }
+  await tried(work);
   void look();
 }
 const place = (name: string, x: number, y: number) => done(() => call("world.place", { ...shown(), name, at: [x, y, ABOVE] }));
@@ -50,28 +43,22 @@ function Scenario({ off }: { off: boolean }) {
   return (
     <Card title={t("world.scenario")}>
       <div class="row">
-        <label class="field">
-          <span>{t("world.scenario.pick")}</span>
-          <select
-            data-testid="world-scenario"
-            value={current}
-            disabled={off || noTeacher}
-            aria-describedby={off ? WHY : "world-note"}
-            onChange={(event) => {
-              const name = event.currentTarget.value;
-              const wanted = all.value.find((one) => one.name === name);
-              if (name === "" || wanted) void begin(wanted?.text ?? "");
-            }}
-          >
-            <option value="">{t("world.empty")}</option>
-            {current === "own" ? <option value="own">{title ?? t("world.own")}</option> : null}
-            {all.value.map((one) => (
-              <option key={one.name} value={one.name}>
-                {told(`scenario.${one.name}`, one.title ?? one.name)}
-              </option>
-            ))}
-          </select>
-        </label>
+        <Pick
+          title={t("world.scenario.pick")}
+          id="world-scenario"
+          value={current}
+          options={[
+            { value: "", text: t("world.empty") },
+            ...(current === "own" ? [{ value: "own", text: title ?? t("world.own") }] : []),
+            ...all.value.map((one) => ({ value: one.name, text: told(`scenario.${one.name}`, one.title ?? one.name) })),
+          ]}
+          off={off || noTeacher}
+          why={off ? WHY : "world-note"}
+          choose={(name) => {
+            const wanted = all.value.find((one) => one.name === name);
+            if (name === "" || wanted) void begin(wanted?.text ?? "");
+          }}
+        />
         <label class="pick-file">
           <span>{t("world.open")}</span>
           <input
@@ -88,35 +75,8 @@ function Scenario({ off }: { off: boolean }) {
           />
         </label>
       </div>
-      <p class="hint" id="world-note">
-        {t(noTeacher ? "world.teacher" : "world.note")}
-      </p>
+      <p class="hint" id="world-note">{t(noTeacher ? "world.teacher" : "world.note")}</p>
     </Card>
-  );
-}
-
-/** Where an object is, and where it goes: what is being typed stays while the world goes on. */
-function Side({ axis, name, value, off, set }: { axis: "x" | "y"; name: string; value: number; off: boolean; set: (to: number) => void }) {
-  const typed = useSignal<string | null>(null);
-  const take = (text: string) => {
-    typed.value = null;
-    if (text !== "" && Number.isFinite(Number(text))) set(Number(text));
-  };
-  return (
-    <label>
-      {axis}
-      <input
-        type="number"
-        step={5}
-        value={typed.value ?? Math.round(value * 10) / 10}
-        disabled={off}
-        aria-label={t("world.object.axis", { name, axis })}
-        aria-describedby={off ? WHY : undefined}
-        onInput={(event) => (typed.value = event.currentTarget.value)}
-        onChange={(event) => take(event.currentTarget.value)}
-        onBlur={() => (typed.value = null)}
-      />
-    </label>
   );
 }
 
@@ -129,7 +89,17 @@ function Objects({ off }: { off: boolean }) {
       <ul class="objects">
         {objects.map(({ name, color, held, at: [x = 0, y = 0, z = 0] }) => {
           const field = (axis: "x" | "y", value: number) => (
-            <Side axis={axis} name={name} value={value} off={off} set={(to) => void place(name, axis === "x" ? to : x, axis === "y" ? to : y)} />
+            <label>
+              {axis}
+              <NumberInput
+                label={t("world.object.axis", { name, axis })}
+                value={value}
+                step={5}
+                off={off}
+                why={WHY}
+                set={(to) => void place(name, axis === "x" ? to : x, axis === "y" ? to : y)}
+              />
+            </label>
           );
           return (
             <li key={name} data-testid={`world-object-${name}`}>
@@ -152,30 +122,25 @@ function Objects({ off }: { off: boolean }) {
 function Paper() {
   const { svg, strokes } = drawn.value;
   const table = world.value?.table;
-  const points = strokes.flatMap((stroke) => stroke.points);
-  const sides = [0, 1].map((axis) => {
-    const all = points.map((point) => point[axis] ?? 0).concat(axis === 0 ? (table?.x ?? []) : (table?.y ?? []));
-    const kept = all.filter((value) => Math.abs(value) < 500);
-    const [least, most] = kept.reduce(([least, most], value) => [Math.min(least, value), Math.max(most, value)], [Infinity, -Infinity] as [number, number]);
-    return kept.length === 0 ? [150, 300] as const : [least - 5, most + 5] as const;
-  });
-  const [[left = 0, right = 0] = [], [bottom = 0, top = 0] = []] = sides;
-  // A stroke that grew is long: its text is made once for each of its states.
-  const path = (line: number[][]) => `M${line.map(([x = 0, y = 0]) => `${x} ${-y}`).join("L")}${line.length === 1 ? "h0" : ""}`;
+  const corners = table == null ? [] : [[table.x[0] ?? 0, table.y[0] ?? 0], [table.x[1] ?? 0, table.y[1] ?? 0]];
+  const kept = [...corners, ...strokes.flatMap((stroke) => stroke.points)].filter((point) => point.every((value) => Math.abs(value) < 500));
+  const frame = kept.length === 0 ? { x: 150, y: -150, width: 150, height: 300 } : boundsOf(kept, 5);
   return (
     <Card
       title={t("world.paper")}
       more={
-        <button type="button" class="quiet small" disabled={strokes.length === 0} data-testid="world-paper-save" onClick={() => save(`${store.armName.value}-drawing.svg`, svg)}>
+        <Do id="world-paper-save" class="quiet small" off={strokes.length === 0} press={() => save(`${store.armName.value}-drawing.svg`, svg)}>
           {t("world.paper.save")}
-        </button>
+        </Do>
       }
     >
-      <svg class={`paper ${strokes.length === 0 ? "blank" : ""}`} data-testid="world-paper" role="img" aria-label={t("world.paper.text", { n: strokes.length })} viewBox={`${left} ${-top} ${right - left} ${top - bottom}`}>
-        {table == null ? null : <rect x={left + 5} y={5 - top} width={right - left - 10} height={top - bottom - 10} />}
-        {(["ink", "burnt"] as const).map((kind) => (
-          <path key={kind} class={kind} d={strokes.filter((stroke) => stroke.burnt === (kind === "burnt")).map((stroke) => path(stroke.points)).join("")} />
-        ))}
+      <svg class={`paper ${strokes.length === 0 ? "blank" : ""}`} data-testid="world-paper" role="img" aria-label={t("world.paper.text", { n: strokes.length })} viewBox={viewBox(frame)}>
+        <g transform={UP}>
+          {table == null ? null : <rect {...boundsOf(kept)} />}
+          {(["ink", "burnt"] as const).map((kind) => (
+            <path key={kind} class={kind} d={strokes.filter((stroke) => stroke.burnt === (kind === "burnt")).map((stroke) => pathOf(stroke.points)).join("")} />
+          ))}
+        </g>
       </svg>
       {strokes.length === 0 ? <p class="hint" data-testid="world-paper-none">{t(world.value?.draws == null ? "world.draws.none" : "world.paper.none")}</p> : null}
     </Card>
@@ -208,18 +173,13 @@ function Guide() {
       {JOINTS.map((joint, at) => (
         <label key={joint}>
           <b>{joint.toUpperCase()}</b>
-          <input
-            type="range"
-            min={limits[joint][0]}
-            max={limits[joint][1]}
+          <Range
+            id={`world-guide-${joint}`}
+            least={limits[joint][0] ?? 0}
+            most={limits[joint][1] ?? 0}
             step={0.5}
             value={state[joint]}
-            data-testid={`world-guide-${joint}`}
-            onInput={(event) => {
-              const to = event.currentTarget.valueAsNumber;
-              const now = next ?? JOINTS.map((joint) => store.state.value?.[joint] ?? 0);
-              void guide(now.map((value, nth) => (nth === at ? to : value)));
-            }}
+            set={(to) => guide((next ?? JOINTS.map((one) => store.state.value?.[one] ?? 0)).with(at, to))}
           />
           <output aria-live="off">{`${state[joint].toFixed(1)}°`}</output>
         </label>
@@ -230,35 +190,16 @@ function Guide() {
 
 function Hands({ off }: { off: boolean }) {
   const seen = world.value;
-  const reason = off ? WHY : undefined;
   const press = (long: boolean) => done(() => call("world.press", { ...shown(), long }));
   return (
     <Card title={t("world.hands")}>
       <div class="row" role="group" aria-label={t("world.key")}>
-        <button type="button" data-testid="world-press" disabled={off} aria-describedby={reason} onClick={() => press(false)}>
-          {t("world.press")}
-        </button>
-        <button type="button" data-testid="world-press-long" disabled={off} aria-describedby={reason} onClick={() => press(true)}>
-          {t("world.press.long")}
-        </button>
+        <Do id="world-press" off={off} why={WHY} text={t("world.press")} press={() => press(false)} />
+        <Do id="world-press-long" off={off} why={WHY} text={t("world.press.long")} press={() => press(true)} />
       </div>
-      <Switch
-        label={t("world.unlock")}
-        testId="world-unlock"
-        on={seen?.unlocked ?? null}
-        disabled={off}
-        reason={reason}
-        flip={(held) => void done(() => call("world.unlock", { ...shown(), held }))}
-      />
+      <Switch id="world-unlock" label={t("world.unlock")} on={seen?.unlocked ?? null} off={off} why={WHY} flip={(held) => done(() => call("world.unlock", { ...shown(), held }))} />
       {seen?.unlocked && !off ? <Guide /> : null}
-      <Switch
-        label={t("world.plugged")}
-        testId="world-plugged"
-        on={seen?.plugged ?? null}
-        disabled={off}
-        reason={reason}
-        flip={(plugged) => void done(() => call("world.unplug", { ...shown(), plugged }))}
-      />
+      <Switch id="world-plugged" label={t("world.plugged")} on={seen?.plugged ?? null} off={off} why={WHY} flip={(plugged) => done(() => call("world.unplug", { ...shown(), plugged }))} />
     </Card>
   );
 }
@@ -267,13 +208,11 @@ function Faults({ off }: { off: boolean }) {
   const code = useSignal(64);
   const joint = useSignal(2);
   const degrees = useSignal(5);
-  const reason = off ? WHY : undefined;
   const fault = (params: Omit<Params<"world.fault">, "arm">) => done(() => call("world.fault", { ...shown(), ...params }));
   const number = (label: string, value: typeof code, least: number, most: number) => (
-    <label class="field">
-      <span>{label}</span>
+    <Field label={label}>
       <input type="number" min={least} max={most} value={value.value} disabled={off} onInput={(event) => (value.value = event.currentTarget.valueAsNumber)} />
-    </label>
+    </Field>
   );
   return (
     <Card title={t("world.faults")}>
@@ -281,24 +220,12 @@ function Faults({ off }: { off: boolean }) {
       <div class="row">
         {number(t("world.slip.joint"), joint, 1, 4)}
         {number(t("world.slip.by"), degrees, -90, 90)}
-        <button
-          type="button"
-          data-testid="world-slip"
-          disabled={off}
-          aria-describedby={reason}
-          onClick={() => fault({ fault: "slip", joint: joint.value, degrees: degrees.value })}
-        >
-          {t("world.slip")}
-        </button>
+        <Do id="world-slip" off={off} why={WHY} text={t("world.slip")} press={() => fault({ fault: "slip", joint: joint.value, degrees: degrees.value })} />
       </div>
       <div class="row">
         {number(t("world.alarm.code"), code, 0, 255)}
-        <button type="button" data-testid="world-alarm" disabled={off} aria-describedby={reason} onClick={() => fault({ fault: "alarm", alarm: code.value })}>
-          {t("world.alarm")}
-        </button>
-        <button type="button" data-testid="world-reset" disabled={off} aria-describedby={reason} onClick={() => fault({ fault: "reset" })}>
-          {t("world.reset")}
-        </button>
+        <Do id="world-alarm" off={off} why={WHY} text={t("world.alarm")} press={() => fault({ fault: "alarm", alarm: code.value })} />
+        <Do id="world-reset" off={off} why={WHY} text={t("world.reset")} press={() => fault({ fault: "reset" })} />
       </div>
     </Card>
   );
@@ -319,21 +246,15 @@ export function World() {
   }, []);
   if (worldless.value || store.arm.value?.virtual === false || store.backend.value === "none") {
     return (
-      <Card title={t("nav.world")}>
-        <p>{t(store.backend.value === "none" ? "why.closed" : "world.none")}</p>
-      </Card>
+      <Card title={t("nav.world")}><p>{t(store.backend.value === "none" ? "why.closed" : "world.none")}</p></Card>
     );
   }
   return (
     <div class="move world">
-      <div class="move-look">
-        <ArmView />
-      </div>
+      <div class="move-look"><ArmView /></div>
       <div class="move-do" role="group" aria-label={t("nav.world")}>
         {off === null ? null : (
-          <p class="jog-status off" id={WHY}>
-            {t(off)}
-          </p>
+          <p class="jog-status off" id={WHY}>{t(off)}</p>
         )}
         <Scenario off={off !== null} />
         <Objects off={off !== null} />

@@ -1,47 +1,24 @@
 // What a program would do: asked of the station, shown in the picture before anything moves.
 import { computed, effect, signal } from "@preact/signals";
-import { complain } from "../actions";
-import { RpcError } from "../client";
+import { complain, inWords, tried } from "../actions";
+import type { Option, Report } from "../api";
+import { type Params, RpcError } from "../client";
 import { call, shown } from "../session";
 import * as store from "../store";
 import { type Lines, show } from "../view/layers";
-import { busy } from "./jobs";
-import { type Entry, programs } from "./programs";
+import * as jobs from "./jobs";
+import { type Entry, nameOf, programs, put } from "./programs";
 
-export interface Option {
-  name: string;
-  kind: "choice" | "number" | "point" | "switch";
-  unit: string;
-  choices: string[];
-  with: string | null;
-  about: string;
-}
-export interface Complaint {
-  step: number;
-  line?: number;
-  column?: number;
-  name?: string;
-  message: string;
-}
-export interface Report {
-  ok: boolean;
-  seconds: number | null;
-  steps: number | null;
-  drawn_mm: number;
-  travel_mm: number;
-  bounds?: Record<"x" | "y" | "z", [number, number]>;
-  refused: number;
-  complaints: Complaint[];
-  notes?: Array<{ code: string; text: string }>;
-  preview?: { strokes: Array<{ points: number[][]; height: number; reachable: boolean }>; travels: number[][][] };
-}
+/** What is checked and run: a program of the library, or what a person has typed. */
+export type Source = Pick<Params<"job.start">, "program" | "text" | "format">;
 
 const CHECK_FAILED = -32004;
 /** Larger files are checked when they are asked for: it takes a while. */
 const AT_ONCE = 1024 * 1024;
 const PAUSE = 400;
 
-export const selected = signal<string | null>(null);
+export const chosen = signal<Source | null>(null);
+export const selected = computed(() => chosen.value?.program ?? null);
 export const entry = computed<Entry | null>(() => programs.value.find((program) => program.name === selected.value) ?? null);
 export const options = signal<Option[]>([]);
 export const values = signal<Record<string, string>>({});
@@ -50,46 +27,81 @@ export const report = signal<Report | null>(null);
 export const problem = signal<string | null>(null);
 export const isChecking = signal(false);
 export const isShown = signal(false);
-let asked = 0;
+let checks = 0;
 /** What the newest check comes to. */
 let newest: Promise<boolean> = Promise.resolve(false);
 
+/** What the open route says itself, whatever a person has set. */
+export const fixed = signal<Record<string, unknown>>({});
+/** What an option comes to; nothing where the station decides. */
+export const valueOf = (name: string): string => {
+  const option = options.value.find((one) => one.name === name);
+  return String(fixed.value[name] ?? (values.value[name] || (option?.default ?? "")));
+};
+export const setValue = (name: string, to: string): void => void (values.value = { ...values.value, [name]: to });
+
 /** Whether an option counts, as the others are set. */
-export const counts = (option: Option): boolean => option.with === null || values.value[option.with] === "true";
+function counts({ name, with: other, when }: Option): boolean {
+  if (name in fixed.value) return false;
+  return other === null || (when.length === 0 ? valueOf(other) === "true" : when.includes(valueOf(other)));
+}
+/** What a person is asked. */
+export const asked = computed(() => options.value.filter(counts));
 
 /** What is set, as the station takes it; nothing where nothing is. */
 export const setup = computed<Record<string, unknown> | undefined>(() => {
   const set: Record<string, unknown> = {};
-  for (const option of options.value.filter(counts)) {
-    const text = (values.value[option.name] ?? "").trim().replaceAll(",", " ");
-    const numbers = text === "" ? [] : text.split(/\s+/).map(Number);
-    if (option.kind === "choice") set[option.name] = text || option.choices[0];
-    else if (option.kind === "switch" && text === "true") set[option.name] = true;
-    else if (option.kind === "number" && numbers.length > 0) set[option.name] = numbers[0];
-    else if (option.kind === "point" && numbers.length > 0) set[option.name] = numbers;
+  for (const { name, kind, usual, choices } of asked.value) {
+    const text = (values.value[name] ?? "").trim();
+    const numbers = text.replaceAll(",", " ").split(/\s+/).map(Number);
+    if (kind === "choice" && usual) set[name] = text || choices[0];
+    else if (text === "") continue;
+    else if (kind === "switch") set[name] = text === "true";
+    else if (kind === "number" || kind === "integer") set[name] = numbers[0];
+    else if (kind === "point" || kind === "place" || kind === "area") set[name] = numbers;
+    else if (kind === "list") set[name] = text.split("\n");
+    else if (kind !== "pens") set[name] = text;
   }
+  Object.assign(set, fixed.value);
   return Object.keys(set).length > 0 ? set : undefined;
 });
 
-export const source = () => ({ program: selected.value ?? "", ...(setup.value ? { setup: setup.value } : {}) });
+export const source = () => ({ ...chosen.value, ...(setup.value ? { setup: setup.value } : {}) });
 
-export async function select(name: string | null): Promise<void> {
-  selected.value = name;
+export const select = (name: string | null) => choose(name === null ? null : { program: name });
+
+/** Takes something else; another text with the same options. */
+export async function choose(source: Source | null): Promise<void> {
+  const isSame = source?.text !== undefined && chosen.value?.text !== undefined && source.format === chosen.value.format;
+  chosen.value = source;
+  if (isSame) return;
   forget();
   options.value = [];
-  values.value = {};
-  const format = entry.value?.format;
-  if (name === null || !format) return;
+  // How somebody draws holds for the next drawing too; what its parts are, and which of them, does not.
+  const { only: _, parts: _parts, no_pause: _pause, ...kept } = values.value;
+  values.value = Object.keys(fixed.value).length === 0 ? {} : kept;
+  const format = source?.format ?? entry.value?.format;
+  if (!format) return;
   try {
-    const found = await call("program.options", { format });
-    if (selected.value === name) options.value = found.options as Option[];
+    const found = await call("program.options", { format, all: true });
+    if ((chosen.value?.format ?? entry.value?.format) === format) options.value = found.options;
   } catch (error) {
     complain(error);
   }
 }
 
+/** Puts files into the library; the last one is taken. */
+export async function openFiles(files: Iterable<File>): Promise<void> {
+  for (const file of files) {
+    await tried(async () => {
+      const name = await put(nameOf(file.name), file);
+      if (name !== null) await select(name);
+    });
+  }
+}
+
 function forget(): void {
-  asked++;
+  checks++;
   newest = Promise.resolve(false);
   report.value = null;
   problem.value = null;
@@ -102,23 +114,23 @@ function forget(): void {
 export const check = (): Promise<boolean> => (newest = checked());
 
 async function checked(): Promise<boolean> {
-  if (selected.value === null) return false;
-  const mine = ++asked;
+  if (chosen.value === null) return false;
+  const mine = ++checks;
   problem.value = null;
   isChecking.value = true;
   try {
-    const found = (await call("job.check", { ...shown(), ...source(), preview: true })) as unknown as Report;
-    if (mine !== asked) return newest;
+    const found = await call("job.check", { ...shown(), ...source(), preview: true });
+    if (mine !== checks) return newest;
     report.value = found;
     draw(found);
     return found.ok;
   } catch (error) {
-    if (mine !== asked) return newest;
+    if (mine !== checks) return newest;
     forget();
     refuse(error);
     return false;
   } finally {
-    if (mine === asked) isChecking.value = false;
+    if (mine === checks) isChecking.value = false;
   }
 }
 
@@ -126,7 +138,7 @@ async function checked(): Promise<boolean> {
 export function refuse(error: unknown): void {
   const found = error instanceof RpcError && error.code === CHECK_FAILED ? (error.data["report"] as Report | undefined) : undefined;
   if (found !== undefined) report.value = found;
-  else problem.value = error instanceof Error ? error.message : String(error);
+  else problem.value = error instanceof RpcError ? inWords(error) : String((error as Error).message);
 }
 
 export function draw(found: Report | null): void {
@@ -140,17 +152,34 @@ export function draw(found: Report | null): void {
   isShown.value = lines.length + ways.length > 0;
 }
 
-/** Checks by itself what is small, as long as the panel is open and the arm is at no job. */
-export function checkAlong(): () => void {
+/** Starts what is chosen, with more of the setup than is set; `about` tells the person who is asked what it does. */
+export const start = (title: string, about: string, more: Pick<jobs.Order, "loops" | "setup"> = {}) =>
+  tried(async () => {
+    const wanted = source();
+    // What is known to be impossible is looked at once more: the arm may stand elsewhere now.
+    if (report.value?.ok !== true && !(await check())) return;
+    // Nobody has pressed for what was chosen meanwhile.
+    if (JSON.stringify(source()) !== JSON.stringify(wanted)) return;
+    // Without any a program is run as it is.
+    const setup = wanted.setup || more.setup ? { setup: { ...wanted.setup, ...more.setup } } : {};
+    try {
+      await jobs.start({ ...wanted, ...more, ...setup }, title, about);
+    } catch (error) {
+      refuse(error);
+    }
+  });
+
+/** Checks by itself what is no larger than this, as long as the panel is open and the arm is at no job. */
+export function checkAlong(most = AT_ONCE): () => void {
   let due: ReturnType<typeof setTimeout> | undefined;
   const end = effect(() => {
     const found = entry.value;
-    const isUp = store.isUp.value;
+    const isIdle = store.isUp.value && !jobs.busy.value;
     void setup.value;
     clearTimeout(due);
-    if (found === null || found.format === null) return;
-    if (found.bytes > AT_ONCE) forget();
-    else if (isUp && !busy.peek()) due = setTimeout(() => void check(), PAUSE);
+    if (chosen.value === null || found?.format === null) return;
+    if (found !== null && found.bytes > most) forget();
+    else if (isIdle) due = setTimeout(() => void check(), PAUSE);
   });
   return () => {
     clearTimeout(due);

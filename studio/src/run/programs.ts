@@ -1,16 +1,11 @@
 // The library of programs: files in, files out, and the lines of one. No file is read at once on the page's main thread.
 import { signal } from "@preact/signals";
-import { RpcError } from "../client";
+import { type Result, RpcError } from "../client";
 import { t } from "../i18n";
 import { call, files, ownFile } from "../session";
 import * as store from "../store";
 
-export interface Entry {
-  name: string;
-  bytes: number;
-  modified: number;
-  format: string | null;
-}
+export type Entry = Result<"program.list">["programs"][number];
 
 /** So large a program may be in a message, and in an answer. */
 export const IN_A_MESSAGE = 700 * 1024;
@@ -64,7 +59,7 @@ async function sent(name: string, body: Blob): Promise<boolean> {
   return true;
 }
 
-function base64(bytes: ArrayBuffer): string {
+export function base64(bytes: ArrayBuffer): string {
   let text = "";
   const all = new Uint8Array(bytes);
   for (let at = 0; at < all.length; at += 0x8000) text += String.fromCharCode(...all.subarray(at, at + 0x8000));
@@ -106,25 +101,15 @@ const WIDEST = 200;
 export async function linesAt(content: Blob, line: number): Promise<Line[]> {
   const found: Line[] = [];
   const reader = content.stream().pipeThrough(new TextDecoderStream()).getReader();
-  let [number, rest] = [1, ""];
-  const take = (text: string) => {
-    if (number >= line - AROUND) found.push({ number, text: text.slice(0, WIDEST) });
-    number++;
-  };
-  while (number <= line + AROUND) {
-    const { value, done } = await reader.read();
-    if (done) {
-      if (rest !== "") take(rest);
-      break;
+  for (let [number, rest, isOver] = [1, "", false]; !isOver; ) {
+    const { value = "", done } = await reader.read();
+    const lines = (rest + value).split("\n");
+    rest = done ? "" : (lines.pop() ?? "");
+    for (const text of lines) {
+      if (number >= line - AROUND && number <= line + AROUND) found.push({ number, text: text.replace(/\r$/, "").slice(0, WIDEST) });
+      number++;
     }
-    let from = 0;
-    for (let at = value.indexOf("\n"); at >= 0 && number <= line + AROUND; at = value.indexOf("\n", from)) {
-      take(rest + value.slice(from, at).replace(/\r$/, ""));
-      rest = "";
-      from = at + 1;
-    }
-    // Of a line without end no more is kept than is shown.
-    rest = (rest + value.slice(from)).slice(0, WIDEST);
+    isOver = done || number > line + AROUND;
   }
   void reader.cancel();
   return found;

@@ -2,6 +2,7 @@
 // which plan it makes is the station's; this keeps the list, and what was unsaved when the page was left.
 import { batch, computed, effect, signal } from "@preact/signals";
 import type { Methods } from "../api";
+import { remember, remembered, toggled } from "../settings";
 
 export type Taught = Methods["teach.rows"]["result"];
 export type Row = Taught["rows"][number];
@@ -13,7 +14,7 @@ export interface Motion {
   [member: string]: unknown;
 }
 
-const KEY = "magician.teach";
+const KEY = "teach";
 const MOST = 200;
 
 interface State {
@@ -28,17 +29,8 @@ interface Kept {
   isSaved: boolean;
 }
 
-function kept(): Kept {
-  try {
-    const text = localStorage.getItem(KEY);
-    if (text !== null) return JSON.parse(text) as Kept;
-  } catch {
-    // A browser that keeps nothing begins with nothing.
-  }
-  return { taught: nothing, isSaved: true };
-}
-
-const left = kept();
+/** What was left: the page may have been closed in the middle of it. */
+const left = JSON.parse(remembered("localStorage", KEY) ?? "null") as Kept | null ?? { taught: nothing, isSaved: true };
 export const taught = signal<Taught>(left.taught);
 export const rows = computed(() => taught.value.rows);
 /** The row that new points go behind. */
@@ -54,14 +46,7 @@ const after = signal<State[]>([]);
 export const canUndo = computed(() => before.value.length > 0);
 export const canRedo = computed(() => after.value.length > 0);
 
-effect(() => {
-  const now: Kept = { taught: taught.value, isSaved: isSaved.value };
-  try {
-    localStorage.setItem(KEY, JSON.stringify(now));
-  } catch {
-    // Leaving asks all the same.
-  }
-});
+effect(() => remember("localStorage", KEY, JSON.stringify({ taught: taught.value, isSaved: isSaved.value } satisfies Kept)));
 addEventListener("beforeunload", (event) => {
   if (!isSaved.value) event.preventDefault();
 });
@@ -133,9 +118,4 @@ export function remove(): void {
   change({ rows: rows.value.filter((row) => !gone.has(row)) });
 }
 
-export function pick(row: Row, on: boolean): void {
-  const next = new Set(picked.value);
-  if (on) next.add(row);
-  else next.delete(row);
-  picked.value = next;
-}
+export const pick = (row: Row, on: boolean): void => void (picked.value = toggled(picked.value, row, on));

@@ -1,9 +1,10 @@
 // Questions and lists over the page. They leave Stop reachable: nothing behind them is locked.
-import type { ComponentChildren } from "preact";
+import type { ComponentChildren, ComponentProps } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import * as actions from "../actions";
 import { t } from "../i18n";
 import * as store from "../store";
+import { Do } from "./parts";
 
 interface SheetProps {
   role: "alertdialog" | "dialog";
@@ -30,41 +31,38 @@ function Sheet({ role, id, testId, title, children }: SheetProps) {
   );
 }
 
-function Question() {
-  const question = store.question.value;
-  if (question === null) return null;
+type Answer = ComponentProps<typeof Do>;
+
+/** A question with two answers: the first one changes nothing. */
+function Ask({ title, no, yes, ...rest }: Omit<SheetProps, "role"> & { no: Answer; yes: Answer }) {
   return (
-    <Sheet key={question.title} role="alertdialog" id="confirm" testId="confirm" title={question.title}>
-      <p id="confirm-text">{question.text}</p>
+    <Sheet role="alertdialog" title={title} {...rest}>
+      <p id={`${rest.id}-text`}>{rest.children}</p>
       <div class="sheet-buttons">
-        <button type="button" data-first data-testid="confirm-no" onClick={() => question.answer(false)}>
-          {t("no")}
-        </button>
-        <button type="button" class="primary" data-testid="confirm-yes" onClick={() => question.answer(true)}>
-          {question.yes}
-        </button>
+        <Do data-first {...no} />
+        <Do class="primary" {...yes} />
       </div>
     </Sheet>
   );
 }
 
+function Question() {
+  const question = store.question.value;
+  if (question === null) return null;
+  const no = { id: "confirm-no", text: t("no"), press: () => question.answer(false) };
+  const yes = { id: "confirm-yes", text: question.yes, press: () => question.answer(true) };
+  return <Ask key={question.title} id="confirm" testId="confirm" title={question.title} no={no} yes={yes}>{question.text}</Ask>;
+}
+
 function Asked() {
   const asked = store.asked.value;
   if (asked === null || store.lease.value !== "mine") return null;
+  const no = { id: "lease-refuse", text: t("lease.refuse"), press: () => actions.answer(false) };
+  const yes = { id: "lease-grant", text: t("lease.grant"), press: () => actions.answer(true) };
   return (
-    <Sheet role="alertdialog" id="asked" testId="lease-asked" title={t("lease.asked", { name: asked.name })}>
-      <p id="asked-text">
-        {asked.message ? <q>{asked.message}</q> : null} {t("lease.asked.text")}
-      </p>
-      <div class="sheet-buttons">
-        <button type="button" data-first data-testid="lease-refuse" onClick={() => actions.answer(false)}>
-          {t("lease.refuse")}
-        </button>
-        <button type="button" class="primary" data-testid="lease-grant" onClick={() => actions.answer(true)}>
-          {t("lease.grant")}
-        </button>
-      </div>
-    </Sheet>
+    <Ask id="asked" testId="lease-asked" title={t("lease.asked", { name: asked.name })} no={no} yes={yes}>
+      {asked.message ? <q>{asked.message}</q> : null} {t("lease.asked.text")}
+    </Ask>
   );
 }
 
@@ -98,11 +96,7 @@ function Keys() {
           </div>
         ))}
       </dl>
-      <div class="sheet-buttons">
-        <button type="button" data-first onClick={() => (store.showsKeys.value = false)}>
-          {t("close")}
-        </button>
-      </div>
+      <div class="sheet-buttons"><Do data-first text={t("close")} press={() => (store.showsKeys.value = false)} /></div>
     </Sheet>
   );
 }

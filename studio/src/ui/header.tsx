@@ -5,10 +5,13 @@ import * as actions from "../actions";
 import { t, told } from "../i18n";
 import { clock } from "../log";
 import * as store from "../store";
+import { Do } from "./parts";
 
 const ICONS: Record<store.Route, ComponentChildren> = {
   move: <path d="M12 3v18M3 12h18M12 3l-3 3M12 3l3 3M12 21l-3-3M12 21l3-3M3 12l3-3M3 12l3 3M21 12l-3-3M21 12l-3 3" />,
   teach: <path d="M5 6h.01M5 12h.01M5 18h.01M9.500 6H20M9.500 12H16M9.500 18H13M18 15v6M15 18h6" />,
+  draw: <path d="M4 20l1-4.500L16.500 4l3.500 3.500L8.500 19zM14 6.500l3.500 3.500M12 20h8" />,
+  engrave: <path d="M12 3v9M9.500 3h5M12 15v.01M12 18v3M6.500 12.500l2 1.500M17.500 12.500l-2 1.500M4 20h4M16 20h4" />,
   run: <path d="M7 4.500v15l12-7.500z" />,
   io: <path d="M4 8h4v8H4zM8 10h3m-3 4h3M20 8h-4v8h4zM16 12h-5" />,
   plots: <path d="M4 4v16h16M7 15l4-5 3 3 5-7" />,
@@ -26,9 +29,7 @@ function Nav() {
     <nav ref={nav} aria-label={t("skip.nav")}>
       {store.ROUTES.map((route) => (
         <a key={route} href={`#/${route}`} aria-current={store.route.value === route ? "page" : undefined}>
-          <svg viewBox="0 0 24 24" aria-hidden="true">
-            {ICONS[route]}
-          </svg>
+          <svg viewBox="0 0 24 24" aria-hidden="true">{ICONS[route]}</svg>
           <span>{t(`nav.${route}`)}</span>
         </a>
       ))}
@@ -46,11 +47,7 @@ function What() {
         {store.backend.value === "sim" && store.simSpeed !== 1 ? <b data-testid="header-speed"> ×{store.simSpeed}</b> : null}
         {store.arms.value.length > 1 && arm !== null ? <b> {arm.name}</b> : null}
       </span>
-      {store.isLaserOn.value ? (
-        <span class="badge laser" data-testid="header-laser">
-          {t("arm.laser")}
-        </span>
-      ) : null}
+      {store.isLaserOn.value ? <span class="badge laser" data-testid="header-laser">{t("arm.laser")}</span> : null}
     </div>
   );
 }
@@ -59,44 +56,22 @@ function Lease() {
   if (store.socket.value !== "up" || store.armName.value === null) return null;
   const lease = store.lease.value;
   const isViewer = store.role.value === "viewer";
-  const isTeacher = store.role.value === "teacher";
   const name = store.holder.value?.name ?? "";
-  const text = lease === "mine" ? t("lease.mine") : lease === "other" ? t("lease.other", { name }) : t("lease.free");
-  const noTake = isViewer || (lease === "other" && !isTeacher);
+  const text = t(`lease.${lease}`, { name });
+  const noTake = isViewer || (lease === "other" && store.role.value !== "teacher");
   return (
     <div class={`lease ${lease}`}>
-      <span data-testid="lease-holder" class="holder" title={text}>
-        {text}
-      </span>
+      <span data-testid="lease-holder" class="holder" title={text}>{text}</span>
       <div class="lease-buttons">
-      {lease === "mine" ? (
-        <button type="button" class="quiet" data-testid="lease-release" onClick={actions.release}>
-          {t("lease.release")}
-        </button>
-      ) : null}
+      {lease === "mine" ? <Do id="lease-release" class="quiet" text={t("lease.release")} press={actions.release} /> : null}
       {lease === "other" ? (
-        <button type="button" class="primary" data-testid="lease-ask" disabled={isViewer || store.asking.value} onClick={actions.askFor}>
-          {store.asking.value ? t("lease.asking") : t("lease.ask")}
-        </button>
+        <Do id="lease-ask" class="primary" off={isViewer || store.asking.value} text={store.asking.value ? t("lease.asking") : t("lease.ask")} press={actions.askFor} />
       ) : null}
       {lease !== "mine" ? (
-        <button
-          type="button"
-          class={lease === "free" ? "primary" : "quiet"}
-          data-testid="lease-take"
-          disabled={noTake}
-          aria-describedby={noTake ? "no-take" : undefined}
-          onClick={actions.take}
-        >
-          {t("lease.take")}
-        </button>
+        <Do id="lease-take" class={lease === "free" ? "primary" : "quiet"} off={noTake} why="no-take" text={t("lease.take")} press={actions.take} />
       ) : null}
       </div>
-      {noTake ? (
-        <span id="no-take" class="unseen">
-          {t(isViewer ? "why.viewer" : "lease.teacher")}
-        </span>
-      ) : null}
+      {noTake ? <span id="no-take" class="unseen">{t(isViewer ? "why.viewer" : "lease.teacher")}</span> : null}
     </div>
   );
 }
@@ -104,9 +79,7 @@ function Lease() {
 export function Header() {
   return (
     <header>
-      <button type="button" class="stop" data-testid="stop" title={t("stop.hint")} onClick={() => void actions.stop()}>
-        {t("stop")}
-      </button>
+      <Do id="stop" class="stop" title={t("stop.hint")} text={t("stop")} press={actions.stop} />
       <What />
       <Lease />
       <Nav />
@@ -120,15 +93,7 @@ export function LinkLost() {
   if (store.link.value !== "lost" || since === null) return null;
   return (
     <div class="banner lost" role="status">
-      <p>
-        <b>
-          {t("link.lost")}{" "}
-          <time data-testid="link-since" dateTime={since.toISOString()}>
-            {clock(since)}
-          </time>
-        </b>{" "}
-        {t("link.again")}
-      </p>
+      <p><b>{t("link.lost")} <time data-testid="link-since" dateTime={since.toISOString()}>{clock(since)}</time></b> {t("link.again")}</p>
     </div>
   );
 }
@@ -140,9 +105,7 @@ export function Update() {
   return (
     <div class="banner update" role="status">
       <p>{t("update.text")}</p>
-      <button type="button" class="small" data-testid="update-offer" onClick={take}>
-        {t("update")}
-      </button>
+      <Do id="update-offer" class="small" text={t("update")} press={take} />
     </div>
   );
 }
@@ -159,9 +122,7 @@ export function Alarms() {
             {alarms.map((alarm) => (
               <li key={alarm.code} data-testid={`alarm-${alarm.code}`}>
                 <b>{alarm.name}</b> <span>{told(`alarm.${alarm.code}.cause`, alarm.cause)}.</span>{" "}
-                <span class="cure">
-                  {t("alarms.cure")}: {told(`alarm.${alarm.code}.cure`, alarm.cure)}.
-                </span>
+                <span class="cure">{t("alarms.cure")}: {told(`alarm.${alarm.code}.cure`, alarm.cure)}.</span>
               </li>
             ))}
           </ul>

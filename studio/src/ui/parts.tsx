@@ -1,6 +1,6 @@
 // Small parts that panels share.
-import type { Signal } from "@preact/signals";
-import type { ComponentChildren } from "preact";
+import { type Signal, useSignal } from "@preact/signals";
+import type { ButtonHTMLAttributes, ComponentChildren } from "preact";
 import { useRef } from "preact/hooks";
 
 interface ChoiceProps<T extends string> {
@@ -56,60 +56,244 @@ export function Card({ title, more, group, children, ...rest }: CardProps) {
 }
 
 interface SwitchProps {
+  id: string;
   label: string;
-  testId: string;
   on: boolean | null;
-  disabled: boolean;
-  reason?: string | undefined;
+  off: boolean;
+  why?: string | undefined;
   danger?: boolean;
-  flip: (on: boolean) => void;
+  flip: (on: boolean) => unknown;
 }
 
-export function Switch({ label, testId, on, disabled, reason, danger, flip }: SwitchProps) {
+export function Switch({ id, label, on, off, why, danger, flip }: SwitchProps) {
   return (
-    <button
-      type="button"
-      role="switch"
-      class={`switch ${danger ? "danger" : ""}`}
-      aria-checked={on === true}
-      aria-describedby={disabled ? reason : undefined}
-      disabled={disabled}
-      data-testid={testId}
-      onClick={() => flip(on !== true)}
-    >
+    <Do id={id} role="switch" class={`switch ${danger ? "danger" : ""}`} aria-checked={on === true} off={off} why={why} press={() => flip(on !== true)}>
       <span>{label}</span>
       <span class="switch-track" aria-hidden="true" />
-    </button>
+    </Do>
   );
 }
 
-interface DoProps {
-  id: string;
+interface DoProps extends Omit<ButtonHTMLAttributes<HTMLButtonElement>, "onClick"> {
+  /** The name that tests know it by. */
+  id?: string;
   press: () => unknown;
   off?: boolean;
   /** The id of the element that says why it is off. */
   why?: string | null | undefined;
-  class?: string;
   label?: string;
-  children: ComponentChildren;
+  /** What stands on it, if that is a text alone. */
+  text?: string;
 }
 
 /** A button that does something. */
-export function Do({ id, press, off = false, why, label, children, ...rest }: DoProps) {
+export function Do({ id, press, off = false, why, label, text, children = text, ...rest }: DoProps) {
+  const because = off && why ? why : undefined;
   return (
-    <button type="button" {...rest} data-testid={id} aria-label={label} disabled={off} aria-describedby={off && why ? why : undefined} onClick={() => void press()}>
+    <button type="button" aria-describedby={because} {...rest} data-testid={id} aria-label={label} disabled={off} onClick={() => void press()}>
       {children}
     </button>
   );
 }
 
+/** A control with its name above it. */
+export function Field({ label, unit, ...rest }: { label: ComponentChildren; unit?: string; class?: string; children: ComponentChildren }) {
+  return (
+    <label class={`field ${rest.class ?? ""}`}>
+      <span>{label} {unit ? <small>{unit}</small> : null}</span>
+      {rest.children}
+    </label>
+  );
+}
+
+interface TextFieldProps {
+  id: string;
+  label: string;
+  unit?: string;
+  value: string;
+  /** What stands below it, and whether that is a complaint. */
+  hint?: string;
+  bad?: boolean;
+  off?: boolean;
+  most?: number;
+  placeholder?: string;
+  inputMode?: "url" | "decimal" | undefined;
+  autocomplete?: string;
+  class?: string;
+  /** Letter by letter, and not when it is done. */
+  live?: boolean;
+  set: (text: string) => void;
+}
+
+/** A line of text with its name above it. */
+export function TextField({ id, label, unit = "", value, hint, bad = false, off = false, most, autocomplete = "off", live = false, set, ...rest }: TextFieldProps) {
+  const take = (event: { currentTarget: HTMLInputElement }) => set(event.currentTarget.value);
+  const { class: name = "", ...more } = rest;
+  return (
+    <Field label={label} unit={unit} class={name}>
+      <input
+        type="text"
+        autocomplete={autocomplete}
+        autoCapitalize="off"
+        spellcheck={false}
+        aria-label={label}
+        aria-invalid={bad}
+        aria-describedby={hint === undefined ? undefined : `${id}-hint`}
+        data-testid={id}
+        disabled={off}
+        maxLength={most}
+        value={value}
+        {...more}
+        {...(live ? { onInput: take } : { onChange: take })}
+      />
+      {hint === undefined ? null : <small id={`${id}-hint`} class={bad ? "bad" : ""} role="status">{hint}</small>}
+    </Field>
+  );
+}
+
+interface PickProps<T extends string | number> {
+  id?: string;
+  /** Its name above it; or one that is not seen. */
+  title?: string;
+  label?: string;
+  value: T;
+  /** What may be chosen: values that are their own names, or values with texts. */
+  options: ReadonlyArray<T | { value: T; text: string; disabled?: boolean }>;
+  off?: boolean;
+  why?: string | undefined;
+  choose: (value: T) => void;
+}
+
+/** One of many. */
+export function Pick<T extends string | number>({ id, title, label, value, options, off = false, why, choose }: PickProps<T>) {
+  const all = options.map((option) => (typeof option === "object" ? option : { value: option, text: String(option), disabled: false }));
+  const select = (
+    <select
+      aria-label={label}
+      aria-describedby={off ? why : undefined}
+      data-testid={id}
+      value={value}
+      disabled={off}
+      onChange={({ currentTarget: { selectedIndex } }) => choose((all[selectedIndex] ?? { value }).value)}
+    >
+      {all.map(({ value, text, disabled = false }) => (
+        <option key={value} value={value} disabled={disabled}>{text}</option>
+      ))}
+    </select>
+  );
+  return title === undefined ? select : <Field label={title}>{select}</Field>;
+}
+
+/** The names of a table's columns; those of columns with buttons are not seen. */
+export function Heads({ names, unseen = [] }: { names: readonly string[]; unseen?: readonly string[] }) {
+  return (
+    <thead>
+      <tr>
+        {names.map((name) => (
+          <th key={name} scope="col"><span class={unseen.includes(name) ? "unseen" : ""}>{name}</span></th>
+        ))}
+      </tr>
+    </thead>
+  );
+}
+
+/** Why something is off, or nothing. */
+export function Why({ id, text }: { id: string; text: string | null }) {
+  return text === null ? null : (
+    <p id={id} class="hint">{text}</p>
+  );
+}
+
+interface NumberInputProps {
+  id?: string;
+  label: string;
+  value: number;
+  digits?: number;
+  /** By how much an arrow key changes it. */
+  step?: number;
+  least?: number | null | undefined;
+  most?: number | null | undefined;
+  off?: boolean;
+  why?: string | undefined;
+  set: (value: number) => void;
+}
+
+/** A number: what is being typed stays while the value goes on, and what is no number changes nothing. */
+export function NumberInput({ id, label, value, digits = 1, step, least, most, off = false, why, set }: NumberInputProps) {
+  const typed = useSignal<string | null>(null);
+  const take = (text: string) => {
+    typed.value = null;
+    const read = Number(text.replace(",", "."));
+    if (text.trim() !== "" && Number.isFinite(read)) set(read);
+  };
+  return (
+    <input
+      {...(step === undefined ? { type: "text", list: undefined } : { type: "number", step, min: least ?? undefined, max: most ?? undefined })}
+      inputMode="decimal"
+      autocomplete="off"
+      aria-label={label}
+      aria-describedby={off ? why : undefined}
+      disabled={off}
+      data-testid={id}
+      value={typed.value ?? String(Number(value.toFixed(digits)))}
+      onInput={(event) => (typed.value = event.currentTarget.value)}
+      onChange={(event) => take(event.currentTarget.value)}
+      onBlur={() => (typed.value = null)}
+    />
+  );
+}
+
+interface RangeProps {
+  id: string;
+  label?: string;
+  least: number;
+  most: number;
+  step?: number;
+  value: number;
+  /** The value in words, where it is more than a number. */
+  text?: string;
+  off?: boolean;
+  why?: string | undefined;
+  /** Takes a value only when the hand lets go. */
+  rests?: boolean;
+  set: (value: number) => unknown;
+}
+
+export function Range({ id, label, least, most, step = 1, value, text, off = false, why, rests = false, set }: RangeProps) {
+  const take = (event: { currentTarget: HTMLInputElement }) => void set(event.currentTarget.valueAsNumber);
+  const because = off ? why : undefined;
+  const how = { min: least, max: most, step, value, disabled: off, ...(rests ? { onChange: take } : { onInput: take }) };
+  return <input type="range" aria-label={label} aria-valuetext={text} aria-describedby={because} data-testid={id} {...how} />;
+}
+
+/** A place where files may be dropped. */
+export function Drop({ off, open, children, ...rest }: { off: boolean; open: (files: File[]) => unknown; class?: string; children: ComponentChildren }) {
+  const over = useSignal(false);
+  return (
+    <div
+      class={`drop ${rest.class ?? ""} ${over.value ? "over" : ""}`}
+      onDragOver={(event) => {
+        event.preventDefault();
+        over.value = !off;
+      }}
+      onDragLeave={() => (over.value = false)}
+      onDrop={(event) => {
+        event.preventDefault();
+        over.value = false;
+        if (!off) void open([...(event.dataTransfer?.files ?? [])]);
+      }}
+    >
+      {children}
+    </div>
+  );
+}
+
 /** How often something is done; 0 is until it is stopped. */
 export function Times({ id, label, hint, least = 0, most = 9999, value }: { id: string; label: string; hint?: string; least?: number; most?: number; value: Signal<number> }) {
-  const set = (text: string) => (value.value = Math.min(most, Math.max(least, Math.round(Number(text) || least))));
   return (
-    <label class="times">
+    <label class="times" title={hint}>
       <span>{label}</span>
-      <input type="number" min={least} max={most} value={value.value} aria-description={hint} title={hint} data-testid={id} onChange={(event) => set(event.currentTarget.value)} />
+      <NumberInput id={id} label={label} step={1} least={least} most={most} value={value.value} set={(to) => (value.value = Math.min(most, Math.max(least, Math.round(to))))} />
     </label>
   );
 }
@@ -124,9 +308,7 @@ export function OpenFile({ id, accept, off, text, open, ...rest }: { id: string;
   };
   return (
     <>
-      <Do id={`${id}-button`} off={off} press={() => input.current?.click()} {...rest}>
-        {text}
-      </Do>
+      <Do id={`${id}-button`} off={off} text={text} press={() => input.current?.click()} {...rest} />
       <input ref={input} type="file" hidden accept={accept} multiple disabled={off} data-testid={id} onChange={(event) => chosen(event.currentTarget)} />
     </>
   );

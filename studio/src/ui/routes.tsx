@@ -4,9 +4,12 @@ import type { ComponentType } from "preact";
 import { t } from "../i18n";
 import { Move } from "../panels/move";
 import * as store from "../store";
+import { Do } from "./parts";
 
 const LATER: Partial<Record<store.Route, () => Promise<ComponentType>>> = {
   teach: () => import("../panels/teach").then(({ Teach }) => Teach),
+  draw: () => import("../panels/draw").then(({ Draw }) => Draw),
+  engrave: () => import("../panels/engrave").then(({ Engrave }) => Engrave),
   run: () => import("../panels/run").then(({ Run }) => Run),
   io: () => import("../panels/io").then(({ Io }) => Io),
   plots: () => import("../panels/plot").then(({ Plots }) => Plots),
@@ -36,9 +39,7 @@ export function Panel() {
   return failed.value ? (
     <p class="card">
       {t("route.failed")}{" "}
-      <button type="button" onClick={() => void load(route)}>
-        {t("route.again")}
-      </button>
+      <Do press={() => load(route)} text={t("route.again")} />
     </p>
   ) : null;
 }

@@ -20,7 +20,7 @@ effect(() => {
   const fence = store.fence.value;
   if (fence === null) return show("fence", []);
   const boxes = (fence.keep_out as Sides[]).map((sides) => boxOf(sides, "--stop", 0.28));
-  const box = fence.box as Sides | null;
+  const box = fence.box;
   if (box !== null) boxes.push(boxOf(box, "--fence", 0.06));
   // What may be reached is above: a sheet, as large as the box.
   if (fence.floor !== null) boxes.push(boxOf({ ...box, z: [fence.floor - 1, fence.floor] }, "--fence", 0.22));

@@ -2,10 +2,13 @@
 import { useSignalEffect } from "@preact/signals";
 import { useRef } from "preact/hooks";
 import * as store from "../store";
+import { pathOf } from "./flat";
 import { type Box, layers, type Lines } from "./layers";
 import { reach } from "./reach";
 
 const HALF = 360;
+/** X up, Y to the left. */
+const BEHIND = "matrix(0 -1 -1 0 0 0)";
 const MOST = 200;
 
 export function Plan({ place }: { place: { current: HTMLElement | null } }) {
@@ -24,15 +27,14 @@ export function Plan({ place }: { place: { current: HTMLElement | null } }) {
   const here = state === null ? null : `${(-state.y).toFixed(1)},${(-state.x).toFixed(1)}`;
   if (here !== null && trail.current[trail.current.length - 1] !== here) trail.current = [...trail.current.slice(1 - MOST), here];
   const outlines = reach.value?.outlines ?? [];
-  const path = outlines.map((outline) => `M${outline.map(([x = 0, y = 0]) => `${(-y).toFixed(1)} ${(-x).toFixed(1)}`).join("L")}Z`);
   const turned = state === null ? 0 : -state.r;
   return (
     <svg ref={svg} class="plan" viewBox={`${-HALF} ${-HALF} ${2 * HALF} ${2 * HALF}`} aria-hidden="true">
-      <path class="reach" d={path.join("")} />
+      <path class="reach" transform={BEHIND} d={outlines.map((outline) => `${pathOf(outline)}Z`).join("")} />
       <path class="axes" d={`M0 ${HALF}V${-HALF}M${-HALF} 0H${HALF}`} />
       <text x="8" y={-HALF + 22}>x</text>
       <text x={-HALF + 6} y="-8">y</text>
-      {[...layers.value.values()].map(({ lines, boxes }) => [...boxes.map(Rect), ...lines.map(Path)])}
+      <g transform={BEHIND}>{[...layers.value.values()].map(({ lines, boxes }) => [...boxes.map(Rect), ...lines.map(Path)])}</g>
       <rect class="base" x="-79" y="-79" width="158" height="158" rx="14" />
       {state !== null && here !== null ? (
         <>
@@ -51,13 +53,11 @@ export function Plan({ place }: { place: { current: HTMLElement | null } }) {
 const colorOf = (color: string) => (color.startsWith("--") ? `var(${color})` : color);
 
 function Path({ points, color, closed, dots, opacity }: Lines) {
-  const ends = points.map(([x = 0, y = 0]) => `${(-y).toFixed(1)} ${(-x).toFixed(1)}`);
-  // A line of no length with round ends is a dot.
-  const d = dots ? ends.map((end) => `M${end}h0`).join("") : `M${ends.join("L")}${closed ? "Z" : ""}`;
-  return ends.length === 0 ? null : <path d={d} fill="none" stroke={colorOf(color)} stroke-width={dots ? 9 : 3} stroke-linecap="round" opacity={opacity ?? 1} />;
+  const d = dots ? points.map((point) => pathOf([point])).join("") : `${pathOf(points)}${closed ? "Z" : ""}`;
+  return points.length === 0 ? null : <path d={d} fill="none" stroke={colorOf(color)} stroke-width={dots ? 9 : 3} stroke-linecap="round" opacity={opacity ?? 1} />;
 }
 
 function Rect({ at: [x = 0, y = 0], size: [length = 0, width = 0], turn = 0, color, opacity }: Box) {
-  const place = `translate(${-y} ${-x}) rotate(${-turn})`;
-  return <rect transform={place} x={-width / 2} y={-length / 2} width={width} height={length} fill={colorOf(color)} opacity={opacity ?? 1} />;
+  const place = `translate(${x} ${y}) rotate(${turn})`;
+  return <rect transform={place} x={-length / 2} y={-width / 2} width={length} height={width} fill={colorOf(color)} opacity={opacity ?? 1} />;
 }

@@ -1,10 +1,11 @@
 // The arm in 3D: the links that the arm names, at the joints that it reads. One unit is a millimetre.
 import {
-  AmbientLight, BufferAttribute, BufferGeometry, CylinderGeometry, DirectionalLight, ExtrudeGeometry, Float32BufferAttribute, Group, HemisphereLight, Line,
-  LineBasicMaterial, LineLoop, LineSegments, Mesh, MeshBasicMaterial, MeshStandardMaterial, PCFShadowMap, PerspectiveCamera, PlaneGeometry, Scene, ShadowMaterial, Shape,
+  AmbientLight, BufferAttribute, BufferGeometry, CylinderGeometry, DirectionalLight, Float32BufferAttribute, Group, HemisphereLight, Line,
+  LineBasicMaterial, LineLoop, LineSegments, Mesh, MeshBasicMaterial, MeshStandardMaterial, PCFShadowMap, PerspectiveCamera, PlaneGeometry, Scene, ShadowMaterial,
   SphereGeometry, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { RoundedBoxGeometry } from "three/addons/geometries/RoundedBoxGeometry.js";
 import type { State } from "../api";
 import type { Model } from "../store";
 import type { Layer, Shapes } from "./layers";
@@ -28,8 +29,10 @@ const TRAIL = 400;
 const FADES = 20_000;
 /** A new reading is reached within this time, ms: about as long as two lie apart. */
 const GLIDE = 60;
-/** Frames that take longer, ms, one after the other, get fewer pixels, down to so many for each of the page's. */
+/** Where so many frames one after the other take longer than this, ms, no graphics chip draws them. */
 const SLOW = 36;
+const SLOW_FRAMES = 20;
+/** So many pixels are drawn then for each of the page's. */
 const COARSE = 0.5;
 
 export interface Drawn {
@@ -39,6 +42,14 @@ export interface Drawn {
   fps: number | null;
   /** Where the letters of the axes stand. */
   axes: Record<"x" | "y", [number, number]>;
+}
+
+/** What drivers that compute pictures without a graphics chip are called: Chromium does not tell it in another way. */
+const PROCESSORS = /SwiftShader|llvmpipe|softpipe|Basic Render|Software/i;
+
+function isDrawnByProcessor(gl: WebGLRenderingContext | WebGL2RenderingContext): boolean {
+  const named = gl.getExtension("WEBGL_debug_renderer_info")?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER;
+  return PROCESSORS.test(String(gl.getParameter(named)));
 }
 
 export class ArmScene {
@@ -63,18 +74,21 @@ export class ArmScene {
   private follows = false;
   private frame = 0;
   private faded: ReturnType<typeof setTimeout> | undefined;
+  private due: ReturnType<typeof setTimeout> | undefined;
   private lastDraw = 0;
   private fps: number | null = null;
   private floor = 0;
   private slow = 0;
-  private sharpness = Math.min(devicePixelRatio, 2);
+  /** One picture for each reading, without shadows and with fewer pixels: what is beside it is shown first. */
+  private spares = false;
+  private readonly sun = new DirectionalLight(0xffffff, 2.1);
   private readonly sizes: ResizeObserver;
   private readonly layers = new Map<Layer, { group: Group; shapes: Shapes }>();
   private readonly endDragging: () => void;
 
   constructor(private readonly place: HTMLElement) {
     this.renderer = new WebGLRenderer({ antialias: true, alpha: true });
-    this.renderer.setPixelRatio(this.sharpness);
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = PCFShadowMap;
     this.renderer.domElement.setAttribute("aria-hidden", "true");
@@ -89,6 +103,7 @@ export class ArmScene {
     this.controls.addEventListener("change", () => this.wake());
     this.controls.addEventListener("start", () => (this.flight = null));
     this.light();
+    if (isDrawnByProcessor(this.renderer.getContext())) this.spare();
     const geometry = new BufferGeometry();
     geometry.setAttribute("position", new BufferAttribute(new Float32Array(TRAIL * 3), 3));
     geometry.setAttribute("color", new BufferAttribute(new Float32Array(TRAIL * 4), 4));
@@ -105,7 +120,7 @@ export class ArmScene {
 
   private light(): void {
     this.scene.add(new HemisphereLight(0xffffff, 0x9aa3ad, 1.5), new AmbientLight(0xffffff, 0.35));
-    const sun = new DirectionalLight(0xffffff, 2.1);
+    const { sun } = this;
     sun.position.set(-250, -420, 800);
     sun.castShadow = true;
     sun.shadow.mapSize.set(1024, 1024);
@@ -235,6 +250,7 @@ export class ArmScene {
 
   end(): void {
     cancelAnimationFrame(this.frame);
+    clearTimeout(this.due);
     clearTimeout(this.faded);
     this.sizes.disconnect();
     this.endDragging();
@@ -272,7 +288,12 @@ export class ArmScene {
   }
 
   private wake(): void {
-    if (this.frame === 0) this.frame = requestAnimationFrame(() => this.draw());
+    if (this.frame !== 0) return;
+    // A frame waits for every canvas in it: the numbers of this reading go ahead of its picture.
+    this.frame = requestAnimationFrame(() => {
+      if (this.spares) this.due = setTimeout(() => this.draw());
+      else this.draw();
+    });
   }
 
   private draw(): void {
@@ -281,7 +302,7 @@ export class ArmScene {
     const now = performance.now();
     let goesOn = false;
     if (this.wanted !== null) {
-      const share = Math.min(1, (now - this.moveAt) / GLIDE);
+      const share = this.spares ? 1 : Math.min(1, (now - this.moveAt) / GLIDE);
       for (const joint of Object.keys(this.shown) as Joint[]) {
         this.shown[joint] = this.from[joint] + (this.wanted[joint] - this.from[joint]) * share;
       }
@@ -339,12 +360,15 @@ export class ArmScene {
     this.lastDraw = now;
     if (gap > 120) return;
     this.fps = this.fps === null ? 1000 / gap : this.fps * 0.9 + 100 / gap;
-    // Where no graphics chip draws, fewer pixels leave time for what is beside the picture.
     this.slow = gap > SLOW ? this.slow + 1 : 0;
-    if (this.slow > 20 && this.sharpness > COARSE) {
-      [this.sharpness, this.slow] = [Math.max(COARSE, this.sharpness / 1.5), 0];
-      this.renderer.setPixelRatio(this.sharpness);
-    }
+    if (this.slow > SLOW_FRAMES) this.spare();
+  }
+
+  private spare(): void {
+    if (this.spares) return;
+    this.spares = true;
+    this.sun.castShadow = false;
+    this.renderer.setPixelRatio(COARSE);
   }
 
   private tell(tip: Vector3): void {
@@ -369,25 +393,11 @@ function meshOf(row: LinkRow): Mesh {
   } else if (row.shape === "cylinder") {
     geometry = new CylinderGeometry(x / 2, x / 2, z, 48).rotateX(Math.PI / 2).translate(0, 0, z / 2);
   } else {
-    geometry = box(x, y, z);
+    geometry = new RoundedBoxGeometry(x, y, z, 3, Math.min(5, x / 4, y / 4, z / 4)).translate(0, 0, z / 2);
   }
   const mesh = new Mesh(geometry, material);
   const turn = row.turn.map((degrees) => (degrees * Math.PI) / 180);
   mesh.rotation.set(turn[0] ?? 0, turn[1] ?? 0, turn[2] ?? 0, "ZYX");
   mesh.castShadow = mesh.receiveShadow = true;
   return mesh;
-}
-
-/** A box with round edges. */
-function box(x: number, y: number, z: number): BufferGeometry {
-  const bevel = Math.min(3, x / 4, y / 4, z / 4);
-  const [a, b, r] = [x / 2 - bevel, y / 2 - bevel, Math.min(8, x / 5, y / 5)];
-  const shape = new Shape();
-  shape.moveTo(-a + r, -b);
-  shape.lineTo(a - r, -b).quadraticCurveTo(a, -b, a, -b + r);
-  shape.lineTo(a, b - r).quadraticCurveTo(a, b, a - r, b);
-  shape.lineTo(-a + r, b).quadraticCurveTo(-a, b, -a, b - r);
-  shape.lineTo(-a, -b + r).quadraticCurveTo(-a, -b, -a + r, -b);
-  const options = { depth: z - 2 * bevel, bevelSize: bevel, bevelThickness: bevel, bevelSegments: 3, curveSegments: 6 };
-  return new ExtrudeGeometry(shape, options).translate(0, 0, bevel);
 }

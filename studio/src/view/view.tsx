@@ -4,6 +4,7 @@ import { useEffect, useRef } from "preact/hooks";
 import { t } from "../i18n";
 import { theme } from "../settings";
 import * as store from "../store";
+import { Do } from "../ui/parts";
 import "./fence";
 import { layers } from "./layers";
 import { watchWorld } from "./seen";
@@ -101,6 +102,14 @@ export function ArmView() {
       scene.current = null;
     };
   }, []);
+  const look = (name: View) => {
+    view.value = name;
+    scene.current?.look(name);
+  };
+  const follow = () => {
+    follows.value = !follows.value;
+    scene.current?.setFollow(follows.value);
+  };
   const state = store.state.value;
   const number = (value: number | undefined) => (value ?? 0).toFixed(0);
   const values = { x: number(state?.x), y: number(state?.y), z: number(state?.z), r: number(state?.r) };
@@ -118,44 +127,19 @@ export function ArmView() {
       >
         {isPlan.value ? <Plan place={place} /> : null}
         {(["x", "y"] as const).map((name) => (
-          <span key={name} class="axis" ref={letters[name]} aria-hidden="true" hidden={isPlan.value}>
-            {name}
-          </span>
+          <span key={name} class="axis" ref={letters[name]} aria-hidden="true" hidden={isPlan.value}>{name}</span>
         ))}
       </div>
-      <p id="view-text" class="unseen">
-        {state === null ? t("view.none") : t("view.text", values)}
-      </p>
+      <p id="view-text" class="unseen">{state === null ? t("view.none") : t("view.text", values)}</p>
       {isOld ? <p class="view-note">{t("view.stale")}</p> : null}
       {isPlan.value ? (
         <p class="view-note">{t("view.plan")}</p>
       ) : (
         <div class="cameras" role="group" aria-label={t("view.cameras")}>
           {VIEWS.map((name) => (
-            <button
-              key={name}
-              type="button"
-              aria-pressed={view.value === name}
-              data-testid={`view-${name}`}
-              onClick={() => {
-                view.value = name;
-                scene.current?.look(name);
-              }}
-            >
-              {t(`view.${name}`)}
-            </button>
+            <Do key={name} id={`view-${name}`} aria-pressed={view.value === name} text={t(`view.${name}`)} press={() => look(name)} />
           ))}
-          <button
-            type="button"
-            aria-pressed={follows.value}
-            data-testid="view-follow"
-            onClick={() => {
-              follows.value = !follows.value;
-              scene.current?.setFollow(follows.value);
-            }}
-          >
-            {t("view.follow")}
-          </button>
+          <Do id="view-follow" aria-pressed={follows.value} text={t("view.follow")} press={follow} />
         </div>
       )}
     </section>

@@ -5,7 +5,8 @@ use magician_program::WorkOption;
 
 use super::job::Job;
 use super::job::options::{
-    File, LaserFlags, PartFlags, PlacementOptions, PreviewFlags, RunFlags, SpeedFlag, positive,
+    File, LaserFlags, PartFlags, PlacementOptions, PreviewFlags, RunFlags, SpeedFlag, TidyFlags,
+    positive,
 };
 use crate::context::Context;
 use crate::failure::Failure;
@@ -35,6 +36,8 @@ pub(crate) struct Run {
     #[command(flatten)]
     parts: PartFlags,
     #[command(flatten)]
+    tidy: TidyFlags,
+    #[command(flatten)]
     speed: SpeedFlag,
     #[command(flatten)]
     way: RunFlags,
@@ -50,6 +53,7 @@ impl Run {
         self.speed.say(&mut job.options);
         self.beam.say(&mut job.options);
         self.parts.say(&mut job.options);
+        self.tidy.say(&mut job.options);
         job.options.lift = self.lift;
         job.run(context)
     }

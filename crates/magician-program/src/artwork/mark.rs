@@ -1,15 +1,18 @@
 //! How a drawing becomes what the arm does: with a pen that is put down and lifted, or a laser that is lit and darkened.
 
 use magician_host::words;
+use magician_motion::Fence;
 
-use super::{DrawingPart, PartPen, PlacedArtwork, Stroke};
-use crate::reach::{APPROACH, Above};
-use crate::{Action, Origin, Part, Pause, PauseCause, Plan, Reach, Surface, Tool, Travel};
+use super::{DrawingPart, PartPen, PlacedArtwork, Stroke, distance};
+use crate::reach::{APPROACH, Above, Travelling};
+use crate::{Action, Origin, Part, Pause, PauseCause, Plan, Reach, Step, Surface, Tool, Travel};
 
 /// How long a pen rests where it leaves a dot, ms.
 const DOT_REST: u32 = 100;
 /// Half the line that a laser burns for a dot, mm: it must move to burn.
 const DOT_REACH: f64 = 0.05;
+/// A pen that travels is lifted by this share of its way.
+const LIFTED: f64 = 0.5;
 
 /// With what lines are drawn, and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +23,10 @@ pub struct Marking {
     pub power: Option<f32>,
     /// How far above the surface a pen travels between lines, and where both begin and end, mm.
     pub lift: f64,
+    /// How far above the surface a pen travels at least, mm. On short ways it is lifted by half of them, if that is between this
+    /// and `lift`, and takes all joints together where that is quicker and as good as the straight line; a laser travels so too.
+    /// Without it all ways are straight, and a pen is always lifted by `lift`.
+    pub hop: Option<f64>,
     /// Speed along the lines, mm/s.
     pub speed: f32,
     /// Acceleration along the lines, mm/s2.
@@ -29,20 +36,24 @@ pub struct Marking {
     /// The rotation that moves end with, degrees. Without it J4 stays at zero and the tool turns with the arm, which costs no
     /// time.
     pub r: Option<f32>,
+    /// What ways of all joints keep to, as straight ones are checked to do.
+    pub fence: Option<Fence>,
 }
 
 impl Marking {
-    /// A pen, 10 mm above the paper between lines, at 50 mm/s on it.
+    /// A pen, 10 mm above the paper between lines, 3 mm where they are near each other, at 50 mm/s on it.
     #[must_use]
     pub const fn pen() -> Self {
         Self {
             tool: Tool::Pen,
             power: None,
             lift: 10.0,
+            hop: Some(3.0),
             speed: 50.0,
             acceleration: 100.0,
             travel: 200.0,
             r: None,
+            fence: None,
         }
     }
 
@@ -71,8 +82,8 @@ impl PlacedArtwork {
     ///
     /// It begins from anywhere. All joints together lead to a point well above the first line, for which the arm must not be
     /// known to stand anywhere, and which rises from the paper if the pen is a little above it; a straight way could lead through
-    /// the base, and a jump rises out of reach from where the arm is high already. From there on everything is straight, but
-    /// where the base is in the way. It ends above the last line.
+    /// the base, and a jump rises out of reach from where the arm is high already. From there on everything is straight or close
+    /// to it, but where the base is in the way. It ends above the last line.
     #[must_use]
     pub fn plan(&self, marking: &Marking) -> Plan {
         let mut plan = Plan::new(self.artwork.title.clone());
@@ -95,6 +106,7 @@ impl PlacedArtwork {
             surface: self.surface,
             reach: marking.reach(self.surface),
             at: None,
+            by_joints: false,
         };
         let mut begun = false;
         for (part, strokes) in self.artwork.by_part() {
@@ -108,7 +120,12 @@ impl PlacedArtwork {
             begun = true;
         }
         writer.leave();
-        writer.plan
+        let (mut plan, travel) = (writer.plan, [marking.travel; 4]);
+        if writer.by_joints {
+            let told = words::joint_speed(travel, travel);
+            plan.steps.insert(0, Step::new(told, Origin::NONE));
+        }
+        plan
     }
 
     /// The highest of the surfaces that its pens draw on.
@@ -133,12 +150,15 @@ struct StepWriter<'a> {
     reach: Reach,
     /// Where the tool is by then, and the last line.
     at: Option<(Above, Origin)>,
+    /// Whether it has gone from one line to another with all joints.
+    by_joints: bool,
 }
 
 impl StepWriter<'_> {
     /// A part, as often as it is to be drawn. Between parts a pen is changed.
     fn part(&mut self, drawn: &DrawingPart, strokes: &[Stroke], begun: bool) {
         let origin = strokes.first().map_or(Origin::NONE, |stroke| stroke.origin);
+        self.lift_pen();
         if drawn.waits || begun && self.marking.power.is_none() {
             let text = match self.marking.power {
                 None => format!("mount the pen for part {}", drawn.part),
@@ -154,6 +174,7 @@ impl StepWriter<'_> {
                 pass: (drawn.passes > 1).then_some(u64::from(pass)),
                 ..drawn.part.clone()
             };
+            self.lift_pen();
             self.plan.push(Action::Part(Box::new(part)), origin);
             strokes.iter().for_each(|stroke| self.draw(stroke));
         }
@@ -211,16 +232,49 @@ impl StepWriter<'_> {
         let Some((first, others)) = stroke.points.split_first() else {
             return;
         };
-        let (origin, lift) = (stroke.origin, self.marking.lift);
-        self.travel((*first, lift), origin);
-        self.line((*first, 0.0), origin);
+        let origin = stroke.origin;
+        self.hop(*first, origin);
         if dot {
             self.plan.push(Action::Wait(DOT_REST), origin);
         } else {
             self.along(*first, others, origin, |to| Action::Path { to });
         }
         let last = others.last().unwrap_or(first);
-        self.line((*last, lift), origin);
+        self.at = Some(((*last, 0.0), origin));
+    }
+
+    /// The pen from where the last line ends to where the next begins: up, across, down. Where one goes on from the other it stays
+    /// down.
+    fn hop(&mut self, to: [f64; 2], origin: Origin) {
+        let lift = self.marking.lift;
+        match self.at {
+            Some((from, _))
+                if self.marking.hop.is_some() && self.point(from) == self.point((to, 0.0)) => {}
+            Some(((from, above), last)) if above <= 0.0 => {
+                let low = self.height_over(distance(from, to));
+                let height = if self.reach.leads(from, to, low) {
+                    low
+                } else {
+                    lift
+                };
+                self.leg((from, height), last);
+                self.travel((to, height), origin);
+                self.leg((to, 0.0), origin);
+            }
+            _ => {
+                self.travel((to, lift), origin);
+                self.line((to, 0.0), origin);
+            }
+        }
+    }
+
+    /// How high a pen goes over a way of this length.
+    fn height_over(&self, way: f64) -> f64 {
+        let lift = self.marking.lift;
+        match self.marking.hop {
+            Some(least) => lift.min(least.max(LIFTED * way)),
+            None => lift,
+        }
     }
 
     /// To its beginning, along with the laser lit, dark.
@@ -258,10 +312,10 @@ impl StepWriter<'_> {
         match self.at {
             Some((from, _)) if from.0 == to.0 => {
                 if from.1 != to.1 {
-                    self.line(to, origin);
+                    self.leg(to, origin);
                 }
             }
-            Some((from, _)) if self.reach.leads(from.0, to.0, to.1) => self.line(to, origin),
+            Some((from, _)) if self.reach.leads(from.0, to.0, to.1) => self.leg(to, origin),
             Some((from, _)) => self.go_round(from, to, origin),
             None => self.approach(to, origin),
         }
@@ -303,6 +357,13 @@ impl StepWriter<'_> {
         self.reach.over(end, self.marking.lift + APPROACH)
     }
 
+    /// Up, if a pen is not up.
+    fn lift_pen(&mut self) {
+        if self.marking.power.is_none() {
+            self.leave();
+        }
+    }
+
     /// Up from the last line, if the tool is not up.
     fn leave(&mut self) {
         if let Some(((at, above), origin)) = self.at
@@ -310,6 +371,26 @@ impl StepWriter<'_> {
         {
             self.line((at, self.marking.lift), origin);
         }
+    }
+
+    /// From one line to the next, or a part of that: straight, or close to it with all joints where that is quicker.
+    fn leg(&mut self, to: Above, origin: Origin) {
+        let travelling = Travelling {
+            speed: self.marking.travel.into(),
+            turns: self.marking.r.is_none(),
+            fence: self.marking.fence,
+        };
+        let quicker = self.marking.hop.is_some()
+            && self
+                .at
+                .is_some_and(|(from, _)| self.reach.is_quicker_by_joints(from, to, &travelling));
+        self.by_joints |= quicker;
+        let by = if quicker {
+            Travel::Joints
+        } else {
+            Travel::Line
+        };
+        self.go(to, by, origin);
     }
 
     fn line(&mut self, to: Above, origin: Origin) {

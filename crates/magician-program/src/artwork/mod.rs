@@ -14,6 +14,7 @@ pub(crate) use parts::numbered;
 pub use parts::{DrawingPart, Layer, PartPen, Style};
 pub(crate) use place::{FitFailure, rotated, rounded};
 pub use place::{Layout, PlacedArtwork, Sheet, WouldFit};
+pub(crate) use tidy::from_the_least;
 pub use tidy::{Tidied, Tidy};
 
 use crate::fill::{Area, Fill, FillMode};

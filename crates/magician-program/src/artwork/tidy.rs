@@ -107,11 +107,9 @@ fn shape(stroke: &Stroke) -> Vec<[i64; 2]> {
     corners.min(back)
 }
 
-fn from_the_least(mut corners: Vec<[i64; 2]>) -> Vec<[i64; 2]> {
-    let least = corners
-        .iter()
-        .enumerate()
-        .min_by_key(|(_, corner)| **corner);
+/// The corners of a closed line, beginning at the least of them.
+pub(crate) fn from_the_least<T: Ord>(mut corners: Vec<T>) -> Vec<T> {
+    let least = { corners.iter().enumerate() }.min_by_key(|(_, corner)| *corner);
     let at = least.map_or(0, |(at, _)| at);
     corners.rotate_left(at);
     corners

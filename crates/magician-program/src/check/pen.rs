@@ -3,6 +3,7 @@
 use magician_host::{ArmState, Set};
 use magician_protocol::PtpMode;
 
+use crate::rehearse::{RehearseOptions, kind_of, tool_of};
 use crate::{Plan, Surface, Tool};
 
 /// So far above the surface a pen still draws, mm.
@@ -22,7 +23,10 @@ impl Pen {
             laser: plan.tool == Some(Tool::Laser)
                 || plan.steps.iter().any(|step| step.action.is_of_a_laser()),
             lit: false,
-            surface: plan.surface,
+            surface: match kind_of(plan, tool_of(plan, &RehearseOptions::default())) {
+                Tool::Suction | Tool::Gripper => plan.surface,
+                _ => plan.drawn_on(),
+            },
         }
     }
 

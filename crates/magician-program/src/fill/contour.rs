@@ -6,6 +6,11 @@ use crate::artwork::distance;
 /// Rings that are no farther apart than this many spacings are drawn as one line.
 const NEAR: f64 = 1.5;
 
+/// How far from the edge of a part its middle is looked for, in spacings, if it is not as wide as twice the first.
+const THIN: [f64; 5] = [0.16, 0.12, 0.08, 0.04, 0.0];
+/// How far from the edge the middle of a narrow part is looked for, in spacings.
+const MIDDLE: [f64; 6] = [0.95, 0.85, 0.75, 0.65, 0.55, 0.5];
+
 /// The rings of a region: its own edge, and others within it.
 pub(super) fn lines(region: &Region, spacing: f64) -> Vec<Vec<[f64; 2]>> {
     let mut lines: Vec<Vec<[f64; 2]>> = Vec::new();
@@ -16,16 +21,34 @@ pub(super) fn lines(region: &Region, spacing: f64) -> Vec<Vec<[f64; 2]>> {
         if layer.is_empty() {
             break;
         }
-        for ring in layer.rings() {
-            add(&mut lines, ring, spacing);
+        for part in layer.parts() {
+            // Of a thin part the holes would be the same line once more.
+            let mut inner = THIN.iter().map(|share| part.offset(-spacing * share));
+            let middle = match inner.next() {
+                Some(inner) if !inner.is_empty() => None,
+                _ => inner.find(|inner| !inner.is_empty()),
+            };
+            let once = middle.iter().flat_map(Region::outlines);
+            let rings = part.rings().filter(|_| middle.is_none());
+            for ring in once.chain(rings) {
+                add(&mut lines, ring, spacing);
+            }
         }
         // From the edge itself: rounding does not add up.
         let next = region.offset(-spacing * nth as f64);
         // The middle of what is too narrow for another ring.
         let passed = next.offset(spacing * 1.02);
-        let middle = layer.without(&passed, spacing).offset(-spacing * 0.5);
-        for ring in middle.rings() {
-            add(&mut lines, ring, spacing);
+        let mut narrow = layer.without(&passed, spacing);
+        for share in MIDDLE {
+            if narrow.is_empty() {
+                break;
+            }
+            let middle = narrow.offset(-spacing * share);
+            // It is thin, too.
+            for ring in middle.outlines() {
+                add(&mut lines, ring, spacing);
+            }
+            narrow = narrow.without(&middle.offset(spacing * share * 1.02), spacing);
         }
         layer = next;
     }

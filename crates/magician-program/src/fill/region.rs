@@ -41,6 +41,11 @@ impl Region {
         self.0.iter().flatten()
     }
 
+    /// All outlines, without holes.
+    pub(super) fn outlines(&self) -> impl Iterator<Item = &Vec<[f64; 2]>> {
+        self.0.iter().filter_map(|shape| shape.first())
+    }
+
     /// Its least and its greatest corner; none if it is empty.
     #[cfg(feature = "read-svg")]
     pub(crate) fn bounds(&self) -> Option<[[f64; 2]; 2]> {

@@ -165,6 +165,25 @@ fn rings_cover_shapes_and_nothing_beside_them() {
     }
 }
 
+/// Whatever is left between the last two rings.
+#[test]
+fn the_middle_of_a_band_is_drawn_once() {
+    for inner in [15.0, 15.3, 15.6, 15.9, 16.2, 16.5] {
+        let rings = [polygon(180, 30.0, 1), polygon(180, inner, 1)];
+        let band = area(&[&rings[0], &rings[1]], FillRule::EvenOdd);
+        let lines = fill(FillMode::Contour, 0.0).lines(&band);
+        let (bare, _) = coverage(&band, &lines, SPACING);
+        let drawn: f64 = (lines.iter().flat_map(|line| line.windows(2)))
+            .map(|pair| distance(pair[0], pair[1]))
+            .sum();
+        let needed = Region::of(&band).size_of() / SPACING;
+        assert!(
+            bare < 0.03 && drawn < 1.04 * needed,
+            "{inner}: {bare} bare, {drawn} mm of {needed} mm"
+        );
+    }
+}
+
 #[test]
 fn the_pen_is_lifted_at_most_a_third_more_often_than_it_must_be() {
     let (mut lifts, mut least) = (0, 0);

@@ -23,6 +23,8 @@ mod marks;
 mod options;
 #[cfg(feature = "read-text")]
 mod placed;
+#[cfg(any(feature = "font-files", all(feature = "read-svg", feature = "text")))]
+mod svg_font;
 
 pub use choice::{BundledFont, FontChoice, FontKind};
 pub use options::{Align, TextOptions};
@@ -34,6 +36,9 @@ pub(crate) use {
     loaded::LoadedFont,
     placed::{Lettering, lacks},
 };
+
+#[cfg(all(feature = "read-svg", feature = "text"))]
+pub(crate) use svg_font::SvgFont;
 
 #[cfg(feature = "read-text")]
 /// What gives the glyphs of a font.

@@ -137,6 +137,8 @@ pub struct SetupOptions {
     pub park: Option<[f64; 3]>,
     /// Pen lift between lines.
     pub lift: Option<f64>,
+    /// Least pen lift between lines that are near each other.
+    pub hop: Option<f64>,
     /// Speed between lines.
     pub travel_speed: Option<f64>,
     /// Whether lines are drawn in the order that travels least; they are unless given.
@@ -178,7 +180,8 @@ pub struct SetupOptions {
     pub gamma: Option<f64>,
     /// Ends of lines of a drawing that are no farther apart are joined; none with 0.
     pub merge: Option<f64>,
-    /// Whether a line that is there twice is drawn once; it is unless given.
+    /// Whether a line that is there twice is drawn once: of drawings it is unless given. Where it is on, the lines of a program (G-code,
+    /// a plan, playback, points) are tidied as those of a drawing, but stay in their order.
     pub dedupe: Option<bool>,
     /// Points of a drawing that are no farther from the line without them are left out; none with 0.
     pub simplify: Option<f64>,
@@ -293,6 +296,7 @@ impl SetupOptions {
             placement,
             pen: Marking {
                 lift: self.lift_over(defaults),
+                hop: self.hop.or(usual.hop),
                 speed: speed(defaults.draw_speed, usual.speed),
                 travel: speed(
                     self.travel_speed.or(defaults.draw_travel_speed),
@@ -301,6 +305,7 @@ impl SetupOptions {
                 ..usual
             },
             tidy: self.tidy(),
+            tidy_programs: self.dedupe == Some(true),
             order: self.order.unwrap_or(true),
             work: self.work(defaults),
             size: self.size(),

@@ -10,6 +10,7 @@ mod part;
 mod pen;
 mod power;
 mod step;
+mod tidy;
 mod transform;
 
 use std::collections::BTreeMap;

@@ -3,6 +3,7 @@
 use magician_protocol::Set;
 
 use super::{Action, Plan, Tool, Travel};
+use crate::Surface;
 
 /// Heights that differ by less than this are the same: what 32 bits and a reading cost, mm.
 const SAME: f64 = 0.05;
@@ -21,6 +22,18 @@ impl Plan {
             None | Some(Tool::Bias(_)) => (drawing || self.surface.is_some()) && any(draws_along),
             Some(Tool::None | Tool::Suction | Tool::Gripper | Tool::Laser) => false,
         }
+    }
+
+    /// The surface that a pen draws on: the plan's, else level at the lowest point of its continuous paths. None without either.
+    pub(crate) fn drawn_on(&self) -> Option<Surface> {
+        let level = || {
+            let steps = self.steps.iter().map(|step| &step.action);
+            let paths = steps.filter(|action| matches!(action, Action::Path { .. }));
+            let heights = paths.filter_map(|action| Some(f64::from(action.target()?[2])));
+            let lowest = heights.filter(|z| z.is_finite()).reduce(f64::min);
+            lowest.map(Surface::level)
+        };
+        self.surface.or_else(level)
     }
 
     /// How far a pen that stands there when the plan has ended is still to be lifted, mm, so that it is `lift` above the paper:
@@ -73,7 +86,7 @@ mod tests {
     use magician_host::words;
 
     use super::*;
-    use crate::{Origin, Surface};
+    use crate::Origin;
 
     fn of(tool: Option<Tool>, actions: &[Action]) -> Plan {
         let mut plan = Plan::new("p");

@@ -2,7 +2,7 @@
 
 use super::toolpath::{SHADES, StrokeKind};
 use crate::rehearse::{RehearseOptions, kind_of, tool_of};
-use crate::{Action, Plan, Surface, Tool};
+use crate::{Plan, Surface, Tool};
 
 /// So much above the surface is at the surface, mm.
 const AT_SURFACE: f64 = 0.05;
@@ -21,20 +21,18 @@ pub(super) enum PlanPurpose {
 impl PlanPurpose {
     /// What a plan is for: its tool says so, or else its steps.
     pub(super) fn of(plan: &Plan) -> Self {
-        let lowest = |path: bool| {
+        let lowest = || {
             let steps = plan.steps.iter().map(|step| &step.action);
-            let steps = steps.filter(|action| !path || matches!(action, Action::Path { .. }));
             let heights = steps.filter_map(|action| Some(f64::from(action.target()?[2])));
             heights.filter(|z| z.is_finite()).reduce(f64::min)
         };
         let tool = kind_of(plan, tool_of(plan, &RehearseOptions::default()));
         match tool {
             Tool::Laser => Self::Burns(plan.surface),
-            Tool::Suction | Tool::Gripper => Self::Carries(lowest(false)),
-            Tool::None | Tool::Pen | Tool::Bias(_) => match (plan.surface, lowest(true)) {
-                (None, Some(z)) => Self::Draws(Some(Surface::level(z))),
-                (None, None) => Self::Carries(lowest(false)),
-                (surface, _) => Self::Draws(surface),
+            Tool::Suction | Tool::Gripper => Self::Carries(lowest()),
+            Tool::None | Tool::Pen | Tool::Bias(_) => match plan.drawn_on() {
+                None => Self::Carries(lowest()),
+                surface => Self::Draws(surface),
             },
         }
     }

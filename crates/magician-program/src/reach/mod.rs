@@ -1,6 +1,7 @@
 //! Where a tool can work on a surface, and where a drawing fits there.
 
 mod fit;
+mod hop;
 mod hull;
 mod outline;
 mod ways;
@@ -9,6 +10,7 @@ use magician_host::{Error, Geometry, JointAngles, Limits, ToolBias};
 use magician_motion::{ArmModel, ArmState, Ceilings, Move, MoveKind, Planner, Pose, Target};
 
 use crate::Surface;
+pub(crate) use hop::Travelling;
 pub(crate) use hull::of as hull;
 pub(crate) use ways::{APPROACH, Above};
 

@@ -6,7 +6,7 @@ use super::work_lines::WorkLines;
 use super::{Laid, Setup, Work};
 use crate::artwork::{Order, Tidy};
 use crate::raster::{ImageLines, Size, Trace};
-use crate::{Artwork, Content, Diagnostic, DiagnosticCode, Raster};
+use crate::{Artwork, Content, Diagnostic, DiagnosticCode, Plan, Raster};
 
 /// How long something better is looked for than the rows in which an image is shaded, which are good already.
 const SHADED_EFFORT: u64 = 20_000_000;
@@ -64,15 +64,7 @@ impl Setup {
         };
         artwork = self.divided(artwork, &mut notes)?;
         let repeated = artwork.tidy(&self.tidied(scale)).repeated;
-        if repeated > 0 {
-            let lines = if repeated == 1 { "line" } else { "lines" };
-            let what = format!("drawn once, though it is there twice: {repeated} {lines}");
-            let note = Diagnostic::of_file(what).coded(DiagnosticCode::LeftOut);
-            notes.push(note.remedy(
-                (Setting::Dedupe, Given::Off),
-                "draws it as often as it is there",
-            ));
-        }
+        notes.extend(drawn_once(repeated));
         // What is filled has its lines when it is known how large it is.
         if !artwork.areas.is_empty() {
             return Ok((Content::Artwork(artwork), notes));
@@ -107,6 +99,14 @@ impl Setup {
             simplify: self.tidy.simplify / scale,
             ..self.tidy
         }
+    }
+
+    /// A program that lies before the arm, tidied if that is wanted.
+    pub(super) fn tidied_program(&self, mut plan: Plan, notes: &mut Vec<Diagnostic>) -> Plan {
+        if self.tidy_programs {
+            notes.extend(drawn_once(plan.tidy(&self.tidy).repeated));
+        }
+        plan
     }
 
     /// An image as lines that keep its greys. They are made for the size in which it lies there: the pen is as wide in any.
@@ -182,6 +182,19 @@ impl Setup {
             misfit,
         })
     }
+}
+
+/// That some lines are not drawn again.
+fn drawn_once(repeated: usize) -> Option<Diagnostic> {
+    let lines = match repeated {
+        0 => return None,
+        1 => "1 line".to_owned(),
+        repeated => format!("{repeated} lines"),
+    };
+    let what = format!("drawn once, though it is there twice: {lines}");
+    let note = Diagnostic::of_file(what).coded(DiagnosticCode::LeftOut);
+    let again = "draws it as often as it is there";
+    Some(note.remedy((Setting::Dedupe, Given::Off), again))
 }
 
 /// That some shapes have no lines.

@@ -122,8 +122,9 @@ impl Setup {
         if let Some(speed) = self.speed {
             plan.path_at(speed);
         }
+        let plan = self.tidied_program(self.pushed(plan)?, notes);
         Ok(Laid {
-            plan: self.powered(self.pushed(plan)?, notes)?,
+            plan: self.powered(plan, notes)?,
             scale: placed.scale,
             misfit,
         })

@@ -63,7 +63,7 @@ fn assert_dark(plan: &Plan) {
             Set::CpLeCmd(segment) => assert!(segment.velocity_or_power == 0.0, "{segment:?}"),
             Set::SetEndEffectorLaser(laser) => assert!(!laser.on.is_on()),
             Set::PtpCmd(PtpCmd { .. }) | Set::CpCmd(_) | Set::CpParams(_) => {}
-            Set::PtpCoordinateParams(_) | Set::EndEffectorParams(_) => {}
+            Set::PtpCoordinateParams(_) | Set::PtpJointParams(_) | Set::EndEffectorParams(_) => {}
             other => panic!("{other:?}"),
         }
     }

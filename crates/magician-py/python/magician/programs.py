@@ -553,6 +553,7 @@ def load(
     speed: float | None = None,
     travel_speed: float | None = None,
     lift: float | None = None,
+    hop: float | None = None,
     order: bool = True,
     tolerance: float | None = None,
     dialect: Literal["pen", "laser", "servo"] | None = None,
@@ -576,7 +577,7 @@ def load(
     overscan: float | None = None,
     gamma: float | None = None,
     merge: float | None = None,
-    dedupe: bool = True,
+    dedupe: bool | None = None,
     simplify: float | None = None,
     font: str | os.PathLike[str] | None = None,
     size: float | None = None,
@@ -631,6 +632,8 @@ def load(
     :param speed: Along lines that are drawn or burnt, mm/s.
     :param travel_speed: Between them, mm/s.
     :param lift: Pen lift between lines, mm.
+    :param hop: Least pen lift between lines that are near each other, mm: half of the way between them, up to ``lift``;
+        3 if left out.
     :param order: Whether lines may be drawn in another order, to travel less.
     :param tolerance: Largest distance of a line from its curve, mm; 0.05 if left out.
     :param dialect: What G-code is for; if left out, a laser where it switches one and nothing in it is a mill's.
@@ -662,7 +665,8 @@ def load(
     :param overscan: Run-up and run-out of the tool at the ends of a line, mm; as needed if left out.
     :param gamma: Exponent of the darkness; above 1 makes mid-tones lighter.
     :param merge: Ends of lines of a drawing that are no farther apart than this are joined, mm; 0.1 if left out.
-    :param dedupe: Whether a line of a drawing that is there twice is drawn once.
+    :param dedupe: Whether a line that is there twice is drawn once: in a drawing it is if this is left out. ``True`` does the
+        same, with ``merge`` and ``simplify``, for G-code, plans, playback and points, whose lines stay in their order.
     :param simplify: Points of a drawing that are no farther from the line without them are left out, mm; 0.02 if left
         out.
     :param font: Font of text: ``"sans"``, ``"script"`` or ``"gothic"``, whose letters are single lines, or the path of
@@ -727,14 +731,15 @@ def load(
             order=order,
             invert=invert,
             one_way=one_way,
-            dedupe=dedupe,
             strict_text=strict_text,
             no_pause=no_pause,
         ),
+        "dedupe": None if dedupe is None else flag("dedupe", dedupe),
         "by": _three("move", move),
         "speed": number("speed", speed, above=0, unit="mm/s"),
         "travel_speed": number("travel_speed", travel_speed, above=0, unit="mm/s"),
         "lift": number("lift", lift, above=0, unit="mm"),
+        "hop": number("hop", hop, above=0, unit="mm"),
         "tolerance": number("tolerance", tolerance, above=0, unit="mm"),
         "resample": number("resample", resample, above=0, unit="mm"),
         "white": string("white", white),

@@ -42,6 +42,7 @@ struct Wanted {
     speed: Option<f64>,
     travel_speed: Option<f64>,
     lift: Option<f64>,
+    hop: Option<f64>,
     order: bool,
     tolerance: Option<f64>,
     dialect: Option<String>,
@@ -65,7 +66,7 @@ struct Wanted {
     overscan: Option<f64>,
     gamma: Option<f64>,
     merge: Option<f64>,
-    dedupe: bool,
+    dedupe: Option<bool>,
     simplify: Option<f64>,
     font: Option<String>,
     font_file: Option<Vec<u8>>,
@@ -129,6 +130,7 @@ impl Wanted {
         (options.mirror, options.clip_page) = (self.mirror, self.clip_page);
         (options.speed, options.travel_speed) = (self.speed, self.travel_speed);
         (options.lift, options.order) = (self.lift, (!self.order).then_some(false));
+        options.hop = self.hop;
         (options.tolerance, options.threshold) = (self.tolerance, self.threshold);
         (options.width, options.height) = (self.width, self.height);
         (options.invert, options.one_way) = (self.invert, self.one_way);
@@ -139,7 +141,7 @@ impl Wanted {
         (options.pen_width, options.crop) = (self.pen_width, self.crop);
         (options.brightness, options.contrast) = (self.brightness, self.contrast);
         (options.merge, options.simplify) = (self.merge, self.simplify);
-        options.dedupe = (!self.dedupe).then_some(false);
+        options.dedupe = self.dedupe;
         options.font = match (&self.font, &self.font_file) {
             (Some(name), Some(bytes)) => Some(FontChoice::file(name, bytes.as_slice())),
             (name, _) => name.as_deref().map(str::parse).transpose()?,

@@ -3,7 +3,7 @@
 use tiny_skia::{Color, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Transform};
 
 use super::drawing::{Drawing, Stroke, StrokeKind};
-use super::svg::{BURN_WIDTH, INK_WIDTH, MARK, PictureOptions, seen};
+use super::svg::{BURN_WIDTH, INK_WIDTH, MARK, PictureOptions, has_round_ends, seen};
 
 /// Why a picture cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -79,10 +79,24 @@ impl Drawing {
             (top * pixels_per_mm) as f32,
         );
         if let Some(path) = options.sheet.as_deref().and_then(outline) {
-            line(&mut picture, &path, [153, 153, 153, 255], 0.3, onto);
+            line(
+                &mut picture,
+                &path,
+                [153, 153, 153, 255],
+                0.3,
+                LineCap::Round,
+                onto,
+            );
         }
         if let Some(path) = mark().filter(|_| self.shows_base(options)) {
-            line(&mut picture, &path, [153, 153, 153, 255], 0.3, onto);
+            line(
+                &mut picture,
+                &path,
+                [153, 153, 153, 255],
+                0.3,
+                LineCap::Round,
+                onto,
+            );
         }
         for stroke in self.strokes() {
             draw(&mut picture, stroke, onto);
@@ -117,7 +131,11 @@ fn draw(picture: &mut Pixmap, stroke: &Stroke, onto: Transform) {
         }
     }
     if let Some(path) = path.finish() {
-        line(picture, &path, color, width, onto);
+        let ends = match has_round_ends(stroke) {
+            true => LineCap::Round,
+            false => LineCap::Butt,
+        };
+        line(picture, &path, color, width, ends, onto);
     }
 }
 
@@ -146,10 +164,17 @@ fn mark() -> Option<Path> {
     path.finish()
 }
 
-fn line(picture: &mut Pixmap, path: &Path, color: [u8; 4], width: f64, onto: Transform) {
+fn line(
+    picture: &mut Pixmap,
+    path: &Path,
+    color: [u8; 4],
+    width: f64,
+    ends: LineCap,
+    onto: Transform,
+) {
     let stroke = tiny_skia::Stroke {
         width: width as f32,
-        line_cap: LineCap::Round,
+        line_cap: ends,
         line_join: LineJoin::Round,
         ..tiny_skia::Stroke::default()
     };

@@ -2,7 +2,7 @@
 
 use magician_motion::TopView;
 
-use super::drawing::{Drawing, StrokeKind};
+use super::drawing::{Drawing, Stroke, StrokeKind};
 use crate::svg::palette::{BURNT, DRAWN, EDGE};
 use crate::svg::{Fine, Svg, fine_path};
 
@@ -84,11 +84,14 @@ impl Drawing {
                 }
                 StrokeKind::Burn => {
                     let power = Fine(stroke.power / 100.0).to_string();
-                    let look = [
+                    let mut look = vec![
                         ("stroke", BURNT),
                         ("stroke-width", burn.as_str()),
                         ("stroke-opacity", &power),
                     ];
+                    if !has_round_ends(stroke) {
+                        look.push(("stroke-linecap", "butt"));
+                    }
                     svg.path(&data, &look);
                 }
             }
@@ -120,6 +123,12 @@ impl Drawing {
             high.map(|most| most + MARGIN),
         ]
     }
+}
+
+/// Whether a line ends in half circles. A line that is burnt does not: where its power changes, ends that overlap would be darker than
+/// both. A dot would be nothing without.
+pub(super) fn has_round_ends(stroke: &Stroke) -> bool {
+    stroke.kind == StrokeKind::Ink || stroke.points.len() < 2
 }
 
 /// A place of the ground as a picture of paper shows it.

@@ -76,6 +76,13 @@ impl RpcError {
         self
     }
 
+    /// What needs `yes`, as it is called, and by which command.
+    pub(crate) fn dangerous(what: &str, command: &str, danger: Danger) -> Self {
+        let message = format!("{what} {}: it needs \"yes\": true", danger.what());
+        let error = Self::new(Self::DANGEROUS, message);
+        error.with("command", command).with("danger", danger.name())
+    }
+
     /// No request.
     pub(crate) fn request(message: impl Into<String>) -> Self {
         Self::new(Self::REQUEST, message)
@@ -113,6 +120,31 @@ impl RpcError {
             error["data"] = Value::Object(self.data.clone());
         }
         error
+    }
+}
+
+/// What `yes` is needed for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Danger {
+    /// The laser may burn.
+    Laser,
+    /// The arm may be bricked, uncalibrated or unlocked.
+    Arm,
+}
+
+impl Danger {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Laser => "laser",
+            Self::Arm => "arm",
+        }
+    }
+
+    const fn what(self) -> &'static str {
+        match self {
+            Self::Laser => "may switch the laser on",
+            Self::Arm => "can brick, uncalibrate or unlock the arm",
+        }
     }
 }
 

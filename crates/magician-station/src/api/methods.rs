@@ -625,6 +625,18 @@ pub static METHODS: &[Method] = &[
         "null",
     ),
     method(
+        "preset.save",
+        Student,
+        &[
+            PRESET,
+            may("setup", Kind::Object, "what it says, as `job.check` takes it; or `text`"),
+            may("note", Kind::Text(500), "what is told to people who use it; beside `setup`"),
+            may("text", Kind::Text(65536), "a file of a preset, TOML; or `setup`"),
+        ],
+        "Keeps options under a name; what was kept under it is replaced. It goes before one of this name that comes with this program.",
+        "as `preset.show`",
+    ),
+    method(
         "preset.list",
         Viewer,
         &[],
@@ -637,18 +649,6 @@ pub static METHODS: &[Method] = &[
         &[PRESET],
         "What a preset says.",
         "{name, shipped, note, path, options, text}: `options` as in `setup`, `text` as a file has it",
-    ),
-    method(
-        "preset.save",
-        Student,
-        &[
-            PRESET,
-            may("setup", Kind::Object, "what it says, as `job.check` takes it; or `text`"),
-            may("note", Kind::Text(500), "what is told to people who use it; beside `setup`"),
-            may("text", Kind::Text(65536), "a file of a preset, TOML; or `setup`"),
-        ],
-        "Keeps options under a name; what was kept under it is replaced. It goes before one of this name that comes with this program.",
-        "as `preset.show`",
     ),
     method(
         "preset.remove",

@@ -10,6 +10,7 @@ mod methods;
 mod openrpc;
 mod param;
 
+pub(crate) use error::Danger;
 pub use error::RpcError;
 pub use examples::Example;
 pub(crate) use fields::encode;

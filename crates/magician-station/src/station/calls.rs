@@ -10,7 +10,7 @@ use serde_json::{Map, Value, json};
 
 use super::dispatch::{Call, Handled, forbidden};
 use super::{Awaited, Station, tools};
-use crate::api::{Method, Needs, Params, Role, RpcError, encode};
+use crate::api::{Danger, Method, Needs, Params, Role, RpcError, encode};
 use crate::control::{ArmId, JogId, WorkKind};
 use crate::library::folder_of;
 use crate::order::{ArmAct, ArmOrder, ArmRead};
@@ -294,7 +294,7 @@ impl Station {
                 return Err(forbidden(&call.grant, Role::Teacher, set.row().set_name));
             }
             if !call.yes() {
-                return Err(dangerous(set, "can brick, uncalibrate or unlock the arm"));
+                return Err(dangerous(set, Danger::Arm));
             }
         }
         if entry.is_virtual {
@@ -310,7 +310,7 @@ impl Station {
                 return Err(forbidden(&call.grant, least, set.row().set_name));
             }
             if !call.yes() {
-                return Err(dangerous(set, "may switch the laser on"));
+                return Err(dangerous(set, Danger::Laser));
             }
         }
         Ok(call.yes() && call.grant.role >= least)
@@ -321,10 +321,9 @@ pub(super) fn line_lost() -> RpcError {
     RpcError::arm(magician::ErrorKind::Port, "the line to the arm is lost")
 }
 
-fn dangerous(set: &Set, why: &str) -> RpcError {
+fn dangerous(set: &Set, danger: Danger) -> RpcError {
     let name = set.row().set_name;
-    let message = format!("{name} {why}: it needs \"yes\": true");
-    RpcError::new(RpcError::DANGEROUS, message).with("command", name)
+    RpcError::dangerous(name, name, danger)
 }
 
 /// The frame that a request names.

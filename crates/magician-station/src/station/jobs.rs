@@ -13,7 +13,7 @@ use super::library::program;
 use super::records::JobRecord;
 use super::turns::Lengthy;
 use super::{Awaited, Station};
-use crate::api::{Role, RpcError};
+use crate::api::{Danger, Role, RpcError};
 use crate::control::{ArmId, JobId, JobPhase, OnLost, RequestId, WorkEnd, WorkKind};
 use crate::job::{Source, SourceBytes, setup_and_preset};
 use crate::order::{ArmOrder, JobNews, JobOrder, JobStart};
@@ -266,9 +266,8 @@ impl Station {
         if call.yes() {
             return Ok(());
         }
-        let why = "the job may switch the laser on: it needs \"yes\": true";
-        let error = RpcError::new(RpcError::DANGEROUS, why);
-        Err(Box::new(error.with("command", "job.start")))
+        let error = RpcError::dangerous("the job", "job.start", Danger::Laser);
+        Err(Box::new(error))
     }
 
     /// The job that a request names.
@@ -485,9 +484,8 @@ fn job_danger(call: &Call<'_>) -> Result<(), Box<RpcError>> {
     if call.yes() {
         return Ok(());
     }
-    let why = "a command can brick, uncalibrate or unlock the arm: it needs \"yes\": true";
-    let error = RpcError::new(RpcError::DANGEROUS, why);
-    Err(Box::new(error.with("command", "job.start")))
+    let error = RpcError::dangerous("a command", "job.start", Danger::Arm);
+    Err(Box::new(error))
 }
 
 /// The program that a request brings: one.

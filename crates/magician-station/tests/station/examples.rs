@@ -198,7 +198,7 @@ async fn reports_options_and_presets_are_as_their_types_say() {
         checked.unwrap_or_else(|why| panic!("{name}: {why} in {value}"));
     };
     let bench = Bench::new(1).await;
-    let mut anna = bench.join("Anna").await;
+    let mut anna = bench.join_as("Anna", Role::Teacher).await;
     let svg = |size: f64| {
         format!(
             "<svg xmlns='http://www.w3.org/2000/svg' width='{size}mm' height='{size}mm' viewBox='0 0 9 9'>\

@@ -199,6 +199,7 @@ async fn every_method_does_something() {
         match method.name {
             "arm.tool" => params["suction"] = json!(true),
             "arm.speed" => params["percent"] = json!(5),
+            "preset.save" => params["setup"] = json!({"speed": 5}),
             _ => {}
         }
         let outcome = teacher.call(method.name, params).await;

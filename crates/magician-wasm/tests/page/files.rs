@@ -187,6 +187,34 @@ fn a_large_program_comes_and_goes_without_a_message() {
 }
 
 #[test]
+fn a_preset_is_kept_where_the_page_keeps_its_programs() {
+    let mut page = ready();
+    let birch = json!({"name": "birch", "setup": {"work": null}});
+    assert!(page.call(1, "preset.save", &birch).is_err());
+    let birch = json!({"name": "birch", "setup": {"speed": 12}, "note": "3 mm"});
+    let saved = page.ok(1, "preset.save", &birch);
+    let name = b"preset+birch.toml";
+    let text = table::program_out(page.handle, name, <[u8]>::to_vec).unwrap();
+    assert_eq!(saved["text"].as_str().unwrap().as_bytes(), text);
+    // It is no program.
+    let listed = page.ok(1, "program.list", &json!({}));
+    assert_eq!(listed["programs"], json!([]));
+    page.ok(1, "preset.remove", &json!({"name": "birch"}));
+    assert_eq!(table::program_out(page.handle, name, <[u8]>::len), None);
+    // A page that was loaded again puts it back, and jobs have it.
+    let put = table::program_in(page.handle, name, &text, <[u8]>::to_vec);
+    assert_eq!(put, None);
+    let mut check = gcode(SQUARE);
+    check["setup"]["preset"] = json!("birch");
+    let report = page.ok(1, "job.check", &check);
+    assert_eq!(
+        report["notes"][0]["text"],
+        json!("preset birch: 3 mm"),
+        "{report}"
+    );
+}
+
+#[test]
 fn another_file_is_made_of_a_drawing() {
     let mut page = ready();
     let svg = "<svg xmlns='http://www.w3.org/2000/svg' width='40mm' height='40mm' viewBox='0 0 40 40'>\

@@ -13,7 +13,7 @@ use crate::verbs::preset::Save;
 use crate::verbs::write::Write;
 
 /// Flags that change nothing of what is made: how it is looked at, and how the job goes.
-const NOT_OF_A_SETUP: [&str; 18] = [
+const NOT_OF_A_SETUP: [&str; 21] = [
     "preset",
     "repeat",
     "format",
@@ -135,6 +135,7 @@ fn examples() -> Vec<(Value, Value)> {
         (json!({"stay": true}), json!({})),
         (json!({"park": [150.0, 0.0, 40.0]}), json!({})),
         (json!({"lift": 4.0}), json!({})),
+        (json!({"hop": 1.5}), json!({})),
         (json!({"travel_speed": 90.0}), json!({})),
         (json!({"order": false}), json!({})),
         (json!({"tolerance": 0.2}), json!({})),
@@ -156,6 +157,7 @@ fn examples() -> Vec<(Value, Value)> {
         (json!({"gamma": 1.5}), json!({})),
         (json!({"merge": 0.5}), json!({})),
         (json!({"dedupe": false}), json!({})),
+        (json!({"dedupe": true}), json!({})),
         (json!({"simplify": 0.0}), json!({})),
         (json!({"fill": "hatch"}), json!({})),
         (json!({"fill_spacing": 0.5}), json!({"fill": "hatch"})),

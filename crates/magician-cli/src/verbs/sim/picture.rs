@@ -10,8 +10,8 @@ use magician_sim::world::{Drawing, PictureError, PictureOptions};
 
 use crate::failure::Failure;
 
-/// Resolution of a PNG: about 200 dots an inch.
-const PIXELS_PER_MM: f64 = 8.0;
+/// Resolution of a PNG: 254 dots an inch, at which a laser's lines, 0.2 mm apart, are whole pixels and do not beat with them.
+const PIXELS_PER_MM: f64 = 10.0;
 
 /// Names that are tried for a picture that cannot be written where it belongs.
 const ATTEMPTS: u32 = 100;

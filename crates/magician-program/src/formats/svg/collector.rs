@@ -12,6 +12,7 @@ use super::filled::Areas;
 use super::lines::{Line, curves, dashed, flatten};
 use super::notes::Notes;
 use super::source::Element;
+use super::text::LaidFonts;
 use super::white::Whites;
 use crate::artwork::{Layer, Style, numbered};
 use crate::fill::{Area, FillRule, Region as Shapes};
@@ -33,12 +34,12 @@ pub(super) struct StrokeCollector<'a> {
         expect(dead_code, reason = "texts are left out")
     )]
     pub(super) writing: &'a ReadOptions,
-    /// Whether texts are laid out with the installed fonts too.
+    /// What texts are laid out with.
     #[cfg_attr(
         not(feature = "text"),
         expect(dead_code, reason = "texts are left out")
     )]
-    pub(super) installed: bool,
+    pub(super) fonts: LaidFonts,
     pub(super) notes: &'a mut Notes,
     pub(super) strokes: Vec<Stroke>,
     pub(super) areas: Areas,
@@ -74,13 +75,14 @@ impl<'a> StrokeCollector<'a> {
         writing: &'a ReadOptions,
         whites: Whites,
         notes: &'a mut Notes,
+        fonts: LaidFonts,
     ) -> Self {
         Self {
             elements,
             tolerance,
             fills: writing.fills,
             writing,
-            installed: false,
+            fonts,
             whites,
             notes,
             strokes: Vec::new(),

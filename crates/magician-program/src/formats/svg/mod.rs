@@ -96,11 +96,14 @@ fn drawing(text: &str, options: &ReadOptions) -> Result<Parsed<Artwork>, Diagnos
     let mut notes = Notes::default();
     let source = source::prepare(text, &mut notes)?;
     let mut installed = options.system_fonts == SystemFonts::On && text::names_fonts(&source.text);
-    let mut tree = tree_of(&source.text, installed)?;
+    let of_file = text::FileFonts::of(&source.text, &mut notes)?;
+    let mut fonts = text::fonts(&of_file, installed);
+    let mut tree = tree_of(&source.text, &fonts, installed)?;
     if installed && text::lacks_glyphs(tree.root()) {
         // Installed fonts draw a box for what they lack.
         installed = false;
-        tree = tree_of(&source.text, installed)?;
+        fonts = text::fonts(&of_file, installed);
+        tree = tree_of(&source.text, &fonts, installed)?;
     }
     let (width, height) = (tree.size().width(), tree.size().height());
     let page = [width, height].map(|side| f64::from(side) * PIXEL);
@@ -124,9 +127,9 @@ fn drawing(text: &str, options: &ReadOptions) -> Result<Parsed<Artwork>, Diagnos
         ..
     } = source;
     let whites = Whites::of(tree.root(), options.white);
-    let mut collector =
-        StrokeCollector::new(&elements, &in_file, tolerance, options, whites, &mut notes);
-    collector.installed = installed;
+    let mut collector = StrokeCollector::new(
+        &elements, &in_file, tolerance, options, whites, &mut notes, fonts,
+    );
     collector.all(tree.root(), to)?;
     let StrokeCollector {
         strokes,
@@ -171,7 +174,7 @@ fn beyond_the_page(strokes: &[Stroke], [width, height]: [f64; 2], notes: &mut No
     }
 }
 
-fn tree_of(source: &str, installed: bool) -> Result<Tree, Diagnostic> {
+fn tree_of(source: &str, fonts: &text::LaidFonts, installed: bool) -> Result<Tree, Diagnostic> {
     let mut options = Options {
         dpi: 96.0,
         style_sheet: Some(STYLE.to_owned()),
@@ -182,7 +185,7 @@ fn tree_of(source: &str, installed: bool) -> Result<Tree, Diagnostic> {
         },
         ..Options::default()
     };
-    text::set_up(&mut options, installed);
+    text::set_up(&mut options, fonts, installed);
     let document = source::parse(source)?;
     Tree::from_xmltree(&document, &options).map_err(|error| {
         let message = match error {

@@ -3,10 +3,30 @@
 use usvg::{Options, Text};
 
 use super::collector::{NodeContext, StrokeCollector};
+use super::notes::Notes;
 use super::source::Element;
 use crate::{Diagnostic, DiagnosticCode, Missing};
 
-pub(super) fn set_up(_options: &mut Options<'_>, _installed: bool) {}
+/// The fonts of a drawing: none is used.
+#[derive(Clone, Copy)]
+pub(super) struct FileFonts;
+
+impl FileFonts {
+    #[expect(clippy::unnecessary_wraps, reason = "as where there is a font")]
+    pub(super) fn of(_text: &str, _notes: &mut Notes) -> Result<Self, Diagnostic> {
+        Ok(Self)
+    }
+}
+
+/// What texts are laid out with: nothing.
+#[derive(Clone, Copy)]
+pub(super) struct LaidFonts;
+
+pub(super) fn fonts(_of_file: &FileFonts, _installed: bool) -> LaidFonts {
+    LaidFonts
+}
+
+pub(super) fn set_up(_options: &mut Options<'_>, _fonts: &LaidFonts, _installed: bool) {}
 
 /// Whether texts may name fonts that are installed.
 pub(super) fn names_fonts(_text: &str) -> bool {

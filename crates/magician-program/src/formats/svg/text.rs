@@ -1,5 +1,6 @@
 //! Texts, as the outlines of their letters, or in single lines.
 
+mod embedded;
 mod single;
 
 use std::sync::Arc;
@@ -13,20 +14,31 @@ use super::lines::{curves, flatten};
 use super::source::Element;
 use super::white::Whites;
 use crate::formats::Fills;
-use crate::{Diagnostic, DiagnosticCode, font};
+use crate::{Diagnostic, DiagnosticCode, TextLines, font};
 
-/// Texts are written in our font, or in the installed ones that they name.
-pub(super) fn set_up(options: &mut Options<'_>, installed: bool) {
+pub(super) use embedded::{FileFonts, LaidFonts};
+
+/// The fonts that texts are laid out with: ours, the installed ones, and those of the file.
+pub(super) fn fonts(of_file: &FileFonts, installed: bool) -> LaidFonts {
+    of_file.among(database(installed))
+}
+
+/// Texts are written in our font, or in the installed ones that they name, and before all in those of the file.
+pub(super) fn set_up(options: &mut Options<'_>, fonts: &LaidFonts, installed: bool) {
     options.font_family = font::NAME.to_owned();
-    options.fontdb = database(installed);
-    options.font_resolver = match installed {
+    options.fontdb = Arc::clone(&fonts.database);
+    let others = match installed {
         #[cfg(feature = "system-fonts")]
         true => font::installed_resolver(),
         _ => font::resolver(),
     };
+    options.font_resolver = match fonts.are_of_others() {
+        true => others,
+        false => fonts.resolver(others),
+    };
 }
 
-pub(super) fn database(installed: bool) -> Arc<Database> {
+fn database(installed: bool) -> Arc<Database> {
     match installed {
         #[cfg(feature = "system-fonts")]
         true => font::installed(),
@@ -56,17 +68,24 @@ pub(super) fn left_out(_text: &Element) -> Option<Diagnostic> {
 impl StrokeCollector<'_> {
     pub(super) fn text(&mut self, text: &Text, outer: &NodeContext) -> Result<(), Diagnostic> {
         let place = self.inner(text.id(), outer);
-        if let Some(font) = single::font(text, self.writing) {
+        let all_single = self.writing.text_lines == TextLines::Stroke;
+        let own = self.has_own_letters(text, all_single);
+        if let Some(font) = single::font(text, self.writing).filter(|_| !own) {
             return self.single_lines(text, &font, &place);
+        }
+        if own {
+            self.own_letters(text, &place)?;
         }
         for character in missing(text).chars() {
             let help = "turn the text into paths in the program that it was drawn with";
             self.lacks(character, font::NAME, &place, |note| note.help(help))?;
         }
-        let database = database(self.installed);
+        let database = Arc::clone(&self.fonts.database);
         let spans = text.layouted().iter();
-        let mut glyphs = spans.flat_map(|span| &span.positioned_glyphs);
-        let is_ours = glyphs.any(|glyph| font::is_bundled(&database, glyph.font));
+        let glyphs = spans.flat_map(|span| &span.positioned_glyphs);
+        // A font of the file may have no blank.
+        let mut seen = glyphs.filter(|glyph| !own || !glyph.text.trim().is_empty());
+        let is_ours = seen.any(|glyph| font::is_bundled(&database, glyph.font));
         // What is installed is as the text wants it.
         let differing = if is_ours {
             differences(text)

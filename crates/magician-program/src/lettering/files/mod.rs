@@ -2,13 +2,10 @@
 
 mod outline;
 mod stroke_order;
-mod svg_font;
 
 use std::sync::Arc;
 
-use kurbo::BezPath;
-
-use super::Glyphs;
+use super::{Glyphs, svg_font};
 use crate::{Diagnostic, packed};
 
 /// Files may be as large once they are unpacked, bytes.
@@ -73,31 +70,8 @@ fn text(bytes: &[u8]) -> Result<&str, Diagnostic> {
     Ok(text.trim_start_matches('\u{FEFF}').trim_start())
 }
 
-/// Nothing of a glyph lies farther out than so many of its font's squares.
-const FARTHEST: f64 = 100.0;
-
-/// The lines of a glyph, if they are of numbers that can be drawn.
-fn path(path: &str, character: char, square: f64) -> Result<BezPath, Diagnostic> {
-    let path = BezPath::from_svg(path).map_err(|error| {
-        Diagnostic::of_file(format!("a path of '{character}' cannot be read: {error}"))
-    })?;
-    within(path, character, square)
-}
-
-fn within(path: BezPath, character: char, square: f64) -> Result<BezPath, Diagnostic> {
-    let bounds = path.control_box();
-    let sides = [bounds.x0, bounds.y0, bounds.x1, bounds.y1];
-    let is_near = |side: f64| side.is_finite() && side.abs() <= FARTHEST * square;
-    match path.elements().is_empty() || sides.into_iter().all(is_near) {
-        true => Ok(path),
-        false => Err(Diagnostic::of_file(format!(
-            "a line of '{character}' is too far away from it"
-        ))),
-    }
-}
-
 /// An XML file.
-fn document(text: &str) -> Result<roxmltree::Document<'_>, Diagnostic> {
+pub(super) fn document(text: &str) -> Result<roxmltree::Document<'_>, Diagnostic> {
     let options = roxmltree::ParsingOptions {
         allow_dtd: true,
         ..Default::default()

@@ -8,6 +8,7 @@ use serde::Deserialize;
 use crate::Diagnostic;
 use crate::curves::flatten;
 use crate::formats::Format;
+use crate::lettering::svg_font;
 use crate::lettering::{Glyph, Glyphs};
 
 /// How high a capital is beside these characters, of their square; how far the square goes below the baseline.
@@ -72,7 +73,7 @@ pub(super) fn kanjivg(text: &str) -> Result<StrokeOrder, Diagnostic> {
             continue;
         };
         let paths = node.descendants().filter_map(|node| node.attribute("d"));
-        let paths = paths.map(|path| Ok(to * super::path(path, character, KANJIVG)?));
+        let paths = paths.map(|path| Ok(to * svg_font::path(path, character, KANJIVG)?));
         let paths: Vec<_> = paths.collect::<Result<_, Diagnostic>>()?;
         strokes.entry(character).or_insert(paths);
     }
@@ -121,7 +122,7 @@ pub(super) fn medians(text: &str, name: &str) -> Result<StrokeOrder, Diagnostic>
                 path.move_to(first);
             }
             points.for_each(|point| path.line_to(point));
-            super::within(path, letter, HANZI)
+            svg_font::within(path, letter, HANZI)
         });
         strokes.insert(letter, paths.collect::<Result<_, Diagnostic>>()?);
     }

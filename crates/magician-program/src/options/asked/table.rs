@@ -397,6 +397,13 @@ const LINES: [AskedOption; 4] = [
     .from(0.0)
     .or(Number(0.02)),
 ];
+/// Hygiene of programs, which is never done unasked.
+const DEDUPE: [AskedOption; 3] = [
+    LINES[2].or(Switch(false)),
+    LINES[1].with("dedupe", &[]),
+    LINES[3].with("dedupe", &[]),
+];
+
 const fn tolerance(usual: f64) -> AskedOption {
     let about = "Largest distance of a line from its curve";
     number("tolerance", "mm", Pen, about)
@@ -593,6 +600,7 @@ pub(super) fn of(format: Format) -> Vec<AskedOption> {
             repeated,
             &FRAME,
             &PEN,
+            &DEDUPE,
             &FINE,
             &[SPEED],
             &RUN,
@@ -603,11 +611,12 @@ pub(super) fn of(format: Format) -> Vec<AskedOption> {
             repeated,
             &FRAME,
             &PEN,
+            &DEDUPE,
             &[SPEED],
             &RUN,
         ],
         Format::Playback | Format::Blockly | Format::Plan => {
-            &[&OF_PLANS, repeated, &FRAME, &PEN, &[SPEED], &RUN]
+            &[&OF_PLANS, repeated, &FRAME, &PEN, &DEDUPE, &[SPEED], &RUN]
         }
     };
     let rest = rest.iter().copied().flatten().copied();

@@ -248,6 +248,23 @@ fn the_laser_burns_with_its_power() {
 }
 
 #[test]
+fn burnt_lines_end_where_they_end_and_dots_are_round() {
+    let stroke = |kind, points: &[[f64; 2]]| Stroke {
+        kind,
+        power: 50.0,
+        points: points.to_vec(),
+    };
+    let ends = [[200.0, 0.0], [220.0, 0.0]];
+    let is_cut_off = |stroke| {
+        let svg = Drawing::from(vec![stroke]).to_svg();
+        svg.contains("stroke-linecap=\"butt\"")
+    };
+    assert!(is_cut_off(stroke(StrokeKind::Burn, &ends)));
+    assert!(!is_cut_off(stroke(StrokeKind::Burn, &ends[..1])));
+    assert!(!is_cut_off(stroke(StrokeKind::Ink, &ends)));
+}
+
+#[test]
 fn power_that_changes_on_the_way_splits_the_stroke_there() {
     let mut arm = laser();
     let geometry = arm.geometry;
@@ -309,7 +326,23 @@ fn other_tools_leave_nothing() {
 #[cfg(feature = "picture")]
 mod png {
     use super::{SECOND, pen};
-    use crate::world::{Drawing, PictureError, PictureOptions};
+    use crate::world::{Drawing, PictureError, PictureOptions, Stroke, StrokeKind};
+
+    #[test]
+    fn a_burnt_line_is_no_darker_where_its_power_changes() {
+        let burn = |power, from, to| Stroke {
+            kind: StrokeKind::Burn,
+            power,
+            points: vec![[from, 0.0], [to, 0.0]],
+        };
+        let drawing = Drawing::from(vec![burn(50.0, 200.0, 201.0), burn(51.0, 201.0, 202.0)]);
+        let png = drawing.to_png(20.0).unwrap();
+        let picture = tiny_skia::Pixmap::decode_png(&png).unwrap();
+        let row = picture.height() / 2;
+        let reds = (0..picture.width()).map(|x| picture.pixel(x, row).unwrap().red());
+        let darkest = reds.min().unwrap();
+        assert!((160..=166).contains(&darkest), "{darkest}");
+    }
 
     #[test]
     fn the_picture_has_ink_where_the_pen_was() {

@@ -88,7 +88,7 @@ pub(crate) struct PartFlags {
     no_pause: bool,
 }
 
-/// How the lines of a drawing are tidied.
+/// How lines are tidied.
 #[derive(Args, Debug, Default)]
 #[command(next_help_heading = "Lines of a drawing")]
 pub(crate) struct TidyFlags {
@@ -98,6 +98,9 @@ pub(crate) struct TidyFlags {
     /// Draw lines that are there twice twice
     #[arg(long)]
     no_dedupe: bool,
+    /// Tidy G-code, plans, playback and points too: draw a line that is there twice once, apply --merge and --simplify
+    #[arg(long, conflicts_with = "no_dedupe")]
+    dedupe: bool,
     /// Drop points that are closer than this to the line without them, mm; 0 drops none [default: 0.02]
     #[arg(long, value_name = "MM", value_parser = from_zero)]
     simplify: Option<f64>,
@@ -193,7 +196,11 @@ impl TidyFlags {
     /// Says it as options.
     pub(crate) fn say(&self, options: &mut SetupOptions) {
         options.merge = self.merge;
-        options.dedupe = self.no_dedupe.then_some(false);
+        options.dedupe = match (self.dedupe, self.no_dedupe) {
+            (true, _) => Some(true),
+            (_, true) => Some(false),
+            _ => None,
+        };
         options.simplify = self.simplify;
     }
 }

@@ -73,7 +73,7 @@ impl StrokeCollector<'_> {
         place: &NodeContext,
     ) -> Result<(), Diagnostic> {
         let font = choice.load()?;
-        let database = super::database(self.installed);
+        let database = std::sync::Arc::clone(&self.fonts.database);
         let mut missing = String::new();
         for span in text.layouted().iter().filter(|span| span.visible) {
             let paints = [

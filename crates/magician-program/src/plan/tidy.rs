@@ -1,0 +1,441 @@
+//! Lines of a program tidied, where that is asked for: what is drawn twice is drawn once, ends that nearly meet are joined, points
+//! that say nothing are left out. The rest stays as it is and in its order.
+//!
+//! What is changed has to be certain: a line that is left in costs time, one that is left out, or a way that leads through the
+//! work, costs the work. So a line is left out only where the tool comes to it and leaves it in a way that is known, and none is
+//! turned round or put elsewhere.
+
+use std::collections::HashSet;
+use std::ops::Range;
+
+use magician_protocol::Set;
+
+use super::{Action, Plan, Step, Travel};
+use crate::artwork::{Tidied, Tidy, from_the_least};
+use crate::simplify::{kept, length};
+
+/// Places no farther apart than about this are the same, mm.
+const SAME: f64 = 1e-3;
+/// So far above a line a pen is clear of it, mm.
+const CLEAR: f64 = 0.5;
+
+type Point = [f64; 3];
+
+impl Plan {
+    /// Tidies its lines, and tells what came of it. None of what is marked then is farther from what was marked before than `merge`
+    /// and `simplify` together, nor the other way round.
+    ///
+    /// Two lines are the same that go through the same places at the same heights, whichever way; where they burn, with the same
+    /// power at the same speed. Between them is nothing but travel and settings of speeds: behind a pause, or in another part, a
+    /// line is another one. A program that switches its laser on and off by itself stays as it is.
+    pub fn tidy(&mut self, tidy: &Tidy) -> Tidied {
+        let mut tidied = Tidied::default();
+        let finite = |step: &Step| {
+            let to = step.action.target();
+            to.is_none_or(|to| to.iter().all(|value| value.is_finite()))
+        };
+        if self.steps.iter().any(|step| lights(&step.action)) || !self.steps.iter().all(finite) {
+            return tidied;
+        }
+        if tidy.dedupe {
+            tidied.repeated = self.without_repeated();
+        }
+        if tidy.merge > 0.0 {
+            tidied.joined = self.without_gaps(tidy.merge);
+        }
+        if tidy.simplify > 0.0 {
+            self.thinned(tidy.simplify);
+        }
+        tidied
+    }
+
+    /// Leaves out what is there before.
+    fn without_repeated(&mut self) -> usize {
+        let traced = Traced::of(self);
+        let mut known = HashSet::new();
+        let mut gone = Gone::new(self.steps.len());
+        let mut repeated = 0;
+        for line in &traced.lines {
+            if known.insert((line.scope, line.shape(&traced, self))) {
+                continue;
+            }
+            let Some((down, up)) = traced.ways_of(line, self) else {
+                continue;
+            };
+            repeated += 1;
+            let marks = line.steps.clone();
+            gone.where_led(self, marks.chain(down).chain(up));
+        }
+        gone.from(self);
+        repeated
+    }
+
+    /// Goes on where the next line begins no farther than this from the end of one.
+    fn without_gaps(&mut self, merge: f64) -> usize {
+        let traced = Traced::of(self);
+        let mut gone = Gone::new(self.steps.len());
+        let mut joined = 0;
+        for pair in traced.lines.windows(2) {
+            let [line, next] = pair else { continue };
+            let between = line.steps.end..next.steps.start;
+            let gap = apart(line.end, next.start);
+            // An arc goes through three places: it would become another one.
+            let bends = matches!(self.steps[next.steps.start].action, Action::Arc { .. });
+            let alike = line.scope == next.scope
+                && line.last_burn(self, &traced) == next.first_burn(self, &traced)
+                && gap <= if bends { merge.min(SAME) } else { merge };
+            let near = |step: &Step| match step.action.target().map(wide) {
+                // It works nowhere else, and comes near nothing.
+                Some(to) => {
+                    line.is_lit
+                        || across(line.end, to) <= SAME
+                        || across(next.start, to) <= SAME
+                        || to[2] >= line.end[2].max(next.start[2]) + CLEAR
+                }
+                None => sets_speed(&step.action),
+            };
+            if alike && self.steps[between.clone()].iter().all(near) {
+                joined += 1;
+                gone.where_led(self, between.clone());
+                gone.settings_alike(self, &traced, between);
+            }
+        }
+        gone.from(self);
+        joined
+    }
+
+    /// Leaves out points of lines that are straight without them.
+    fn thinned(&mut self, tolerance: f64) {
+        let traced = Traced::of(self);
+        let mut gone = Gone::new(self.steps.len());
+        for line in &traced.lines {
+            let mut from = line.steps.start;
+            while from < line.steps.end {
+                let alike = self.steps[from..line.steps.end].iter();
+                let count = alike
+                    .take_while(|step| goes_on(&self.steps[from], step))
+                    .count();
+                let to = from + count.max(1);
+                if count > 1 {
+                    let points: Vec<Point> = [traced.before[from]]
+                        .into_iter()
+                        .chain((from..to).map(|at| self.steps[at].action.target().map(wide)))
+                        .flatten()
+                        .collect();
+                    let stays = kept(&points, tolerance);
+                    // The first is where the line comes from.
+                    for (at, stays) in (from..to).zip(stays.into_iter().skip(1)) {
+                        gone.steps[at] |= !stays;
+                    }
+                }
+                from = to;
+            }
+        }
+        gone.from(self);
+    }
+}
+
+/// Whether a step goes straight on from another one in the same way: on a path, with the same power.
+fn goes_on(one: &Step, next: &Step) -> bool {
+    let alike = match (&one.action, &next.action) {
+        (Action::Path { .. }, Action::Path { .. }) => true,
+        (Action::Burn { power, .. }, Action::Burn { power: other, .. }) => power == other,
+        _ => false,
+    };
+    alike && (one.feed, one.follows_speed) == (next.feed, next.follows_speed)
+}
+
+/// Whether a step lights the laser otherwise than along a way.
+fn lights(action: &Action) -> bool {
+    action.burns() && !matches!(action, Action::Burn { .. })
+}
+
+/// Whether a step does nothing but say how fast the next ones are.
+fn sets_speed(action: &Action) -> bool {
+    let Action::Command(command) = action else {
+        return false;
+    };
+    matches!(
+        **command,
+        Set::CpParams(_) | Set::PtpCoordinateParams(_) | Set::PtpCommonParams(_)
+    )
+}
+
+fn wide(point: [f32; 3]) -> Point {
+    point.map(f64::from)
+}
+
+fn apart(a: Point, b: Point) -> f64 {
+    length([0, 1, 2].map(|axis: usize| a[axis] - b[axis]))
+}
+
+fn across(a: Point, b: Point) -> f64 {
+    length([a[0] - b[0], a[1] - b[1]])
+}
+
+/// Steps that are left out.
+struct Gone {
+    steps: Vec<bool>,
+}
+
+impl Gone {
+    fn new(steps: usize) -> Self {
+        Self {
+            steps: vec![false; steps],
+        }
+    }
+
+    /// Of these the ones that lead somewhere.
+    fn where_led(&mut self, plan: &Plan, steps: impl IntoIterator<Item = usize>) {
+        for at in steps {
+            self.steps[at] |= plan.steps[at].action.target().is_some();
+        }
+    }
+
+    /// Of these the settings of speeds along paths behind which the speed is what it was before.
+    fn settings_alike(&mut self, plan: &Plan, traced: &Traced, between: Range<usize>) {
+        let sets = |at: &usize| matches!(&plan.steps[*at].action, Action::Command(command) if matches!(**command, Set::CpParams(_)));
+        let settings: Vec<usize> = between.clone().filter(sets).collect();
+        let Some((last, others)) = settings.split_last() else {
+            return;
+        };
+        { others.iter() }.for_each(|at| self.steps[*at] = true);
+        if traced.speeds[between.start] == traced.speeds[between.end] {
+            self.steps[*last] = true;
+        }
+    }
+
+    fn from(self, plan: &mut Plan) {
+        let mut gone = self.steps.into_iter();
+        plan.steps.retain(|_| !gone.next().unwrap_or(false));
+    }
+}
+
+/// A line that is marked without a break.
+struct Line {
+    /// Its steps, from the first that marks to behind the last: those, and settings of speeds.
+    steps: Range<usize>,
+    start: Point,
+    end: Point,
+    is_lit: bool,
+    /// Lines of another one are never the same.
+    scope: u64,
+}
+
+/// What is known at each step of a plan, and its lines.
+struct Traced {
+    lines: Vec<Line>,
+    /// Where the tool is before a step.
+    before: Vec<Option<Point>>,
+    /// Which setting of speeds along paths is in force before a step, and behind the last: its values.
+    speeds: Vec<Option<[u32; 3]>>,
+}
+
+impl Traced {
+    fn of(plan: &Plan) -> Self {
+        let burns = plan.steps.iter().any(|step| step.action.is_of_a_laser());
+        let mut traced = Self {
+            lines: Vec::new(),
+            before: Vec::with_capacity(plan.steps.len()),
+            speeds: Vec::with_capacity(plan.steps.len() + 1),
+        };
+        let (mut at, mut speed, mut scope) = (None, None, 0);
+        // The line under way: whether it may go on.
+        let mut open = false;
+        for (nth, step) in plan.steps.iter().enumerate() {
+            traced.before.push(at);
+            traced.speeds.push(speed);
+            let action = &step.action;
+            let to = action.target().map(wide);
+            let marks = match action {
+                Action::Burn { power, .. } => *power > 0.0,
+                action => !burns && action.marks(),
+            };
+            match (at, to) {
+                (Some(from), Some(to)) if marks && goes_across(action, from, to) => {
+                    match traced.lines.last_mut().filter(|_| open) {
+                        Some(line) => {
+                            line.steps.end = nth + 1;
+                            line.end = to;
+                        }
+                        None => traced.lines.push(Line {
+                            steps: nth..nth + 1,
+                            start: from,
+                            end: to,
+                            is_lit: burns,
+                            scope,
+                        }),
+                    }
+                    open = true;
+                }
+                _ if sets_speed(action) => {
+                    if let Action::Command(command) = action
+                        && let Set::CpParams(params) = **command
+                    {
+                        speed = Some(
+                            [params.plan_acc, params.junction_vel, params.acc_or_period]
+                                .map(f32::to_bits),
+                        );
+                    }
+                }
+                (_, to) => {
+                    open = false;
+                    // What else is done may be a pause, another pen, or anything.
+                    let known = matches!(action, Action::Laser(false) | Action::Wait(_));
+                    if to.is_none() && !known {
+                        scope += 1;
+                        at = at.filter(|_| action.is_silent());
+                    }
+                }
+            }
+            at = to.or(at);
+        }
+        traced.speeds.push(speed);
+        traced
+    }
+
+    /// The steps that lead down to a line and up from it, if nothing else happens there: without them and the line the tool goes
+    /// on above it.
+    fn ways_of(&self, line: &Line, plan: &Plan) -> Option<(Range<usize>, Range<usize>)> {
+        let Range { start, end } = line.steps;
+        let nothing = (start..start, end..end);
+        let next = plan.steps.get(end..)?.iter();
+        let mut next = next.skip_while(|step| sets_speed(&step.action));
+        if line.is_lit {
+            // The ways to it and from it are dark, wherever they lead.
+            let goes_on = next.next().is_none_or(|step| match step.action {
+                Action::Burn { power, .. } => power == 0.0,
+                Action::Move { by, .. } => by == Travel::Line,
+                Action::Laser(on) => !on,
+                _ => false,
+            });
+            return goes_on.then_some(nothing);
+        }
+        let high = line.height(plan) + CLEAR;
+        // Down: the last steps before it, straight above it, from where the tool is clear.
+        let mut down = start;
+        loop {
+            let step = plan.steps.get(down.checked_sub(1)?)?;
+            match (step.action.target().map(wide), sets_speed(&step.action)) {
+                (Some(to), _) if across(to, line.start) > SAME => return None,
+                (Some(to), _) if to[2] >= high => break,
+                (Some(_), _) | (None, true) => down -= 1,
+                (None, false) => return None,
+            }
+        }
+        // Up: as far as it is not clear. The step that is stays, and leads on from above the beginning.
+        let mut up = end;
+        loop {
+            let step = plan.steps.get(up)?;
+            match (&step.action, step.action.target().map(wide)) {
+                // Along a curve it could come down in between.
+                (Action::Move { by, .. }, _) if *by != Travel::Line => return None,
+                (_, Some(to)) if across(to, line.end) > SAME => return None,
+                (_, Some(to)) if to[2] >= high => break,
+                (action, None) if !sets_speed(action) => return None,
+                _ => up += 1,
+            }
+        }
+        Some((down..start, end..up))
+    }
+}
+
+fn goes_across(action: &Action, from: Point, to: Point) -> bool {
+    matches!(action, Action::Arc { .. }) || across(from, to) > SAME
+}
+
+impl Line {
+    /// The greatest height at which it marks.
+    fn height(&self, plan: &Plan) -> f64 {
+        let steps = plan.steps.get(self.steps.clone()).unwrap_or_default();
+        let places = steps.iter().flat_map(|step| {
+            let via = match step.action {
+                Action::Arc {
+                    via: [x, y, z, _], ..
+                } => Some([x, y, z]),
+                _ => None,
+            };
+            [step.action.target(), via].into_iter().flatten()
+        });
+        places
+            .map(|place| f64::from(place[2]))
+            .fold(self.start[2], f64::max)
+    }
+
+    /// What it burns with at its end and at its beginning.
+    fn last_burn(&self, plan: &Plan, traced: &Traced) -> Option<Burnt> {
+        burnt(plan, traced, self.steps.end.checked_sub(1)?)
+    }
+
+    fn first_burn(&self, plan: &Plan, traced: &Traced) -> Option<Burnt> {
+        burnt(plan, traced, self.steps.start)
+    }
+
+    /// The same for lines of the same places, whichever way they go, and of the same burns.
+    fn shape(&self, traced: &Traced, plan: &Plan) -> Vec<Piece> {
+        let near = |point: Point| point.map(|value| (value / SAME).round() as i64);
+        let mut forth = vec![Piece::At(near(self.start))];
+        for at in self.steps.clone() {
+            let action = &plan.steps[at].action;
+            let Some(to) = action.target() else { continue };
+            let via = match action {
+                Action::Arc {
+                    via: [x, y, z, _], ..
+                } => Some(near(wide([*x, *y, *z]))),
+                _ => None,
+            };
+            forth.push(Piece::By(via, burnt(plan, traced, at)));
+            forth.push(Piece::At(near(wide(to))));
+        }
+        if let Some(closed) = wherever_it_begins(&forth) {
+            return closed;
+        }
+        let back = forth.iter().rev().copied().collect();
+        forth.min(back)
+    }
+}
+
+/// A piece of a line: a place, or how it goes from one to the next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+enum Piece {
+    At([i64; 3]),
+    By(Option<[i64; 3]>, Option<Burnt>),
+}
+
+/// The same for a closed line wherever it begins, if all of it is marked alike.
+fn wherever_it_begins(line: &[Piece]) -> Option<Vec<Piece>> {
+    let (first, rest) = line.split_first()?;
+    let (by, _) = rest.split_first()?;
+    let ways = line.iter().skip(1).step_by(2);
+    let alike = matches!(by, Piece::By(None, _)) && ways.clone().all(|way| way == by);
+    if !alike || line.last() != Some(first) {
+        return None;
+    }
+    let mut places: Vec<Piece> = rest.iter().skip(1).step_by(2).copied().collect();
+    let forth = from_the_least(places.clone());
+    places.reverse();
+    let mut least = forth.min(from_the_least(places));
+    // A closed line is another than the open one of its corners.
+    least.extend([*by, *by]);
+    Some(least)
+}
+
+/// With which power, at which speed and in which proportion to it a step burns.
+type Burnt = (u32, Option<[u32; 3]>, Option<u32>, bool);
+
+fn burnt(plan: &Plan, traced: &Traced, at: usize) -> Option<Burnt> {
+    let step = plan.steps.get(at)?;
+    let Action::Burn { power, .. } = step.action else {
+        return None;
+    };
+    let feed = step.feed.map(f32::to_bits);
+    Some((
+        power.to_bits(),
+        traced.speeds.get(at).copied().flatten(),
+        feed,
+        step.follows_speed,
+    ))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,348 @@
+use magician_host::words;
+use proptest::prelude::*;
+
+use super::*;
+use crate::{Origin, Pause, PauseCause};
+
+const UP: f32 = 5.0;
+
+fn pen(lines: &[&[[f32; 3]]]) -> Plan {
+    let mut plan = Plan::new("lines");
+    for line in lines {
+        draw(&mut plan, line, 20.0);
+    }
+    plan
+}
+
+/// As G-code draws one: above it, slowly down, along it, up.
+fn draw(plan: &mut Plan, line: &[[f32; 3]], speed: f32) {
+    let [from, to] = [line[0], line[line.len() - 1]];
+    rapid(plan, [from[0], from[1], UP]);
+    plan.push(words::path_speed(5.0, 100.0), Origin::NONE);
+    plan.push(Action::Path { to: from }, Origin::NONE);
+    plan.push(words::path_speed(speed, 100.0), Origin::NONE);
+    for place in &line[1..] {
+        plan.push(Action::Path { to: *place }, Origin::NONE);
+    }
+    rapid(plan, [to[0], to[1], UP]);
+}
+
+fn rapid(plan: &mut Plan, [x, y, z]: [f32; 3]) {
+    let (to, by) = ([x, y, z, 0.0], Travel::Line);
+    plan.push(Action::Move { to, by }, Origin::NONE);
+}
+
+/// As M3 and M4 burn one: dark to its beginning, then along it.
+fn burn(plan: &mut Plan, line: &[[f32; 3]], power: f32, speed: f32) {
+    let from = line[0];
+    plan.push(words::path_speed(speed, 100.0), Origin::NONE);
+    plan.push(
+        Action::Burn {
+            to: from,
+            power: 0.0,
+        },
+        Origin::NONE,
+    );
+    for to in &line[1..] {
+        plan.push(Action::Burn { to: *to, power }, Origin::NONE);
+    }
+}
+
+fn tidied(plan: &Plan, tidy: &Tidy) -> (Plan, Tidied) {
+    let mut plan = plan.clone();
+    let tidied = plan.tidy(tidy);
+    (plan, tidied)
+}
+
+fn once() -> Tidy {
+    Tidy {
+        merge: 0.0,
+        dedupe: true,
+        simplify: 0.0,
+    }
+}
+
+const L: &[[f32; 3]] = &[[200.0, 0.0, 0.0], [220.0, 0.0, 0.0], [220.0, 10.0, 0.0]];
+const FAR: &[[f32; 3]] = &[[240.0, 0.0, 0.0], [240.0, 9.0, 0.0]];
+
+fn reversed(line: &[[f32; 3]]) -> Vec<[f32; 3]> {
+    line.iter().rev().copied().collect()
+}
+
+#[test]
+fn a_line_that_is_there_twice_is_drawn_once_whichever_way_it_goes() {
+    let back = reversed(L);
+    let (plan, found) = tidied(&pen(&[L, FAR, &back, L, FAR]), &once());
+    assert_eq!((found.repeated, found.joined), (3, 0));
+    let marks = |plan: &Plan| {
+        let marks = plan.steps.iter().filter(|step| step.action.marks());
+        marks.count()
+    };
+    assert_eq!(marks(&plan), marks(&pen(&[L, FAR])));
+    // What is left of the others is travel above them.
+    let low = |step: &&Step| step.action.target().is_some_and(|to| to[2] < UP);
+    assert_eq!(
+        plan.steps.iter().filter(low).count(),
+        marks(&pen(&[L, FAR]))
+    );
+}
+
+#[test]
+fn a_closed_line_is_the_same_wherever_it_begins() {
+    let [a, b, c] = [[200.0, 0.0, 0.0], [210.0, 0.0, 0.0], [210.0, 10.0, 0.0]];
+    let plan = pen(&[&[a, b, c, a], &[c, b, a, c], &[a, b, c]]);
+    assert_eq!(tidied(&plan, &once()).1.repeated, 1);
+}
+
+#[test]
+fn another_height_another_pen_and_another_part_are_another_line() {
+    let deeper: Vec<[f32; 3]> = L.iter().map(|[x, y, z]| [*x, *y, z - 1.0]).collect();
+    assert_eq!(tidied(&pen(&[L, &deeper]), &once()).1.repeated, 0);
+    let pause = Action::Pause(Box::new(Pause {
+        text: String::new(),
+        cause: PauseCause::Program,
+    }));
+    let part = Action::Part(Box::default());
+    for between in [pause, part, Action::Suction(true), Action::Home] {
+        let mut plan = pen(&[L]);
+        plan.push(between, Origin::NONE);
+        draw(&mut plan, L, 20.0);
+        assert_eq!(tidied(&plan, &once()).1.repeated, 0, "{plan:?}");
+    }
+}
+
+#[test]
+fn what_burns_is_the_same_with_the_same_power_at_the_same_speed() {
+    let repeated = |power: f32, speed: f32| {
+        let mut plan = Plan::new("burnt");
+        burn(&mut plan, L, 40.0, 10.0);
+        burn(&mut plan, &reversed(L), power, speed);
+        burn(&mut plan, FAR, 40.0, 10.0);
+        let (left, found) = tidied(&plan, &once());
+        let lit = |plan: &Plan| {
+            let lit = plan.steps.iter().filter(|step| step.action.burns());
+            lit.count()
+        };
+        assert_eq!(lit(&plan) - lit(&left), 2 * found.repeated);
+        found.repeated
+    };
+    assert_eq!(repeated(40.0, 10.0), 1);
+    assert_eq!(repeated(41.0, 10.0), 0);
+    assert_eq!(repeated(40.0, 11.0), 0);
+    // At a proportion to its speed it burns otherwise.
+    let mut plan = Plan::new("burnt");
+    burn(&mut plan, L, 40.0, 10.0);
+    let first = plan.steps.len();
+    burn(&mut plan, L, 40.0, 10.0);
+    { plan.steps[first..].iter_mut() }.for_each(|step| step.feed = Some(20.0));
+    assert_eq!(tidied(&plan, &once()).1.repeated, 0);
+}
+
+#[test]
+fn a_line_stays_where_the_way_from_it_or_to_it_is_not_known() {
+    // It comes down slanting, goes up slanting, waits at its beginning, or is left by a curve.
+    type Change = fn(&mut Vec<Step>, usize);
+    let changes: [Change; 4] = [
+        |steps, second| {
+            steps.remove(second);
+        },
+        |steps, second| {
+            if let Action::Move { to, .. } = &mut steps[second + 6].action {
+                to[0] += 5.0;
+            }
+        },
+        |steps, second| {
+            let wait = Step::new(Action::Wait(500), Origin::NONE);
+            steps.insert(second + 3, wait);
+        },
+        |steps, second| {
+            if let Action::Move { by, .. } = &mut steps[second + 6].action {
+                *by = Travel::Joints;
+            }
+        },
+    ];
+    let plan = pen(&[L, L, FAR]);
+    let second = pen(&[L]).steps.len();
+    assert_eq!(tidied(&plan, &once()).1.repeated, 1);
+    for (nth, change) in changes.into_iter().enumerate() {
+        let mut plan = plan.clone();
+        change(&mut plan.steps, second);
+        let before = plan.clone();
+        assert_eq!(plan.tidy(&once()).repeated, 0, "{nth}");
+        assert_eq!(plan, before, "{nth}");
+    }
+    // What switches the laser by itself is not known at all.
+    let mut plan = pen(&[L, L]);
+    plan.steps
+        .insert(0, Step::new(Action::Laser(true), Origin::NONE));
+    assert_eq!(tidied(&plan, &Tidy::default()).0, plan);
+}
+
+#[test]
+fn lines_that_nearly_meet_are_one() {
+    let on = [[220.05, 10.0, 0.0], [230.0, 10.0, 0.0]];
+    let merge = Tidy {
+        merge: 0.1,
+        ..once()
+    };
+    let (plan, found) = tidied(&pen(&[L, &on]), &merge);
+    assert_eq!(found.joined, 1);
+    let (down, up) = ([200.0, 0.0, UP, 0.0], [230.0, 10.0, UP, 0.0]);
+    let moves: Vec<_> = { plan.steps.iter() }
+        .filter_map(|step| match step.action {
+            Action::Move { to, .. } => Some(to),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(moves, [down, up]);
+    // The speed is said once: on its way the pen need not stop.
+    let speeds = plan.steps.iter().filter(|step| sets_speed(&step.action));
+    assert_eq!(speeds.count(), 2);
+    let apart = [[220.2, 10.0, 0.0], [230.0, 10.0, 0.0]];
+    assert_eq!(tidied(&pen(&[L, &apart]), &merge).1.joined, 0);
+    // A hole between the two is not lost.
+    let mut plan = pen(&[L]);
+    draw(&mut plan, &[[250.0, 0.0, 0.0]], 20.0);
+    draw(&mut plan, &on, 20.0);
+    assert_eq!(tidied(&plan, &merge).1.joined, 0);
+    // Weaker from there on.
+    let mut plan = Plan::new("burnt");
+    burn(&mut plan, L, 40.0, 10.0);
+    burn(&mut plan, &on, 30.0, 10.0);
+    assert_eq!(tidied(&plan, &merge).1.joined, 0);
+    burn(
+        &mut plan,
+        &[[230.0, 10.0, 0.0], [240.0, 0.0, 0.0]],
+        30.0,
+        10.0,
+    );
+    assert_eq!(tidied(&plan, &merge).1.joined, 1);
+}
+
+#[test]
+fn points_on_a_line_are_left_out_where_nothing_changes() {
+    let thin = Tidy {
+        merge: 0.0,
+        dedupe: false,
+        simplify: 0.02,
+    };
+    let straight: Vec<[f32; 3]> = (0..100)
+        .map(|nth| {
+            [
+                200.0 + nth as f32 * 0.5,
+                if nth % 2 == 0 { 0.0 } else { 0.01 },
+                0.0,
+            ]
+        })
+        .collect();
+    let (plan, _) = tidied(&pen(&[&straight]), &thin);
+    assert_eq!(plan.steps.len(), pen(&[&straight[..2]]).steps.len());
+    // In depth a ramp is straight, a step is not.
+    let ramp: Vec<[f32; 3]> = { straight.iter().enumerate() }
+        .map(|(nth, [x, y, _])| [*x, *y, -0.01 * nth as f32])
+        .collect();
+    let (plan, _) = tidied(&pen(&[&ramp]), &thin);
+    assert_eq!(plan.steps.len(), pen(&[&ramp[..2]]).steps.len());
+    let mut plan = Plan::new("burnt");
+    burn(&mut plan, &straight[..50], 40.0, 10.0);
+    for to in &straight[50..] {
+        let (to, power) = (*to, 30.0);
+        plan.push(Action::Burn { to, power }, Origin::NONE);
+    }
+    let (plan, _) = tidied(&plan, &thin);
+    let powers: Vec<f32> = { plan.steps.iter() }
+        .filter_map(|step| match step.action {
+            Action::Burn { power, .. } => Some(power),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(powers, [0.0, 40.0, 30.0]);
+}
+
+/// How far apart samples are, mm.
+const EACH: f64 = 0.2;
+
+/// Samples of all that is marked, each with its kind: for the pen wherever it touches, however it came there.
+fn marked(plan: &Plan) -> Vec<(u32, [f64; 2])> {
+    let burns = plan.steps.iter().any(|step| step.action.is_of_a_laser());
+    let (mut at, mut speed, mut all): (Option<Point>, f32, Vec<_>) = (None, 0.0, Vec::new());
+    for step in &plan.steps {
+        if let Action::Command(command) = &step.action
+            && let Set::CpParams(params) = **command
+        {
+            speed = params.junction_vel;
+        }
+        let Some(to) = step.action.target().map(wide) else {
+            continue;
+        };
+        let kind = match step.action {
+            Action::Burn { power, .. } => (power > 0.0).then_some((100.0 * power + speed) as u32),
+            _ => (!burns).then_some(0),
+        };
+        if let (Some(kind), Some(from)) = (kind, at) {
+            let count = (apart(from, to) / EACH).ceil().max(1.0);
+            for nth in 0..=count as u32 {
+                let share = f64::from(nth) / count;
+                let [x, y, z] =
+                    [0, 1, 2].map(|axis: usize| from[axis] + share * (to[axis] - from[axis]));
+                if burns || z <= 0.01 {
+                    all.push((kind, [x, y]));
+                }
+            }
+        }
+        at = Some(to);
+    }
+    all
+}
+
+/// How far the first of these is from the others, at most.
+fn off(some: &[(u32, [f64; 2])], others: &[(u32, [f64; 2])]) -> f64 {
+    let nearest = |(kind, [x, y]): &(u32, [f64; 2])| {
+        let alike = others.iter().filter(|(other, _)| other == kind);
+        let far = alike.map(|(_, [to_x, to_y])| libm::hypot(to_x - x, to_y - y));
+        far.fold(f64::INFINITY, f64::min)
+    };
+    some.iter().map(nearest).fold(0.0, f64::max)
+}
+
+/// Lines over few places, so that many are there twice and many nearly meet.
+fn lines() -> impl Strategy<Value = Vec<(Vec<[f32; 3]>, bool)>> {
+    let place = (0..3_i8, 0..3_i8, 0..3_i8).prop_map(|(x, y, off)| {
+        [
+            200.0 + 4.0 * f32::from(x) + 0.07 * f32::from(off),
+            4.0 * f32::from(y),
+            0.0,
+        ]
+    });
+    let line = (prop::collection::vec(place, 2..5), any::<bool>());
+    prop::collection::vec(line, 1..8).prop_map(|mut lines| {
+        let again: Vec<_> = { lines.iter().step_by(2) }
+            .map(|(line, strong)| (reversed(line), *strong))
+            .collect();
+        lines.extend(again);
+        lines
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    #[test]
+    fn what_is_marked_stays_within_merge_and_simplify(lines in lines(), laser in any::<bool>()) {
+        let mut plan = Plan::new("any");
+        for (line, strong) in &lines {
+            match (laser, strong) {
+                (false, _) => draw(&mut plan, line, 20.0),
+                (true, true) => burn(&mut plan, line, 80.0, 10.0),
+                (true, false) => burn(&mut plan, line, 30.0, 15.0),
+            }
+        }
+        let tidy = Tidy { merge: 0.1, dedupe: true, simplify: 0.05 };
+        let (left, _) = tidied(&plan, &tidy);
+        prop_assert!(left.steps.len() <= plan.steps.len());
+        let (before, after) = (marked(&plan), marked(&left));
+        let most = tidy.merge + tidy.simplify + EACH;
+        prop_assert!(off(&after, &before) <= most, "{left:?}");
+        prop_assert!(off(&before, &after) <= most, "{left:?}");
+    }
+}

@@ -1,0 +1,119 @@
+//! Short ways between lines: whether all joints together are quicker than the straight line.
+
+use magician_host::ArmState;
+use magician_motion::{
+    ArmModel, Ceilings, Fence, Move, MoveKind, Planner, Pose, Speeds, Target, Trajectory,
+};
+
+use super::{Above, Reach};
+
+/// So far aside of the straight line is near enough wherever the tool may touch, mm.
+const ASIDE: f64 = 0.1;
+/// Higher up it may be off by this share of the height.
+const SHARE: f64 = 0.25;
+/// No lower than this is no lower, mm.
+const ROUNDING: f64 = 1e-4;
+/// A way is looked at in so many places.
+const PLACES: u64 = 8;
+
+/// How the tool travels.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Travelling {
+    /// Speed on straight lines, mm/s, and of the joints, deg/s; half of it by the ratio at power-up.
+    pub(crate) speed: f64,
+    /// Whether the tool turns with the arm.
+    pub(crate) turns: bool,
+    /// What the tool keeps to.
+    pub(crate) fence: Option<Fence>,
+}
+
+impl Reach {
+    /// Whether all joints together are quicker from one place to another than the straight line, by the times of the arm itself,
+    /// and do as well: they stay close to the line, never below the surface, and within the fence, and the tip is no faster than it
+    /// may be on the line.
+    pub(crate) fn is_quicker_by_joints(
+        &self,
+        from: Above,
+        to: Above,
+        travelling: &Travelling,
+    ) -> bool {
+        let (Some(start), Some(end)) = (
+            self.stands(from, travelling.turns),
+            self.stands(to, travelling.turns),
+        ) else {
+            return false;
+        };
+        let planner = Planner {
+            geometry: self.geometry,
+            limits: self.limits,
+            ceilings: Ceilings::default(),
+            speeds: travelling.speeds(),
+        };
+        let plan = |kind| {
+            let target = Target::Pose(end.pose);
+            let plan = planner.plan(&start, &Move { target, kind }).ok()?;
+            plan.crossing.is_none().then_some(plan.trajectory)
+        };
+        let (Some(joints), Some(line)) = (plan(MoveKind::Joint), plan(MoveKind::Line)) else {
+            return false;
+        };
+        let lower = from.1.min(to.1);
+        let (most, least) = (ASIDE.max(SHARE * lower), (1.0 - SHARE) * lower - ROUNDING);
+        let is_close = |at: Pose| {
+            let above = at.z - self.surface.at([at.x, at.y]);
+            above >= least && aside([start.pose, end.pose], at) <= most
+        };
+        joints.duration_us() < line.duration_us()
+            && travelling.allows(&joints)
+            && places(&joints).all(is_close)
+    }
+
+    fn stands(&self, (point, above): Above, turns: bool) -> Option<ArmState> {
+        let mut pose = self.pose(point, above);
+        if turns {
+            pose.r = self.joints(point, above)?.j1;
+        }
+        ArmState::at_pose(&self.geometry, &pose, &self.limits).ok()
+    }
+}
+
+impl Travelling {
+    fn speeds(&self) -> Speeds {
+        let speed = self.speed;
+        Speeds {
+            joint_velocity: [speed; 4],
+            joint_acceleration: [speed; 4],
+            linear_velocity: speed,
+            linear_acceleration: speed,
+            rotation_velocity: speed / 2.0,
+            rotation_acceleration: speed / 2.0,
+            ..ArmModel::MAGICIAN.power_up.speeds
+        }
+    }
+
+    fn allows(&self, way: &Trajectory) -> bool {
+        // Twice the mean is the peak of a triangle, and more than that of any other profile.
+        let seconds = way.duration_us() as f64 / 1e6;
+        let peak = 2.0 * way.start().pose.distance_to(&way.end().pose) / seconds;
+        let share = ArmModel::MAGICIAN.power_up.speeds.velocity_ratio / 100.0;
+        let keeps = |fence: Fence| {
+            let fence = fence.in_space();
+            fence.check_way(way).is_ok()
+        };
+        peak <= share * self.speed && self.fence.is_none_or(keeps)
+    }
+}
+
+fn places(way: &Trajectory) -> impl Iterator<Item = Pose> + '_ {
+    (1..PLACES).map(|nth| way.sample(way.duration_us() * nth / PLACES).pose)
+}
+
+/// How far a place is from a straight line.
+fn aside([from, to]: [Pose; 2], at: Pose) -> f64 {
+    let way = [to.x - from.x, to.y - from.y, to.z - from.z];
+    let off = [at.x - from.x, at.y - from.y, at.z - from.z];
+    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let share = (dot(off, way) / dot(way, way).max(1e-12)).clamp(0.0, 1.0);
+    let rest = [0, 1, 2].map(|axis: usize| off[axis] - share * way[axis]);
+    dot(rest, rest).sqrt()
+}

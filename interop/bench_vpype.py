@@ -1,0 +1,254 @@
+#!/usr/bin/env python3
+"""Ten drawings in the order of vpype and in ours: how long the pen travels, how often it is lifted, how long the arm takes.
+
+    python3 -m venv VENV && VENV/bin/pip install vpype
+    interop/bench_vpype.py --vpype VENV/bin/vpype [--magician target/debug/magician] [--json]
+
+Every drawing is made by `magician convert --no-order` into lines, which are written as one SVG in mm. That file goes through
+`vpype read .. linemerge linesort write ..` (and once more with `reloop` and `linesimplify` before), and what comes out is drawn as it stands:
+`draw --no-order`. The same file goes through our order: `draw` with its defaults. Ends within 0.1 mm are joined in all of them. The
+columns are of the check on the virtual arm, whose time is that of the run. `off` is how far any point of one's lines is from
+those of the file, mm: the larger of what is lost and what is new.
+"""
+
+import argparse
+import json
+import math
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import time
+import xml.etree.ElementTree as ElementTree
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+SAMPLES = ROOT / "crates" / "magician-program" / "samples"
+# Four lines of the single-line font that is built in, about 4 mm high.
+WORDS = ("The quick brown fox jumps over the", "lazy dog. Pack my box with five dozen", "liquor jugs. Sphinx of black quartz,", "judge my vow. 0123456789")
+TEXT = (
+    '<svg xmlns="http://www.w3.org/2000/svg" width="130mm" height="40mm" viewBox="0 0 130 40" font-family="Hershey Sans" font-size="5.5">'
+    + "".join(f'<text x="3" y="{8 * nth + 8}">{words}</text>' for nth, words in enumerate(WORDS))
+    + "</svg>"
+)
+
+
+def ring():
+    """A ring filled with lines 0.8 mm apart, as programs for hatching leave them: each by itself, all in the same direction."""
+    lines = []
+    for nth in range(-49, 50):
+        y = 0.8 * nth
+        ends = [math.sqrt(radius**2 - y**2) for radius in (40, 22) if abs(y) < radius]
+        for side in (-1, 1) if len(ends) == 2 else (1,):
+            a, b = (side * ends[0], side * ends[1]) if len(ends) == 2 else (-ends[0], ends[0])
+            lines.append(f'<line x1="{min(a, b) + 41:.4f}" y1="{y + 41:.4f}" x2="{max(a, b) + 41:.4f}" y2="{y + 41:.4f}"/>')
+    return f'<svg xmlns="http://www.w3.org/2000/svg" width="82mm" height="82mm" viewBox="0 0 82 82" stroke="black">{"".join(lines)}</svg>'
+
+
+RING = ring()
+# Name, what is drawn, and with which flags.
+DRAWINGS = (
+    ("curves", "curves.svg"),
+    ("house", "house.svg", "--fit"),
+    ("rabbit", "rabbit.svg", "--fit"),
+    ("plate", "plate.dxf", "--fit"),
+    ("poster", ROOT / "docs" / "workshop" / "files" / "poster.svg", "--fit"),
+    ("text", TEXT, "--fit"),
+    ("ring, hatched", RING, "--fit"),
+    ("lake, hatched", "landscape.png", "--image", "hatch", "--width", "100"),
+    ("lake, squiggles", "landscape.png", "--image", "squiggle", "--width", "100"),
+    ("lake, dots", "landscape.png", "--image", "halftone", "--width", "80"),
+)
+PAPER = -60.0
+# At about so many points, and at all corners, lines are compared.
+POINTS = 5000
+
+
+def called(*words):
+    done = subprocess.run([str(word) for word in words], capture_output=True, text=True)
+    if done.returncode:
+        sys.exit(f"{words[0]} {words[1]}: {done.stderr.strip()}")
+    return done.stdout
+
+
+def lines_of(plan):
+    """The lines of a plan, in the order in which they are drawn."""
+    lines, at = [], None
+    for step in json.loads(plan.read_text())["steps"]:
+        if "path" in step:
+            if not lines or lines[-1][-1] is not at:
+                lines.append([at])
+            at = tuple(step["path"][:2])
+            lines[-1].append(at)
+        elif "wait" in step and at is not None:
+            lines.append([at, at])
+        elif "move" in step:
+            at = tuple(step["move"][:2])
+    return lines
+
+
+def write(lines, path):
+    xs, ys = zip(*(point for line in lines for point in line))
+    left, top = min(xs), max(ys)
+    width, height = max(xs) - left, top - min(ys)
+    polylines = "\n".join(
+        '<polyline points="' + " ".join(f"{x - left:.4f},{top - y:.4f}" for x, y in line) + '"/>' for line in lines
+    )
+    path.write_text(
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.4f}mm" height="{height:.4f}mm" '
+        f'viewBox="0 0 {width:.4f} {height:.4f}"><g fill="none" stroke="black">\n{polylines}\n</g></svg>\n'
+    )
+
+
+def read(path):
+    """The lines of an SVG of polylines and straight paths, as vpype writes them, in mm."""
+    root = ElementTree.parse(path).getroot()
+    width = float(re.match(r"[\d.]+", root.get("width"))[0]) * (25.4 / 2.54 if root.get("width").endswith("cm") else 1.0)
+    scale = width / float(root.get("viewBox").split()[2])
+    lines = []
+    for element in root.iter():
+        kind = element.tag.rpartition("}")[2]
+        if kind in ("polyline", "polygon"):
+            numbers = [scale * float(number) for number in re.findall(r"-?[\d.]+(?:e-?\d+)?", element.get("points"))]
+        elif kind == "line":
+            numbers = [scale * float(element.get(key)) for key in ("x1", "y1", "x2", "y2")]
+        elif kind == "path":
+            sys.exit(f"{path}: a path, where lines are expected")
+        else:
+            continue
+        line = list(zip(numbers[::2], numbers[1::2]))
+        lines.append(line + line[:1] if kind == "polygon" else line)
+    return lines
+
+
+class Near:
+    """Straight pieces, found by the cell that they pass."""
+
+    CELL = 2.0
+
+    def __init__(self, lines):
+        self.cells = {}
+        for line in lines:
+            for a, b in zip(line, line[1:] if len(line) > 1 else line):
+                long = math.dist(a, b)
+                for nth in range(int(long / self.CELL * 2) + 2):
+                    share = nth / (int(long / self.CELL * 2) + 1)
+                    x, y = (a[axis] + share * (b[axis] - a[axis]) for axis in (0, 1))
+                    self.cells.setdefault((int(x // self.CELL), int(y // self.CELL)), {})[(a, b)] = None
+
+    def off(self, point):
+        column, row = (int(value // self.CELL) for value in point)
+        best = math.inf
+        for i in (-1, 0, 1):
+            for j in (-1, 0, 1):
+                for a, b in self.cells.get((column + i, row + j), ()):
+                    ways = [b[axis] - a[axis] for axis in (0, 1)]
+                    square = ways[0] ** 2 + ways[1] ** 2
+                    share = 0.0
+                    if square:
+                        share = sum((point[axis] - a[axis]) * ways[axis] for axis in (0, 1)) / square
+                    share = min(1.0, max(0.0, share))
+                    best = min(best, math.dist(point, [a[axis] + share * ways[axis] for axis in (0, 1)]))
+        return best
+
+
+def along(lines, step):
+    for line in lines:
+        yield line[0]
+        for a, b in zip(line, line[1:]):
+            count = max(1, math.ceil(math.dist(a, b) / step))
+            for nth in range(1, count + 1):
+                yield tuple(a[axis] + nth / count * (b[axis] - a[axis]) for axis in (0, 1))
+
+
+def off(one, other):
+    """How far the farthest point of either is from the other, mm."""
+    near, back = Near(other), Near(one)
+    step = max(0.5, sum(math.dist(a, b) for line in one for a, b in zip(line, line[1:])) / POINTS)
+    return max(max(map(near.off, along(one, step))), max(map(back.off, along(other, step))))
+
+
+def travel(lines):
+    return sum(math.dist(one[-1], other[0]) for one, other in zip(lines, lines[1:]))
+
+
+def check(magician, path, *words):
+    """How long the arm takes, and in which lines it draws."""
+    words = ("draw", path, "--surface", PAPER, "--port", "sim", "--system-fonts", "off", *words)
+    begun = time.perf_counter()
+    report = json.loads(called(magician, *words, "--check", "--json").splitlines()[-1])
+    spent = time.perf_counter() - begun
+    return report["seconds"], spent
+
+
+def drawn(magician, path, into, *words):
+    called(magician, "convert", path, into, "--surface", PAPER, *words)
+    return lines_of(into)
+
+
+def measured(magician, vpype, folder, name, file, words):
+    raw, plan = folder / "raw.svg", folder / "plan.json"
+    source = folder / "made.svg"
+    if str(file).startswith("<svg"):
+        source.write_text(file)
+    else:
+        source = SAMPLES / file
+    called(magician, "convert", source, plan, "--surface", PAPER, "--no-order", *words)
+    write(lines_of(plan), raw)
+    wanted = read(raw)
+    rows = []
+
+    def row(order, path, *words, spent=None):
+        seconds, ours = check(magician, path, *words)
+        lines = drawn(magician, path, plan, *words)
+        # Back onto the page, whose upper left corner is that of the lines.
+        left, top = min(x for line in lines for x, _ in line), max(y for line in lines for _, y in line)
+        page = [[(x - left, top - y) for x, y in line] for line in lines]
+        rows.append(
+            {
+                "drawing": name,
+                "order": order,
+                "lines": len(lines),
+                "travel_mm": round(travel(lines), 1),
+                "seconds": round(seconds, 1),
+                "seconds_a_line": round(seconds / len(lines), 3),
+                "off_mm": round(off(page, wanted), 3),
+                "computed_s": round(ours if spent is None else spent, 2),
+            }
+        )
+
+    row("of the file", raw, "--no-order")
+    row("ours", raw)
+    for order, before in (("vpype", ()), ("vpype, all", ("reloop", "linesimplify", "--tolerance", "0.02mm"))):
+        sorted_by_vpype = folder / "vpype.svg"
+        begun = time.perf_counter()
+        called(
+            vpype, "read", "--no-crop", raw, "linemerge", "--tolerance", "0.1mm", *before, "linesort", "write", sorted_by_vpype,
+        )  # fmt: skip
+        row(order, sorted_by_vpype, "--no-order", spent=time.perf_counter() - begun)
+    return rows
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--vpype", default="vpype", help="its command")
+    parser.add_argument("--magician", default=ROOT / "target" / "debug" / "magician", help="the command")
+    parser.add_argument("--only", action="append", help="a drawing, by its name")
+    parser.add_argument("--json", action="store_true", help="one object a line")
+    args = parser.parse_args()
+    if not args.json:
+        print("drawing          order        lines   travel, mm   seconds   a line   off, mm   computed, s")
+    for name, file, *words in DRAWINGS:
+        if args.only and name not in args.only:
+            continue
+        with tempfile.TemporaryDirectory() as folder:
+            for row in measured(args.magician, args.vpype, pathlib.Path(folder), name, file, words):
+                if args.json:
+                    print(json.dumps(row), flush=True)
+                    continue
+                numbers = "{lines:7d} {travel_mm:12.1f} {seconds:9.1f} {seconds_a_line:8.3f} {off_mm:9.3f} {computed_s:13.2f}"
+                print(f"{row['drawing']:16s} {row['order']:11s}" + numbers.format(**row), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,62 @@
+// Engraving with the laser: on the sheet first, round it with the laser off, and burnt once it is armed.
+import { signal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+import { t } from "../i18n";
+import * as check from "../run/check";
+import { isArmed, watchArmed } from "../run/laser";
+import * as store from "../store";
+import { Card, Do, Switch, TextField } from "../ui/parts";
+import { title, why, Workshop } from "./workshop";
+
+/** What is typed of a test grid; the rest is the station's. */
+const grid = signal<Record<string, string>>({});
+const GRID = ["power", "speed", "cell"] as const;
+const isGrid = () => check.chosen.value?.format === "testgrid";
+
+function lay(fields: Record<string, string>, isWanted = true): void {
+  grid.value = fields;
+  if (!isWanted) return;
+  const typed = Object.entries(fields).flatMap(([name, text]) => (text.trim() === "" ? [] : [[name, name === "cell" ? Number(text) : text.trim()]]));
+  void check.choose({ text: JSON.stringify({ format: "magician-testgrid", ...Object.fromEntries(typed) }), format: "testgrid" });
+}
+
+function TestGrid() {
+  const off = !store.isUp.value;
+  return (
+    <Card title={t("laser.grid")} class="grid-card">
+      <p class="hint">{t("laser.grid.text")}</p>
+      <div class="setup">
+        {GRID.map((name) => (
+          <TextField
+            key={name}
+            id={`testgrid-${name}`}
+            label={t(`laser.grid.${name}`)}
+            value={grid.value[name] ?? ""}
+            placeholder={t("setup.unset")}
+            off={off}
+            set={(text) => lay({ ...grid.value, [name]: text }, isGrid())}
+          />
+        ))}
+        <Do id="laser-testgrid" aria-pressed={isGrid()} off={off} text={t("laser.grid.lay")} press={() => lay(grid.value)} />
+      </div>
+    </Card>
+  );
+}
+
+export function Engrave() {
+  useEffect(watchArmed, []);
+  const off = why() !== null;
+  const frame = () => check.start(t("laser.frame.of", { title: title() }), t("laser.frame.text"), { setup: { frame: "box" } });
+  const before = (
+    <div class="laser-do">
+      <Do id="laser-frame" off={off || check.chosen.value === null} why="draw-why" text={t("laser.frame")} press={frame} title={t("laser.frame.text")} />
+      <Switch id="laser-arm" label={t("laser.arm")} on={isArmed.value} off={off} why="draw-why" danger flip={(on) => (isArmed.value = on)} />
+    </div>
+  );
+  const because = isArmed.value ? null : "laser.unarmed";
+  return (
+    <Workshop tool="laser" name={t("nav.engrave")} hint={t("engrave.empty")} first={["power", "speed", "passes"]} because={because} before={before}>
+      <TestGrid />
+    </Workshop>
+  );
+}

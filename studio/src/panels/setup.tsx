@@ -1,0 +1,196 @@
+// What the routes of programs share: the options of one, what its check has found, and what they hear while they are open.
+import { effect, useSignal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+import { tried } from "../actions";
+import type { Option, Report } from "../api";
+import { t, told } from "../i18n";
+import * as check from "../run/check";
+import * as jobs from "../run/jobs";
+import * as library from "../run/programs";
+import { language } from "../settings";
+import * as store from "../store";
+import { Pick, TextField } from "../ui/parts";
+import { world } from "../view/seen";
+import "./run.css";
+import texts from "./setup.words.json";
+
+/** What an option, a choice or a group is called. Those that are seldom set come with this panel. */
+const WORDS: Record<string, Record<string, string>> = texts;
+const named = (key: string, or: string) => told(`setup.${key}`, WORDS[language.value]?.[key] ?? WORDS["en"]?.[key] ?? or);
+
+function Asked({ option }: { option: Option }) {
+  const { name, kind, unit, choices, usual, about } = option;
+  const label = named(name, about);
+  const value = check.values.value[name] ?? "";
+  const set = (to: string) => check.setValue(name, to);
+  if (kind === "switch") {
+    return (
+      <label class="tick" title={about}>
+        <input type="checkbox" checked={check.valueOf(name) === "true"} data-testid={`setup-${name}`} onChange={(event) => set(String(event.currentTarget.checked))} />
+        <span>{label}</span>
+      </label>
+    );
+  }
+  if (kind === "choice") {
+    const textOf = (choice: string) => named(`${name}.${choice}`, told(`tools.${choice}`, choice));
+    const unset = usual || option.default !== null ? [] : [{ value: "", text: t("setup.unset") }];
+    const all = [...unset, ...choices.map((choice) => ({ value: choice, text: textOf(choice) }))];
+    return <Pick title={label} id={`setup-${name}`} value={check.valueOf(name)} options={all} choose={set} />;
+  }
+  const of = { point: "x, y ", place: "x, y, z ", area: "x, y, ↔, ↕ " }[kind as "point"] ?? "";
+  const placeholder = option.default === null ? t("setup.unset") : String(option.default);
+  return <TextField id={`setup-${name}`} label={label} unit={of + (unit === "deg" ? "°" : unit)} value={value} placeholder={placeholder} set={set} />;
+}
+
+/** Options that a page has a place of its own for, or that no form can ask. */
+const ELSEWHERE = ["only", "pens", "parts", "no_pause", "frame", "frame_power"];
+const GROUPS = ["fill", "text", "image", "laser", "pen", "place", "parts", "more"] as const;
+
+/** What a person is asked of a program: what is seldom left out, and the rest by what it belongs to. */
+export function Options({ first = [] }: { first?: readonly string[] }) {
+  const asked = check.asked.value.filter(({ name }) => !ELSEWHERE.includes(name));
+  const isFirst = ({ name, usual }: Option) => usual || first.includes(name);
+  const fields = (options: Option[]) => (
+    <div class="setup">
+      {options.map((option) => (
+        <Asked key={option.name} option={option} />
+      ))}
+    </div>
+  );
+  const rest = GROUPS.map((group) => ({ group, options: asked.filter((option) => option.group === group && !isFirst(option)) }));
+  return asked.length === 0 ? null : (
+    <div class="options" role="group" aria-label={t("setup.title")}>
+      {fields(asked.filter(isFirst))}
+      {rest.map(({ group, options }) =>
+        options.length === 0 ? null : (
+          <details key={group} class="more" data-testid={`setup-group-${group}`}>
+            <summary>{named(`group.${group}`, group)}</summary>
+            {fields(options)}
+          </details>
+        ),
+      )}
+    </div>
+  );
+}
+
+/** The file's own picture, where the browser can show it. */
+export function Picture({ program }: { program: library.Entry }) {
+  const url = useSignal<string | null>(null);
+  useEffect(() => {
+    let [made, gone] = ["", false];
+    const kind = { svg: "image/svg+xml", image: "" }[program.format ?? ""];
+    if (kind !== undefined && program.bytes < 4e6 && !program.name.endsWith(".svgz")) {
+      library.get(program).then((bytes) => {
+        if (gone) return;
+        url.value = made = URL.createObjectURL(kind === "" ? bytes : new Blob([bytes], { type: kind }));
+      }, () => {});
+    }
+    return () => {
+      gone = true;
+      URL.revokeObjectURL(made);
+    };
+  }, [program.name, program.modified]);
+  return url.value === null ? null : <img class="file-picture" src={url.value} alt={t("run.picture", { name: program.name })} onError={() => (url.value = null)} />;
+}
+
+function Complaints({ report, program }: { report: Report; program: library.Entry | null }) {
+  const lines = useSignal<library.Line[]>([]);
+  const at = useSignal<number | null>(null);
+  useEffect(() => {
+    lines.value = [];
+    at.value = null;
+  }, [report]);
+  const look = (line: number) =>
+    tried(async () => {
+      if (program === null) return;
+      at.value = line;
+      lines.value = await library.linesAt(await library.get(program), line);
+    });
+  return (
+    <div class="complaints">
+      <ol>
+        {report.complaints.map((complaint, nth) => (
+          <li key={nth}>
+            <button
+              type="button"
+              class="link"
+              data-testid={`run-complaint-${nth + 1}`}
+              aria-expanded={complaint.line === undefined ? undefined : at.value === complaint.line}
+              onClick={() => complaint.line !== undefined && look(complaint.line)}
+            >
+              <b>{complaint.line === undefined ? t("run.step", { step: complaint.step }) : t("run.line", { line: complaint.line })}</b> {complaint.message}
+            </button>
+          </li>
+        ))}
+      </ol>
+      {lines.value.length > 0 ? (
+        <pre class="lines" tabIndex={0} aria-label={t("run.lines")} data-testid="run-lines">
+          {lines.value.map((line) => (
+            <code key={line.number} class={line.number === at.value ? "at" : ""}>
+              <i>{line.number}</i> {line.text}
+              {"\n"}
+            </code>
+          ))}
+        </pre>
+      ) : null}
+    </div>
+  );
+}
+
+/** What it takes and draws, in numbers. */
+export function about(report: Report | null): string {
+  if (report === null) return "";
+  const facts = [report.seconds === null ? null : t("run.takes", { time: jobs.duration(report.seconds) })];
+  if (report.drawn_mm > 0) facts.push(t("run.draws", { mm: Math.round(report.drawn_mm) }));
+  const { bounds } = report;
+  if (bounds) facts.push(t("run.size", { x: Math.round(bounds.x[1] - bounds.x[0]), y: Math.round(bounds.y[1] - bounds.y[0]) }));
+  return facts.filter((fact) => fact !== null).join(" · ");
+}
+
+/** What the check has found. */
+export function Found() {
+  const program = check.entry.value;
+  const report = check.report.value;
+  if (check.isChecking.value) return <p class="check busy">{t("run.checking")}</p>;
+  if (check.problem.value !== null) return <p class="check bad" role="alert">{check.problem.value}</p>;
+  if (program?.format === null) return <p class="check bad">{t("run.unknown")}</p>;
+  if (report === null) return <p class="hint">{t("run.unchecked")}</p>;
+  return (
+    <>
+      <p class={`check ${report.ok ? "good" : "bad"}`} role="status">
+        <b>{report.ok ? t("run.good") : report.refused > 0 ? t("run.refused", { count: report.refused }) : t("run.unfit")}</b> <span class="number">{about(report)}</span>
+      </p>
+      {report.complaints.length > 0 ? <Complaints report={report} program={program} /> : null}
+      {(report.notes ?? []).map((note, nth) => (
+        <p key={nth} class="hint">{note.text}</p>
+      ))}
+    </>
+  );
+}
+
+/** That the lines would not be seen: the virtual arm has no such tool. */
+export function Unseen() {
+  const around = world.value;
+  if (around === null || store.arm.value?.virtual !== true || !((check.report.value?.drawn_mm ?? 0) > 0)) return null;
+  const tool = check.valueOf("tool") || (around.draws ?? "pen");
+  if (tool === around.draws) return null;
+  return (
+    <p class="check note" role="status" data-testid="run-bare">
+      {t("run.draws.none", { tool: told(`tools.${tool}`, tool).toLowerCase() })}
+    </p>
+  );
+}
+
+/** Follows jobs and library, and checks what is set, as long as the panel is open. */
+export function usePrograms(most?: number): void {
+  useEffect(() => {
+    const ends = [
+      jobs.follow(),
+      check.checkAlong(most),
+      effect(() => {
+        if (store.socket.value === "up") library.list().catch(() => {});
+      }),
+    ];
+    return () => ends.forEach((end) => end());
+  }, []);
+}

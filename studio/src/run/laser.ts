@@ -1,0 +1,35 @@
+// Whether the laser is armed: nothing is started that burns before a person has said so, for each job anew.
+import { effect, signal } from "@preact/signals";
+import { leaveWith } from "../session";
+import * as store from "../store";
+import { busy, job } from "./jobs";
+
+export const isArmed = signal(false);
+
+/** The job that burns because a person has armed the laser here: it does not outlive the page. */
+let burning: string | null = null;
+effect(() => {
+  if (isArmed.value && busy.value) burning = job.value?.job ?? null;
+});
+addEventListener("pagehide", () => {
+  if (burning !== null && store.isBusy.value) leaveWith({ method: "job.stop", params: { job: burning } });
+});
+
+/** Disarms after each job, when the page is left or hidden, when control or the line is lost, when another arm is shown, and when this is called. */
+export function watchArmed(): () => void {
+  const disarm = () => (isArmed.value = false);
+  let [before, wasBusy] = ["", false];
+  const end = effect(() => {
+    const now = `${store.session.value} ${store.armName.value}`;
+    const holds = store.isUp.value && store.lease.value === "mine";
+    if (!holds || now !== before || (wasBusy && !busy.value)) disarm();
+    [before, wasBusy] = [now, busy.value];
+  });
+  const over = new AbortController();
+  document.addEventListener("visibilitychange", () => document.hidden && disarm(), over);
+  return () => {
+    end();
+    over.abort();
+    disarm();
+  };
+}

@@ -1,0 +1,102 @@
+//! The workshop's gallery: pieces made by the command, as a person types it. Each has its input, the preview, and what the virtual arm
+//! left, and how far these are apart.
+
+mod marks;
+mod page;
+mod pictures;
+mod pieces;
+mod run;
+mod sheet;
+mod source;
+
+use std::error::Error;
+use std::fs;
+use std::path::Path;
+
+use pieces::PIECES;
+use run::Bench;
+
+/// Where the pictures go, under `docs`; the files that were made for this page are in a folder of it.
+const PICTURES: &str = "workshop";
+const PAGE: &str = "WORKSHOP.md";
+
+/// Runs every piece, draws it into `docs/workshop` and lists them in `docs/WORKSHOP.md`. With names it only runs these and shows their
+/// figures; the page stays.
+pub(crate) fn write(names: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
+    let bench = Bench::new(root)?;
+    let pictures = root.join("docs").join(PICTURES);
+    let mut page = page::INTRODUCTION.to_owned();
+    let mut all_good = true;
+    for piece in PIECES {
+        if !names.is_empty() && !names.iter().any(|name| name == piece.name) {
+            continue;
+        }
+        let made = bench
+            .make(piece)
+            .map_err(|why| format!("{}: {why}", piece.name))?;
+        for (name, bytes) in &made.pictures {
+            fs::write(pictures.join(name), bytes)?;
+        }
+        let mark = if made.is_good { "" } else { " NOT GOOD" };
+        println!("{}:{mark} {}", piece.name, made.figures);
+        all_good &= made.is_good;
+        page.push_str(&page::entry(piece, &made));
+    }
+    if names.is_empty() {
+        fs::write(root.join("docs").join(PAGE), page)?;
+    }
+    if !all_good {
+        return Err("not every piece is what it should be".into());
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    /// As many bytes have the pictures at most: they are in every checkout.
+    const MOST: u64 = 1_500_000;
+
+    fn docs() -> std::path::PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs")
+    }
+
+    #[test]
+    fn the_page_has_every_piece_of_the_list_and_no_other() {
+        let page = fs::read_to_string(docs().join(PAGE)).unwrap();
+        for piece in PIECES {
+            assert!(
+                page.contains(&page::head(piece)),
+                "{}: run cargo xtask workshop",
+                piece.name
+            );
+        }
+        assert!(page.starts_with(page::INTRODUCTION));
+        assert_eq!(page.matches("\n## ").count(), PIECES.len());
+    }
+
+    #[test]
+    fn the_pictures_are_those_of_the_page_and_small() {
+        let page = fs::read_to_string(docs().join(PAGE)).unwrap();
+        let shown: BTreeSet<&str> = page
+            .split(&format!("src=\"{PICTURES}/"))
+            .skip(1)
+            .filter_map(|rest| rest.split('"').next())
+            .filter(|name| !name.contains('/'))
+            .collect();
+        let (mut there, mut size) = (BTreeSet::new(), 0);
+        for entry in fs::read_dir(docs().join(PICTURES)).unwrap() {
+            let entry = entry.unwrap();
+            if entry.file_type().unwrap().is_file() {
+                size += entry.metadata().unwrap().len();
+                there.insert(entry.file_name().into_string().unwrap());
+            }
+        }
+        let there: BTreeSet<&str> = there.iter().map(String::as_str).collect();
+        assert_eq!(there, shown);
+        assert!(size < MOST, "{size} bytes");
+    }
+}
