@@ -475,7 +475,7 @@ fn the_first_tool_is_a_change_where_something_was_drawn_before() {
     options.parts = Some(PartMode::Layer);
     assert_eq!(
         shown(&run(&options)),
-        ["1, -", "part: mount tool 2", "2, tool 2"]
+        ["1", "part: mount tool 2", "2, tool 2"]
     );
 }
 
