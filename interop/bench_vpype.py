@@ -52,7 +52,7 @@ DRAWINGS = (
     ("house", "house.svg", "--fit"),
     ("rabbit", "rabbit.svg", "--fit"),
     ("plate", "plate.dxf", "--fit"),
-    ("poster", ROOT / "docs" / "recipes" / "poster.svg", "--fit"),
+    ("poster", ROOT / "docs" / "workshop" / "files" / "poster.svg", "--fit"),
     ("text", TEXT, "--fit"),
     ("ring, hatched", RING, "--fit"),
     ("lake, hatched", "landscape.png", "--image", "hatch", "--width", "100"),
@@ -60,6 +60,8 @@ DRAWINGS = (
     ("lake, dots", "landscape.png", "--image", "halftone", "--width", "80"),
 )
 PAPER = -60.0
+# At about so many points, and at all corners, lines are compared.
+POINTS = 5000
 
 
 def called(*words):
@@ -150,7 +152,7 @@ class Near:
         return best
 
 
-def along(lines, step=0.5):
+def along(lines, step):
     for line in lines:
         yield line[0]
         for a, b in zip(line, line[1:]):
@@ -162,7 +164,8 @@ def along(lines, step=0.5):
 def off(one, other):
     """How far the farthest point of either is from the other, mm."""
     near, back = Near(other), Near(one)
-    return max(max(map(near.off, along(one))), max(map(back.off, along(other))))
+    step = max(0.5, sum(math.dist(a, b) for line in one for a, b in zip(line, line[1:])) / POINTS)
+    return max(max(map(near.off, along(one, step))), max(map(back.off, along(other, step))))
 
 
 def travel(lines):

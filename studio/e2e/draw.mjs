@@ -1,5 +1,6 @@
 // The routes #/draw and #/engrave: on the sheet first, then on the paper, judged at what the arm has drawn.
 import assert from "node:assert/strict";
+import { join } from "node:path";
 import { is, near } from "./bench.mjs";
 
 const RECT = '<svg xmlns="http://www.w3.org/2000/svg" width="30mm" height="15mm" viewBox="0 0 30 15"><path d="M0 0H30V15H0Z" fill="none" stroke="#b00020"/></svg>';
@@ -138,8 +139,9 @@ export function drawing(test, bench) {
   test("the sheet: parts have their colours, and are drawn alone where that is chosen", async () => {
     const page = await opened("draw", "pen");
     await give(page, "two colours.svg", TWO);
-    await page.getByTestId("parts-by").selectOption("color");
+    await page.waitForFunction(() => document.querySelector("[data-testid=parts-by]")?.value === "color", null, { timeout: 15_000 });
     await page.getByTestId("part-2").waitFor();
+    assert.equal(await page.getByTestId("parts-pause").isChecked(), false);
     await shown(page);
     const colors = () => page.locator(".plane .drawn").evaluateAll((paths) => paths.map((path) => path.getAttribute("stroke")).sort());
     assert.deepEqual(await colors(), ["#0030b0", "#b00020"]);
@@ -242,6 +244,23 @@ export function drawing(test, bench) {
   });
 
   if (bench.outlives !== true) return;
+  test("the pictures of the guide: drawing and engraving", async () => {
+    const sample = (name) => join(import.meta.dirname, "../../crates/magician-program/samples", name);
+    for (const [route, tool, name] of [["draw", "pen", "rabbit.svg"], ["engrave", "laser", "house.svg"]]) {
+      const page = await opened(route, tool, { viewport: { width: 1280, height: 800 } });
+      await page.getByTestId("draw-open").setInputFiles(sample(name));
+      if ((await page.getByTestId("confirm-yes").count()) > 0) await page.getByTestId("confirm-yes").click();
+      await page.getByText("The arm can do it").waitFor();
+      await shown(page);
+      await type(page, "rotate", route === "draw" ? 12 : -8);
+      await shown(page);
+      if (route === "engrave") await page.getByTestId("laser-arm").click();
+      await page.waitForTimeout(300);
+      await page.screenshot({ path: join(bench.shots, `${route}.png`) });
+      await closed(page);
+    }
+  });
+
   test("engraving: a page that is closed in the middle of it leaves no laser on", async () => {
     const page = await opened("engrave", "laser");
     page.on("dialog", (dialog) => void dialog.accept());

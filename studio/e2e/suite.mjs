@@ -423,7 +423,7 @@ worlds(test, { browser, station, shots, closed });
 classes(test, { browser, program, shots });
 running(test, { browser, station, closed, shots });
 teaching(test, { browser, station, closed, shots });
-drawing(test, { station, browser, url, closed, outlives: true });
+drawing(test, { station, browser, url, closed, shots, outlives: true });
 tasks(test, { browser, station, closed });
 looks(test, { browser, station, shots });
 

@@ -126,7 +126,11 @@ export function worlds(test, { browser, station, shots, closed }) {
       const rect = page.locator(".plan rect[fill='var(--stop)']");
       await rect.waitFor({ state: "attached" });
       const said = await rect.evaluate((rect) => [rect.getAttribute("transform"), rect.getAttribute("width"), rect.getAttribute("height")]);
-      assert.deepEqual(said, ["translate(-120 -185) rotate(0)", "80", "70"]);
+      assert.deepEqual(said, ["translate(185 120) rotate(0)", "70", "80"]);
+      // X is up, Y to the left.
+      const [box, base] = [await rect.boundingBox(), await page.locator(".plan .base").boundingBox()];
+      assert.ok(box.x + box.width < base.x + base.width / 2 && box.y + box.height < base.y, JSON.stringify([box, base]));
+      assert.ok(near(box.width / box.height, 80 / 70, 0.02), JSON.stringify(box));
       await page.context().close();
     }
     await station.call("arm.fence", { set: null });

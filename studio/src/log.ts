@@ -1,14 +1,9 @@
 // What happened, for people: the log of `#/arms`.
 import { signal } from "@preact/signals";
 
-export interface LogLine {
-  at: Date;
-  text: string;
-}
-
 const MOST = 500;
 
-export const lines = signal<LogLine[]>([]);
+export const lines = signal<Array<{ at: Date; text: string }>>([]);
 
 export function log(text: string): void {
   lines.value = [...lines.value.slice(1 - MOST), { at: new Date(), text }];

@@ -19,6 +19,9 @@ export function remember(of: "localStorage" | "sessionStorage", name: string, va
   }
 }
 
+/** A set with or without one of its members. */
+export const toggled = <T>(set: ReadonlySet<T>, member: T, is: boolean): ReadonlySet<T> => new Set(is ? [...set, member] : [...set].filter((one) => one !== member));
+
 function kept<T extends string>(name: string, usual: T, takes: (value: string) => boolean): Signal<T> {
   const value = remembered("localStorage", name) ?? usual;
   const made = signal<T>((takes(value) ? value : usual) as T);

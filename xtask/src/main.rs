@@ -11,7 +11,6 @@ mod fields;
 mod gallery;
 mod library;
 mod plan_schema;
-mod programs;
 mod protocol;
 mod python;
 #[cfg(test)]
@@ -19,6 +18,7 @@ mod sentences;
 mod soak;
 mod station;
 mod studio;
+mod workshop;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -41,7 +41,9 @@ Usage: cargo xtask CHORE
   plan-schema
              write the commands into the schema of plan files: crates/magician-program/plan.schema.json
   gallery    draw each motion mode on the virtual arm: docs/gallery/*.svg and docs/GALLERY.md
-  programs   run programs of every kind on the virtual arm: docs/programs/* and docs/PROGRAMS.md
+  workshop [PIECE..]
+             make pieces of every kind with the command on the virtual arm: docs/workshop/* and docs/WORKSHOP.md;
+             with names only make these and show how well they match
   vendor-headers
              write the C headers of the drop-in for the vendor's library: crates/magician-capi/include/v*
   vendor-library [--target TRIPLE] [DIR]
@@ -64,7 +66,7 @@ fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let done = match words.split_first() {
         Some((chore, [])) if chore == "gallery" => gallery::write(&docs),
-        Some((chore, [])) if chore == "programs" => programs::write(&root),
+        Some((chore, rest)) if chore == "workshop" => workshop::write(rest, &root),
         Some((chore, [])) if chore == "protocol" => protocol::write(&docs),
         Some((chore, [])) if chore == "python" => python::write(&root),
         Some((chore, [])) if chore == "plan-schema" => plan_schema::write(&root),

@@ -1,6 +1,7 @@
 //! The pages are right: each of their shell blocks runs and prints what stands under it, and each link leads to a file.
 //!
-//! A block marked `sh` is run, line by line, in a directory of its own that holds the samples and the scenarios. A line
+//! A block marked `sh` is run, line by line, in a directory of its own that holds the samples, the scenarios, the files of the workshop and
+//! the fonts. A line
 //! that ends with `# exit N` has to end with that status, every other one with 0; a line that ends with `&` is a virtual
 //! arm that is served until the block ends. A block marked `text` right after it is what it prints: each of its lines
 //! has to come, in this order; `…` stands for anything, a number for any number, and a space for any spaces: pages hold what was printed
@@ -105,6 +106,9 @@ fn run(block: &Block) -> Result<String, String> {
     ] {
         copy(&root().join(directory), place.path());
         copy(&root().join(directory), &place.path().join(directory));
+    }
+    for directory in ["docs/workshop/files", "crates/magician-program/fonts"] {
+        copy(&root().join(directory), place.path());
     }
     let binary = Path::new(env!("CARGO_BIN_EXE_magician"));
     let directories = std::env::var("PATH").unwrap_or_default();
@@ -243,13 +247,18 @@ pages! {
     readme_of_the_command: "crates/magician-cli/README.md",
     start: "docs/START.md",
     troubleshooting: "docs/TROUBLESHOOTING.md",
+    workshop: "docs/WORKSHOP.md",
     draw: "docs/recipes/draw.md",
     pens: "docs/recipes/pens.md",
     photo: "docs/recipes/photo.md",
+    logo: "docs/recipes/logo.md",
     write: "docs/recipes/write.md",
+    poster: "docs/recipes/poster.md",
     fence: "docs/recipes/fence.md",
     engrave: "docs/recipes/engrave.md",
     testgrid: "docs/recipes/testgrid.md",
+    cut_and_engrave_a_box: "docs/recipes/box.md",
+    files_as_they_are: "docs/recipes/as-they-are.md",
     gcode: "docs/recipes/gcode.md",
     playback: "docs/recipes/playback.md",
     teach: "docs/recipes/teach.md",

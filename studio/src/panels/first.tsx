@@ -32,9 +32,7 @@ export function FirstSteps() {
             <Do id={`first-${what}`} class="primary" off={why !== null} aria-describedby="first-why" text={t(`first.${what}`)} press={() => go(what)} />
           </li>
         ))}
-        <li>
-          <Do id="first-draw" text={t("first.draw")} press={() => (location.hash = "#/draw")} />
-        </li>
+        <li><Do id="first-draw" text={t("first.draw")} press={() => (location.hash = "#/draw")} /></li>
       </ul>
       <p id="first-why" class="hint" role="status">
         {why === "why.busy" && isMine.value ? t("first.runs") : why !== null ? t(why) : t("first.text")}

@@ -1,20 +1,33 @@
 // The parts of a drawing: its layers or colours, which of them are drawn, and whether the pen is changed between them.
+import { useEffect } from "preact/hooks";
 import type { Part } from "../api";
 import { t } from "../i18n";
 import * as check from "../run/check";
 import { duration } from "../run/jobs";
 import { Card, Heads, Pick } from "../ui/parts";
 
-function tick({ n }: Part, isWanted: boolean): void {
+/** Whether it is drawn: as a person has ticked it, else as the station says. */
+function isWanted({ n, skipped }: Part): boolean {
+  const only = check.values.value["only"];
+  return only ? only.split("\n").includes(String(n)) : !skipped;
+}
+
+function tick(part: Part, is: boolean): void {
   const parts = check.report.value?.parts ?? [];
-  const only = parts.filter((part) => (part.n === n ? isWanted : !part.skipped));
-  check.setValue("only", only.length === parts.length || only.length === 0 ? "" : only.map((part) => part.n).join("\n"));
+  const only = parts.filter((one) => (one.n === part.n ? is : isWanted(one)));
+  if (only.length > 0) check.setValue("only", only.length === parts.length ? "" : only.map(({ n }) => n).join("\n"));
 }
 
 export function PartsCard() {
   const option = check.asked.value.find(({ name }) => name === "parts");
-  if (option === undefined) return null;
   const parts = check.report.value?.parts ?? [];
+  // A file whose layers say nothing is seen in its colours, and drawn without a pause.
+  useEffect(() => {
+    const strokes = check.report.value?.preview?.strokes ?? [];
+    if (option === undefined || check.values.value["parts"] !== undefined || strokes.length === 0 || strokes.some(({ part }) => part !== null)) return;
+    check.values.value = { ...check.values.value, parts: "color", no_pause: "true" };
+  }, [check.report.value, option]);
+  if (option === undefined) return null;
   const options = option.choices.map((value) => ({ value, text: t(`setup.parts.${value}` as "setup.parts.none") }));
   return (
     <Card title={t("parts.title")} class="parts-card">
@@ -29,7 +42,8 @@ export function PartsCard() {
                   <input
                     type="checkbox"
                     aria-label={t("parts.draw", { name: part.name ?? part.color ?? part.n })}
-                    checked={!part.skipped}
+                    checked={isWanted(part)}
+                    disabled={isWanted(part) && parts.filter(isWanted).length === 1}
                     data-testid={`part-only-${part.n}`}
                     onChange={(event) => tick(part, event.currentTarget.checked)}
                   />

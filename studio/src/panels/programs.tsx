@@ -6,7 +6,7 @@ import * as library from "../run/programs";
 import * as store from "../store";
 import { Card, Do, Drop, Heads, OpenFile } from "../ui/parts";
 
-const ACCEPT = ".gcode,.nc,.ngc,.gc,.g,.tap,.svg,.svgz,.dxf,.plt,.hpgl,.png,.jpg,.jpeg,.bmp,.webp,.gif,.tif,.tiff,.playback,.blockly,.csv,.xyz,.json,.plan,.xml,.txt";
+export const ACCEPT = ".gcode,.nc,.ngc,.gc,.g,.tap,.svg,.svgz,.dxf,.plt,.hpgl,.png,.jpg,.jpeg,.bmp,.webp,.gif,.tif,.tiff,.playback,.blockly,.csv,.xyz,.json,.plan,.xml,.txt";
 
 export const formatOf = (format: string | null) => (format === null ? t("format.none") : told(`format.${format}`, format));
 export function size(bytes: number): string {

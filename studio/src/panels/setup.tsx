@@ -34,9 +34,8 @@ function Asked({ option }: { option: Option }) {
   if (kind === "choice") {
     const textOf = (choice: string) => named(`${name}.${choice}`, told(`tools.${choice}`, choice));
     const unset = usual || option.default !== null ? [] : [{ value: "", text: t("setup.unset") }];
-    return (
-      <Pick title={label} id={`setup-${name}`} value={check.valueOf(name)} options={[...unset, ...choices.map((choice) => ({ value: choice, text: textOf(choice) }))]} choose={set} />
-    );
+    const all = [...unset, ...choices.map((choice) => ({ value: choice, text: textOf(choice) }))];
+    return <Pick title={label} id={`setup-${name}`} value={check.valueOf(name)} options={all} choose={set} />;
   }
   const of = { point: "x, y ", place: "x, y, z ", area: "x, y, ↔, ↕ " }[kind as "point"] ?? "";
   const placeholder = option.default === null ? t("setup.unset") : String(option.default);
@@ -78,19 +77,17 @@ export function Options({ first = [] }: { first?: readonly string[] }) {
 export function Picture({ program }: { program: library.Entry }) {
   const url = useSignal<string | null>(null);
   useEffect(() => {
-    let made: string | null = null;
-    let gone = false;
+    let [made, gone] = ["", false];
     const kind = { svg: "image/svg+xml", image: "" }[program.format ?? ""];
     if (kind !== undefined && program.bytes < 4e6 && !program.name.endsWith(".svgz")) {
       library.get(program).then((bytes) => {
         if (gone) return;
-        made = URL.createObjectURL(kind === "" ? bytes : new Blob([bytes], { type: kind }));
-        url.value = made;
+        url.value = made = URL.createObjectURL(kind === "" ? bytes : new Blob([bytes], { type: kind }));
       }, () => {});
     }
     return () => {
       gone = true;
-      if (made !== null) URL.revokeObjectURL(made);
+      URL.revokeObjectURL(made);
     };
   }, [program.name, program.modified]);
   return url.value === null ? null : <img class="file-picture" src={url.value} alt={t("run.picture", { name: program.name })} onError={() => (url.value = null)} />;

@@ -130,7 +130,6 @@ export function Sheet({ hint }: { hint: string }) {
     return [(now?.at[0] ?? 0) + dx, (now?.at[1] ?? 0) + dy];
   };
   const isThere = now !== null && was !== null && wide + high > 0;
-  const seconds = Math.min(LONGEST, check.report.value?.seconds ?? 0);
   return (
     <section class="card sheet-card" aria-label={t("sheet.title")}>
       <div
@@ -175,7 +174,7 @@ export function Sheet({ hint }: { hint: string }) {
               <>
                 <path id="sheet-way" d={way.value} visibility="hidden" />
                 <circle class="ghost" r={width / 80}>
-                  <animateMotion dur={`${seconds}s`} repeatCount="indefinite"><mpath href="#sheet-way" /></animateMotion>
+                  <animateMotion dur={`${Math.min(LONGEST, check.report.value?.seconds ?? 0)}s`} repeatCount="indefinite"><mpath href="#sheet-way" /></animateMotion>
                 </circle>
               </>
             ) : null}

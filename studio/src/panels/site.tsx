@@ -9,6 +9,7 @@ import { page } from "../results";
 import { isUnderWay } from "../run/jobs";
 import { base64 } from "../run/programs";
 import { chosen, drop, each, give, jobs, pictures, send, states, take, watchSite } from "../site";
+import { toggled } from "../settings";
 import * as store from "../store";
 import { Card, Do, Pick } from "../ui/parts";
 import type { FleetScene } from "../view/fleet";
@@ -17,13 +18,6 @@ import "./arms.css";
 
 /** Up to so many arms each has a larger place. */
 const FEW = 4;
-
-function choose(arm: string, is: boolean): void {
-  const next = new Set(chosen.value);
-  if (is) next.add(arm);
-  else next.delete(arm);
-  chosen.value = next;
-}
 
 /** What holds an arm, in a word each. */
 function marksOf(arm: store.ArmEntry) {
@@ -53,7 +47,7 @@ function Tile({ arm }: { arm: store.ArmEntry }) {
           {name}
         </a>
         <label hidden={store.arms.value.length < 2}>
-          <input type="checkbox" aria-label={t("site.choose", { name })} data-testid={`choose-${name}`} checked={chosen.value.has(name)} onChange={(event) => choose(name, event.currentTarget.checked)} />
+          <input type="checkbox" aria-label={t("site.choose", { name })} data-testid={`choose-${name}`} checked={chosen.value.has(name)} onChange={(event) => (chosen.value = toggled(chosen.value, name, event.currentTarget.checked))} />
         </label>
       </div>
       <div class="tile-view" data-place />

@@ -12,13 +12,12 @@ import { Card, Do, Drop, Field, OpenFile, Pick } from "../ui/parts";
 import { JobCard } from "./job";
 import { PartsCard } from "./partslist";
 import { Presets } from "./presets";
-import { formatOf } from "./programs";
+import { ACCEPT, formatOf } from "./programs";
 import { about, Found, Options, Unseen, usePrograms } from "./setup";
 import { Sheet } from "./sheet";
 
 /** What has lines of its own that can lie anywhere. */
 const FORMATS = ["svg", "dxf", "hpgl", "image", "text", "gcode"];
-const ACCEPT = ".svg,.svgz,.dxf,.plt,.hpgl,.png,.jpg,.jpeg,.bmp,.webp,.gif,.tif,.tiff,.txt,.gcode,.nc,.ngc,.gc,.g,.tap";
 /** Larger files are checked when they are asked for. */
 const AT_ONCE = 8 * 1024 * 1024;
 

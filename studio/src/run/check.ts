@@ -1,6 +1,6 @@
 // What a program would do: asked of the station, shown in the picture before anything moves.
 import { computed, effect, signal } from "@preact/signals";
-import { complain, tried } from "../actions";
+import { complain, inWords, tried } from "../actions";
 import type { Option, Report } from "../api";
 import { type Params, RpcError } from "../client";
 import { call, shown } from "../session";
@@ -77,8 +77,8 @@ export async function choose(source: Source | null): Promise<void> {
   if (isSame) return;
   forget();
   options.value = [];
-  // How somebody draws holds for the next drawing too; which of its parts does not.
-  const { only: _, ...kept } = values.value;
+  // How somebody draws holds for the next drawing too; what its parts are, and which of them, does not.
+  const { only: _, parts: _parts, no_pause: _pause, ...kept } = values.value;
   values.value = Object.keys(fixed.value).length === 0 ? {} : kept;
   const format = source?.format ?? entry.value?.format;
   if (!format) return;
@@ -138,7 +138,7 @@ async function checked(): Promise<boolean> {
 export function refuse(error: unknown): void {
   const found = error instanceof RpcError && error.code === CHECK_FAILED ? (error.data["report"] as Report | undefined) : undefined;
   if (found !== undefined) report.value = found;
-  else problem.value = error instanceof Error ? error.message : String(error);
+  else problem.value = error instanceof RpcError ? inWords(error) : String((error as Error).message);
 }
 
 export function draw(found: Report | null): void {

@@ -15,24 +15,21 @@ addEventListener("pagehide", () => {
   if (burning !== null && store.isBusy.value) leaveWith({ method: "job.stop", params: { job: burning } });
 });
 
-/** Disarms after each job, when the page is left or hidden, when control or the line is lost, and when this is called. */
+/** Disarms after each job, when the page is left or hidden, when control or the line is lost, when another arm is shown, and when this is called. */
 export function watchArmed(): () => void {
   const disarm = () => (isArmed.value = false);
-  let wasBusy = false;
-  const ends = [
-    effect(() => {
-      const holds = store.isUp.value && store.lease.value === "mine";
-      void store.armName.value;
-      void store.session.value;
-      if (!holds || (wasBusy && !busy.value)) disarm();
-      wasBusy = busy.value;
-    }),
-  ];
-  const hidden = () => document.hidden && disarm();
-  document.addEventListener("visibilitychange", hidden);
+  let [before, wasBusy] = ["", false];
+  const end = effect(() => {
+    const now = `${store.session.value} ${store.armName.value}`;
+    const holds = store.isUp.value && store.lease.value === "mine";
+    if (!holds || now !== before || (wasBusy && !busy.value)) disarm();
+    [before, wasBusy] = [now, busy.value];
+  });
+  const over = new AbortController();
+  document.addEventListener("visibilitychange", () => document.hidden && disarm(), over);
   return () => {
-    for (const end of ends) end();
-    document.removeEventListener("visibilitychange", hidden);
+    end();
+    over.abort();
     disarm();
   };
 }

@@ -101,25 +101,15 @@ const WIDEST = 200;
 export async function linesAt(content: Blob, line: number): Promise<Line[]> {
   const found: Line[] = [];
   const reader = content.stream().pipeThrough(new TextDecoderStream()).getReader();
-  let [number, rest] = [1, ""];
-  const take = (text: string) => {
-    if (number >= line - AROUND) found.push({ number, text: text.slice(0, WIDEST) });
-    number++;
-  };
-  while (number <= line + AROUND) {
-    const { value, done } = await reader.read();
-    if (done) {
-      if (rest !== "") take(rest);
-      break;
+  for (let [number, rest, isOver] = [1, "", false]; !isOver; ) {
+    const { value = "", done } = await reader.read();
+    const lines = (rest + value).split("\n");
+    rest = done ? "" : (lines.pop() ?? "");
+    for (const text of lines) {
+      if (number >= line - AROUND && number <= line + AROUND) found.push({ number, text: text.replace(/\r$/, "").slice(0, WIDEST) });
+      number++;
     }
-    let from = 0;
-    for (let at = value.indexOf("\n"); at >= 0 && number <= line + AROUND; at = value.indexOf("\n", from)) {
-      take(rest + value.slice(from, at).replace(/\r$/, ""));
-      rest = "";
-      from = at + 1;
-    }
-    // Of a line without end no more is kept than is shown.
-    rest = (rest + value.slice(from)).slice(0, WIDEST);
+    isOver = done || number > line + AROUND;
   }
   void reader.cancel();
   return found;

@@ -2,7 +2,7 @@
 // which plan it makes is the station's; this keeps the list, and what was unsaved when the page was left.
 import { batch, computed, effect, signal } from "@preact/signals";
 import type { Methods } from "../api";
-import { remember, remembered } from "../settings";
+import { remember, remembered, toggled } from "../settings";
 
 export type Taught = Methods["teach.rows"]["result"];
 export type Row = Taught["rows"][number];
@@ -118,9 +118,4 @@ export function remove(): void {
   change({ rows: rows.value.filter((row) => !gone.has(row)) });
 }
 
-export function pick(row: Row, on: boolean): void {
-  const next = new Set(picked.value);
-  if (on) next.add(row);
-  else next.delete(row);
-  picked.value = next;
-}
+export const pick = (row: Row, on: boolean): void => void (picked.value = toggled(picked.value, row, on));

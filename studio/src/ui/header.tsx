@@ -56,10 +56,9 @@ function Lease() {
   if (store.socket.value !== "up" || store.armName.value === null) return null;
   const lease = store.lease.value;
   const isViewer = store.role.value === "viewer";
-  const isTeacher = store.role.value === "teacher";
   const name = store.holder.value?.name ?? "";
-  const text = lease === "mine" ? t("lease.mine") : lease === "other" ? t("lease.other", { name }) : t("lease.free");
-  const noTake = isViewer || (lease === "other" && !isTeacher);
+  const text = t(`lease.${lease}`, { name });
+  const noTake = isViewer || (lease === "other" && store.role.value !== "teacher");
   return (
     <div class={`lease ${lease}`}>
       <span data-testid="lease-holder" class="holder" title={text}>{text}</span>
@@ -94,9 +93,7 @@ export function LinkLost() {
   if (store.link.value !== "lost" || since === null) return null;
   return (
     <div class="banner lost" role="status">
-      <p>
-        <b>{t("link.lost")} <time data-testid="link-since" dateTime={since.toISOString()}>{clock(since)}</time></b> {t("link.again")}
-      </p>
+      <p><b>{t("link.lost")} <time data-testid="link-since" dateTime={since.toISOString()}>{clock(since)}</time></b> {t("link.again")}</p>
     </div>
   );
 }

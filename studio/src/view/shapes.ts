@@ -111,14 +111,10 @@ export function dragging(place: HTMLElement, camera: Camera, boxes: () => Group 
       redraw();
     }
   };
-  place.addEventListener("pointerdown", down, { capture: true });
-  place.addEventListener("pointermove", move);
-  place.addEventListener("pointerup", up);
-  place.addEventListener("pointercancel", up);
-  return () => {
-    place.removeEventListener("pointerdown", down, { capture: true });
-    place.removeEventListener("pointermove", move);
-    place.removeEventListener("pointerup", up);
-    place.removeEventListener("pointercancel", up);
-  };
+  const over = new AbortController();
+  const { signal } = over;
+  place.addEventListener("pointerdown", down, { capture: true, signal });
+  place.addEventListener("pointermove", move, { signal });
+  for (const end of ["pointerup", "pointercancel"] as const) place.addEventListener(end, up, { signal });
+  return () => over.abort();
 }

@@ -31,12 +31,8 @@ pub(crate) fn around<'a>(
     ]
 }
 
-/// The part of a plane between two corners: x to the right, y up. `rest` is put on top of the lines, with y down.
-pub(crate) fn draw(
-    [low, high]: [[f64; 2]; 2],
-    inks: &[Ink<'_>],
-    rest: impl FnOnce(&mut Svg),
-) -> String {
+/// The part of a plane between two corners: x to the right, y up.
+pub(crate) fn draw([low, high]: [[f64; 2]; 2], inks: &[Ink<'_>]) -> String {
     let hundredths = |value: f64| (value * 100.0).round() / 100.0;
     let [left, right, bottom, top] = [low[0], high[0], low[1], high[1]].map(hundredths);
     let mut svg = Svg::true_size([left, -top], [right - left, top - bottom]);
@@ -53,6 +49,5 @@ pub(crate) fn draw(
         svg.path(&lines(ink.lines.iter().copied(), |[x, y]| [x, -y]), &look);
     }
     svg.end();
-    rest(&mut svg);
     svg.finish()
 }

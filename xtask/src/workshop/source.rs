@@ -41,31 +41,29 @@ pub(crate) fn hpgl(text: &str) -> Vec<Line> {
     lines
 }
 
-/// The lines of G-code in millimetres with absolute places and centres by I and J, that are drawn: with Z at or below 0 if
-/// it has a Z, else with S above 0.
-pub(crate) fn gcode(text: &str) -> Vec<Line> {
+/// The lines of G-code in millimetres, with centres by I and J, that are drawn: with Z at or below 0 if it has a Z, else with S above 0.
+/// Each has its S as a share of the largest.
+pub(crate) fn gcode(text: &str) -> Vec<(f64, Line)> {
     let mut lines: Vec<Line> = Vec::new();
+    let mut powers: Vec<f64> = Vec::new();
     let has_z = text.lines().any(|line| plain(line).contains('Z'));
     let ([mut x, mut y, mut z, mut s], mut mode) = ([0.0, 0.0, 0.0, 0.0], 0);
+    let mut relative = false;
     for line in text.lines().map(plain) {
         let mut centre = None;
         let [from_x, from_y] = [x, y];
         let mut moves = false;
-        for word in line.split_whitespace() {
-            let Some((letter, number)) = word.split_at_checked(1) else {
-                continue;
-            };
-            let Ok(number) = number.parse::<f64>() else {
-                continue;
-            };
+        for (letter, number) in words(line) {
+            let base = |from: f64| if relative { from } else { 0.0 };
             match letter {
-                "G" if number <= 3.0 => mode = number as u8,
-                "X" => (x, moves) = (number, true),
-                "Y" => (y, moves) = (number, true),
-                "Z" => z = number,
-                "S" => s = number,
-                "I" => centre.get_or_insert([from_x, from_y])[0] += number,
-                "J" => centre.get_or_insert([from_x, from_y])[1] += number,
+                'G' if number <= 3.0 => mode = number as u8,
+                'G' if number == 90.0 || number == 91.0 => relative = number > 90.5,
+                'X' => (x, moves) = (base(from_x) + number, true),
+                'Y' => (y, moves) = (base(from_y) + number, true),
+                'Z' => z = number,
+                'S' => s = number,
+                'I' => centre.get_or_insert([from_x, from_y])[0] += number,
+                'J' => centre.get_or_insert([from_x, from_y])[1] += number,
                 _ => {}
             }
         }
@@ -74,12 +72,35 @@ pub(crate) fn gcode(text: &str) -> Vec<Line> {
             continue;
         }
         let mut at = [from_x, from_y];
+        if powers.last() != Some(&s) {
+            lines.push(vec![at]);
+            powers.push(s);
+        }
+        let centre = centre.filter(|_| mode > 1);
         for to in arc(at, [x, y], centre, mode == 2) {
             go_on(&mut lines, at, to);
             at = to;
         }
+        powers.resize(lines.len(), s);
     }
-    lines
+    let most = powers.iter().copied().fold(0.0, f64::max);
+    let shades = powers
+        .iter()
+        .map(|s| if most > 0.0 { s / most } else { 1.0 });
+    shades.zip(lines).collect()
+}
+
+/// The words of a line, with or without spaces between them.
+fn words(line: &str) -> impl Iterator<Item = (char, f64)> {
+    let starts = line
+        .char_indices()
+        .filter(|(_, letter)| letter.is_ascii_alphabetic());
+    starts.filter_map(move |(at, letter)| {
+        let rest = line.get(at + 1..)?.trim_start();
+        let end = rest.find(|c: char| !c.is_ascii_digit() && !".-+".contains(c));
+        let number = rest.get(..end.unwrap_or(rest.len()))?;
+        Some((letter, number.parse().ok()?))
+    })
 }
 
 /// Without comments.

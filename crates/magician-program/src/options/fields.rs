@@ -135,6 +135,7 @@ impl SetupOptions {
             ("scale", self.scale),
             ("speed", self.speed),
             ("lift", self.lift),
+            ("hop", self.hop),
             ("travel_speed", self.travel_speed),
             ("tolerance", self.tolerance),
             ("width", self.width),

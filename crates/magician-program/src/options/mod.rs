@@ -137,6 +137,8 @@ pub struct SetupOptions {
     pub park: Option<[f64; 3]>,
     /// Pen lift between lines.
     pub lift: Option<f64>,
+    /// Least pen lift between lines that are near each other.
+    pub hop: Option<f64>,
     /// Speed between lines.
     pub travel_speed: Option<f64>,
     /// Whether lines are drawn in the order that travels least; they are unless given.
@@ -294,6 +296,7 @@ impl SetupOptions {
             placement,
             pen: Marking {
                 lift: self.lift_over(defaults),
+                hop: self.hop.or(usual.hop),
                 speed: speed(defaults.draw_speed, usual.speed),
                 travel: speed(
                     self.travel_speed.or(defaults.draw_travel_speed),

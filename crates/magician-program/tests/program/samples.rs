@@ -17,7 +17,7 @@ use magician_program::{
 };
 
 /// Readers that share nothing with those that are tried but the parser of SVG.
-#[path = "../../../../xtask/src/programs/source.rs"]
+#[path = "../../../../xtask/src/workshop/source.rs"]
 mod source;
 
 use source::Line;
@@ -131,16 +131,20 @@ fn artwork(name: &str, artwork: &Artwork, source: &[Line]) {
                 .all(|stroke| stroke.kind == kind)
         );
         is_the_source(name, how, &source, &done);
-        let drawn: f64 = lines_of(&done.drawing)
-            .iter()
-            .map(|line| length(line))
-            .sum();
-        assert!(
-            (drawn / report.drawn - 1.0).abs() < 1e-3,
-            "{name}: {drawn} {}",
-            report.drawn
-        );
+        is_as_long_as_checked(name, &done, &report);
     }
+}
+
+fn is_as_long_as_checked(name: &str, done: &Rehearsal, report: &Report) {
+    let drawn: f64 = lines_of(&done.drawing)
+        .iter()
+        .map(|line| length(line))
+        .sum();
+    assert!(
+        (drawn / report.drawn - 1.0).abs() < 1e-3,
+        "{name}: {drawn} {}",
+        report.drawn
+    );
 }
 
 fn length(line: &[[f64; 2]]) -> f64 {
@@ -211,8 +215,13 @@ fn sample(name: &str) {
     match content {
         Content::Plan(plan) => match format {
             Format::Gcode => {
-                let (done, _) = done(name, &plan);
-                is_the_source(name, "followed", &source::gcode(text()), &done);
+                let (done, report) = done(name, &plan);
+                is_as_long_as_checked(name, &done, &report);
+                let source: Vec<Line> = source::gcode(text())
+                    .into_iter()
+                    .map(|(_, line)| line)
+                    .collect();
+                is_the_source(name, "followed", &source, &done);
             }
             _ => way(name, &plan),
         },

@@ -553,6 +553,7 @@ def load(
     speed: float | None = None,
     travel_speed: float | None = None,
     lift: float | None = None,
+    hop: float | None = None,
     order: bool = True,
     tolerance: float | None = None,
     dialect: Literal["pen", "laser", "servo"] | None = None,
@@ -631,6 +632,8 @@ def load(
     :param speed: Along lines that are drawn or burnt, mm/s.
     :param travel_speed: Between them, mm/s.
     :param lift: Pen lift between lines, mm.
+    :param hop: Least pen lift between lines that are near each other, mm: half of the way between them, up to ``lift``;
+        3 if left out.
     :param order: Whether lines may be drawn in another order, to travel less.
     :param tolerance: Largest distance of a line from its curve, mm; 0.05 if left out.
     :param dialect: What G-code is for; if left out, a laser where it switches one and nothing in it is a mill's.
@@ -736,6 +739,7 @@ def load(
         "speed": number("speed", speed, above=0, unit="mm/s"),
         "travel_speed": number("travel_speed", travel_speed, above=0, unit="mm/s"),
         "lift": number("lift", lift, above=0, unit="mm"),
+        "hop": number("hop", hop, above=0, unit="mm"),
         "tolerance": number("tolerance", tolerance, above=0, unit="mm"),
         "resample": number("resample", resample, above=0, unit="mm"),
         "white": string("white", white),

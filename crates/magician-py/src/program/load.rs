@@ -42,6 +42,7 @@ struct Wanted {
     speed: Option<f64>,
     travel_speed: Option<f64>,
     lift: Option<f64>,
+    hop: Option<f64>,
     order: bool,
     tolerance: Option<f64>,
     dialect: Option<String>,
@@ -129,6 +130,7 @@ impl Wanted {
         (options.mirror, options.clip_page) = (self.mirror, self.clip_page);
         (options.speed, options.travel_speed) = (self.speed, self.travel_speed);
         (options.lift, options.order) = (self.lift, (!self.order).then_some(false));
+        options.hop = self.hop;
         (options.tolerance, options.threshold) = (self.tolerance, self.threshold);
         (options.width, options.height) = (self.width, self.height);
         (options.invert, options.one_way) = (self.invert, self.one_way);

@@ -411,7 +411,9 @@ impl Drive<'_> {
 
     /// What keeps the poses, on the arm's clock: a virtual one may be faster than ours.
     async fn recorder(&self, arm: &Arm, path: &Path, job: &JobHandle) -> Result<Recorder, Failure> {
-        let rate = (self.rate * self.pace.unwrap_or(1.0)).clamp(self.rate, MOST);
+        // On an arm that runs as fast as it can the recorder's time is the arm's.
+        let pace = self.pace.filter(|pace| pace.is_finite()).unwrap_or(1.0);
+        let rate = (self.rate * pace).clamp(self.rate, MOST);
         let options = Options {
             units: self.units,
             clock: Clock::Arm,

@@ -241,6 +241,9 @@ pub(crate) struct Pen {
     /// Pen lift between lines, mm
     #[arg(long, value_name = "MM", value_parser = positive)]
     lift: Option<f64>,
+    /// Least pen lift between lines that are near each other, mm; it is half of the way between them, up to --lift [default: 3]
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    hop: Option<f64>,
     /// Speed between lines, mm/s
     #[arg(long, value_name = "MM/S", value_parser = positive)]
     travel_speed: Option<f64>,
@@ -336,6 +339,7 @@ impl Pen {
     /// Says it as options.
     pub(crate) fn say(&self, options: &mut SetupOptions) {
         options.lift = self.lift;
+        options.hop = self.hop;
         options.travel_speed = self.travel_speed;
         options.order = self.no_order.then_some(false);
         options.tolerance = self.tolerance;

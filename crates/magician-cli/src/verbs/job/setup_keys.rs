@@ -135,6 +135,7 @@ fn examples() -> Vec<(Value, Value)> {
         (json!({"stay": true}), json!({})),
         (json!({"park": [150.0, 0.0, 40.0]}), json!({})),
         (json!({"lift": 4.0}), json!({})),
+        (json!({"hop": 1.5}), json!({})),
         (json!({"travel_speed": 90.0}), json!({})),
         (json!({"order": false}), json!({})),
         (json!({"tolerance": 0.2}), json!({})),

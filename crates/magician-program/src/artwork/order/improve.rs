@@ -1,4 +1,8 @@
-//! A better tour from a good one by local search, as long as it gets shorter: 2-opt turns stretches round, or-opt moves lines elsewhere.
+//! A better tour from a good one by iterated local search: 2-opt turns stretches round, or-opt moves short chains of lines elsewhere, until
+//! nothing near helps any more; then two neighbouring stretches change places, and what does not end in less than before is undone.
+
+use std::collections::VecDeque;
+use std::ops::Range;
 
 use super::super::{Stroke, distance};
 use super::TourStop;
@@ -8,35 +12,84 @@ use super::kd_tree::{Entry, KdTree};
 const NEIGHBOURS: usize = 8;
 /// Less is not worth a change, mm.
 const WORTH: f64 = 1e-9;
+/// As many lines are moved together.
+const CHAIN: usize = 3;
+/// As often stretches change places, for each line.
+const KICKS: usize = 10;
+/// And no longer than this, in steps.
+const KICKED: u64 = 25_000_000;
+/// Stretches that change places are no longer, in lines.
+const STRETCH: usize = 30;
+/// What it costs to look at two lines that are near each other, in steps.
+const LOOK: u64 = 50;
 
-/// Improves until nothing near helps any more, or the effort is spent.
-pub(super) fn improve(stops: &mut Vec<TourStop>, effort: u64) {
-    if stops.len() < 2 {
-        return;
+/// Improves until nothing near helps any more, then looks on from there, or the effort is spent; what is left of it.
+pub(super) fn improve(stops: &mut Vec<TourStop>, effort: u64) -> u64 {
+    if stops.len() < 3 {
+        return improve_pair(stops, effort);
     }
     let mut search = LocalSearch::new(std::mem::take(stops), effort);
-    while search.effort > 0 && search.pass() {}
+    search.queue.extend(0..search.near.len());
+    search.queued.fill(true);
+    search.settle();
+    let mut dice = Dice(search.stops.len() as u64);
+    let enough = search.effort.saturating_sub(KICKED);
+    for _ in 0..KICKS * search.stops.len() {
+        if search.effort <= enough {
+            break;
+        }
+        search.kick(&mut dice);
+    }
     *stops = search.stops;
+    search.effort
+}
+
+/// Two lines: either way round, each.
+fn improve_pair(stops: &mut [TourStop], effort: u64) -> u64 {
+    if let [one, other] = stops {
+        let ways = [(false, false), (false, true), (true, false), (true, true)];
+        let turned = |stop: TourStop, turn: bool| if turn { stop.reversed() } else { stop };
+        let pairs = ways.map(|(a, b)| (turned(*one, a), turned(*other, b)));
+        let gap = |(one, other): &(TourStop, TourStop)| distance(one.end, other.start);
+        for pair in pairs {
+            if gap(&pair) < gap(&(*one, *other)) - WORTH {
+                (*one, *other) = pair;
+            }
+        }
+    }
+    effort
+}
+
+/// The same numbers every time.
+struct Dice(u64);
+
+impl Dice {
+    fn below(&mut self, most: usize) -> usize {
+        self.0 = (self.0)
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        ((self.0 >> 33) % most.max(1) as u64) as usize
+    }
 }
 
 struct LocalSearch {
     stops: Vec<TourStop>,
     /// Where each line is in the order.
     position: Vec<usize>,
-    /// Near each line's two ends, by line: the lines that end there.
-    near: Vec<[Vec<usize>; 2]>,
+    /// The lines that end near each line's two ends, and how near: the nearest first.
+    near: Vec<Vec<(usize, f64)>>,
+    /// The lines to look at, and which are in there.
+    queue: VecDeque<usize>,
+    queued: Vec<bool>,
+    /// The stretches that were turned since the last kick, and how much longer it got by it.
+    turned: Vec<Range<usize>>,
+    longer: f64,
     effort: u64,
 }
 
 impl LocalSearch {
     fn new(stops: Vec<TourStop>, effort: u64) -> Self {
         let most = stops.iter().map(|stop| stop.stroke + 1).max().unwrap_or(0);
-        let mut position = vec![0; most];
-        for (at, stop) in stops.iter().enumerate() {
-            if let Some(position) = position.get_mut(stop.stroke) {
-                *position = at;
-            }
-        }
         let ends = |stop: &TourStop| {
             [(stop.start, 0), (stop.end, 1)].map(|(at, which)| (at, stop.stroke, which))
         };
@@ -46,44 +99,112 @@ impl LocalSearch {
                 .flat_map(ends)
                 .map(|(at, owner, which)| Entry { at, owner, which });
         let points = KdTree::new(entries.collect());
-        let mut near = vec![[Vec::new(), Vec::new()]; most];
+        let mut near = vec![Vec::new(); most];
         for stop in &stops {
             let around = |at| {
-                let mut owners: Vec<usize> = points
-                    .neighbours(at, stop.stroke, NEIGHBOURS)
-                    .into_iter()
-                    .map(|entry| entry.owner)
-                    .collect();
-                owners.dedup();
-                owners
+                let found = points.neighbours(at, stop.stroke, NEIGHBOURS);
+                (found.into_iter()).map(move |entry| (entry.owner, distance(at, entry.at)))
             };
-            let both = [around(stop.start), around(stop.end)];
+            let mut owners: Vec<_> = [stop.start, stop.end]
+                .into_iter()
+                .flat_map(around)
+                .collect();
+            owners.sort_by(|(_, one), (_, other)| one.total_cmp(other));
+            let mut known = Vec::with_capacity(owners.len());
+            owners.retain(|(owner, _)| {
+                let new = !known.contains(owner);
+                known.push(*owner);
+                new
+            });
             if let Some(near) = near.get_mut(stop.stroke) {
-                *near = both;
+                *near = owners;
             }
         }
-        Self {
-            stops,
-            position,
+        let mut search = Self {
+            position: vec![0; most],
             near,
+            queue: VecDeque::new(),
+            queued: vec![false; most],
+            turned: Vec::new(),
+            longer: 0.0,
             effort,
+            stops,
+        };
+        search.renumber(0..search.stops.len());
+        search
+    }
+
+    /// Looks at the lines in the queue, and at those whose ways change by it, until nothing gets shorter.
+    fn settle(&mut self) {
+        while let Some(stroke) = self.queue.pop_front() {
+            if let Some(queued) = self.queued.get_mut(stroke) {
+                *queued = false;
+            }
+            while self.effort > 0 && self.shorten(stroke) {}
         }
     }
 
-    /// Looks at every line once; whether anything got shorter.
-    fn pass(&mut self) -> bool {
-        let mut better = false;
-        for stroke in 0..self.near.len() {
-            let near = self.near.get(stroke).cloned().unwrap_or_default();
-            for other in near.iter().flatten() {
-                if self.effort == 0 {
-                    return false;
-                }
-                self.effort = self.effort.saturating_sub(20);
-                better |= self.two_opt(stroke, *other) || self.or_opt(stroke, *other);
+    /// Takes the first step that makes a way from or to a line shorter.
+    fn shorten(&mut self, stroke: usize) -> bool {
+        let at = self.at(stroke);
+        let ways = [at, at + 1].map(|at| self.gap(self.before(at), self.stop(at)));
+        let longest = ways[0].max(ways[1]);
+        for nth in 0..self.near.get(stroke).map_or(0, Vec::len) {
+            let near = self.near.get(stroke).and_then(|near| near.get(nth));
+            // A new way that is no shorter than the one that it takes the place of is no gain.
+            let Some((other, _)) = near.copied().filter(|(_, far)| *far <= longest + WORTH) else {
+                return false;
+            };
+            self.effort = self.effort.saturating_sub(LOOK);
+            if self.two_opt(stroke, other) || self.or_opt(stroke, other) {
+                return true;
             }
         }
-        better
+        false
+    }
+
+    /// Two stretches change places; undone unless it gets shorter for it in the end.
+    fn kick(&mut self, dice: &mut Dice) {
+        let count = self.stops.len();
+        let longest = STRETCH.min(count / 2);
+        let [first, second] = [(); 2].map(|()| 1 + dice.below(longest));
+        let from = dice.below(count - first - second + 1);
+        let (middle, to) = (from + first, from + first + second);
+        let ways = |search: &Self| -> f64 {
+            let gaps = [from, middle, to].map(|at| search.gap(search.before(at), search.stop(at)));
+            gaps.iter().sum()
+        };
+        self.turned.clear();
+        self.longer = -ways(self);
+        for range in [from..to, from..from + second, from + second..to] {
+            self.reverse(range);
+        }
+        let split = from + second;
+        let gaps = [from, split, to].map(|at| self.gap(self.before(at), self.stop(at)));
+        self.longer += gaps.iter().sum::<f64>();
+        [from, split, to]
+            .into_iter()
+            .for_each(|at| self.look_at(at));
+        self.settle();
+        if self.longer > -WORTH {
+            while let Some(range) = self.turned.pop() {
+                self.turn(range);
+            }
+        }
+    }
+
+    /// The lines on both sides of a place are looked at again.
+    fn look_at(&mut self, at: usize) {
+        for at in [at.checked_sub(1), Some(at)].into_iter().flatten() {
+            let Some(stroke) = self.stops.get(at).map(|stop| stop.stroke) else {
+                continue;
+            };
+            if let Some(queued) = self.queued.get_mut(stroke)
+                && !std::mem::replace(queued, true)
+            {
+                self.queue.push_back(stroke);
+            }
+        }
     }
 
     fn at(&self, stroke: usize) -> usize {
@@ -112,10 +233,12 @@ impl LocalSearch {
             self.at(one).min(self.at(other)),
             self.at(one).max(self.at(other)),
         );
-        let behind = first + 1..last + 1;
-        let with = first..last;
-        for range in [behind, with] {
-            if range.len() > 1 && self.two_opt_gain(&range) < -WORTH && self.afford(range.len()) {
+        for range in [first + 1..last + 1, first..last, first..last + 1] {
+            let gain = self.two_opt_gain(&range);
+            if gain < -WORTH && self.afford(range.len()) {
+                self.longer += gain;
+                self.look_at(range.start);
+                self.look_at(range.end);
                 self.reverse(range);
                 return true;
             }
@@ -124,7 +247,7 @@ impl LocalSearch {
     }
 
     /// How much longer it gets if a stretch is drawn the other way round.
-    fn two_opt_gain(&self, range: &std::ops::Range<usize>) -> f64 {
+    fn two_opt_gain(&self, range: &Range<usize>) -> f64 {
         let (before, after) = (self.before(range.start), self.stop(range.end));
         let (first, last) = (self.stop(range.start), self.before(range.end));
         let now = self.gap(before, first) + self.gap(last, after);
@@ -141,7 +264,12 @@ impl LocalSearch {
         enough
     }
 
-    fn reverse(&mut self, range: std::ops::Range<usize>) {
+    fn reverse(&mut self, range: Range<usize>) {
+        self.turned.push(range.clone());
+        self.turn(range);
+    }
+
+    fn turn(&mut self, range: Range<usize>) {
         if let Some(stretch) = self.stops.get_mut(range.clone()) {
             stretch.reverse();
             stretch.iter_mut().for_each(|stop| *stop = stop.reversed());
@@ -149,7 +277,7 @@ impl LocalSearch {
         self.renumber(range);
     }
 
-    fn renumber(&mut self, range: std::ops::Range<usize>) {
+    fn renumber(&mut self, range: Range<usize>) {
         for at in range {
             let stroke = self.stops.get(at).map(|stop| stop.stroke);
             if let Some(position) = stroke.and_then(|stroke| self.position.get_mut(stroke)) {
@@ -158,42 +286,16 @@ impl LocalSearch {
         }
     }
 
-    /// A step of or-opt: moves one line to just before or behind the other, either way round.
+    /// A step of or-opt: moves a line, and up to two that follow it or that it follows, to just before or behind another, either way
+    /// round.
     fn or_opt(&mut self, one: usize, other: usize) -> bool {
-        let (from, beside) = (self.at(one), self.at(other));
-        let (Some(stop), Some(before), after) = (self.stop(from), from.checked_sub(1), from + 1)
-        else {
-            return self.or_opt_first(one, other);
-        };
-        let (stop, before) = (*stop, self.stop(before));
-        let saved = self.gap(before, Some(&stop)) + self.gap(Some(&stop), self.stop(after))
-            - self.gap(before, self.stop(after));
-        self.put(from, beside, stop, saved)
-    }
-
-    fn or_opt_first(&mut self, one: usize, other: usize) -> bool {
-        let (from, beside) = (self.at(one), self.at(other));
-        let Some(stop) = self.stop(from).copied() else {
-            return false;
-        };
-        let saved = self.gap(Some(&stop), self.stop(from + 1));
-        self.put(from, beside, stop, saved)
-    }
-
-    /// Puts the line at one place to one of the sides of another, if that costs less than it saves.
-    fn put(&mut self, from: usize, beside: usize, stop: TourStop, saved: f64) -> bool {
-        for to in [beside, beside + 1] {
-            // To where it already is.
-            if to == from || to == from + 1 {
-                continue;
-            }
-            let (before, after) = (self.before(to).copied(), self.stop(to).copied());
-            let (before, after) = (before.as_ref(), after.as_ref());
-            let there = self.gap(before, after);
-            for stop in [stop, stop.reversed()] {
-                let cost = self.gap(before, Some(&stop)) + self.gap(Some(&stop), after) - there;
-                if cost - saved < -WORTH && self.afford(from.abs_diff(to)) {
-                    self.relocate(from, to, stop);
+        let (at, beside) = (self.at(one), self.at(other));
+        for long in 1..=CHAIN {
+            let ahead = at..at + long;
+            let behind = (at + 1).saturating_sub(long)..at + 1;
+            for chain in [ahead, behind] {
+                let is_there = chain.end <= self.stops.len() && chain.len() == long;
+                if is_there && !chain.contains(&beside) && self.put(&chain, beside) {
                     return true;
                 }
             }
@@ -201,22 +303,58 @@ impl LocalSearch {
         false
     }
 
-    fn relocate(&mut self, from: usize, to: usize, stop: TourStop) {
-        let (range, at) = if from < to {
-            (from..to, to - 1)
-        } else {
-            (to..from + 1, to)
+    /// Puts a chain to one of the sides of a line, if that costs less than it saves.
+    fn put(&mut self, chain: &Range<usize>, beside: usize) -> bool {
+        let (before, after) = (self.before(chain.start), self.stop(chain.end));
+        let (Some(first), Some(last)) = (self.stop(chain.start), self.before(chain.end)) else {
+            return false;
         };
-        if let Some(stretch) = self.stops.get_mut(range.clone()) {
-            match from < to {
-                true => stretch.rotate_left(1),
-                false => stretch.rotate_right(1),
+        let saved =
+            self.gap(before, Some(first)) + self.gap(Some(last), after) - self.gap(before, after);
+        let ways = [(*first, *last), (last.reversed(), first.reversed())];
+        for to in [beside, beside + 1] {
+            // To where it already is.
+            if (chain.start..=chain.end).contains(&to) {
+                continue;
+            }
+            let (before, after) = (self.before(to), self.stop(to));
+            let there = self.gap(before, after);
+            for (turned, (first, last)) in [false, true].into_iter().zip(&ways) {
+                let cost = self.gap(before, Some(first)) + self.gap(Some(last), after) - there;
+                let gain = cost - saved;
+                if gain < -WORTH {
+                    return self.relocate(chain.clone(), to, turned, gain);
+                }
             }
         }
-        if let Some(place) = self.stops.get_mut(at) {
-            *place = stop;
+        false
+    }
+
+    fn relocate(&mut self, chain: Range<usize>, to: usize, turned: bool, gain: f64) -> bool {
+        let whole = chain.start.min(to)..chain.end.max(to);
+        if !self.afford(2 * whole.len()) {
+            return false;
         }
-        self.renumber(range);
+        self.longer += gain;
+        [chain.start, chain.end, to]
+            .into_iter()
+            .for_each(|at| self.look_at(at));
+        let long = chain.len();
+        // Turned round together they have changed places; then each is turned back that is not to be the other way round.
+        self.reverse(whole.clone());
+        let (others, chain) = if to > chain.end {
+            (whole.start..whole.end - long, whole.end - long..whole.end)
+        } else {
+            (
+                whole.start + long..whole.end,
+                whole.start..whole.start + long,
+            )
+        };
+        self.reverse(others);
+        if !turned {
+            self.reverse(chain);
+        }
+        true
     }
 }
 

@@ -122,8 +122,13 @@ impl TourStop {
 
 fn rearranged(strokes: Vec<Stroke>, effort: u64) -> Vec<Stroke> {
     let mut stops = greedy::tour(&strokes);
-    improve::improve(&mut stops, effort);
+    // Where closed lines begin depends on their neighbours, and their neighbours on where they begin.
+    let left = improve::improve(&mut stops, effort);
     improve::rotate_closed(&mut stops, &strokes);
+    if strokes.iter().any(Stroke::is_closed) {
+        improve::improve(&mut stops, left);
+        improve::rotate_closed(&mut stops, &strokes);
+    }
     let mut strokes: Vec<Option<Stroke>> = strokes.into_iter().map(Some).collect();
     let drawn = stops.iter().filter_map(|stop| {
         let mut stroke = strokes.get_mut(stop.stroke)?.take()?;

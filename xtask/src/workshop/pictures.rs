@@ -1,0 +1,113 @@
+//! Pictures as they are kept: small.
+
+use std::collections::BTreeMap;
+use std::error::Error;
+
+use magician_sim::svg::palette::DRAWN;
+
+use super::pieces::{Input, Piece};
+use super::sheet::{Ink, around, draw};
+
+/// Free space round lines, mm.
+const MARGIN: f64 = 5.0;
+/// Steps of darkness in a picture of a file.
+const SHADES: usize = 8;
+/// The steps of each colour of a PNG that is kept: the finest that leave 256 colours. All divide 255, so that white is white.
+const STEPS: [u8; 5] = [1, 3, 5, 15, 17];
+
+type Result<T> = std::result::Result<T, Box<dyn Error>>;
+
+/// The picture of a piece's file: its name, and itself unless it is there already.
+pub(super) fn input(piece: &Piece, bytes: &[u8]) -> Result<Option<(String, Option<Vec<u8>>)>> {
+    Ok(match &piece.input {
+        Input::None | Input::Words => None,
+        Input::File(file) | Input::Tones(file, _) => Some(itself(file, bytes)),
+        Input::Lines(file, _) if file.ends_with(".svg") => Some(itself(file, bytes)),
+        Input::Lines(_, reader) => {
+            let lines = reader.lines(bytes)?;
+            let frame = around(lines.iter().map(|(_, line)| line.as_slice()), MARGIN);
+            let inks = (1..=SHADES).map(|shade| Ink {
+                colour: DRAWN,
+                width: 0.5,
+                opacity: shade as f64 / SHADES as f64,
+                round: shade == SHADES,
+                lines: lines
+                    .iter()
+                    .filter(|(dark, _)| (dark * SHADES as f64).ceil() as usize == shade)
+                    .map(|(_, line)| line.as_slice())
+                    .collect(),
+            });
+            let inks: Vec<_> = inks.collect();
+            Some((
+                format!("{}-input.svg", piece.name),
+                Some(draw(frame, &inks).into_bytes()),
+            ))
+        }
+    })
+}
+
+/// A file that is a picture: beside the page, or a copy of a sample.
+fn itself(file: &str, bytes: &[u8]) -> (String, Option<Vec<u8>>) {
+    let ours = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/workshop/files");
+    match ours.join(file).exists() {
+        true => (format!("files/{file}"), None),
+        false => (file.to_owned(), Some(bytes.to_vec())),
+    }
+}
+
+/// A picture with a byte for each pixel: of as many colours as that can tell apart.
+pub(super) fn small(picture: &[u8]) -> Result<Vec<u8>> {
+    if !picture.starts_with(b"\x89PNG") {
+        return Ok(picture.to_vec());
+    }
+    let mut reader = png::Decoder::new(std::io::Cursor::new(picture)).read_info()?;
+    let mut pixels = vec![
+        0;
+        reader
+            .output_buffer_size()
+            .ok_or("a picture without size")?
+    ];
+    let info = reader.next_frame(&mut pixels)?;
+    let samples = info.color_type.samples();
+    let exact = pixels.chunks_exact(samples).map(|pixel| {
+        [0, 1, 2].map(|channel| pixel.get(channel).or(pixel.first()).copied().unwrap_or(0))
+    });
+    let exact: Vec<[u8; 3]> = exact.collect();
+    for step in STEPS {
+        let mut colours = BTreeMap::new();
+        let mut indices = Vec::new();
+        for colour in &exact {
+            let colour = colour.map(|value| value.saturating_add(step / 2) / step * step);
+            let next = colours.len();
+            indices.push(*colours.entry(colour).or_insert(next) as u8);
+            if colours.len() > 256 {
+                break;
+            }
+        }
+        if colours.len() <= 256 {
+            return indexed([info.width, info.height], &colours, &indices);
+        }
+    }
+    Ok(picture.to_vec())
+}
+
+fn indexed(
+    [width, height]: [u32; 2],
+    colours: &BTreeMap<[u8; 3], usize>,
+    indices: &[u8],
+) -> Result<Vec<u8>> {
+    let mut palette = vec![0; 3 * colours.len()];
+    for (colour, index) in colours {
+        if let Some(place) = palette.get_mut(3 * index..3 * index + 3) {
+            place.copy_from_slice(colour);
+        }
+    }
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Indexed);
+    encoder.set_palette(palette);
+    encoder.set_compression(png::Compression::High);
+    encoder.set_filter(png::Filter::NoFilter);
+    encoder.write_header()?.write_image_data(indices)?;
+    Ok(bytes)
+}
