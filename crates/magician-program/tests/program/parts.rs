@@ -2,8 +2,8 @@
 
 use magician::Set;
 use magician_program::{
-    Action, Color, Diagnostic, Format, Part, PartMode, PauseCause, Plan, Setup, SetupDefaults,
-    SetupOptions, read,
+    Action, Color, Diagnostic, Format, Part, PartMode, PauseCause, Plan, Prepared, Setup,
+    SetupDefaults, SetupOptions, read,
 };
 use serde_json::{Value, json};
 
@@ -30,11 +30,15 @@ fn options(fields: Value) -> SetupOptions {
     SetupOptions::from_fields(fields.as_object().expect("an object")).expect("options")
 }
 
-fn made(format: Format, text: &str, fields: Value) -> Result<(Plan, Vec<Diagnostic>), Diagnostic> {
+fn prepared(format: Format, text: &str, fields: Value) -> Result<Prepared, Diagnostic> {
     let options = options(fields);
     let setup: Setup = options.setup(&SetupDefaults::default());
     let parsed = read(format, text.as_bytes(), &options.reading(&setup))?;
-    let made = setup.plan(format, parsed.content)?;
+    setup.plan(format, parsed.content)
+}
+
+fn made(format: Format, text: &str, fields: Value) -> Result<(Plan, Vec<Diagnostic>), Diagnostic> {
+    let made = prepared(format, text, fields)?;
     Ok((made.plan, made.notes))
 }
 
@@ -237,12 +241,13 @@ fn parts_are_chosen_by_name_then_colour_then_number() {
 #[test]
 fn parts_that_are_drawn_one_after_the_other_lie_as_they_do_together() {
     let long = "<path d='M0 0H600' stroke='blue' fill='none'/>";
-    let drawing = svg(&[layer("small", &line(90, "red")), layer("long", long)].concat());
+    let short = "<path d='M290 5H310' stroke='red' fill='none'/>";
+    let drawing = svg(&[layer("small", short), layer("long", long)].concat());
     let made = |more: Value| {
         let mut fields = json!({"fit": true, "no_pause": true, "parts": "layer"});
         let all = fields.as_object_mut().expect("an object");
         all.extend(more.as_object().expect("an object").clone());
-        made(Format::Svg, &drawing, fields).expect("a plan")
+        prepared(Format::Svg, &drawing, fields).expect("a plan")
     };
     let marks = |plan: &Plan| -> Vec<[f32; 2]> {
         let marks = plan.steps.iter().filter(|step| step.action.marks());
