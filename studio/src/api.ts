@@ -771,6 +771,16 @@ export interface Methods {
     };
     result: null;
   };
+  /** Keeps options under a name; what was kept under it is replaced. It goes before one of this name that comes with this program. */
+  "preset.save": {
+    params: {
+      name: string;
+      setup?: Record<string, unknown>;
+      note?: string;
+      text?: string;
+    };
+    result: Preset;
+  };
   /** The presets of drawing and engraving, for `setup.preset`: those that come with this program first. */
   "preset.list": {
     params: {
@@ -783,16 +793,6 @@ export interface Methods {
   "preset.show": {
     params: {
       name: string;
-    };
-    result: Preset;
-  };
-  /** Keeps options under a name; what was kept under it is replaced. It goes before one of this name that comes with this program. */
-  "preset.save": {
-    params: {
-      name: string;
-      setup?: Record<string, unknown>;
-      note?: string;
-      text?: string;
     };
     result: Preset;
   };
