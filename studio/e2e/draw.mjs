@@ -47,10 +47,14 @@ export function drawing(test, bench) {
   /** The corners of what was drawn since: what the arm has left on the paper. */
   const marks = async (burnt = false) => (await bench.station.call("world.look")).strokes.filter((stroke) => stroke.burnt === burnt).flatMap(({ points }) => points);
   const boundsOf = (points) => [0, 1].map((axis) => [Math.min(...points.map((point) => point[axis])), Math.max(...points.map((point) => point[axis]))]);
+  /** A job from its start to its end: at a multiple of the arm's speed it may be over before anybody has seen it run. */
   const runs = async (page) => {
+    const jobs = async () => (await bench.station.call("job.list")).jobs;
+    const before = (await jobs()).length;
     await page.getByTestId("draw-start").click();
-    await is(page, "job", "running");
+    for (let looks = 0; (await jobs()).length === before && looks < 100; looks++) await page.waitForTimeout(100);
     await is(page, "job", "done", 90_000);
+    assert.equal((await jobs()).length, before + 1);
   };
 
   test("the sheet: what a hand drags, scales and turns there is drawn there", async () => {
@@ -109,7 +113,7 @@ export function drawing(test, bench) {
     await shown(page);
     await tabTo("draw-start");
     await page.keyboard.press("Enter");
-    await is(page, "job", "running");
+    await page.waitForFunction(() => document.body.dataset.job !== "none");
     await is(page, "job", "done", 90_000);
     const [[left, right], [bottom, top]] = boundsOf(await marks());
     assert.ok(near((left + right) / 2, before.x + 2, 0.4) && near((bottom + top) / 2, before.y + 10, 0.4), `${[left, right, bottom, top]}`);

@@ -9,7 +9,7 @@ import { Cable, mockOf } from "./port.mjs";
 import { Files, SHARED, Sim } from "./sim.mjs";
 
 /** Commands, by their numbers in the protocol. */
-const [JOG, CP, PTP, LASER, CLEAR] = [73, 91, 84, 61, 245];
+const [JOG, CP, BURN, PTP, LASER, CLEAR] = [73, 91, 92, 84, 61, 245];
 /** What a jog may take after the last byte, ms: its `keep_ms` and 50. */
 const BOUND = 300;
 /** Shows the worker to the test, so that it can be ended. */
@@ -247,6 +247,46 @@ export function onSerial(tests, shared, bench, folder) {
       assert.ok(!(await cable.moves()) && !(await cable.burns()));
       await page.context().close();
     }
+  });
+
+  test("a page that is left in the middle of an engraving is dark at the bytes in time", async () => {
+    cable.sent = [];
+    const page = await browser.inControl(files.url);
+    page.on("dialog", (dialog) => void dialog.accept());
+    if ((await page.evaluate(() => document.body.dataset.alarm)) === "true") await page.getByTestId("clear-alarms").click();
+    await is(page, "alarm", "false");
+    await page.goto(`${files.url}#/engrave`);
+    const svg = '<svg xmlns="http://www.w3.org/2000/svg" width="60mm" height="30mm" viewBox="0 0 60 30"><path d="M0 0H60V30H0Z" fill="none" stroke="#000"/></svg>';
+    await page.getByTestId("draw-open").setInputFiles({ name: "engraved.svg", mimeType: "image/svg+xml", buffer: Buffer.from(svg) });
+    await page.getByTestId("setup-surface").fill("-40");
+    await page.getByTestId("setup-surface").press("Tab");
+    await page.locator("[data-testid=draw-preview][data-shown=true]").waitFor();
+    assert.ok(await page.getByTestId("draw-start").isDisabled());
+    await page.getByTestId("laser-arm").click();
+    await page.getByTestId("draw-start").click();
+    await page.getByTestId("confirm").getByText("moves by itself").waitFor();
+    await page.getByTestId("confirm-yes").click();
+    await page.getByTestId("confirm").getByText("may switch the laser on").waitFor();
+    assert.doesNotMatch(await page.getByTestId("confirm").textContent(), /"yes"/);
+    assert.ok(!cable.sent.some((frame) => moving(frame)), "nothing moves before both questions are answered");
+    await page.getByTestId("confirm-yes").click();
+    await is(page, "job", "running");
+    const isBurning = () => cable.sent.some((frame) => frame.id === BURN && frame.params.length === 17);
+    for (let looks = 0; looks < 400 && !isBurning(); looks++) await sleep(50);
+    assert.ok(isBurning(), "nothing burns yet");
+    await cable.untilMoves();
+    const began = performance.now();
+    await page.close();
+    await sleep(400);
+    const since = cable.since(began);
+    const stop = since.find((frame) => frame.id === CLEAR);
+    assert.ok(stop !== undefined, "no stop was sent");
+    console.log(`      stop ${(stop.at - began).toFixed(0)} ms after it began to go`);
+    assert.ok(since.some((frame) => frame.id === LASER && frame.params[1] === 0), "laser off");
+    assert.ok(!since.some((frame) => frame.id === BURN && frame.at > stop.at), "it is sent more to burn");
+    // A burnt path burns only while the arm moves along it.
+    assert.ok(!(await cable.burns()) && !(await cable.moves()));
+    await page.context().close();
   });
 
   test("a cable that is pulled in a job is named lost and found again, and nothing is sent twice", async () => {

@@ -365,7 +365,12 @@ async fn a_job_that_burns_needs_a_teacher_who_means_it() {
     pupil.ok("lease.release", json!({"lease": lease})).await;
     let mut teacher = bench.join_as("Teacher", Role::Teacher).await;
     teacher.lease().await;
-    assert_eq!(teacher.code("job.start", program.clone()).await, -32005);
+    let refused = teacher.call("job.start", program.clone()).await;
+    let refused = refused.unwrap_err();
+    assert_eq!(
+        (&refused["code"], &refused["data"]["danger"]),
+        (&json!(-32005), &json!("laser"))
+    );
     assert!(!bench.arms[0].state().laser);
     let list = teacher.ok("job.list", json!({})).await;
     assert_eq!(list["jobs"][1]["error"]["kind"], json!("dangerous"));

@@ -126,6 +126,7 @@ async fn a_laser_of_a_real_arm_needs_a_teacher_who_means_it() {
         (&refused["code"], &refused["data"]["command"]),
         (&json!(-32005), &json!("SetEndEffectorLaser"))
     );
+    assert_eq!(refused["data"]["danger"], json!("laser"));
     let burn = json!({"command": "CPLECmd", "fields": {"cp_mode": 1, "x": 230, "y": 0, "z": 0, "velocity_or_power": 40}});
     assert_eq!(teacher.code("arm.enqueue", burn).await, -32005);
     assert!(!bench.arms[0].state().laser);
@@ -148,7 +149,11 @@ async fn what_is_dangerous_needs_a_teacher_who_means_it() {
         (&json!(-32001), &json!("teacher"))
     );
     let mut teacher = bench.join_as("Teacher", Role::Teacher).await;
-    assert_eq!(teacher.code("arm.set", reset).await, -32005);
+    let refused = teacher.call("arm.set", reset).await.unwrap_err();
+    assert_eq!(
+        (&refused["code"], &refused["data"]["danger"]),
+        (&json!(-32005), &json!("arm"))
+    );
 }
 
 #[tokio::test(start_paused = true)]
