@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Ten drawings in the order of vpype and in ours: how long the pen travels, how often it is lifted, how long the arm takes.
 
-    python3 -m venv VENV && VENV/bin/pip install vpype
-    interop/bench_vpype.py --vpype VENV/bin/vpype [--magician target/debug/magician] [--json]
+    python3 -m venv VENV && VENV/bin/pip install -r interop/vpype.txt
+    interop/bench_vpype.py --vpype VENV/bin/vpype [--magician target/debug/magician] [--before OTHER] [--json]
 
 Every drawing is made by `magician convert --no-order` into lines, which are written as one SVG in mm. That file goes through
 `vpype read .. linemerge linesort write ..` (and once more with `reloop` and `linesimplify` before), and what comes out is drawn as it stands:
@@ -25,7 +25,12 @@ import xml.etree.ElementTree as ElementTree
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 SAMPLES = ROOT / "crates" / "magician-program" / "samples"
 # Four lines of the single-line font that is built in, about 4 mm high.
-WORDS = ("The quick brown fox jumps over the", "lazy dog. Pack my box with five dozen", "liquor jugs. Sphinx of black quartz,", "judge my vow. 0123456789")
+WORDS = (
+    "The quick brown fox jumps over the",
+    "lazy dog. Pack my box with five dozen",
+    "liquor jugs. Sphinx of black quartz,",
+    "judge my vow. 0123456789",
+)
 TEXT = (
     '<svg xmlns="http://www.w3.org/2000/svg" width="130mm" height="40mm" viewBox="0 0 130 40" font-family="Hershey Sans" font-size="5.5">'
     + "".join(f'<text x="3" y="{8 * nth + 8}">{words}</text>' for nth, words in enumerate(WORDS))
@@ -41,7 +46,9 @@ def ring():
         ends = [math.sqrt(radius**2 - y**2) for radius in (40, 22) if abs(y) < radius]
         for side in (-1, 1) if len(ends) == 2 else (1,):
             a, b = (side * ends[0], side * ends[1]) if len(ends) == 2 else (-ends[0], ends[0])
-            lines.append(f'<line x1="{min(a, b) + 41:.4f}" y1="{y + 41:.4f}" x2="{max(a, b) + 41:.4f}" y2="{y + 41:.4f}"/>')
+            lines.append(
+                f'<line x1="{min(a, b) + 41:.4f}" y1="{y + 41:.4f}" x2="{max(a, b) + 41:.4f}" y2="{y + 41:.4f}"/>'
+            )
     return f'<svg xmlns="http://www.w3.org/2000/svg" width="82mm" height="82mm" viewBox="0 0 82 82" stroke="black">{"".join(lines)}</svg>'
 
 
@@ -103,7 +110,9 @@ def write(lines, path):
 def read(path):
     """The lines of an SVG of polylines and straight paths, as vpype writes them, in mm."""
     root = ElementTree.parse(path).getroot()
-    width = float(re.match(r"[\d.]+", root.get("width"))[0]) * (25.4 / 2.54 if root.get("width").endswith("cm") else 1.0)
+    width = float(re.match(r"[\d.]+", root.get("width"))[0]) * (
+        25.4 / 2.54 if root.get("width").endswith("cm") else 1.0
+    )
     scale = width / float(root.get("viewBox").split()[2])
     lines = []
     for element in root.iter():
@@ -186,7 +195,7 @@ def drawn(magician, path, into, *words):
     return lines_of(into)
 
 
-def measured(magician, vpype, folder, name, file, words):
+def measured(magician, vpype, before, folder, name, file, words):
     raw, plan = folder / "raw.svg", folder / "plan.json"
     source = folder / "made.svg"
     if str(file).startswith("<svg"):
@@ -198,7 +207,7 @@ def measured(magician, vpype, folder, name, file, words):
     wanted = read(raw)
     rows = []
 
-    def row(order, path, *words, spent=None):
+    def row(order, path, *words, spent=None, magician=magician):
         seconds, ours = check(magician, path, *words)
         lines = drawn(magician, path, plan, *words)
         # Back onto the page, whose upper left corner is that of the lines.
@@ -217,13 +226,15 @@ def measured(magician, vpype, folder, name, file, words):
             }
         )
 
+    if before:
+        row("before", raw, magician=before)
     row("of the file", raw, "--no-order")
     row("ours", raw)
-    for order, before in (("vpype", ()), ("vpype, all", ("reloop", "linesimplify", "--tolerance", "0.02mm"))):
+    for order, first in (("vpype", ()), ("vpype, all", ("reloop", "linesimplify", "--tolerance", "0.02mm"))):
         sorted_by_vpype = folder / "vpype.svg"
         begun = time.perf_counter()
         called(
-            vpype, "read", "--no-crop", raw, "linemerge", "--tolerance", "0.1mm", *before, "linesort", "write", sorted_by_vpype,
+            vpype, "read", "--no-crop", raw, "linemerge", "--tolerance", "0.1mm", *first, "linesort", "write", sorted_by_vpype,
         )  # fmt: skip
         row(order, sorted_by_vpype, "--no-order", spent=time.perf_counter() - begun)
     return rows
@@ -233,6 +244,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--vpype", default="vpype", help="its command")
     parser.add_argument("--magician", default=ROOT / "target" / "debug" / "magician", help="the command")
+    parser.add_argument("--before", help="the command of another version, whose figures come first")
     parser.add_argument("--only", action="append", help="a drawing, by its name")
     parser.add_argument("--json", action="store_true", help="one object a line")
     args = parser.parse_args()
@@ -242,11 +254,13 @@ def main():
         if args.only and name not in args.only:
             continue
         with tempfile.TemporaryDirectory() as folder:
-            for row in measured(args.magician, args.vpype, pathlib.Path(folder), name, file, words):
+            for row in measured(args.magician, args.vpype, args.before, pathlib.Path(folder), name, file, words):
                 if args.json:
                     print(json.dumps(row), flush=True)
                     continue
-                numbers = "{lines:7d} {travel_mm:12.1f} {seconds:9.1f} {seconds_a_line:8.3f} {off_mm:9.3f} {computed_s:13.2f}"
+                numbers = (
+                    "{lines:7d} {travel_mm:12.1f} {seconds:9.1f} {seconds_a_line:8.3f} {off_mm:9.3f} {computed_s:13.2f}"
+                )
                 print(f"{row['drawing']:16s} {row['order']:11s}" + numbers.format(**row), flush=True)
 
 

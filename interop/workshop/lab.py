@@ -272,6 +272,11 @@ class Program:
             self.at = found() + 1
             return self.events[self.at - 1][1]
 
+    def reaches(self, step):
+        """Wait until so many steps are done."""
+        while self.says(event="progress")["step"] < step:
+            pass
+
     def tell(self, line):
         self.process.stdin.write((line if isinstance(line, str) else json.dumps(line)) + "\n")
         self.process.stdin.flush()

@@ -130,7 +130,7 @@ def pauses_for_the_program(lab):
 def may_be_jogged_meanwhile(lab):
     lab.arm("20")
     job = Program(lab, f"{DRAW} --json")
-    job.says(event="progress", step=4)
+    job.reaches(4)
     job.tell({"do": "pause"})
     job.says(event="paused", part=None, reason="person")
     before = at_rest(lab)
@@ -187,7 +187,7 @@ def stopped_burning_stays_paused(lab):
 def stopped_burning_is_resumed_by_a_line(lab):
     lab.arm("5")
     job = Program(lab, f"{BURN} --json")
-    job.says(event="progress", step=4)
+    job.reaches(4)
     os.kill(job.process.pid, signal.SIGTSTP)
     job.says(event="paused", reason="person")
     until_stopped(job.process.pid)
@@ -225,7 +225,7 @@ def progress_at_most_ten_a_second(lab):
 def lines_are_obeyed(lab):
     lab.arm("5")
     job = Program(lab, f"{DRAW} --json")
-    job.says(event="progress", step=3)
+    job.reaches(3)
     job.tell({"do": "pause"})
     job.says(event="paused", part=None, reason="person")
     at_rest(lab)
@@ -252,7 +252,7 @@ def speeds_after_kill(lab):
     lab.arm("5")
     lab.run("magician set PTPCommonParams velocity_ratio=77 acceleration_ratio=66")
     job = Program(lab, f"{DRAW} --speed-ratio 20 --json")
-    job.says(event="progress", step=4)
+    job.reaches(4)
     # While it lives another verb leaves them alone.
     done = lab.run("magician suction off")
     assert "restore" not in done.err, done
@@ -341,7 +341,7 @@ def a_person_is_asked(lab):
 def a_laser_of_another_program_is_not_said_to_be_off(lab):
     lab.arm("5")
     job = Program(lab, f"{BURN} --json")
-    job.says(event="progress", step=4)
+    job.reaches(4)
     assert lab.look("info")["laser"] is None
     job.tell({"do": "stop"})
     assert job.ended() == 130

@@ -98,6 +98,10 @@ def test_lines_are_tidied_as_far_as_asked() -> None:
     assert apart.check().counts["path"] > merged.check().counts["path"]
     twice = '<path d="M10 10H40" stroke="black"/>' * 2
     assert _drawn(_svg(twice, dedupe=False)) == pytest.approx(2 * _drawn(_svg(twice)))
+    lines = b"G21\nG90\nG0 Z5\n" + b"G0 X200 Y0\nG1 Z0 F900\nG1 X220 Y0\nG0 Z5\n" * 2
+    gcode = {"format": "gcode", "at": (220, 0), "surface": -60}
+    drawn = [_drawn(magician.load(io.BytesIO(lines), **gcode, dedupe=dedupe)) for dedupe in (None, True)]
+    assert drawn[0] == pytest.approx(2 * drawn[1])
     zigzag = "".join(f"L{10 + nth} {10 + nth % 2 / 2}" for nth in range(30))
     bent = f'<path d="M10 10{zigzag}" stroke="black" fill="none"/>'
     assert len(_svg(bent, simplify=1)) < len(_svg(bent))

@@ -438,9 +438,9 @@ async fn a_resumed_burn_overlaps_by_so_much_along_its_line() {
             let job = Job::start(&arm, spec().start(Start::Resume), journal.clone());
             let mut events = job.events();
             let twice = loop {
-                match events.next().await.expect("it tells where it starts") {
-                    JobEvent::Starts(starts) => break starts.burnt_twice,
-                    _ => {}
+                let event = events.next().await.expect("it tells where it starts");
+                if let JobEvent::Starts(starts) = event {
+                    break starts.burnt_twice;
                 }
             };
             job.outcome().await.expect("it goes on");

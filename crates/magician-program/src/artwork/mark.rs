@@ -114,6 +114,7 @@ impl PlacedArtwork {
                 .checked_sub(1)
                 .and_then(|at| self.artwork.parts.get(at));
             match part {
+                Some(part) if part.unasked => continue,
                 Some(part) => writer.part(part, strokes, begun),
                 None => strokes.iter().for_each(|stroke| writer.draw(stroke)),
             }

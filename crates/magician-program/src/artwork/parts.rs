@@ -34,6 +34,8 @@ pub struct DrawingPart {
     pub waits: bool,
     /// It is left out.
     pub skipped: bool,
+    /// Others were asked for: it is not drawn, but lies where it would, so that all come to lie in one drawing.
+    pub unasked: bool,
     /// How often it is drawn.
     pub passes: u32,
     /// What its pen needs.

@@ -137,10 +137,26 @@ impl Setup {
     pub fn plan(&self, format: Format, content: Content) -> Result<Prepared, Diagnostic> {
         let setup = self.sized(&content)?;
         let (content, reordered) = setup.lines_of(content)?;
-        let (made, turned) = match setup.placement.fit {
-            true => setup.made_to_fit(format, &content)?,
-            false => (setup.made(format, &content)?, 0.0),
+        // What others were asked for lies where it would with all of them.
+        let whole = whole(&content);
+        let (mut made, turned) = {
+            let content = whole.as_ref().unwrap_or(&content);
+            match setup.placement.fit {
+                true => setup.made_to_fit(format, content)?,
+                false => (setup.made(format, content)?, 0.0),
+            }
         };
+        let [x, y, _] = middle(&made.plan);
+        if whole.is_some() {
+            let mut there = setup.turned(turned);
+            there.placement.scale = made.scale;
+            there.placement.fit = false;
+            made = there.made(format, &content)?;
+            if made.report().is_good() {
+                made.misfit = None;
+            }
+        }
+        drop(whole);
         let PlacedPlan {
             plan,
             notes: laid,
@@ -157,7 +173,6 @@ impl Setup {
         // A large drawing is in memory twice by now.
         drop(content);
         let placed = placed.then(|| {
-            let [x, y, _] = middle(&plan);
             let rounded = |value: f64| (value * 1e4).round() / 1e4;
             AppliedPlacement {
                 // Said again, it is not larger than what fits; the true size is not made smaller by its last bits.
@@ -255,6 +270,20 @@ impl Setup {
         };
         setup.made(format, content).ok().filter(PlacedPlan::passes)
     }
+}
+
+/// A drawing with the parts that were not asked for, if there are such.
+fn whole(content: &Content) -> Option<Content> {
+    let Content::Artwork(artwork) = content else {
+        return None;
+    };
+    artwork.parts.iter().any(|part| part.unasked).then(|| {
+        let mut whole = artwork.clone();
+        for part in &mut whole.parts {
+            part.unasked = false;
+        }
+        Content::Artwork(whole)
+    })
 }
 
 /// What was done to make it fit, if anything was.

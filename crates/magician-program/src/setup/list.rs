@@ -101,7 +101,7 @@ impl Setup {
         let listed = there.map(|(part, (strokes, drawn_mm))| PartSummary {
             strokes,
             drawn_mm,
-            skipped: part.skipped,
+            skipped: part.skipped || part.unasked,
             ..PartSummary::of(&part.part)
         });
         Ok(listed.collect())

@@ -149,6 +149,7 @@ impl Setup {
                 part,
                 waits: commands.waits,
                 skipped: empty || commands.skips,
+                unasked: false,
                 passes: if empty { 0 } else { self.passes.unwrap_or(1) },
                 pen: PartPen::default(),
             });
@@ -205,7 +206,8 @@ impl Setup {
         }
         for (part, chosen) in parts.iter_mut().zip(chosen) {
             // A part that a person names is drawn, whatever its name says.
-            part.skipped = !chosen;
+            part.skipped &= !chosen;
+            part.unasked = !chosen;
         }
         Ok(())
     }

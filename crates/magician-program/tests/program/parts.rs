@@ -2,8 +2,8 @@
 
 use magician::Set;
 use magician_program::{
-    Action, Color, Diagnostic, Format, Part, PartMode, PauseCause, Plan, Setup, SetupDefaults,
-    SetupOptions, read,
+    Action, Color, Diagnostic, Format, Part, PartMode, PauseCause, Plan, Prepared, Setup,
+    SetupDefaults, SetupOptions, read,
 };
 use serde_json::{Value, json};
 
@@ -30,11 +30,15 @@ fn options(fields: Value) -> SetupOptions {
     SetupOptions::from_fields(fields.as_object().expect("an object")).expect("options")
 }
 
-fn made(format: Format, text: &str, fields: Value) -> Result<(Plan, Vec<Diagnostic>), Diagnostic> {
+fn prepared(format: Format, text: &str, fields: Value) -> Result<Prepared, Diagnostic> {
     let options = options(fields);
     let setup: Setup = options.setup(&SetupDefaults::default());
     let parsed = read(format, text.as_bytes(), &options.reading(&setup))?;
-    let made = setup.plan(format, parsed.content)?;
+    setup.plan(format, parsed.content)
+}
+
+fn made(format: Format, text: &str, fields: Value) -> Result<(Plan, Vec<Diagnostic>), Diagnostic> {
+    let made = prepared(format, text, fields)?;
     Ok((made.plan, made.notes))
 }
 
@@ -232,6 +236,39 @@ fn parts_are_chosen_by_name_then_colour_then_number() {
         refused.message,
         "no part has the name, colour or number 'pencil'; the parts are 1, 2 (#ff0000); 2, red (#0000ff); 3, c (#ff0000)"
     );
+}
+
+#[test]
+fn parts_that_are_drawn_one_after_the_other_lie_as_they_do_together() {
+    let long = "<path d='M0 0H600' stroke='blue' fill='none'/>";
+    let short = "<path d='M290 5H310' stroke='red' fill='none'/>";
+    let drawing = svg(&[layer("small", short), layer("long", long)].concat());
+    let made = |more: Value| {
+        let mut fields = json!({"fit": true, "no_pause": true, "parts": "layer"});
+        let all = fields.as_object_mut().expect("an object");
+        all.extend(more.as_object().expect("an object").clone());
+        prepared(Format::Svg, &drawing, fields).expect("a plan")
+    };
+    let marks = |plan: &Plan| -> Vec<[f32; 2]> {
+        let marks = plan.steps.iter().filter(|step| step.action.marks());
+        let marks = marks.filter_map(|step| step.action.target());
+        marks.map(|[x, y, _]| [x, y]).collect()
+    };
+    let together = made(json!({}));
+    let (small, large) = (
+        made(json!({"only": ["small"]})),
+        made(json!({"only": ["long"]})),
+    );
+    let apart = [marks(&small.plan), marks(&large.plan)].concat();
+    assert!(!apart.is_empty());
+    assert_eq!(apart, marks(&together.plan));
+    // Where the whole of it lies, so that it can be asked for again.
+    assert_eq!([small.placed, large.placed], [together.placed; 2]);
+    assert!(small.placed.is_some_and(|placed| placed.scale < 1.0));
+    // What does not fit as a whole does so in part.
+    let part = made(json!({"fit": false, "only": ["small"]}));
+    assert!(part.misfit.is_none());
+    assert!(made(json!({"fit": false})).misfit.is_some());
 }
 
 #[test]
@@ -443,7 +480,7 @@ fn the_first_tool_is_a_change_where_something_was_drawn_before() {
     options.parts = Some(PartMode::Layer);
     assert_eq!(
         shown(&run(&options)),
-        ["1, -", "part: mount tool 2", "2, tool 2"]
+        ["1", "part: mount tool 2", "2, tool 2"]
     );
 }
 

@@ -665,8 +665,9 @@ def load(
     :param overscan: Run-up and run-out of the tool at the ends of a line, mm; as needed if left out.
     :param gamma: Exponent of the darkness; above 1 makes mid-tones lighter.
     :param merge: Ends of lines of a drawing that are no farther apart than this are joined, mm; 0.1 if left out.
-    :param dedupe: Whether a line that is there twice is drawn once: in a drawing it is if this is left out. ``True`` does the
-        same, with ``merge`` and ``simplify``, for G-code, plans, playback and points, whose lines stay in their order.
+    :param dedupe: Whether a line that is there twice is drawn once: in a drawing it is if this is left out. ``True``
+        does the same, with ``merge`` and ``simplify``, for G-code, plans, playback and points, whose lines stay in
+        their order.
     :param simplify: Points of a drawing that are no farther from the line without them are left out, mm; 0.02 if left
         out.
     :param font: Font of text: ``"sans"``, ``"script"`` or ``"gothic"``, whose letters are single lines, or the path of

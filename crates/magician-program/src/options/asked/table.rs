@@ -363,8 +363,9 @@ const FRAME: [AskedOption; 2] = [
         .with("frame", FrameShape::NAMES),
 ];
 
-const PEN: [AskedOption; 3] = [
+const PEN: [AskedOption; 4] = [
     number("lift", "mm", Pen, "Pen lift between lines").above(0.0),
+    number("hop", "mm", Pen, "Least pen lift, on short ways").above(0.0),
     number("travel_speed", "mm/s", Pen, "Speed between lines").above(0.0),
     switch(
         "stay",
