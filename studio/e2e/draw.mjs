@@ -48,13 +48,14 @@ export function drawing(test, bench) {
   const marks = async (burnt = false) => (await bench.station.call("world.look")).strokes.filter((stroke) => stroke.burnt === burnt).flatMap(({ points }) => points);
   const boundsOf = (points) => [0, 1].map((axis) => [Math.min(...points.map((point) => point[axis])), Math.max(...points.map((point) => point[axis]))]);
   /** A job from its start to its end: at a multiple of the arm's speed it may be over before anybody has seen it run. */
-  const runs = async (page) => {
-    const jobs = async () => (await bench.station.call("job.list")).jobs;
-    const before = (await jobs()).length;
-    await page.getByTestId("draw-start").click();
-    for (let looks = 0; (await jobs()).length === before && looks < 100; looks++) await page.waitForTimeout(100);
-    await is(page, "job", "done", 90_000);
-    assert.equal((await jobs()).length, before + 1);
+  const runs = async (page, press = () => page.getByTestId("draw-start").click()) => {
+    const last = async () => (await bench.station.call("job.list")).jobs.at(-1);
+    const before = (await last())?.job;
+    await press();
+    const isOver = ({ job, state } = {}) => job !== before && state === "done";
+    for (let looks = 0; looks < 450 && !isOver(await last()); looks++) await page.waitForTimeout(200);
+    assert.ok(isOver(await last()), JSON.stringify(await last()));
+    await is(page, "job", "done");
   };
 
   test("the sheet: what a hand drags, scales and turns there is drawn there", async () => {
@@ -112,9 +113,7 @@ export function drawing(test, bench) {
     await page.keyboard.press("Enter");
     await shown(page);
     await tabTo("draw-start");
-    await page.keyboard.press("Enter");
-    await page.waitForFunction(() => document.body.dataset.job !== "none");
-    await is(page, "job", "done", 90_000);
+    await runs(page, () => page.keyboard.press("Enter"));
     const [[left, right], [bottom, top]] = boundsOf(await marks());
     assert.ok(near((left + right) / 2, before.x + 2, 0.4) && near((bottom + top) / 2, before.y + 10, 0.4), `${[left, right, bottom, top]}`);
     assert.ok(near(right - left, before.width * 1.05, 0.4));
@@ -190,9 +189,7 @@ export function drawing(test, bench) {
     assert.ok(await page.getByTestId("draw-start").isDisabled());
     assert.match(await page.locator(`#${await page.getByTestId("draw-start").getAttribute("aria-describedby")}`).textContent(), /arm the laser/i);
     // Round it, dark.
-    await page.getByTestId("laser-frame").click();
-    await is(page, "job", "running");
-    await is(page, "job", "done", 60_000);
+    await runs(page, () => page.getByTestId("laser-frame").click());
     assert.deepEqual(await marks(true), []);
     for (const leave of ["hidden", "route"]) {
       await page.getByTestId("laser-arm").click();
@@ -215,7 +212,7 @@ export function drawing(test, bench) {
     }
     await page.getByTestId("laser-arm").click();
     await runs(page);
-    assert.equal(await armed(), "false");
+    await page.locator("[data-testid=laser-arm][aria-checked=false]").waitFor({ timeout: 3000 });
     assert.ok(await page.getByTestId("draw-start").isDisabled());
     const [[left, right]] = boundsOf(await marks(true));
     assert.ok(near(right - left, 30, 0.5), `${left} to ${right}`);
