@@ -4,8 +4,8 @@ use magician::Error;
 use magician_job::presets::Presets;
 use magician_program::artwork::Sheet;
 use magician_program::{
-    Content, Diagnostic, DiagnosticCode, FontChoice, Format, ModeOption, Parsed, Plan, Power,
-    Prepared, ReadOptions, Setup, SetupDefaults, SetupOptions, Surface, Tool, WorkOption, read,
+    Content, Diagnostic, FontChoice, Format, ModeOption, Parsed, Plan, Power, Prepared,
+    ReadOptions, Setup, SetupDefaults, SetupOptions, Surface, Tool, WorkOption, read,
 };
 use pyo3::prelude::*;
 
