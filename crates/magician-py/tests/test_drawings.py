@@ -99,7 +99,7 @@ def test_lines_are_tidied_as_far_as_asked() -> None:
     twice = '<path d="M10 10H40" stroke="black"/>' * 2
     assert _drawn(_svg(twice, dedupe=False)) == pytest.approx(2 * _drawn(_svg(twice)))
     lines = b"G21\nG90\nG0 Z5\n" + b"G0 X200 Y0\nG1 Z0 F900\nG1 X220 Y0\nG0 Z5\n" * 2
-    gcode = {"format": "gcode", "at": (220, 0), "surface": -60}
+    gcode: dict[str, Any] = {"format": "gcode", "at": (220, 0), "surface": -60}
     drawn = [_drawn(magician.load(io.BytesIO(lines), **gcode, dedupe=dedupe)) for dedupe in (None, True)]
     assert drawn[0] == pytest.approx(2 * drawn[1])
     zigzag = "".join(f"L{10 + nth} {10 + nth % 2 / 2}" for nth in range(30))
@@ -146,7 +146,7 @@ def test_a_crop_beyond_the_image_is_refused(samples: Path, crop: Any, said: str)
         ("despeckle", -1, "despeckle is -1 mm; it takes a number, 0 or more"),
         ("brightness", 101, "brightness is 101; it takes"),
         ("contrast", -101, "contrast is -101; it takes"),
-        ("image", "photo", "image is one of .*photo"),
+        ("image", "photo", "image is .*photo"),
         ("levels", 65, "levels is 65; it takes a whole number from 1 to 64"),
     ],
 )

@@ -88,7 +88,7 @@ def test_a_stop_during_the_check_counts(slow: Arm) -> None:
     core = slow._core  # pyright: ignore[reportPrivateUsage]
     plan = magician.Plan.path([(210, nth, 20) for nth in range(20)])
     how: dict[str, Any] = dict.fromkeys(["check", "keep", "require_homed", "unhomed", "allow_laser", "resume"], False)
-    how |= {"stay": False, "park": None, "lift": None}
+    how |= {"stay": False, "park": None, "lift": None, "overlap": 0}
     job = core.start(plan.native, how | {"first_step": 1, "restore": True})
     running, over = job.outcome(), job.over()
     for call in (core.perform([words.line_by(dy=40)], [], False, False, False), running):
