@@ -38,7 +38,7 @@ macro_rules! words {
 
 pub(crate) use words;
 
-/// That `text` is none of these words.
+/// The message that `text` is none of these words.
 pub(crate) fn unknown(what: &str, names: &[&str], text: &str) -> String {
     let (last, rest) = names.split_last().unwrap_or((&"", &[]));
     let rest: Vec<_> = rest.iter().map(|name| format!("'{name}'")).collect();

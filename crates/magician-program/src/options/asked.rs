@@ -29,7 +29,7 @@ pub struct AskedOption {
     pub most: Option<f64>,
     /// The option with which alone it counts; without one it counts always.
     pub with: Option<&'static str>,
-    /// The values of that one with which it counts: it has to be on where there is none.
+    /// The values of that option with which this one counts; if there are none, that one must be on.
     pub when: &'static [&'static str],
     /// What it belongs to.
     pub group: AskedGroup,

@@ -146,7 +146,8 @@ impl Setup {
                 false => (setup.made(format, content)?, 0.0),
             }
         };
-        let [x, y, _] = middle(&made.plan);
+        let placed = self.places() || !matches!(content, Content::Plan(_));
+        let at = placed.then(|| middle(&made.plan));
         if whole.is_some() {
             let mut there = setup.turned(turned);
             there.placement.scale = made.scale;
@@ -169,10 +170,9 @@ impl Setup {
             notes.extend(fitted_note(scale / setup.placement.scale, turned));
         }
         notes.extend(laid);
-        let placed = self.places() || !matches!(content, Content::Plan(_));
         // A large drawing is in memory twice by now.
         drop(content);
-        let placed = placed.then(|| {
+        let placed = at.map(|[x, y, _]| {
             let rounded = |value: f64| (value * 1e4).round() / 1e4;
             AppliedPlacement {
                 // Said again, it is not larger than what fits; the true size is not made smaller by its last bits.

@@ -108,7 +108,7 @@ impl Setup {
     }
 }
 
-/// Those of a plan; what comes before the first is none.
+/// The parts of a plan; steps before the first one belong to none.
 fn parts_of_plan(plan: &Plan, scale: f64) -> Vec<PartSummary> {
     let mut listed: Vec<PartSummary> = Vec::new();
     let (mut now, mut at, mut marked) = (None, None, false);

@@ -78,25 +78,11 @@ impl Drawing {
             (-left * pixels_per_mm) as f32,
             (top * pixels_per_mm) as f32,
         );
-        if let Some(path) = options.sheet.as_deref().and_then(outline) {
-            line(
-                &mut picture,
-                &path,
-                [153, 153, 153, 255],
-                0.3,
-                LineCap::Round,
-                onto,
-            );
-        }
-        if let Some(path) = mark().filter(|_| self.shows_base(options)) {
-            line(
-                &mut picture,
-                &path,
-                [153, 153, 153, 255],
-                0.3,
-                LineCap::Round,
-                onto,
-            );
+        let sheet = options.sheet.as_deref().and_then(outline);
+        let base = mark().filter(|_| self.shows_base(options));
+        for path in sheet.iter().chain(&base) {
+            let grey = [153, 153, 153, 255];
+            line(&mut picture, path, grey, 0.3, LineCap::Round, onto);
         }
         for stroke in self.strokes() {
             draw(&mut picture, stroke, onto);

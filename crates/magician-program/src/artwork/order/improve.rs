@@ -23,7 +23,7 @@ const STRETCH: usize = 30;
 /// What it costs to look at two lines that are near each other, in steps.
 const LOOK: u64 = 50;
 
-/// Improves until nothing near helps any more, then looks on from there, or the effort is spent; what is left of it.
+/// Improves until no change near a stroke shortens the way, then goes on from there; returns the effort that is left.
 pub(super) fn improve(stops: &mut Vec<TourStop>, effort: u64) -> u64 {
     if stops.len() < 3 {
         return improve_pair(stops, effort);

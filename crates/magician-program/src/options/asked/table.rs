@@ -1,4 +1,4 @@
-//! The options as a table: what each is, and for which formats it counts.
+//! The options as a table, in one file as long as it is: what each is, and for which formats it counts.
 
 use super::{AskedGroup, AskedKind, AskedOption, DefaultValue};
 use crate::fill::FillMode;
