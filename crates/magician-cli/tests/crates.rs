@@ -63,6 +63,7 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
             "magician-link",
         ],
     ),
+    ("magician-site", &["magician", "magician-station"]),
     // Files.
     ("magician-studio", &[]),
     (
