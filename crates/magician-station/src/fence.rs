@@ -112,3 +112,41 @@ fn wrong(why: &str) -> RpcError {
 fn flaw(error: FenceError) -> RpcError {
     wrong(&error.to_string())
 }
+
+/// Both of two fences: of each bound the stricter one.
+#[cfg(feature = "class")]
+pub(crate) fn stricter(one: Fence, other: &Fence) -> Fence {
+    let both = |a: Option<f64>, b: Option<f64>, pick: fn(f64, f64) -> f64| match (a, b) {
+        (Some(a), Some(b)) => Some(pick(a, b)),
+        (a, b) => a.or(b),
+    };
+    let within = match (one.within(), other.within()) {
+        (Some(a), Some(b)) => Some(Cuboid {
+            min: std::array::from_fn(|axis| a.min[axis].max(b.min[axis])),
+            max: std::array::from_fn(|axis| a.max[axis].min(b.max[axis])),
+        }),
+        (a, b) => a.or(b),
+    };
+    let mut out = Some(Fence::default());
+    let mut add = |change: &dyn Fn(Fence) -> Result<Fence, FenceError>| {
+        out = out.and_then(|fence| change(fence).ok());
+    };
+    if let Some(floor) = both(one.floor(), other.floor(), f64::max) {
+        add(&|fence| fence.with_floor(floor));
+    }
+    if let Some(speed) = both(one.top_speed(), other.top_speed(), f64::min) {
+        add(&|fence| fence.with_top_speed(speed));
+    }
+    if let Some(power) = both(one.strongest_laser(), other.strongest_laser(), f64::min) {
+        add(&|fence| fence.with_strongest_laser(power));
+    }
+    if let Some(within) = within {
+        add(&|fence| fence.with_box(within));
+    }
+    for keep_out in one.keep_outs().iter().chain(other.keep_outs()) {
+        add(&|fence| fence.with_keep_out(*keep_out));
+    }
+    // What cannot be one fence, such as two boxes side by side, leaves no place at all.
+    out.or_else(|| Fence::default().with_floor(1e6).ok())
+        .unwrap_or(one)
+}

@@ -553,6 +553,17 @@ pub trait JobStore: Send + Sync {
 
     /// A journal for a job.
     fn journal(&self) -> Box<dyn Journal>;
+
+    /// What was kept under a name: of a class and its schedule.
+    fn kept(&self, name: &str) -> Option<String> {
+        let _ = name;
+        None
+    }
+
+    /// Keeps this under a name, for its owner alone.
+    fn keep(&self, name: &str, text: &str) {
+        let _ = (name, text);
+    }
 }
 
 /// Keeps nothing.

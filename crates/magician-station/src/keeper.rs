@@ -1,6 +1,6 @@
 //! What a station keeps, written beside everything else: a slow disk holds up no stop.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use tokio::runtime::Handle;
@@ -28,6 +28,7 @@ struct Waiting {
     lines: VecDeque<JournalLine>,
     lost: u64,
     jobs: Option<JobsToKeep>,
+    files: BTreeMap<&'static str, String>,
     /// Something is being written.
     busy: bool,
 }
@@ -45,11 +46,23 @@ impl Keeper {
     }
 
     /// Takes what is to be written, and returns at once.
+    #[cfg(test)]
     pub(crate) fn keep(self: &Arc<Self>, lines: Vec<JournalLine>, jobs: Option<JobsToKeep>) {
-        if lines.is_empty() && jobs.is_none() {
+        self.keep_all(lines, jobs, BTreeMap::new());
+    }
+
+    /// Takes what is to be written, and returns at once. Of files by their names the newest of each is written.
+    pub(crate) fn keep_all(
+        self: &Arc<Self>,
+        lines: Vec<JournalLine>,
+        jobs: Option<JobsToKeep>,
+        files: BTreeMap<&'static str, String>,
+    ) {
+        if lines.is_empty() && jobs.is_none() && files.is_empty() {
             return;
         }
         let mut waiting = self.waiting();
+        waiting.files.extend(files);
         let room = LINES.saturating_sub(waiting.lines.len());
         waiting.lost += lines.len().saturating_sub(room) as u64;
         waiting.lines.extend(lines.into_iter().take(room));
@@ -72,7 +85,8 @@ impl Keeper {
             let lines = std::mem::take(&mut waiting.lines);
             let jobs = waiting.jobs.take();
             let lost = std::mem::take(&mut waiting.lost);
-            if lines.is_empty() && jobs.is_none() {
+            let files = std::mem::take(&mut waiting.files);
+            if lines.is_empty() && jobs.is_none() && files.is_empty() {
                 waiting.busy = false;
                 drop(waiting);
                 self.idle.notify_waiters();
@@ -82,6 +96,9 @@ impl Keeper {
             lines.into_iter().for_each(&self.journal);
             if lost > 0 {
                 tracing::warn!(lost, "lines of the journal are lost: the disk is slow");
+            }
+            for (name, text) in files {
+                self.store.keep(name, &text);
             }
             if let Some(jobs) = jobs {
                 self.store.save(&jobs.to_value());

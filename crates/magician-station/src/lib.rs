@@ -9,6 +9,8 @@
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
 pub mod api;
+#[cfg(feature = "class")]
+pub mod class;
 #[cfg(feature = "client")]
 pub mod client;
 pub mod control;

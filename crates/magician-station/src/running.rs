@@ -210,6 +210,13 @@ impl RunningStation {
         }
     }
 
+    /// What the pupils of its class have made, as `class.results` answers it.
+    #[cfg(feature = "class")]
+    #[must_use]
+    pub fn results(&self) -> serde_json::Value {
+        self.shared.lock().station.results()
+    }
+
     /// Its library of programs.
     #[cfg(feature = "http")]
     pub(crate) fn programs(&self) -> Arc<dyn ProgramStore> {
@@ -312,7 +319,12 @@ impl Shared {
             self.due.notify_one();
         }
         // In the order in which it happened: nobody comes between.
-        self.keeper.keep(lines, inner.station.poll_jobs());
+        #[cfg(feature = "class")]
+        let files = inner.station.poll_kept();
+        #[cfg(not(feature = "class"))]
+        let files = BTreeMap::new();
+        let jobs = inner.station.poll_jobs();
+        self.keeper.keep_all(lines, jobs, files);
         outcome
     }
 

@@ -41,8 +41,10 @@ impl RpcError {
     pub const TOO_MANY: i32 = -32006;
     /// A stop came first.
     pub const STOPPED: i32 = -32007;
+    /// A teacher has frozen the arm.
+    pub const FROZEN: i32 = -32008;
     /// All of them.
-    pub const CODES: [i32; 13] = [
+    pub const CODES: [i32; 14] = [
         Self::PARSE,
         Self::REQUEST,
         Self::METHOD,
@@ -54,6 +56,7 @@ impl RpcError {
         Self::BUSY,
         Self::CHECK_FAILED,
         Self::DANGEROUS,
+        Self::FROZEN,
         Self::TOO_MANY,
         Self::STOPPED,
     ];
@@ -156,6 +159,7 @@ const fn kind(code: i32) -> Option<&'static str> {
         RpcError::BUSY => "busy",
         RpcError::CHECK_FAILED => "check-failed",
         RpcError::DANGEROUS => "dangerous",
+        RpcError::FROZEN => "frozen",
         RpcError::TOO_MANY => "too-many",
         RpcError::STOPPED => "stopped",
         _ => return None,

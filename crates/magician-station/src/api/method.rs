@@ -115,6 +115,14 @@ pub(super) const fn method(
 }
 
 impl Method {
+    /// Whether it changes something of a class.
+    pub(crate) fn is_of_class(&self) -> bool {
+        let of_class = ["class.", "turn.", "schedule."];
+        let reads = [".get", ".list", ".results"];
+        of_class.iter().any(|of| self.name.starts_with(of))
+            && !reads.iter().any(|reads| self.name.ends_with(reads))
+    }
+
     pub(super) const fn leased(self, kind: WorkKind) -> Self {
         Self {
             needs: Needs::Lease(kind),

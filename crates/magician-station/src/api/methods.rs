@@ -54,8 +54,8 @@ const AXES: &[&str] = &["x", "y", "z", "r", "j1", "j2", "j3", "j4", "l"];
 use Role::{Student, Teacher, Viewer};
 use WorkKind::{JobSetting, Motion, Queued, Setting, StartJob, SteerJob};
 
-/// All methods, in the order of the documents.
-pub static METHODS: &[Method] = &[
+/// All methods but those of classes, in the order of the documents.
+pub(super) const STATION: &[Method] = &[
     method(
         "session.hello",
         Viewer,
@@ -66,6 +66,11 @@ pub static METHODS: &[Method] = &[
                 "the program: `name`, and `version` if it has one",
             ),
             may("token", Kind::Text(200), "a token of the station"),
+            may(
+                "pupil",
+                Kind::Object,
+                "a pupil of the class signs in: `name` and `code`; instead of a token",
+            ),
             may(
                 "resume",
                 Kind::Text(200),
@@ -514,6 +519,11 @@ pub static METHODS: &[Method] = &[
                 "on_lost",
                 Kind::Choice(&["pause", "stop", "continue"]),
                 "what becomes of it when the lease ends; pause unless given, continue without a session",
+            ),
+            may(
+                "queue",
+                Kind::Switch,
+                "whether it waits, without the lease, until the arm is free of jobs and of others' turns; then it is checked again",
             ),
             may(
                 "after_check",

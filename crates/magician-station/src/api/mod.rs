@@ -1,5 +1,7 @@
 //! The API as text: messages, errors, and the table of methods.
 
+#[cfg(feature = "class")]
+mod class;
 mod error;
 mod examples;
 mod fields;
@@ -16,7 +18,29 @@ pub use examples::Example;
 pub(crate) use fields::encode;
 pub use message::{BadMessage, Message, MessageId, answer, notification};
 pub use method::{Method, Needs, Role};
-pub use methods::METHODS;
 pub use openrpc::openrpc;
 pub(crate) use param::Params;
 pub use param::{Kind, Param};
+
+/// All methods, in the order of the documents.
+#[cfg(not(feature = "class"))]
+pub static METHODS: &[Method] = methods::STATION;
+
+/// All methods, in the order of the documents.
+#[cfg(feature = "class")]
+pub static METHODS: &[Method] = &ALL;
+
+#[cfg(feature = "class")]
+static ALL: [Method; methods::STATION.len() + class::CLASS.len()] = {
+    let mut all = [methods::STATION[0]; methods::STATION.len() + class::CLASS.len()];
+    let mut at = 0;
+    while at < all.len() {
+        all[at] = if at < methods::STATION.len() {
+            methods::STATION[at]
+        } else {
+            class::CLASS[at - methods::STATION.len()]
+        };
+        at += 1;
+    }
+    all
+};

@@ -19,6 +19,8 @@ pub enum Kind {
     Number(f64, f64),
     /// So many finite numbers, least and most.
     Numbers(usize, usize),
+    /// At most so many texts of at most 80 characters.
+    Texts(usize),
     /// The fields of a command: an object.
     Object,
     /// Objects.
@@ -60,6 +62,9 @@ impl Kind {
             Self::Numbers(least, most) => value.as_array().is_some_and(|items| {
                 (least..=most).contains(&items.len()) && items.iter().all(finite)
             }),
+            Self::Texts(most) => value.as_array().is_some_and(|items| {
+                items.len() <= most && items.iter().all(|item| Self::Text(80).takes(item))
+            }),
             Self::Object => value.is_object(),
             Self::Objects => {
                 { value.as_array() }.is_some_and(|items| items.iter().all(Value::is_object))
@@ -84,6 +89,7 @@ impl Kind {
             Self::Number(least, most) => format!("a number from {least} to {most}"),
             Self::Numbers(least, most) if least == most => format!("{least} numbers"),
             Self::Numbers(least, most) => format!("{least} to {most} numbers"),
+            Self::Texts(most) => format!("an array of at most {most} names"),
             Self::Object => "an object".to_owned(),
             Self::Objects => "an array of objects".to_owned(),
             Self::Null => "null".to_owned(),
@@ -117,6 +123,9 @@ impl Kind {
             Self::Numbers(least, most) => json!({
                 "type": "array", "items": {"type": "number"}, "minItems": least, "maxItems": most
             }),
+            Self::Texts(most) => {
+                json!({"type": "array", "items": {"type": "string"}, "maxItems": most})
+            }
             Self::Object => json!({"type": "object"}),
             Self::Objects => json!({"type": "array", "items": {"type": "object"}}),
             Self::Null => json!({"type": "null"}),
@@ -190,6 +199,12 @@ impl Params {
         Some(items.iter().filter_map(Value::as_f64).collect())
     }
 
+    #[cfg(feature = "class")]
+    pub(crate) fn texts(&self, name: &str) -> Option<Vec<&str>> {
+        let items = self.get(name)?.as_array()?;
+        Some(items.iter().filter_map(Value::as_str).collect())
+    }
+
     pub(crate) fn object(&self, name: &str) -> Option<&Map<String, Value>> {
         self.get(name)?.as_object()
     }
@@ -199,6 +214,8 @@ impl Params {
         let shown = |(name, value): (&String, &Value)| {
             let value = match (name.as_str(), value) {
                 ("token" | "resume", _) => return None,
+                // Never the code.
+                ("pupil", pupil) => json!({"name": pupil.get("name")}),
                 ("data" | "text", Value::String(text)) => json!({"bytes": text.len()}),
                 _ => value.clone(),
             };

@@ -16,6 +16,8 @@ impl Control {
         let from_present = |at: HostInstant| PRESENT + (at - now) - (now - at);
         let mut out = self.clone();
         out.ids = 0;
+        #[cfg(feature = "class")]
+        out.class.each_instant(|at| *at = from_present(*at));
         for arm in &mut out.arms {
             arm.lease.each_instant(|at| *at = from_present(*at));
             arm.lease.renumber(LeaseId(0));

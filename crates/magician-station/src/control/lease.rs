@@ -112,8 +112,12 @@ impl Control {
         request: RequestId,
         wait: Duration,
     ) {
+        #[cfg(feature = "class")]
+        if !self.admits(now, session, arm, request) {
+            return;
+        }
         match self.arm(arm).lease.holder {
-            None => self.grant(now, arm, session, request),
+            None => self.grant(now, arm, session, Some(request)),
             Some(held) if held.session == session => {
                 let lease = held.id;
                 self.effects.push_back(Effect::Granted {
@@ -176,6 +180,10 @@ impl Control {
         let Some(holder) = holder.filter(|holder| *holder != session) else {
             return self.acquire(now, session, arm, request, Duration::ZERO);
         };
+        #[cfg(feature = "class")]
+        if !self.admits(now, session, arm, request) {
+            return;
+        }
         let until = now + ASK;
         self.arm_mut(arm).lease.asking.push(Ask {
             session,
@@ -210,7 +218,7 @@ impl Control {
         let at = asking.iter().position(|ask| ask.session == asker);
         let ask = asking.remove(at.ok_or(Refusal::Unknown)?);
         if grant {
-            self.pass(now, arm, asker, ask.request);
+            self.grant_ask(now, arm, asker, ask.request);
         } else {
             self.deny(arm, vec![ask.request]);
         }
@@ -220,13 +228,34 @@ impl Control {
     /// A session takes the lease away. The caller has made sure that it may.
     pub fn take(&mut self, now: HostInstant, session: SessionId, arm: ArmId, request: RequestId) {
         match self.holder(arm) {
-            Some(holder) if holder != session => self.pass(now, arm, session, request),
+            Some(holder) if holder != session => self.pass(now, arm, session, Some(request)),
             _ => self.acquire(now, session, arm, request, Duration::ZERO),
         }
     }
 
+    /// The lease passes to a session that asks, if it may still have it.
+    pub(super) fn grant_ask(
+        &mut self,
+        now: HostInstant,
+        arm: ArmId,
+        to: SessionId,
+        request: RequestId,
+    ) {
+        #[cfg(feature = "class")]
+        if !self.may_hold(now, to, arm) {
+            return self.deny(arm, vec![request]);
+        }
+        self.pass(now, arm, to, Some(request));
+    }
+
     /// The lease passes in one step: at no instant it is free for a third session.
-    pub(super) fn pass(&mut self, now: HostInstant, arm: ArmId, to: SessionId, request: RequestId) {
+    pub(super) fn pass(
+        &mut self,
+        now: HostInstant,
+        arm: ArmId,
+        to: SessionId,
+        request: Option<RequestId>,
+    ) {
         if self.holder(arm) != Some(to) {
             self.finish_lease(now, arm, LeaseEnd::Passed, Some(to));
         }
@@ -235,6 +264,13 @@ impl Control {
 
     /// The lease ends, and the next one who waits gets it.
     pub(super) fn end_lease(&mut self, now: HostInstant, arm: ArmId, end: LeaseEnd) {
+        #[cfg(feature = "class")]
+        {
+            if let Some(holder) = self.holder(arm) {
+                self.turn_lease_ended(now, arm, holder, end);
+            }
+            self.deny_unadmitted(now, arm);
+        }
         let lease = &mut self.arm_mut(arm).lease;
         // Those who wait come first, then those who asked a holder that is gone.
         let waiting = lease
@@ -246,10 +282,17 @@ impl Control {
         let next = waiting.or_else(|| asks.next().map(|ask| (ask.session, ask.request)));
         self.finish_lease(now, arm, end, next.map(|(session, _)| session));
         match next {
-            Some((session, request)) => self.grant(now, arm, session, request),
+            Some((session, request)) => self.grant(now, arm, session, Some(request)),
             None => self.effects.push_back(Effect::Holder { arm, holder: None }),
         }
         self.deny(arm, asks.map(|ask| ask.request).collect());
+        #[cfg(feature = "class")]
+        {
+            if end == LeaseEnd::Gone {
+                self.hand_to_other_page(now, arm);
+            }
+            self.advance(now);
+        }
     }
 
     /// Ends what the holder has under way.
@@ -280,20 +323,41 @@ impl Control {
                 });
             }
         }
+        #[cfg(feature = "class")]
+        if self.finishes_job(arm, end) {
+            return;
+        }
         self.end_job(arm);
     }
 
-    fn grant(&mut self, now: HostInstant, arm: ArmId, session: SessionId, request: RequestId) {
+    /// Gives the free lease to a session, which has asked for it or whose turn it is.
+    pub(super) fn grant(
+        &mut self,
+        now: HostInstant,
+        arm: ArmId,
+        session: SessionId,
+        request: Option<RequestId>,
+    ) {
         let id = LeaseId(self.next_id());
         // It begins with a word, however long its session has waited.
-        self.keep_alive(now, session);
+        self.heard(now, session);
         self.arm_mut(arm).lease.holder = Some(Held { session, id });
         let lease = id;
-        self.effects.push_back(Effect::Granted {
-            request,
-            arm,
-            lease,
-        });
+        if let Some(request) = request {
+            self.effects.push_back(Effect::Granted {
+                request,
+                arm,
+                lease,
+            });
+        }
+        #[cfg(feature = "class")]
+        if request.is_none() {
+            self.effects.push_back(Effect::TurnLease {
+                arm,
+                session,
+                lease,
+            });
+        }
         let holder = Some(session);
         self.effects.push_back(Effect::Holder { arm, holder });
         // What it waits and asks for besides is answered with it.
@@ -305,6 +369,8 @@ impl Control {
                 lease,
             });
         }
+        #[cfg(feature = "class")]
+        self.turn_granted(now, arm, session);
         self.ask_again(now, arm);
         self.tell_places(arm);
     }

@@ -5,6 +5,8 @@
 //! can be tried (`tests/lease`).
 
 mod canonical;
+#[cfg(feature = "class")]
+mod class;
 mod lease;
 mod work;
 
@@ -13,6 +15,10 @@ use std::time::Duration;
 
 use magician_protocol::HostInstant;
 
+#[cfg(feature = "class")]
+use self::class::Class;
+#[cfg(feature = "class")]
+pub use self::class::{Place, Slot, TOLD, Turn, TurnRules, TurnState};
 use self::lease::Lease;
 pub use self::lease::{ASK, GRACE, TTL};
 pub use self::work::{Busy, JobPhase, OnLost, WorkKind};
@@ -49,6 +55,11 @@ id! {
 id! {
     /// A job.
     JobId
+}
+#[cfg(feature = "class")]
+id! {
+    /// A person of a class, at however many sockets.
+    PersonId
 }
 
 /// What follows from a decision. The caller carries them out in their order.
@@ -135,6 +146,29 @@ pub enum Effect {
     },
     /// A session is over: it did not come back.
     SessionOver(SessionId),
+    /// Turns, queue or what is frozen are not as they were.
+    #[cfg(feature = "class")]
+    Turns,
+    /// A turn ends soon.
+    #[cfg(feature = "class")]
+    TurnEnding {
+        /// The arm.
+        arm: ArmId,
+        /// Whose.
+        person: PersonId,
+        /// In so much time.
+        left: Duration,
+    },
+    /// A session got the lease because it is its person's turn.
+    #[cfg(feature = "class")]
+    TurnLease {
+        /// The arm.
+        arm: ArmId,
+        /// The session.
+        session: SessionId,
+        /// The lease.
+        lease: LeaseId,
+    },
 }
 
 /// Why a jog ended.
@@ -189,6 +223,9 @@ pub enum Refusal {
     Lease(Option<SessionId>),
     /// Something else has the arm.
     Busy(Busy),
+    /// A teacher has frozen the arm.
+    #[cfg(feature = "class")]
+    Frozen,
     /// There is no such lease, jog or question.
     Unknown,
 }
@@ -237,6 +274,8 @@ pub struct Control {
     arms: Vec<ArmControl>,
     sessions: BTreeMap<SessionId, Presence>,
     effects: VecDeque<Effect>,
+    #[cfg(feature = "class")]
+    class: Class,
     /// Leases and jogs that were given an id.
     ids: u64,
 }
@@ -249,6 +288,8 @@ impl Control {
             arms: vec![ArmControl::default(); arms],
             sessions: BTreeMap::new(),
             effects: VecDeque::new(),
+            #[cfg(feature = "class")]
+            class: Class::new(arms),
             ids: 0,
         }
     }
@@ -269,6 +310,12 @@ impl Control {
 
     /// A word of a session: a message, or the answer to a ping.
     pub fn keep_alive(&mut self, now: HostInstant, session: SessionId) {
+        self.heard(now, session);
+        #[cfg(feature = "class")]
+        self.person_is_here(now, session);
+    }
+
+    fn heard(&mut self, now: HostInstant, session: SessionId) {
         if let Some(presence) = self.sessions.get_mut(&session) {
             presence.heard = now;
         }
@@ -299,6 +346,8 @@ impl Control {
                     heard: now,
                     left: None,
                 };
+                #[cfg(feature = "class")]
+                self.person_is_here(now, session);
                 true
             }
             None => false,
@@ -343,7 +392,10 @@ impl Control {
         });
         let sessions = self.sessions.values().map(|presence| presence.left);
         let sessions = sessions.map(|left| left.map(|left| left + GRACE));
-        arms.chain(sessions).flatten().min()
+        let due = arms.chain(sessions).flatten().min();
+        #[cfg(feature = "class")]
+        let due = due.into_iter().chain(self.class.next()).min();
+        due
     }
 
     /// Ends what is over by now.
@@ -368,9 +420,11 @@ impl Control {
                 self.tell_places(arm);
             }
             while let Some(ask) = self.arm_mut(arm).lease.unanswered(now) {
-                self.pass(now, arm, ask.session, ask.request);
+                self.grant_ask(now, arm, ask.session, ask.request);
             }
         }
+        #[cfg(feature = "class")]
+        self.class_timeout(now);
     }
 
     /// A session did not come back.
@@ -383,6 +437,8 @@ impl Control {
                 self.end_lease(now, arm, LeaseEnd::Gone);
             }
         }
+        #[cfg(feature = "class")]
+        self.class.forget(session);
         self.effects.push_back(Effect::SessionOver(session));
     }
 
@@ -433,6 +489,9 @@ enum LeaseEnd {
     Silent,
     /// Its holder did not come back.
     Gone,
+    /// The turn or the slot of its holder is over.
+    #[cfg(feature = "class")]
+    Over,
 }
 
 /// How long a session may wait for a lease.

@@ -96,7 +96,9 @@ pub(super) struct Job {
     pub(super) on_lost: OnLost,
     pub(super) phase: JobPhase,
     /// Whether it burns: it does not outlast the socket of its holder.
-    burns: bool,
+    pub(super) burns: bool,
+    /// Whether it has no end of its own.
+    pub(super) endless: bool,
     /// Whether it was paused or stopped because that has ended.
     let_go: bool,
 }
@@ -115,7 +117,7 @@ impl Control {
         kind: WorkKind,
     ) -> Result<(), Refusal> {
         self.may(session, arm, kind)?;
-        self.keep_alive(now, session);
+        self.heard(now, session);
         let state = self.arm_mut(arm);
         state.queued |= kind == WorkKind::Queued;
         state.work.push(Work {
@@ -131,6 +133,10 @@ impl Control {
     /// # Errors
     /// As [`begin`](Self::begin).
     pub fn may(&self, session: SessionId, arm: ArmId, kind: WorkKind) -> Result<(), Refusal> {
+        #[cfg(feature = "class")]
+        if self.refuses_frozen(session, arm) {
+            return Err(Refusal::Frozen);
+        }
         let holder = self.holder(arm);
         if holder != Some(session) {
             return Err(Refusal::Lease(holder));
@@ -155,7 +161,7 @@ impl Control {
         };
         let session = work.remove(at).session;
         // It was a word up to now.
-        self.keep_alive(now, session);
+        self.heard(now, session);
         true
     }
 
@@ -179,7 +185,7 @@ impl Control {
         if !replaces {
             self.may(session, arm, WorkKind::Motion)?;
         }
-        self.keep_alive(now, session);
+        self.heard(now, session);
         self.end_jog_of(arm, JogEnd::Replaced, |_| true);
         let id = JogId(self.next_id());
         self.arm_mut(arm).jog = Some(Jog {
@@ -204,7 +210,7 @@ impl Control {
     pub fn keep_jog(&mut self, now: HostInstant, session: SessionId, jog: JogId) -> bool {
         // The clock decides before the message does: a browser that wakes finds its jog over.
         self.handle_timeout(now);
-        self.keep_alive(now, session);
+        self.heard(now, session);
         for arm in &mut self.arms {
             if let Some(jogging) = &mut arm.jog
                 && (jogging.id, jogging.session) == (jog, session)
@@ -254,7 +260,7 @@ impl Control {
         let ended: Vec<_> = work.extract_if(.., |work| wanted(work)).collect();
         for work in &ended {
             // It was a word up to now, as one that comes to its end.
-            self.keep_alive(now, work.session);
+            self.heard(now, work.session);
         }
         ended.iter().map(|work| work.request).collect()
     }
@@ -276,7 +282,14 @@ impl Control {
     }
 
     /// The arm's job is in this phase now; none: it is over.
-    pub fn job_is(&mut self, arm: ArmId, job: JobId, on_lost: OnLost, phase: Option<JobPhase>) {
+    pub fn job_is(
+        &mut self,
+        now: HostInstant,
+        arm: ArmId,
+        job: JobId,
+        on_lost: OnLost,
+        phase: Option<JobPhase>,
+    ) {
         let state = self.arm_mut(arm);
         if phase.is_some_and(JobPhase::is_under_way) {
             // What was queued before is the job's to wait for: the end of the lease is not to stop the arm under it.
@@ -288,8 +301,19 @@ impl Control {
             on_lost,
             phase,
             burns: before.is_some_and(|before| before.burns),
+            endless: before.is_some_and(|before| before.endless),
             let_go: phase.is_under_way() && before.is_some_and(|before| before.let_go),
         });
+        #[cfg(feature = "class")]
+        self.advance(now);
+        #[cfg(not(feature = "class"))]
+        let _ = now;
+    }
+
+    /// Whether this is the job of an arm.
+    #[must_use]
+    pub fn has_job(&self, arm: ArmId, job: JobId) -> bool {
+        self.arm(arm).job.is_some_and(|known| known.id == job)
     }
 
     /// The arm's job burns: it is paused or stopped at once where the socket of its holder ends, and not only when the lease does.

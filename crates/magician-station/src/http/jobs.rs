@@ -47,6 +47,17 @@ impl JobStore for JobFile {
         }
     }
 
+    fn kept(&self, name: &str) -> Option<String> {
+        fs::read_to_string(self.path.with_file_name(name)).ok()
+    }
+
+    fn keep(&self, name: &str, text: &str) {
+        let path = self.path.with_file_name(name);
+        if let Err(error) = replace_private(&path, text) {
+            tracing::warn!(%error, path = %path.display(), "the file is not kept");
+        }
+    }
+
     fn journal(&self) -> Box<dyn Journal> {
         Box::new(match &self.runs {
             Some(folder) => FileJournal::at(folder),

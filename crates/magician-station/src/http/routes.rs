@@ -131,6 +131,13 @@ pub static ROUTES: &[Route] = &[
         needs: RouteNeeds::Role(Role::Student),
         about: "removes a program",
     },
+    #[cfg(feature = "class")]
+    Route {
+        method: "GET",
+        path: "/api/v1/class/results.html",
+        needs: RouteNeeds::Role(Role::Teacher),
+        about: "what the pupils of the class have made, as one page",
+    },
     Route {
         method: "GET",
         path: "/api/v1/link",
@@ -328,6 +335,8 @@ async fn answer(here: &Here, request: Request, admitted: &Admitted) -> Response 
         ("POST", "/api/v1/rpc") => rpc(here, request, admitted).await,
         ("GET", "/api/v1/recordings/{name}") => recording(here, path, admitted, route).await,
         (_, "/api/v1/programs/{name}") => program(here, request, admitted, route).await,
+        #[cfg(feature = "class")]
+        ("GET", "/api/v1/class/results.html") => results(here, admitted, route).await,
         ("GET", "/api/v1/link") => link(here, admitted, route).await,
         _ => pair(here, request).await,
     };
@@ -335,6 +344,20 @@ async fn answer(here: &Here, request: Request, admitted: &Admitted) -> Response 
         response.map(|_| Body::empty())
     } else {
         response
+    }
+}
+
+/// What the pupils of the class have made.
+#[cfg(feature = "class")]
+async fn results(here: &Here, admitted: &Admitted, route: &Route) -> Response {
+    if let Err(refused) = entitled(here, admitted, route).await {
+        return refusal(&refused);
+    }
+    let results = here.station.results();
+    let page = crate::engine::beside(move || crate::class::results_page(&results));
+    match page.await {
+        Ok(page) => ([(CONTENT_TYPE, "text/html; charset=utf-8")], page).into_response(),
+        Err(_) => text(StatusCode::INTERNAL_SERVER_ERROR, "no page can be made"),
     }
 }
 

@@ -29,6 +29,13 @@ impl Station {
         if name.starts_with("lease.") {
             return self.lease_call(name, call);
         }
+        #[cfg(feature = "class")]
+        if ["class.", "turn.", "schedule."]
+            .iter()
+            .any(|of| name.starts_with(of))
+        {
+            return self.class_call(name, call);
+        }
         if name.starts_with("job.") {
             return self.job_call(name, call);
         }
@@ -182,6 +189,8 @@ impl Station {
             self.stop_before_found(call.now, *arm, &error);
             let by = self.by(by);
             self.event(call.now, *arm, "stop", vec![("by", by)]);
+            #[cfg(feature = "class")]
+            self.hold_queue(call.now, *arm);
         }
         let waits = Awaited::Stops {
             left: arms,

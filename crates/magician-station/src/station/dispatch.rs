@@ -207,7 +207,7 @@ impl Station {
         // Without a name a stop means all of them.
         let arm = match (takes_arm, method.name) {
             (false, _) => None,
-            (true, "arm.stop") if params.text("arm").is_none() => None,
+            (true, "arm.stop" | "turn.join") if params.text("arm").is_none() => None,
             (true, _) => Some(self.arm_named(params.text("arm"))?),
         };
         let grant = { self.sessions.get(&session) }.map(|session| session.grant.clone());
@@ -322,6 +322,7 @@ impl Station {
         let counts = method.needs != Needs::Nothing
             || sets_fence
             || method.name.starts_with("lease.")
+            || method.is_of_class()
             || (method.always && method.name != "jog.keep");
         if !counts {
             return None;
@@ -389,6 +390,8 @@ impl Station {
                 let jog = self.jog_id(jog);
                 RpcError::new(RpcError::BUSY, "a jog has the arm").with("jog", jog)
             }
+            #[cfg(feature = "class")]
+            Refusal::Frozen => self.frozen(arm),
             Refusal::Unknown => RpcError::param("session", "that session does not ask"),
         }
     }

@@ -32,11 +32,21 @@ impl Station {
                 let Some(pending) = self.pending.get(&request) else {
                     return;
                 };
+                #[cfg(feature = "class")]
+                let not_admitted = {
+                    let line = pending.line.as_ref().and_then(|line| line.arm.as_deref());
+                    let arm = self.arm_named(line).ok();
+                    let session = self.session_of(pending.socket);
+                    { session.zip(arm) }
+                        .and_then(|(session, arm)| self.not_admitted(now, session, arm))
+                };
                 let outcome = match pending.waits {
                     Awaited::Lease { asked: true } => Ok(json!({"granted": false})),
                     _ => {
                         let name = holder.and_then(|id| self.sessions.get(&id));
                         let why = match name {
+                            #[cfg(feature = "class")]
+                            _ if not_admitted.is_some() => not_admitted.unwrap_or_default(),
                             Some(holder) => format!("{} has the lease", holder.name),
                             None => "the lease was not granted".to_owned(),
                         };
@@ -114,6 +124,10 @@ impl Station {
                 self.order(arm, order);
             }
             Effect::SessionOver(session) => self.session_over(session),
+            #[cfg(feature = "class")]
+            effect @ (Effect::Turns | Effect::TurnEnding { .. } | Effect::TurnLease { .. }) => {
+                self.tell_turn(now, effect);
+            }
         }
     }
 

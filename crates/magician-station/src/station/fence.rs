@@ -36,6 +36,8 @@ impl Station {
         self.arm_mut(arm).entry.fence = fence;
         let (request, by) = (call.request, Some(call.session));
         let stops = fence.is_some() && fence != before;
+        #[cfg(feature = "class")]
+        let fence = self.fence_now(arm);
         self.order(
             arm,
             ArmOrder::Fence {

@@ -96,6 +96,18 @@ impl Station {
             None => OnLost::Pause,
         };
         self.take_lease(call, arm);
+        #[cfg(feature = "class")]
+        if params.is_on("queue") && self.has_to_wait(call, arm) {
+            let job = self.queue_job(call, arm, order, on_lost)?;
+            return Ok(Handled::Now(json!({"job": self.job_id(job)})));
+        }
+        #[cfg(not(feature = "class"))]
+        if params.is_on("queue") {
+            return Err(RpcError::param(
+                "queue",
+                "this station has no queue of jobs",
+            ));
+        }
         self.begin_for_job(call, arm, WorkKind::StartJob)?;
         let job = JobId(self.next_id());
         let id = self.text_id('j', job.0);
@@ -126,8 +138,16 @@ impl Station {
         let now = call.now;
         let started = self.unix(now);
         let holder = self.name_of(Some(call.session));
+        #[cfg(feature = "class")]
+        let pupil = self.pupil_of(call);
+        #[cfg(feature = "class")]
+        let endless = order.loops.is_none();
         if let Some(record) = self.records.numbered(job) {
             record.begins(started, holder);
+            #[cfg(feature = "class")]
+            {
+                record.pupil = pupil;
+            }
         }
         let start = JobStart {
             job,
@@ -138,6 +158,10 @@ impl Station {
         };
         self.order(arm, ArmOrder::StartJob(Box::new(start)));
         self.job_changed(now, arm, job);
+        #[cfg(feature = "class")]
+        if endless {
+            self.control.job_is_endless(arm, job);
+        }
     }
 
     fn pause_job(&mut self, call: &Call<'_>) -> Result<Handled, RpcError> {
@@ -170,6 +194,10 @@ impl Station {
         let (id, number, state) = (record.id.clone(), record.number, record.state.clone());
         let order = record.order.clone();
         let arm = self.arm_of(record)?;
+        #[cfg(feature = "class")]
+        if let ("queued", Some(job)) = (state.as_str(), number) {
+            return self.resume_queued(call, job);
+        }
         let goes_on = ["stopped", "failed", "interrupted"].contains(&state.as_str());
         self.take_lease(call, arm);
         let kind = if goes_on {
@@ -221,6 +249,11 @@ impl Station {
     fn stop_job(&mut self, call: &Call<'_>) -> Result<Handled, RpcError> {
         let record = self.job_named(call)?;
         let (number, state) = (record.number, record.state.clone());
+        #[cfg(feature = "class")]
+        if let ("queued", Some(job)) = (state.as_str(), number) {
+            self.stop_queued(call.now, job);
+            return Ok(Handled::Now(self.shown(job)));
+        }
         let Some(job) = number.filter(|_| is_under_way(&state)) else {
             return Ok(Handled::Now(record.shown()));
         };
@@ -364,7 +397,17 @@ impl Station {
                 }
             }
             JobNews::Over(end) => {
-                record.is_over(t, &end);
+                #[cfg(feature = "class")]
+                let order = record.order.clone();
+                #[cfg(feature = "class")]
+                if self.queued_is_over(now, job, &end) {
+                    return;
+                }
+                if let Some(record) = self.records.numbered(job) {
+                    record.is_over(t, &end);
+                }
+                #[cfg(feature = "class")]
+                self.keep_result(arm, job, order.as_ref());
                 self.job_changed(now, arm, job);
                 self.answer_end(now, arm, job, end.state, end.error);
             }
@@ -447,7 +490,7 @@ impl Station {
     }
 
     /// Tells that a job does something else, and has it count.
-    fn job_changed(&mut self, now: HostInstant, arm: ArmId, job: JobId) {
+    pub(super) fn job_changed(&mut self, now: HostInstant, arm: ArmId, job: JobId) {
         let Some(record) = self.records.numbered(job) else {
             return;
         };
@@ -458,7 +501,10 @@ impl Station {
             _ => None,
         };
         let (on_lost, shown) = (record.on_lost, record.shown());
-        self.control.job_is(arm, job, on_lost, phase);
+        // One that waits has no arm yet.
+        if shown["state"] != "queued" || self.control.has_job(arm, job) {
+            self.control.job_is(now, arm, job, on_lost, phase);
+        }
         self.records.has_changed();
         self.notify_all("job.changed", &json!({"job": shown}));
         let fields = vec![
@@ -489,7 +535,7 @@ fn job_danger(call: &Call<'_>) -> Result<(), Box<RpcError>> {
 }
 
 /// The program that a request brings: one.
-fn source(call: &Call<'_>) -> Result<Source, RpcError> {
+pub(super) fn source(call: &Call<'_>) -> Result<Source, RpcError> {
     let params = call.params;
     let given = ["program", "text", "data"].map(|name| params.text(name));
     let bytes = match given {

@@ -1,6 +1,8 @@
 //! The station: text of clients in, text and orders to arms out. Without I/O and clock.
 
 mod calls;
+#[cfg(feature = "class")]
+mod class;
 mod dispatch;
 mod effects;
 mod events;
@@ -10,6 +12,8 @@ mod journal;
 mod leases;
 mod library;
 mod motion;
+#[cfg(feature = "class")]
+mod queue;
 mod recordings;
 mod records;
 mod reports;
@@ -106,6 +110,15 @@ pub struct StationConfig {
     pub programs: Arc<dyn ProgramStore>,
     /// Presets of drawing and engraving.
     pub presets: Presets,
+    /// The file of the class; without it the one that was kept.
+    #[cfg(feature = "class")]
+    pub class: Option<String>,
+    /// The file of the schedule; without it the one that was kept.
+    #[cfg(feature = "class")]
+    pub schedule: Option<String>,
+    /// Gives numbers that nobody can guess, for codes.
+    #[cfg(feature = "class")]
+    pub random: fn() -> u64,
 }
 
 impl ArmEntry {
@@ -149,6 +162,12 @@ impl StationConfig {
             recordings: Arc::new(NoRecordings),
             programs: Arc::new(NoPrograms),
             presets: Presets::default(),
+            #[cfg(feature = "class")]
+            class: None,
+            #[cfg(feature = "class")]
+            schedule: None,
+            #[cfg(feature = "class")]
+            random: crate::class::random,
         }
     }
 }
@@ -247,6 +266,8 @@ pub struct Station {
     record_orders: VecDeque<(ArmId, RecordOrder)>,
     library: VecDeque<LibraryOrder>,
     turns: Turns,
+    #[cfg(feature = "class")]
+    class: class::Class,
     /// The arms of jogs, also of those that have ended.
     jogs: BTreeMap<JogId, ArmId>,
     records: Records,
@@ -284,6 +305,8 @@ impl Station {
             records: Records::load(config.jobs.load(), config.unix_zero),
             control: Control::new(config.arms.len()),
             arms: config.arms.iter().map(place).collect(),
+            #[cfg(feature = "class")]
+            class: class::Class::load(&config),
             config,
             sockets: BTreeMap::new(),
             sessions: BTreeMap::new(),
@@ -408,6 +431,8 @@ impl Station {
 
     /// Something that is due by now.
     pub fn handle_timeout(&mut self, now: HostInstant) {
+        #[cfg(feature = "class")]
+        self.class_timeout(now);
         self.control.handle_timeout(now);
         let late = |socket: &Socket| socket.session.is_none() && now - socket.opened >= HELLO;
         let late: Vec<_> = { self.sockets.iter() }
@@ -427,7 +452,10 @@ impl Station {
             let waits = socket.session.is_none() && !socket.is_closing();
             waits.then(|| socket.opened + HELLO)
         });
-        hellos.chain(self.control.poll_timeout()).min()
+        let due = hellos.chain(self.control.poll_timeout()).min();
+        #[cfg(feature = "class")]
+        let due = due.into_iter().chain(self.class.next()).min();
+        due
     }
 
     /// An order for an arm.
@@ -489,6 +517,13 @@ impl Station {
     fn settle(&mut self, now: HostInstant) {
         while let Some(effect) = self.control.poll_effect() {
             self.carry_out(now, effect);
+        }
+        #[cfg(feature = "class")]
+        {
+            self.put_fences();
+            if self.begin_queued(now) {
+                self.settle(now);
+            }
         }
     }
 

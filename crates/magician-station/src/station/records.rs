@@ -38,6 +38,9 @@ pub(super) struct JobRecord {
     pub(super) part: Option<u64>,
     pub(super) reason: Option<String>,
     pub(super) text: Option<String>,
+    /// Its place in the queue of its arm, from 1.
+    #[serde(default)]
+    pub(super) place: Option<u64>,
     pub(super) error: Value,
     /// What it does; for the file alone.
     #[serde(skip)]
@@ -47,6 +50,10 @@ pub(super) struct JobRecord {
     pub(super) number: Option<JobId>,
     #[serde(skip)]
     pub(super) on_lost: OnLost,
+    /// The pupil who began it.
+    #[cfg(feature = "class")]
+    #[serde(skip)]
+    pub(super) pupil: Option<String>,
     /// When it was told last.
     #[serde(skip)]
     pub(super) told: Option<HostInstant>,
@@ -76,10 +83,13 @@ impl JobRecord {
             part: None,
             reason: None,
             text: None,
+            place: None,
             error: Value::Null,
             order: Some(Arc::new(order)),
             number: Some(number),
             on_lost: OnLost::default(),
+            #[cfg(feature = "class")]
+            pupil: None,
             told: None,
             done: 0,
         }
@@ -181,9 +191,12 @@ impl Records {
         };
         let mut all: Vec<_> = items.into_iter().filter_map(kept).collect();
         let mut changed = false;
-        for record in all.iter_mut().filter(|record| is_under_way(&record.state)) {
+        let left =
+            |record: &&mut JobRecord| is_under_way(&record.state) || record.state == "queued";
+        for record in all.iter_mut().filter(left) {
             "interrupted".clone_into(&mut record.state);
             (record.reason, record.part, record.text) = (None, None, None);
+            record.place = None;
             (record.ended, record.seconds_left) = (Some(t), None);
             changed = true;
         }
@@ -201,7 +214,8 @@ impl Records {
                 return true;
             }
             seen += 1;
-            if seen > PROGRAMS && !is_under_way(&record.state) {
+            let waits = record.state == "queued";
+            if seen > PROGRAMS && !is_under_way(&record.state) && !waits {
                 record.order = None;
             }
             seen <= KEPT

@@ -57,6 +57,16 @@ impl Station {
         outcome: Result<Outcome, RpcError>,
     ) {
         self.turn_is_over(request);
+        #[cfg(feature = "class")]
+        {
+            let value = outcome.as_ref().ok().and_then(|outcome| match outcome {
+                Outcome::Value(value) => Some(value),
+                Outcome::State => None,
+            });
+            if self.took_picture(request, value) {
+                return;
+            }
+        }
         let outcome = outcome.and_then(|outcome| match outcome {
             Outcome::Value(value) => Ok(value),
             // The line broke behind the reading: it is not the state any more.

@@ -29,6 +29,9 @@ pub(super) struct Session {
     pub(super) address: String,
     /// It lasts for one request, and other sessions are not told of it.
     pub(super) one_shot: bool,
+    /// The pupil that it is of.
+    #[cfg(feature = "class")]
+    pub(super) pupil: Option<String>,
 }
 
 impl Station {
@@ -45,8 +48,26 @@ impl Station {
             return Err(RpcError::internal("the socket is gone"));
         };
         let peer = open.peer.clone();
+        let vouched = open.vouched.clone();
+        #[cfg(feature = "class")]
+        let pupil = self.sign_in(now, params).inspect_err(|_| {
+            // After the answer, which says why.
+            if let Some(open) = self.sockets.get_mut(&socket) {
+                open.close(CloseCode::TOKEN);
+            }
+        })?;
+        #[cfg(not(feature = "class"))]
+        let pupil: Option<String> = match params.get("pupil") {
+            None => None,
+            Some(_) => return Err(RpcError::param("pupil", "this station has no classes")),
+        };
+        let name = pupil.clone().unwrap_or(name);
         let grant = match params.text("token") {
-            Some(_) => open.vouched.clone(),
+            _ if pupil.is_some() => Some(Grant {
+                role: Role::Student,
+                token: None,
+            }),
+            Some(_) => vouched,
             None => peer.grant.clone(),
         };
         let Some(mut grant) = grant else {
@@ -63,6 +84,8 @@ impl Station {
         let back = params
             .text("resume")
             .and_then(|secret| self.resumed(secret, &grant));
+        #[cfg(feature = "class")]
+        let back = back.filter(|session| self.sessions[session].pupil == pupil);
         let (session, resumed) = match back {
             Some(session) => {
                 self.control.rejoin(now, session);
@@ -88,6 +111,8 @@ impl Station {
                 socket: Some(socket),
                 address: peer.address,
                 one_shot: false,
+                #[cfg(feature = "class")]
+                pupil,
             },
         );
         if let Some(other) = before.and_then(|before| before.socket) {
@@ -102,6 +127,8 @@ impl Station {
         if let Some(open) = self.sockets.get_mut(&socket) {
             open.session = Some(session);
         }
+        #[cfg(feature = "class")]
+        self.identify(now, session);
         self.tell_sessions();
         let arms: Vec<_> = self.arms.iter().map(|arm| arm.entry.name.clone()).collect();
         Ok(json!({
@@ -143,8 +170,12 @@ impl Station {
                 socket: None,
                 address: peer.address,
                 one_shot: true,
+                #[cfg(feature = "class")]
+                pupil: None,
             },
         );
+        #[cfg(feature = "class")]
+        self.identify(now, session);
         if let Some(open) = self.sockets.get_mut(&socket) {
             open.session = Some(session);
         }

@@ -86,6 +86,8 @@ fn good(name: &'static str, kind: Kind) -> BoxedStrategy<Value> {
         (_, Kind::Numbers(least, most)) => vec(-400.0..400.0_f64, least..=most)
             .prop_map(Value::from)
             .boxed(),
+        ("pupil", _) => Just(json!({"name": "Ada", "code": "7K3M"})).boxed(),
+        (_, Kind::Texts(_)) => Just(json!(["arm0"])).boxed(),
         (_, Kind::Object) => Just(json!({})).boxed(),
         (_, Kind::Objects) => Just(json!([{"kind": "input", "address": 1}])).boxed(),
         (_, Kind::Either(kinds)) => {

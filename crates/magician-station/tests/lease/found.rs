@@ -99,7 +99,7 @@ fn a_job_that_goes_on_is_not_stopped_for_what_was_queued_or_steers_it() {
     control.finish(START, ARM, RequestId(2));
     { control.begin(START, ANNA, ARM, RequestId(3), WorkKind::StartJob) }.unwrap();
     let active = Some(JobPhase::Active);
-    control.job_is(ARM, JobId(1), OnLost::Continue, active);
+    control.job_is(START, ARM, JobId(1), OnLost::Continue, active);
     { control.begin(START, ANNA, ARM, RequestId(4), WorkKind::JobSetting) }.unwrap();
     effects(&mut control);
     control.take(START, BEN, ARM, RequestId(5));

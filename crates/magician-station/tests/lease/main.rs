@@ -1,6 +1,7 @@
 //! Who may move an arm, in every order in which three sessions and two arms can come to it: control is run through all
 //! interleavings of what can happen, up to a depth at which each of the bugs that are planted in it is found.
 
+mod class;
 mod effects;
 mod found;
 mod laws;

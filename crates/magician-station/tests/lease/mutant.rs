@@ -223,8 +223,14 @@ impl Mutant {
         Some(ended)
     }
 
-    pub(crate) fn job_is(&mut self, arm: ArmId, on_lost: OnLost, phase: Option<JobPhase>) {
-        self.control.job_is(arm, JobId(arm.0), on_lost, phase);
+    pub(crate) fn job_is(
+        &mut self,
+        now: HostInstant,
+        arm: ArmId,
+        on_lost: OnLost,
+        phase: Option<JobPhase>,
+    ) {
+        self.control.job_is(now, arm, JobId(arm.0), on_lost, phase);
     }
 
     pub(crate) fn handle_timeout(&mut self, now: HostInstant) {

@@ -237,7 +237,7 @@ impl Model {
 
     pub(crate) fn job_is(&mut self, arm: ArmId, on_lost: OnLost, phase: Option<JobPhase>) {
         self.arms[arm.0 as usize].job = phase.map(|phase| (on_lost, phase));
-        self.control.job_is(arm, on_lost, phase);
+        self.control.job_is(self.now, arm, on_lost, phase);
     }
 
     fn stop(&mut self, arm: ArmId) -> Checked {

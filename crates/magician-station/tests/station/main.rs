@@ -2,6 +2,7 @@
 
 mod bare;
 mod bench;
+mod class;
 mod day;
 mod examples;
 mod fence;

@@ -193,12 +193,15 @@ async fn every_method_does_something() {
         if ["arm.set", "arm.enqueue"].contains(&method.name) {
             params["fields"] = json!({"timeout": 10});
         }
-        if ["job.check", "job.start", "program.put"].contains(&method.name) {
+        if ["job.check", "job.start", "program.put", "class.send"].contains(&method.name) {
             params["text"] = json!(crate::jobs::drawing());
         }
         match method.name {
             "arm.tool" => params["suction"] = json!(true),
             "arm.speed" => params["percent"] = json!(5),
+            "class.codes" => {
+                teacher.ok("class.set", json!({"text": "[class]"})).await;
+            }
             "preset.save" => params["setup"] = json!({"speed": 5}),
             _ => {}
         }
@@ -206,7 +209,7 @@ async fn every_method_does_something() {
         if let Err(error) = outcome {
             // What names something that is not there says so; nothing else fails.
             assert_eq!(error["code"], json!(-32602), "{}: {error}", method.name);
-            let named = ["subscription", "session", "jog", "name"];
+            let named = ["subscription", "session", "jog", "name", "text", "pupils"];
             assert!(
                 named.contains(&error["data"]["param"].as_str().unwrap()),
                 "{}: {error}",

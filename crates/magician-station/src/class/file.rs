@@ -1,0 +1,174 @@
+//! The file of a class: who the pupils are, and by which rules they take turns.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
+
+use magician::{ArmModel, Fence};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+
+use super::{ClassError, wrong};
+use crate::control::TurnRules;
+use crate::secret::same_secret;
+
+/// Signs of codes that are made: none that is taken for another.
+const SIGNS: &[u8] = b"23456789ABCDEFGHJKMNPQRSTUVWXYZ";
+/// Pupils of a class, at most.
+const PUPILS: usize = 60;
+
+/// A pupil.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pupil {
+    /// Under which results are kept.
+    pub name: String,
+    /// The group, if the class has groups.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub group: Option<String>,
+    /// What the pupil signs in with: 4 to 6 letters and digits.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub code: String,
+}
+
+/// What holds for all pupils.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ClassRules {
+    /// Length of a turn, s; 0: without end.
+    pub turn_s: u32,
+    /// How long an arm waits for a pupil who is not there, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub grace_s: Option<u32>,
+    /// Whether a job that runs at the end of a turn goes on to its end.
+    pub finish_job: bool,
+    /// Top speed of the tip, percent of the fastest that the arm has.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub speed: Option<f64>,
+    /// A fence, with the members of `arm.fence`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fence: Option<Map<String, Value>>,
+}
+
+/// A class.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ClassFile {
+    /// The rules.
+    pub class: ClassRules,
+    /// The arms of groups.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub groups: BTreeMap<String, Vec<String>>,
+    /// The pupils.
+    pub pupil: Vec<Pupil>,
+}
+
+impl ClassFile {
+    /// Reads one.
+    ///
+    /// # Errors
+    /// What is wrong with it, with its line where that is known.
+    pub fn parse(text: &str) -> Result<Self, ClassError> {
+        let file: Self = toml::from_str(text).map_err(|error| ClassError(error.to_string()))?;
+        let mut names = BTreeSet::new();
+        if file.pupil.len() > PUPILS {
+            return wrong(format!("a class has {PUPILS} pupils at most"));
+        }
+        for pupil in &file.pupil {
+            let name = &pupil.name;
+            let fine = name.trim() == name
+                && (1..=40).contains(&name.chars().count())
+                && !name.chars().any(char::is_control);
+            if !fine {
+                return wrong(format!(
+                    "`{}` is no name for a pupil: 1 to 40 characters, with no blank first or last",
+                    magician_protocol::visible(name)
+                ));
+            }
+            if !names.insert(name.to_lowercase()) {
+                return wrong(format!("two pupils are called {name}: add a letter to one"));
+            }
+            let code = pupil.code.as_bytes();
+            let sign = |byte: &u8| byte.is_ascii_alphanumeric();
+            if !code.is_empty() && (!(4..=6).contains(&code.len()) || !code.iter().all(sign)) {
+                return wrong(format!(
+                    "the code of {name} must be 4 to 6 letters or digits; leave it out to have one made"
+                ));
+            }
+        }
+        file.fence()?;
+        Ok(file)
+    }
+
+    /// The file.
+    #[must_use]
+    pub fn to_text(&self) -> String {
+        toml::to_string(self).unwrap_or_default()
+    }
+
+    /// Makes codes for those who have none, each of another one: numbers that nobody can guess come from `random`.
+    pub fn make_codes(&mut self, mut random: impl FnMut() -> u64) {
+        let mut taken: BTreeSet<_> = self.pupil.iter().map(|pupil| pupil.code.clone()).collect();
+        for pupil in self.pupil.iter_mut().filter(|pupil| pupil.code.is_empty()) {
+            while taken.contains(&pupil.code) {
+                let mut number = random();
+                pupil.code = (0..6)
+                    .map(|_| {
+                        let sign = SIGNS[(number % SIGNS.len() as u64) as usize];
+                        number /= SIGNS.len() as u64;
+                        char::from(sign)
+                    })
+                    .collect();
+            }
+            taken.insert(pupil.code.clone());
+        }
+    }
+
+    /// The pupil of this name and code, whether letters are large or small. All codes are looked at, in the same time.
+    pub(crate) fn signs_in(&self, name: &str, code: &str) -> Option<&Pupil> {
+        let code = code.to_uppercase();
+        let mut found = None;
+        for pupil in &self.pupil {
+            let good = same_secret(&pupil.code.to_uppercase(), &code) && !code.is_empty();
+            if good & (pupil.name.to_lowercase() == name.to_lowercase()) {
+                found = Some(pupil);
+            }
+        }
+        found
+    }
+
+    pub(crate) fn named(&self, name: &str) -> Option<&Pupil> {
+        self.pupil.iter().find(|pupil| pupil.name == name)
+    }
+
+    pub(crate) fn turns(&self) -> TurnRules {
+        let seconds = |seconds| Duration::from_secs(u64::from(seconds));
+        TurnRules {
+            length: (self.class.turn_s > 0).then(|| seconds(self.class.turn_s)),
+            grace: seconds(self.class.grace_s.unwrap_or(30)),
+            finish_job: self.class.finish_job,
+        }
+    }
+
+    /// What bounds the arms of pupils.
+    pub(crate) fn fence(&self) -> Result<Option<Fence>, ClassError> {
+        let change = self.class.fence.clone().map(Value::Object);
+        let fence = change.map(|change| crate::fence::changed(None, &change));
+        let fence = fence.transpose();
+        let fence =
+            fence.map_err(|error| ClassError(format!("[class] fence: {}", error.message)))?;
+        let fence = fence.flatten();
+        let Some(percent) = self.class.speed else {
+            return Ok(fence);
+        };
+        if !(1.0..=100.0).contains(&percent) {
+            return wrong("[class] speed must be a number from 1 to 100, percent");
+        }
+        let top = ArmModel::MAGICIAN.ceilings.linear_velocity * percent / 100.0;
+        let bounds = Fence::default().with_top_speed(top);
+        let bounds = bounds.map_err(|error| ClassError(error.to_string()))?;
+        Ok(Some(crate::fence::stricter(
+            fence.unwrap_or_default(),
+            &bounds,
+        )))
+    }
+}

@@ -1,0 +1,176 @@
+//! What a class has on paper: the codes, to be cut up, and what the pupils have made.
+
+use std::fmt::Write;
+
+use serde_json::Value;
+
+/// Points of a picture, at most.
+const POINTS: usize = 4000;
+
+const HEAD: &str = "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+<meta name=\"viewport\" content=\"width=device-width\">\n<style>\n\
+:root{color-scheme:light dark;--line:#888}\nbody{font:16px/1.4 system-ui,sans-serif;margin:1.5rem}\n\
+h1{font-size:1.4rem}ul{list-style:none;padding:0;display:grid;gap:1rem;grid-template-columns:repeat(auto-fill,minmax(15rem,1fr))}\n\
+li{border:1px dashed var(--line);border-radius:4px;padding:.8rem;break-inside:avoid}\nsmall{color:GrayText}\n\
+code{font-size:1.8rem;letter-spacing:.15em}svg{display:block;width:100%;height:12rem;margin-bottom:.5rem}\n\
+svg path{fill:none;stroke:currentColor;stroke-width:1.2;vector-effect:non-scaling-stroke;stroke-linecap:round}\n\
+@media print{body{margin:0;color:#000;background:#fff}}\n</style>\n";
+
+/// Text as a page has it.
+fn escaped(text: &str) -> String {
+    let text = magician_protocol::visible(text).to_string();
+    let text = text
+        .replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;");
+    text.replace('"', "&quot;")
+}
+
+fn text_of<'v>(value: &'v Value, name: &str) -> &'v str {
+    value[name].as_str().unwrap_or_default()
+}
+
+/// The codes of a class, as `class.get` has them: a page to print and cut up.
+#[must_use]
+pub fn codes_page(class: &Value) -> String {
+    let mut page =
+        format!("{HEAD}<title>Codes</title></head><body>\n<h1>Codes of the class</h1>\n<ul>\n");
+    for pupil in class["pupils"].as_array().into_iter().flatten() {
+        let group = pupil["group"]
+            .as_str()
+            .map(|group| format!(" <small>{}</small>", escaped(group)));
+        let _ = writeln!(
+            page,
+            "<li>{}{}<br><code>{}</code></li>",
+            escaped(text_of(pupil, "name")),
+            group.unwrap_or_default(),
+            escaped(text_of(pupil, "code"))
+        );
+    }
+    page.push_str("</ul>\n</body></html>\n");
+    page
+}
+
+/// The results of a class, as `class.results` has them: one page with everything in it.
+#[must_use]
+pub fn results_page(results: &Value) -> String {
+    let mut page =
+        format!("{HEAD}<title>Results</title></head><body>\n<h1>What the class has made</h1>\n");
+    let items = results["results"].as_array().map_or(&[][..], Vec::as_slice);
+    if items.is_empty() {
+        page.push_str("<p>Nothing yet: a job of a pupil that is done comes here.</p>\n");
+    }
+    let mut names: Vec<_> = items.iter().map(|item| text_of(item, "pupil")).collect();
+    names.sort_unstable();
+    names.dedup();
+    for name in names {
+        let _ = writeln!(page, "<h2>{}</h2>\n<ul>", escaped(name));
+        for item in items.iter().filter(|item| text_of(item, "pupil") == name) {
+            let drawn = item["drawn_mm"]
+                .as_f64()
+                .map(|mm| format!(" · {mm:.0} mm drawn"));
+            let _ = writeln!(
+                page,
+                "<li>{}<strong>{}</strong><br><small>{} · {}{}</small></li>",
+                svg(item),
+                escaped(text_of(item, "title")),
+                escaped(text_of(item, "time")),
+                escaped(text_of(item, "arm")),
+                drawn.unwrap_or_default()
+            );
+        }
+        page.push_str("</ul>\n");
+    }
+    page.push_str("</body></html>\n");
+    page
+}
+
+/// The strokes of a result as a picture, x to the right as the preview has them.
+fn svg(item: &Value) -> String {
+    let strokes = item["strokes"].as_array().map_or(&[][..], Vec::as_slice);
+    let points = |stroke: &Value| -> Vec<[f64; 2]> {
+        let points = stroke.as_array().into_iter().flatten();
+        let pair = |point: &Value| Some([point[0].as_f64()?, point[1].as_f64()?]);
+        points.filter_map(pair).collect()
+    };
+    let strokes: Vec<_> = strokes.iter().map(points).collect();
+    let mut all = strokes.iter().flatten();
+    let Some(first) = all.next() else {
+        return String::new();
+    };
+    let (mut least, mut most) = (*first, *first);
+    for point in all {
+        for axis in 0..2 {
+            least[axis] = least[axis].min(point[axis]);
+            most[axis] = most[axis].max(point[axis]);
+        }
+    }
+    // The arm's y goes to the left of a person behind it, x away: the sheet as that person sees it.
+    let [height, width] = [0, 1].map(|axis| (most[axis] - least[axis]).max(1.0));
+    let mut path = String::new();
+    for stroke in &strokes {
+        for (at, point) in stroke.iter().enumerate() {
+            let sign = if at == 0 { 'M' } else { 'L' };
+            let _ = write!(
+                path,
+                "{sign}{:.1} {:.1}",
+                most[1] - point[1],
+                most[0] - point[0]
+            );
+        }
+    }
+    format!(
+        "<svg viewBox=\"-2 -2 {:.1} {:.1}\"><path d=\"{path}\"/></svg>",
+        width + 4.0,
+        height + 4.0
+    )
+}
+
+/// The strokes of a preview as a result keeps them: `[[[x, y]]]`, thinned.
+pub(crate) fn picture(preview: &Value) -> Value {
+    let strokes = preview["strokes"].as_array().map_or(&[][..], Vec::as_slice);
+    let points = |stroke: &Value| stroke["points"].as_array().cloned().unwrap_or_default();
+    let strokes: Vec<_> = strokes.iter().map(points).collect();
+    let all: usize = strokes.iter().map(Vec::len).sum();
+    let every = all.div_ceil(POINTS).max(1);
+    let thinned = strokes.into_iter().map(|points| {
+        let last = points.len().saturating_sub(1);
+        let kept = |(at, point): (usize, Value)| (at % every == 0 || at == last).then_some(point);
+        Value::Array(points.into_iter().enumerate().filter_map(kept).collect())
+    });
+    Value::Array(thinned.take(POINTS).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn names_and_titles_are_text_on_the_page_and_nothing_else() {
+        let evil = "<script>alert(1)</script>\"&";
+        let results = json!({"results": [{"pupil": evil, "title": evil, "time": "", "arm": "arm",
+            "drawn_mm": 12.4, "strokes": [[[200, 0], [220, 10]]]}]});
+        let page = results_page(&results);
+        assert!(!page.contains("<script"), "{page}");
+        assert!(
+            page.contains("12 mm drawn") && page.contains("M10.0 20.0L0.0 0.0"),
+            "{page}"
+        );
+        let codes = codes_page(&json!({"pupils": [{"name": evil, "group": evil, "code": "7K3M"}]}));
+        assert!(!codes.contains("<script") && codes.contains("7K3M"));
+    }
+
+    #[test]
+    fn a_picture_keeps_the_ends_of_its_strokes() {
+        let points: Vec<_> = (0..10_000).map(|at| json!([at, 0])).collect();
+        let strokes = picture(&json!({"strokes": [{"points": points}]}));
+        let stroke = strokes[0].as_array().unwrap();
+        assert!(stroke.len() <= POINTS + 1);
+        assert_eq!(
+            (&stroke[0], stroke.last()),
+            (&json!([0, 0]), Some(&json!([9999, 0])))
+        );
+    }
+}

@@ -1,0 +1,324 @@
+//! The schedule: who may use which arm when.
+
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use super::{ClassError, wrong};
+
+const DAY: i64 = 86_400;
+const DAYS: [&str; 7] = ["thu", "fri", "sat", "sun", "mon", "tue", "wed"];
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    #[serde(default)]
+    offset: Option<String>,
+    #[serde(default)]
+    slot: Vec<Row>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Row {
+    arms: Vec<String>,
+    who: Vec<String>,
+    from: toml::Value,
+    until: toml::Value,
+    #[serde(default)]
+    days: Vec<String>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum When {
+    /// Unix seconds.
+    Once(i64, i64),
+    /// Days by their number since a Thursday, and seconds of the local day.
+    Weekly(Vec<i64>, i64, i64),
+}
+
+/// A row of the schedule.
+#[derive(Clone, Debug, PartialEq)]
+struct SlotRow {
+    arms: Vec<String>,
+    who: Vec<String>,
+    when: When,
+}
+
+/// Who may use which arm when. It holds by the station's own clock.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Schedule {
+    text: String,
+    /// Of local time before UTC, s.
+    offset: i64,
+    slots: Vec<SlotRow>,
+}
+
+/// A slot at a certain time: Unix seconds.
+pub(crate) struct Window<'s> {
+    pub(crate) from: i64,
+    pub(crate) until: i64,
+    pub(crate) who: &'s [String],
+}
+
+impl Schedule {
+    /// Reads one.
+    ///
+    /// # Errors
+    /// What is wrong with it, by the number of its slot.
+    pub fn parse(text: &str) -> Result<Self, ClassError> {
+        let file: File = toml::from_str(text).map_err(|error| ClassError(error.to_string()))?;
+        let offset = match &file.offset {
+            None => None,
+            Some(text) => match offset(text) {
+                None => return wrong(format!("`offset` must be like \"+01:00\", not {text:?}")),
+                some => some,
+            },
+        };
+        let mut slots = Vec::new();
+        for (at, row) in (1..).zip(file.slot) {
+            let when = when(&row, offset.is_some());
+            let when = when.map_err(|ClassError(why)| ClassError(format!("slot {at}: {why}")))?;
+            if row.arms.is_empty() {
+                return wrong(format!("slot {at}: `arms` names no arm"));
+            }
+            let (arms, who) = (row.arms, row.who);
+            slots.push(SlotRow { arms, who, when });
+        }
+        Ok(Self {
+            text: text.to_owned(),
+            offset: offset.unwrap_or_default(),
+            slots,
+        })
+    }
+
+    /// The file.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The names that arms and persons have in it: each must be known.
+    pub(crate) fn names(&self) -> impl Iterator<Item = (&[String], &[String])> {
+        { self.slots.iter() }.map(|slot| (&slot.arms[..], &slot.who[..]))
+    }
+
+    /// The slots of an arm that are not over at this time, for eight days; none where it has no slots at all.
+    pub(crate) fn windows(&self, arm: &str, now: i64) -> Option<Vec<Window<'_>>> {
+        let of = |slot: &&SlotRow| slot.arms.iter().any(|name| name == arm);
+        let slots: Vec<_> = self.slots.iter().filter(of).collect();
+        if slots.is_empty() {
+            return None;
+        }
+        let today = (now + self.offset).div_euclid(DAY);
+        let mut out = Vec::new();
+        for slot in slots {
+            let who = &slot.who[..];
+            match &slot.when {
+                When::Once(from, until) => out.push(Window {
+                    from: *from,
+                    until: *until,
+                    who,
+                }),
+                When::Weekly(days, from, until) => {
+                    let on =
+                        (today - 1..=today + 8).filter(|day| days.contains(&day.rem_euclid(7)));
+                    out.extend(on.map(|day| {
+                        let midnight = day * DAY - self.offset;
+                        // One that ends before it begins goes on past midnight.
+                        let until = if until <= from { until + DAY } else { *until };
+                        Window {
+                            from: midnight + from,
+                            until: midnight + until,
+                            who,
+                        }
+                    }));
+                }
+            }
+        }
+        out.retain(|window| window.until > now);
+        out.sort_by_key(|window| window.from);
+        Some(out)
+    }
+
+    /// As the API has it.
+    pub(crate) fn shown(&self) -> Vec<Value> {
+        let slots = self.slots.iter().map(|slot| {
+            let (days, from, until) = match &slot.when {
+                When::Once(from, until) => (Value::Null, json!(from), json!(until)),
+                When::Weekly(days, from, until) => {
+                    let days: Vec<_> = days.iter().map(|day| DAYS[*day as usize]).collect();
+                    (json!(days), json!(from), json!(until))
+                }
+            };
+            json!({"arms": slot.arms, "who": slot.who, "days": days, "from": from, "until": until})
+        });
+        slots.collect()
+    }
+}
+
+fn when(row: &Row, local: bool) -> Result<When, ClassError> {
+    let [from, until] = [&row.from, &row.until].map(|value| match value {
+        toml::Value::String(text) => text.clone(),
+        value => value.to_string(),
+    });
+    if row.days.is_empty() {
+        let [Some(begin), Some(end)] = [&from, &until].map(|text| instant(text)) else {
+            return wrong(
+                "`from` and `until` must be like \"2026-11-25T08:00:00+01:00\"; every week: add `days` and times like \"08:00\"",
+            );
+        };
+        if begin >= end {
+            return wrong(format!("`until` {until} is not behind `from` {from}"));
+        }
+        return Ok(When::Once(begin, end));
+    }
+    if !local {
+        return wrong(
+            "weekly slots need the station's local time: add offset = \"+01:00\" at the top of the file",
+        );
+    }
+    let days = row.days.iter().map(|day| {
+        let day = day.to_lowercase();
+        DAYS.iter()
+            .position(|known| *known == day)
+            .map(|at| at as i64)
+    });
+    let Some(days) = days.collect::<Option<Vec<_>>>() else {
+        return wrong("`days` must be of mon, tue, wed, thu, fri, sat and sun");
+    };
+    match [&from, &until].map(|text| time(text)) {
+        [Some(from), Some(until)] => Ok(When::Weekly(days, from, until)),
+        _ => wrong("`from` and `until` of a weekly slot must be like \"08:00\""),
+    }
+}
+
+/// `HH:MM` or `HH:MM:SS`: seconds of the day.
+fn time(text: &str) -> Option<i64> {
+    let parts: Vec<_> = text.split(':').collect();
+    let two = |text: &&str| text.len() == 2 && text.bytes().all(|byte| byte.is_ascii_digit());
+    if !(2..=3).contains(&parts.len()) || !parts.iter().all(two) {
+        return None;
+    }
+    let number = |at: usize| {
+        parts
+            .get(at)
+            .map_or(Some(0), |text| text.parse::<i64>().ok())
+    };
+    let (hour, minute, second) = (number(0)?, number(1)?, number(2)?);
+    let fine = hour < 24 && minute < 60 && second < 60 || (hour, minute, second) == (24, 0, 0);
+    fine.then_some(hour * 3600 + minute * 60 + second)
+}
+
+/// `Z`, `+HH:MM` or `-HH:MM`: seconds before UTC.
+fn offset(text: &str) -> Option<i64> {
+    if text.eq_ignore_ascii_case("z") {
+        return Some(0);
+    }
+    let (sign, rest) = match text.split_at_checked(1)? {
+        ("+", rest) => (1, rest),
+        ("-", rest) => (-1, rest),
+        _ => return None,
+    };
+    (rest.len() == 5)
+        .then(|| time(rest))
+        .flatten()
+        .map(|seconds| sign * seconds)
+}
+
+/// A time of RFC 3339, without fractions of a second: Unix seconds.
+fn instant(text: &str) -> Option<i64> {
+    let (date, rest) = text.split_once(['T', 't', ' '])?;
+    let at = rest.find(['Z', 'z', '+', '-'])?;
+    let (clock, zone) = rest.split_at(at);
+    let digits: Vec<_> = date.split('-').collect();
+    let [year, month, day] = digits.as_slice() else {
+        return None;
+    };
+    let number = |text: &str, length: usize| {
+        let fine = text.len() == length && text.bytes().all(|byte| byte.is_ascii_digit());
+        fine.then(|| text.parse::<i64>().ok()).flatten()
+    };
+    let (year, month, day) = (number(year, 4)?, number(month, 2)?, number(day, 2)?);
+    let leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
+    let length = match month {
+        2 if leap => 29,
+        2 => 28,
+        4 | 6 | 9 | 11 => 30,
+        1..=12 => 31,
+        _ => return None,
+    };
+    if !(1..=length).contains(&day) {
+        return None;
+    }
+    // Days since 1970, from a calendar whose years begin in March: Howard Hinnant, "chrono-compatible low-level date algorithms".
+    let year = if month <= 2 { year - 1 } else { year };
+    let (era, of_era) = (year.div_euclid(400), year.rem_euclid(400));
+    let of_year = (153 * ((month + 9) % 12) + 2) / 5 + day - 1;
+    let days = era * 146_097 + of_era * 365 + of_era / 4 - of_era / 100 + of_year - 719_468;
+    Some(days * DAY + time(clock)? - offset(zone)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FILE: &str = r#"
+offset = "+01:00"
+[[slot]]
+arms = ["left"]
+who = ["red"]
+from = 2026-11-25T08:00:00+01:00
+until = "2026-11-25T09:30:00+01:00"
+[[slot]]
+arms = ["left", "right"]
+who = ["teacher"]
+days = ["mon", "wed"]
+from = "22:00"
+until = "01:00"
+"#;
+
+    #[test]
+    fn times_are_those_of_the_calendar() {
+        for (text, seconds) in [
+            ("1970-01-01T00:00:00Z", Some(0)),
+            ("2000-02-29T12:00:00+01:00", Some(951_822_000)),
+            ("2026-11-25T08:00:00+01:00", Some(1_795_590_000)),
+            ("2026-02-29T08:00:00Z", None),
+            ("2026-11-25T08:00:00", None),
+            ("2026-11-25T25:00:00Z", None),
+            ("", None),
+        ] {
+            assert_eq!(instant(text), seconds, "{text}");
+        }
+    }
+
+    #[test]
+    fn weekly_slots_are_of_the_local_day_and_may_end_behind_midnight() {
+        let schedule = Schedule::parse(FILE).unwrap();
+        // Wednesday, 23:30 where the station is.
+        let now = instant("2026-11-25T23:30:00+01:00").unwrap();
+        let right = schedule.windows("right", now).unwrap();
+        let first = &right[0];
+        assert_eq!(Some(first.from), instant("2026-11-25T21:00:00Z"));
+        assert_eq!(Some(first.until), instant("2026-11-26T00:00:00Z"));
+        assert_eq!(right[1].from - first.from, 5 * DAY);
+        assert!(schedule.windows("other", now).is_none());
+        let morning = instant("2026-11-25T08:15:00+01:00").unwrap();
+        assert_eq!(schedule.windows("left", morning).unwrap()[0].who, ["red"]);
+    }
+
+    #[test]
+    fn what_is_wrong_names_its_slot_and_what_to_write() {
+        let weekly = FILE.replace("offset = \"+01:00\"\n", "");
+        for (text, part) in [
+            (weekly.as_str(), "slot 2: weekly slots need"),
+            (&FILE.replace("\"mon\"", "\"monday\""), "slot 2: `days`"),
+            (&FILE.replace("09:30:00", "07:30:00"), "slot 1: `until`"),
+            (&FILE.replace("+01:00\"\n[[", "1\"\n[["), "`offset` must be"),
+            ("[[slot]]\nx = 1", "unknown field"),
+        ] {
+            let error = Schedule::parse(text).unwrap_err().to_string();
+            assert!(error.contains(part), "{error}");
+        }
+    }
+}

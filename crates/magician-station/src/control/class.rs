@@ -1,0 +1,709 @@
+//! A class at the arms: persons and their turns, who may hold an arm when, and what the teacher has frozen.
+//!
+//! A person is whoever signed in, at however many sockets; a session of nobody in particular that was never
+//! [identified](Control::identify) is a teacher's, and no turn, slot or freeze binds it.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
+
+use magician_protocol::HostInstant;
+
+use super::{
+    ArmId, Control, Effect, JobId, JobPhase, LeaseEnd, PersonId, Refusal, RequestId, SessionId,
+    WorkEnd,
+};
+
+/// The end of a turn is told so long before.
+pub const TOLD: [Duration; 2] = [Duration::from_secs(60), Duration::from_secs(10)];
+
+/// How turns go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct TurnRules {
+    /// How long a turn is; none has no end.
+    pub length: Option<Duration>,
+    /// How long the arm waits for a person who is not there.
+    pub grace: Duration,
+    /// Whether a job that runs at the end of a turn goes on to its end.
+    pub finish_job: bool,
+}
+
+/// A stretch of time in which persons may hold an arm.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Slot {
+    /// When it begins; none when it has begun.
+    pub from: Option<HostInstant>,
+    /// When it ends.
+    pub until: HostInstant,
+    /// Who.
+    pub who: BTreeSet<PersonId>,
+}
+
+impl Slot {
+    fn is_open(&self, now: HostInstant) -> bool {
+        self.from.is_none_or(|from| from <= now) && now < self.until
+    }
+}
+
+/// What a turn does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum TurnState {
+    /// Its person has the lease.
+    Running {
+        /// When it ends; none: when its person leaves it.
+        ends: Option<HostInstant>,
+    },
+    /// Its person is not there: the arm waits.
+    Kept {
+        /// Until when.
+        until: HostInstant,
+        /// What is left of it.
+        left: Option<Duration>,
+    },
+    /// A teacher has the arm.
+    Suspended {
+        /// What is left of it.
+        left: Option<Duration>,
+    },
+}
+
+/// The turn at an arm.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Turn {
+    /// Whose.
+    pub person: PersonId,
+    /// What it does.
+    pub state: TurnState,
+    /// The arms that the person would have taken.
+    arms: BTreeSet<ArmId>,
+    /// How many of [`TOLD`] were told.
+    told: usize,
+}
+
+/// A person's place in the queue.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Place {
+    /// Whose.
+    pub person: PersonId,
+    /// Any of these arms will do.
+    pub arms: BTreeSet<ArmId>,
+    /// What is left of a turn that was begun; none of one that was not.
+    left: Option<Option<Duration>>,
+    /// It was this person's turn and nobody came: others go first until the person is there.
+    pub missed: bool,
+}
+
+/// An arm as far as the class goes.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+struct ArmClass {
+    turn: Option<Turn>,
+    frozen: Option<HostInstant>,
+    /// None: at any time.
+    slots: Option<Vec<Slot>>,
+}
+
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+pub(super) struct Class {
+    rules: Option<TurnRules>,
+    persons: BTreeMap<SessionId, Option<PersonId>>,
+    queue: Vec<Place>,
+    arms: Vec<ArmClass>,
+}
+
+impl Class {
+    pub(super) fn new(arms: usize) -> Self {
+        Self {
+            arms: vec![ArmClass::default(); arms],
+            ..Self::default()
+        }
+    }
+
+    pub(super) fn forget(&mut self, session: SessionId) {
+        self.persons.remove(&session);
+    }
+
+    /// Changes all instants.
+    pub(super) fn each_instant(&mut self, mut change: impl FnMut(&mut HostInstant)) {
+        for arm in &mut self.arms {
+            match arm.turn.as_mut().map(|turn| &mut turn.state) {
+                Some(TurnState::Running { ends: Some(ends) }) => change(ends),
+                Some(TurnState::Kept { until, .. }) => change(until),
+                _ => {}
+            }
+            arm.frozen.iter_mut().for_each(&mut change);
+            for slot in arm.slots.iter_mut().flatten() {
+                slot.from.iter_mut().for_each(&mut change);
+                change(&mut slot.until);
+            }
+        }
+    }
+
+    /// When something is due.
+    pub(super) fn next(&self) -> Option<HostInstant> {
+        let arms = self.arms.iter().flat_map(|arm| {
+            let turn = arm.turn.as_ref().and_then(|turn| match turn.state {
+                // While the arm is frozen the turn's clock stands.
+                TurnState::Running { ends: Some(ends) } if arm.frozen.is_none() => {
+                    Some(TOLD.get(turn.told).map_or(ends, |before| ends - *before))
+                }
+                TurnState::Kept { until, .. } => Some(until),
+                _ => None,
+            });
+            let slots = arm.slots.iter().flatten();
+            slots
+                .map(|slot| slot.from.unwrap_or(slot.until))
+                .chain(turn)
+        });
+        arms.min()
+    }
+}
+
+impl Control {
+    /// Says who a session is: a person, or somebody who is none. Sessions of teachers are not identified.
+    pub fn identify(&mut self, now: HostInstant, session: SessionId, person: Option<PersonId>) {
+        self.class.persons.insert(session, person);
+        self.person_is_here(now, session);
+    }
+
+    /// How turns go from now on; without rules there are none, and no queue.
+    pub fn set_turns(&mut self, now: HostInstant, rules: Option<TurnRules>) {
+        self.class.rules = rules;
+        if rules.is_none() {
+            self.class.queue.clear();
+            self.class.arms.iter_mut().for_each(|arm| arm.turn = None);
+        }
+        // Who holds an arm without a turn has one from now on.
+        for arm in self.arm_ids() {
+            if let Some(holder) = self.holder(arm) {
+                self.turn_granted(now, arm, holder);
+                if !self.may_hold(now, holder, arm) {
+                    self.end_lease(now, arm, LeaseEnd::Over);
+                }
+            }
+        }
+        self.turns_changed();
+        self.advance(now);
+    }
+
+    /// When persons may hold an arm; none: at any time.
+    pub fn set_slots(&mut self, now: HostInstant, arm: ArmId, slots: Option<Vec<Slot>>) {
+        self.class_mut(arm).slots = slots;
+        self.slots_passed(now, arm);
+        self.advance(now);
+    }
+
+    /// A person who is not one of the class any more: turn and place are gone.
+    pub fn forget_person(&mut self, now: HostInstant, person: PersonId) {
+        self.leave_turn(now, person);
+    }
+
+    /// A person wants a turn at any of these arms. Who has a turn at one of them, or waits for the same ones, keeps it.
+    ///
+    /// # Errors
+    /// [`Refusal::Unknown`] while there are no turns.
+    pub fn join_turn(
+        &mut self,
+        now: HostInstant,
+        person: PersonId,
+        arms: BTreeSet<ArmId>,
+    ) -> Result<(), Refusal> {
+        if self.class.rules.is_none() || arms.is_empty() {
+            return Err(Refusal::Unknown);
+        }
+        if self.turn_of(person).is_some() {
+            return Ok(());
+        }
+        let same = |place: &Place| place.person == person && place.arms == arms;
+        if !self.class.queue.iter().any(same) {
+            self.class.queue.retain(|place| place.person != person);
+            self.class.queue.push(Place {
+                person,
+                arms,
+                left: None,
+                missed: false,
+            });
+            self.turns_changed();
+        }
+        self.advance(now);
+        Ok(())
+    }
+
+    /// A person gives turn and place up.
+    pub fn leave_turn(&mut self, now: HostInstant, person: PersonId) {
+        let before = self.class.queue.len();
+        self.class.queue.retain(|place| place.person != person);
+        if before != self.class.queue.len() {
+            self.turns_changed();
+        }
+        if let Some(arm) = self.turn_of(person) {
+            self.end_turn(now, arm);
+        }
+        self.advance(now);
+    }
+
+    /// Stops an arm, and refuses all that moves it by anybody but a teacher. A job pauses.
+    pub fn freeze(&mut self, now: HostInstant, arm: ArmId, by: Option<SessionId>) {
+        if self.class(arm).frozen.is_none() {
+            self.class_mut(arm).frozen = Some(now);
+            self.turns_changed();
+        }
+        let requests = self.stop(now, arm);
+        let job = self.arm(arm).job;
+        let running = job.filter(|job| job.phase.is_under_way());
+        self.effects.push_back(Effect::EndWork {
+            arm,
+            requests,
+            // A job comes to its pause by itself, with the laser off.
+            stop: running.is_none(),
+            why: WorkEnd::Stop(by),
+        });
+        if let Some(job) = running {
+            let (job, pause) = (job.id, true);
+            self.effects.push_back(Effect::EndJob { arm, job, pause });
+        }
+    }
+
+    /// Lets an arm be moved again. The turn has what it had left.
+    pub fn free(&mut self, now: HostInstant, arm: ArmId) {
+        let class = self.class_mut(arm);
+        let Some(since) = class.frozen.take() else {
+            return;
+        };
+        if let Some(Turn {
+            state: TurnState::Running { ends: Some(ends) },
+            ..
+        }) = &mut class.turn
+        {
+            *ends += now - since;
+        }
+        self.turns_changed();
+        self.advance(now);
+    }
+
+    /// Whether an arm is frozen.
+    #[must_use]
+    pub fn is_frozen(&self, arm: ArmId) -> bool {
+        self.class(arm).frozen.is_some()
+    }
+
+    /// The turn at an arm, and what is left of it.
+    #[must_use]
+    pub fn turn(&self, now: HostInstant, arm: ArmId) -> Option<(&Turn, Option<Duration>)> {
+        let turn = self.class(arm).turn.as_ref()?;
+        Some((turn, self.left(now, arm, turn)))
+    }
+
+    /// Who waits for a turn, in order.
+    #[must_use]
+    pub fn queue(&self) -> &[Place] {
+        &self.class.queue
+    }
+
+    /// The rules of turns, if there are turns.
+    #[must_use]
+    pub fn turn_rules(&self) -> Option<TurnRules> {
+        self.class.rules
+    }
+
+    /// Whose a session is: none for a teacher, and for somebody who is no person in particular.
+    #[must_use]
+    pub fn person(&self, session: SessionId) -> Option<PersonId> {
+        self.class.persons.get(&session).copied().flatten()
+    }
+
+    /// Whether a session is bound by turns, slots and freezes.
+    #[must_use]
+    pub fn is_bound(&self, session: SessionId) -> bool {
+        self.class.persons.contains_key(&session)
+    }
+
+    /// Whether a session may have the lease of an arm now, were nobody else to have it.
+    #[must_use]
+    pub fn may_hold(&self, now: HostInstant, session: SessionId, arm: ArmId) -> bool {
+        let Some(person) = self.class.persons.get(&session) else {
+            return true;
+        };
+        if !self.is_in_slot(now, arm, *person) {
+            return false;
+        }
+        if self.class.rules.is_none() {
+            return true;
+        }
+        let Some(person) = *person else {
+            return false;
+        };
+        match &self.class(arm).turn {
+            Some(turn) => turn.person == person,
+            None => {
+                let mut queue = self.class.queue.iter();
+                let behind =
+                    queue.any(|place| place.person != person && self.is_next(now, arm, place));
+                !behind && self.turn_of(person).is_none() && !self.job_runs(arm)
+            }
+        }
+    }
+
+    /// Whether a job that waits for an arm may begin now: one of this person, none for a teacher's.
+    #[must_use]
+    pub fn may_begin_queued(&self, now: HostInstant, arm: ArmId, person: Option<PersonId>) -> bool {
+        let state = self.arm(arm);
+        let idle = state.job.is_none() && state.jog.is_none() && state.work.is_empty();
+        let holder = self.holder(arm);
+        let own = holder.is_none_or(|holder| {
+            self.person(holder) == person && self.is_bound(holder) == person.is_some()
+        });
+        let turn = self.class(arm).turn.as_ref();
+        let turn = turn.is_none_or(|turn| Some(turn.person) == person);
+        let slot = person.is_none() || self.is_in_slot(now, arm, person);
+        idle && !state.queued && own && turn && slot && !self.is_frozen(arm)
+    }
+
+    /// An endless job does not go on to its end when a turn is over.
+    pub fn job_is_endless(&mut self, arm: ArmId, job: JobId) {
+        if let Some(under_way) = &mut self.arm_mut(arm).job
+            && under_way.id == job
+        {
+            under_way.endless = true;
+        }
+    }
+
+    /// Lets a request for the lease go on; one that may not be is answered.
+    pub(super) fn admits(
+        &mut self,
+        now: HostInstant,
+        session: SessionId,
+        arm: ArmId,
+        request: RequestId,
+    ) -> bool {
+        if !self.may_hold(now, session, arm) {
+            self.deny(arm, vec![request]);
+            return false;
+        }
+        // Another page of the same person takes over.
+        let holder = self.holder(arm).filter(|holder| *holder != session);
+        if let Some(holder) = holder
+            && self.person(session).is_some()
+            && self.person(holder) == self.person(session)
+        {
+            self.pass(now, arm, session, Some(request));
+            return false;
+        }
+        true
+    }
+
+    /// A session got the lease.
+    pub(super) fn turn_granted(&mut self, now: HostInstant, arm: ArmId, session: SessionId) {
+        let Some(rules) = self.class.rules else {
+            return;
+        };
+        let clock = self.clock(now, arm);
+        let before = self.class(arm).turn.clone();
+        let left = before
+            .as_ref()
+            .map_or(rules.length, |turn| self.left(now, arm, turn));
+        let state = if self.is_bound(session) {
+            match before.as_ref().map(|turn| turn.state) {
+                Some(running @ TurnState::Running { .. }) => running,
+                _ => TurnState::Running {
+                    ends: left.map(|left| clock + left),
+                },
+            }
+        } else {
+            TurnState::Suspended { left }
+        };
+        let turn = match (before, self.person(session)) {
+            (Some(turn), _) => Turn { state, ..turn },
+            (None, Some(person)) => {
+                self.class.queue.retain(|place| place.person != person);
+                Turn {
+                    person,
+                    state,
+                    arms: BTreeSet::from([arm]),
+                    told: rules.told(),
+                }
+            }
+            (None, None) => return,
+        };
+        self.class_mut(arm).turn = Some(turn);
+        self.turns_changed();
+    }
+
+    /// The lease of a session has ended otherwise than by passing on.
+    pub(super) fn turn_lease_ended(
+        &mut self,
+        now: HostInstant,
+        arm: ArmId,
+        session: SessionId,
+        end: LeaseEnd,
+    ) {
+        let (Some(rules), true) = (self.class.rules, self.is_bound(session)) else {
+            return;
+        };
+        let Some(turn) = self.class(arm).turn.clone() else {
+            return;
+        };
+        let turn = match end {
+            LeaseEnd::Silent | LeaseEnd::Gone => {
+                let state = TurnState::Kept {
+                    until: now + rules.grace,
+                    left: self.left(now, arm, &turn),
+                };
+                Some(Turn { state, ..turn })
+            }
+            LeaseEnd::Released | LeaseEnd::Passed | LeaseEnd::Over => None,
+        };
+        self.class_mut(arm).turn = turn;
+        self.turns_changed();
+    }
+
+    /// A person has said something, or has come back.
+    pub(super) fn person_is_here(&mut self, now: HostInstant, session: SessionId) {
+        let Some(person) = self.person(session) else {
+            return;
+        };
+        let mut missed = self.class.queue.iter_mut();
+        let missed = missed.find(|place| place.person == person && place.missed);
+        if let Some(place) = missed {
+            place.missed = false;
+            self.turns_changed();
+            self.advance(now);
+        }
+        let Some(arm) = self.turn_of(person) else {
+            return;
+        };
+        let waits = { self.class(arm).turn.as_ref() }
+            .is_some_and(|turn| matches!(turn.state, TurnState::Kept { .. }));
+        match self.holder(arm) {
+            None if waits => self.grant(now, arm, session, None),
+            // The page before it is gone.
+            Some(holder)
+                if holder != session
+                    && self.person(holder) == Some(person)
+                    && !self.has_socket(holder) =>
+            {
+                self.pass(now, arm, session, None);
+            }
+            _ => {}
+        }
+    }
+
+    /// The page of a turn is gone: another one of its person goes on.
+    pub(super) fn hand_to_other_page(&mut self, now: HostInstant, arm: ArmId) {
+        let turn = { self.class(arm).turn.as_ref() }
+            .filter(|turn| matches!(turn.state, TurnState::Kept { .. }));
+        let person = turn.map(|turn| turn.person);
+        if self.holder(arm).is_none()
+            && let Some(session) = person.and_then(|person| self.session_of_person(person))
+        {
+            self.grant(now, arm, session, None);
+        }
+    }
+
+    /// Begins the turns that can begin.
+    pub(super) fn advance(&mut self, now: HostInstant) {
+        let Some(rules) = self.class.rules else {
+            return;
+        };
+        for arm in self.arm_ids() {
+            if self.holder(arm).is_some() || self.job_runs(arm) {
+                continue;
+            }
+            let turn = match self.class(arm).turn.clone() {
+                Some(turn) if matches!(turn.state, TurnState::Kept { .. }) => continue,
+                Some(turn) => turn,
+                None => {
+                    let mut queue = self.class.queue.iter();
+                    let Some(at) = queue.position(|place| self.is_next(now, arm, place)) else {
+                        continue;
+                    };
+                    let place = self.class.queue.remove(at);
+                    let left = place.left.unwrap_or(rules.length);
+                    Turn {
+                        person: place.person,
+                        state: TurnState::Suspended { left },
+                        arms: place.arms,
+                        told: rules.told(),
+                    }
+                }
+            };
+            let here = self.session_of_person(turn.person);
+            let left = self.left(now, arm, &turn);
+            let until = now + rules.grace;
+            self.class_mut(arm).turn = Some(Turn {
+                state: TurnState::Kept { until, left },
+                ..turn
+            });
+            self.turns_changed();
+            if let Some(session) = here {
+                self.grant(now, arm, session, None);
+            }
+        }
+    }
+
+    /// What of the class is due.
+    pub(super) fn class_timeout(&mut self, now: HostInstant) {
+        for arm in self.arm_ids() {
+            self.slots_passed(now, arm);
+            let Some(turn) = self.class(arm).turn.clone() else {
+                continue;
+            };
+            match turn.state {
+                TurnState::Running { ends: Some(ends) } if self.class(arm).frozen.is_none() => {
+                    if ends <= now {
+                        self.end_turn(now, arm);
+                        continue;
+                    }
+                    let due = TOLD.iter().filter(|before| ends <= now + **before).count();
+                    if due > turn.told
+                        && let Some(turn) = &mut self.class_mut(arm).turn
+                    {
+                        turn.told = due;
+                        let (person, left) = (turn.person, ends - now);
+                        self.effects
+                            .push_back(Effect::TurnEnding { arm, person, left });
+                    }
+                }
+                TurnState::Kept { until, left } if until <= now => {
+                    self.class_mut(arm).turn = None;
+                    // It comes first as soon as its person is there.
+                    let place = Place {
+                        person: turn.person,
+                        arms: turn.arms,
+                        left: Some(left),
+                        missed: true,
+                    };
+                    self.class.queue.insert(0, place);
+                    self.turns_changed();
+                }
+                _ => {}
+            }
+        }
+        self.advance(now);
+    }
+
+    /// Ends leases, waits and turns of those whose slot is over.
+    fn slots_passed(&mut self, now: HostInstant, arm: ArmId) {
+        let class = self.class_mut(arm);
+        let Some(slots) = &mut class.slots else {
+            return;
+        };
+        slots.retain(|slot| now < slot.until);
+        for slot in slots.iter_mut() {
+            slot.from = slot.from.filter(|from| now < *from);
+        }
+        let turn = class.turn.as_ref().map(|turn| turn.person);
+        if turn.is_some_and(|person| !self.is_in_slot(now, arm, Some(person))) {
+            self.end_turn(now, arm);
+        }
+        let holder = self.holder(arm);
+        if holder.is_some_and(|holder| !self.may_hold(now, holder, arm)) {
+            self.end_lease(now, arm, LeaseEnd::Over);
+        }
+        self.deny_unadmitted(now, arm);
+    }
+
+    /// Answers those who wait for a lease that they may not have.
+    pub(super) fn deny_unadmitted(&mut self, now: HostInstant, arm: ArmId) {
+        let waiting: BTreeSet<_> = self.waiting(arm).map(|(session, _)| session).collect();
+        for session in waiting {
+            if !self.may_hold(now, session, arm) {
+                let denied = self.arm_mut(arm).lease.forget(session);
+                self.deny(arm, denied);
+                self.tell_places(arm);
+            }
+        }
+    }
+
+    /// The turn at an arm is over.
+    fn end_turn(&mut self, now: HostInstant, arm: ArmId) {
+        let holder = self.holder(arm).filter(|holder| self.is_bound(*holder));
+        self.class_mut(arm).turn = None;
+        self.turns_changed();
+        if holder.is_some() {
+            self.end_lease(now, arm, LeaseEnd::Over);
+        }
+    }
+
+    /// Whether the job of an arm goes on although the lease ends so.
+    pub(super) fn finishes_job(&self, arm: ArmId, end: LeaseEnd) -> bool {
+        let rules = self.class.rules;
+        let job = self.arm(arm).job;
+        end == LeaseEnd::Over
+            && rules.is_some_and(|rules| rules.finish_job)
+            && job.is_some_and(|job| !job.burns && !job.endless)
+    }
+
+    pub(super) fn refuses_frozen(&self, session: SessionId, arm: ArmId) -> bool {
+        self.is_frozen(arm) && self.is_bound(session)
+    }
+
+    fn is_in_slot(&self, now: HostInstant, arm: ArmId, person: Option<PersonId>) -> bool {
+        self.class(arm).slots.as_ref().is_none_or(|slots| {
+            let mut open = slots.iter().filter(|slot| slot.is_open(now));
+            open.any(|slot| person.is_some_and(|person| slot.who.contains(&person)))
+        })
+    }
+
+    /// Whether a place in the queue may become the turn at an arm.
+    fn is_next(&self, now: HostInstant, arm: ArmId, place: &Place) -> bool {
+        !place.missed && place.arms.contains(&arm) && self.is_in_slot(now, arm, Some(place.person))
+    }
+
+    /// The arm at which a person has a turn.
+    fn turn_of(&self, person: PersonId) -> Option<ArmId> {
+        let of = |class: &ArmClass| class.turn.as_ref().map(|turn| turn.person);
+        self.arm_ids()
+            .find(|arm| of(self.class(*arm)) == Some(person))
+    }
+
+    /// The newest session of a person that has a socket.
+    fn session_of_person(&self, person: PersonId) -> Option<SessionId> {
+        let mut sessions = self.class.persons.iter().rev();
+        let of = |(session, of): &(&SessionId, &Option<PersonId>)| {
+            **of == Some(person) && self.has_socket(**session)
+        };
+        sessions.find(of).map(|(session, _)| *session)
+    }
+
+    fn has_socket(&self, session: SessionId) -> bool {
+        let presence = self.sessions.get(&session);
+        presence.is_some_and(|presence| presence.left.is_none())
+    }
+
+    fn job_runs(&self, arm: ArmId) -> bool {
+        { self.arm(arm).job }.is_some_and(|job| job.phase == JobPhase::Active)
+    }
+
+    /// The clock of a turn stands while its arm is frozen.
+    fn clock(&self, now: HostInstant, arm: ArmId) -> HostInstant {
+        self.class(arm).frozen.unwrap_or(now)
+    }
+
+    fn left(&self, now: HostInstant, arm: ArmId, turn: &Turn) -> Option<Duration> {
+        match turn.state {
+            TurnState::Running { ends } => ends.map(|ends| ends - self.clock(now, arm)),
+            TurnState::Kept { left, .. } | TurnState::Suspended { left } => left,
+        }
+    }
+
+    fn turns_changed(&mut self) {
+        if self.effects.back() != Some(&Effect::Turns) {
+            self.effects.push_back(Effect::Turns);
+        }
+    }
+
+    fn class(&self, arm: ArmId) -> &ArmClass {
+        &self.class.arms[arm.0 as usize]
+    }
+
+    fn class_mut(&mut self, arm: ArmId) -> &mut ArmClass {
+        &mut self.class.arms[arm.0 as usize]
+    }
+}
+
+impl TurnRules {
+    /// What is not told of a turn that is not longer than that.
+    fn told(&self) -> usize {
+        let short = |before: &&Duration| self.length.is_some_and(|length| length <= **before);
+        TOLD.iter().filter(short).count()
+    }
+}

@@ -1,0 +1,346 @@
+//! Jobs that wait for their arm, and what came of those of pupils.
+
+use std::sync::Arc;
+use std::time::{Duration, UNIX_EPOCH};
+
+use magician_protocol::HostInstant;
+use serde_json::{Value, json};
+
+use super::Station;
+use super::dispatch::{Call, Handled, forbidden};
+use super::jobs::source;
+use super::records::JobRecord;
+use crate::api::{Danger, Role, RpcError};
+use crate::control::{ArmId, JobId, OnLost, PersonId, RequestId};
+use crate::order::{ArmOrder, JobEnd, JobOrder, JobStart};
+
+/// Jobs that wait for an arm, at most.
+const WAITING: usize = 20;
+/// Results that are kept, at most.
+const RESULTS: usize = 500;
+
+/// A job that waits.
+#[derive(Clone, Debug)]
+pub(super) struct QueuedJob {
+    job: JobId,
+    arm: ArmId,
+    order: JobOrder,
+    on_lost: OnLost,
+    /// Whose; none: a teacher's.
+    person: Option<PersonId>,
+    pupil: Option<String>,
+    holder: Value,
+    /// A teacher said that it may burn.
+    confirmed: bool,
+    /// It waits for somebody's word: `yes` a teacher's that it may burn, `stopped` anybody's since the arm was stopped.
+    held: Option<&'static str>,
+}
+
+impl Station {
+    /// Whether a job would have to wait for its arm.
+    pub(super) fn has_to_wait(&self, call: &Call<'_>, arm: ArmId) -> bool {
+        let kind = crate::control::WorkKind::StartJob;
+        self.control.may(call.session, arm, kind).is_err()
+    }
+
+    /// Puts a job at the end of the queue of an arm.
+    pub(super) fn queue_job(
+        &mut self,
+        call: &Call<'_>,
+        arm: ArmId,
+        order: JobOrder,
+        on_lost: OnLost,
+    ) -> Result<JobId, RpcError> {
+        let waiting = self.class.queue.iter().filter(|job| job.arm == arm);
+        if waiting.count() >= WAITING {
+            let why = format!("{WAITING} jobs wait for the arm already");
+            return Err(RpcError::new(RpcError::TOO_MANY, why).with("limit", WAITING));
+        }
+        let bound = self.control.is_bound(call.session);
+        let person = self.control.person(call.session);
+        if bound && person.is_none() {
+            let why = "jobs that wait are of persons: sign in with name and code first";
+            return Err(RpcError::new(RpcError::FORBIDDEN, why));
+        }
+        let job = JobId(self.next_id());
+        let id = self.text_id('j', job.0);
+        let name = self.arm(arm).entry.name.clone();
+        let mut record = JobRecord::new(id, name, job, order.clone());
+        "queued".clone_into(&mut record.state);
+        record.holder = self.name_of(Some(call.session));
+        let holder = record.holder.clone();
+        self.records.push(record);
+        let pupil = self.pupil_of(call);
+        self.class.queue.push(QueuedJob {
+            job,
+            arm,
+            order,
+            on_lost,
+            person,
+            pupil,
+            holder,
+            confirmed: call.grant.role == Role::Teacher && call.yes(),
+            held: None,
+        });
+        self.tell_queue(call.now, arm);
+        Ok(job)
+    }
+
+    pub(super) fn pupil_of(&self, call: &Call<'_>) -> Option<String> {
+        self.sessions.get(&call.session)?.pupil.clone()
+    }
+
+    /// Begins jobs whose arm is free; whether one began.
+    pub(super) fn begin_queued(&mut self, now: HostInstant) -> bool {
+        let mut begun = false;
+        for arm in self.arm_ids() {
+            let may = |job: &QueuedJob| {
+                job.arm == arm
+                    && job.held.is_none()
+                    && self.arm(arm).link
+                    && self.control.may_begin_queued(now, arm, job.person)
+            };
+            if let Some(at) = self.class.queue.iter().position(may) {
+                let job = self.class.queue.remove(at);
+                self.begin_from_queue(now, job);
+                self.tell_queue(now, arm);
+                begun = true;
+            }
+        }
+        begun
+    }
+
+    fn begin_from_queue(&mut self, now: HostInstant, queued: QueuedJob) {
+        let (arm, job) = (queued.arm, queued.job);
+        let fence = self.fence_for(arm, queued.person.is_none());
+        self.put_fence(arm, fence);
+        let holder = self.control.holder(arm);
+        let t = self.unix(now);
+        if let Some(record) = self.records.numbered(job) {
+            record.begins(t, queued.holder.clone());
+            (record.place, record.reason) = (None, None);
+            record.pupil.clone_from(&queued.pupil);
+            // Nobody's lease ends under it, where nobody has one.
+            record.on_lost = holder.map_or(OnLost::Continue, |_| queued.on_lost);
+        }
+        let may = self.arm(arm).entry.is_virtual || queued.confirmed;
+        let needs = |what, danger| Box::new(RpcError::dangerous(what, "job.start", danger));
+        let start = JobStart {
+            job,
+            order: queued.order.clone(),
+            resumes: false,
+            laser: if may {
+                Ok(())
+            } else {
+                Err(needs("the job", Danger::Laser))
+            },
+            danger: if queued.confirmed {
+                Ok(())
+            } else {
+                Err(needs("a command", Danger::Arm))
+            },
+        };
+        self.order(arm, ArmOrder::StartJob(Box::new(start)));
+        self.class.from_queue.insert(job, queued);
+        self.job_changed(now, arm, job);
+    }
+
+    /// A job is over: one that would burn and came from the queue waits for a teacher. Whether it is not over after all.
+    pub(super) fn queued_is_over(&mut self, now: HostInstant, job: JobId, end: &JobEnd) -> bool {
+        let queued = self.class.from_queue.remove(&job);
+        let code = end.error.as_ref().map(|error| error.code);
+        let arm = self.records.numbered(job).map(|record| record.arm.clone());
+        let arm = self.arm_named(arm.as_deref()).unwrap_or(ArmId(0));
+        // After a stop nothing else begins to move by itself.
+        if end.state != "done"
+            && !matches!(code, Some(RpcError::CHECK_FAILED | RpcError::DANGEROUS))
+        {
+            self.hold_queue(now, arm);
+        }
+        let Some(mut queued) = queued.filter(|_| code == Some(RpcError::DANGEROUS)) else {
+            return false;
+        };
+        if queued.confirmed {
+            return false;
+        }
+        queued.held = Some("yes");
+        if let Some(record) = self.records.numbered(job) {
+            "queued".clone_into(&mut record.state);
+            record.started = None;
+        }
+        self.class.queue.insert(0, queued);
+        self.job_changed(now, arm, job);
+        self.tell_queue(now, arm);
+        true
+    }
+
+    /// What waits for an arm waits until somebody says that it may go on.
+    pub(super) fn hold_queue(&mut self, now: HostInstant, arm: ArmId) {
+        let mut waiting = self
+            .class
+            .queue
+            .iter_mut()
+            .filter(|job| job.arm == arm)
+            .peekable();
+        if waiting.peek().is_none() {
+            return;
+        }
+        waiting.for_each(|job| {
+            job.held.get_or_insert("stopped");
+        });
+        self.tell_queue(now, arm);
+    }
+
+    /// A job that waits is let go on: one that may burn by a teacher, who looks at it now.
+    pub(super) fn resume_queued(
+        &mut self,
+        call: &Call<'_>,
+        job: JobId,
+    ) -> Result<Handled, RpcError> {
+        let Some(at) = self.class.queue.iter().position(|queued| queued.job == job) else {
+            return Err(RpcError::internal("a job that waits in no queue"));
+        };
+        let queued = &self.class.queue[at];
+        let (arm, teacher) = (queued.arm, call.grant.role == Role::Teacher);
+        let own = queued.person == self.control.person(call.session);
+        if !teacher && (queued.held == Some("yes") || !own) {
+            return Err(forbidden(
+                &call.grant,
+                Role::Teacher,
+                "somebody else's job, or one that may burn,",
+            ));
+        }
+        if queued.held == Some("yes") {
+            if !call.yes() {
+                return Err(RpcError::dangerous("the job", "job.resume", Danger::Laser));
+            }
+            let person = queued.person;
+            if !self.control.may_begin_queued(call.now, arm, person) {
+                let why = "the arm is not free for it: say yes when it can begin";
+                return Err(RpcError::new(RpcError::BUSY, why).with("job", self.job_id(job)));
+            }
+            let mut queued = self.class.queue.remove(at);
+            (queued.confirmed, queued.held) = (true, None);
+            self.begin_from_queue(call.now, queued);
+        } else {
+            self.class.queue[at].held = None;
+        }
+        self.tell_queue(call.now, arm);
+        let shown = self.records.numbered(job).map(|record| record.shown());
+        Ok(Handled::Now(shown.unwrap_or_default()))
+    }
+
+    /// Takes a job out of the queue.
+    pub(super) fn stop_queued(&mut self, now: HostInstant, job: JobId) {
+        let Some(at) = self.class.queue.iter().position(|queued| queued.job == job) else {
+            return;
+        };
+        let queued = self.class.queue.remove(at);
+        let t = self.unix(now);
+        if let Some(record) = self.records.numbered(job) {
+            record.is_over(t, &JobEnd::new("stopped"));
+            (record.place, record.order) = (None, None);
+        }
+        self.job_changed(now, queued.arm, job);
+        self.tell_queue(now, queued.arm);
+    }
+
+    /// Tells those whose place or state in the queue of an arm has changed.
+    fn tell_queue(&mut self, now: HostInstant, arm: ArmId) {
+        let waiting = self.class.queue.iter().filter(|job| job.arm == arm);
+        let places: Vec<_> = (1..).zip(waiting.map(|job| (job.job, job.held))).collect();
+        for (place, (job, held)) in places {
+            let Some(record) = self.records.numbered(job) else {
+                continue;
+            };
+            if record.place != Some(place) || record.reason.as_deref() != held {
+                (record.place, record.reason) = (Some(place), held.map(str::to_owned));
+                self.job_changed(now, arm, job);
+            }
+        }
+    }
+
+    /// Puts a program to arms, for a teacher.
+    pub(super) fn send_to_arms(&mut self, call: &Call<'_>) -> Result<Value, RpcError> {
+        let source = source(call)?;
+        let arms = self.arms_meant(call)?;
+        let mut jobs = Vec::new();
+        for arm in arms {
+            let order = JobOrder {
+                source: source.clone(),
+                loops: Some(1),
+                from: 0,
+                keep: false,
+                require_homed: false,
+                unhomed: false,
+                start: None,
+            };
+            let name = self.arm(arm).entry.name.clone();
+            let queued = self.queue_job(call, arm, order, OnLost::Continue);
+            jobs.push((name, queued));
+        }
+        self.begin_queued(call.now);
+        let jobs = jobs.into_iter().map(|(arm, queued)| match queued {
+            Ok(job) => {
+                let record = self.records.numbered(job);
+                let state = record.map(|record| record.state.clone());
+                json!({"arm": arm, "job": self.job_id(job), "state": state, "error": null})
+            }
+            Err(error) => json!({"arm": arm, "job": null, "state": null, "error": error.message}),
+        });
+        Ok(json!({"jobs": jobs.collect::<Vec<_>>()}))
+    }
+
+    /// Keeps what came of a pupil's job that is done, and asks for its picture.
+    pub(super) fn keep_result(&mut self, arm: ArmId, job: JobId, order: Option<&Arc<JobOrder>>) {
+        let Some(record) = self.records.numbered(job) else {
+            return;
+        };
+        let Some(pupil) = record.pupil.clone().filter(|_| record.state == "done") else {
+            return;
+        };
+        let (id, title) = (record.id.clone(), record.title.clone());
+        let ended = record.ended.unwrap_or_default();
+        let time = UNIX_EPOCH + Duration::from_secs_f64(ended.max(0.0));
+        let drawn = record.drawn_mm;
+        let group = self.group_of(&pupil).map(str::to_owned);
+        let result = json!({
+            "job": id, "pupil": pupil, "group": group, "title": title, "arm": self.arm(arm).entry.name,
+            "time": humantime::format_rfc3339_seconds(time).to_string(),
+            "drawn_mm": drawn, "strokes": [],
+        });
+        let results = &mut self.class.results;
+        // A job that is done again counts once.
+        results.retain(|known| known["job"] != json!(id));
+        results.push(result);
+        let over = results.len().saturating_sub(RESULTS);
+        results.drain(..over);
+        if let Some(order) = order {
+            let request = RequestId(self.next_id());
+            self.class.pictures.insert(request, id);
+            let (source, preview) = (Box::new(order.source.clone()), true);
+            self.order(
+                arm,
+                ArmOrder::CheckJob {
+                    request,
+                    source,
+                    preview,
+                },
+            );
+        }
+        self.keep_results();
+    }
+
+    /// The preview of a result has come; whether it was one.
+    pub(super) fn took_picture(&mut self, request: RequestId, outcome: Option<&Value>) -> bool {
+        let Some(id) = self.class.pictures.remove(&request) else {
+            return false;
+        };
+        let of = |result: &&mut Value| result["job"] == json!(id);
+        if let (Some(result), Some(outcome)) = (self.class.results.iter_mut().find(of), outcome) {
+            result["strokes"] = crate::class::picture(&outcome["preview"]);
+        }
+        self.keep_results();
+        true
+    }
+}

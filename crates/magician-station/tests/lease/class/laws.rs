@@ -1,0 +1,134 @@
+//! What has to be so after every event of a class.
+
+use magician_station::control::{ArmId, PersonId, TurnState};
+
+use super::{ANNA, ARMS, BEN, Event, Model, TEACHER, mutant, slots};
+use crate::step::{Checked, must};
+
+impl Model {
+    pub(crate) fn check(&self, before: &Self, event: Event) -> Checked {
+        let control = &self.control.control;
+        for person in [ANNA, BEN] {
+            must(self.places(person) <= 1, "a person has at most one place")?;
+            if before.places(person) == 1 && self.places(person) == 0 {
+                let good = match event {
+                    Event::Leave(whose) => whose == person,
+                    Event::Release(session, _) => Self::person(session) == Some(person),
+                    // By the end of the turn or of the slot.
+                    Event::Pass => before.waits(person).is_none(),
+                    _ => false,
+                };
+                let law = match event {
+                    Event::Gone(_) | Event::Back(_) | Event::Word(_) => "a reload keeps the place",
+                    _ => "a turn and a place are kept",
+                };
+                must(good, law)?;
+            }
+        }
+        for arm in ARMS {
+            let model = self.arm(arm);
+            must(
+                control.holder(arm) == model.lease,
+                "the holder is the one who was told so",
+            )?;
+            let pupil = model.lease.and_then(Self::person);
+            if let Some(person) = pupil {
+                must(
+                    self.is_in_slot(arm, person),
+                    "nobody holds outside of a slot",
+                )?;
+                let turn = self.turn(arm);
+                let runs = turn.is_some_and(|(whose, state, _)| {
+                    whose == person && matches!(state, TurnState::Running { .. })
+                });
+                must(runs, "who holds an arm has its turn")?;
+            }
+            for session in model.moves.values() {
+                must(
+                    model.lease == Some(*session),
+                    "what moves belongs to the holder",
+                )?;
+            }
+            if model.frozen {
+                let mut moves = model.moves.values().chain(&model.job);
+                must(
+                    !moves.any(|session| *session != TEACHER),
+                    "frozen arms do not move",
+                )?;
+            }
+            self.check_turn(arm, before, event)?;
+        }
+        let order = |model: &Self| [ANNA, BEN].map(|person| model.waits(person));
+        if let ([Some(a), Some(b)], [Some(then_a), Some(then_b)]) = (order(before), order(self)) {
+            let joins = matches!(event, Event::Join(..));
+            must(
+                joins || (a < b) == (then_a < then_b) || matches!(event, Event::Pass),
+                "the queue keeps its order",
+            )?;
+        }
+        if let (Event::Join(person, _), Some(at)) = (event, self.waits(event_person(event))) {
+            let new = before.waits(person).is_none();
+            let last = self.control.control.queue().len() - 1;
+            must(!new || at == last, "the queue keeps its order")?;
+        }
+        Ok(())
+    }
+
+    fn check_turn(&self, arm: ArmId, before: &Self, event: Event) -> Checked {
+        let turn = self.turn(arm);
+        if let Some((_, TurnState::Running { .. }, left)) = turn {
+            must(
+                self.arm(arm).frozen || left.is_some_and(|left| !left.is_zero()),
+                "a turn ends in time",
+            )?;
+        }
+        let was = before.turn(arm);
+        if let (Event::Take(at), Some((person, _, left))) = (event, was)
+            && at == arm
+            && self.arm(arm).lease == Some(TEACHER)
+        {
+            let now = turn.filter(|(whose, ..)| *whose == person);
+            let suspended =
+                now.is_some_and(|(_, state, then)| state == TurnState::Suspended { left: then });
+            must(suspended, "a teacher suspends a turn")?;
+            let then = now.and_then(|(.., left)| left);
+            must(then == left, "a turn that is suspended keeps its time")?;
+        }
+        // An arm that is free waits for nobody but the one whose turn is kept.
+        let idle = turn.is_none() && self.arm(arm).lease.is_none() && self.arm(arm).job.is_none();
+        let mut queue = self.control.control.queue().iter();
+        let wanted = queue.any(|place| {
+            let person = mutant::known(place.person);
+            !place.missed && place.arms.contains(&arm) && self.is_in_slot(arm, person)
+        });
+        must(!(idle && wanted), "an arm is not idle while somebody waits")
+    }
+
+    fn is_in_slot(&self, arm: ArmId, person: PersonId) -> bool {
+        arm == ARMS[0]
+            || slots(self.begun).iter().any(|slot| {
+                let from = slot.from.is_none_or(|from| from <= self.now);
+                from && self.now < slot.until && slot.who.contains(&person)
+            })
+    }
+
+    /// Places and turns of a person.
+    fn places(&self, person: PersonId) -> usize {
+        let queue = self.control.control.queue().iter();
+        let waits = queue.filter(|place| mutant::known(place.person) == person);
+        let turns = ARMS.iter().filter_map(|arm| self.turn(*arm));
+        waits.count() + turns.filter(|(whose, ..)| *whose == person).count()
+    }
+
+    fn waits(&self, person: PersonId) -> Option<usize> {
+        let mut queue = self.control.control.queue().iter();
+        queue.position(|place| mutant::known(place.person) == person)
+    }
+}
+
+fn event_person(event: Event) -> PersonId {
+    match event {
+        Event::Join(person, _) => person,
+        _ => ANNA,
+    }
+}

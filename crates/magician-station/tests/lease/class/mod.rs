@@ -1,0 +1,241 @@
+//! A class at two arms in every order of events: persons, turns, slots and freezes. Two pupils, one with two pages, and a teacher.
+
+mod laws;
+mod mutant;
+mod step;
+
+use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::time::Duration;
+
+use magician_protocol::HostInstant;
+use magician_station::control::{
+    ArmId, LeaseId, PersonId, RequestId, SessionId, Slot, TurnRules, TurnState,
+};
+
+use self::mutant::{BUGS, Bug, Mutant};
+
+pub(crate) const TEACHER: SessionId = SessionId(0);
+pub(crate) const ANNA: PersonId = PersonId(1);
+pub(crate) const BEN: PersonId = PersonId(2);
+/// Two pages of Anna, one of Ben.
+pub(crate) const PAGES: [(SessionId, PersonId); 3] = [
+    (SessionId(1), ANNA),
+    (SessionId(2), ANNA),
+    (SessionId(3), BEN),
+];
+pub(crate) const ARMS: [ArmId; 2] = [ArmId(0), ArmId(1)];
+const LENGTH: Duration = Duration::from_secs(20);
+const GRACE: Duration = Duration::from_secs(8);
+/// Events within which each planted bug is found, and within which control has none.
+const DEPTH: usize = 5;
+const FURTHER: usize = 5;
+
+/// What happens.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Event {
+    /// For the first arm, or for any.
+    Join(PersonId, bool),
+    Leave(PersonId),
+    Acquire(SessionId, ArmId),
+    Release(SessionId, ArmId),
+    Take(ArmId),
+    Word(SessionId),
+    /// A page is closed, or its line breaks.
+    Gone(SessionId),
+    /// It comes back: with what it had within the time for that, else anew.
+    Back(SessionId),
+    Move(SessionId, ArmId),
+    StartJob(SessionId, ArmId),
+    EndJob(ArmId),
+    Freeze(ArmId),
+    Free(ArmId),
+    /// Time passes up to what is due next.
+    Pass,
+}
+
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+pub(crate) struct Arm {
+    pub(crate) lease: Option<SessionId>,
+    /// What is under way: whose.
+    pub(crate) moves: BTreeMap<RequestId, SessionId>,
+    /// The job that runs: whose.
+    pub(crate) job: Option<SessionId>,
+    pub(crate) paused: bool,
+    pub(crate) frozen: bool,
+}
+
+#[derive(Clone)]
+pub(crate) struct Model {
+    pub(crate) control: Mutant,
+    pub(crate) now: HostInstant,
+    pub(crate) begun: HostInstant,
+    /// Whether each session has a socket, and whether control knows it.
+    pub(crate) sockets: BTreeMap<SessionId, (bool, bool)>,
+    pub(crate) arms: Vec<Arm>,
+    pub(crate) last: LeaseId,
+    pub(crate) requests: u64,
+    pub(crate) path: Vec<Event>,
+}
+
+/// The slots of the second arm: Anna's, and Ben's behind it.
+pub(crate) fn slots(begun: HostInstant) -> Vec<Slot> {
+    let at = |seconds| begun + Duration::from_secs(seconds);
+    let slot = |from, until, person| Slot {
+        from: Some(at(from)),
+        until: at(until),
+        who: BTreeSet::from([person]),
+    };
+    vec![slot(0, 15, ANNA), slot(15, 60, BEN)]
+}
+
+impl Model {
+    fn new(bug: Option<Bug>, finish_job: bool) -> Self {
+        let now = HostInstant::from_micros(60_000_000);
+        let mut control = Mutant::new(ARMS.len(), bug);
+        control.control.join(now, TEACHER);
+        for (session, person) in PAGES {
+            control.control.join(now, session);
+            control.identify(now, session, person);
+        }
+        let (length, grace) = (Some(LENGTH), GRACE);
+        let rules = TurnRules {
+            length,
+            grace,
+            finish_job,
+        };
+        control.control.set_turns(now, Some(rules));
+        control.control.set_slots(now, ARMS[1], Some(slots(now)));
+        while control.control.poll_effect().is_some() {}
+        let sessions = PAGES.iter().map(|(session, _)| *session);
+        let sessions = sessions.chain([TEACHER]);
+        Self {
+            control,
+            now,
+            begun: now,
+            sockets: sessions.map(|session| (session, (true, true))).collect(),
+            arms: vec![Arm::default(); ARMS.len()],
+            last: LeaseId(0),
+            requests: 0,
+            path: Vec::new(),
+        }
+    }
+
+    pub(crate) fn arm(&self, arm: ArmId) -> &Arm {
+        &self.arms[arm.0 as usize]
+    }
+
+    pub(crate) fn arm_mut(&mut self, arm: ArmId) -> &mut Arm {
+        &mut self.arms[arm.0 as usize]
+    }
+
+    /// Whose a session is; none: the teacher's.
+    pub(crate) fn person(session: SessionId) -> Option<PersonId> {
+        let found = PAGES.iter().find(|(page, _)| *page == session);
+        found.map(|(_, person)| *person)
+    }
+
+    /// Whose turn it is at an arm, what it does, and what is left of it.
+    pub(crate) fn turn(&self, arm: ArmId) -> Option<(PersonId, TurnState, Option<Duration>)> {
+        let (turn, left) = self.control.control.turn(self.now, arm)?;
+        Some((mutant::known(turn.person), turn.state, left))
+    }
+
+    fn key(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        self.control.control.canonical(self.now).hash(&mut hasher);
+        (&self.sockets, self.now - self.begun).hash(&mut hasher);
+        for arm in &self.arms {
+            let moves: Vec<_> = arm.moves.values().collect();
+            (arm.lease, moves, arm.job, arm.paused, arm.frozen).hash(&mut hasher);
+        }
+        hasher.finish()
+    }
+
+    fn events(&self) -> Vec<Event> {
+        use Event::*;
+        let mut out = vec![Pass];
+        for person in [ANNA, BEN] {
+            out.extend([Join(person, false), Join(person, true), Leave(person)]);
+        }
+        for (session, (socket, _)) in &self.sockets {
+            let session = *session;
+            if !socket {
+                out.push(Back(session));
+                continue;
+            }
+            // The second page is there for what follows from the first one's end.
+            let second = session == PAGES[1].0;
+            out.extend([Word(session), Gone(session)]);
+            for arm in ARMS {
+                let holds = self.arm(arm).lease == Some(session);
+                out.push(Acquire(session, arm));
+                if holds {
+                    out.push(Release(session, arm));
+                }
+                if !second && self.arm(arm).moves.is_empty() {
+                    out.push(Move(session, arm));
+                }
+                if !second && self.arm(arm).job.is_none() && !self.arm(arm).paused {
+                    out.push(StartJob(session, arm));
+                }
+            }
+        }
+        for arm in ARMS {
+            out.push(Take(arm));
+            let frozen = self.arm(arm).frozen;
+            out.push(if frozen { Free(arm) } else { Freeze(arm) });
+            if self.arm(arm).job.is_some() {
+                out.push(EndJob(arm));
+            }
+        }
+        out
+    }
+}
+
+fn search(
+    bug: Option<Bug>,
+    depth: usize,
+    finish_job: bool,
+) -> (Option<(String, Vec<Event>)>, Vec<usize>) {
+    let first = Model::new(bug, finish_job);
+    let mut seen = HashSet::from([first.key()]);
+    let mut edge = vec![first];
+    let mut states = Vec::new();
+    for _ in 0..depth {
+        let mut next = Vec::new();
+        for model in &edge {
+            for event in model.events() {
+                let mut then = model.clone();
+                if let Err(what) = then.step(event) {
+                    return (Some((what, then.path)), states);
+                }
+                if seen.insert(then.key()) {
+                    next.push(then);
+                }
+            }
+        }
+        states.push(next.len());
+        edge = next;
+    }
+    (None, states)
+}
+
+#[test]
+fn a_class_keeps_its_laws_in_every_order_of_events() {
+    for finish_job in [false, true] {
+        let (found, states) = search(None, FURTHER, finish_job);
+        println!("class, states at each depth: {states:?}");
+        assert!(found.is_none(), "{found:#?}");
+    }
+}
+
+#[test]
+fn every_bug_planted_in_a_class_is_found() {
+    for (bug, law) in BUGS {
+        let (found, _) = search(Some(bug), DEPTH, false);
+        let (what, path) = found.unwrap_or_else(|| panic!("{bug:?} is not found"));
+        println!("{bug:?} at depth {}: {path:?}", path.len());
+        assert_eq!(what, law, "{bug:?}: {path:?}");
+    }
+}

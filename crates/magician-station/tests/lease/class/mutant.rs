@@ -1,0 +1,171 @@
+//! Control of a class with a bug planted in it.
+
+use std::collections::BTreeSet;
+use std::time::Duration;
+
+use magician_protocol::HostInstant;
+use magician_station::control::{ArmId, Control, Effect, PersonId, RequestId, SessionId, WorkKind};
+
+use super::{ARMS, Model, TEACHER};
+
+/// What is wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Bug {
+    /// A pupil is taken for a teacher.
+    NotIdentified,
+    /// Slots count where they begin, and not where they end.
+    SlotForgotten,
+    /// A place is the socket's, and ends with it.
+    PlaceOfSocket,
+    /// A place at each arm.
+    PlacePerArm,
+    /// Who comes last is the first.
+    JumpsQueue,
+    /// What runs goes on when the arm is frozen.
+    MovesFrozen,
+    /// A frozen arm is moved by who has the lease.
+    StartsFrozen,
+    /// A turn has no end.
+    WithoutEnd,
+    /// A teacher who takes an arm ends the turn.
+    TakeEndsTurn,
+    /// The end of a turn or a slot leaves what moves alone.
+    MovesOn,
+    /// The next is told, and gets no lease.
+    NextWithoutLease,
+}
+
+/// Each bug, and the law that it breaks first.
+pub(crate) const BUGS: [(Bug, &str); 11] = [
+    (Bug::NotIdentified, "who holds an arm has its turn"),
+    (Bug::SlotForgotten, "nobody holds outside of a slot"),
+    (Bug::PlaceOfSocket, "a reload keeps the place"),
+    (Bug::PlacePerArm, "a person has at most one place"),
+    (Bug::JumpsQueue, "the queue keeps its order"),
+    (Bug::MovesFrozen, "frozen arms do not move"),
+    (Bug::StartsFrozen, "frozen arms do not move"),
+    (Bug::WithoutEnd, "what is due is in the future"),
+    (Bug::TakeEndsTurn, "a turn and a place are kept"),
+    (Bug::MovesOn, "what moves belongs to the holder"),
+    (
+        Bug::NextWithoutLease,
+        "the holder that is told is the holder",
+    ),
+];
+
+/// The person whom a forged number stands for.
+pub(crate) fn known(person: PersonId) -> PersonId {
+    PersonId(person.0 % 100)
+}
+
+#[derive(Clone)]
+pub(crate) struct Mutant {
+    pub(crate) control: Control,
+    bug: Option<Bug>,
+}
+
+impl Mutant {
+    pub(crate) fn new(arms: usize, bug: Option<Bug>) -> Self {
+        let control = Control::new(arms);
+        Self { control, bug }
+    }
+
+    fn has(&self, bug: Bug) -> bool {
+        self.bug == Some(bug)
+    }
+
+    pub(crate) fn identify(&mut self, now: HostInstant, session: SessionId, person: PersonId) {
+        if !self.has(Bug::NotIdentified) {
+            self.control.identify(now, session, Some(person));
+        }
+    }
+
+    pub(crate) fn join(&mut self, now: HostInstant, person: PersonId, any: bool) {
+        let arms = if any { &ARMS[..] } else { &ARMS[..1] };
+        if self.has(Bug::PlacePerArm) {
+            for arm in arms {
+                let forged = PersonId(person.0 + 100 * arm.0);
+                let _ = self.control.join_turn(now, forged, BTreeSet::from([*arm]));
+            }
+            return;
+        }
+        let before = self.control.queue().to_vec();
+        let arms: BTreeSet<_> = arms.iter().copied().collect();
+        let _ = self.control.join_turn(now, person, arms);
+        if self.has(Bug::JumpsQueue) {
+            for place in before.iter().filter(|place| place.person != person) {
+                self.control.leave_turn(now, place.person);
+                let _ = { &mut self.control }.join_turn(now, place.person, place.arms.clone());
+            }
+        }
+    }
+
+    pub(crate) fn take(&mut self, now: HostInstant, arm: ArmId, request: RequestId) {
+        let turn = self.control.turn(now, arm).map(|(turn, _)| turn.person);
+        if self.has(Bug::TakeEndsTurn)
+            && let Some(person) = turn
+        {
+            self.control.leave_turn(now, person);
+        }
+        self.control.take(now, TEACHER, arm, request);
+    }
+
+    pub(crate) fn gone(&mut self, now: HostInstant, session: SessionId) {
+        self.control.leave(now, session);
+        if self.has(Bug::PlaceOfSocket)
+            && let Some(person) = Model::person(session)
+        {
+            self.control.leave_turn(now, person);
+        }
+    }
+
+    pub(crate) fn begin(
+        &mut self,
+        now: HostInstant,
+        session: SessionId,
+        arm: ArmId,
+        request: RequestId,
+        kind: WorkKind,
+    ) -> bool {
+        let frozen = self.has(Bug::StartsFrozen) && self.control.is_frozen(arm);
+        if frozen {
+            self.control.free(now, arm);
+        }
+        let begun = self.control.begin(now, session, arm, request, kind);
+        if frozen {
+            self.control.freeze(now, arm, None);
+            while self.control.poll_effect().is_some() {}
+        }
+        begun.is_ok()
+    }
+
+    pub(crate) fn pass(&mut self, now: HostInstant) {
+        if self.has(Bug::SlotForgotten) {
+            self.control.set_slots(now, ARMS[1], None);
+        }
+        if !self.has(Bug::WithoutEnd) {
+            self.control.handle_timeout(now);
+        }
+    }
+
+    pub(crate) fn freeze(&mut self, now: HostInstant, arm: ArmId) {
+        self.control.freeze(now, arm, None);
+    }
+
+    pub(crate) fn effects(&mut self, frozen: bool) -> Vec<Effect> {
+        let effects: Vec<_> = std::iter::from_fn(|| self.control.poll_effect()).collect();
+        let drops = |effect: &Effect| match (effect, self.bug) {
+            (Effect::EndWork { .. }, Some(Bug::MovesFrozen)) => frozen,
+            (Effect::EndWork { .. }, Some(Bug::MovesOn)) => !frozen,
+            (Effect::TurnLease { .. }, Some(Bug::NextWithoutLease)) => true,
+            _ => false,
+        };
+        effects
+            .into_iter()
+            .filter(|effect| !drops(effect))
+            .collect()
+    }
+}
+
+/// A time that nobody waits.
+pub(crate) const AT_ONCE: Duration = Duration::ZERO;

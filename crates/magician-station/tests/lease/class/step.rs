@@ -1,0 +1,213 @@
+//! What an event does to control and to the arms, and what the effects of control do to them.
+
+use std::time::Duration;
+
+use magician_station::control::{ArmId, Effect, JobId, JobPhase, OnLost, RequestId, WorkKind};
+
+use super::mutant::AT_ONCE;
+use super::{Event, Model, TEACHER};
+use crate::step::{Checked, must};
+
+impl Model {
+    pub(crate) fn step(&mut self, event: Event) -> Checked {
+        let before = self.clone();
+        self.path.push(event);
+        self.happen(event)?;
+        let request = RequestId(self.requests);
+        let frozen = matches!(event, Event::Freeze(_));
+        self.carry_out_all(event, request, frozen)?;
+        self.check(&before, event)
+    }
+
+    fn request(&mut self) -> RequestId {
+        self.requests += 1;
+        RequestId(self.requests)
+    }
+
+    fn happen(&mut self, event: Event) -> Checked {
+        use Event::*;
+        let now = self.now;
+        let request = self.request();
+        let speaks = match event {
+            Acquire(session, _)
+            | Release(session, _)
+            | Word(session)
+            | Move(session, _)
+            | StartJob(session, _) => Some(session),
+            Take(_) | Freeze(_) | Free(_) => self.sockets[&TEACHER].0.then_some(TEACHER),
+            _ => None,
+        };
+        if let Some(session) = speaks {
+            self.control.control.keep_alive(now, session);
+            // What follows from the word comes before the rest.
+            self.carry_out_all(event, request, false)?;
+        }
+        match event {
+            Join(person, any) => self.control.join(now, person, any),
+            Leave(person) => self.control.control.leave_turn(now, person),
+            Acquire(session, arm) => {
+                self.control
+                    .control
+                    .acquire(now, session, arm, request, AT_ONCE);
+            }
+            Release(session, arm) => {
+                // It may have passed on by the word.
+                if self.arm(arm).lease == Some(session) {
+                    for arm in &mut self.arms {
+                        if arm.lease == Some(session) {
+                            arm.moves.clear();
+                        }
+                    }
+                    self.control.control.release_all(now, session);
+                }
+            }
+            Take(arm) => {
+                if self.sockets[&TEACHER].0 {
+                    self.control.take(now, arm, request);
+                }
+            }
+            Word(_) => {}
+            Gone(session) => {
+                self.sockets
+                    .insert(session, (false, self.sockets[&session].1));
+                self.control.gone(now, session);
+            }
+            Back(session) => {
+                let known = self.sockets[&session].1;
+                self.sockets.insert(session, (true, true));
+                if known {
+                    self.control.control.rejoin(now, session);
+                } else {
+                    self.control.control.join(now, session);
+                    if let Some(person) = Self::person(session) {
+                        self.control.identify(now, session, person);
+                    }
+                }
+            }
+            Move(session, arm) => {
+                let kind = WorkKind::Queued;
+                if self.control.begin(now, session, arm, request, kind) {
+                    self.arm_mut(arm).moves.insert(request, session);
+                }
+            }
+            StartJob(session, arm) => {
+                let kind = WorkKind::StartJob;
+                if self.control.begin(now, session, arm, request, kind) {
+                    self.arm_mut(arm).job = Some(session);
+                    self.job_is(arm, Some(JobPhase::Active));
+                    self.control.control.finish(now, arm, request);
+                }
+            }
+            EndJob(arm) => {
+                self.arm_mut(arm).job = None;
+                self.job_is(arm, None);
+            }
+            Freeze(arm) => {
+                self.arm_mut(arm).frozen = true;
+                self.control.freeze(now, arm);
+            }
+            Free(arm) => {
+                self.arm_mut(arm).frozen = false;
+                self.control.control.free(now, arm);
+            }
+            Pass => {
+                let due = self.control.control.poll_timeout();
+                must(
+                    due.is_none_or(|due| due > now),
+                    "what is due is in the future",
+                )?;
+                self.now = due.unwrap_or(now + Duration::from_secs(6));
+                self.control.pass(self.now);
+            }
+        }
+        Ok(())
+    }
+
+    fn job_is(&mut self, arm: ArmId, phase: Option<JobPhase>) {
+        let (now, job) = (self.now, JobId(arm.0));
+        self.control
+            .control
+            .job_is(now, arm, job, OnLost::Pause, phase);
+    }
+
+    fn carry_out_all(&mut self, event: Event, request: RequestId, frozen: bool) -> Checked {
+        loop {
+            let effects = self.control.effects(frozen);
+            if effects.is_empty() {
+                return Ok(());
+            }
+            for effect in effects {
+                self.carry_out(effect, event, request)?;
+            }
+        }
+    }
+
+    fn carry_out(&mut self, effect: Effect, event: Event, request: RequestId) -> Checked {
+        match effect {
+            Effect::Granted {
+                request: of,
+                arm,
+                lease,
+            } => {
+                must(of == request, "a request is answered once")?;
+                let session = match event {
+                    Event::Acquire(session, _) => session,
+                    _ => TEACHER,
+                };
+                // The holder itself gets its own again.
+                if self.arm(arm).lease != Some(session) {
+                    must(lease > self.last, "a number is used once")?;
+                    self.last = lease;
+                    self.arm_mut(arm).lease = Some(session);
+                }
+                Ok(())
+            }
+            Effect::TurnLease {
+                arm,
+                session,
+                lease,
+            } => {
+                must(lease > self.last, "a number is used once")?;
+                must(self.sockets[&session].0, "who is not there gets no lease")?;
+                self.last = lease;
+                self.arm_mut(arm).lease = Some(session);
+                Ok(())
+            }
+            Effect::Denied { request: of, .. } => must(of == request, "a request is answered once"),
+            Effect::Holder { arm, holder } => {
+                if holder.is_none() {
+                    self.arm_mut(arm).lease = None;
+                }
+                must(
+                    self.arm(arm).lease == holder,
+                    "the holder that is told is the holder",
+                )
+            }
+            Effect::EndWork {
+                arm,
+                requests,
+                stop,
+                ..
+            } => {
+                let moves = &mut self.arm_mut(arm).moves;
+                moves.retain(|request, _| !requests.contains(request));
+                must(!stop || moves.is_empty(), "a stop ends all requests")
+            }
+            Effect::EndJob { arm, pause, .. } => {
+                must(pause, "a job ends as it is to end")?;
+                if self.arm_mut(arm).job.take().is_some() {
+                    self.arm_mut(arm).paused = true;
+                    self.job_is(arm, Some(JobPhase::Paused));
+                }
+                Ok(())
+            }
+            Effect::SessionOver(session) => {
+                let socket = self.sockets[&session].0;
+                self.sockets.insert(session, (socket, false));
+                Ok(())
+            }
+            Effect::Turns | Effect::TurnEnding { .. } => Ok(()),
+            other => Err(format!("unknown effect {other:?}")),
+        }
+    }
+}

@@ -1,0 +1,377 @@
+//! A class: signing in, turns, freezes, the schedule, jobs that wait, and results.
+
+use std::time::Duration;
+
+use magician_station::Role;
+use serde_json::{Value, json};
+
+use crate::bench::{Bench, Tester};
+
+const CLASS: &str = r#"
+[class]
+turn_s = 120
+grace_s = 20
+[[pupil]]
+name = "Ada"
+group = "red"
+code = "7K3M"
+[[pupil]]
+name = "Ben"
+code = "9QWE"
+"#;
+
+async fn class(arms: usize) -> (Bench, Tester) {
+    let bench = Bench::new(arms).await;
+    let mut teacher = bench.join_as("Ms Lee", Role::Teacher).await;
+    teacher.ok("class.set", json!({"text": CLASS})).await;
+    (bench, teacher)
+}
+
+/// A pupil signs in at a page that has no right of its own.
+async fn sign_in(bench: &Bench, name: &str, code: &str) -> Result<Tester, Value> {
+    let mut page = bench.socket(None);
+    let hello = json!({"client": {"name": "page"}, "pupil": {"name": name, "code": code}});
+    page.call("session.hello", hello).await.map(|_| page)
+}
+
+async fn pupil(bench: &Bench, name: &str) -> Tester {
+    let code = if name == "Ada" { "7K3M" } else { "9QWE" };
+    sign_in(bench, name, code).await.unwrap()
+}
+
+/// Keeps sessions alive for so long.
+async fn pass(seconds: u64, testers: &mut [&mut Tester]) {
+    for _ in 0..seconds {
+        for tester in testers.iter_mut() {
+            tester.client.pong();
+            tester.listen(Duration::ZERO).await;
+        }
+        tokio::time::sleep(Duration::from_secs(1)).await;
+    }
+    for tester in testers.iter_mut() {
+        tester.listen(Duration::from_millis(1)).await;
+    }
+}
+
+fn plan(moves: usize) -> String {
+    let steps: Vec<_> = (0..moves)
+        .map(|at| json!({"move": [220, at, 20, 0]}))
+        .collect();
+    json!({"format": "magician-plan", "version": 1, "title": "strokes", "steps": steps}).to_string()
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_pupil_signs_in_by_name_and_code_and_wrong_codes_are_slowed_down() {
+    let (bench, mut teacher) = class(1).await;
+    let mut ada = sign_in(&bench, "ada", "7k3m").await.unwrap();
+    let sessions = ada.ok("session.list", json!({})).await["sessions"].clone();
+    let own = sessions
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|one| one["name"] == "Ada")
+        .unwrap();
+    assert_eq!(own["role"], "student");
+    assert_eq!(
+        ada.ok("class.get", json!({})).await["pupils"][0]["code"],
+        Value::Null
+    );
+    for _ in 0..5 {
+        let error = sign_in(&bench, "Ben", "0000").await.err().unwrap();
+        assert_eq!(error["code"], -32001, "{error}");
+    }
+    let error = sign_in(&bench, "Ben", "9QWE").await.err().unwrap();
+    assert_eq!(error["data"]["kind"], "too-many", "{error}");
+    assert!(
+        sign_in(&bench, "Ada", "7K3M").await.is_ok(),
+        "another name is another count"
+    );
+    tokio::time::sleep(Duration::from_secs(61)).await;
+    assert!(sign_in(&bench, "Ben", "9QWE").await.is_ok());
+    // A new code ends what was signed in with the old one.
+    let codes = teacher.ok("class.codes", json!({"pupils": ["Ada"]})).await;
+    let code = codes["pupils"][0]["code"].as_str().unwrap().to_owned();
+    assert!(code.len() == 6 && code != "7K3M");
+    ada.listen(Duration::from_millis(1)).await;
+    assert!(ada.closed.is_some());
+    bench.station.flush().await;
+    let lines = bench.lines.lock().unwrap();
+    let told = lines
+        .iter()
+        .map(|line| format!("{line:?}"))
+        .collect::<String>();
+    assert!(!told.contains("7k3m") && !told.contains("9QWE") && told.contains("Ben"));
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_turn_passes_on_by_the_clock_and_a_reload_keeps_the_place() {
+    let (bench, _teacher) = class(1).await;
+    let (mut ada, mut ben) = (pupil(&bench, "Ada").await, pupil(&bench, "Ben").await);
+    ada.ok("turn.join", json!({})).await;
+    let turns = ben.ok("turn.join", json!({"arm": "arm"})).await;
+    assert_eq!(turns["arms"][0]["person"], "Ada");
+    assert_eq!(turns["queue"][0]["person"], "Ben");
+    let denied = ben.call("lease.acquire", json!({})).await.unwrap_err();
+    assert!(
+        denied["message"]
+            .as_str()
+            .unwrap()
+            .contains("not your turn"),
+        "{denied}"
+    );
+    ada.listen(Duration::from_millis(1)).await;
+    let granted = ada.noticed("turn.granted")[0].clone();
+    ada.ok("lease.renew", json!({"lease": granted["lease"]}))
+        .await;
+    ada.ok("arm.move", json!({"to": [220, 0, 40, 0]})).await;
+    // Ben's page is loaded anew, by another session.
+    drop(ben);
+    pass(10, &mut [&mut ada]).await;
+    let mut ben = pupil(&bench, "Ben").await;
+    let turns = ben.ok("turn.list", json!({})).await;
+    assert_eq!(turns["queue"][0]["person"], "Ben");
+    pass(115, &mut [&mut ada, &mut ben]).await;
+    let told: Vec<_> = ada
+        .noticed("turn.ending")
+        .iter()
+        .map(|told| told["left_s"].as_f64().unwrap())
+        .collect();
+    assert_eq!(told.len(), 2, "{told:?}");
+    assert!(
+        told[0] <= 60.0 && told[0] > 55.0 && told[1] <= 10.0 && told[1] > 5.0,
+        "{told:?}"
+    );
+    assert_eq!(ben.noticed("turn.granted").len(), 1);
+    assert_eq!(
+        ada.code("arm.move", json!({"to": [220, 0, 40, 0]})).await,
+        -32002
+    );
+    ben.ok("arm.move", json!({"to": [220, 10, 40, 0]})).await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_frozen_arm_pauses_its_job_and_no_pupil_moves_it() {
+    let (bench, mut teacher) = class(1).await;
+    let mut ada = pupil(&bench, "Ada").await;
+    ada.ok("lease.acquire", json!({})).await;
+    let job = ada.begin_job().await;
+    teacher.ok("class.freeze", json!({})).await;
+    pass(5, &mut [&mut ada, &mut teacher]).await;
+    assert_eq!(
+        ada.ok("job.get", json!({"job": job})).await["state"],
+        "paused"
+    );
+    let error = ada
+        .call("arm.move", json!({"to": [220, 0, 40, 0]}))
+        .await
+        .unwrap_err();
+    assert_eq!(error["data"]["kind"], "frozen", "{error}");
+    assert_eq!(ada.code("job.resume", json!({"job": job})).await, -32008);
+    let left = |turns: Value| turns["arms"][0]["left_s"].as_f64().unwrap();
+    let before = left(ada.ok("turn.list", json!({})).await);
+    pass(60, &mut [&mut ada, &mut teacher]).await;
+    assert_eq!(left(ada.ok("turn.list", json!({})).await), before);
+    teacher.ok("class.free", json!({"arms": ["arm"]})).await;
+    ada.ok("job.resume", json!({"job": job})).await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_schedule_holds_by_the_stations_clock() {
+    let (bench, mut teacher) = class(1).await;
+    // The bench begins at 1970-01-12T13:46:40Z.
+    let text = "[[slot]]\narms = [\"arm\"]\nwho = [\"red\"]\nfrom = 1970-01-12T13:00:00Z\nuntil = \"1970-01-12T13:48:00Z\"\n";
+    teacher.ok("schedule.set", json!({"text": text})).await;
+    let (mut ada, mut ben) = (pupil(&bench, "Ada").await, pupil(&bench, "Ben").await);
+    ben.ok("turn.join", json!({})).await;
+    ben.listen(Duration::from_millis(1)).await;
+    assert!(ben.noticed("turn.granted").is_empty());
+    ada.ok("lease.acquire", json!({})).await;
+    pass(85, &mut [&mut ada, &mut ben]).await;
+    assert_eq!(
+        ada.code("arm.move", json!({"to": [220, 0, 40, 0]})).await,
+        -32002
+    );
+    assert_eq!(ada.code("lease.acquire", json!({})).await, -32002);
+    teacher.ok("lease.acquire", json!({})).await;
+    let bad = teacher
+        .call(
+            "schedule.set",
+            json!({"text": text.replace("\"arm\"", "\"nose\"")}),
+        )
+        .await;
+    assert!(
+        bad.unwrap_err()["message"]
+            .as_str()
+            .unwrap()
+            .contains("nose")
+    );
+}
+
+#[tokio::test(start_paused = true)]
+async fn jobs_wait_for_their_arm_and_begin_in_order() {
+    let (bench, mut teacher) = class(1).await;
+    let (mut ada, mut ben) = (pupil(&bench, "Ada").await, pupil(&bench, "Ben").await);
+    ada.ok("lease.acquire", json!({})).await;
+    let first = ada.begin_job().await;
+    let queue = |text: String| json!({"text": text, "queue": true});
+    let second = ben.ok("job.start", queue(plan(2))).await["job"].clone();
+    let third = ben.ok("job.start", queue(plan(3))).await["job"].clone();
+    let shown = ben.ok("job.get", json!({"job": third})).await;
+    assert_eq!(
+        (&shown["state"], &shown["place"]),
+        (&json!("queued"), &json!(2))
+    );
+    let fourth = ben.ok("job.start", queue(plan(3))).await["job"].clone();
+    assert_eq!(
+        ben.ok("job.stop", json!({"job": fourth})).await["state"],
+        "stopped"
+    );
+    bench.station.flush().await;
+    let kept = bench.kept.copy();
+    pass(60, &mut [&mut ada, &mut ben, &mut teacher]).await;
+    assert_eq!(
+        ben.ok("job.get", json!({"job": first})).await["state"],
+        "done"
+    );
+    // While Ada has her turn nothing of Ben's begins.
+    assert_eq!(
+        ben.ok("job.get", json!({"job": second})).await["state"],
+        "queued"
+    );
+    ada.ok("turn.leave", json!({})).await;
+    pass(30, &mut [&mut ada, &mut ben, &mut teacher]).await;
+    for job in [&second, &third] {
+        assert_eq!(
+            ben.ok("job.get", json!({"job": job})).await["state"],
+            "done"
+        );
+    }
+    let results = teacher.ok("class.results", json!({})).await["results"].clone();
+    let names: Vec<_> = results
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|one| one["pupil"].as_str().unwrap())
+        .collect();
+    assert_eq!(names, ["Ada", "Ben", "Ben"]);
+    // A restart begins nothing by itself.
+    let after = Bench::after(kept).await;
+    let mut teacher = after.join_as("Ms Lee", Role::Teacher).await;
+    let shown = teacher.ok("job.get", json!({"job": second})).await;
+    assert_eq!(
+        (&shown["state"], &shown["place"]),
+        (&json!("interrupted"), &Value::Null)
+    );
+}
+
+#[tokio::test(start_paused = true)]
+async fn after_a_stop_the_queue_waits_for_a_word() {
+    let (bench, mut teacher) = class(1).await;
+    let mut ada = pupil(&bench, "Ada").await;
+    let first = ada
+        .ok(
+            "job.start",
+            json!({"text": plan(40), "queue": true, "after_check": false}),
+        )
+        .await["job"]
+        .clone();
+    let second = ada
+        .ok("job.start", json!({"text": plan(2), "queue": true}))
+        .await["job"]
+        .clone();
+    pass(1, &mut [&mut ada, &mut teacher]).await;
+    teacher.ok("job.stop", json!({"job": first})).await;
+    pass(10, &mut [&mut ada, &mut teacher]).await;
+    let shown = ada.ok("job.get", json!({"job": second})).await;
+    assert_eq!(
+        (&shown["state"], &shown["reason"]),
+        (&json!("queued"), &json!("stopped"))
+    );
+    ada.ok("job.resume", json!({"job": second})).await;
+    pass(10, &mut [&mut ada, &mut teacher]).await;
+    assert_eq!(
+        ada.ok("job.get", json!({"job": second})).await["state"],
+        "done"
+    );
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_burns_begins_from_the_queue_by_a_teachers_yes_alone() {
+    let bench = Bench::real(1).await;
+    let mut teacher = bench.join_as("Ms Lee", Role::Teacher).await;
+    teacher.ok("class.set", json!({"text": CLASS})).await;
+    let mut ada = pupil(&bench, "Ada").await;
+    let burns = json!({"format": "magician-plan", "version": 1, "tool": "laser", "steps": [
+        {"laser": true}, {"laser": false}]});
+    teacher.ok("lease.acquire", json!({})).await;
+    let queue = json!({"text": burns.to_string(), "queue": true, "yes": true});
+    let job = ada.ok("job.start", queue).await["job"].clone();
+    let lease = teacher.ok("lease.acquire", json!({})).await["lease"].clone();
+    teacher.ok("lease.release", json!({"lease": lease})).await;
+    pass(10, &mut [&mut ada, &mut teacher]).await;
+    let shown = ada.ok("job.get", json!({"job": job})).await;
+    assert_eq!(
+        (&shown["state"], &shown["reason"]),
+        (&json!("queued"), &json!("yes")),
+        "{shown}"
+    );
+    assert_eq!(
+        ada.code("job.resume", json!({"job": job, "yes": true}))
+            .await,
+        -32001
+    );
+    assert_eq!(
+        teacher.code("job.resume", json!({"job": job})).await,
+        -32005
+    );
+    teacher
+        .ok("job.resume", json!({"job": job, "yes": true}))
+        .await;
+    pass(30, &mut [&mut ada, &mut teacher]).await;
+    let shown = ada.ok("job.get", json!({"job": job})).await;
+    assert_ne!(shown["state"], "queued", "{shown}");
+    assert_ne!(shown["error"]["kind"], "dangerous", "{shown}");
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_fence_of_the_class_holds_for_pupils_and_not_for_teachers() {
+    let (bench, mut teacher) = class(1).await;
+    let text = CLASS.replace(
+        "grace_s = 20",
+        "grace_s = 20\nfence = { floor = 10 }\nspeed = 90",
+    );
+    teacher.ok("class.set", json!({"text": text})).await;
+    let mut ada = pupil(&bench, "Ada").await;
+    ada.ok("lease.acquire", json!({})).await;
+    let low = json!({"to": [220, 0, -20, 0]});
+    ada.ok("arm.move", json!({"to": [220, 0, 30, 0]})).await;
+    let error = ada.call("arm.move", low.clone()).await.unwrap_err();
+    assert_eq!(error["data"]["kind"], "unreachable", "{error}");
+    ada.ok("arm.move", json!({"to": [220, 0, 20, 0]})).await;
+    teacher.ok("lease.take", json!({})).await;
+    teacher.ok("arm.move", low.clone()).await;
+    assert_eq!(
+        teacher.ok("arm.fence", json!({})).await["fence"],
+        Value::Null
+    );
+    assert_eq!(
+        ada.ok("turn.list", json!({})).await["arms"][0]["state"],
+        "suspended"
+    );
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_teacher_sends_a_program_to_all_arms() {
+    let (bench, mut teacher) = class(2).await;
+    let mut ada = pupil(&bench, "Ada").await;
+    ada.ok("turn.join", json!({"arm": "arm2"})).await;
+    let sent = teacher.ok("class.send", json!({"text": plan(2)})).await["jobs"].clone();
+    assert_eq!(sent[0]["state"], "checking");
+    assert_eq!(sent[1]["state"], "queued", "arm2 is Ada's: {sent}");
+    ada.ok("turn.leave", json!({})).await;
+    pass(20, &mut [&mut ada, &mut teacher]).await;
+    for job in sent.as_array().unwrap() {
+        let shown = teacher.ok("job.get", json!({"job": job["job"]})).await;
+        assert_eq!(shown["state"], "done", "{shown}");
+    }
+}
