@@ -1,4 +1,6 @@
-//! `station`: the tokens of this machine's stations.
+//! `station`: the tokens of this machine's stations, and the class of one.
+
+mod class;
 
 use clap::{Args, Subcommand};
 use magician_station::Role;
@@ -10,7 +12,7 @@ use crate::columns::Columns;
 use crate::context::Context;
 use crate::failure::Failure;
 
-/// Make, list and revoke tokens for a station, and codes for tokens
+/// Tokens for a station, codes for tokens, and the class of a station
 #[derive(Args, Debug)]
 pub(crate) struct Station {
     #[command(subcommand)]
@@ -23,6 +25,10 @@ enum What {
     Token(Token),
     /// Print a code of six digits, good for one token within two minutes
     Pair(Pair),
+    /// Pupils and their codes, turns, the schedule; freeze and free arms
+    Class(class::Class),
+    /// What the pupils of a running station have made
+    Results(class::Results),
 }
 
 #[derive(Args, Debug)]
@@ -64,6 +70,8 @@ impl Station {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let store = tokens()?;
         match self.what {
+            What::Class(class) => class.run(context),
+            What::Results(results) => results.run(context),
             What::Pair(pair) => {
                 let code = store.pair(pair.role)?;
                 let seconds = CODE.as_secs();

@@ -14,6 +14,7 @@ use clap::{Args, ValueHint};
 use magician::{Arm, SimSpeed, Target, VirtualArm};
 use magician_job::dirs;
 use magician_job::presets::Presets;
+use magician_station::class::{ClassFile, Schedule};
 use magician_station::http::{
     Admission, HttpOptions, JobFile, JournalFile, ListenError, Listener, Pages, ProgramFolder,
     RecordingFolder, Tls, TlsError, TokenError, TokenStore, Tries, Uploads,
@@ -88,6 +89,12 @@ pub(crate) struct Serve {
     /// Serve the API alone: no page at /
     #[arg(long)]
     no_studio: bool,
+    /// Serve a class: pupils, their codes and rules (TOML); without it the class that was served last
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    class: Option<PathBuf>,
+    /// Who may use which arm when (TOML); without it the schedule that held last
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    schedule: Option<PathBuf>,
     /// Folder of the programs that are kept; by default `programs` in the user's data of magician
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     programs: Option<PathBuf>,
@@ -120,6 +127,8 @@ struct Kept {
     programs: Option<Arc<dyn ProgramStore>>,
     presets: Presets,
     student_laser: bool,
+    class: Option<String>,
+    schedule: Option<String>,
 }
 
 /// `NAME=PORT`.
@@ -176,6 +185,22 @@ impl Serve {
             };
             arms.push((entry, target, options));
         }
+        let read = |file: &PathBuf| {
+            let wrong = |error| Failure::invalid(format!("{}: {error}", file.display()));
+            std::fs::read_to_string(file).map_err(wrong)
+        };
+        let class = self.class.as_ref().map(read).transpose()?;
+        let schedule = self.schedule.as_ref().map(read).transpose()?;
+        let flawed = |file: &Option<PathBuf>, error| {
+            let file = file.as_deref().unwrap_or(std::path::Path::new(""));
+            Failure::invalid(format!("{}: {error}", file.display()))
+        };
+        if let Some(text) = &class {
+            ClassFile::parse(text).map_err(|error| flawed(&self.class, error))?;
+        }
+        if let Some(text) = &schedule {
+            Schedule::parse(text).map_err(|error| flawed(&self.schedule, error))?;
+        }
         let presets = Presets::of_user();
         let reader = FormatReader::new(job::defaults(&config)?);
         let mut reader = reader.with_presets(presets.clone());
@@ -212,6 +237,8 @@ impl Serve {
                 programs,
                 presets,
                 student_laser,
+                class,
+                schedule,
             };
             self.serve(json, kept, (listener, link), entries, connected, signals)
                 .await
@@ -310,6 +337,8 @@ impl Serve {
             programs,
             presets,
             student_laser,
+            class,
+            schedule,
         } = kept;
         let since = SystemTime::now()
             .duration_since(UNIX_EPOCH)
@@ -319,6 +348,7 @@ impl Serve {
         config.unix_zero = since.as_secs_f64();
         config.read_only = self.read_only;
         config.student_laser = student_laser;
+        (config.class, config.schedule) = (class, schedule);
         config.reader = Arc::new(reader);
         config.presets = presets;
         if let Some(programs) = programs {
