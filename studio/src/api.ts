@@ -75,6 +75,7 @@ export type Job = {
   part: number | null;
   reason: string | null;
   text: string | null;
+  place: number | null;
   error: {
     message: string;
   } | null;
@@ -215,6 +216,7 @@ export interface Methods {
     params: {
       client: Record<string, unknown>;
       token?: string;
+      pupil?: Record<string, unknown>;
       resume?: string;
     };
     result: {
@@ -655,6 +657,7 @@ export interface Methods {
       unhomed?: boolean;
       yes?: boolean;
       on_lost?: "pause" | "stop" | "continue";
+      queue?: boolean;
       after_check?: boolean;
     };
     result: {
@@ -1062,6 +1065,209 @@ export interface Methods {
     };
     result: {
       outlines: number[][][];
+    };
+  };
+  /** Gives the station a class, in the place of the one before. Pupils keep their codes; the others get one. */
+  "class.set": {
+    params: {
+      text: string;
+    };
+    result: {
+      class: {
+        turn_s: number;
+        grace_s: number;
+        finish_job: boolean;
+        speed: number | null;
+        fence: Record<string, unknown> | null;
+      } | null;
+      groups: {
+      };
+      pupils: Array<{
+        name: string;
+        group: string | null;
+        code: string | null;
+      }>;
+    };
+  };
+  /** The class: its rules and pupils. */
+  "class.get": {
+    params: {
+    };
+    result: {
+      class: {
+        turn_s: number;
+        grace_s: number;
+        finish_job: boolean;
+        speed: number | null;
+        fence: Record<string, unknown> | null;
+      } | null;
+      groups: {
+      };
+      pupils: Array<{
+        name: string;
+        group: string | null;
+        code: string | null;
+      }>;
+    };
+  };
+  /** Makes new codes: whoever signed in with an old one has to sign in again. */
+  "class.codes": {
+    params: {
+      pupils?: string[];
+    };
+    result: {
+      class: {
+        turn_s: number;
+        grace_s: number;
+        finish_job: boolean;
+        speed: number | null;
+        fence: Record<string, unknown> | null;
+      } | null;
+      groups: {
+      };
+      pupils: Array<{
+        name: string;
+        group: string | null;
+        code: string | null;
+      }>;
+    };
+  };
+  /** Stops arms: jobs pause, the rest ends, the laser is off. Nobody but a teacher moves them until `class.free`; the time of turns stands. */
+  "class.freeze": {
+    params: {
+      arms?: string[];
+    };
+    result: {
+      arms: string[];
+    };
+  };
+  /** Lets arms be moved again. */
+  "class.free": {
+    params: {
+      arms?: string[];
+    };
+    result: {
+      arms: string[];
+    };
+  };
+  /** Puts a program to arms: it begins where the arm is free, and waits in the arm's queue elsewhere. */
+  "class.send": {
+    params: {
+      program?: string;
+      text?: string;
+      data?: string;
+      format?: string;
+      setup?: Record<string, unknown>;
+      arms?: string[];
+      yes?: boolean;
+    };
+    result: {
+      jobs: Array<{
+        arm: string;
+        job: string | null;
+        state: string | null;
+        error: string | null;
+      }>;
+    };
+  };
+  /** What pupils have made: their jobs that are done. As a page: GET /api/v1/class/results.html. */
+  "class.results": {
+    params: {
+    };
+    result: {
+      results: Array<{
+        job: string;
+        pupil: string;
+        group: string | null;
+        title: string | null;
+        arm: string;
+        time: string;
+        drawn_mm: number | null;
+        strokes: number[][][];
+      }>;
+    };
+  };
+  /** Joins the queue for a turn, of persons and not of sockets: a page that is loaded anew has lost nothing. Who has a turn, or waits for the same arms, keeps it. A teacher needs none. */
+  "turn.join": {
+    params: {
+      arm?: string;
+      group?: string;
+    };
+    result: {
+      turn_s: number | null;
+      arms: Array<{
+        arm: string;
+        person: string | null;
+        state: string | null;
+        left_s: number | null;
+        frozen: boolean;
+      }>;
+      queue: Array<{
+        place: number;
+        person: string;
+        arms: string[];
+        missed: boolean;
+      }>;
+    };
+  };
+  /** Gives turn and place up. */
+  "turn.leave": {
+    params: {
+    };
+    result: null;
+  };
+  /** Whose turn it is, and who waits. */
+  "turn.list": {
+    params: {
+    };
+    result: {
+      turn_s: number | null;
+      arms: Array<{
+        arm: string;
+        person: string | null;
+        state: string | null;
+        left_s: number | null;
+        frozen: boolean;
+      }>;
+      queue: Array<{
+        place: number;
+        person: string;
+        arms: string[];
+        missed: boolean;
+      }>;
+    };
+  };
+  /** Says who may have the lease of which arm when, by the station's own clock. An arm that is in no slot is free at any time. */
+  "schedule.set": {
+    params: {
+      text: string;
+    };
+    result: {
+      text: string;
+      slots: Array<{
+        arms: string[];
+        who: string[];
+        days: string[] | null;
+        from: number;
+        until: number;
+      }>;
+      now: number;
+    };
+  };
+  /** The schedule. */
+  "schedule.get": {
+    params: {
+    };
+    result: {
+      text: string;
+      slots: Array<{
+        arms: string[];
+        who: string[];
+        days: string[] | null;
+        from: number;
+        until: number;
+      }>;
+      now: number;
     };
   };
 }

@@ -97,6 +97,11 @@ impl Schedule {
         &self.text
     }
 
+    /// The arms that it names.
+    pub fn arms(&self) -> impl Iterator<Item = &str> {
+        { self.slots.iter() }.flat_map(|slot| slot.arms.iter().map(String::as_str))
+    }
+
     /// The names that arms and persons have in it: each must be known.
     pub(crate) fn names(&self) -> impl Iterator<Item = (&[String], &[String])> {
         { self.slots.iter() }.map(|slot| (&slot.arms[..], &slot.who[..]))

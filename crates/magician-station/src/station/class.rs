@@ -104,6 +104,9 @@ impl Station {
         if self.class.anew.is_some_and(|anew| anew <= now) {
             let first = self.class.anew == Some(HostInstant::ZERO);
             self.class.anew = None;
+            if let Some(text) = self.config.schedule.clone().filter(|_| first) {
+                self.class.kept.insert(SCHEDULE, text);
+            }
             if first && let Some(mut file) = self.class.file.take() {
                 file.make_codes(self.config.random);
                 self.begin_class(now, Some(file));

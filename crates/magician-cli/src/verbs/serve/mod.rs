@@ -199,7 +199,15 @@ impl Serve {
             ClassFile::parse(text).map_err(|error| flawed(&self.class, error))?;
         }
         if let Some(text) = &schedule {
-            Schedule::parse(text).map_err(|error| flawed(&self.schedule, error))?;
+            let read = Schedule::parse(text).map_err(|error| flawed(&self.schedule, error))?;
+            let known = |arm: &str| arms.iter().any(|(entry, ..)| entry.name == arm);
+            if let Some(arm) = read.arms().find(|arm| !known(arm)) {
+                let message =
+                    format!("the schedule has slots of an arm {arm}, which is not served");
+                return Err(
+                    Failure::invalid(message).hint("arms have the names of --arm NAME=PORT")
+                );
+            }
         }
         let presets = Presets::of_user();
         let reader = FormatReader::new(job::defaults(&config)?);
