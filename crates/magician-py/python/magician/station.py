@@ -9,7 +9,7 @@ from types import TracebackType
 from typing import Any
 
 from . import _told
-from ._arguments import flag, hearing, seconds, text, whole
+from ._arguments import flag, hearing, number, seconds, text, whole
 from ._bound import Bound
 from ._magician import Notices as NativeNotices
 from ._magician import Station as NativeStation
