@@ -2058,9 +2058,7 @@ def record(
     return Recording(None, arm, _recorded(path, rate, tolerance, units, overwrite))
 
 
-def _recorded(
-    path: str | os.PathLike[str], rate: float, tolerance: float, units: bool, overwrite: bool
-) -> _Recorded:
+def _recorded(path: str | os.PathLike[str], rate: float, tolerance: float, units: bool, overwrite: bool) -> _Recorded:
     rate = number("rate", rate, least=0.1, most=500, unit="Hz")
     tolerance = number("tolerance", tolerance, least=0.01, most=100, unit="mm")
     return os.fspath(path), rate, tolerance, flag("units", units), flag("overwrite", overwrite)
