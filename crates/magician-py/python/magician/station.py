@@ -382,7 +382,8 @@ class StationJob(Bound):
 
         :param approach: whether the arm may have been moved since.
         :param yes: that what burns on a real arm is meant.
-        :param overlap: how far before the place where a burn ended it begins, along its line, mm; for a job that has ended.
+        :param overlap: how far before the place where a burn ended it begins, along its line, mm; for a job that
+            has ended.
         """
         return self._call(
             "job.resume",
