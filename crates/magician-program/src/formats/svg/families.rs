@@ -16,7 +16,7 @@ pub(super) fn quoted(text: &str, node: &Node<'_, '_>) -> Vec<(Range<usize>, Stri
             continue;
         };
         let lists = match attribute.name() {
-            PROPERTY => vec![0..raw.len()],
+            PROPERTY => std::iter::once(0..raw.len()).collect(),
             "style" => in_style(raw),
             _ => continue,
         };
