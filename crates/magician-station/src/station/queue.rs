@@ -129,6 +129,7 @@ impl Station {
             job,
             order: queued.order.clone(),
             resumes: false,
+            overlap: 0.0,
             laser: if may {
                 Ok(())
             } else {
