@@ -1,7 +1,7 @@
 //! `station class` and `station results`: what a teacher does for all pupils of a station.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand, ValueHint};
 use magician_station::class::{ClassFile, codes_page, results_page};
@@ -98,18 +98,18 @@ fn call(context: &mut Context, method: &str, params: Value) -> Result<Value, Fai
     })
 }
 
-fn read(file: &PathBuf) -> Result<String, Failure> {
+fn read(file: &Path) -> Result<String, Failure> {
     let wrong = |error| Failure::invalid(format!("{}: {error}", file.display()));
     fs::read_to_string(file).map_err(wrong)
 }
 
-fn write(file: &PathBuf, text: &str) -> Result<(), Failure> {
+fn write(file: &Path, text: &str) -> Result<(), Failure> {
     let wrong = |error| Failure::invalid(format!("{}: {error}", file.display()));
     magician_job::files::replace_private(file, text).map_err(wrong)
 }
 
 /// The pupils and their codes, a line each; as a page where one is wanted.
-fn list(context: &mut Context, class: &Value, html: Option<&PathBuf>) -> Result<(), Failure> {
+fn list(context: &mut Context, class: &Value, html: Option<&Path>) -> Result<(), Failure> {
     if let Some(file) = html {
         write(file, &codes_page(class))?;
     }
@@ -151,14 +151,14 @@ impl Class {
                     |pupil| json!({"name": pupil.name, "group": pupil.group, "code": pupil.code}),
                 );
                 let shown = json!({"pupils": pupils.collect::<Vec<_>>()});
-                list(context, &shown, html.as_ref())
+                list(context, &shown, html.as_deref())
             }
             What::List { html } => {
                 let class = call(context, "class.get", json!({}))?;
-                list(context, &class, html.as_ref())
+                list(context, &class, html.as_deref())
             }
             What::Set { file } => {
-                let text = file.as_ref().map(read).transpose()?.unwrap_or_default();
+                let text = file.as_deref().map(read).transpose()?.unwrap_or_default();
                 let class = call(context, "class.set", json!({"text": text}))?;
                 list(context, &class, None)
             }
