@@ -49,7 +49,7 @@ impl Topic {
         Self::Events,
     ];
 
-    const fn name(self) -> &'static str {
+    pub(super) const fn name(self) -> &'static str {
         match self {
             Self::Pose => "/pose",
             Self::Joints => "/joints",

@@ -46,15 +46,18 @@
 //! that far.
 
 mod file;
+mod frames;
 mod message;
 mod readings;
 #[cfg(feature = "sim")]
 mod recorder;
 mod scene;
+mod trace;
 
 pub use readings::{Plane, Readings};
 #[cfg(feature = "sim")]
 pub use recorder::Recorder;
+pub use trace::{FramesError, is_recording, trace_of};
 
 /// A point or span of time on the clock of a recording, microseconds.
 type Micros = u64;

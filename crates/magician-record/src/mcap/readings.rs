@@ -3,8 +3,10 @@
 use std::io::{self, Write};
 
 use magician_motion::{ArmModel, JointAngles, Pose, ToolBias};
+use magician_protocol::Direction;
 
 use super::file::{File, Topic};
+use super::frames::HostLine;
 use super::message::{Alarms, Joints, Log, PoseInFrame, QueueFromOutside};
 use super::scene::{EVERY, Ink, Scene, Stance};
 use super::{Micros, SECOND};
@@ -44,6 +46,7 @@ pub struct Readings<W: Write> {
     pen: Vec<[f64; 3]>,
     /// When frames are written again, and after how long once more.
     transforms: (Micros, Micros),
+    lines: Vec<HostLine>,
     last: Option<Reading>,
     /// When everything is written again.
     again: Micros,
@@ -62,6 +65,7 @@ impl<W: Write> Readings<W> {
             paper: None,
             pen: Vec::new(),
             transforms: (0, EVERY * period),
+            lines: Vec::new(),
             last: None,
             again: 0,
         })
@@ -74,6 +78,25 @@ impl<W: Write> Readings<W> {
         self
     }
 
+    /// Writes the frames that bytes of a line complete, so many seconds after the beginning, and what turns out to belong to none.
+    ///
+    /// # Errors
+    /// What the writer reports.
+    pub fn passed(
+        &mut self,
+        t: f64,
+        line: &str,
+        direction: Direction,
+        bytes: &[u8],
+    ) -> io::Result<()> {
+        let known = self.lines.iter().position(|known| known.name() == line);
+        let known = known.unwrap_or_else(|| {
+            self.lines.push(HostLine::of(line));
+            self.lines.len() - 1
+        });
+        self.lines[known].passed(&mut self.file, micros(t), direction, bytes)
+    }
+
     /// Writes summary and index, and gives back what was written to; the file is whole.
     ///
     /// # Errors
@@ -81,6 +104,9 @@ impl<W: Write> Readings<W> {
     pub fn into_file(mut self) -> io::Result<W> {
         self.draw(None);
         let last = self.last.map_or(0, |last| micros(last.t));
+        for line in &mut self.lines {
+            line.end(&mut self.file, last)?;
+        }
         self.scene.show(&mut self.file, last)?;
         self.file.finish()
     }

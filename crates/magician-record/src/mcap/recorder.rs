@@ -11,10 +11,10 @@ use super::message::{Alarms, Joints, Log, PoseInFrame};
 use super::scene::{EVERY, Ink, Scene, Stance};
 use super::{Micros, SECOND};
 
-mod frames;
+mod lines;
 mod state;
 
-use frames::Lines;
+use lines::Lines;
 use state::{Io, Queue, Status};
 
 /// Time between two samples, on the arm's clock.

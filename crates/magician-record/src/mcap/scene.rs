@@ -73,6 +73,7 @@ impl Scene {
     }
 
     /// What was drawn is gone.
+    #[cfg(feature = "sim")]
     pub(super) fn clear(&mut self) {
         self.strokes = Strokes::default();
         self.due = 0;

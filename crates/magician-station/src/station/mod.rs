@@ -48,6 +48,7 @@ use self::state::SharedState;
 use self::turns::Turns;
 use crate::api::{Message, MessageId, Params, Role, RpcError, notification};
 use crate::control::{ArmId, Control, JobId, JogId, LeaseId, RequestId, SessionId};
+use crate::frames::FrameRing;
 use crate::job::{FormatReader, JobStore, NoStore, Reader};
 use crate::library::{LibraryOrder, NoPrograms, ProgramStore};
 use crate::order::{ArmOrder, ArmReport};
@@ -102,6 +103,12 @@ pub struct StationConfig {
     pub jobs: Arc<dyn JobStore>,
     /// Keeps recordings.
     pub recordings: Arc<dyn RecordingStore>,
+    /// How often an arm is read for the last ten minutes, at most, 1/s; 0 for what others have read alone.
+    pub ring: u32,
+    /// Whether an alarm has the last minutes written into a file, where the arm is read for them.
+    pub save_on_alarm: bool,
+    /// What passes on the lines of the arms, in their order; none where nobody listens.
+    pub lines: Vec<Arc<FrameRing>>,
     /// Keeps programs.
     pub programs: Arc<dyn ProgramStore>,
     /// Presets of drawing and engraving.
@@ -147,6 +154,9 @@ impl StationConfig {
             reader,
             jobs: Arc::new(NoStore),
             recordings: Arc::new(NoRecordings),
+            ring: 0,
+            save_on_alarm: true,
+            lines: Vec::new(),
             programs: Arc::new(NoPrograms),
             presets: Presets::default(),
         }
@@ -280,7 +290,7 @@ impl Station {
             events: EventLog::default(),
             watched: (None, Vec::new()),
         };
-        Self {
+        let mut station = Self {
             records: Records::load(config.jobs.load(), config.unix_zero),
             control: Control::new(config.arms.len()),
             arms: config.arms.iter().map(place).collect(),
@@ -296,7 +306,10 @@ impl Station {
             lines: VecDeque::new(),
             awake: BTreeSet::new(),
             ids: 0,
-        }
+        };
+        // Arms are read for the last minutes from the beginning on.
+        station.watch_anew();
+        station
     }
 
     /// The arms, in the order of their ids.
@@ -409,6 +422,7 @@ impl Station {
     /// Something that is due by now.
     pub fn handle_timeout(&mut self, now: HostInstant) {
         self.control.handle_timeout(now);
+        self.save_for_alarms(now);
         let late = |socket: &Socket| socket.session.is_none() && now - socket.opened >= HELLO;
         let late: Vec<_> = { self.sockets.iter() }
             .filter(|(_, socket)| late(socket) && !socket.is_closing())
@@ -427,7 +441,10 @@ impl Station {
             let waits = socket.session.is_none() && !socket.is_closing();
             waits.then(|| socket.opened + HELLO)
         });
-        hellos.chain(self.control.poll_timeout()).min()
+        let saves = self.arms.iter().filter_map(|place| place.recordings.due());
+        (hellos.chain(self.control.poll_timeout()))
+            .chain(saves)
+            .min()
     }
 
     /// An order for an arm.
@@ -514,6 +531,16 @@ impl Station {
     }
 
     fn order(&mut self, arm: ArmId, order: ArmOrder) {
+        let moves = matches!(
+            order,
+            ArmOrder::Act { .. }
+                | ArmOrder::StartJog { .. }
+                | ArmOrder::StartJob(_)
+                | ArmOrder::ResumeJob { .. }
+        );
+        if moves && self.arm_mut(arm).recordings.expect_motion() {
+            self.watch_anew();
+        }
         self.orders.push_back((arm, order));
     }
 
