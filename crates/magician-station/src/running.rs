@@ -152,6 +152,8 @@ impl RunningStation {
         for line in &lines {
             line.set_clock(shared.begun, zero);
         }
+        // Arms are read for the last minutes before anybody comes.
+        shared.with(|_, _| ());
         let timer = tokio::spawn(Shared::keep_time(Arc::downgrade(&shared)));
         Self {
             shared,

@@ -317,6 +317,18 @@ async fn every_byte_of_the_line_is_in_what_was_kept_and_in_what_is_recorded() {
     }
 }
 
+#[tokio::test(start_paused = true)]
+async fn an_arm_is_read_for_the_last_minutes_before_anybody_comes() {
+    let line = FrameRing::new("usb");
+    let trace = Tracer::default().tap(Arc::clone(&line) as _);
+    let bench = Bench::ringing(Tapes::default(), line, trace).await;
+    let before = asked(&bench).await;
+    tokio::time::sleep(Duration::from_secs(60)).await;
+    let asked = asked(&bench).await - before;
+    // Four requests five times a second.
+    assert!((1100..=1300).contains(&asked), "{asked}");
+}
+
 /// Two that listen.
 struct Both(Arc<FrameRing>, Arc<Heard>);
 
