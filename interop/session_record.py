@@ -29,6 +29,8 @@ START, CLEAR, PTP, WAIT, SUCTION = 240, 20, 84, 110, 62
 TOPICS = {
     "/pose": "foxglove.PoseInFrame",
     "/joints": "foxglove.JointStates",
+    "/tf": "foxglove.FrameTransform",
+    "/scene": "foxglove.SceneUpdate",
     "/events": "foxglove.Log",
     "/queue": "magician.Queue.v1",
     "/io": "magician.Io.v1",
@@ -119,7 +121,63 @@ def finished(checks, magician, home, speed):
     described(checks, recording)
     sampled(checks, recording, clock)
     answered(checks, recording, poses)
+    seen(checks, recording)
     happened(checks, recording, last, alarms)
+
+
+def seen(checks, recording):
+    """The frames lead to the tip, and each link is in one of them."""
+    topics = recording.topics
+    poses = {at: pose_of(v) for at, v in topics["/pose"]}
+    frames, off, told = {}, [], 0
+    by_time = {}
+    for at, v in topics["/tf"]:
+        by_time.setdefault(at, []).append(v)
+    for at in range(0, max(poses) + 1, SECOND // 5):
+        for v in by_time.pop(at, []):
+            frames[v["child_frame_id"]] = v
+        frame, point = "tip", (0.0, 0.0, 0.0)
+        while frame in frames:
+            v = frames[frame]
+            point = tuple(a + v["translation"][axis] for a, axis in zip(turned(v["rotation"], point), "xyz"))
+            frame = v["parent_frame_id"]
+        told += 1
+        off.append(max(abs(a * 1000 - b) for a, b in zip(point, poses[at])) if frame == "base" else math.inf)
+    checks.ok("the frames lead from base to the pose", max(off) < 0.005, f"{max(off):.4f} mm at most, {told} instants")
+    checks.equal("frames are written at their instants only", list(by_time), [])
+    first = topics["/scene"][0][1]["entities"]
+    known = {"base", *frames}
+    checks.equal("links", {e["id"] for e in first}, {f"arm/{name}" for name in known})
+    parts = [(e["frame_id"], e["cubes"] + e["spheres"] + e["cylinders"]) for e in first]
+    checks.ok("each has its shape in its frame", all(f in known and len(shapes) == 1 for f, shapes in parts))
+
+
+def turned(rotation, point):
+    x, y, z, w = (rotation[name] for name in "xyzw")
+    cross = lambda a, b: (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+    t = tuple(2 * v for v in cross((x, y, z), point))
+    return tuple(p + w * a + b for p, a, b in zip(point, t, cross((x, y, z), t)))
+
+
+def drawn(checks, magician, home):
+    print("a pen on paper, as an arm that is served and a host that runs a job record it")
+    svg, way = os.path.join(home, "line.svg"), os.path.join(home, "way.mcap")
+    with open(svg, "w") as file:
+        file.write('<svg xmlns="http://www.w3.org/2000/svg" width="60mm" height="40mm"><path d="M0 0H60V40" transform="scale(3.7795)" fill="none" stroke="black"/></svg>')
+    draw = [magician, "--port", "sim", "draw", svg, "--at", "230,0", "--surface", "-60", "--record", way]
+    done = subprocess.run(draw, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE)
+    checks.equal("exit status", (done.returncode, done.stderr if done.returncode else ""), (0, ""))
+    entities = {}
+    for _, value in Recording(way).topics["/scene"]:
+        if value["deletions"]:
+            entities.clear()
+        entities.update((e["id"], e) for e in value["entities"])
+    length = 0.0
+    for line in (line for e in entities.values() for line in e["lines"]):
+        checks.equal("a list of lines", line["type"], 2)
+        ends = [tuple(line["points"][k][axis] for axis in "xyz") for k in line["indices"]]
+        length += sum(math.dist(a, b) for a, b in zip(ends[::2], ends[1::2]))
+    checks.ok("as long as what was drawn, but for ends between readings", 0.08 < length < 0.1005, f"{length * 1000:.1f} mm of 100")
 
 
 def described(checks, recording):
@@ -261,6 +319,7 @@ def main():
         for speed in ("20", "max"):
             checks.section(finished, magician, home, speed)
         checks.section(killed, magician, home, "20")
+        checks.section(drawn, magician, home)
         checks.section(errors, magician, home)
     checks.finish()
 

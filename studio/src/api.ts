@@ -1023,7 +1023,7 @@ export interface Methods {
       bytes: number;
     };
   };
-  /** Writes what was read of an arm lately into a file: as often as its subscribers or a recording had it read. */
+  /** Writes what is kept of an arm's last minutes into a file: readings, what passed on its line, and what happened. */
   "record.save_last": {
     params: {
       arm?: string;

@@ -558,7 +558,7 @@ fn a_finished_file_has_index_statistics_and_metadata() {
         })
         .collect();
     assert_eq!((counts["/pose"], counts["/joints"]), (101, 101));
-    assert_eq!(counts.len(), 8);
+    assert_eq!(counts.len(), 10);
     assert_eq!(
         (statistics.message_start_time, statistics.message_end_time),
         (EPOCH, EPOCH + 2_000_000_000)

@@ -18,6 +18,7 @@ mod engine;
 mod fence;
 mod files;
 mod frame;
+mod frames;
 #[cfg(feature = "http")]
 pub mod http;
 mod job;
@@ -37,6 +38,7 @@ pub use api::Role;
 pub use engine::ArmEngine;
 pub use files::{AnswerToCome, FileLayer, LaidFile, LayHere};
 pub use frame::{FRAME, FRAME_FIELDS, FrameError, StateFrame};
+pub use frames::{FrameRing, Mark, PassedBytes};
 pub use job::{
     Converting, FormatReader, JobStore, NoStore, ProgramReading, ReadProgram, Reader, ReadingArm,
     Source, SourceBytes, ToCome,
@@ -52,7 +54,7 @@ pub use order::{
 pub use presets::PresetAct;
 pub use reading::{ArmReading, FIELDS, ToolReading};
 pub use recording::{
-    NoRecordings, RecordOrder, RecordReport, RecordingFile, RecordingStore, Sample,
+    NoRecordings, Note, RecordOrder, RecordReport, RecordingFile, RecordingStore, Sample,
 };
 pub use running::{Client, JournalSink, RunningStation};
 pub use station::{

@@ -5,11 +5,12 @@ use std::fmt;
 use std::io;
 use std::sync::Arc;
 
-use magician_protocol::AlarmSet;
 use magician_protocol::commands::Pose;
+use magician_protocol::{AlarmSet, Direction};
 use tokio::sync::{mpsc, oneshot};
 
 use crate::control::{ArmId, RequestId};
+use crate::frames::{FrameRing, Mark, PassedBytes};
 use crate::reading::ArmReading;
 
 /// What was written is in the file after so long, s.
@@ -54,6 +55,12 @@ pub trait RecordingFile: Send {
     /// # Errors
     /// What the system says.
     fn write(&mut self, sample: &Sample) -> io::Result<()>;
+
+    /// Adds what passed on a line at these Unix seconds.
+    ///
+    /// # Errors
+    /// What the system says.
+    fn passed(&mut self, t: f64, line: &str, direction: Direction, bytes: &[u8]) -> io::Result<()>;
 
     /// Adds a sentence.
     ///
@@ -129,14 +136,7 @@ pub enum RecordOrder {
     /// The arm was read.
     Sample(Box<Sample>),
     /// Something happened to the arm.
-    Note {
-        /// When, Unix seconds.
-        t: f64,
-        /// Whether it is a warning.
-        warning: bool,
-        /// What.
-        words: String,
-    },
+    Note(Note),
     /// It ends.
     End {
         /// The request that is answered when its file is whole.
@@ -150,9 +150,24 @@ pub enum RecordOrder {
         name: String,
         /// Readings a second, at most.
         rate: u32,
+        /// From when on, Unix seconds.
+        from: f64,
         /// The readings, the oldest first.
         samples: Vec<Sample>,
+        /// What happened meanwhile, the oldest first.
+        notes: Vec<Note>,
     },
+}
+
+/// Something that happened to an arm.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Note {
+    /// When, Unix seconds.
+    pub t: f64,
+    /// Whether it is a warning.
+    pub warning: bool,
+    /// What.
+    pub words: String,
 }
 
 /// What became of it.
@@ -188,12 +203,14 @@ impl Recorder {
     /// Starts it on the present runtime. When it is dropped the recordings are completed.
     pub(crate) fn start(
         store: Arc<dyn RecordingStore>,
+        lines: Vec<Arc<FrameRing>>,
         report: impl Fn(ArmId, RecordReport) + Send + 'static,
     ) -> Self {
         let (orders, mut inbox) = mpsc::unbounded_channel();
         tokio::spawn(async move {
             let mut files = Files {
                 store,
+                lines,
                 open: BTreeMap::new(),
             };
             let mut jobs = Vec::new();
@@ -237,6 +254,8 @@ impl Recorder {
 
 struct Files {
     store: Arc<dyn RecordingStore>,
+    /// Of the arms, where somebody listens.
+    lines: Vec<Arc<FrameRing>>,
     open: BTreeMap<ArmId, Open>,
 }
 
@@ -246,15 +265,51 @@ struct Open {
     samples: Vec<Sample>,
     /// When it was flushed last, Unix seconds.
     flushed: f64,
+    /// The line, and how far it is written.
+    line: Option<(Arc<FrameRing>, Mark)>,
+}
+
+/// Writes readings, and what passed on the line, in the order of their times.
+fn put(
+    file: &mut dyn RecordingFile,
+    samples: impl IntoIterator<Item = Sample>,
+    passed: Vec<PassedBytes>,
+    line: Option<&FrameRing>,
+) -> io::Result<()> {
+    let mut passed = passed.into_iter().peekable();
+    let (name, unix) = match line {
+        Some(line) => (line.line(), Some(|at| line.unix(at))),
+        None => ("", None),
+    };
+    let mut before = |file: &mut dyn RecordingFile, t: f64| {
+        let Some(unix) = &unix else { return Ok(()) };
+        while let Some(piece) = passed.next_if(|piece| unix(piece.at) <= t) {
+            file.passed(unix(piece.at), name, piece.direction, &piece.bytes)?;
+        }
+        Ok(())
+    };
+    for sample in samples {
+        before(file, sample.t)?;
+        file.write(&sample)?;
+    }
+    before(file, f64::INFINITY)
 }
 
 impl Open {
     /// Writes what waits.
     fn put(&mut self) -> io::Result<()> {
-        let file = &mut self.file;
-        self.samples
-            .drain(..)
-            .try_for_each(|sample| file.write(&sample))
+        let file = &mut *self.file;
+        let mut passed = Vec::new();
+        if let Some((line, mark)) = &mut self.line {
+            let missed;
+            (passed, *mark, missed) = line.since(mark);
+            if missed > 0 {
+                let words = format!("{missed} pieces of the line are missing here");
+                file.note(self.flushed, true, &words)?;
+            }
+        }
+        let line = self.line.as_ref().map(|(line, _)| &**line);
+        put(file, self.samples.drain(..), passed, line)
     }
 
     fn is_due(&self, t: f64) -> bool {
@@ -265,16 +320,16 @@ impl Open {
         let due = self.is_due(sample.t);
         self.samples.push(sample);
         if due {
-            self.flushed = sample.t;
             self.put()?;
+            self.flushed = sample.t;
             self.file.flush()?;
         }
         Ok(())
     }
 
-    fn note(&mut self, t: f64, warning: bool, words: &str) -> io::Result<()> {
+    fn note(&mut self, note: &Note) -> io::Result<()> {
         self.put()?;
-        self.file.note(t, warning, words)?;
+        self.file.note(note.t, note.warning, &note.words)?;
         self.file.flush()
     }
 
@@ -343,7 +398,9 @@ impl Files {
                     Ok(file)
                 });
                 let outcome = begun.map(|file| {
+                    let line = self.lines.get(arm.0 as usize);
                     let open = Open {
+                        line: line.map(|line| (Arc::clone(line), line.mark())),
                         file,
                         samples: Vec::new(),
                         flushed: epoch,
@@ -362,19 +419,35 @@ impl Files {
                 request,
                 name,
                 rate,
+                from,
                 samples,
+                notes,
             } => {
-                let epoch = samples.first().map_or(0.0, |sample| sample.t);
+                let line = self.lines.get(arm.0 as usize);
+                let mut passed = line.map_or_else(Vec::new, |line| line.since(&Mark::default()).0);
+                if let Some(line) = line {
+                    passed.retain(|piece| line.unix(piece.at) >= from);
+                }
+                let first = { samples.iter().map(|sample| sample.t) }
+                    .chain(notes.iter().map(|note| note.t))
+                    .chain(
+                        line.iter()
+                            .flat_map(|line| passed.first().map(|piece| line.unix(piece.at))),
+                    );
+                // Whichever was first.
+                let epoch = first.fold(f64::INFINITY, f64::min);
+                let epoch = if epoch.is_finite() { epoch } else { from };
                 let saved = self.store.begin(&name, epoch, rate).and_then(|mut file| {
-                    samples.iter().try_for_each(|sample| file.write(sample))?;
+                    put(&mut *file, samples, passed, line.map(|line| &**line))?;
+                    for note in &notes {
+                        file.note(note.t, note.warning, &note.words)?;
+                    }
                     file.finish()
                 });
                 return done(request, saved);
             }
             RecordOrder::Sample(sample) => self.open.get_mut(&arm)?.add(*sample),
-            RecordOrder::Note { t, warning, words } => {
-                self.open.get_mut(&arm)?.note(t, warning, &words)
-            }
+            RecordOrder::Note(note) => self.open.get_mut(&arm)?.note(&note),
         };
         let error = wrote.err()?;
         self.open.remove(&arm);

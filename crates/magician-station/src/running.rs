@@ -106,6 +106,7 @@ impl RunningStation {
         for (entry, arm) in config.arms.iter_mut().zip(&arms) {
             entry.fence = arm.fence();
         }
+        let (lines, zero) = (config.lines.clone(), config.unix_zero);
         let shared = Arc::new_cyclic(|shared: &Weak<Shared>| {
             let reader = Arc::clone(&config.reader);
             let store = Arc::clone(&config.jobs);
@@ -121,7 +122,7 @@ impl RunningStation {
             };
             let recorder = {
                 let (shared, store) = (Weak::clone(shared), Arc::clone(&config.recordings));
-                Recorder::start(store, move |arm, report| {
+                Recorder::start(store, config.lines.clone(), move |arm, report| {
                     if let Some(shared) = shared.upgrade() {
                         shared.with(|inner, now| inner.station.recorded(now, arm, report));
                     }
@@ -148,6 +149,11 @@ impl RunningStation {
                 reader: Arc::clone(&reader),
             }
         });
+        for line in &lines {
+            line.set_clock(shared.begun, zero);
+        }
+        // Arms are read for the last minutes before anybody comes.
+        shared.with(|_, _| ());
         let timer = tokio::spawn(Shared::keep_time(Arc::downgrade(&shared)));
         Self {
             shared,

@@ -109,7 +109,7 @@ pub use raw::{LineOptions, RawLine};
 pub use simulation::{ActionKind, Observation, Simulation, StepAction};
 pub use target::{IntoTarget, SimSpeed, Target};
 #[cfg(feature = "trace")]
-pub use transport::Tracer;
+pub use transport::{Tap, Tracer};
 #[cfg(feature = "sim")]
 pub use virtual_arm::VirtualArm;
 

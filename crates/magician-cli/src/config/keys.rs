@@ -33,6 +33,8 @@ pub(crate) enum Kind {
     Number,
     /// A number above 0.
     Positive,
+    /// 0 to 50, whole: times a second.
+    Rate,
     /// 0 to 100 percent, or two such numbers.
     Power,
     /// X,Y,Z in mm.
@@ -50,7 +52,7 @@ pub(crate) enum Kind {
 }
 
 /// All of them.
-pub(crate) const KEYS: [Key; 17] = [
+pub(crate) const KEYS: [Key; 19] = [
     Key {
         name: "port",
         about: "port of the arm, as for --port",
@@ -170,6 +172,20 @@ pub(crate) const KEYS: [Key; 17] = [
         default: "false",
         kind: Kind::Switch,
     },
+    Key {
+        name: "serve.ring",
+        about: "readings a second, 0 to 50, that a station keeps of the last ten minutes of a moving arm; 5 while it stands; 0: only what others read",
+        variable: None,
+        default: "50",
+        kind: Kind::Rate,
+    },
+    Key {
+        name: "serve.save_on_alarm",
+        about: "whether an alarm has the last ten minutes written into a file: true or false",
+        variable: None,
+        default: "true",
+        kind: Kind::Switch,
+    },
 ];
 
 impl Key {
@@ -188,7 +204,7 @@ impl Key {
                 target.map(|_| quoted(text))
             }
             Kind::Tool => text.parse::<Tool>().map(|tool| quoted(&tool.to_string())),
-            Kind::Window => self.number(text).map(|value| format!("{value:.0}")),
+            Kind::Window | Kind::Rate => self.number(text).map(|value| format!("{value:.0}")),
             Kind::Number | Kind::Positive => self.number(text).map(|value| value.to_string()),
             Kind::Power => {
                 let power = text.parse::<Power>()?.to_string();
@@ -250,6 +266,10 @@ impl Key {
             Kind::Window => (
                 |value| (1.0..=8.0).contains(&value) && value.fract() == 0.0,
                 "expected a whole number from 1 to 8",
+            ),
+            Kind::Rate => (
+                |value| (0.0..=50.0).contains(&value) && value.fract() == 0.0,
+                "expected a whole number from 0 to 50",
             ),
             Kind::Positive => (|value| value > 0.0, "expected a number above 0"),
             _ => (|_| true, "expected a number"),
@@ -314,6 +334,7 @@ mod tests {
             Ok("\"0.0.0.0:8910\"".to_owned())
         );
         assert_eq!(write("serve.student_laser", "true"), Ok("true".to_owned()));
+        assert_eq!(write("serve.ring", "0"), Ok("0".to_owned()));
         assert_eq!(
             write("serve.programs", "/srv/programs"),
             Ok("\"/srv/programs\"".to_owned())
@@ -323,6 +344,9 @@ mod tests {
             ("serve.student_laser", "yes"),
             ("serve.programs", " "),
             ("serve.link", "9090"),
+            ("serve.ring", "51"),
+            ("serve.ring", "0.5"),
+            ("serve.save_on_alarm", "no"),
             ("port", "nowhere"),
             ("tool", "hammer"),
             ("window", "0"),

@@ -16,7 +16,7 @@ use std::time::{Duration, Instant, SystemTime};
 use magician::commands::{DeviceTime, EndEffectorParams, Pose};
 use magician::protocol::AlarmSet;
 use magician::{Arm, Event, Events, Link, Sample, Samples, StateWatch, Status};
-use magician_program::Tool;
+use magician_program::{Surface, Tool};
 use magician_record::Reading;
 use serde::Serialize;
 use tokio::sync::{oneshot, watch};
@@ -49,6 +49,8 @@ pub struct Options {
     pub steps: Option<Arc<AtomicU64>>,
     /// Whether a file of rows has a second line with the units.
     pub units: bool,
+    /// Where the paper lies, if a pen is mounted: a file for Foxglove shows what it draws.
+    pub paper: Option<Surface>,
 }
 
 /// Whose clock counts.
@@ -72,6 +74,7 @@ impl Options {
             clock: Clock::Host,
             steps: None,
             units: false,
+            paper: None,
         }
     }
 }
@@ -163,6 +166,7 @@ impl Recorder {
                 tool,
                 counts_steps: options.steps.is_some(),
                 units: options.units,
+                paper: options.paper,
             },
         )?;
         let (tell, tally) = watch::channel(Tally::default());

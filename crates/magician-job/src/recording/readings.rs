@@ -34,11 +34,16 @@ impl Readings {
                 beginning.units,
             )?),
             Format::Jsonl => Box::new(JsonLines::new(out)),
-            _ => Box::new(mcap::Readings::new(
-                out,
-                unix(beginning.began),
-                beginning.rate,
-            )?),
+            _ => {
+                let readings = mcap::Readings::new(out, unix(beginning.began), beginning.rate)?;
+                Box::new(match beginning.paper {
+                    None => readings,
+                    Some(paper) => readings.on_paper(mcap::Plane {
+                        height: paper.height,
+                        slope: paper.slope,
+                    }),
+                })
+            }
         };
         Ok(Self(Some(file)))
     }

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::SystemTime;
 
 use magician::Event;
-use magician_program::Tool;
+use magician_program::{Surface, Tool};
 use magician_record::Reading;
 use serde::Serialize;
 
@@ -24,6 +24,8 @@ pub(super) struct Beginning {
     pub(super) counts_steps: bool,
     /// Whether rows have a line of units.
     pub(super) units: bool,
+    /// Where a pen draws.
+    pub(super) paper: Option<Surface>,
 }
 
 /// Where readings go.

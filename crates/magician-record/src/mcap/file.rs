@@ -19,6 +19,8 @@ const CHUNK: u64 = 256 * 1024;
 pub(super) enum Topic {
     Pose,
     Joints,
+    Transforms,
+    Scene,
     Queue,
     Io,
     Alarms,
@@ -34,9 +36,11 @@ macro_rules! schema {
 }
 
 impl Topic {
-    const ALL: [Self; 8] = [
+    const ALL: [Self; 10] = [
         Self::Pose,
         Self::Joints,
+        Self::Transforms,
+        Self::Scene,
         Self::Queue,
         Self::Io,
         Self::Alarms,
@@ -45,10 +49,12 @@ impl Topic {
         Self::Events,
     ];
 
-    const fn name(self) -> &'static str {
+    pub(super) const fn name(self) -> &'static str {
         match self {
             Self::Pose => "/pose",
             Self::Joints => "/joints",
+            Self::Transforms => "/tf",
+            Self::Scene => "/scene",
             Self::Queue => "/queue",
             Self::Io => "/io",
             Self::Alarms => "/alarms",
@@ -63,6 +69,8 @@ impl Topic {
         match self {
             Self::Pose => schema!("foxglove.PoseInFrame"),
             Self::Joints => schema!("foxglove.JointStates"),
+            Self::Transforms => schema!("foxglove.FrameTransform"),
+            Self::Scene => schema!("foxglove.SceneUpdate"),
             Self::Queue => schema!("magician.Queue.v1"),
             Self::Io => schema!("magician.Io.v1"),
             Self::Alarms => schema!("magician.Alarms.v1"),
@@ -145,6 +153,11 @@ impl<W: Write> File<W> {
         channel.sequence = channel.sequence.wrapping_add(1);
         let written = self.writer.write_to_known_channel(&header, &self.text);
         written.map_err(io_error)
+    }
+
+    /// How long the last message is.
+    pub(super) const fn bytes(&self) -> usize {
+        self.text.len()
     }
 
     /// Closes the chunk and hands all that was written on.

@@ -2,10 +2,13 @@
 
 use std::io::{self, Write};
 
-use magician_motion::{JointAngles, Pose};
+use magician_motion::{ArmModel, JointAngles, Pose, ToolBias};
+use magician_protocol::Direction;
 
 use super::file::{File, Topic};
+use super::frames::HostLine;
 use super::message::{Alarms, Joints, Log, PoseInFrame, QueueFromOutside};
+use super::scene::{EVERY, Ink, Scene, Stance};
 use super::{Micros, SECOND};
 use crate::{Reading, WriteReadings};
 
@@ -28,11 +31,22 @@ use crate::{Reading, WriteReadings};
 /// let topics: Vec<_> = mcap::MessageStream::new(&file)?
 ///     .map(|message| message.map(|message| message.channel.topic.clone()))
 ///     .collect::<Result<_, _>>()?;
-/// assert_eq!(topics, ["/pose", "/joints", "/queue", "/alarms", "/pose", "/joints"]);
+/// let frames = ["/tf"; 7]; // of the turret, and of all that it carries
+/// assert_eq!(topics[..2], ["/pose", "/joints"]);
+/// assert_eq!(topics[2..9], frames);
+/// assert_eq!(topics[9..], ["/scene", "/queue", "/alarms", "/pose", "/joints"]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Readings<W: Write> {
     file: File<W>,
+    scene: Scene,
+    /// Where a pen draws.
+    paper: Option<Plane>,
+    /// Where the tip has been on the paper since the last corner.
+    pen: Vec<[f64; 3]>,
+    /// When frames are written again, and after how long once more.
+    transforms: (Micros, Micros),
+    lines: Vec<HostLine>,
     last: Option<Reading>,
     /// When everything is written again.
     again: Micros,
@@ -44,19 +58,161 @@ impl<W: Write> Readings<W> {
     /// # Errors
     /// What the writer reports.
     pub fn new(out: W, epoch: u64, rate: f64) -> io::Result<Self> {
+        let period = micros(1.0 / rate.max(0.1)).max(1);
         Ok(Self {
             file: File::begin(out, "host", epoch, &rate.to_string())?,
+            scene: Scene::of(ArmModel::MAGICIAN, period),
+            paper: None,
+            pen: Vec::new(),
+            transforms: (0, EVERY * period),
+            lines: Vec::new(),
             last: None,
             again: 0,
         })
+    }
+
+    /// A pen is mounted, and this is the paper: what it draws is written as strokes, straight from reading to reading.
+    #[must_use]
+    pub fn on_paper(mut self, paper: Plane) -> Self {
+        self.paper = Some(paper);
+        self
+    }
+
+    /// Writes the frames that bytes of a line complete, so many seconds after the beginning, and what turns out to belong to none.
+    ///
+    /// # Errors
+    /// What the writer reports.
+    pub fn passed(
+        &mut self,
+        t: f64,
+        line: &str,
+        direction: Direction,
+        bytes: &[u8],
+    ) -> io::Result<()> {
+        let known = self.lines.iter().position(|known| known.name() == line);
+        let known = known.unwrap_or_else(|| {
+            self.lines.push(HostLine::of(line));
+            self.lines.len() - 1
+        });
+        self.lines[known].passed(&mut self.file, micros(t), direction, bytes)
     }
 
     /// Writes summary and index, and gives back what was written to; the file is whole.
     ///
     /// # Errors
     /// What the writer reports.
-    pub fn into_file(self) -> io::Result<W> {
+    pub fn into_file(mut self) -> io::Result<W> {
+        self.draw(None);
+        let last = self.last.map_or(0, |last| micros(last.t));
+        for line in &mut self.lines {
+            line.end(&mut self.file, last)?;
+        }
+        self.scene.show(&mut self.file, last)?;
         self.file.finish()
+    }
+}
+
+/// A surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plane {
+    /// Its height where x and y are 0, mm in the arm's coordinates.
+    pub height: f64,
+    /// By how much it rises with each mm of x and y.
+    pub slope: [f64; 2],
+}
+
+impl Plane {
+    /// So near to it a pen writes, mm: more than an arm that brakes in its joints leaves its line upwards, and less than a pen is
+    /// lifted.
+    const AT_PAPER: f64 = 0.3;
+
+    fn has(&self, [x, y, z]: [f64; 3]) -> bool {
+        let [along_x, along_y] = self.slope;
+        z <= self.height + along_x * x + along_y * y + Self::AT_PAPER
+    }
+}
+
+/// Readings that are no farther from a straight line, mm, are one line ..
+const STRAIGHT: f64 = 0.05;
+/// .. of so many readings at most.
+const LONGEST: usize = 64;
+
+/// How far a point is from the line between two others, mm.
+fn off_chord(point: [f64; 3], from: [f64; 3], to: [f64; 3]) -> f64 {
+    let along = [0, 1, 2].map(|axis| to[axis] - from[axis]);
+    let there = [0, 1, 2].map(|axis| point[axis] - from[axis]);
+    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let share = dot(along, there) / dot(along, along).max(1e-12);
+    let share = share.clamp(0.0, 1.0);
+    let off = [0, 1, 2].map(|axis| there[axis] - share * along[axis]);
+    libm::sqrt(dot(off, off))
+}
+
+/// The tool with which the tip is there while the joints are so.
+fn tool_of(pose: &Pose, joints: &JointAngles) -> ToolBias {
+    let bare = ArmModel::MAGICIAN.geometry(ToolBias::default());
+    let wrist = bare.forward(joints);
+    let (sin, cos) = (
+        libm::sin(joints.j1.to_radians()),
+        libm::cos(joints.j1.to_radians()),
+    );
+    let [x, y] = [pose.x - wrist.x, pose.y - wrist.y];
+    // A tool is told to a tenth; a reading has the digits of 32 bits.
+    let tenth = |mm: f64| (mm * 10.0).round() / 10.0;
+    ToolBias::new(
+        tenth(x * cos + y * sin),
+        tenth(y * cos - x * sin),
+        tenth(wrist.z - pose.z),
+    )
+}
+
+impl<W: Write> Readings<W> {
+    /// The pen is on the paper there, or nowhere.
+    fn draw(&mut self, tip: Option<[f64; 3]>) {
+        let Some(first) = self.pen.first().copied() else {
+            self.pen.extend(tip);
+            return;
+        };
+        let last = self.pen.last().copied().unwrap_or(first);
+        let goes_on = |tip| {
+            let strays = |point: &[f64; 3]| off_chord(*point, first, tip) > STRAIGHT;
+            self.pen.len() < LONGEST && !self.pen.iter().any(strays)
+        };
+        match tip {
+            Some(tip) if tip == last => {}
+            Some(tip) if goes_on(tip) => self.pen.push(tip),
+            _ => {
+                if first != last {
+                    self.scene.draw(Ink::Pen, first, last);
+                }
+                self.pen.clear();
+                self.pen.extend(tip.map(|_| last));
+                self.pen.extend(tip);
+            }
+        }
+    }
+
+    /// Writes where the links are, and what was drawn.
+    fn write_scene(
+        &mut self,
+        now: Micros,
+        all: bool,
+        stance: &Stance,
+        pose: &Pose,
+    ) -> io::Result<()> {
+        let tip = [pose.x, pose.y, pose.z];
+        let touches = self.paper.is_some_and(|paper| paper.has(tip));
+        let along = stance.rail.unwrap_or(0.0);
+        self.draw(touches.then_some([pose.x, pose.y + along, pose.z]));
+        if now >= self.transforms.0 {
+            let period = self.transforms.1;
+            self.transforms.0 = (now / period + 1).saturating_mul(period);
+            self.scene.follow(&mut self.file, now, stance)?;
+        }
+        if all {
+            self.scene.show(&mut self.file, now)?;
+        }
+        Ok(())
     }
 }
 
@@ -82,6 +238,13 @@ impl<W: Write> WriteReadings for Readings<W> {
         file.write(Topic::Joints, now, |t| {
             Joints::new(t, &joints, reading.rail)
         })?;
+        let stance = Stance {
+            tool: tool_of(&pose, &joints),
+            joints,
+            rail: reading.rail,
+        };
+        self.write_scene(now, all, &stance, &pose)?;
+        let file = &mut self.file;
         let queue = |of: &Reading| (of.capacity, of.left_space, of.index);
         if last.is_none_or(|last| queue(&last) != queue(reading)) {
             file.write(Topic::Queue, now, |timestamp| QueueFromOutside {

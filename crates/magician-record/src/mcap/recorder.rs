@@ -3,16 +3,18 @@
 use std::io::{self, Write};
 
 use magician_protocol::{AlarmSet, FrameBuf};
+use magician_sim::world::{Drawing, StrokeKind};
 use magician_sim::{ArmInstant, Controller, ControllerState, LinkId, Observer, QueueState};
 
 use super::file::{File, Topic};
 use super::message::{Alarms, Joints, Log, PoseInFrame};
+use super::scene::{EVERY, Ink, Scene, Stance};
 use super::{Micros, SECOND};
 
-mod frames;
+mod lines;
 mod state;
 
-use frames::Lines;
+use lines::Lines;
 use state::{Io, Queue, Status};
 
 /// Time between two samples, on the arm's clock.
@@ -43,6 +45,9 @@ const PERIOD: Micros = 20_000;
 pub struct Recorder<W: Write> {
     file: File<W>,
     lines: Lines,
+    scene: Option<Scene>,
+    /// Strokes that the scene has, and points of the last.
+    drawn: (usize, usize),
     /// The next multiple of [`PERIOD`] that has not been seen.
     next: Micros,
     /// The first event that has not been seen.
@@ -71,6 +76,8 @@ impl<W: Write> Recorder<W> {
         Ok(Self {
             file: File::begin(out, "arm", epoch, &(SECOND / PERIOD).to_string())?,
             lines: Lines::default(),
+            scene: None,
+            drawn: (0, 0),
             next: 0,
             next_event: 0,
             last: None,
@@ -122,9 +129,38 @@ impl<W: Write> Recorder<W> {
             self.next = (now / PERIOD + 1).saturating_mul(PERIOD);
         }
         let full_second = sample && now.is_multiple_of(SECOND);
+        if sample && now.is_multiple_of(EVERY * PERIOD) {
+            self.see_scene(arm, &state, full_second)?;
+        }
         self.see_changes(arm, &state, full_second)?;
         if full_second {
             self.file.flush()?;
+        }
+        Ok(())
+    }
+
+    /// Writes where the links are; every second what was drawn, too.
+    fn see_scene(
+        &mut self,
+        arm: &Controller,
+        state: &ControllerState,
+        full_second: bool,
+    ) -> io::Result<()> {
+        let now = state.now.as_micros();
+        let scene = { &mut self.scene }.get_or_insert_with(|| Scene::of(*arm.arm_model(), PERIOD));
+        let stance = Stance {
+            joints: state.joints,
+            tool: state.tool,
+            rail: state.rail,
+        };
+        scene.follow(&mut self.file, now, &stance)?;
+        if full_second {
+            if let Some(drawing) = arm.world().drawing() {
+                let table = { arm.world().scenario() }.and_then(|scenario| scenario.table());
+                let height = table.map_or(state.pose.z, |table| table.height);
+                self.drawn = add_strokes(scene, drawing, self.drawn, height);
+            }
+            scene.show(&mut self.file, now)?;
         }
         Ok(())
     }
@@ -177,6 +213,43 @@ impl<W: Write> Recorder<W> {
         }
         Ok(())
     }
+}
+
+/// Adds what a drawing has more than so many strokes, and points of the last one; how many it has.
+fn add_strokes(
+    scene: &mut Scene,
+    drawing: &Drawing,
+    (strokes, points): (usize, usize),
+    height: f64,
+) -> (usize, usize) {
+    let all = drawing.strokes();
+    let (strokes, points) = if strokes > all.len() {
+        // The arm was switched on anew.
+        scene.clear();
+        (0, 0)
+    } else {
+        (strokes, points)
+    };
+    let first = strokes.saturating_sub(1);
+    for (at, stroke) in all.iter().enumerate().skip(first) {
+        let known = if at + 1 == strokes { points } else { 0 };
+        let ink = match stroke.kind {
+            StrokeKind::Ink => Ink::Pen,
+            StrokeKind::Burn => Ink::Laser,
+        };
+        let place = |[x, y]: [f64; 2]| [x, y, height];
+        // A dot is a line to itself.
+        if let ([only], 0) = (&*stroke.points, known) {
+            scene.draw(ink, place(*only), place(*only));
+        }
+        for pair in stroke.points.windows(2).skip(known.saturating_sub(1)) {
+            scene.draw(ink, place(pair[0]), place(pair[1]));
+        }
+    }
+    (
+        all.len(),
+        all.last().map_or(0, |stroke| stroke.points.len()),
+    )
 }
 
 impl<W: Write> Observer for Recorder<W> {

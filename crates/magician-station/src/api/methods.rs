@@ -876,7 +876,7 @@ pub(super) const STATION: &[Method] = &[
             ARM,
             needed("seconds", Kind::Number(1.0, 600.0), "how far back, s"),
         ],
-        "Writes what was read of an arm lately into a file: as often as its subscribers or a recording had it read.",
+        "Writes what is kept of an arm's last minutes into a file: readings, what passed on its line, and what happened.",
         "{name}",
     ),
     method(

@@ -8,6 +8,7 @@ use axum::body::Body;
 use axum::http::header::{CONTENT_LENGTH, CONTENT_TYPE};
 use axum::response::{IntoResponse, Response};
 use futures_util::stream;
+use magician_protocol::Direction;
 use magician_record::mcap::Readings;
 use magician_record::{Reading, WriteReadings};
 
@@ -84,6 +85,11 @@ impl RecordingFile for Mcap {
             capacity: QUEUE.max(sample.left_space),
             alarms: sample.alarms,
         })
+    }
+
+    fn passed(&mut self, t: f64, line: &str, direction: Direction, bytes: &[u8]) -> io::Result<()> {
+        self.readings
+            .passed((t - self.epoch).max(0.0), line, direction, bytes)
     }
 
     fn note(&mut self, t: f64, warning: bool, words: &str) -> io::Result<()> {

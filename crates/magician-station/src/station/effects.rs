@@ -186,7 +186,7 @@ impl Station {
         fields: Vec<(&'static str, Value)>,
     ) {
         let t = self.unix(now);
-        self.record_event(t, arm, name, &fields);
+        self.record_event(now, arm, name, &fields);
         let place = self.arm_mut(arm);
         let event = place.events.push(&place.entry.name, t, name, fields);
         let subscribed = self.sockets.iter().filter(|(_, socket)| {

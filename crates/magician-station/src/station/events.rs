@@ -43,6 +43,12 @@ impl EventLog {
         event
     }
 
+    /// Those that happened from then on, Unix seconds.
+    pub(super) fn after(&self, t: f64) -> impl Iterator<Item = &Value> {
+        let events = self.events.iter().map(|(_, event)| event);
+        events.filter(move |event| event["t"].as_f64().is_some_and(|at| at >= t))
+    }
+
     pub(super) fn len(&self) -> usize {
         self.events.len()
     }

@@ -52,6 +52,7 @@ use self::state::SharedState;
 use self::turns::Turns;
 use crate::api::{Message, MessageId, Params, Role, RpcError, notification};
 use crate::control::{ArmId, Control, JobId, JogId, LeaseId, RequestId, SessionId};
+use crate::frames::FrameRing;
 use crate::job::{FormatReader, JobStore, NoStore, Reader};
 use crate::library::{LibraryOrder, NoPrograms, ProgramStore};
 use crate::order::{ArmOrder, ArmReport};
@@ -106,6 +107,12 @@ pub struct StationConfig {
     pub jobs: Arc<dyn JobStore>,
     /// Keeps recordings.
     pub recordings: Arc<dyn RecordingStore>,
+    /// How often an arm is read for the last ten minutes, at most, 1/s; 0 for what others have read alone.
+    pub ring: u32,
+    /// Whether an alarm has the last minutes written into a file, where the arm is read for them.
+    pub save_on_alarm: bool,
+    /// What passes on the lines of the arms, in their order; none where nobody listens.
+    pub lines: Vec<Arc<FrameRing>>,
     /// Keeps programs.
     pub programs: Arc<dyn ProgramStore>,
     /// Presets of drawing and engraving.
@@ -160,6 +167,9 @@ impl StationConfig {
             reader,
             jobs: Arc::new(NoStore),
             recordings: Arc::new(NoRecordings),
+            ring: 0,
+            save_on_alarm: true,
+            lines: Vec::new(),
             programs: Arc::new(NoPrograms),
             presets: Presets::default(),
             #[cfg(feature = "class")]
@@ -301,7 +311,7 @@ impl Station {
             events: EventLog::default(),
             watched: (None, Vec::new()),
         };
-        Self {
+        let mut station = Self {
             records: Records::load(config.jobs.load(), config.unix_zero),
             control: Control::new(config.arms.len()),
             arms: config.arms.iter().map(place).collect(),
@@ -319,7 +329,10 @@ impl Station {
             lines: VecDeque::new(),
             awake: BTreeSet::new(),
             ids: 0,
-        }
+        };
+        // Arms are read for the last minutes from the beginning on.
+        station.watch_anew();
+        station
     }
 
     /// The arms, in the order of their ids.
@@ -434,6 +447,7 @@ impl Station {
         #[cfg(feature = "class")]
         self.class_timeout(now);
         self.control.handle_timeout(now);
+        self.save_for_alarms(now);
         let late = |socket: &Socket| socket.session.is_none() && now - socket.opened >= HELLO;
         let late: Vec<_> = { self.sockets.iter() }
             .filter(|(_, socket)| late(socket) && !socket.is_closing())
@@ -452,7 +466,10 @@ impl Station {
             let waits = socket.session.is_none() && !socket.is_closing();
             waits.then(|| socket.opened + HELLO)
         });
-        let due = hellos.chain(self.control.poll_timeout()).min();
+        let saves = self.arms.iter().filter_map(|place| place.recordings.due());
+        let due = (hellos.chain(self.control.poll_timeout()))
+            .chain(saves)
+            .min();
         #[cfg(feature = "class")]
         let due = due.into_iter().chain(self.class.next()).min();
         due
@@ -549,6 +566,16 @@ impl Station {
     }
 
     fn order(&mut self, arm: ArmId, order: ArmOrder) {
+        let moves = matches!(
+            order,
+            ArmOrder::Act { .. }
+                | ArmOrder::StartJog { .. }
+                | ArmOrder::StartJob(_)
+                | ArmOrder::ResumeJob { .. }
+        );
+        if moves && self.arm_mut(arm).recordings.expect_motion() {
+            self.watch_anew();
+        }
         self.orders.push_back((arm, order));
     }
 

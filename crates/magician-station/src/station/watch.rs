@@ -98,7 +98,9 @@ impl Station {
                 .sockets
                 .values()
                 .flat_map(|socket| &socket.subscriptions);
-            let (mut rate, mut pins) = (self.arm(arm).recordings.rate(), Vec::new());
+            let kept = self.ring_rate(arm);
+            let recorded = self.arm(arm).recordings.rate();
+            let (mut rate, mut pins) = (kept.max(recorded), Vec::new());
             for subscription in all.filter(|subscription| subscription.arm == arm) {
                 let wanted = (1.0 / subscription.period.as_secs_f64()).round() as u32;
                 rate = rate.max(Some(wanted));

@@ -68,6 +68,11 @@ impl BareStation {
 
     /// A reading with this `x`, so old.
     pub(crate) fn read(&mut self, x: f32, age: Duration) {
+        self.reading(x, |reading| reading.age = age);
+    }
+
+    /// A reading with this `x`, and what else is said.
+    pub(crate) fn reading(&mut self, x: f32, say: impl FnOnce(&mut ArmReading)) {
         let pose = Pose {
             x,
             y: 0.0,
@@ -75,8 +80,8 @@ impl BareStation {
             r: 0.0,
             joint_angle: [0.0; 4],
         };
-        self.report(ArmReport::Reading(Box::new(ArmReading {
-            age,
+        let mut reading = ArmReading {
+            age: Duration::ZERO,
             pose,
             current_index: 0,
             left_space: 32,
@@ -89,7 +94,9 @@ impl BareStation {
             tool: ToolReading::default(),
             speed: None,
             pins: Vec::new(),
-        })));
+        };
+        say(&mut reading);
+        self.report(ArmReport::Reading(Box::new(reading)));
     }
 
     /// The messages that wait.

@@ -5,13 +5,13 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use magician::sim::{Controller, Profile};
-use magician::{Arm, Options, SimSpeed, VirtualArm};
+use magician::{Arm, Options, SimSpeed, Tracer, VirtualArm};
 use magician_job::presets::Presets;
 use magician_job::{Journal, JournalError, JournalKey};
 use magician_program::resume::Checkpoint;
 use magician_station::{
-    ArmEntry, Client, CloseCode, FormatReader, Grant, JobStore, JournalLine, NoRecordings,
-    Outgoing, Peer, RecordingStore, Role, RunningStation, StationConfig,
+    ArmEntry, Client, CloseCode, FormatReader, FrameRing, Grant, JobStore, JournalLine,
+    NoRecordings, Outgoing, Peer, RecordingStore, Role, RunningStation, StationConfig,
 };
 use serde_json::{Value, json};
 use tokio::time::{Instant, timeout};
@@ -54,11 +54,31 @@ impl Bench {
         Self::with(1, true, Kept::default(), Arc::new(recordings)).await
     }
 
+    /// The same, of which the last minutes are always kept, and what passes on this line.
+    pub(crate) async fn ringing(
+        recordings: impl RecordingStore + 'static,
+        line: Arc<FrameRing>,
+        trace: Tracer,
+    ) -> Self {
+        let kept = Kept::default();
+        Self::made(1, true, kept, Arc::new(recordings), Some((line, trace))).await
+    }
+
     async fn with(
         count: usize,
         is_virtual: bool,
         store: Kept,
         recordings: Arc<dyn RecordingStore>,
+    ) -> Self {
+        Self::made(count, is_virtual, store, recordings, None).await
+    }
+
+    async fn made(
+        count: usize,
+        is_virtual: bool,
+        store: Kept,
+        recordings: Arc<dyn RecordingStore>,
+        ring: Option<(Arc<FrameRing>, Tracer)>,
     ) -> Self {
         let kept = store.clone();
         let mut arms = Vec::new();
@@ -68,7 +88,8 @@ impl Bench {
             let controller = Controller::new(Profile::default());
             let virtual_arm =
                 VirtualArm::new(controller, SimSpeed::Times(1.0)).with_breaking_lines();
-            let options = Options::default().laser_pins(true);
+            let mut options = Options::default().laser_pins(true);
+            options.trace = ring.as_ref().map(|(_, trace)| trace.clone());
             arms.push(Arm::simulated(virtual_arm.clone(), options).await.unwrap());
             virtual_arms.push(virtual_arm);
             let name = if count == 1 {
@@ -95,6 +116,8 @@ impl Bench {
             unix_zero: 1_000_000.0,
             jobs: Arc::new(store),
             recordings,
+            ring: if ring.is_some() { 50 } else { 0 },
+            lines: ring.into_iter().map(|(line, _)| line).collect(),
             reader: Arc::new(Gated(reader, gate.clone())),
             programs: Arc::clone(&shelf) as _,
             presets,

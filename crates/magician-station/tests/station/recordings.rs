@@ -5,7 +5,9 @@ use std::io::{self, Cursor, Read};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use magician_station::{RecordingFile, RecordingStore, Role, Sample};
+use magician::{Tap, Tracer};
+use magician_protocol::Direction;
+use magician_station::{FrameRing, RecordingFile, RecordingStore, Role, Sample};
 use serde_json::{Value, json};
 
 use crate::bench::Bench;
@@ -24,6 +26,7 @@ struct Tape {
     rate: u32,
     samples: Vec<Sample>,
     notes: Vec<String>,
+    passed: Vec<(f64, Direction, Vec<u8>)>,
     flushed: usize,
     whole: bool,
 }
@@ -83,6 +86,10 @@ impl Writer {
 impl RecordingFile for Writer {
     fn write(&mut self, sample: &Sample) -> io::Result<()> {
         self.change(|tape| tape.samples.push(*sample))
+    }
+
+    fn passed(&mut self, t: f64, _: &str, from: Direction, bytes: &[u8]) -> io::Result<()> {
+        self.change(|tape| tape.passed.push((t, from, bytes.to_vec())))
     }
 
     fn note(&mut self, _: f64, _: bool, words: &str) -> io::Result<()> {
@@ -248,4 +255,86 @@ async fn a_full_disk_costs_the_recording_and_never_the_arm() {
     let mut anna = bench.join("Anna").await;
     let refused = anna.call("record.start", json!({})).await.unwrap_err();
     assert_eq!(refused["data"]["kind"], json!("unsupported"));
+}
+
+/// Takes note of everything that passes.
+#[derive(Default)]
+struct Heard(Mutex<Vec<(Direction, Vec<u8>)>>);
+
+impl Tap for Heard {
+    fn passed(&self, _: &str, direction: Direction, bytes: &[u8]) {
+        let mut heard = self.0.lock().unwrap();
+        heard.push((direction, bytes.to_vec()));
+    }
+}
+
+/// All bytes of one direction.
+fn bytes_of<'a>(
+    passed: impl IntoIterator<Item = &'a (Direction, Vec<u8>)>,
+    of: Direction,
+) -> Vec<u8> {
+    let of = passed.into_iter().filter(|(direction, _)| *direction == of);
+    of.flat_map(|(_, bytes)| bytes.clone()).collect()
+}
+
+#[tokio::test(start_paused = true)]
+async fn every_byte_of_the_line_is_in_what_was_kept_and_in_what_is_recorded() {
+    let tapes = Tapes::default();
+    let (line, heard) = (FrameRing::new("usb"), Arc::new(Heard::default()));
+    let both = Arc::new(Both(Arc::clone(&line), Arc::clone(&heard)));
+    let bench = Bench::ringing(tapes.clone(), line, Tracer::default().tap(both)).await;
+    let mut anna = bench.join("Anna").await;
+    anna.listen(Duration::from_secs(3)).await;
+    let name = anna.ok("record.start", json!({"rate": 10})).await["name"].clone();
+    let before = heard.0.lock().unwrap().len();
+    anna.lease().await;
+    anna.ok("arm.move", json!({"to": [220, 0, 50, 0]})).await;
+    anna.listen(Duration::from_secs(3)).await;
+    anna.ok("record.stop", json!({})).await;
+    let saved = anna.ok("record.save_last", json!({"seconds": 600})).await["name"].clone();
+    // The arm was read meanwhile: that it has stood is all that follows.
+    let heard = heard.0.lock().unwrap().clone();
+    for (name, all) in [(name, &heard[before..]), (saved, &heard[..])] {
+        let tape = tapes.tape(name.as_str().unwrap());
+        assert!(tape.passed.windows(2).all(|pair| pair[0].0 <= pair[1].0));
+        let passed: Vec<_> = { tape.passed.iter() }
+            .map(|(_, from, bytes)| (*from, bytes.clone()))
+            .collect();
+        for direction in [Direction::Request, Direction::Reply] {
+            let (got, all) = (bytes_of(&passed, direction), bytes_of(all, direction));
+            assert!(got.len() > 1000, "{}", got.len());
+            assert!(all.starts_with(&got), "{direction:?}");
+            assert!(
+                all.len() - got.len() < 300,
+                "{} of {}",
+                got.len(),
+                all.len()
+            );
+        }
+        let (first, last) = (tape.samples[0].t, tape.samples[tape.samples.len() - 1].t);
+        assert!((tape.passed[0].0 - first).abs() < 1.0 && tape.passed[0].0 >= tape.epoch - 1e-6);
+        assert!((tape.passed[tape.passed.len() - 1].0 - last).abs() < 1.0);
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_arm_is_read_for_the_last_minutes_before_anybody_comes() {
+    let line = FrameRing::new("usb");
+    let trace = Tracer::default().tap(Arc::clone(&line) as _);
+    let bench = Bench::ringing(Tapes::default(), line, trace).await;
+    let before = asked(&bench).await;
+    tokio::time::sleep(Duration::from_secs(60)).await;
+    let asked = asked(&bench).await - before;
+    // Four requests five times a second.
+    assert!((1100..=1300).contains(&asked), "{asked}");
+}
+
+/// Two that listen.
+struct Both(Arc<FrameRing>, Arc<Heard>);
+
+impl Tap for Both {
+    fn passed(&self, line: &str, direction: Direction, bytes: &[u8]) {
+        self.0.passed(line, direction, bytes);
+        self.1.passed(line, direction, bytes);
+    }
 }

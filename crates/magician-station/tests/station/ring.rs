@@ -5,7 +5,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use magician_station::{
-    ArmEntry, RecordOrder, RecordReport, RecordingFile, RecordingStore, StationConfig,
+    ArmEntry, ArmOrder, ArmReport, RecordOrder, RecordReport, RecordingFile, RecordingStore,
+    StationConfig,
 };
 use serde_json::json;
 
@@ -25,8 +26,13 @@ impl RecordingStore for Nowhere {
 }
 
 fn recording() -> BareStation {
+    with_ring(0, true)
+}
+
+fn with_ring(ring: u32, save_on_alarm: bool) -> BareStation {
     let mut config = StationConfig::new(vec![ArmEntry::simulated("arm")], "0");
     config.recordings = Arc::new(Nowhere);
+    (config.ring, config.save_on_alarm) = (ring, save_on_alarm);
     BareStation::with(config)
 }
 
@@ -37,6 +43,44 @@ impl BareStation {
             self.now += pause;
             self.read(200.0, Duration::ZERO);
         }
+    }
+
+    /// How often the arm is to be read from now on, where that has changed.
+    fn rates(&mut self) -> Vec<Option<u32>> {
+        let next = || self.station.poll_order();
+        let orders = std::iter::from_fn(next);
+        orders
+            .filter_map(|(_, order)| match order {
+                ArmOrder::Watch { rate, .. } => Some(rate),
+                _ => None,
+            })
+            .collect()
+    }
+
+    fn moves_on(&mut self, seconds: u64) {
+        for at in 0..seconds * 50 {
+            self.now += Duration::from_millis(20);
+            self.reading(at as f32, |reading| reading.moving = true);
+        }
+    }
+
+    fn alarm(&mut self) {
+        self.report(ArmReport::Event {
+            name: "alarm-raised",
+            fields: vec![("code", json!(0x12))],
+        });
+    }
+
+    /// Time passes without a reading, until what is due by then is done; the files that were begun.
+    fn pass(&mut self, seconds: u64) -> Vec<RecordOrder> {
+        let until = self.now + Duration::from_secs(seconds);
+        while let Some(due) = self.station.poll_timeout().filter(|due| *due <= until) {
+            self.now = self.now.max(due);
+            self.station.handle_timeout(self.now);
+        }
+        self.now = until;
+        let saves = |order: &RecordOrder| matches!(order, RecordOrder::Save { .. });
+        self.orders().into_iter().filter(saves).collect()
     }
 
     fn orders(&mut self) -> Vec<RecordOrder> {
@@ -93,4 +137,158 @@ fn a_recording_that_was_lost_is_not_stopped_as_if_it_were_whole() {
     let why = answer["error"]["message"].as_str().unwrap();
     assert!(why.contains("the disk is full"), "{answer}");
     assert_eq!(bare.orders(), []);
+}
+
+#[test]
+fn an_arm_is_read_five_times_a_second_at_rest_and_fifty_while_it_moves() {
+    let mut bare = with_ring(50, true);
+    assert_eq!(bare.rates(), [Some(5)]);
+    bare.read_on(20, Duration::from_millis(200));
+    assert_eq!(bare.rates(), []);
+    bare.moves_on(1);
+    assert_eq!(bare.rates(), [Some(50)]);
+    // Two seconds after its last motion it rests.
+    bare.read_on(99, Duration::from_millis(20));
+    assert_eq!(bare.rates(), []);
+    bare.read_on(2, Duration::from_millis(20));
+    assert_eq!(bare.rates(), [Some(5)]);
+}
+
+#[test]
+fn what_waits_in_the_queue_counts_as_motion() {
+    let mut bare = with_ring(50, true);
+    bare.read_on(2, Duration::from_millis(200));
+    assert_eq!(bare.rates(), [Some(5)]);
+    bare.reading(0.0, |reading| reading.left_space = 31);
+    assert_eq!(bare.rates(), [Some(50)]);
+}
+
+#[test]
+fn a_command_that_may_move_the_arm_has_it_read_often_before_it_is_seen_to_move() {
+    let mut bare = with_ring(50, true);
+    bare.read_on(1, Duration::from_millis(200));
+    assert_eq!(bare.rates(), [Some(5)]);
+    bare.send("lease.take", &json!({}));
+    bare.send("arm.home", &json!({}));
+    assert_eq!(bare.rates(), [Some(50)]);
+}
+
+#[test]
+fn who_watches_more_often_is_not_slowed_down_and_nobody_is_read_more_often_than_the_ring_says() {
+    let mut bare = with_ring(10, true);
+    assert_eq!(bare.rates(), [Some(5)]);
+    bare.subscribe("json");
+    assert_eq!(bare.rates(), [Some(50)]);
+    let mut bare = with_ring(10, true);
+    bare.moves_on(1);
+    assert_eq!(bare.rates(), [Some(5), Some(10)]);
+    let mut bare = with_ring(0, true);
+    bare.moves_on(1);
+    assert_eq!(bare.rates(), []);
+}
+
+#[test]
+fn an_alarm_has_what_led_to_it_and_five_seconds_more_written() {
+    let mut bare = with_ring(50, true);
+    bare.moves_on(30);
+    bare.alarm();
+    assert_eq!(bare.pass(4), []);
+    bare.moves_on(1);
+    let saves = bare.pass(0);
+    let [
+        RecordOrder::Save {
+            request,
+            name,
+            samples,
+            notes,
+            ..
+        },
+    ] = &saves[..]
+    else {
+        panic!("{saves:?}");
+    };
+    assert_eq!(samples.len(), 31 * 50);
+    assert_eq!(
+        (notes[0].words.as_str(), notes[0].warning),
+        ("alarm-raised code 18", true)
+    );
+    bare.subscribe("json");
+    bare.heard();
+    let outcome = Ok(12_345);
+    let request = *request;
+    bare.station
+        .recorded(bare.now, ARM, RecordReport::Done { request, outcome });
+    let told = bare.heard();
+    let told = told
+        .iter()
+        .find(|one| one["params"]["event"] == json!("recording-saved"));
+    let told = &told.expect("it is told")["params"];
+    assert_eq!(
+        (&told["name"], &told["bytes"]),
+        (&json!(name), &json!(12_345))
+    );
+}
+
+#[test]
+fn alarms_have_one_file_a_minute_and_nothing_is_written_twice() {
+    let mut bare = with_ring(50, true);
+    bare.moves_on(30);
+    let mut begun = Vec::new();
+    let mut written = 0;
+    for _ in 0..100 {
+        bare.moves_on(2);
+        bare.alarm();
+        for save in bare.pass(0) {
+            let RecordOrder::Save { samples, .. } = save else {
+                unreachable!()
+            };
+            written += samples.len();
+            begun.push(bare.now);
+        }
+    }
+    assert_eq!(begun.len(), 4, "in 200 s");
+    assert!(
+        begun
+            .windows(2)
+            .all(|pair| pair[1] - pair[0] >= Duration::from_secs(60))
+    );
+    let all = (30 + 200) * 50;
+    assert!(written <= all, "{written} of {all}");
+}
+
+#[test]
+fn an_alarm_at_the_beginning_or_where_it_was_switched_off_writes_nothing() {
+    // What stands when the station begins was not led to by anything that was seen.
+    let mut bare = with_ring(50, true);
+    bare.read_on(1, Duration::from_millis(20));
+    bare.alarm();
+    bare.moves_on(20);
+    assert_eq!(bare.pass(60), []);
+    for mut bare in [with_ring(50, false), with_ring(0, true)] {
+        bare.moves_on(30);
+        bare.alarm();
+        assert_eq!(bare.pass(60), []);
+    }
+}
+
+#[test]
+fn what_happened_meanwhile_is_saved_with_the_readings() {
+    let mut bare = with_ring(50, true);
+    bare.line(false);
+    bare.line(true);
+    bare.moves_on(20);
+    bare.report(ArmReport::Event {
+        name: "reset",
+        fields: Vec::new(),
+    });
+    bare.moves_on(1);
+    bare.send("record.save_last", &json!({"seconds": 10}));
+    let Some(RecordOrder::Save { notes, from, .. }) = bare.orders().pop() else {
+        panic!("it is saved");
+    };
+    let notes: Vec<_> = notes
+        .iter()
+        .map(|note| (note.words.as_str(), note.t >= from))
+        .collect();
+    assert_eq!(notes, [("reset", true)]);
 }

@@ -40,7 +40,7 @@ pub(crate) use route::Route;
 pub(crate) use sim::Sim;
 pub(crate) use stream::Stream;
 #[cfg(feature = "trace")]
-pub use traced::Tracer;
+pub use traced::{Tap, Tracer};
 
 /// How far the clock of an arm goes on at a time where it goes on by the wall: a leap that is longer is over what has an end.
 pub(crate) const STEP: Duration = Duration::from_millis(10);

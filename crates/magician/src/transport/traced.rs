@@ -10,8 +10,17 @@ use super::{Leap, LeapTo, Line, Transport};
 
 /// A trace file under way: everything that passes on a line, as a pcapng file of link type USER0
 /// that Wireshark opens. Clones write to the same file.
-#[derive(Clone)]
-pub struct Tracer(Arc<Mutex<File>>);
+#[derive(Clone, Default)]
+pub struct Tracer {
+    file: Option<Arc<Mutex<File>>>,
+    tap: Option<Arc<dyn Tap>>,
+}
+
+/// Gets what passes on a line, at once: it is called on the line's way, and must not wait.
+pub trait Tap: Send + Sync {
+    /// Bytes passed on the line of this name, cut as they came.
+    fn passed(&self, line: &str, direction: Direction, bytes: &[u8]);
+}
 
 struct File {
     /// `None` when it could not be written any more.
@@ -35,24 +44,39 @@ impl Tracer {
         let out: Box<dyn Write + Send> = Box::new(out);
         let since = SystemTime::now().duration_since(UNIX_EPOCH);
         let epoch = since.map_or(0, |since| u64::try_from(since.as_micros()).unwrap_or(0));
-        Ok(Self(Arc::new(Mutex::new(File {
+        let file = File {
             writer: Some(TraceWriter::new(out)?),
             failed: None,
             links: Vec::new(),
             begun: Instant::now(),
             epoch,
-        }))))
+        };
+        Ok(Self {
+            file: Some(Arc::new(Mutex::new(file))),
+            tap: None,
+        })
+    }
+
+    /// Hands on what passes as well, beside the file if there is one.
+    #[must_use]
+    pub fn tap(mut self, tap: Arc<dyn Tap>) -> Self {
+        self.tap = Some(tap);
+        self
     }
 
     /// Why the file is not whole, if it could not be written to its end.
     #[must_use]
     pub fn failed(&self) -> Option<String> {
-        let file = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let file = self.file.as_ref()?;
+        let file = file.lock().unwrap_or_else(PoisonError::into_inner);
         file.failed.clone()
     }
 
     fn with(&self, act: impl FnOnce(&mut File) -> io::Result<()>) {
-        let mut file = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(file) = &self.file else {
+            return;
+        };
+        let mut file = file.lock().unwrap_or_else(PoisonError::into_inner);
         if let Err(error) = act(&mut file) {
             tracing::warn!(%error, "the trace cannot be written and stops here");
             file.writer = None;
@@ -128,6 +152,9 @@ impl Traced {
             let bytes = bytes.get(..*count).unwrap_or_default();
             self.tracer
                 .with(|file| file.record(&self.name, direction, bytes));
+            if let Some(tap) = &self.tracer.tap {
+                tap.passed(&self.name, direction, bytes);
+            }
         }
     }
 }

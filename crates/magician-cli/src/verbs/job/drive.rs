@@ -10,6 +10,7 @@ use magician_job::{
     FileJournal, Job, JobEvent, JobHandle, JobOutcome, JobSpec, JobState, PauseReason, ResumeError,
     SpeedError, Start, StartsAt,
 };
+use magician_program::Tool;
 use serde::Serialize;
 
 use super::Made;
@@ -414,7 +415,9 @@ impl Drive<'_> {
         // On an arm that runs as fast as it can the recorder's time is the arm's.
         let pace = self.pace.filter(|pace| pace.is_finite()).unwrap_or(1.0);
         let rate = (self.rate * pace).clamp(self.rate, MOST);
+        let plan = self.made.program.plan();
         let options = Options {
+            paper: plan.surface.filter(|_| plan.tool == Some(Tool::Pen)),
             units: self.units,
             clock: Clock::Arm,
             steps: Some(job.finished()),

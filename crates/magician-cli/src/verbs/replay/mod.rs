@@ -8,6 +8,7 @@ use std::io::{self, BufWriter, Read};
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use magician_record::mcap::{is_recording, trace_of};
 use magician_record::replay::{Replay as Session, ReplayWriter, Tolerances};
 use magician_sim::{Controller, Speed, World};
 
@@ -29,7 +30,7 @@ const MOST_BYTES: u64 = 1 << 30;
 #[derive(Args, Debug)]
 #[command(after_help = "\
 A TRACE is the file that `magician sim`, `magician proxy` and every other verb write with \
-    --trace: pcapng, link type USER0.
+    --trace (pcapng, link type USER0), or a recording with frames: the .mcap of `magician sim --record` or of a station.
 
   magician replay session.pcapng
   magician replay session.pcapng --scenario cell.toml --ignore GetPose.joint_angle --json
@@ -96,6 +97,12 @@ fn tolerance(text: &str) -> Result<f32, String> {
 impl Replay {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let bytes = read(&self.session)?;
+        let bytes = if is_recording(&bytes) {
+            let wrong = |error| Failure::invalid(format!("{}: {error}", self.session.display()));
+            trace_of(&bytes).map_err(wrong)?
+        } else {
+            bytes
+        };
         let session = self.session(&bytes)?;
         match self.to {
             To::Sim => self.simulate(&session, context),

@@ -19,7 +19,9 @@ use magician_station::http::{
     Admission, HttpOptions, JobFile, JournalFile, ListenError, Listener, Pages, ProgramFolder,
     RecordingFolder, Tls, TlsError, TokenError, TokenStore, Tries, Uploads,
 };
-use magician_station::{ArmEntry, FormatReader, ProgramStore, RunningStation, StationConfig};
+use magician_station::{
+    ArmEntry, FormatReader, FrameRing, ProgramStore, RunningStation, StationConfig,
+};
 use serde_json::json;
 use tokio::sync::watch;
 use tokio::time::timeout;
@@ -129,6 +131,29 @@ struct Kept {
     student_laser: bool,
     class: Option<String>,
     schedule: Option<String>,
+    ring: Ring,
+    lines: Vec<Arc<FrameRing>>,
+}
+
+/// The last ten minutes of each arm.
+#[derive(Clone, Copy)]
+struct Ring {
+    /// Readings a second of an arm that moves; 0 for those that others have asked for alone.
+    rate: u32,
+    save_on_alarm: bool,
+}
+
+impl Ring {
+    const RATE: f64 = 50.0;
+
+    fn of(config: &Config) -> Self {
+        // There is no place for files where the system names none.
+        let asked = config.number("serve.ring").unwrap_or(Self::RATE);
+        Self {
+            rate: dirs::state().map_or(0, |_| asked as u32),
+            save_on_alarm: config.says("serve.save_on_alarm") != Some("false"),
+        }
+    }
 }
 
 /// `NAME=PORT`.
@@ -171,11 +196,23 @@ impl Serve {
             (Some(certificate), Some(key)) => Some(Tls::from_files(certificate, key)?),
             _ => None,
         };
+        let ring = Ring::of(&config);
         let mut arms = Vec::new();
+        let mut lines = Vec::new();
         for (name, target) in targets {
             let mut options = context.options()?;
             options.reconnect = true;
-            let options = options.for_arm(config.arm_at(&target));
+            let mut options = options.for_arm(config.arm_at(&target));
+            if ring.rate > 0 {
+                let line = FrameRing::new(port_of(&target));
+                options.trace = Some(
+                    options
+                        .trace
+                        .unwrap_or_default()
+                        .tap(Arc::clone(&line) as _),
+                );
+                lines.push(line);
+            }
             let entry = ArmEntry {
                 name,
                 port: port_of(&target),
@@ -247,6 +284,8 @@ impl Serve {
                 student_laser,
                 class,
                 schedule,
+                ring,
+                lines,
             };
             self.serve(json, kept, (listener, link), entries, connected, signals)
                 .await
@@ -347,6 +386,8 @@ impl Serve {
             student_laser,
             class,
             schedule,
+            ring,
+            lines,
         } = kept;
         let since = SystemTime::now()
             .duration_since(UNIX_EPOCH)
@@ -359,6 +400,9 @@ impl Serve {
         (config.class, config.schedule) = (class, schedule);
         config.reader = Arc::new(reader);
         config.presets = presets;
+        config.ring = ring.rate;
+        config.save_on_alarm = ring.save_on_alarm;
+        config.lines = lines;
         if let Some(programs) = programs {
             config.programs = programs;
         }

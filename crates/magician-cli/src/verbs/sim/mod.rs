@@ -51,7 +51,7 @@ before the next request is read. While the arm is idle its clock runs at the usu
 
 Scenarios: docs/SCENARIOS.md.
 
-A recording uses the arm's clock: a sample every 20 ms of it, whatever the speed, about 110 MB an hour. Foxglove and other programs for MCAP open it. If writing fails, the arm is still served and the exit status is 4.
+A recording uses the arm's clock: a sample every 20 ms of it, whatever the speed, about 110 MB an hour, 140 MB if the arm never rests. Foxglove and other programs for MCAP open it. If writing fails, the arm is still served and the exit status is 4.
 
 --tui draws the arm from above and from the side with its queue, pins, alarms, objects and log on the terminal of stderr. \
 Its keys press the arm's buttons, guide it by hand, pull the cable, drive inputs, raise alarms; \

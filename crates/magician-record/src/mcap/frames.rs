@@ -1,63 +1,48 @@
 //! Frames as messages, in the words of `magician decode --json`.
 
-use std::collections::BTreeMap;
 use std::io::{self, Write};
 
 use magician_protocol::{
-    DecodeError, Deframer, Description, Direction, Event, Frame, FrameBuf, Rejection, Row, describe,
+    DecodeError, Deframer, Description, Direction, Event, Frame, INTER_BYTE_TIMEOUT_MS, Rejection,
+    Row, describe,
 };
 use serde::Serialize;
 
-use crate::mcap::Micros;
-use crate::mcap::file::{File, Topic};
-use crate::mcap::message::Time;
-use magician_sim::LinkId;
+use super::Micros;
+use super::file::{File, Topic};
+use super::message::Time;
 
-/// The links: their names, and what has been heard of frames that are not complete.
-#[derive(Default)]
-pub(super) struct Lines(BTreeMap<LinkId, Line>);
-
-struct Line {
-    name: String,
+/// A link: its name, and what has been heard of frames that are not complete, of one direction.
+pub(super) struct FrameLine {
+    pub(super) name: String,
     deframer: Deframer,
+    /// When bytes came last.
+    heard: Micros,
 }
 
-impl Line {
-    fn of(link: LinkId) -> Self {
+impl FrameLine {
+    pub(super) fn of(name: impl Into<String>) -> Self {
         Self {
-            name: format!("link {}", link.0),
+            name: name.into(),
             deframer: Deframer::new(),
+            heard: 0,
         }
     }
-}
 
-impl Lines {
-    pub(super) fn name(&mut self, link: LinkId, name: &str) {
-        name.clone_into(&mut self.line(link).name);
-    }
-
-    pub(super) fn forget(&mut self, link: LinkId) {
-        self.0.remove(&link);
-    }
-
-    fn line(&mut self, link: LinkId) -> &mut Line {
-        self.0.entry(link).or_insert_with(|| Line::of(link))
-    }
-
-    /// Writes every frame that bytes from a peer complete, and what turns out to belong to none.
+    /// Writes every frame that bytes complete, and what turns out to belong to none.
     pub(super) fn heard<W: Write>(
         &mut self,
         file: &mut File<W>,
         now: Micros,
-        link: LinkId,
+        direction: Direction,
         bytes: &[u8],
     ) -> io::Result<()> {
-        let Line { name, deframer } = self.line(link);
+        let Self { name, deframer, .. } = self;
         let mut input = bytes;
         while let Some(event) = deframer.next(&mut input) {
             let (bytes, error) = match event {
                 Event::Frame { frame, .. } => {
-                    write_frame(file, now, name, &frame, Direction::Request)?;
+                    write_frame(file, now, name, &frame, direction)?;
                     continue;
                 }
                 Event::Rejected { bytes, reason, .. } => (bytes, word(reason)),
@@ -65,10 +50,25 @@ impl Lines {
             };
             file.write(Topic::Frames, now, |timestamp| Message {
                 error: Some(error),
-                ..Message::of(timestamp, name, Direction::Request, bytes)
+                ..Message::of(timestamp, name, direction, bytes)
             })?;
         }
         Ok(())
+    }
+
+    /// The same with the silence before, which ends what was begun.
+    pub(super) fn passed<W: Write>(
+        &mut self,
+        file: &mut File<W>,
+        now: Micros,
+        direction: Direction,
+        bytes: &[u8],
+    ) -> io::Result<()> {
+        if now.saturating_sub(self.heard) >= INTER_BYTE_TIMEOUT_MS * 1000 {
+            self.silence(file, now, direction)?;
+        }
+        self.heard = now;
+        self.heard(file, now, direction, bytes)
     }
 
     /// What a peer began will not be completed.
@@ -76,25 +76,53 @@ impl Lines {
         &mut self,
         file: &mut File<W>,
         now: Micros,
-        link: LinkId,
+        direction: Direction,
     ) -> io::Result<()> {
-        self.line(link).deframer.expire();
-        self.heard(file, now, link, &[])
-    }
-
-    pub(super) fn answered<W: Write>(
-        &mut self,
-        file: &mut File<W>,
-        now: Micros,
-        link: LinkId,
-        frame: &FrameBuf,
-    ) -> io::Result<()> {
-        let name = &self.line(link).name;
-        write_frame(file, now, name, &frame.frame(), Direction::Reply)
+        self.deframer.expire();
+        self.heard(file, now, direction, &[])
     }
 }
 
-fn write_frame<W: Write>(
+/// The two directions of a line on which a host looks.
+pub(super) struct HostLine {
+    requests: FrameLine,
+    replies: FrameLine,
+}
+
+impl HostLine {
+    pub(super) fn of(name: &str) -> Self {
+        Self {
+            requests: FrameLine::of(name),
+            replies: FrameLine::of(name),
+        }
+    }
+
+    pub(super) fn name(&self) -> &str {
+        &self.requests.name
+    }
+
+    pub(super) fn passed<W: Write>(
+        &mut self,
+        file: &mut File<W>,
+        now: Micros,
+        direction: Direction,
+        bytes: &[u8],
+    ) -> io::Result<()> {
+        let line = match direction {
+            Direction::Request => &mut self.requests,
+            Direction::Reply => &mut self.replies,
+        };
+        line.passed(file, now, direction, bytes)
+    }
+
+    /// Nothing more passes.
+    pub(super) fn end<W: Write>(&mut self, file: &mut File<W>, now: Micros) -> io::Result<()> {
+        self.requests.silence(file, now, Direction::Request)?;
+        self.replies.silence(file, now, Direction::Reply)
+    }
+}
+
+pub(super) fn write_frame<W: Write>(
     file: &mut File<W>,
     now: Micros,
     link: &str,

@@ -1,0 +1,62 @@
+//! The links of a virtual arm, and what passes on them.
+
+use std::collections::BTreeMap;
+use std::io::{self, Write};
+
+use magician_protocol::{Direction, FrameBuf};
+use magician_sim::LinkId;
+
+use crate::mcap::Micros;
+use crate::mcap::file::File;
+use crate::mcap::frames::{FrameLine, write_frame};
+
+/// The links, as peers speak on them: answers are whole frames.
+#[derive(Default)]
+pub(super) struct Lines(BTreeMap<LinkId, FrameLine>);
+
+impl Lines {
+    pub(super) fn name(&mut self, link: LinkId, name: &str) {
+        name.clone_into(&mut self.line(link).name);
+    }
+
+    pub(super) fn forget(&mut self, link: LinkId) {
+        self.0.remove(&link);
+    }
+
+    fn line(&mut self, link: LinkId) -> &mut FrameLine {
+        let unnamed = || FrameLine::of(format!("link {}", link.0));
+        self.0.entry(link).or_insert_with(unnamed)
+    }
+
+    /// Writes what bytes from a peer complete.
+    pub(super) fn heard<W: Write>(
+        &mut self,
+        file: &mut File<W>,
+        now: Micros,
+        link: LinkId,
+        bytes: &[u8],
+    ) -> io::Result<()> {
+        self.line(link).heard(file, now, Direction::Request, bytes)
+    }
+
+    /// What a peer began will not be completed.
+    pub(super) fn silence<W: Write>(
+        &mut self,
+        file: &mut File<W>,
+        now: Micros,
+        link: LinkId,
+    ) -> io::Result<()> {
+        self.line(link).silence(file, now, Direction::Request)
+    }
+
+    pub(super) fn answered<W: Write>(
+        &mut self,
+        file: &mut File<W>,
+        now: Micros,
+        link: LinkId,
+        frame: &FrameBuf,
+    ) -> io::Result<()> {
+        let name = &self.line(link).name;
+        write_frame(file, now, name, &frame.frame(), Direction::Reply)
+    }
+}

@@ -1,0 +1,311 @@
+//! What passed on the line of an arm lately: bytes with their times, in bounded memory.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use magician_protocol::Direction;
+use tokio::time::Instant;
+
+/// How long it is kept.
+const KEPT: Duration = Duration::from_secs(600);
+/// The head of a piece: time since the one before (4 bytes, us), direction and length (2).
+const HEAD: usize = 6;
+/// The bit of a reply, beside the length.
+const REPLY: u16 = 1 << 15;
+
+/// Bytes that passed on a line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PassedBytes {
+    /// When, since the ring was made.
+    pub at: Duration,
+    /// To the arm, or from it.
+    pub direction: Direction,
+    /// As they came: one frame, part of one, or several.
+    pub bytes: Vec<u8>,
+}
+
+/// The last ten minutes of a line, and at most [`FrameRing::MOST`] bytes.
+///
+/// The driver hands it what passes (it is a [`Tap`](magician::Tap) with the feature `http`); the writer of recordings takes it from there.
+///
+/// ```
+/// use std::time::Duration;
+/// use magician_protocol::Direction;
+/// use magician_station::{FrameRing, Mark};
+///
+/// let ring = FrameRing::new("/dev/ttyUSB0");
+/// ring.add(Duration::from_secs(1), Direction::Request, &[0xAA, 0xAA, 0x02, 0x0A, 0x00, 0xF6]);
+/// let (passed, _, missed) = ring.since(&Mark::default());
+/// assert_eq!((passed.len(), missed), (1, 0));
+/// ```
+#[derive(Debug)]
+pub struct FrameRing {
+    line: String,
+    begun: Instant,
+    ring: Mutex<Ring>,
+}
+
+#[derive(Debug, Default)]
+struct Ring {
+    bytes: VecDeque<u8>,
+    /// Where it begins, and when its first piece passed, us.
+    first: Mark,
+    first_at: u64,
+    /// Where the next piece begins.
+    next: Mark,
+    /// Unix seconds when the ring was made.
+    zero: f64,
+}
+
+/// A place in what has passed since the ring was made; the default is its beginning.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Mark {
+    /// Pieces before it, and bytes of them.
+    pieces: u64,
+    bytes: u64,
+    /// When the last one of them passed, us.
+    at: u64,
+}
+
+impl FrameRing {
+    /// So many bytes are kept at most, of which a piece takes six more than it has.
+    pub const MOST: usize = 16 << 20;
+
+    /// An empty one, of the line of this name.
+    #[must_use]
+    pub fn new(line: impl Into<String>) -> Arc<Self> {
+        Arc::new(Self {
+            line: line.into(),
+            begun: Instant::now(),
+            ring: Mutex::default(),
+        })
+    }
+
+    /// The name of the line.
+    #[must_use]
+    pub fn line(&self) -> &str {
+        &self.line
+    }
+
+    fn ring(&self) -> MutexGuard<'_, Ring> {
+        self.ring.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Says what time it was at an instant, in Unix seconds.
+    pub(crate) fn set_clock(&self, at: Instant, unix: f64) {
+        let before = at.saturating_duration_since(self.begun).as_secs_f64();
+        self.ring().zero = unix - before;
+    }
+
+    /// Unix seconds at a time since the ring was made.
+    pub(crate) fn unix(&self, at: Duration) -> f64 {
+        self.ring().zero + at.as_secs_f64()
+    }
+
+    /// Bytes passed, so long after the ring was made.
+    pub fn add(&self, at: Duration, direction: Direction, bytes: &[u8]) {
+        let at = u64::try_from(at.as_micros()).unwrap_or(u64::MAX);
+        let mut ring = self.ring();
+        for piece in bytes.chunks(usize::from(REPLY - 1)) {
+            ring.add(at, direction, piece);
+        }
+    }
+
+    /// Bytes pass now.
+    pub fn pass(&self, direction: Direction, bytes: &[u8]) {
+        self.add(self.begun.elapsed(), direction, bytes);
+    }
+
+    /// Where it is now.
+    #[must_use]
+    pub fn mark(&self) -> Mark {
+        self.ring().next
+    }
+
+    /// What has passed since then, where it is now, and how many pieces of it are not kept any more.
+    #[must_use]
+    pub fn since(&self, mark: &Mark) -> (Vec<PassedBytes>, Mark, u64) {
+        let (bytes, first, next, missed) = {
+            let ring = self.ring();
+            // The line goes on at once: it waits for the bytes to be copied, and not for what is made of them.
+            let missed = ring.first.pieces.saturating_sub(mark.pieces);
+            let offset = mark.bytes.saturating_sub(ring.first.bytes) as usize;
+            let bytes: Vec<u8> = ring.bytes.range(offset..).copied().collect();
+            let whole = mark.pieces <= ring.first.pieces;
+            let first = whole.then_some(ring.first_at);
+            (bytes, first.ok_or(mark.at), ring.next, missed)
+        };
+        (pieces(&bytes, first), next, missed)
+    }
+
+    /// Bytes of memory that it has taken.
+    #[must_use]
+    pub fn memory(&self) -> usize {
+        self.ring().bytes.capacity()
+    }
+}
+
+#[cfg(feature = "http")]
+impl magician::Tap for FrameRing {
+    fn passed(&self, _: &str, direction: Direction, bytes: &[u8]) {
+        self.pass(direction, bytes);
+    }
+}
+
+impl Ring {
+    fn add(&mut self, at: u64, direction: Direction, bytes: &[u8]) {
+        let kept = u64::try_from(KEPT.as_micros()).unwrap_or(u64::MAX);
+        let needs = HEAD + bytes.len();
+        let too_much = |ring: &Self| ring.bytes.len() + needs > FrameRing::MOST;
+        while !self.bytes.is_empty() && (at.saturating_sub(self.first_at) > kept || too_much(self))
+        {
+            self.drop_first();
+        }
+        if self.bytes.is_empty() {
+            (self.first_at, self.next.at) = (at, at);
+        }
+        // What is kept is less than ten minutes old, which 32 bits hold.
+        let since = u32::try_from(at.saturating_sub(self.next.at)).unwrap_or(u32::MAX);
+        if self.bytes.capacity() < self.bytes.len() + needs {
+            // Not twice as much as there will ever be.
+            let more = (self.bytes.len() + needs).min(FrameRing::MOST - self.bytes.len());
+            self.bytes.reserve_exact(more);
+        }
+        let length = bytes.len() as u16;
+        let head = match direction {
+            Direction::Request => length,
+            Direction::Reply => length | REPLY,
+        };
+        self.bytes.extend(since.to_le_bytes());
+        self.bytes.extend(head.to_le_bytes());
+        self.bytes.extend(bytes);
+        self.next.at += u64::from(since);
+        self.next.pieces += 1;
+        self.next.bytes += needs as u64;
+    }
+
+    fn drop_first(&mut self) {
+        let head = |ring: &Self| {
+            let byte = |nth: usize| ring.bytes.get(nth).copied().unwrap_or(0);
+            head_of([0, 1, 2, 3, 4, 5].map(byte))
+        };
+        let (.., length) = head(self);
+        let whole = (HEAD + length).min(self.bytes.len());
+        self.bytes.drain(..whole);
+        self.first.pieces += 1;
+        self.first.bytes += whole as u64;
+        if !self.bytes.is_empty() {
+            self.first_at += head(self).0;
+        }
+    }
+}
+
+/// Time since the piece before, us, direction, length.
+fn head_of(head: [u8; HEAD]) -> (u64, Direction, usize) {
+    let [a, b, c, d, low, high] = head;
+    let (since, length) = (
+        u32::from_le_bytes([a, b, c, d]),
+        u16::from_le_bytes([low, high]),
+    );
+    let direction = if length & REPLY == 0 {
+        Direction::Request
+    } else {
+        Direction::Reply
+    };
+    (since.into(), direction, usize::from(length & !REPLY))
+}
+
+/// The pieces; of the first is known when it passed, or else when the one before did.
+fn pieces(mut bytes: &[u8], first: Result<u64, u64>) -> Vec<PassedBytes> {
+    let mut all = Vec::new();
+    let mut at = first.unwrap_or_else(|before| before);
+    let mut counts = first.is_err();
+    while let Some((head, rest)) = bytes.split_first_chunk::<HEAD>() {
+        let (since, direction, length) = head_of(*head);
+        at += if std::mem::replace(&mut counts, true) {
+            since
+        } else {
+            0
+        };
+        let (piece, rest) = rest.split_at(length.min(rest.len()));
+        all.push(PassedBytes {
+            at: Duration::from_micros(at),
+            direction,
+            bytes: piece.to_vec(),
+        });
+        bytes = rest;
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GET: [u8; 6] = [0xAA, 0xAA, 0x02, 0x0A, 0x00, 0xF6];
+
+    #[test]
+    fn pieces_come_back_as_they_passed_with_their_times() {
+        let ring = FrameRing::new("line");
+        let mut fourth = Mark::default();
+        for nth in 0..10 {
+            if nth == 4 {
+                fourth = ring.mark();
+            }
+            let direction = if nth % 2 == 0 {
+                Direction::Request
+            } else {
+                Direction::Reply
+            };
+            ring.add(
+                Duration::from_millis(nth * 7),
+                direction,
+                &GET[..1 + nth as usize % 5],
+            );
+        }
+        let (passed, next, missed) = ring.since(&fourth);
+        assert_eq!((passed.len(), next, missed), (6, ring.mark(), 0));
+        assert_eq!(
+            passed[3],
+            PassedBytes {
+                at: Duration::from_millis(49),
+                direction: Direction::Reply,
+                bytes: GET[..3].to_vec(),
+            }
+        );
+        assert_eq!(ring.since(&next), (Vec::new(), next, 0));
+        let (all, ..) = ring.since(&Mark::default());
+        assert_eq!(all[4..], passed);
+    }
+
+    #[test]
+    fn ten_minutes_are_kept() {
+        let ring = FrameRing::new("line");
+        for second in 0..2000 {
+            ring.add(Duration::from_secs(second), Direction::Request, &GET);
+        }
+        let (passed, _, missed) = ring.since(&Mark::default());
+        assert_eq!((passed.len(), missed), (601, 1399));
+        assert_eq!(passed[0].at, Duration::from_secs(1399));
+        // A line that was silent for hours.
+        ring.add(Duration::from_secs(100_000), Direction::Request, &GET);
+        let (passed, ..) = ring.since(&Mark::default());
+        assert_eq!(passed.len(), 1);
+        assert_eq!(passed[0].at, Duration::from_secs(100_000));
+    }
+
+    #[test]
+    fn a_line_that_is_busier_than_any_drops_the_oldest_and_counts_them() {
+        let ring = FrameRing::new("line");
+        let piece = [0; 1000];
+        for nth in 0..30_000 {
+            ring.add(Duration::from_millis(nth), Direction::Reply, &piece);
+        }
+        let (passed, _, missed) = ring.since(&Mark::default());
+        let most = FrameRing::MOST / (piece.len() + HEAD);
+        assert_eq!((passed.len(), missed), (most, 30_000 - most as u64));
+        assert!(ring.memory() <= FrameRing::MOST, "{}", ring.memory());
+        assert_eq!(passed[0].at, Duration::from_millis(missed));
+    }
+}
