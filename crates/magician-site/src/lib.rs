@@ -1,5 +1,16 @@
 //! Many stations as one site: who is there, what all arms do, and commands to any of them.
 //!
 //! Nothing on a site has to live for the others to work: every station keeps its arms, their leases and their jobs.
+//!
+//! [`Site`] is what a program sees of it, whatever carries it; a [`Channel`] is a session with one of its stations.
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
+
+mod channel;
+mod site;
+
+pub use channel::{Channel, Closed, FromStation, StationEnd, ToStation, WINDOW, carry, channel};
+pub use site::{
+    ArmAt, ArmNews, Caller, Later, Site, SiteError, SiteEvent, SiteEvents, SiteTeller, StationId,
+    watcher,
+};

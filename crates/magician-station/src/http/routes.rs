@@ -18,7 +18,7 @@ use tokio::time::Instant;
 use super::pages::Pages;
 use super::programs::{self, Uploads};
 use super::security::{Admission, Admitted, Ends, Refused};
-use super::tokens::{self, TokenStore, beside, secret};
+use super::tokens::{TokenStore, beside};
 use super::{READ_BUFFER, recordings, socket};
 use crate::Role;
 use crate::running::RunningStation;
@@ -392,7 +392,7 @@ async fn entitled(here: &Here, admitted: &Admitted, route: &Route) -> Result<(),
 /// What may be done without a hello: by the role of the token, or as this machine's people.
 async fn granted(here: &Here, admitted: &Admitted) -> Result<Option<Grant>, Refused> {
     match &admitted.token {
-        Some(token) => match tokens::granted(&here.options.tokens, token.clone()).await {
+        Some(token) => match here.options.tokens.granted(token.clone()).await {
             Some(grant) => Ok(Some(grant)),
             None => Err(Refused::new(
                 StatusCode::UNAUTHORIZED,
@@ -407,13 +407,8 @@ async fn granted(here: &Here, admitted: &Admitted) -> Result<Option<Grant>, Refu
 }
 
 fn peer(here: &Here, grant: Option<Grant>) -> Result<Peer, Refused> {
-    let secret = secret()
-        .map_err(|error| Refused::new(StatusCode::INTERNAL_SERVER_ERROR, error.to_string()))?;
-    Ok(Peer {
-        grant,
-        address: here.ends.peer.to_string(),
-        secret,
-    })
+    Peer::elsewhere(grant, here.ends.peer.to_string())
+        .map_err(|error| Refused::new(StatusCode::INTERNAL_SERVER_ERROR, error.to_string()))
 }
 
 async fn upgrade(here: &Here, request: Request, admitted: &Admitted) -> Response {

@@ -8,7 +8,7 @@ use tokio::sync::watch;
 use tokio::time::{MissedTickBehavior, interval, timeout};
 
 use super::listen::ended;
-use super::tokens::{TokenStore, granted};
+use super::tokens::TokenStore;
 use crate::running::Client;
 use crate::station::{MESSAGE, Outgoing, Station};
 
@@ -36,7 +36,7 @@ pub(super) async fn carry(
                 Some(Ok(Message::Text(text))) => {
                     if !asked && let Some(token) = Station::token_of(&text) {
                         asked = true;
-                        client.vouch(granted(&tokens, token).await);
+                        client.vouch(tokens.granted(token).await);
                     }
                     client.send(&text);
                 }

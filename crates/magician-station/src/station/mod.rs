@@ -37,8 +37,7 @@ pub use self::journal::JournalLine;
 use self::recordings::{ArmRecordings, Recorded};
 pub use self::records::JobsToKeep;
 use self::records::Records;
-#[cfg(feature = "http")]
-pub(crate) use self::sessions::MESSAGE;
+pub use self::sessions::MESSAGE;
 pub(crate) use self::sessions::SOCKETS;
 use self::sessions::Session;
 pub use self::size::StationSize;

@@ -13,7 +13,7 @@ use crate::control::SessionId;
 use crate::secret::same_secret;
 
 /// Bytes of a message, at most.
-pub(crate) const MESSAGE: usize = 1024 * 1024;
+pub const MESSAGE: usize = 1024 * 1024;
 /// Sockets of a station, at most.
 pub(crate) const SOCKETS: usize = 64;
 
