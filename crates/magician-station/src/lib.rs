@@ -54,8 +54,8 @@ pub use recording::{
 };
 pub use running::{Client, JournalSink, RunningStation};
 pub use station::{
-    ArmEntry, CloseCode, Grant, JobsToKeep, JournalLine, MESSAGE, Outgoing, Peer, SocketId,
-    Station, StationConfig, StationSize,
+    ArmEntry, CloseCode, Grant, JobsToKeep, JournalLine, MESSAGE, Next, Outbox, Outgoing, Pace,
+    Peer, RATE, SOCKETS, SocketId, Station, StationConfig, StationSize, Throttle, UNDER_WAY,
 };
 
 /// Compiles the README's program with the tests.

@@ -15,7 +15,7 @@ use crate::secret::same_secret;
 /// Bytes of a message, at most.
 pub const MESSAGE: usize = 1024 * 1024;
 /// Sockets of a station, at most.
-pub(crate) const SOCKETS: usize = 64;
+pub const SOCKETS: usize = 64;
 
 /// A client with a name.
 #[derive(Debug)]
@@ -59,6 +59,9 @@ impl Station {
         };
         if self.config.read_only {
             grant.role = Role::Viewer;
+        }
+        if let Some(most) = params.text("role").and_then(Role::named) {
+            grant.role = grant.role.min(most);
         }
         let back = params
             .text("resume")
