@@ -2,11 +2,13 @@
 //!
 //! Nothing on a site has to live for the others to work: every station keeps its arms, their leases and their jobs.
 //!
-//! [`Site`] is what a program sees of it, whatever carries it; a [`Channel`] is a session with one of its stations.
+//! [`Site`] is what a program sees of it, whatever carries it; a [`Channel`] is a session with one of its stations. A
+//! [`hub`] shows all arms of a site as the arms of one station.
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
 mod channel;
+pub mod hub;
 mod site;
 
 pub use channel::{Channel, Closed, FromStation, StationEnd, ToStation, WINDOW, carry, channel};
