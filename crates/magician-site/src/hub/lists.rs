@@ -324,6 +324,7 @@ impl Hub {
                 }),
             }
         }
+        arms.sort_by(|one: &Value, other| one["arm"].as_str().cmp(&other["arm"].as_str()));
         let silent: Vec<_> = gather.left.values().flatten().filter_map(names).collect();
         if !silent.is_empty() {
             failed.push(format!("no answer within 3 s from {}", silent.join(", ")));
@@ -361,7 +362,7 @@ impl Hub {
     /// One list: a client of the hub is in it once, with its leases at all stations.
     fn merged_sessions(mut parts: Vec<(Option<StationId>, Value)>) -> Value {
         // Those of home first.
-        parts.sort_by_key(|(of, _)| of.is_some());
+        parts.sort_by_key(|(of, _)| *of);
         let mut all: Vec<Value> = Vec::new();
         for session in parts
             .into_iter()

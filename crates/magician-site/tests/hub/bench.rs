@@ -18,7 +18,7 @@ use magician_station::{
 };
 use serde_json::{Value, json};
 use tokio::task::AbortHandle;
-use tokio::time::{Instant, timeout, timeout_at};
+use tokio::time::{Instant, timeout_at};
 
 /// No answer takes longer.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -305,6 +305,7 @@ impl Bench {
             next: 0,
             notices: Vec::new(),
             frames: Vec::new(),
+            answers: Vec::new(),
             closed: None,
         }
     }
@@ -324,6 +325,7 @@ pub(crate) struct Tester {
     next: i64,
     pub(crate) notices: Vec<(String, Value)>,
     pub(crate) frames: Vec<Vec<u8>>,
+    answers: Vec<Value>,
     pub(crate) closed: Option<CloseCode>,
 }
 
@@ -369,43 +371,48 @@ impl Tester {
     }
 
     pub(crate) async fn answer(&mut self, id: i64) -> Result<Value, Value> {
+        let until = Instant::now() + PATIENCE;
         loop {
-            let outgoing = timeout(PATIENCE, self.client.receive())
-                .await
-                .expect("in time");
-            let Some(message) = self.take(outgoing) else {
-                panic!("closed with {:?}", self.closed);
-            };
-            if message["id"] == json!(id) {
+            let known = self
+                .answers
+                .iter()
+                .position(|message| message["id"] == json!(id));
+            if let Some(at) = known {
+                let message = self.answers.remove(at);
                 return match message.get("error") {
                     Some(error) => Err(error.clone()),
                     None => Ok(message["result"].clone()),
                 };
             }
+            let outgoing = timeout_at(until, self.client.receive())
+                .await
+                .expect("in time");
+            if !self.take(outgoing) {
+                panic!("closed with {:?}", self.closed);
+            }
         }
     }
 
-    /// Keeps what comes; none at the end.
-    fn take(&mut self, outgoing: Outgoing) -> Option<Value> {
+    /// Keeps what comes; not the end.
+    fn take(&mut self, outgoing: Outgoing) -> bool {
         match outgoing {
             Outgoing::Text(text) => {
                 let message: Value = serde_json::from_str(&text).unwrap();
                 check_ids(&message);
-                if let Some(method) = message["method"].as_str() {
-                    self.notices
-                        .push((method.to_owned(), message["params"].clone()));
+                match message["method"].as_str() {
+                    Some(method) => self
+                        .notices
+                        .push((method.to_owned(), message["params"].clone())),
+                    None => self.answers.push(message),
                 }
-                Some(message)
             }
-            Outgoing::Frame(frame) => {
-                self.frames.push(frame);
-                Some(Value::Null)
-            }
+            Outgoing::Frame(frame) => self.frames.push(frame),
             Outgoing::Close(code) => {
                 self.closed = Some(code);
-                None
+                return false;
             }
         }
+        true
     }
 
     /// Reads what comes within so much time, and answers to pings.
@@ -414,7 +421,7 @@ impl Tester {
         while Instant::now() < until {
             let pause = (Instant::now() + Duration::from_secs(1)).min(until);
             while let Ok(outgoing) = timeout_at(pause, self.client.receive()).await {
-                if self.take(outgoing).is_none() {
+                if !self.take(outgoing) {
                     return;
                 }
             }
