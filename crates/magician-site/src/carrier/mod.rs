@@ -17,7 +17,7 @@ use std::time::Duration;
 use tokio::runtime::{Builder, Runtime};
 use tokio::task::{AbortHandle, block_in_place};
 use tokio::time::timeout;
-use zenoh::Session;
+use zenoh::{Session, Wait};
 
 pub use node::{NodeOptions, ServedArm, SiteNode};
 pub use site::ZenohSite;
@@ -82,8 +82,8 @@ impl From<zenoh::Error> for CarrierError {
 
 /// A Zenoh session with the runtime that it lives on.
 struct Connection {
-    runtime: Option<Runtime>,
-    session: Session,
+    /// Both until it is dropped.
+    alive: Option<(Runtime, Session)>,
 }
 
 impl Connection {
@@ -102,8 +102,7 @@ impl Connection {
         };
         match opened {
             Ok(session) => Ok(Self {
-                runtime: Some(runtime),
-                session,
+                alive: Some((runtime, session)),
             }),
             Err(error) => {
                 runtime.shutdown_background();
@@ -112,20 +111,20 @@ impl Connection {
         }
     }
 
-    /// Does something on its runtime; none when that has ended. It is given up with this future.
-    async fn within<T: Send + 'static>(
-        &self,
-        work: impl Future<Output = T> + Send + 'static,
-    ) -> Option<T> {
-        let working = self.runtime.as_ref()?.spawn(work);
+    /// Does something with the session, on its runtime; none when that has ended. It is given up with this future.
+    async fn within<T: Send + 'static, Work>(&self, work: impl FnOnce(Session) -> Work) -> Option<T>
+    where
+        Work: Future<Output = T> + Send + 'static,
+    {
+        let (runtime, session) = self.alive.as_ref()?;
+        let working = runtime.spawn(work(session.clone()));
         let _given_up = Aborting(working.abort_handle());
         working.await.ok()
     }
 
     /// Leaves the network.
     async fn close(&self) {
-        let session = self.session.clone();
-        self.within(async move {
+        self.within(|session| async move {
             let _ = timeout(FAREWELL, async { session.close().await }).await;
         })
         .await;
@@ -134,9 +133,15 @@ impl Connection {
 
 impl Drop for Connection {
     fn drop(&mut self) {
-        if let Some(runtime) = self.runtime.take() {
+        let Some((runtime, session)) = self.alive.take() else {
+            return;
+        };
+        // The library waits for the end of a session, and would not on a runtime of one thread, where this may be.
+        std::thread::spawn(move || {
+            let _ = session.close().wait();
+            drop(session);
             runtime.shutdown_background();
-        }
+        });
     }
 }
 

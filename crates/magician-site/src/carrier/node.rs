@@ -101,10 +101,11 @@ impl SiteNode {
             machine: options.machine,
             station,
         });
-        let (session, id) = (connection.session.clone(), own.id);
-        let joining = async move { begin(&session, own, options.arms, tokens).await };
+        let id = own.id;
         let ended = || CarrierError::Network("it ended".to_owned());
-        let joined = connection.within(joining).await;
+        let joined = connection
+            .within(|session| async move { begin(&session, own, options.arms, tokens).await })
+            .await;
         match joined.unwrap_or_else(|| Err(ended())) {
             Ok(presence) => Ok(Self {
                 id,
@@ -132,7 +133,7 @@ impl SiteNode {
             _tasks,
         } = self.presence;
         self.connection
-            .within(async move {
+            .within(|_| async move {
                 let all = async {
                     for token in tokens {
                         let _ = token.undeclare().await;

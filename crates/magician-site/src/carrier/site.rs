@@ -64,10 +64,10 @@ impl ZenohSite {
             keys: Keys { site },
             view: SiteView::default(),
         });
-        let (session, watched) = (connection.session.clone(), Arc::clone(&shared));
+        let watched = Arc::clone(&shared);
         let ended = || CarrierError::Network("it ended".to_owned());
         let subscribers = connection
-            .within(async move { watch(&session, watched).await })
+            .within(|session| async move { watch(&session, watched).await })
             .await
             .ok_or_else(ended)??;
         Ok(Self {
@@ -244,9 +244,10 @@ impl Site for ZenohSite {
                 open: None,
             };
             let key = self.shared.keys.topic(&at.arm, Topic::Rpc);
-            let session = self.connection.session.clone();
-            let asking = async move { ask(&session, key, &asked, request, CALL).await };
-            let answer = self.connection.within(asking).await;
+            let answer = self
+                .connection
+                .within(|session| async move { ask(&session, key, &asked, request, CALL).await });
+            let answer = answer.await;
             answer.unwrap_or(Err(SiteError::NoAnswer))
         })
     }
@@ -254,9 +255,11 @@ impl Site for ZenohSite {
     fn open(&self, station: StationId) -> Later<'_, Result<Channel, SiteError>> {
         Box::pin(async move {
             let at = self.shared.view.arm_of(station).ok_or(SiteError::Gone)?;
-            let (session, shared) = (self.connection.session.clone(), Arc::clone(&self.shared));
-            let opening = async move { open(&session, &shared, &at).await };
-            let opened = self.connection.within(opening).await;
+            let shared = Arc::clone(&self.shared);
+            let opened = self
+                .connection
+                .within(|session| async move { open(&session, &shared, &at).await })
+                .await;
             opened.unwrap_or(Err(SiteError::NoAnswer))
         })
     }
