@@ -7,12 +7,20 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
+#[cfg(feature = "zenoh")]
+pub mod carrier;
 mod channel;
 pub mod hub;
+pub mod keys;
+pub mod message;
 mod site;
+mod telling;
+mod view;
 
 pub use channel::{Channel, Closed, FromStation, StationEnd, ToStation, WINDOW, carry, channel};
 pub use site::{
     ArmAt, ArmNews, Caller, Later, Site, SiteError, SiteEvent, SiteEvents, SiteTeller, StationId,
     watcher,
 };
+pub use telling::StateTelling;
+pub use view::SiteView;

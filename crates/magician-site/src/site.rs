@@ -49,7 +49,8 @@ pub struct ArmNews {
     pub port: String,
     /// Whether it is a virtual one.
     pub is_virtual: bool,
-    /// The state as `arm.state` answers it; null while the line to the arm is lost.
+    /// The state as `arm.state` answers it. While the line to the arm is lost it is the last that was read, with `link` `lost`; null
+    /// where it was never read.
     pub state: Value,
 }
 
@@ -64,7 +65,7 @@ pub enum SiteEvent {
     News(ArmAt, ArmNews),
     /// An event of it, as `arm.event` has it.
     Event(ArmAt, Value),
-    /// News of a job, as `job.changed` has it.
+    /// A job that has changed, as `job.get` answers it.
     Job(ArmAt, Value),
     /// Too much waited to be read and is lost, arms that came and went as well: ask [`Site::arms`] again.
     Missed,

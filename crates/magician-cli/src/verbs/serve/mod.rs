@@ -2,6 +2,7 @@
 
 mod holder;
 mod link;
+mod site;
 mod studio;
 mod window;
 
@@ -24,6 +25,7 @@ use tokio::sync::watch;
 use tokio::time::timeout;
 
 use self::link::{Link, LinkFlags};
+use self::site::SiteFlags;
 use super::sim::scenario_of;
 use crate::config::Config;
 use crate::context::{Context, Sim, Taken, held};
@@ -35,6 +37,9 @@ use crate::serving::say_ready;
 use crate::verbs::job;
 use crate::verbs::station::tokens;
 pub(crate) use holder::{Holder, stations, url_of};
+pub(crate) use site::name_of_site;
+#[cfg(not(feature = "site"))]
+pub(crate) use site::unsupported;
 pub(crate) use studio::Studio;
 pub(crate) use window::is_started_by_hand;
 
@@ -51,6 +56,7 @@ moves is stopped where it is, the laser is off.
   magician serve --port /dev/ttyUSB0 --listen 192.168.1.5:8910 --pair
   magician serve --arm left=/dev/ttyUSB0 --arm right=/dev/ttyUSB1
   magician serve                       every arm of the settings ([arms.NAME]), else the one that is found
+  magician serve --site lab            as one of many stations: `magician fleet --site lab`
 
 Programs talk JSON-RPC to ws://HOST:8910/api/v1/ws, or POST one request to /api/v1/rpc; /api/v1/openrpc.json lists the methods. Without --listen only \
 this machine is let in, and needs no token. From elsewhere a token is needed: `magician station token` makes one, `magician station pair` a code for one.")]
@@ -93,6 +99,8 @@ pub(crate) struct Serve {
     programs: Option<PathBuf>,
     #[command(flatten)]
     link: LinkFlags,
+    #[command(flatten)]
+    site: SiteFlags,
     /// World of the virtual arms
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
@@ -129,21 +137,29 @@ fn named(text: &str) -> Result<(String, String), String> {
     Ok((name.to_owned(), port.to_owned()))
 }
 
+const NAME_RULE: &str =
+    "a name is of a-z, 0-9, _ and -, 32 at most, and begins with a letter or a digit";
+
+/// Whether an arm or a site may be called so.
+fn is_name(name: &str) -> bool {
+    let sign = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_' || c == '-';
+    !name.is_empty() && name.len() <= 32 && !name.starts_with(['_', '-']) && name.chars().all(sign)
+}
+
 /// What an arm may be called.
 fn check_name(name: &str) -> Result<(), Failure> {
-    let sign = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_' || c == '-';
-    if name.starts_with(['_', '-']) || name.is_empty() || name.len() > 32 || !name.chars().all(sign)
-    {
-        let message = format!("`{name}` is no name for an arm");
-        let rule =
-            "a name is of a-z, 0-9, _ and -, 32 at most, and begins with a letter or a digit";
-        return Err(Failure::invalid(message).hint(rule));
+    match is_name(name) {
+        true => Ok(()),
+        false => {
+            let message = format!("`{name}` is no name for an arm");
+            Err(Failure::invalid(message).hint(NAME_RULE))
+        }
     }
-    Ok(())
 }
 
 impl Serve {
     pub(crate) fn run(mut self, context: &mut Context) -> Result<(), Failure> {
+        self.site.check()?;
         let targets = self.targets(context)?;
         let config = context.config()?;
         self.fill_in(&config);
@@ -263,7 +279,9 @@ impl Serve {
                 });
                 return known.collect();
             }
-            return Ok(vec![("arm".to_owned(), context.target(Some(sim))?)]);
+            let name = self.site.name_of_only_arm();
+            let name = name.unwrap_or_else(|| "arm".to_owned());
+            return Ok(vec![(name, context.target(Some(sim))?)]);
         }
         if context.global.port.is_some() {
             return Err(Failure::usage("--arm and --port contradict each other")
@@ -337,6 +355,7 @@ impl Serve {
             }
         });
         let station = RunningStation::start(config, arms.clone(), sink);
+        let joined = self.site.join(&entries, &station, &store).await?;
         let (url, api) = (listener.url(), listener.api_url());
         let exposed = !listener.is_loopback();
         let names: Vec<_> = entries.iter().map(|entry| entry.name.clone()).collect();
@@ -374,6 +393,13 @@ impl Serve {
         let ports: Vec<_> = entries.iter().map(|entry| entry.port.clone()).collect();
         let holder = Holder::write(&url, &ports, &names);
         tell(format_args!("serving {url}"));
+        if let Some(joined) = &joined {
+            let (name, station) = (joined.name(), joined.station());
+            let arms = names.join(", ");
+            tell(format_args!(
+                "on the site {name} as station {station}: {arms}"
+            ));
+        }
         if let Some(linked) = &linked {
             tell(format_args!("programs for DobotLink at {linked}"));
         }
@@ -394,7 +420,7 @@ impl Serve {
         }
         studio::show(self.shown, &url);
         if json {
-            say_addresses(&url, &api, linked.as_deref(), &entries)?;
+            say_addresses(&url, &api, linked.as_deref(), joined.as_ref(), &entries)?;
         } else {
             say_ready();
         }
@@ -405,11 +431,15 @@ impl Serve {
         }
         // A second signal ends at once.
         let stopping = async {
+            let leaving = joined.map(|joined| tokio::spawn(joined.leave()));
             let stops = arms.iter().map(|arm| timeout(STOPPING, quiet(arm)));
             let stops = stops.collect::<Vec<_>>();
             let mut unanswered = false;
             for stop in stops {
                 unanswered |= !matches!(stop.await, Ok(true));
+            }
+            if let Some(leaving) = leaving {
+                let _ = timeout(STOPPING, leaving).await;
             }
             let _ = over.send(true);
             let _ = timeout(STOPPING, serving).await;
@@ -458,6 +488,7 @@ fn say_addresses(
     url: &str,
     api: &str,
     link: Option<&str>,
+    site: Option<&site::Joined>,
     entries: &[ArmEntry],
 ) -> Result<(), Failure> {
     use std::io::Write;
@@ -470,6 +501,7 @@ fn say_addresses(
         "url": url,
         "api": api,
         "link": link,
+        "site": site.map(|site| json!({"name": site.name(), "station": site.station()})),
         "arms": arms,
     });
     let mut stdout = std::io::stdout().lock();
