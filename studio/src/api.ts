@@ -216,6 +216,7 @@ export interface Methods {
       client: Record<string, unknown>;
       token?: string;
       resume?: string;
+      role?: "viewer" | "student" | "teacher";
     };
     result: {
       session: string;

@@ -63,7 +63,10 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
             "magician-link",
         ],
     ),
-    ("magician-site", &["magician", "magician-station"]),
+    (
+        "magician-site",
+        &["magician-protocol", "magician", "magician-station"],
+    ),
     // Files.
     ("magician-studio", &[]),
     (

@@ -7,6 +7,8 @@ mod run;
 #[cfg(feature = "site")]
 mod stop;
 #[cfg(feature = "site")]
+mod studio;
+#[cfg(feature = "site")]
 mod watch;
 
 use std::path::PathBuf;
@@ -15,7 +17,7 @@ use clap::{Args, Subcommand, ValueHint};
 use magician_program::Format;
 
 use super::preset::{MakingFlags, PresetName};
-use super::serve::name_of_site;
+use super::serve::{FrontFlags, name_of_site};
 #[cfg(not(feature = "site"))]
 use crate::context::Context;
 #[cfg(not(feature = "site"))]
@@ -32,7 +34,8 @@ stations, in MAGICIAN_TOKEN; `magician station token` makes one.
   magician fleet --site lab watch
   magician fleet --site lab stop --all
   magician fleet --site lab run star.svg --on a1,a2,a3 --stagger 2
-  magician fleet --site lab run star.svg --any 5 --fit")]
+  magician fleet --site lab run star.svg --any 5 --fit
+  magician fleet --site lab studio")]
 #[cfg_attr(
     not(feature = "site"),
     expect(dead_code, reason = "a build without sites refuses all of it")
@@ -62,6 +65,25 @@ enum Deed {
     Stop(Stop),
     /// Run a file on several arms
     Run(Box<Run>),
+    /// See and move all arms in the browser, as those of one station
+    Studio(Box<Studio>),
+}
+
+#[derive(Args, Debug)]
+#[command(after_help = "\
+The page is that of `magician studio`: its view of all arms shows those of every station, as they come and go. Whoever opens it on this machine acts \
+at the stations by the token in MAGICIAN_TOKEN; whoever comes from elsewhere brings a token that is good here and there. Leases stay with the stations: \
+when this program ends, jogs and moves stop, and jobs go on or pause as they were started. Ends with Ctrl-C.")]
+#[cfg_attr(
+    not(feature = "site"),
+    expect(dead_code, reason = "a build without sites refuses all of it")
+)]
+struct Studio {
+    #[command(flatten)]
+    front: FrontFlags,
+    /// Open no browser
+    #[arg(long)]
+    no_open: bool,
 }
 
 #[derive(Args, Debug)]
@@ -170,6 +192,7 @@ mod with {
                 Deed::Watch => super::watch::run(context, join),
                 Deed::Stop(stop) => stop.run(context, caller, join),
                 Deed::Run(run) => run.run(context, caller, join),
+                Deed::Studio(studio) => studio.run(context, caller, join),
             }
         }
     }

@@ -1,5 +1,6 @@
 //! `serve`: one or more arms for many programs, people and pages.
 
+mod front;
 mod holder;
 mod link;
 mod site;
@@ -16,14 +17,15 @@ use magician::{Arm, SimSpeed, Target, VirtualArm};
 use magician_job::dirs;
 use magician_job::presets::Presets;
 use magician_station::http::{
-    Admission, HttpOptions, JobFile, JournalFile, ListenError, Listener, Pages, ProgramFolder,
-    RecordingFolder, Tls, TlsError, TokenError, TokenStore, Tries, Uploads,
+    JobFile, JournalFile, ListenError, Listener, Pages, RecordingFolder, TlsError, TokenError,
+    TokenStore,
 };
 use magician_station::{ArmEntry, FormatReader, ProgramStore, RunningStation, StationConfig};
 use serde_json::json;
 use tokio::sync::watch;
 use tokio::time::timeout;
 
+pub(crate) use self::front::FrontFlags;
 use self::link::{Link, LinkFlags};
 use self::site::SiteFlags;
 use super::sim::scenario_of;
@@ -35,12 +37,13 @@ use crate::mdns::Announcement;
 use crate::paint::tell;
 use crate::serving::say_ready;
 use crate::verbs::job;
-use crate::verbs::station::tokens;
 pub(crate) use holder::{Holder, stations, url_of};
 pub(crate) use site::name_of_site;
 #[cfg(not(feature = "site"))]
 pub(crate) use site::unsupported;
 pub(crate) use studio::Studio;
+#[cfg(feature = "site")]
+pub(crate) use studio::{open_in_browser, pages};
 pub(crate) use window::is_started_by_hand;
 
 /// How long arms get to stop at the end.
@@ -64,39 +67,14 @@ pub(crate) struct Serve {
     /// Serve this arm under a name, instead of --port; repeat it for more
     #[arg(long, value_name = "NAME=PORT", value_parser = named)]
     arm: Vec<(String, String)>,
-    /// Listen at this address; by default at port 8910 of this machine's own
-    #[arg(long, value_name = "HOST:PORT")]
-    listen: Option<String>,
-    /// Print a code of six digits, good for one token within two minutes
-    #[arg(long)]
-    pair: bool,
-    /// Take the tokens of this file as well: TOKEN ROLE [NAME] a line
-    #[arg(long, value_name = "FILE")]
-    token_file: Option<PathBuf>,
-    /// Let pages of another site use the station, such as https://example.org
-    #[arg(long, value_name = "ORIGIN")]
-    allow_origin: Vec<String>,
-    /// Answer to another host name as well
-    #[arg(long, value_name = "HOST[:PORT]")]
-    allow_host: Vec<String>,
-    /// Encrypt connections: the certificate as PEM, followed by those that signed it; wants --tls-key
-    #[arg(long, value_name = "FILE", requires = "tls_key")]
-    tls_cert: Option<PathBuf>,
-    /// Key of the certificate as PEM
-    #[arg(long, value_name = "FILE", requires = "tls_cert")]
-    tls_key: Option<PathBuf>,
-    /// Let everybody look and stop, and nobody move
-    #[arg(long)]
-    read_only: bool,
+    #[command(flatten)]
+    front: FrontFlags,
     /// Do not announce the station on the local network, where it listens to others
     #[arg(long)]
     no_announce: bool,
     /// Serve the API alone: no page at /
     #[arg(long)]
     no_studio: bool,
-    /// Folder of the programs that are kept; by default `programs` in the user's data of magician
-    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
-    programs: Option<PathBuf>,
     #[command(flatten)]
     link: LinkFlags,
     #[command(flatten)]
@@ -170,14 +148,8 @@ impl Serve {
             .is_some()
             .then(|| scenario_of(self.scenario.as_deref()));
         let scenario = scenario.transpose()?.unwrap_or_default();
-        let mut store = tokens()?;
-        if let Some(path) = &self.token_file {
-            store = store.with_list(path)?;
-        }
-        let tls = match (&self.tls_cert, &self.tls_key) {
-            (Some(certificate), Some(key)) => Some(Tls::from_files(certificate, key)?),
-            _ => None,
-        };
+        let store = self.front.tokens()?;
+        let tls = self.front.tls()?;
         let mut arms = Vec::new();
         for (name, target) in targets {
             let mut options = context.options()?;
@@ -195,7 +167,7 @@ impl Serve {
         let presets = Presets::of_user();
         let reader = FormatReader::new(job::defaults(&config)?);
         let mut reader = reader.with_presets(presets.clone());
-        let programs = self.programs()?;
+        let programs = self.front.programs()?;
         if let Some(programs) = &programs {
             reader = reader.with_library(Arc::clone(programs));
         }
@@ -203,10 +175,7 @@ impl Serve {
         context.let_go()?;
         context.alone(async |_, signals| {
             // First what others may hold, then the arms.
-            let mut listener = Listener::bind(self.listen.as_deref()).await?;
-            if let Some(tls) = tls {
-                listener = listener.encrypted(tls);
-            }
+            let listener = self.front.bind(tls).await?;
             let link = self.link.bind().await?;
             let mut connected = Vec::new();
             for (_, target, options) in &arms {
@@ -237,25 +206,14 @@ impl Serve {
     /// Whether nothing says which arm is served, or where.
     fn is_as_usual(&self, context: &Context) -> bool {
         let port = context.global.port.as_deref().unwrap_or_default();
-        self.arm.is_empty() && self.listen.is_none() && port.is_empty()
+        self.arm.is_empty() && self.front.listen.is_none() && port.is_empty()
     }
 
     /// What the settings say where no flag does.
     fn fill_in(&mut self, config: &Config) {
-        let listen = || config.says("serve.listen").map(str::to_owned);
-        self.listen = self.listen.take().or_else(listen);
-        let programs = || config.says("serve.programs").map(PathBuf::from);
-        self.programs = self.programs.take().or_else(programs);
+        self.front.fill_in(config);
         if config.says("serve.link") == Some("true") {
             self.link.by_settings();
-        }
-        for (given, name) in [
-            (&mut self.allow_host, "serve.allow_host"),
-            (&mut self.allow_origin, "serve.allow_origin"),
-        ] {
-            if given.is_empty() {
-                *given = config.list(name);
-            }
         }
     }
 
@@ -299,20 +257,6 @@ impl Serve {
         Ok(targets)
     }
 
-    /// The library of programs; none where the system names no place for one.
-    fn programs(&self) -> Result<Option<Arc<dyn ProgramStore>>, Failure> {
-        let usual = || dirs::data().map(|data| data.join("programs"));
-        let Some(folder) = self.programs.clone().or_else(usual) else {
-            return Ok(None);
-        };
-        if folder.exists() && !folder.is_dir() {
-            let message = format!("{} is no folder", folder.display());
-            return Err(Failure::invalid(message));
-        }
-        let folder = std::path::absolute(&folder).unwrap_or(folder);
-        Ok(Some(Arc::new(ProgramFolder::at(folder))))
-    }
-
     async fn serve(
         &self,
         json: bool,
@@ -335,7 +279,7 @@ impl Serve {
         let epoch = format!("{:x}", since.as_millis());
         let mut config = StationConfig::new(entries.clone(), epoch);
         config.unix_zero = since.as_secs_f64();
-        config.read_only = self.read_only;
+        config.read_only = self.front.read_only;
         config.student_laser = student_laser;
         config.reader = Arc::new(reader);
         config.presets = presets;
@@ -362,29 +306,18 @@ impl Serve {
         let announced = (exposed && !self.no_announce)
             .then(|| Announcement::new(listener.addresses(), listener.is_encrypted(), &names));
         let service = link.is_some().then(|| self.link.service(&station));
-        let admission = Admission {
-            hosts: self.allow_host.clone(),
-            origins: self.allow_origin.clone(),
+        let pages = match self.no_studio {
+            true => Pages::default(),
+            false => studio::pages(),
         };
-        let options = HttpOptions {
-            admission: admission.clone(),
-            tokens: store.clone(),
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            tries: Tries::default(),
-            uploads: Uploads::default(),
-            link: service.clone().map(link::calls),
-            pages: if self.no_studio {
-                Pages::default()
-            } else {
-                studio::pages()
-            },
-        };
+        let mut options = self.front.http(store.clone(), pages);
+        options.link = service.clone().map(link::calls);
         let (over, ends) = watch::channel(false);
         let linked = link.as_ref().map(Link::url);
         let linking = match (link, &service) {
             (Some(link), Some(service)) => Some(tokio::spawn(link.serve(
                 service.clone(),
-                admission,
+                self.front.admission(),
                 ends.clone(),
             ))),
             _ => None,
@@ -409,12 +342,7 @@ impl Serve {
         if let Some(Err(error)) = &announced {
             tell(format_args!("not announced on the local network: {error}"));
         }
-        if self.pair {
-            let code = store.pair(magician_station::Role::Student)?;
-            tell(format_args!(
-                "code {code}, good for one token within two minutes"
-            ));
-        }
+        self.front.tell_code(&store)?;
         if exposed && self.shown != Shown::No && !json {
             studio::show_address(&studio::seen_from_elsewhere(&url));
         }
