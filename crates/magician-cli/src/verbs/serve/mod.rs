@@ -12,7 +12,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use clap::{Args, ValueHint};
+use clap::Args;
 use magician::{Arm, SimSpeed, Target, VirtualArm};
 use magician_job::dirs;
 use magician_job::presets::Presets;
