@@ -117,10 +117,11 @@ impl Run {
             }
         };
         if let Some(wanted) = self.any {
+            // An arm tells that it was not homed, by an alarm; that it was it cannot tell.
             let able = |at: &&ArmAt| {
                 !twins.contains(&at.arm)
                     && free(at).is_ok_and(|state| {
-                        state["homed"] == true
+                        state["homed"] != false
                             && state["alarms"].as_array().is_some_and(Vec::is_empty)
                     })
             };
