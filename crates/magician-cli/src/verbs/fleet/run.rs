@@ -28,7 +28,7 @@ const LARGEST: usize = 700 * 1024;
 /// Jobs get so long to stop.
 const STOPPING: Duration = Duration::from_secs(5);
 /// A station that is gone is waited for so long at the end.
-const GONE: Duration = Duration::from_secs(15);
+const GONE: Duration = Duration::from_secs(30);
 
 impl Run {
     pub(super) fn run(
