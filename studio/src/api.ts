@@ -140,6 +140,7 @@ export type Report = {
     scale: number;
     turn: number;
     at: [number, number];
+    page?: Array<[number, number]>;
   };
   parts: Part[];
   notes?: Note[];
@@ -689,6 +690,7 @@ export interface Methods {
     params: {
       job: string;
       approach?: boolean;
+      overlap?: number;
       yes?: boolean;
     };
     result: Job;
