@@ -412,7 +412,7 @@ test("everything is reached by Tab, and nothing traps it", async () => {
       first ??= at;
       seen.add(at);
     }
-    const wanted = { move: ["stop", "lease-release", "view", "jog-pad", "jog-x-plus", "home", "tool-suction"], teach: ["teach-add", "teach-open-button", "jog-pad"], draw: ["draw-text", "draw-open-button"], engrave: ["draw-text", "laser-testgrid"], run: ["program-open-button"], io: ["pin-1-function", "pin-20-function"], plots: ["plot-pause", "plot-scrub"], world: ["world-scenario", "world-scenario-open", "world-unlock", "world-reset"], arms: ["station-url", "log"], settings: ["settings-name"] };
+    const wanted = { move: ["stop", "lease-release", "view", "jog-pad", "jog-x-plus", "home", "tool-suction"], teach: ["teach-add", "teach-open-button", "jog-pad"], draw: ["draw-text", "draw-open-button"], engrave: ["draw-text", "laser-testgrid"], run: ["program-open-button"], io: ["pin-1-function", "pin-20-function"], plots: ["plot-pause", "plot-scrub"], world: ["world-scenario", "world-scenario-open-button", "world-unlock", "world-reset"], arms: ["station-url", "log"], settings: ["settings-name"] };
     for (const name of wanted[route]) assert.ok(seen.has(name), `${route}: ${name} of ${[...seen]}`);
     await closed(page);
   }

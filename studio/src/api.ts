@@ -140,6 +140,7 @@ export type Report = {
     scale: number;
     turn: number;
     at: [number, number];
+    page?: Array<[number, number]>;
   };
   parts: Part[];
   notes?: Note[];
@@ -690,6 +691,7 @@ export interface Methods {
     params: {
       job: string;
       approach?: boolean;
+      overlap?: number;
       yes?: boolean;
     };
     result: Job;

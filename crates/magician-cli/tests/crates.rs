@@ -82,6 +82,8 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
             "magician-record",
             "magician-station",
             "magician-studio",
+            // Behind a feature.
+            "magician-site",
         ],
     ),
     ("magician-capi", &["magician"]),

@@ -60,6 +60,7 @@ mod origin;
 mod pace;
 #[cfg(any(feature = "read-svg", feature = "font-files"))]
 mod packed;
+mod paper;
 mod plan;
 mod power;
 pub mod preview;
@@ -96,6 +97,7 @@ pub use options::{
     SetupDefaults, SetupOptions, UnknownStart, WorkOption,
 };
 pub use origin::{Lines, Origin};
+pub use paper::Paper;
 pub use plan::{
     Action, Color, Continuation, Grip, PLAN_SCHEMA, Pallet, Part, Pause, PauseCause, Plan, Step,
     Tool, Travel,
@@ -106,7 +108,7 @@ pub use raster::Raster;
 pub use reach::{Fit, Reach, SheetTransform};
 pub use recording::{CaptureMode, PoseReading, Recording};
 pub use setup::{
-    AppliedPlacement, Frame, PartMatch, PartMode, PartRule, PartSummary, Placement, Prepared,
+    AppliedPlacement, Frame, Page, PartMatch, PartMode, PartRule, PartSummary, Placement, Prepared,
     Setup, Work, tip,
 };
 pub use surface::Surface;

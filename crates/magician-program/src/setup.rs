@@ -8,8 +8,8 @@ use crate::artwork::{FitFailure, Layout, Marking, Sheet, Tidy};
 use crate::fill::Filling;
 use crate::raster::{Adjust, Engrave, Size, Trace};
 use crate::{
-    Content, Diagnostic, DiagnosticCode, Fit, Format, Framing, Plan, Power, Reach, SheetTransform,
-    Surface, Tool,
+    Content, Diagnostic, DiagnosticCode, Fit, Format, Framing, Grid, Plan, Power, Reach,
+    SheetTransform, Surface, Tool,
 };
 
 /// The tool of an arm that a plan does not tell of one: what it has at power-up.
@@ -75,6 +75,7 @@ mod drawing;
 mod fitting;
 mod image;
 mod list;
+mod page;
 mod parts;
 mod placed;
 mod testgrid;
@@ -84,6 +85,8 @@ use fitting::PlacedPlan;
 pub(crate) use fitting::report;
 pub use fitting::{AppliedPlacement, Prepared};
 pub use list::PartSummary;
+use page::LaidPage;
+pub use page::Page;
 pub(crate) use parts::MOST_PASSES;
 pub use parts::{PartMatch, PartMode, PartRule};
 pub use placed::Frame;
@@ -127,7 +130,11 @@ pub struct Placement {
     pub scale: f64,
     /// Turned to the left, degrees.
     pub rotate: f64,
-    /// Made smaller until it can be reached.
+    /// The page that it lies on, its middle on the middle of the page.
+    pub page: Option<Page>,
+    /// Where it is repeated afterwards: what is said of the page is said of all of it.
+    pub grid: Option<Grid>,
+    /// Made smaller until it can be reached, and lies on the page.
     pub fit: bool,
     /// Whether what is made to fit may be turned by 90 degrees, where that lets it be larger.
     pub turn: bool,
@@ -143,6 +150,8 @@ impl Default for Placement {
             frame: Frame::Default,
             pen_z: None,
             at: None,
+            page: None,
+            grid: None,
             scale: 1.0,
             rotate: 0.0,
             fit: false,
@@ -301,6 +310,7 @@ impl Setup {
     fn placed(&self, mut plan: Plan) -> Result<(Plan, f64), Diagnostic> {
         let Placement {
             at,
+            page,
             scale,
             rotate,
             fit,
@@ -324,7 +334,10 @@ impl Setup {
             let [from_x, from_y, _] = middle(&plan);
             plan = plan.moved([x - from_x, y - from_y, 0.0])?;
         }
-        if fit {
+        if let (true, Some(page), Some(at)) = (fit, page, at) {
+            let share = self.laid_page(page, at).share_of(&plan)?;
+            (plan, scale) = (plan.scaled_xy(share, at)?, scale * share);
+        } else if fit {
             let (fitted, by) = fitted(plan, Fit::Shrink)?;
             (plan, scale) = (fitted, scale * by);
         } else if at.is_none() && self.places() {
@@ -376,6 +389,7 @@ impl Setup {
             at,
             scale,
             rotate,
+            page,
             fit,
             mirror,
             ..
@@ -387,6 +401,7 @@ impl Setup {
             scale,
             rotate,
             at,
+            room: page.map(|page| page.room()),
             fit,
             mirror,
             sheet: sheet.map(|sheet| Sheet { surface, ..sheet }),

@@ -306,7 +306,7 @@ fields! {
     PartSummary { n, name, color, strokes, drawn_mm, seconds, skipped }
     Diagnostic { origin, name, code, message, help, remedies, missing }
     Remedy { act, effect }
-    AppliedPlacement { scale, turn, at }
+    AppliedPlacement { scale, turn, at, page }
     WouldFit { scale, rotate }
     Sheet { corner, rotation, surface, size }
     Cuboid { min, max }

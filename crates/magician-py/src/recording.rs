@@ -101,10 +101,18 @@ async fn record(
 #[pymethods]
 impl Core {
     /// Puts the arm on record, in a file.
-    fn record(&self, py: Python<'_>, path: PathBuf, rate: f64, tolerance: f64) -> PyResult<Call> {
+    fn record(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        rate: f64,
+        tolerance: f64,
+        units: bool,
+    ) -> PyResult<Call> {
         let arm = self.arm(py)?;
         let options = Options {
             tolerance,
+            units,
             // A virtual one may be faster than the wall.
             clock: match arm.is_virtual() {
                 true => Clock::Arm,

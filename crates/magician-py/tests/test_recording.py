@@ -118,6 +118,17 @@ def test_a_file_that_is_there_is_replaced_only_if_that_is_wanted(tmp_path: Path)
     assert rows(path)
 
 
+def test_units_are_a_second_line_and_are_read_back(tmp_path: Path) -> None:
+    path = tmp_path / "day.csv"
+    with VirtualArm().arm() as arm, arm.record(path, rate=200, units=True) as recording:
+        seen(recording)
+        arm.move_to(220, 40, 20)
+    names, units, *_ = path.read_text(encoding="utf-8").splitlines()
+    told = dict(zip(names.split(","), units.split(","), strict=True))
+    assert (told["t"], told["x"], told["j1"]) == ("s", "mm", "deg")
+    assert len(magician.load(path)) > 1
+
+
 def test_what_cannot_be_recorded_is_said(tmp_path: Path) -> None:
     with VirtualArm().arm() as arm:
         with pytest.raises(errors.InvalidInputError, match=r"a\.txt: its name does not end .*; use \.mcap, \.csv"):

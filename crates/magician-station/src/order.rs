@@ -153,6 +153,8 @@ pub struct JobStart {
     pub order: JobOrder,
     /// Whether it goes on where an earlier one of the same ended.
     pub resumes: bool,
+    /// How far before that place it begins, along the line of a burn, mm.
+    pub overlap: f64,
     /// What is answered if it would burn and must not.
     pub laser: Result<(), Box<RpcError>>,
     /// What is answered if it holds a command that is dangerous.

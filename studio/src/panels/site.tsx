@@ -11,7 +11,7 @@ import { base64 } from "../run/programs";
 import { chosen, drop, each, give, jobs, pictures, send, states, take, watchSite } from "../site";
 import { toggled } from "../settings";
 import * as store from "../store";
-import { Card, Do, Pick } from "../ui/parts";
+import { Card, Do, OpenFile, Pick } from "../ui/parts";
 import type { FleetScene } from "../view/fleet";
 import { boundsOf, pathOf, UP, viewBox } from "../view/flat";
 import "./arms.css";
@@ -143,21 +143,7 @@ function Bar() {
       <Do id="site-send" class="primary" off={off || program.value === ""} why="site-why" press={() => said(send(mine, { program: program.value }, program.value))}>
         {t("site.send", { n: mine.length })}
       </Do>
-      <label class="pick-file">
-        <span>{t("site.file")}</span>
-        <input
-          type="file"
-          data-testid="site-file"
-          disabled={off}
-          aria-describedby={off ? "site-why" : undefined}
-          onChange={(event) => {
-            const input = event.currentTarget;
-            const [file] = input.files ?? [];
-            if (!file) return;
-            void file.arrayBuffer().then(base64).then((data) => said(send(mine, { data }, file.name))).finally(() => (input.value = ""));
-          }}
-        />
-      </label>
+      <OpenFile id="site-file" off={off} why="site-why" text={t("site.file")} open={async ([file]) => file && said(send(mine, { data: base64(await file.arrayBuffer()) }, file.name))} />
       <span id="site-why" class="unseen">{t(isViewer ? "why.viewer" : "site.why")}</span>
     </div>
   );

@@ -7,7 +7,7 @@ import { t, told } from "../i18n";
 import { save } from "../log";
 import { call, shown } from "../session";
 import * as store from "../store";
-import { Card, Do, Field, NumberInput, Pick, Range, Switch } from "../ui/parts";
+import { Card, Do, Field, NumberInput, OpenFile, Pick, Range, Switch } from "../ui/parts";
 import { boundsOf, pathOf, UP, viewBox } from "../view/flat";
 import { hand } from "../view/layers";
 import { drawn, look, world, worldless } from "../view/seen";
@@ -59,21 +59,7 @@ function Scenario({ off }: { off: boolean }) {
             if (name === "" || wanted) void begin(wanted?.text ?? "");
           }}
         />
-        <label class="pick-file">
-          <span>{t("world.open")}</span>
-          <input
-            type="file"
-            accept=".toml"
-            data-testid="world-scenario-open"
-            disabled={off || noTeacher}
-            aria-describedby={off ? WHY : "world-note"}
-            onChange={(event) => {
-              const input = event.currentTarget;
-              const [file] = input.files ?? [];
-              if (file) void file.text().then(begin).finally(() => (input.value = ""));
-            }}
-          />
-        </label>
+        <OpenFile id="world-scenario-open" accept=".toml" off={off || noTeacher} why={off ? WHY : "world-note"} text={t("world.open")} open={async ([file]) => file && begin(await file.text())} />
       </div>
       <p class="hint" id="world-note">{t(noTeacher ? "world.teacher" : "world.note")}</p>
     </Card>

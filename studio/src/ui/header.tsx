@@ -1,24 +1,11 @@
 // What stands above every route: Stop, what is connected, who has control, where to go.
-import type { ComponentChildren } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import * as actions from "../actions";
 import { t, told } from "../i18n";
 import { clock } from "../log";
 import * as store from "../store";
+import ICONS from "./icons.json";
 import { Do } from "./parts";
-
-const ICONS: Record<store.Route, ComponentChildren> = {
-  move: <path d="M12 3v18M3 12h18M12 3l-3 3M12 3l3 3M12 21l-3-3M12 21l3-3M3 12l3-3M3 12l3 3M21 12l-3-3M21 12l-3 3" />,
-  teach: <path d="M5 6h.01M5 12h.01M5 18h.01M9.500 6H20M9.500 12H16M9.500 18H13M18 15v6M15 18h6" />,
-  draw: <path d="M4 20l1-4.500L16.500 4l3.500 3.500L8.500 19zM14 6.500l3.500 3.500M12 20h8" />,
-  engrave: <path d="M12 3v9M9.500 3h5M12 15v.01M12 18v3M6.500 12.500l2 1.500M17.500 12.500l-2 1.500M4 20h4M16 20h4" />,
-  run: <path d="M7 4.500v15l12-7.500z" />,
-  io: <path d="M4 8h4v8H4zM8 10h3m-3 4h3M20 8h-4v8h4zM16 12h-5" />,
-  plots: <path d="M4 4v16h16M7 15l4-5 3 3 5-7" />,
-  world: <path d="M12 3.500 19.500 8v8L12 20.500 4.500 16V8zM4.500 8 12 12.300 19.500 8M12 12.300v8.200" />,
-  arms: <path d="M5 20h9M9.500 20V10l8-3v5M9.500 10l3-4" />,
-  settings: <path d="M4 7h9m4 0h3M4 17h3m4 0h9M15 4.800v4.400M9 14.800v4.400" />,
-};
 
 function Nav() {
   const nav = useRef<HTMLElement>(null);
@@ -29,7 +16,7 @@ function Nav() {
     <nav ref={nav} aria-label={t("skip.nav")}>
       {store.ROUTES.map((route) => (
         <a key={route} href={`#/${route}`} aria-current={store.route.value === route ? "page" : undefined}>
-          <svg viewBox="0 0 24 24" aria-hidden="true">{ICONS[route]}</svg>
+          <svg viewBox="0 0 24 24" aria-hidden="true"><path d={ICONS[route]} /></svg>
           <span>{t(`nav.${route}`)}</span>
         </a>
       ))}

@@ -299,7 +299,7 @@ export function Times({ id, label, hint, least = 0, most = 9999, value }: { id: 
 }
 
 /** A button that opens files of these kinds; the browser asks which. */
-export function OpenFile({ id, accept, off, text, open, ...rest }: { id: string; accept: string; off: boolean; text: string; class?: string; open: (files: File[]) => unknown }) {
+export function OpenFile({ id, accept, off, text, open, ...rest }: { id: string; accept?: string; off: boolean; why?: string; text: string; class?: string; open: (files: File[]) => unknown }) {
   const input = useRef<HTMLInputElement>(null);
   const chosen = (field: HTMLInputElement) => {
     const files = [...(field.files ?? [])];

@@ -71,7 +71,7 @@ impl Marking {
 
 impl Marking {
     /// Where it can be done on a surface.
-    pub(super) fn reach(&self, surface: Surface) -> Reach {
+    pub(crate) fn reach(&self, surface: Surface) -> Reach {
         let reach = Reach::new(self.tool.bias(), surface, self.lift);
         self.r.map_or(reach, |r| reach.rotated_to(r.into()))
     }

@@ -12,6 +12,9 @@ use crate::{Diagnostic, Fit, Origin, Reach, SheetTransform, Surface};
 /// the arm.
 const MARGIN: f64 = 1e-4;
 
+/// What is larger than its room by no more than this has it: coordinates in files are rounded, mm.
+const ROUNDING: f64 = 1e-3;
+
 /// So often the room for the largest size is halved where the place was said, and where one was found that has room for all ways.
 const HALVINGS: usize = 16;
 const GROWING: usize = 10;
@@ -44,6 +47,8 @@ pub struct Layout {
     pub rotate: f64,
     /// Where the middle of its lines goes, in the arm's x and y, mm; wherever its page would then lie.
     pub at: Option<[f64; 2]>,
+    /// The width and height, mm, turned with the sheet, that it keeps within if it is made to fit.
+    pub room: Option<[f64; 2]>,
     /// Whether it is made smaller until it fits.
     pub fit: bool,
     /// Whether it is mirrored, left to right, before it is turned.
@@ -60,6 +65,7 @@ impl Layout {
             scale: 1.0,
             rotate: 0.0,
             at: None,
+            room: None,
             fit: false,
             mirror: false,
         }
@@ -141,7 +147,8 @@ impl Artwork {
                 let middle = [f64::midpoint(near, far), 0.0];
                 let at = placer.middle(layout.scale);
                 let at = at.or(largest.map(|(_, at)| at)).unwrap_or(middle);
-                let misfit = placer.misfit(largest.map(|(scale, _)| scale), [near, far]);
+                let most = largest.map(|(scale, _)| placer.in_room(scale));
+                let misfit = placer.misfit(most, [near, far]);
                 Ok((placer.put(layout.scale, at), Some(misfit)))
             }
         }
@@ -186,7 +193,8 @@ impl Layout {
             [&[sheet.rotation][..], &sheet.corner, &size].concat()
         });
         let at = self.at.unwrap_or_default();
-        let numbers = [&surface[..], &sheet, &at, &[self.scale, self.rotate]].concat();
+        let room = self.room.unwrap_or_default();
+        let numbers = [&surface[..], &sheet, &at, &room, &[self.scale, self.rotate]].concat();
         if numbers.iter().any(|number| !number.is_finite()) {
             let message = "a drawing needs finite numbers to be placed";
             return Err(Diagnostic::of_file(message));
@@ -270,9 +278,28 @@ impl<'a> Placer<'a> {
         }
     }
 
+    /// The size that was asked for, or the largest that its room has where it is made to fit.
+    fn wanted(&self) -> f64 {
+        match self.layout.fit {
+            true => self.in_room(self.layout.scale),
+            false => self.layout.scale,
+        }
+    }
+
+    /// The largest size up to this one in which it keeps within its room.
+    fn in_room(&self, scale: f64) -> f64 {
+        let room = self.layout.room.iter().flatten().zip(self.size);
+        room.fold(scale, |scale, (room, side)| {
+            match scale * side > *room + ROUNDING {
+                true => room / side,
+                false => scale,
+            }
+        })
+    }
+
     /// The largest size that fits, but not above the one asked for, and where the middle of its lines goes then.
     fn largest(&self) -> Option<(f64, [f64; 2])> {
-        let wanted = self.layout.scale;
+        let wanted = self.wanted();
         if (self.layout.at, self.layout.sheet) == (None, None) {
             let corners = self.hull.iter();
             let corners: Vec<_> = corners.map(|corner| corner.map(|at| wanted * at)).collect();
@@ -294,7 +321,7 @@ impl<'a> Placer<'a> {
     /// The largest size up to the one that is asked for in which its lines are within reach with their middle there, if it fits in
     /// one already.
     fn grown(&self, fits: f64, at: [f64; 2]) -> f64 {
-        let wanted = self.layout.scale;
+        let wanted = self.wanted();
         if fits >= wanted || self.is_within(at, wanted) {
             return wanted.max(fits);
         }
@@ -406,6 +433,9 @@ impl<'a> Placer<'a> {
             };
         };
         let place = match (self.layout.at, self.layout.sheet) {
+            _ if self.layout.room.is_some() => {
+                "at most {} of that shape fits the page inside its margin and is reachable there"
+            }
             (Some(_), _) => "at most {} of that shape is reachable there",
             (None, Some(_)) => "at most {} of that shape fits the sheet and is reachable",
             (None, None) => "at most {} of that shape is reachable",
@@ -452,7 +482,7 @@ impl<'a> Placer<'a> {
             ..self.layout.clone()
         };
         let placer = Placer::new(self.artwork, self.artwork.bounds()?, &layout, self.reach);
-        placer.largest().map(|(scale, _)| scale)
+        placer.largest().map(|(scale, _)| placer.in_room(scale))
     }
 
     /// The first line that is out of reach where the drawing was to go.

@@ -158,6 +158,7 @@ impl SetupOptions {
             ("merge", self.merge),
             ("simplify", self.simplify),
             ("despeckle", self.despeckle),
+            ("margin", self.margin),
         ] {
             if let Some(value) = value.filter(|value| !(value.is_finite() && *value >= 0.0)) {
                 let message = format!("{key} is a number from 0, not {value}");
@@ -248,6 +249,7 @@ impl SetupOptions {
         let both = [
             ("raw", self.raw, "place", self.place),
             ("raw", self.raw, "at", self.at.is_some()),
+            ("raw", self.raw, "page", self.page.is_some()),
             ("raw", self.raw, "fit", self.fit),
             ("raw", self.raw, "surface", self.surface.is_some()),
             ("raw", self.raw, "pen_z", self.pen_z.is_some()),
@@ -277,6 +279,18 @@ impl SetupOptions {
         {
             let message = format!("{key} needs fill: hatch, cross or contour");
             return Err(OptionError::new(key, message));
+        }
+        if self.margin.is_some() && self.page.is_none() {
+            let message = "margin needs page, such as a4 or 200x150";
+            return Err(OptionError::new("margin", message));
+        }
+        if let Some(problem) = self.placed_page().and_then(|page| page.problem()) {
+            let key = if self.margin.is_some() {
+                "margin"
+            } else {
+                "page"
+            };
+            return Err(OptionError::new(key, format!("{key}: {problem}")));
         }
         if self.frame_power.is_some() && self.frame.is_none() {
             let message = "frame_power needs frame: box, hull or outline";
@@ -473,6 +487,13 @@ mod tests {
             (json!({"frame": "box", "frame_power": 0}), "frame_power"),
             (json!({"frame_power": 2}), "frame_power"),
             (json!({"raw": true, "at": [1, 2]}), "raw"),
+            (json!({"raw": true, "page": "a4"}), "raw"),
+            (json!({"page": "b7"}), "page"),
+            (json!({"page": "0x100"}), "page"),
+            (json!({"page": "20x100"}), "page"),
+            (json!({"margin": 5}), "margin"),
+            (json!({"page": "a4", "margin": -1}), "margin"),
+            (json!({"page": "a4", "margin": 105}), "margin"),
             (json!({"turn": false}), "turn"),
             (json!({"stay": true, "park": [1, 2, 3]}), "stay"),
             (json!({"width": 1, "height": 1}), "height"),

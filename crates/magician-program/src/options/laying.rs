@@ -139,7 +139,11 @@ impl FileToLay {
         let start = begun.map(|begun| begun.at);
         let mut notes = file.notes.clone();
         let mut parts = setup.parts_in(&file.content, 1.0)?;
+        let fills = setup.fills(&file.content);
         let mut laid = options.lay(&setup, file)?;
+        if fills {
+            PartSummary::count(&mut parts, &laid.plan);
+        }
         let scale = laid.placed.map_or(1.0, |placed| placed.scale);
         { parts.iter_mut() }.for_each(|part| part.drawn_mm *= scale);
         notes.append(&mut laid.notes);

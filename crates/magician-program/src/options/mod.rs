@@ -24,8 +24,8 @@ use crate::formats::Dialect;
 use crate::lettering::{Align, FontChoice, TextOptions};
 use crate::raster::{Adjust, Engrave, ImageStyle, Size, Tone, Trace};
 use crate::{
-    Action, Ending, Fills, Frame, FrameShape, Framing, PartMode, PartRule, Placement, Plan, Power,
-    ReadOptions, Setup, Surface, SystemFonts, TextLines, Tool, White, Work,
+    Action, Ending, Fills, Frame, FrameShape, Framing, Page, Paper, PartMode, PartRule, Placement,
+    Plan, Power, ReadOptions, Setup, Surface, SystemFonts, TextLines, Tool, White, Work,
 };
 
 /// Acceleration along paths when a speed is asked for, as at power-up, mm/s2.
@@ -109,6 +109,11 @@ pub struct SetupOptions {
     pub pen_z: Option<f64>,
     /// Where its centre goes.
     pub at: Option<[f64; 2]>,
+    /// The page of paper that it lies on, its centre on the centre of the page.
+    #[serde(with = "fields::text")]
+    pub page: Option<Paper>,
+    /// What is made to fit keeps so far from the edges of the page.
+    pub margin: Option<f64>,
     /// Its size, 1 being the true one.
     pub scale: Option<f64>,
     /// Turned counter-clockwise.
@@ -279,6 +284,8 @@ impl SetupOptions {
             },
             pen_z: self.pen_z,
             at: self.at,
+            page: self.placed_page(),
+            grid: self.grid,
             scale: self.scale.unwrap_or(1.0),
             rotate: self.rotate.unwrap_or(0.0),
             fit: self.fit,
@@ -326,6 +333,13 @@ impl SetupOptions {
                 ..Framing::of(shape)
             }),
         }
+    }
+
+    /// The page, with its margin.
+    pub(super) fn placed_page(&self) -> Option<Page> {
+        let mut page = Page::of(self.page?);
+        page.margin = self.margin.unwrap_or(page.margin);
+        Some(page)
     }
 
     /// How the file is read, to be done so.

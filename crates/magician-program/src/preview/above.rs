@@ -12,7 +12,7 @@ use magician_sim::svg::{Number, Svg, lines, path};
 /// The base is 158 mm square.
 const HALF_BASE: f64 = 79.0;
 
-/// Which part of the plane the view shows: all ways, and the sheet.
+/// Which part of the plane the view shows: all ways, the sheet and the page.
 pub(super) fn part(toolpath: &Toolpath, options: &PreviewOptions) -> [[f64; 2]; 2] {
     let mut extent = Extent::default();
     for layer in &toolpath.layers {
@@ -21,8 +21,8 @@ pub(super) fn part(toolpath: &Toolpath, options: &PreviewOptions) -> [[f64; 2]; 
     }
     let ends = toolpath.ends.into_iter().flatten();
     ends.for_each(|[x, y, _]| extent.show([x, y]));
-    let sheet = options.sheet.iter().flatten();
-    sheet.for_each(|corner| extent.show(*corner));
+    let papers = [&options.sheet, &options.page].into_iter().flatten();
+    papers.flatten().for_each(|corner| extent.show(*corner));
     if let Some(fence) = &options.fence {
         super::fence::extend(&mut extent, fence);
     }
@@ -41,13 +41,19 @@ pub(super) fn draw(
     panel.begin(svg);
     reach(svg, panel, within_reach);
     base(svg, panel);
-    if let Some(sheet) = &options.sheet {
-        let data = path(sheet.iter().map(|corner| panel.at(*corner)), true);
+    // What of a page is within reach shows through it.
+    let papers = [
+        ("sheet", PAPER, &options.sheet),
+        ("page", "none", &options.page),
+    ];
+    for (class, fill, corners) in papers {
+        let Some(corners) = corners else { continue };
+        let data = path(corners.iter().map(|corner| panel.at(*corner)), true);
         let look = [
-            ("class", "sheet"),
-            ("fill", PAPER),
+            ("class", class),
+            ("fill", fill),
             ("stroke", FAINT),
-            ("stroke-width", "0.3"),
+            ("stroke-width", "0.4"),
         ];
         svg.path(&data, &look);
     }

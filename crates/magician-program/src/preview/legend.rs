@@ -2,6 +2,7 @@
 
 use magician_motion::Fence;
 
+use super::PreviewOptions;
 use super::above::{has, kinds};
 use super::layers::look;
 use super::markers::MarkerKind;
@@ -9,7 +10,7 @@ use super::purpose::PlanPurpose;
 use super::symbols;
 use super::toolpath::{MOST_REFUSED, SHADES, StrokeKind, Toolpath};
 use crate::{Diagnostic, Report};
-use magician_sim::svg::palette::{INK, REACH, REACH_EDGE, WRONG};
+use magician_sim::svg::palette::{FAINT, INK, REACH, REACH_EDGE, WRONG};
 use magician_sim::svg::{Anchor, Number, Svg, TextStyle, path, signed};
 
 /// From one row to the next, mm.
@@ -31,6 +32,7 @@ enum Sign {
     Line(StrokeKind),
     Shades,
     Area,
+    Page,
     Fence,
     KeepOut,
     Begin,
@@ -50,14 +52,15 @@ impl Legend {
     pub(super) fn new(
         toolpath: &Toolpath,
         report: &Report,
-        fence: Option<&Fence>,
+        options: &PreviewOptions,
         width: f64,
     ) -> Self {
         let mut at = [0.0, 0.0];
         let mut entries = Vec::new();
         for (sign, label) in entries_of(toolpath)
             .into_iter()
-            .chain(entries_of_fence(fence))
+            .chain(options.page.iter().map(|_| (Sign::Page, "page".to_owned())))
+            .chain(entries_of_fence(options.fence.as_ref()))
         {
             let room = sign.width() + GAP + text_width(&label);
             if at[0] > 0.0 && at[0] + room > width {
@@ -170,7 +173,7 @@ impl Sign {
     fn width(&self) -> f64 {
         match self {
             Self::Line(_) | Self::Shades => 7.0,
-            Self::Area | Self::Fence | Self::KeepOut => 4.0,
+            Self::Area | Self::Page | Self::Fence | Self::KeepOut => 4.0,
             Self::Begin => 2.2,
             Self::End => 4.6,
             Self::Marker(_) => 3.2,
@@ -194,6 +197,10 @@ impl Sign {
                     ("stroke-width", "0.3"),
                 ];
                 svg.rectangle([[x, y - 1.6], [x + 4.0, y + 1.6]], &look);
+            }
+            Self::Page => {
+                let look = [("fill", "none"), ("stroke", FAINT), ("stroke-width", "0.4")];
+                svg.rectangle([[x + 0.6, y - 1.6], [x + 2.9, y + 1.6]], &look);
             }
             Self::Fence => super::fence::outline(svg, [[x, y - 1.6], [x + 4.0, y + 1.6]]),
             Self::KeepOut => super::fence::hatched(svg, [[x, y - 1.6], [x + 4.0, y + 1.6]]),

@@ -57,6 +57,8 @@ const HEAD: f64 = 16.0;
 pub struct PreviewOptions {
     /// The corners of the sheet, where it is known, in the arm's x and y, mm.
     pub sheet: Option<Vec<[f64; 2]>>,
+    /// The corners of the page that it lies on, if there is one, likewise.
+    pub page: Option<Vec<[f64; 2]>>,
     /// The fence of the arm.
     pub fence: Option<Fence>,
     /// Whether there is a view from the side; if it does not say, there is one of plans that pick and place.
@@ -68,6 +70,13 @@ impl PreviewOptions {
     #[must_use]
     pub fn sheet(mut self, corners: impl Into<Vec<[f64; 2]>>) -> Self {
         self.sheet = Some(corners.into());
+        self
+    }
+
+    /// Sets [`page`](Self::page).
+    #[must_use]
+    pub fn page(mut self, corners: impl Into<Vec<[f64; 2]>>) -> Self {
+        self.page = Some(corners.into());
         self
     }
 
@@ -207,7 +216,7 @@ impl Page {
         });
         let locator = right + MARGIN;
         let right = locator + locator::WIDTH;
-        let legend = Legend::new(toolpath, report, options.fence.as_ref(), right - left);
+        let legend = Legend::new(toolpath, report, options, right - left);
         let foot = bottom + TICKS[1] + 2.0;
         Self {
             size: [right + MARGIN, foot + legend.height() + MARGIN - 2.0],

@@ -51,6 +51,8 @@ pub(super) struct PathTracer {
     ink: Option<Color>,
     /// Refused steps, the next one last.
     awaited: Vec<usize>,
+    /// Where the pen has come down and has not drawn a line yet.
+    touched: Option<[f64; 3]>,
     /// Whether it has come to a first place of its own: the way there leaves nothing.
     begun: bool,
     /// The step under way.
@@ -96,6 +98,7 @@ impl PathTracer {
             part: None,
             ink: None,
             awaited,
+            touched: None,
             begun: false,
             nth: 0,
             strokes: None,
@@ -138,6 +141,7 @@ impl PathTracer {
             }
             turns.give().await;
         }
+        self.dot();
     }
 
     fn stand(&mut self, arm: &ArmState) {
@@ -179,6 +183,8 @@ impl PathTracer {
             Action::Suction(on) => self.hold(on, name),
             Action::Gripper(grip) => self.hold(grip == Grip::Close, name),
             Action::Laser(on) => self.lit = on,
+            // A pen rests where it leaves a dot.
+            Action::Wait(_) if self.touched.is_some() => {}
             Action::Wait(_) => self.mark(MarkerKind::Wait, name),
             Action::Home => self.at = None,
             Action::Command(ref command) => self.command(command),
@@ -327,6 +333,7 @@ impl PathTracer {
             StrokeKind::Ink(_) if !self.begun => StrokeKind::Nothing,
             leaves => leaves,
         };
+        self.touch(leaves, to);
         let geometry = self.course.geometry();
         if [from, to].iter().all(|end| reaches(&geometry, *end)) {
             return self.draw(leaves, leaves, from, to);
@@ -349,6 +356,31 @@ impl PathTracer {
                 self.draw(shown, leaves, at(f64::from(begun)), at(f64::from(nth)));
                 begun = nth;
             }
+        }
+    }
+
+    /// Where a pen comes down and goes up again, without a line, it leaves a dot.
+    fn touch(&mut self, leaves: StrokeKind, to: [f64; 3]) {
+        if let StrokeKind::Ink(_) = leaves {
+            self.touched = None;
+        } else if matches!(
+            self.toolpath.purpose.leaves([to; 2], None, false),
+            StrokeKind::Ink(_)
+        ) {
+            self.touched = Some(to);
+        } else {
+            self.dot();
+        }
+    }
+
+    fn dot(&mut self) {
+        if let Some(at) = self.touched.take() {
+            let ink = StrokeKind::Ink(None);
+            let shown = match reaches(&self.course.geometry(), at) {
+                true => ink,
+                false => StrokeKind::Unreachable,
+            };
+            self.draw(shown, ink, at, at);
         }
     }
 

@@ -5,7 +5,7 @@ use magician_host::{Given, JointAngles, Setting};
 use magician_motion::Fence;
 use serde::Serialize;
 
-use super::{Frame, Placement, Setup, UNSAID, middle};
+use super::{Frame, LaidPage, Placement, Setup, UNSAID, middle};
 use crate::artwork::{FitFailure, WouldFit};
 use crate::check::check;
 use crate::{Content, Diagnostic, DiagnosticCode, Format, Plan, Report};
@@ -47,6 +47,10 @@ pub struct AppliedPlacement {
     pub turn: f64,
     /// The middle of what it draws or burns, in the arm's x and y, mm.
     pub at: [f64; 2],
+    /// The corners of the page that it lies on, if one was asked for: the lower left one in the arm's x and y, mm, and on round it
+    /// counter-clockwise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub page: Option<[[f64; 2]; 4]>,
 }
 
 impl Prepared {
@@ -135,7 +139,7 @@ impl Setup {
     /// A [`Diagnostic`] if there is nothing to place or nowhere, or a surface is needed and not known. A drawing that does not
     /// fit is not an error: [`misfit`](Prepared::misfit) holds the reason, so that the plan can still be previewed.
     pub fn plan(&self, format: Format, content: Content) -> Result<Prepared, Diagnostic> {
-        let setup = self.sized(&content)?;
+        let (setup, page) = self.sized(&content)?.on_page(format, &content)?;
         let (content, reordered) = setup.lines_of(content)?;
         // What others were asked for lies where it would with all of them.
         let whole = whole(&content);
@@ -146,7 +150,7 @@ impl Setup {
                 false => (setup.made(format, content)?, 0.0),
             }
         };
-        let placed = self.places() || !matches!(content, Content::Plan(_));
+        let placed = setup.places() || !matches!(content, Content::Plan(_));
         let at = placed.then(|| middle(&made.plan));
         if whole.is_some() {
             let mut there = setup.turned(turned);
@@ -170,6 +174,9 @@ impl Setup {
             notes.extend(fitted_note(scale / setup.placement.scale, turned));
         }
         notes.extend(laid);
+        if let Some(page) = &page {
+            notes.extend(page.notes(&plan, self.placement.grid, self.placement.fit));
+        }
         // A large drawing is in memory twice by now.
         drop(content);
         let placed = at.map(|[x, y, _]| {
@@ -179,6 +186,7 @@ impl Setup {
                 scale: ((scale + 1e-9) * 1e4).floor() / 1e4,
                 turn: self.placement.rotate + turned,
                 at: [x, y].map(rounded),
+                page: page.as_ref().map(LaidPage::corners),
             }
         });
         let would_fit = misfit.as_ref().and_then(|misfit| misfit.would_fit);
@@ -265,6 +273,7 @@ impl Setup {
         setup.placement = Placement {
             fit: false,
             at: None,
+            page: None,
             frame: Frame::Arm,
             ..self.placement
         };

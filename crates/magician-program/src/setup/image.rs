@@ -34,10 +34,18 @@ impl Setup {
         engrave: &Engrave,
         tool: Tool,
     ) -> Result<Grid, Diagnostic> {
-        let layout = Layout {
+        let mut layout = Layout {
             scale: 1.0,
             ..self.layout()?
         };
+        // What is burnt keeps within the page; the run-up to it need not.
+        let room = layout.room.take().filter(|_| layout.fit);
+        let taken = taken(&layout, size);
+        let share = room.map_or(1.0, |room| {
+            let shares = [0, 1].map(|axis: usize| room[axis] / taken[axis]);
+            shares.into_iter().fold(1.0, f64::min)
+        });
+        let size = size.map(|side| share * side);
         if !layout.fit
             && let Some((at, turn)) = said_place(&layout, size)?
         {
@@ -65,9 +73,7 @@ fn said_place(layout: &Layout, size: [f64; 2]) -> Result<Option<([f64; 2], f64)>
     if let Some(at) = layout.at {
         return Ok(Some((at, turn)));
     }
-    let (sin, cos) = libm::sincos(layout.rotate.to_radians());
-    let [width, height] = size;
-    let taken = [[cos, sin], [sin, cos]].map(|[x, y]| width * x.abs() + height * y.abs());
+    let taken = taken(layout, size);
     if let Some(room) = sheet.size
         && taken
             .iter()
@@ -87,4 +93,10 @@ fn said_place(layout: &Layout, size: [f64; 2]) -> Result<Option<([f64; 2], f64)>
     let half = rotated(taken.map(|side| side / 2.0), sheet.rotation);
     let at = [0, 1].map(|axis| sheet.corner[axis] + half[axis]);
     Ok(Some((at, turn)))
+}
+
+/// The width and height, along the sheet, that an image takes as it is turned.
+fn taken(layout: &Layout, [width, height]: [f64; 2]) -> [f64; 2] {
+    let (sin, cos) = libm::sincos(layout.rotate.to_radians());
+    [[cos, sin], [sin, cos]].map(|[x, y]| width * x.abs() + height * y.abs())
 }

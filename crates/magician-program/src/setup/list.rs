@@ -1,5 +1,7 @@
 //! The parts of a file, to choose from.
 
+use std::collections::BTreeMap;
+
 use magician_host::JointAngles;
 use magician_host::words::{Guards, Preflight};
 use serde::Serialize;
@@ -17,7 +19,7 @@ pub struct PartSummary {
     pub name: Option<String>,
     /// Its colour as `#rrggbb`, if it has one.
     pub color: Option<String>,
-    /// How many lines it has in the file.
+    /// How many lines it has in the file; where its shapes are filled, how many are drawn.
     pub strokes: usize,
     /// How long its lines are, mm.
     pub drawn_mm: f64,
@@ -49,6 +51,8 @@ impl Setup {
             no_pause: true,
             ..self.clone()
         };
+        // The lines that fill a shape are made for the size in which it lies.
+        let fills = self.fills(content);
         // Where it cannot be laid nobody knows how long it takes.
         let laid = once.plan(format, content.clone());
         if let Ok(laid) = laid
@@ -56,6 +60,9 @@ impl Setup {
         {
             let start = Preflight::at(JointAngles::HOME, UNSAID).guards(Guards::NONE.reach(true));
             PartSummary::measure(&mut listed, &check(&laid.plan, &start));
+            if fills {
+                PartSummary::count(&mut listed, &laid.plan);
+            }
         }
         Ok(listed)
     }
@@ -75,6 +82,12 @@ impl Setup {
             Content::Plan(plan) => Ok(parts_of_plan(plan, scale)),
             _ => Ok(Vec::new()),
         }
+    }
+
+    /// Whether lines come to what is in a file when it is laid: those that fill its shapes.
+    pub(crate) fn fills(&self, content: &Content) -> bool {
+        let areas = matches!(content, Content::Artwork(artwork) if !artwork.areas.is_empty());
+        areas && self.framing.is_none()
     }
 
     fn listed_mode(&self) -> PartMode {
@@ -153,6 +166,28 @@ impl PartSummary {
             drawn_mm: 0.0,
             seconds: None,
             skipped: false,
+        }
+    }
+
+    /// Counts the strokes that a plan has of each, in one pass; what is not divided is one part as well.
+    pub(crate) fn count(listed: &mut [Self], plan: &Plan) {
+        let mut counts = BTreeMap::new();
+        let (mut now, mut again, mut marked) = (None, false, false);
+        for step in &plan.steps {
+            if let Action::Part(part) = &step.action {
+                now = Some(part.n);
+                again = part.pass.is_some_and(|pass| pass > 1);
+            }
+            let marks = step.action.marks();
+            if marks && !marked && !again {
+                *counts.entry(now).or_insert(0) += 1;
+            }
+            marked = marks;
+        }
+        let divided = counts.keys().any(Option::is_some);
+        for part in listed.iter_mut().filter(|part| !part.skipped) {
+            let key = divided.then_some(part.n);
+            part.strokes = counts.get(&key).copied().unwrap_or(0);
         }
     }
 

@@ -18,7 +18,7 @@ pub(super) const ROUNDED: f64 = 1.0;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum Frame {
-    /// Its own if it is drawn or engraved, or anything of where it lies was said (a middle, a surface, that it is to fit); else
+    /// Its own if it is drawn or engraved, or anything of where it lies was said (a middle, a page, a surface, that it is to fit); else
     /// the arm's.
     #[default]
     Default,
@@ -40,7 +40,11 @@ impl Setup {
     }
 
     fn says_where(&self) -> bool {
-        self.placement.at.is_some() || self.placement.fit || self.surface.is_some()
+        let placement = &self.placement;
+        placement.at.is_some()
+            || placement.fit
+            || placement.page.is_some()
+            || self.surface.is_some()
     }
 
     /// How G-code is read to be placed so; `surface` is the one that it lies on where it is not placed.
@@ -194,7 +198,7 @@ impl Setup {
 }
 
 /// Where the middle of a sheet is, if its size is known.
-fn middle_of_sheet(sheet: Sheet) -> Option<[f64; 2]> {
+pub(super) fn middle_of_sheet(sheet: Sheet) -> Option<[f64; 2]> {
     let half = sheet.size?.map(|side| side / 2.0);
     let [x, y] = rotated(half, sheet.rotation);
     let [from_x, from_y] = sheet.corner;

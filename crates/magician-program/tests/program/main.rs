@@ -15,6 +15,7 @@ mod hops;
 mod hpgl;
 mod lossy;
 mod order;
+mod page;
 mod parts;
 mod placing;
 mod plan;

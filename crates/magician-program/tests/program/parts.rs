@@ -606,6 +606,39 @@ fn all_parts_are_listed_with_what_is_left_out() {
 }
 
 #[test]
+fn strokes_of_filled_shapes_are_counted_as_they_are_drawn() {
+    let square = |x: u32, colour: &str| {
+        format!(
+            "<path d='M{x} 5h8v20h-8z' fill='{colour}'/><path d='M{x} 30h8' stroke='{colour}'/>"
+        )
+    };
+    let two = svg(&(square(5, "red") + &square(25, "blue")));
+    let listed = |more: Value| {
+        let options = options(more);
+        let setup: Setup = options.setup(&SetupDefaults::default());
+        let content = read(Format::Svg, two.as_bytes(), &options.reading(&setup))
+            .unwrap()
+            .content;
+        let parts = setup.list_parts(Format::Svg, &content).expect("a list");
+        parts.iter().map(|part| part.strokes).collect::<Vec<_>>()
+    };
+    // Each square has an edge without a fill; then a zigzag, or one and another across it.
+    assert_eq!(listed(json!({"parts": "color"})), [2, 2]);
+    let hatched = json!({"parts": "color", "fill": "hatch", "fill_spacing": 1});
+    assert_eq!(listed(hatched.clone()), [2, 2]);
+    let mut crossed = hatched;
+    crossed["fill"] = json!("cross");
+    crossed["passes"] = json!(3);
+    assert_eq!(listed(crossed.clone()), [3, 3]);
+    crossed["only"] = json!(["blue"]);
+    assert_eq!(listed(crossed.clone())[1], 3);
+    assert_eq!(
+        listed(json!({"fill": "cross", "fill_spacing": 1, "parts": "none"})),
+        [6]
+    );
+}
+
+#[test]
 fn colours_have_names_and_numbers() {
     for (text, color) in [
         ("red", "#ff0000"),

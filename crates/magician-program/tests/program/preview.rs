@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use magician::words;
 use magician_program::compare::compare;
-use magician_program::preview::{PictureError, Preview, PreviewOptions};
+use magician_program::preview::{DrawnLine, PictureError, Preview, PreviewOptions};
 use magician_program::rehearse::{RehearseOptions, rehearse, stage, start_of};
 use magician_program::{Action, Origin, Plan, Program, Surface, Tool, Travel, check};
 
@@ -99,6 +99,65 @@ fn the_size_of_a_picture_does_not_follow_that_of_the_plan() {
         small.len()
     );
     assert_eq!(large.matches('<').count(), small.matches('<').count());
+}
+
+/// A pen that comes down and goes up again at each of these places, in the middle of a line and after it.
+fn dots(places: &[[f32; 2]]) -> Plan {
+    let mut plan = drawing(12);
+    for [x, y] in places {
+        go(&mut plan, [*x, *y, PAPER + 10.0], Travel::Line);
+        go(&mut plan, [*x, *y, PAPER], Travel::Line);
+        plan.push(Action::Wait(50), Origin::NONE);
+        go(&mut plan, [*x, *y, PAPER + 10.0], Travel::Line);
+    }
+    plan
+}
+
+#[test]
+fn a_dot_of_the_pen_is_ink_as_it_is_on_the_paper() {
+    let inked = |plan: &Plan| {
+        let options = PreviewOptions::default();
+        let svg = preview(plan, &options).to_svg().to_owned();
+        let drawn = svg.lines().find(|line| line.contains(r#"class="drawn""#));
+        drawn.expect("something is drawn").to_owned()
+    };
+    let without = inked(&dots(&[]));
+    let with = inked(&dots(&[[240.0, 10.0], [220.0, -10.0]]));
+    let subpaths = |path: &str| {
+        path.split("class=")
+            .next()
+            .map_or(0, |data| data.matches('m').count())
+    };
+    assert_eq!(subpaths(&with), subpaths(&without) + 2, "{with}");
+    assert!(with.contains(r#"stroke-width="0.5""#) && with.contains(r#"stroke-linecap="round""#));
+    let options = PreviewOptions::default();
+    let waits = dots(&[[240.0, 10.0]]);
+    assert!(
+        !preview(&waits, &options).to_svg().contains("waits"),
+        "it is no wait"
+    );
+    // As the virtual arm leaves them.
+    let plan = dots(&[[240.0, 10.0], [220.0, -10.0]]);
+    let done = rehearse(&plan, &RehearseOptions::default()).unwrap();
+    assert_eq!(done.drawing.strokes().len(), subpaths(&with));
+    // In a plan of nothing else they are what it draws, also where the pen stays down.
+    let mut dot = Plan::new("dot");
+    (dot.tool, dot.surface) = (plan.tool, plan.surface);
+    go(&mut dot, [240.0, 0.0, PAPER + 10.0], Travel::Joints);
+    go(&mut dot, [240.0, 0.0, PAPER], Travel::Line);
+    assert_eq!(subpaths(&inked(&dot)), 1);
+    let lines = DrawnLine::of(
+        &dot,
+        &start_of(&stage(&dot, &RehearseOptions::default()).unwrap()),
+    );
+    assert_eq!(
+        lines,
+        [DrawnLine {
+            step: 1,
+            from: [240.0, 0.0],
+            to: [240.0, 0.0]
+        }]
+    );
 }
 
 #[test]

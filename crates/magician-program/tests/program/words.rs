@@ -342,6 +342,27 @@ fn texts_of_drawings_are_in_single_lines_where_their_font_or_a_person_says_so() 
 }
 
 #[test]
+fn a_font_whose_name_lacks_quotes_is_found_as_browsers_find_it() {
+    let usual = ReadOptions::default();
+    for attribute in [
+        r#"font-family="Hershey Sans 1-stroke""#,
+        "font-family='Hershey Sans 1-stroke'",
+        r#"font-family="My 1-stroke , serif""#,
+        r#"style="fill:black;font-family: Hershey Sans 1-stroke ;stroke:none""#,
+        r#"style="font-family:'Hershey Sans 1-stroke'""#,
+    ] {
+        let (artwork, notes) = svg(
+            &format!(
+                r#"<text x="10" y="50" font-size="20" {attribute}>HI<tspan {attribute}>T</tspan></text>"#
+            ),
+            &usual,
+        );
+        assert!(notes.is_empty(), "{attribute}: {notes:?}");
+        assert_eq!(artwork.strokes.len(), 6, "{attribute}");
+    }
+}
+
+#[test]
 fn single_lines_follow_anchors_tspans_and_transforms() {
     let usual = ReadOptions::default();
     let bounds = |body: &str| svg(body, &usual).0.bounds().unwrap();

@@ -12,7 +12,7 @@ from types import TracebackType
 from typing import Any
 
 from . import _told
-from ._arguments import flag, hearing, seconds, text, whole
+from ._arguments import flag, hearing, number, seconds, text, whole
 from ._bound import Bound
 from ._magician import Notices as NativeNotices
 from ._magician import Station as NativeStation
@@ -483,13 +483,20 @@ class StationJob(Bound):
         """Pauses it: the pen is up, the laser off, and the arm may be moved."""
         return await self._call("job.pause")
 
-    async def resume(self, *, approach: bool = True, yes: bool = False) -> JobState:
+    async def resume(self, *, approach: bool = True, yes: bool = False, overlap: float | None = None) -> JobState:
         """Goes on with it, also when it was stopped, has failed, or the station died.
 
         :param approach: whether the arm may have been moved since.
         :param yes: that what burns on a real arm is meant.
+        :param overlap: how far before the place where a burn ended it begins, along its line, mm; for a job that
+            has ended.
         """
-        return await self._call("job.resume", approach=flag("approach", approach), yes=flag("yes", yes) or None)
+        return await self._call(
+            "job.resume",
+            approach=flag("approach", approach),
+            yes=flag("yes", yes) or None,
+            overlap=number("overlap", overlap, least=0, most=1000, unit="mm"),
+        )
 
     async def stop(self) -> JobState:
         """Stops it and lifts its pen; it needs no lease."""

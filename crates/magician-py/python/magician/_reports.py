@@ -19,6 +19,9 @@ class Placed(Value):
     """By how many degrees it is turned counter-clockwise."""
     at: tuple[float, float]
     """The middle of what it draws or burns, in the arm's x and y, mm."""
+    page: tuple[tuple[float, float], ...] | None = None
+    """The corners of the page that it lies on, if one was asked for, in the arm's x and y, mm: the lower left one, and
+    on round it counter-clockwise."""
 
 
 class Note(Value):

@@ -114,7 +114,7 @@ def _hearing(progress: Callable[[Progress], object] | None) -> Callable[[Any], o
 _PROGRESS_WAITS = "progress is reported during a wait: leave out progress or wait=False"
 
 
-_Recorded = tuple[str, float, float, bool]
+_Recorded = tuple[str, float, float, bool, bool]
 
 
 def _plan(plan: Any) -> Plan:
@@ -1756,7 +1756,13 @@ class Arm(Bound):
     # Pictures.
 
     def record(
-        self, path: str | os.PathLike[str], *, rate: float = 20.0, tolerance: float = 0.5, overwrite: bool = False
+        self,
+        path: str | os.PathLike[str],
+        *,
+        rate: float = 20.0,
+        tolerance: float = 0.5,
+        units: bool = False,
+        overwrite: bool = False,
     ) -> Recording:
         """Records the motion of the arm in a file while a ``with`` block runs: motion by this program, by a
         hand that holds the unlock key, or by another program.
@@ -1772,10 +1778,11 @@ class Arm(Bound):
         :param path: The file.
         :param rate: Readings per second, 0.1 to 500; a line at 115200 baud carries about 50.
         :param tolerance: Largest distance of a program from the motion that it repeats, mm, 0.01 to 100.
+        :param units: Whether a ``.csv`` file has the units of its columns in a second line; it is read back with them.
         :param overwrite: Whether a file that is there may be replaced.
         :returns: What records; :meth:`Recording.begin` says what can go wrong.
         """
-        return Recording(self._core, None, _recorded(path, rate, tolerance, overwrite))
+        return Recording(self._core, None, _recorded(path, rate, tolerance, units, overwrite))
 
     def teach(self, *, by: Literal["joints", "line", "jump"] = "joints", title: str = "") -> Lesson:
         """Teaches a program by hand while a ``with`` block runs: hold the unlock key on the forearm, lead the arm, and
@@ -2035,6 +2042,7 @@ def record(
     *,
     rate: float = 20.0,
     tolerance: float = 0.5,
+    units: bool = False,
     overwrite: bool = False,
 ) -> Recording:
     """Records the motion of an arm in a file while a ``with`` block runs.
@@ -2046,14 +2054,14 @@ def record(
     The others are those of :meth:`Arm.record`.
     """
     if isinstance(arm, Arm):
-        return arm.record(path, rate=rate, tolerance=tolerance, overwrite=overwrite)
-    return Recording(None, arm, _recorded(path, rate, tolerance, overwrite))
+        return arm.record(path, rate=rate, tolerance=tolerance, units=units, overwrite=overwrite)
+    return Recording(None, arm, _recorded(path, rate, tolerance, units, overwrite))
 
 
-def _recorded(path: str | os.PathLike[str], rate: float, tolerance: float, overwrite: bool) -> _Recorded:
+def _recorded(path: str | os.PathLike[str], rate: float, tolerance: float, units: bool, overwrite: bool) -> _Recorded:
     rate = number("rate", rate, least=0.1, most=500, unit="Hz")
     tolerance = number("tolerance", tolerance, least=0.01, most=100, unit="mm")
-    return os.fspath(path), rate, tolerance, flag("overwrite", overwrite)
+    return os.fspath(path), rate, tolerance, flag("units", units), flag("overwrite", overwrite)
 
 
 class Recording(Bound):
@@ -2080,7 +2088,7 @@ class Recording(Bound):
         """
         if self._native is not None:
             raise ClosedError("the recording was begun before: make another one")
-        path, rate, tolerance, overwrite = self._how
+        path, rate, tolerance, units, overwrite = self._how
         if not overwrite and os.path.exists(path):
             raise FileExistsError(f"{path} already exists; overwrite=True replaces it")
         core = self._core
@@ -2088,7 +2096,7 @@ class Recording(Bound):
             call = connecting(self._port, timeout=3.0, window=1, echo=0.1, probe=True, reconnect=True)
             core = self._own = opened(await until(call))
         try:
-            self._native = await until(core.record(path, rate, tolerance))
+            self._native = await until(core.record(path, rate, tolerance, units))
         except BaseException:
             await self._leave()
             raise

@@ -305,7 +305,11 @@ class Plan:
     def placed(self) -> Placed | None:
         """How the file was laid before the arm, if it was placed."""
         found = self.native.placed
-        return None if found is None else Placed(found[0], found[1], (found[2][0], found[2][1]))
+        if found is None:
+            return None
+        scale, turn, (x, y), corners = found
+        page = None if corners is None else tuple((x, y) for x, y in corners)
+        return Placed(scale, turn, (x, y), page)
 
     @property
     def tool(self) -> str | None:
@@ -540,6 +544,8 @@ def load(
     raw: bool = False,
     pen_z: float | None = None,
     at: tuple[float, float] | None = None,
+    page: str | None = None,
+    margin: float | None = None,
     scale: float = 1.0,
     rotate: float = 0.0,
     fit: bool = False,
@@ -613,13 +619,18 @@ def load(
     :param sheet: The sheet that drawings lie on, corner on corner. Without it they lie wherever there is room.
     :param place: Whether the coordinates of G-code, a plan, a playback file or points are its own: the middle of what
         it draws goes to ``at``, else onto the sheet, else to where there is room, and what G-code draws lies on the
-        surface. ``at``, ``fit``, ``surface`` and ``work`` imply it.
+        surface. ``at``, ``page``, ``fit``, ``surface`` and ``work`` imply it.
     :param raw: Whether its coordinates are the arm's, as they stand.
     :param pen_z: The Z of placed G-code at which its pen touches, mm; the lowest at which it draws if left out.
     :param at: Where its middle goes, x and y, mm.
+    :param page: The page of paper that it lies on, its middle on the middle of the page: ``"a3"``, ``"a4"``, ``"a5"``,
+        ``"a6"`` or ``"letter"``, each also with ``-landscape``, or its width and height in mm, such as ``"200x150"``.
+        The page's middle is at ``at``, else on the middle of the sheet, else where there is room; ``Plan.placed.page`` has
+        its corners.
+    :param margin: What ``fit`` makes smaller keeps this far from the edges of the page, mm, 0 or more; 10 if left out.
     :param scale: Its size, 1 being the true one.
     :param rotate: By how much it is turned to the left, degrees.
-    :param fit: Whether it is made smaller until the arm reaches all of it.
+    :param fit: Whether it is made smaller until the arm reaches all of it, and the page has room for it.
     :param turn: Whether ``fit`` may turn it by 90 degrees, where that lets it be larger.
     :param mirror: Whether it is mirrored, left to right.
     :param clip_page: Whether what lies beyond the page of a drawing is cut off.
@@ -720,6 +731,8 @@ def load(
         "start": None if start is None else _three("start", start),
         "pen_z": number("pen_z", pen_z, unit="mm"),
         "at": None if at is None else _two("at", at),
+        "page": string("page", page),
+        "margin": number("margin", margin, least=0, unit="mm"),
         "scale": number("scale", scale, above=0),
         "rotate": number("rotate", rotate, unit="deg"),
         **flags(

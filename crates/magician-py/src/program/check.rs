@@ -63,6 +63,8 @@ impl PyPlan {
         let svg = py.detach(|| {
             let mut options = PreviewOptions::default();
             (options.side, options.sheet) = (side, sheet);
+            let page = self.source.placed.and_then(|(.., page)| page);
+            options.page = page.map(Vec::from);
             let report = check(&self.plan, &start);
             Preview::new(&self.plan, &report, &start, &options)
                 .to_svg()

@@ -4,7 +4,7 @@ use magician::Error;
 use magician_job::presets::Presets;
 use magician_program::artwork::Sheet;
 use magician_program::{
-    Content, Diagnostic, FontChoice, Format, ModeOption, Parsed, Plan, Power, Prepared,
+    Content, Diagnostic, FontChoice, Format, ModeOption, Paper, Parsed, Plan, Power, Prepared,
     ReadOptions, Setup, SetupDefaults, SetupOptions, Surface, Tool, WorkOption, read,
 };
 use pyo3::prelude::*;
@@ -30,6 +30,8 @@ struct Wanted {
     raw: bool,
     pen_z: Option<f64>,
     at: Option<[f64; 2]>,
+    page: Option<String>,
+    margin: Option<f64>,
     scale: f64,
     rotate: f64,
     fit: bool,
@@ -123,6 +125,9 @@ impl Wanted {
         (options.place, options.raw) = (self.place, self.raw);
         (options.pen_z, options.start) = (self.pen_z, self.start);
         (options.at, options.by) = (self.at, Some(self.by).filter(|by| *by != [0.0; 3]));
+        let page = self.page.as_deref().map(str::parse::<Paper>);
+        options.page = page.transpose().map_err(|wrong| format!("page: {wrong}"))?;
+        options.margin = self.margin;
         options.scale = Some(self.scale).filter(|scale| *scale != 1.0);
         options.rotate = Some(self.rotate).filter(|rotate| *rotate != 0.0);
         options.fit = self.fit;
@@ -270,9 +275,8 @@ impl PyPlan {
             name: Some(name.to_owned()),
             format: Some(format.name().to_owned()),
             notes: made.notes,
-            placed: made
-                .placed
-                .map(|placed| (placed.scale, placed.turn, placed.at)),
+            placed: { made.placed }
+                .map(|placed| (placed.scale, placed.turn, placed.at, placed.page)),
             rows: false,
             assumed: (!taught || placed) && setup.surface.is_none(),
             needs_homed_arm: wanted.work.is_some()

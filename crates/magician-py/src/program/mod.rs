@@ -35,8 +35,8 @@ pub(crate) struct Source {
     format: Option<String>,
     /// What was read in a certain way.
     notes: Vec<Diagnostic>,
-    /// Its size, its turn in degrees, and where its middle lies, if it was placed.
-    placed: Option<(f64, f64, [f64; 2])>,
+    /// How it lies, if it was placed.
+    placed: Option<LaidAs>,
     /// Its lines are rows of an array, counted from 0.
     pub(crate) rows: bool,
     /// The surface is that of a virtual arm's table: the true height of the paper was not given.
@@ -46,6 +46,9 @@ pub(crate) struct Source {
     /// How far its pen is lifted, if that was said, mm.
     pub(crate) lift: Option<f64>,
 }
+
+/// Its size, its turn in degrees, where its middle lies, and the corners of its page.
+type LaidAs = (f64, f64, [f64; 2], Option<[[f64; 2]; 4]>);
 
 /// Line, column, name, what, what to do about it, and of what kind it is.
 type NoteParts<'a> = (
@@ -74,7 +77,7 @@ type KeptSource = (
     Option<String>,
     Option<String>,
     Vec<KeptNote>,
-    Option<(f64, f64, [f64; 2])>,
+    Option<LaidAs>,
     bool,
     bool,
     bool,
@@ -283,9 +286,9 @@ impl PyPlan {
         parts.collect()
     }
 
-    /// Its size, its turn in degrees, and where its middle lies, if it was placed.
+    /// How it lies, if it was placed.
     #[getter]
-    fn placed(&self) -> Option<(f64, f64, [f64; 2])> {
+    fn placed(&self) -> Option<LaidAs> {
         self.source.placed
     }
 

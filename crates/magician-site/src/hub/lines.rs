@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 
 use super::requests::text_of;
 use super::socket::{Line, Pending, Via, Wants, Way};
-use super::{Hub, HubAct, LineId, LineMessage, Person, RequestId, SILENT, SocketId};
+use super::{Hub, HubAct, LineId, LineMessage, RequestId, SILENT, SocketId};
 use crate::site::{SiteError, StationId};
 
 /// Bytes of a message of a station, at most: its answers wait in as much.
@@ -486,10 +486,7 @@ impl Hub {
             let role = hello["role"]
                 .as_str()
                 .and_then(magician_station::Role::named);
-            let person = self
-                .people
-                .entry(session.clone())
-                .or_insert_with(Person::default);
+            let person = self.people.entry(session.clone()).or_default();
             (person.name, person.gone) = (name, None);
             // Where it had sessions before it came back, its leases wait.
             stations.extend(person.at.keys().copied());

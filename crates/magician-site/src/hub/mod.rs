@@ -324,7 +324,7 @@ impl Hub {
     /// What a client is to be sent next. Ask when it can take it: a state is the newest one then.
     pub fn poll_send(&mut self, socket: SocketId) -> Option<Outgoing> {
         loop {
-            match self.sockets.get_mut(&socket)?.outbox.next()? {
+            match self.sockets.get_mut(&socket)?.outbox.pop()? {
                 Next::Text(text) => return Some(Outgoing::Text(text)),
                 Next::Close(code) => return Some(Outgoing::Close(code)),
                 Next::State(SESSIONS) => {

@@ -49,7 +49,7 @@ impl Wide {
                     json!({"arm": format!("arm{station}-{arm}"), "rate": 10}),
                 );
                 // No more than a client may send in a second.
-                wide.now = wide.now + Duration::from_millis(2);
+                wide.now += Duration::from_millis(2);
             }
         }
         while wide.hub.poll_send(socket).is_some() {}
@@ -126,7 +126,7 @@ fn of_five_hundred_arms_a_page_that_reads_late_gets_the_newest_state_once() {
     let mut wide = Wide::new();
     assert_eq!(wide.lines.len() as u64, STATIONS);
     for round in 0..100 {
-        wide.now = wide.now + Duration::from_millis(100);
+        wide.now += Duration::from_millis(100);
         wide.tell_all(f64::from(round));
     }
     let states = wide.read();
@@ -153,7 +153,7 @@ fn what_five_hundred_arms_at_ten_hertz_cost() {
     let begun = std::time::Instant::now();
     let mut bytes = 0;
     for round in 0..rounds {
-        wide.now = wide.now + Duration::from_millis(100);
+        wide.now += Duration::from_millis(100);
         wide.tell_all(f64::from(round));
         while let Some(Outgoing::Text(text)) = wide.hub.poll_send(wide.socket) {
             bytes += text.len();

@@ -565,6 +565,11 @@ pub static METHODS: &[Method] = &[
                 Kind::Switch,
                 "whether the arm may have been moved since; yes unless given",
             ),
+            may(
+                "overlap",
+                Kind::Number(0.0, 1000.0),
+                "how far before the place where a burn ended it begins, along its line, mm; 0 unless given",
+            ),
             YES,
         ],
         "Goes on with a job that is paused, or that ended before its end.",

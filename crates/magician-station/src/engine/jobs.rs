@@ -214,6 +214,7 @@ impl Work {
             } else {
                 Start::Step(order.from)
             })
+            .overlap(start.overlap)
             .keep(order.keep)
             .require_homed(order.require_homed)
             .refuse_unhomed(real && program.needs_homed_arm && !order.unhomed))

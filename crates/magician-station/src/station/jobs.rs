@@ -103,7 +103,7 @@ impl Station {
         let mut record = JobRecord::new(id.clone(), arm_name, job, order.clone());
         record.on_lost = on_lost;
         self.records.push(record);
-        self.begin_job(call, arm, job, order, false);
+        self.begin_job(call, arm, job, order, None);
         if call.params.switch("after_check") == Some(false) {
             self.control.finish(call.now, arm, call.request);
             return Ok(Handled::Now(json!({"job": id})));
@@ -114,14 +114,14 @@ impl Station {
         ))
     }
 
-    /// A job that has a record begins, or begins anew where it ended.
+    /// A job that has a record begins, or begins anew where it ended, so far before that (mm).
     fn begin_job(
         &mut self,
         call: &Call<'_>,
         arm: ArmId,
         job: JobId,
         order: JobOrder,
-        resumes: bool,
+        resumes: Option<f64>,
     ) {
         let now = call.now;
         let started = self.unix(now);
@@ -132,7 +132,8 @@ impl Station {
         let start = JobStart {
             job,
             order,
-            resumes,
+            resumes: resumes.is_some(),
+            overlap: resumes.unwrap_or_default(),
             laser: self.job_laser(call, arm),
             danger: job_danger(call),
         };
@@ -171,6 +172,11 @@ impl Station {
         let order = record.order.clone();
         let arm = self.arm_of(record)?;
         let goes_on = ["stopped", "failed", "interrupted"].contains(&state.as_str());
+        let overlap = call.params.number("overlap");
+        if overlap.is_some() && state == "paused" {
+            let why = "`overlap` is for a job that ended before its end; a paused one goes on where it is";
+            return Err(RpcError::param("overlap", why));
+        }
         self.take_lease(call, arm);
         let kind = if goes_on {
             WorkKind::StartJob
@@ -190,7 +196,8 @@ impl Station {
                     record.on_lost = OnLost::Continue;
                 }
             }
-            self.begin_job(call, arm, job, (*order).clone(), true);
+            let overlap = overlap.unwrap_or_default();
+            self.begin_job(call, arm, job, (*order).clone(), Some(overlap));
             return Ok(Handled::Later(
                 call.request,
                 Awaited::Job(arm, job, Wants::Running),

@@ -118,7 +118,7 @@ impl Outbox {
     }
 
     /// What is to be sent next: a text, the state of a subscription, or the end.
-    pub fn next(&mut self) -> Option<Next> {
+    pub fn pop(&mut self) -> Option<Next> {
         match self.waiting.pop_front() {
             Some(Waiting::Answer(text)) => {
                 self.answers -= text.len();

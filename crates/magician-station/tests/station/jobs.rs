@@ -438,6 +438,61 @@ async fn a_job_that_burns_ends_at_once_with_the_socket_of_its_holder() {
     }
 }
 
+/// How far before the place where a burn was stopped it goes on, mm.
+async fn burnt_again(overlap: Value) -> f64 {
+    let mut burns = Plan::new("burns");
+    let by = Travel::Line;
+    let to = [200.0, 0.0, 0.0, 0.0];
+    burns.push(Action::Move { to, by }, Origin::NONE);
+    burns.push(Action::from(words::path_speed(20.0, 100.0)), Origin::NONE);
+    let to = [200.0, 100.0, 0.0];
+    burns.push(Action::Burn { to, power: 60.0 }, Origin::NONE);
+    burns.push(Action::Laser(false), Origin::NONE);
+    let bench = Bench::new(1).await;
+    let mut teacher = bench.join_as("Teacher", Role::Teacher).await;
+    teacher.lease().await;
+    let program = json!({"text": burns.to_json(), "yes": true});
+    let job = teacher.ok("job.start", program).await["job"].clone();
+    while !bench.arms[0].state().laser {
+        teacher.listen(Duration::from_millis(50)).await;
+    }
+    teacher.listen(Duration::from_secs(2)).await;
+    teacher.ok("job.pause", json!({"job": job})).await;
+    until(&mut teacher, &job, "paused").await;
+    let mut resume = json!({"job": job, "yes": true});
+    if !overlap.is_null() {
+        let refused = json!({"job": job, "yes": true, "overlap": overlap});
+        assert_eq!(
+            teacher.code("job.resume", refused).await,
+            -32602,
+            "it is only paused"
+        );
+        resume["overlap"] = overlap;
+    }
+    teacher.ok("job.stop", json!({"job": job})).await;
+    until(&mut teacher, &job, "stopped").await;
+    let y = || bench.arms[0].state().pose.y;
+    let stopped = y();
+    teacher.ok("job.resume", resume).await;
+    while !bench.arms[0].state().laser {
+        teacher.listen(Duration::from_millis(10)).await;
+    }
+    let lit = y();
+    until(&mut teacher, &job, "done").await;
+    stopped - lit
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_burn_that_was_stopped_goes_on_so_far_before_that_place_as_is_said() {
+    let again = [
+        burnt_again(Value::Null).await,
+        burnt_again(json!(6.5)).await,
+    ];
+    for (found, said) in again.into_iter().zip([0.0, 6.5]) {
+        assert!((found - said).abs() < 0.5, "{found}, not {said}");
+    }
+}
+
 /// The arm has a pen to change: whoever watches reads which.
 #[tokio::test(start_paused = true)]
 async fn a_job_that_waits_between_parts_says_what_for() {

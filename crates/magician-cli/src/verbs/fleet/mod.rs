@@ -36,13 +36,9 @@ stations, in MAGICIAN_TOKEN; `magician station token` makes one.
   magician fleet --site lab run star.svg --on a1,a2,a3 --stagger 2
   magician fleet --site lab run star.svg --any 5 --fit
   magician fleet --site lab studio")]
-#[cfg_attr(
-    not(feature = "site"),
-    expect(dead_code, reason = "a build without sites refuses all of it")
-)]
 pub(crate) struct Fleet {
     /// The site
-    #[arg(long, env = "MAGICIAN_SITE", hide_env_values = true, global = true, value_name = "NAME", value_parser = name_of_site)]
+    #[arg(long, env = "MAGICIAN_SITE", hide_env_values = true, global = true, value_name = "NAME", value_parser = name_or_nothing)]
     site: Option<String>,
     /// Settings of Zenoh for the site, JSON5
     #[arg(long, global = true, value_name = "FILE", value_hint = ValueHint::FilePath)]
@@ -52,10 +48,6 @@ pub(crate) struct Fleet {
 }
 
 #[derive(Debug, Subcommand)]
-#[cfg_attr(
-    not(feature = "site"),
-    expect(dead_code, reason = "a build without sites refuses all of it")
-)]
 enum Deed {
     /// List the arms: name, station, machine, port, state, holder, job
     List,
@@ -74,10 +66,6 @@ enum Deed {
 The page is that of `magician studio`: its view of all arms shows those of every station, as they come and go. Whoever opens it on this machine acts \
 at the stations by the token in MAGICIAN_TOKEN; whoever comes from elsewhere brings a token that is good here and there. Leases stay with the stations: \
 when this program ends, jogs and moves stop, and jobs go on or pause as they were started. Ends with Ctrl-C.")]
-#[cfg_attr(
-    not(feature = "site"),
-    expect(dead_code, reason = "a build without sites refuses all of it")
-)]
 struct Studio {
     #[command(flatten)]
     front: FrontFlags,
@@ -88,10 +76,6 @@ struct Studio {
 
 #[derive(Args, Debug)]
 #[group(required = true, multiple = false)]
-#[cfg_attr(
-    not(feature = "site"),
-    expect(dead_code, reason = "a build without sites refuses all of it")
-)]
 struct Stop {
     /// The arms
     #[arg(value_name = "NAME")]
@@ -106,10 +90,6 @@ struct Stop {
 #[command(after_help = "\
 The file is checked at each arm first; nothing starts unless it can be done by all of them. Each arm does it as a job of its own, which goes on whatever \
 becomes of this program or of the network; Ctrl-C stops the jobs that were started here, --detach leaves them to the stations at once.")]
-#[cfg_attr(
-    not(feature = "site"),
-    expect(dead_code, reason = "a build without sites refuses all of it")
-)]
 struct Run {
     /// File to run; `-` reads stdin
     #[arg(value_hint = ValueHint::FilePath)]
@@ -137,6 +117,14 @@ struct Run {
     preset: Option<String>,
     #[command(flatten)]
     making: MakingFlags,
+}
+
+/// The name of a site. An empty variable says nothing, as an empty port does.
+fn name_or_nothing(text: &str) -> Result<String, &'static str> {
+    match text {
+        "" => Ok(String::new()),
+        text => name_of_site(text),
+    }
 }
 
 #[cfg(not(feature = "site"))]
@@ -174,7 +162,7 @@ mod with {
 
     impl Fleet {
         pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-            let Some(name) = self.site else {
+            let Some(name) = self.site.filter(|name| !name.is_empty()) else {
                 return Err(Failure::usage("which site is not said")
                     .hint("give --site NAME, as the stations have it, or set MAGICIAN_SITE"));
             };

@@ -28,7 +28,7 @@ const LARGEST: usize = 700 * 1024;
 /// Jobs get so long to stop.
 const STOPPING: Duration = Duration::from_secs(5);
 /// A station that is gone is waited for so long at the end.
-const GONE: Duration = Duration::from_secs(15);
+const GONE: Duration = Duration::from_secs(30);
 
 impl Run {
     pub(super) fn run(
@@ -117,10 +117,11 @@ impl Run {
             }
         };
         if let Some(wanted) = self.any {
+            // An arm tells that it was not homed, by an alarm; that it was it cannot tell.
             let able = |at: &&ArmAt| {
                 !twins.contains(&at.arm)
                     && free(at).is_ok_and(|state| {
-                        state["homed"] == true
+                        state["homed"] != false
                             && state["alarms"].as_array().is_some_and(Vec::is_empty)
                     })
             };

@@ -41,7 +41,7 @@ impl Stop {
             for at in arms {
                 let (site, caller) = (std::sync::Arc::clone(&site), caller.clone());
                 stops.spawn(async move {
-                    let outcome = stop(&*site, &at, &caller).await;
+                    let outcome = stop(&site, &at, &caller).await;
                     (at, outcome)
                 });
             }

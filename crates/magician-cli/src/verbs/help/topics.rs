@@ -70,7 +70,7 @@ Draw with a pen:
        and check that the arm can do all of it: magician draw FILE --check
     4. Draw: magician draw FILE
 
-Position and size: --at X,Y, --fit, --scale, --rotate, --mirror.
+Position and size: --at X,Y, --page a4, --fit, --scale, --rotate, --mirror.
 Content: --clip-page clips at the page, --white draw keeps white on white.
 Motion: --speed MM/S, --lift MM between lines, --no-order.
 

@@ -285,7 +285,7 @@ impl Job {
         );
         // What was drawn is there however it ended.
         let mut options = PictureOptions::default().whole(self.way.whole);
-        options.sheet = made.setup.sheet.and_then(|sheet| show::corners(&sheet));
+        options.sheet = made.paper();
         let drawn = picture.map(|picture| arm.with(|arm| picture.keep(&arm.drawing(), &options)));
         let done = outcome?;
         drawn.transpose()?;
@@ -509,6 +509,13 @@ impl Job {
 }
 
 impl Made {
+    /// The corners of the page or the sheet that it lies on, as far as one is known.
+    fn paper(&self) -> Option<Vec<[f64; 2]>> {
+        let page = self.placed.and_then(|placed| placed.page);
+        let sheet = || self.setup.sheet.and_then(|sheet| show::corners(&sheet));
+        page.map(Vec::from).or_else(sheet)
+    }
+
     /// A virtual arm that is ready for it.
     fn stage(&self) -> Result<Controller, Failure> {
         let mut options = RehearseOptions::default();

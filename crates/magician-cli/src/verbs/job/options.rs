@@ -10,7 +10,7 @@ use magician_program::fill::FillMode;
 use magician_program::formats::Dialect;
 use magician_program::raster::ImageStyle;
 use magician_program::{
-    Align, FontChoice, Format, Framing, Grid, PartMode, PenOptions, Power, SetupOptions,
+    Align, FontChoice, Format, Framing, Grid, Paper, PartMode, PenOptions, Power, SetupOptions,
     SystemFonts, TextLines, Tool, White,
 };
 
@@ -110,11 +110,11 @@ pub(crate) struct PlacementOptions {
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = numbers::<3>)]
     start: Option<[f64; 3]>,
     /// Place G-code, a plan, a playback file or points like a drawing, its centre at --at, else on the sheet, else where
-    /// there is room; implied by --at, --fit, --surface, `draw` and `engrave`
+    /// there is room; implied by --at, --page, --fit, --surface, `draw` and `engrave`
     #[arg(long)]
     place: bool,
     /// Take the file's coordinates as the arm's, unchanged
-    #[arg(long, conflicts_with_all = ["place", "at", "fit", "surface"])]
+    #[arg(long, conflicts_with_all = ["place", "at", "page", "fit", "surface"])]
     raw: bool,
     /// Z at which the pen of placed G-code touches the surface, mm; default: the lowest Z at which it draws
     #[arg(long, value_name = "Z", allow_hyphen_values = true, conflicts_with = "raw", value_parser = number::<f64>)]
@@ -122,6 +122,13 @@ pub(crate) struct PlacementOptions {
     /// Put its centre at this x and y, mm
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = numbers::<2>)]
     at: Option<[f64; 2]>,
+    /// Put it on a page of paper, its centre on the centre of the page: a3, a4, a5, a6 or letter, each also with -landscape, or
+    /// WIDTHxHEIGHT in mm. The page lies at --at, else on the calibrated sheet, else where there is room
+    #[arg(long, value_name = "NAME|WxH")]
+    page: Option<Paper>,
+    /// With --page: what --fit makes smaller keeps this far from the edges of the page, mm [default: 10]
+    #[arg(long, value_name = "MM", requires = "page", value_parser = from_zero)]
+    margin: Option<f64>,
     /// Scale by FACTOR
     #[arg(long, value_name = "FACTOR", value_parser = positive)]
     scale: Option<f64>,
@@ -134,7 +141,8 @@ pub(crate) struct PlacementOptions {
     /// Rotate counter-clockwise by DEGREES
     #[arg(long, value_name = "DEGREES", allow_hyphen_values = true, value_parser = number::<f64>)]
     rotate: Option<f64>,
-    /// Shrink it until the arm reaches all of it; rotate it by 90 degrees where that allows a larger size
+    /// Shrink it until the arm reaches all of it, and the page has room for it; rotate it by 90 degrees where that allows a larger
+    /// size
     #[arg(long)]
     fit: bool,
     /// With --fit: do not rotate it
@@ -306,6 +314,8 @@ impl PlacementOptions {
         options.rotate = self.rotate;
         options.fit = self.fit;
         options.turn = self.no_turn.then_some(false);
+        options.page = self.page;
+        options.margin = self.margin;
         options.clip_page = self.clip_page;
         options.mirror = self.mirror;
         options.by = self.by;

@@ -134,6 +134,8 @@ impl Shown<'_> {
         let end = path.extension().map(|end| end.to_ascii_lowercase());
         let mut options = PreviewOptions::default();
         options.sheet = self.made.setup.sheet.and_then(|sheet| corners(&sheet));
+        let page = self.made.placed.and_then(|placed| placed.page);
+        options.page = page.map(Vec::from);
         options.fence = self.made.setup.fence;
         let preview = Preview::new(rest.first(), report, rest.told(), &options);
         let bytes = match end.as_deref().and_then(|end| end.to_str()) {

@@ -15,10 +15,6 @@ pub(crate) struct SiteFlags {
     pub(super) site: Option<String>,
     /// Settings of Zenoh for the site, JSON5: whom to connect to, certificates, who may do what
     #[arg(long, value_name = "FILE", requires = "site", value_hint = ValueHint::FilePath)]
-    #[cfg_attr(
-        not(feature = "site"),
-        expect(dead_code, reason = "refused with --site")
-    )]
     site_config: Option<PathBuf>,
 }
 

@@ -9,6 +9,7 @@ mod area;
 mod circles;
 mod clip;
 mod cost;
+mod families;
 mod filled;
 mod lines;
 mod mask;

@@ -10,7 +10,7 @@ use roxmltree::{Document, Node, ParsingOptions};
 
 use super::cost;
 use super::notes::Notes;
-use super::{numbers, text};
+use super::{families, numbers, text};
 use crate::artwork::Layer;
 use crate::{Diagnostic, DiagnosticCode, Lines, Origin};
 
@@ -113,6 +113,7 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Diagnosti
             );
             return Err(diagnostic.named(node.attribute("id").unwrap_or(node.tag_name().name())));
         }
+        edits.extend(families::quoted(text, &node));
         let drawing = DRAWING.iter().any(|tag| is(&node, tag));
         let remarks: Vec<_> = remarks(&node).collect();
         if !drawing && remarks.is_empty() {

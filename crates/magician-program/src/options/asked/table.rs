@@ -116,6 +116,23 @@ use DefaultValue::{Number, Switch};
 const TOOL: AskedOption = first_of("tool", &["pen", "laser"], Place, "Tool on the arm");
 const SURFACE: AskedOption = number("surface", "mm", Place, "Height of the work surface");
 const AT: AskedOption = option("at", Kind::Point, "mm", Place, "Where its centre goes");
+const PAGE: [AskedOption; 2] = [
+    choice(
+        "page",
+        crate::Paper::NAMES,
+        Place,
+        "Page of paper that it lies on; a size in mm, such as 200x150, is taken too",
+    ),
+    number(
+        "margin",
+        "mm",
+        Place,
+        "What is made to fit keeps so far from the edges of the page",
+    )
+    .from(0.0)
+    .or(Number(crate::Page::MARGIN))
+    .with("page", crate::Paper::NAMES),
+];
 const SCALE: AskedOption = number("scale", "", Place, "Its size, 1 being the true one")
     .above(0.0)
     .or(Number(1.0));
@@ -472,6 +489,7 @@ const fn placed(option: AskedOption) -> AskedOption {
     option.with("place", &[])
 }
 
+const PAGE_OF_PROGRAMS: [AskedOption; 2] = [placed(PAGE[0]), PAGE[1]];
 const USUAL_OF_GCODE: [AskedOption; 6] = [
     PLACE,
     placed(TOOL),
@@ -533,7 +551,7 @@ pub(super) fn of(format: Format) -> Vec<AskedOption> {
         ..*option
     });
     let repeated: &[AskedOption] = &[PASSES, NO_PAUSE, POWER];
-    let lies: &[AskedOption] = &[TURN, MIRROR, MOVE, GRID];
+    let lies: &[AskedOption] = &[PAGE[0], PAGE[1], TURN, MIRROR, MOVE, GRID];
     let rest: &[&[AskedOption]] = match format {
         Format::Svg => &[
             &[WIDTH, HEIGHT, CLIP],
@@ -595,6 +613,7 @@ pub(super) fn of(format: Format) -> Vec<AskedOption> {
         ],
         Format::TestGrid => &[lies, &BURNT, &FRAME, &RUN],
         Format::Gcode => &[
+            &PAGE_OF_PROGRAMS,
             &REST_OF_GCODE,
             &GCODE,
             &[DIVIDED[0]],
@@ -608,6 +627,7 @@ pub(super) fn of(format: Format) -> Vec<AskedOption> {
         ],
         Format::Points => &[
             &OF_PLANS,
+            &PAGE_OF_PROGRAMS,
             &[RESAMPLE],
             repeated,
             &FRAME,
@@ -616,9 +636,16 @@ pub(super) fn of(format: Format) -> Vec<AskedOption> {
             &[SPEED],
             &RUN,
         ],
-        Format::Playback | Format::Blockly | Format::Plan => {
-            &[&OF_PLANS, repeated, &FRAME, &PEN, &DEDUPE, &[SPEED], &RUN]
-        }
+        Format::Playback | Format::Blockly | Format::Plan => &[
+            &OF_PLANS,
+            &PAGE_OF_PROGRAMS,
+            repeated,
+            &FRAME,
+            &PEN,
+            &DEDUPE,
+            &[SPEED],
+            &RUN,
+        ],
     };
     let rest = rest.iter().copied().flatten().copied();
     usual.chain(rest).collect()

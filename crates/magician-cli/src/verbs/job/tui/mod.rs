@@ -19,7 +19,6 @@ use self::sheet::Sheet;
 use super::drive::Drive;
 use super::input::Typed;
 use super::keys::{self, is_in_front};
-use super::show;
 use crate::failure::Failure;
 use crate::interrupt::Control;
 use crate::terminal::{FRAME, Seen, Stage, Told, take_log};
@@ -61,7 +60,7 @@ impl Screen {
         let made = drive.made;
         let program = &made.program;
         let start = arm.preflight_for(&program.kinds()).await?;
-        let outline = made.setup.sheet.and_then(|sheet| show::corners(&sheet));
+        let outline = made.paper();
         // A large program takes its time, and the arm is served meanwhile.
         let (plan, outline) = (program.clone(), outline.unwrap_or_default());
         let sheet = spawn_blocking(move || Sheet::of(&plan, &start, &outline)).await;

@@ -1,0 +1,278 @@
+//! A page of paper before the arm, which a drawing lies on with its middle on the middle of the page.
+
+use magician_host::words::Preflight;
+use magician_host::{Given, JointAngles, Setting};
+
+use super::placed::middle_of_sheet;
+use super::{Frame, Setup, UNSAID, Work, WorkLines, extent, fitted};
+use crate::artwork::{Marking, rotated, rounded};
+use crate::preview::DrawnLine;
+use crate::raster::Engrave;
+use crate::{
+    Content, Diagnostic, DiagnosticCode, Fit, Format, Grid, Paper, Plan, Reach, Surface, Tool,
+};
+
+/// What is beyond an edge by no more than this is not, mm.
+const FINE: f64 = 0.05;
+
+/// A page, and what of it is kept free.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+pub struct Page {
+    /// How large it is.
+    pub paper: Paper,
+    /// What is made to fit keeps so far from its edges, mm.
+    pub margin: f64,
+}
+
+impl Page {
+    /// The margin of a page of which no other is said, mm.
+    pub const MARGIN: f64 = 10.0;
+
+    /// A page with the usual margin.
+    #[must_use]
+    pub fn of(paper: Paper) -> Self {
+        Self {
+            paper,
+            margin: Self::MARGIN,
+        }
+    }
+
+    /// Width and height inside the margin, mm; not above 0 where it leaves nothing.
+    #[must_use]
+    pub fn room(&self) -> [f64; 2] {
+        self.paper.size().map(|side| side - 2.0 * self.margin)
+    }
+
+    /// That the margin leaves nothing of it.
+    pub(crate) fn problem(&self) -> Option<String> {
+        let [width, height] = self.paper.size();
+        let nothing = self.room().iter().any(|side| *side <= 0.0);
+        nothing.then(|| {
+            let margin = self.margin;
+            format!("a margin of {margin} mm leaves nothing of a page of {width} x {height} mm")
+        })
+    }
+}
+
+/// A page where it lies.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LaidPage {
+    page: Page,
+    /// Its middle, in the arm's x and y, mm.
+    at: [f64; 2],
+    /// How its lower edge runs, degrees from the arm's X towards its Y.
+    rotation: f64,
+}
+
+impl LaidPage {
+    /// Its corners: the lower left one, the lower right one, and on round it.
+    pub(super) fn corners(&self) -> [[f64; 2]; 4] {
+        let half = self.page.paper.size().map(|side| side / 2.0);
+        [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|sides| {
+            let [x, y] = rotated([0, 1].map(|axis| sides[axis] * half[axis]), self.rotation);
+            let rounded = |value: f64| (value * 1e4).round() / 1e4 + 0.0;
+            [self.at[0] + x, self.at[1] + y].map(rounded)
+        })
+    }
+
+    /// The share to which a plan with its middle on the page is made smaller, to be within the margin and small enough to be
+    /// reached.
+    pub(super) fn share_of(&self, plan: &Plan) -> Result<f64, Diagnostic> {
+        let (_, reached) = fitted(plan.clone(), Fit::Shrink)?;
+        let size = self.bounds(plan).map_or([0.0; 2], |[least, most]| {
+            [0, 1].map(|axis| most[axis] - least[axis])
+        });
+        let shares = size.into_iter().zip(self.page.room());
+        Ok(
+            shares.fold(reached, |share, (side, room)| match share * side > room {
+                true => room / side,
+                false => share,
+            }),
+        )
+    }
+
+    /// The least and the greatest corner of what a plan draws or burns, from the middle of the page along its edges; of all the
+    /// places to which it leads, if it draws nothing.
+    fn bounds(&self, plan: &Plan) -> Option<[[f64; 2]; 2]> {
+        let start = Preflight::at(JointAngles::HOME, UNSAID);
+        let lines = DrawnLine::of(plan, &start);
+        let drawn = lines.iter().flat_map(|line| [line.from, line.to]);
+        let marks = || {
+            let marks = WorkLines::of(plan, None).ok()?;
+            let strokes = marks.artwork.strokes.iter();
+            self.around(strokes.flat_map(|stroke| stroke.points.iter().copied()))
+        };
+        let places = || {
+            let targets = plan.steps.iter().filter_map(|step| step.action.target());
+            self.around(targets.map(|[x, y, _]| [x.into(), y.into()]))
+        };
+        self.around(drawn).or_else(marks).or_else(places)
+    }
+
+    fn around(&self, points: impl Iterator<Item = [f64; 2]>) -> Option<[[f64; 2]; 2]> {
+        let mut points =
+            points.map(|[x, y]| rotated([x - self.at[0], y - self.at[1]], -self.rotation));
+        let first = points.next()?;
+        Some(points.fold([first; 2], |[least, most], point| {
+            [
+                [0, 1].map(|axis| f64::min(least[axis], point[axis])),
+                [0, 1].map(|axis| f64::max(most[axis], point[axis])),
+            ]
+        }))
+    }
+
+    /// Where it lies, and what of a plan that is repeated at a grid is not on it.
+    pub(super) fn notes(&self, plan: &Plan, grid: Option<Grid>, fit: bool) -> Vec<Diagnostic> {
+        let [[x, y], ..] = self.corners();
+        let [width, height] = self.page.paper.size();
+        let turned = match self.rotation {
+            0.0 => String::new(),
+            rotation => format!(", turned by {} degrees", rounded(rotation)),
+        };
+        let what = format!(
+            "the page is {width} x {height} mm: its lower left corner at x = {:.1}, y = {:.1}{turned}",
+            rounded(x),
+            rounded(y),
+        );
+        let lies = Diagnostic::of_file(what).coded(DiagnosticCode::Placed);
+        [lies]
+            .into_iter()
+            .chain(self.overhang(plan, grid, fit))
+            .collect()
+    }
+
+    fn overhang(&self, plan: &Plan, grid: Option<Grid>, fit: bool) -> Option<Diagnostic> {
+        let [mut least, mut most] = self.bounds(plan)?;
+        if let Some(grid) = grid {
+            let last = [
+                (grid.columns.saturating_sub(1)) as f64 * grid.pitch[0],
+                (grid.rows.saturating_sub(1)) as f64 * grid.pitch[1],
+            ];
+            let corners = [[0.0; 2], [last[0], 0.0], [0.0, last[1]], last];
+            let shifts = corners.map(|shift| rotated(shift, -self.rotation));
+            let [low, high] = [least, most];
+            for shift in shifts {
+                for axis in [0, 1] {
+                    least[axis] = least[axis].min(low[axis] + shift[axis]);
+                    most[axis] = most[axis].max(high[axis] + shift[axis]);
+                }
+            }
+        }
+        let size = self.page.paper.size();
+        let beyond = |axis: usize| most[axis].max(-least[axis]) - size[axis] / 2.0;
+        let beyond = beyond(0).max(beyond(1));
+        let margin = self.page.margin;
+        let message = if beyond > FINE {
+            format!(
+                "it reaches {} mm beyond the edge of the page",
+                tenths_up(beyond)
+            )
+        } else if -beyond < margin - FINE {
+            let left = rounded((-beyond).max(0.0));
+            format!("it comes within {left} mm of the edge of the page; the margin is {margin} mm")
+        } else {
+            return None;
+        };
+        let note = Diagnostic::of_file(message).coded(DiagnosticCode::Placed);
+        Some(match fit {
+            true => note,
+            false => note.remedy((Setting::Fit, Given::On), "shrinks it to the page"),
+        })
+    }
+}
+
+/// A length with a tenth, and not less than it is.
+fn tenths_up(length: f64) -> f64 {
+    (length * 10.0 - 1e-6).ceil() / 10.0
+}
+
+impl Setup {
+    /// With the middle of its page for its middle, if it lies on one; and that page.
+    pub(super) fn on_page(
+        &self,
+        format: Format,
+        content: &Content,
+    ) -> Result<(Self, Option<LaidPage>), Diagnostic> {
+        let mut setup = self.clone();
+        let Some(page) = self
+            .placement
+            .page
+            .filter(|_| self.placement.frame != Frame::Arm)
+        else {
+            return Ok((setup, None));
+        };
+        if let Some(problem) = page.problem() {
+            return Err(Diagnostic::of_file(problem));
+        }
+        let rotation = self.sheet_rotation();
+        let half = page.paper.size().map(|side| side / 2.0);
+        let on_sheet = self.sheet.map(|sheet| {
+            // On a sheet of which only a corner is known it lies corner on corner.
+            middle_of_sheet(sheet).unwrap_or_else(|| {
+                let [x, y] = rotated(half, rotation);
+                [sheet.corner[0] + x, sheet.corner[1] + y]
+            })
+        });
+        let at = match self.placement.at.or(on_sheet) {
+            Some(at) => at,
+            None => {
+                let [width, height] = half;
+                let corners = [
+                    [-width, -height],
+                    [width, -height],
+                    [width, height],
+                    [-width, height],
+                ];
+                let reach = self.reach_for(format, content)?;
+                reach.best_place(&corners, Fit::Shrink)?.offset.map(rounded)
+            }
+        };
+        setup.placement.at = Some(at);
+        Ok((setup, Some(self.laid_page(page, at))))
+    }
+
+    /// A page with its middle there.
+    pub(super) fn laid_page(&self, page: Page, at: [f64; 2]) -> LaidPage {
+        let rotation = self.sheet_rotation();
+        LaidPage { page, at, rotation }
+    }
+
+    fn sheet_rotation(&self) -> f64 {
+        self.sheet.map_or(0.0, |sheet| sheet.rotation)
+    }
+
+    /// What the arm reaches with the tool that this is done with.
+    fn reach_for(&self, format: Format, content: &Content) -> Result<Reach, Diagnostic> {
+        let burns = Marking {
+            tool: self.tool_for(Tool::Laser),
+            lift: Engrave::default().lift,
+            ..Marking::laser(0.0)
+        };
+        let marking = match content {
+            Content::Plan(plan) if format == Format::Gcode => Marking {
+                tool: self.tool_for(
+                    match plan.steps.iter().any(|step| step.action.is_of_a_laser()) {
+                        true => Tool::Laser,
+                        false => Tool::Pen,
+                    },
+                ),
+                ..self.pen
+            },
+            Content::Plan(plan) => {
+                let [least, most] = extent(plan).unwrap_or_default();
+                let tool = self.tool.or(plan.tool).or(self.default_tool);
+                let tool = tool.map_or(UNSAID, Tool::bias);
+                return Ok(Reach::new(
+                    tool,
+                    Surface::level(least[2]),
+                    most[2] - least[2],
+                ));
+            }
+            Content::Artwork(_) => self.marking(),
+            Content::Image(_) if matches!(self.work, Work::Draw(_)) => self.marking(),
+            Content::Image(_) | Content::TestGrid(_) => burns,
+        };
+        Ok(marking.reach(self.needed_surface()?))
+    }
+}
