@@ -219,6 +219,7 @@ export interface Methods {
       token?: string;
       pupil?: Record<string, unknown>;
       resume?: string;
+      role?: "viewer" | "student" | "teacher";
     };
     result: {
       session: string;

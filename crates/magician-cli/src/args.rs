@@ -13,9 +13,10 @@ use crate::options::{Global, TOOL};
 use crate::output::{Output, Text};
 use crate::verbs::{
     alarms, bench, calibrate, commands, completions, config, conform, convert, conveyor, decode,
-    demo, doctor, draw, engrave, enqueue, forward, frame, get, help, home, info, inverse, io, jog,
-    laser, man, play, ports, pose, preset, proxy, queue, rail, record, replay, run, sensor, serve,
-    set, shell, sim, station, stop, teach, testgrid, tools, travel, version, watch, write,
+    demo, doctor, draw, engrave, enqueue, fleet, forward, frame, get, help, home, info, inverse,
+    io, jog, laser, man, play, ports, pose, preset, proxy, queue, rail, record, replay, run,
+    sensor, serve, set, shell, sim, station, stop, teach, testgrid, tools, travel, version, watch,
+    write,
 };
 
 /// The name of the option that chooses the tool of a virtual arm.
@@ -227,6 +228,7 @@ pub(crate) enum Verb {
     Studio(Box<serve::Studio>),
     Serve(Box<serve::Serve>),
     Station(station::Station),
+    Fleet(Box<fleet::Fleet>),
     Conform(conform::Conform),
     Doctor(doctor::Doctor),
     Bench(bench::Bench),
@@ -250,6 +252,7 @@ impl Verb {
             Self::Bench(_)
                 | Self::Conform(_)
                 | Self::Demo(_)
+                | Self::Fleet(_)
                 | Self::Proxy(_)
                 | Self::Replay(_)
                 | Self::Serve(_)
@@ -301,6 +304,7 @@ impl Verb {
             Self::Studio(verb) => verb.run(context),
             Self::Serve(verb) => verb.run(context),
             Self::Station(verb) => verb.run(context),
+            Self::Fleet(verb) => verb.run(context),
             Self::Conform(verb) => verb.run(context),
             Self::Doctor(verb) => verb.run(context),
             Self::Bench(verb) => verb.run(context),
@@ -343,6 +347,7 @@ mod tests {
             "serve",
             "studio",
             "station",
+            "fleet",
             "conform",
             "doctor",
             "bench",

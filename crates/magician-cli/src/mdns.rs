@@ -139,7 +139,7 @@ fn found(
 }
 
 /// What this computer is called, without its domain.
-fn host_name() -> String {
+pub(crate) fn host_name() -> String {
     #[cfg(unix)]
     let name = rustix::system::uname()
         .nodename()

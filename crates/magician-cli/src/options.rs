@@ -161,6 +161,14 @@ pub(crate) fn seconds(text: &str) -> Result<Duration, String> {
         .ok_or_else(|| "expected seconds above 0, such as 0.5".to_owned())
 }
 
+/// Seconds from 0 on.
+pub(crate) fn seconds_from_zero(text: &str) -> Result<Duration, String> {
+    match text.strip_suffix('s').unwrap_or(text).parse::<f64>() {
+        Ok(0.0) => Ok(Duration::ZERO),
+        _ => seconds(text).map_err(|_| "expected seconds from 0 on, such as 0.5".to_owned()),
+    }
+}
+
 /// A request window. An empty variable says nothing, as an empty port does.
 fn window(text: &str) -> Result<u8, String> {
     let value = if text.is_empty() { Ok(1) } else { text.parse() };

@@ -63,7 +63,10 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
             "magician-link",
         ],
     ),
-    ("magician-site", &["magician", "magician-station"]),
+    (
+        "magician-site",
+        &["magician-protocol", "magician", "magician-station"],
+    ),
     // Files.
     ("magician-studio", &[]),
     (
@@ -79,6 +82,8 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
             "magician-record",
             "magician-station",
             "magician-studio",
+            // Behind a feature.
+            "magician-site",
         ],
     ),
     ("magician-capi", &["magician"]),

@@ -216,13 +216,6 @@ impl RunningStation {
         }
     }
 
-    /// What the pupils of its class have made, as `class.results` answers it.
-    #[cfg(feature = "class")]
-    #[must_use]
-    pub fn results(&self) -> serde_json::Value {
-        self.shared.lock().station.results()
-    }
-
     /// Its library of programs.
     #[cfg(feature = "http")]
     pub(crate) fn programs(&self) -> Arc<dyn ProgramStore> {

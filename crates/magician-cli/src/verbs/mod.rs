@@ -15,6 +15,7 @@ pub(crate) mod doctor;
 pub(crate) mod draw;
 pub(crate) mod engrave;
 pub(crate) mod enqueue;
+pub(crate) mod fleet;
 pub(crate) mod forward;
 pub(crate) mod frame;
 pub(crate) mod get;

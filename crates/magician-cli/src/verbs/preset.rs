@@ -67,6 +67,13 @@ pub(crate) struct Save {
     #[arg(long, value_name = "TEXT")]
     note: Option<String>,
     #[command(flatten)]
+    making: MakingFlags,
+}
+
+/// All flags that say how something is made of a file.
+#[derive(Args, Debug)]
+pub(crate) struct MakingFlags {
+    #[command(flatten)]
     reading: ReadingFlags,
     #[command(flatten)]
     beam: LaserFlags,
@@ -106,7 +113,7 @@ impl Verb {
                 })
             }
             Deed::Save(save) => {
-                let options = save.options();
+                let options = save.making.options();
                 let presets = Presets::of_user();
                 let saved = presets.save(&save.name, save.note.as_deref(), &options);
                 let saved = saved.map_err(|error| match error {
@@ -133,8 +140,8 @@ impl Verb {
     }
 }
 
-impl Save {
-    /// What its flags say.
+impl MakingFlags {
+    /// What they say.
     pub(super) fn options(&self) -> SetupOptions {
         let mut options = SetupOptions::default();
         self.reading.say(&mut options);

@@ -16,7 +16,7 @@ use magician_program::{Diagnostic, DiagnosticCode, FontChoice, Format, Lines, Se
 use serde_json::{Map, Value};
 use toml::de::DeTable;
 
-pub use report::{PresetList, PresetReport};
+pub use report::{PresetList, PresetReport, said};
 #[cfg(feature = "files")]
 pub use store::PresetFolder;
 pub use store::PresetStore;

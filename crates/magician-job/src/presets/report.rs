@@ -78,7 +78,7 @@ impl PresetList {
 }
 
 /// The options that are not as they are without being said, as members of an object.
-pub(super) fn said(options: &SetupOptions) -> Map<String, Value> {
+pub fn said(options: &SetupOptions) -> Map<String, Value> {
     let members = |options: &SetupOptions| match serde_json::to_value(options) {
         Ok(Value::Object(members)) => members,
         _ => Map::new(),

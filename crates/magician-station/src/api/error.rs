@@ -3,6 +3,8 @@
 use magician::ErrorKind;
 use serde_json::{Map, Value, json};
 
+use super::Role;
+
 /// An error as JSON-RPC carries it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RpcError {
@@ -61,7 +63,9 @@ impl RpcError {
         Self::STOPPED,
     ];
 
-    pub(crate) fn new(code: i32, message: impl Into<String>) -> Self {
+    /// One of these numbers.
+    #[must_use]
+    pub fn new(code: i32, message: impl Into<String>) -> Self {
         let mut data = Map::new();
         if let Some(kind) = kind(code) {
             data.insert("kind".to_owned(), json!(kind));
@@ -74,7 +78,8 @@ impl RpcError {
     }
 
     /// Adds what it is about.
-    pub(crate) fn with(mut self, name: &str, value: impl Into<Value>) -> Self {
+    #[must_use]
+    pub fn with(mut self, name: &str, value: impl Into<Value>) -> Self {
         self.data.insert(name.to_owned(), value.into());
         self
     }
@@ -87,12 +92,14 @@ impl RpcError {
     }
 
     /// No request.
-    pub(crate) fn request(message: impl Into<String>) -> Self {
+    #[must_use]
+    pub fn request(message: impl Into<String>) -> Self {
         Self::new(Self::REQUEST, message)
     }
 
     /// A parameter is wrong.
-    pub(crate) fn param(name: &str, message: impl Into<String>) -> Self {
+    #[must_use]
+    pub fn param(name: &str, message: impl Into<String>) -> Self {
         Self::new(Self::PARAMS, message).with("param", name)
     }
 
@@ -102,9 +109,42 @@ impl RpcError {
         Self::new(Self::ARM, message).with("kind", kind.name())
     }
 
+    /// A role that is too low for something.
+    #[must_use]
+    pub fn forbidden(role: Role, needs: Role, what: &str) -> Self {
+        let (role, needs) = (role.name(), needs.name());
+        let message = format!("{what} needs the role {needs}, this session is {role}");
+        Self::new(Self::FORBIDDEN, message)
+            .with("role", role)
+            .with("needs", needs)
+    }
+
     /// A mistake of the station.
     pub(crate) fn internal(message: impl Into<String>) -> Self {
         Self::new(Self::INTERNAL, message)
+    }
+
+    /// The error of an answer, as an answer has it; `None` for what is none.
+    #[must_use]
+    pub fn from_value(value: Value) -> Option<Self> {
+        let Value::Object(mut error) = value else {
+            return None;
+        };
+        let code = error
+            .get("code")?
+            .as_i64()
+            .and_then(|code| i32::try_from(code).ok())?;
+        let message = error.get("message")?.as_str()?.to_owned();
+        let data = match error.remove("data") {
+            None => Map::new(),
+            Some(Value::Object(data)) => data,
+            Some(_) => return None,
+        };
+        Some(Self {
+            code,
+            message,
+            data,
+        })
     }
 
     /// The result of a journal's line: `ok`, or the error's kind.

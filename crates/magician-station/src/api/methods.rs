@@ -1,11 +1,10 @@
 //! The table of methods. The check, the documents and the tests come from it. One table is one file, however long it gets.
 
 use super::method::{may, method, needed};
-use super::{Kind, Method, Param, Role};
+use super::{IdKind, Kind, Method, Param, Role};
 use crate::control::WorkKind;
 
 const NAME: Kind = Kind::Text(80);
-const ID: Kind = Kind::Text(64);
 const ANY: Kind = Kind::Number(f64::MIN, f64::MAX);
 const ARM: Param = may("arm", Kind::Text(32), "name of the arm");
 const YES: Param = may(
@@ -43,8 +42,12 @@ const SETUP: Param = may(
     Kind::Object,
     "how it is drawn or engraved: the flags of `magician draw` and `magician engrave` in snake_case, `work` (draw, engrave), and `preset`, the name of a preset that says the rest; without it the program is run as it is",
 );
-const PRESET: Param = needed("name", ID, "the preset: letters, digits, - and _");
-const JOB: Param = needed("job", ID, "the job");
+const PRESET: Param = needed(
+    "name",
+    Kind::Text(64),
+    "the preset: letters, digits, - and _",
+);
+const JOB: Param = needed("job", Kind::Id(IdKind::Job), "the job");
 const JOGS: &[&str] = &[
     "x+", "x-", "y+", "y-", "z+", "z-", "r+", "r-", "j1+", "j1-", "j2+", "j2-", "j3+", "j3-",
     "j4+", "j4-", "l+", "l-",
@@ -75,6 +78,11 @@ pub(super) const STATION: &[Method] = &[
                 "resume",
                 Kind::Text(200),
                 "the secret of a session whose socket has ended",
+            ),
+            may(
+                "role",
+                Kind::Choice(&["viewer", "student", "teacher"]),
+                "the most that the session may do, where the token allows more",
             ),
         ],
         "Begins the session. The first message of a socket, once.",
@@ -150,7 +158,7 @@ pub(super) const STATION: &[Method] = &[
         Viewer,
         &[needed(
             "subscription",
-            Kind::Integer(1, 65535),
+            Kind::Id(IdKind::Subscription),
             "id of the subscription",
         )],
         "Ends a subscription.",
@@ -358,7 +366,7 @@ pub(super) const STATION: &[Method] = &[
     method(
         "lease.renew",
         Student,
-        &[needed("lease", ID, "the lease")],
+        &[needed("lease", Kind::Id(IdKind::Lease), "the lease")],
         "Says that its holder is there; any message does.",
         "null",
     )
@@ -366,7 +374,7 @@ pub(super) const STATION: &[Method] = &[
     method(
         "lease.release",
         Student,
-        &[needed("lease", ID, "the lease")],
+        &[needed("lease", Kind::Id(IdKind::Lease), "the lease")],
         "Gives it back. What the arm has queued goes on.",
         "null",
     )
@@ -387,7 +395,7 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             ARM,
-            needed("session", ID, "the session that asks"),
+            needed("session", Kind::Id(IdKind::Session), "the session that asks"),
             needed("grant", Kind::Switch, "whether it gets the lease"),
         ],
         "Answers a session that asks.",
@@ -427,7 +435,7 @@ pub(super) const STATION: &[Method] = &[
     method(
         "jog.keep",
         Viewer,
-        &[needed("jog", ID, "the jog")],
+        &[needed("jog", Kind::Id(IdKind::Jog), "the jog")],
         "Keeps a jog up. A notification: it has no answer.",
         "nothing",
     )
@@ -436,7 +444,7 @@ pub(super) const STATION: &[Method] = &[
     method(
         "jog.stop",
         Viewer,
-        &[needed("jog", ID, "the jog")],
+        &[needed("jog", Kind::Id(IdKind::Jog), "the jog")],
         "Stops a jog.",
         "{stood, pose}, when the arm stands",
     )

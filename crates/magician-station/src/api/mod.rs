@@ -5,6 +5,7 @@ mod class;
 mod error;
 mod examples;
 mod fields;
+mod ids;
 mod link;
 mod message;
 mod method;
@@ -16,11 +17,11 @@ pub(crate) use error::Danger;
 pub use error::RpcError;
 pub use examples::Example;
 pub(crate) use fields::encode;
+pub use ids::{ERROR_IDS, IdKind, IdPlace, NOTIFICATIONS, Notification, each_id};
 pub use message::{BadMessage, Message, MessageId, answer, notification};
 pub use method::{Method, Needs, Role};
 pub use openrpc::openrpc;
-pub(crate) use param::Params;
-pub use param::{Kind, Param};
+pub use param::{Kind, Param, Params};
 
 /// All methods, in the order of the documents.
 #[cfg(not(feature = "class"))]

@@ -2,13 +2,15 @@
 
 use serde_json::{Map, Value, json};
 
-use super::RpcError;
+use super::{IdKind, RpcError};
 
 /// The values that a parameter may have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
     /// Text of at most so many characters.
     Text(usize),
+    /// An id.
+    Id(IdKind),
     /// One of these.
     Choice(&'static [&'static str]),
     /// True or false.
@@ -44,10 +46,23 @@ pub struct Param {
     pub about: &'static str,
 }
 
+/// Ids of subscriptions are numbers, the others texts of so many characters at most.
+const ID: Kind = Kind::Text(64);
+const SUBSCRIPTION: Kind = Kind::Integer(1, 65535);
+
 impl Kind {
+    /// What an id is otherwise.
+    const fn of_id(id: IdKind) -> Self {
+        match id {
+            IdKind::Subscription => SUBSCRIPTION,
+            _ => ID,
+        }
+    }
+
     fn takes(self, value: &Value) -> bool {
         let finite = |value: &Value| value.as_f64().is_some_and(f64::is_finite);
         match self {
+            Self::Id(id) => Self::of_id(id).takes(value),
             Self::Text(most) => value
                 .as_str()
                 .is_some_and(|text| text.chars().count() <= most),
@@ -78,6 +93,7 @@ impl Kind {
     #[must_use]
     pub fn describe(self) -> String {
         match self {
+            Self::Id(id) => Self::of_id(id).describe(),
             Self::Text(most) => format!("text of at most {most} characters"),
             Self::Choice(names) => format!("one of {}", names.join(", ")),
             Self::Switch => "true or false".to_owned(),
@@ -104,6 +120,7 @@ impl Kind {
     #[must_use]
     pub fn schema(self) -> Value {
         match self {
+            Self::Id(id) => Self::of_id(id).schema(),
             Self::Text(most) => json!({"type": "string", "maxLength": most}),
             Self::Choice(names) => json!({"type": "string", "enum": names}),
             Self::Switch => json!({"type": "boolean"}),
@@ -139,11 +156,14 @@ impl Kind {
 
 /// Parameters that are what their method takes.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Params(Map<String, Value>);
+pub struct Params(Map<String, Value>);
 
 impl Params {
     /// Checks parameters: names, kinds and ranges; what has to be given is.
-    pub(crate) fn check(wanted: &[Param], given: Map<String, Value>) -> Result<Self, RpcError> {
+    ///
+    /// # Errors
+    /// The first that is wrong.
+    pub fn check(wanted: &[Param], given: Map<String, Value>) -> Result<Self, RpcError> {
         for (name, value) in &given {
             let Some(param) = wanted.iter().find(|param| param.name == name) else {
                 let names: Vec<_> = wanted.iter().map(|param| param.name).collect();
@@ -170,11 +190,15 @@ impl Params {
         Ok(Self(given))
     }
 
-    pub(crate) fn get(&self, name: &str) -> Option<&Value> {
+    /// One of them.
+    #[must_use]
+    pub fn get(&self, name: &str) -> Option<&Value> {
         self.0.get(name)
     }
 
-    pub(crate) fn text(&self, name: &str) -> Option<&str> {
+    /// One that is text.
+    #[must_use]
+    pub fn text(&self, name: &str) -> Option<&str> {
         self.get(name)?.as_str()
     }
 
@@ -207,6 +231,12 @@ impl Params {
 
     pub(crate) fn object(&self, name: &str) -> Option<&Map<String, Value>> {
         self.get(name)?.as_object()
+    }
+
+    /// All of them.
+    #[must_use]
+    pub fn into_map(self) -> Map<String, Value> {
+        self.0
     }
 
     /// As a journal has them: without secrets, programs as their length.

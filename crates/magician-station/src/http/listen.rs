@@ -18,9 +18,9 @@ use tower::ServiceExt;
 
 use super::routes::{HttpOptions, router};
 use super::security::Ends;
+use super::served::Served;
 use super::tls::Tls;
 use super::tokens::{TokenStore, beside};
-use crate::RunningStation;
 
 /// The port of a station.
 const PORT: u16 = 8910;
@@ -201,10 +201,10 @@ impl Listener {
             .all(|address| address.ip().is_loopback())
     }
 
-    /// Serves a station until `over` says so; sockets are closed with 1001 then.
+    /// Serves a station, or what looks like one, until `over` says so; sockets are closed with 1001 then.
     pub async fn serve(
         self,
-        station: RunningStation,
+        station: impl Served,
         options: HttpOptions,
         over: watch::Receiver<bool>,
     ) {
@@ -225,7 +225,7 @@ impl Listener {
 
 async fn accept(
     (listener, tls): (TcpListener, Option<Tls>),
-    station: RunningStation,
+    station: impl Served,
     options: Arc<HttpOptions>,
     places: Arc<Semaphore>,
     mut over: watch::Receiver<bool>,
@@ -303,7 +303,7 @@ async fn carry<S: AsyncRead + AsyncWrite + Send + Unpin + 'static>(
 }
 
 /// Ends the sessions of tokens that are revoked, whoever revokes them.
-async fn follow(tokens: TokenStore, station: RunningStation) {
+async fn follow(tokens: TokenStore, station: impl Served) {
     let mut looks = tokio::time::interval(FOLLOWS);
     loop {
         looks.tick().await;

@@ -1,7 +1,7 @@
 //! The station on a network: WebSocket and HTTP, with who is let in decided in one place.
 //!
 //! [`Listener`] accepts on this machine's own addresses unless it is told otherwise, and serves a
-//! [`RunningStation`](crate::RunningStation).
+//! [`RunningStation`](crate::RunningStation), or whatever else is [`Served`].
 
 mod folder;
 mod jobs;
@@ -12,6 +12,7 @@ mod programs;
 mod recordings;
 mod routes;
 mod security;
+mod served;
 mod socket;
 mod tls;
 mod tokens;
@@ -27,6 +28,7 @@ pub use programs::Uploads;
 pub use recordings::RecordingFolder;
 pub use routes::{HttpOptions, LinkCalls, ROUTES, Route, RouteNeeds, Tries};
 pub use security::{Admission, Ends};
+pub use served::{Served, ServedClient};
 pub use tls::{Tls, TlsError};
 pub use tokens::{CODE, TokenEntry, TokenError, TokenStore};
 

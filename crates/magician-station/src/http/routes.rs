@@ -18,10 +18,10 @@ use tokio::time::Instant;
 use super::pages::Pages;
 use super::programs::{self, Uploads};
 use super::security::{Admission, Admitted, Ends, Refused};
-use super::tokens::{self, TokenStore, beside, secret};
+use super::served::Served;
+use super::tokens::{TokenStore, beside};
 use super::{READ_BUFFER, recordings, socket};
 use crate::Role;
-use crate::running::RunningStation;
 use crate::station::{Grant, Peer};
 
 /// Bytes of a request's body, at most.
@@ -210,8 +210,8 @@ impl Tries {
 
 /// What a request of one connection meets.
 #[derive(Clone)]
-struct Here {
-    station: RunningStation,
+struct Here<S> {
+    station: S,
     options: Arc<HttpOptions>,
     ends: Ends,
     over: watch::Receiver<bool>,
@@ -219,7 +219,7 @@ struct Here {
 
 /// The service of one connection.
 pub(super) fn router(
-    station: RunningStation,
+    station: impl Served,
     options: Arc<HttpOptions>,
     ends: Ends,
     over: watch::Receiver<bool>,
@@ -235,7 +235,7 @@ pub(super) fn router(
 }
 
 /// Lets a request in and finds its route; every answer has the headers of safety.
-async fn door(here: Here, request: Request) -> Response {
+async fn door<S: Served>(here: Here<S>, request: Request) -> Response {
     let (parts, body) = request.into_parts();
     let admitted = here.options.admission.admit(&parts, here.ends);
     let foreign = admitted
@@ -295,7 +295,7 @@ fn preflight(allowed: bool) -> Response {
     response
 }
 
-async fn answer(here: &Here, request: Request, admitted: &Admitted) -> Response {
+async fn answer<S: Served>(here: &Here<S>, request: Request, admitted: &Admitted) -> Response {
     let path = request.uri().path();
     let method = match request.method() {
         &Method::HEAD => "GET",
@@ -347,22 +347,44 @@ async fn answer(here: &Here, request: Request, admitted: &Admitted) -> Response 
     }
 }
 
-/// What the pupils of the class have made.
+/// What the pupils of the class have made: the answer of the method, as a page.
 #[cfg(feature = "class")]
-async fn results(here: &Here, admitted: &Admitted, route: &Route) -> Response {
-    if let Err(refused) = entitled(here, admitted, route).await {
-        return refusal(&refused);
-    }
-    let results = here.station.results();
-    let page = crate::engine::beside(move || crate::class::results_page(&results));
+async fn results<S: Served>(here: &Here<S>, admitted: &Admitted, route: &Route) -> Response {
+    const ASKED: &str = r#"{"jsonrpc":"2.0","id":1,"method":"class.results"}"#;
+    let grant = match entitled(here, admitted, route).await {
+        Ok(()) => granted(here, admitted).await,
+        Err(refused) => Err(refused),
+    };
+    let peer = match grant.and_then(|grant| peer(here, grant)) {
+        Ok(peer) => peer,
+        Err(refused) => return refusal(&refused),
+    };
+    let token = admitted.token.clone();
+    let answer = here.station.call(peer, token, ASKED).await;
+    let page = crate::engine::beside(move || {
+        let answer: Value = serde_json::from_str(&answer.unwrap_or_default()).unwrap_or_default();
+        match answer.get("result") {
+            Some(results) => Ok(crate::class::results_page(results)),
+            None => Err(answer["error"]["message"]
+                .as_str()
+                .unwrap_or("no answer")
+                .to_owned()),
+        }
+    });
     match page.await {
-        Ok(page) => ([(CONTENT_TYPE, "text/html; charset=utf-8")], page).into_response(),
+        Ok(Ok(page)) => ([(CONTENT_TYPE, "text/html; charset=utf-8")], page).into_response(),
+        Ok(Err(why)) => text(StatusCode::BAD_GATEWAY, &why),
         Err(_) => text(StatusCode::INTERNAL_SERVER_ERROR, "no page can be made"),
     }
 }
 
 /// A file of a recording.
-async fn recording(here: &Here, path: &str, admitted: &Admitted, route: &Route) -> Response {
+async fn recording<S: Served>(
+    here: &Here<S>,
+    path: &str,
+    admitted: &Admitted,
+    route: &Route,
+) -> Response {
     if let Err(refused) = entitled(here, admitted, route).await {
         return refusal(&refused);
     }
@@ -375,7 +397,12 @@ async fn recording(here: &Here, path: &str, admitted: &Admitted, route: &Route) 
 }
 
 /// What a route is for, for a program of the library.
-async fn program(here: &Here, request: Request, admitted: &Admitted, route: &Route) -> Response {
+async fn program<S: Served>(
+    here: &Here<S>,
+    request: Request,
+    admitted: &Admitted,
+    route: &Route,
+) -> Response {
     if let Err(refused) = entitled(here, admitted, route).await {
         return refusal(&refused);
     }
@@ -393,7 +420,11 @@ async fn program(here: &Here, request: Request, admitted: &Admitted, route: &Rou
 }
 
 /// Whether a request has the role that its route needs.
-async fn entitled(here: &Here, admitted: &Admitted, route: &Route) -> Result<(), Refused> {
+async fn entitled<S: Served>(
+    here: &Here<S>,
+    admitted: &Admitted,
+    route: &Route,
+) -> Result<(), Refused> {
     let RouteNeeds::Role(needs) = route.needs else {
         return Ok(());
     };
@@ -413,9 +444,9 @@ async fn entitled(here: &Here, admitted: &Admitted, route: &Route) -> Result<(),
 }
 
 /// What may be done without a hello: by the role of the token, or as this machine's people.
-async fn granted(here: &Here, admitted: &Admitted) -> Result<Option<Grant>, Refused> {
+async fn granted<S: Served>(here: &Here<S>, admitted: &Admitted) -> Result<Option<Grant>, Refused> {
     match &admitted.token {
-        Some(token) => match tokens::granted(&here.options.tokens, token.clone()).await {
+        Some(token) => match here.options.tokens.granted(token.clone()).await {
             Some(grant) => Ok(Some(grant)),
             None => Err(Refused::new(
                 StatusCode::UNAUTHORIZED,
@@ -429,17 +460,12 @@ async fn granted(here: &Here, admitted: &Admitted) -> Result<Option<Grant>, Refu
     }
 }
 
-fn peer(here: &Here, grant: Option<Grant>) -> Result<Peer, Refused> {
-    let secret = secret()
-        .map_err(|error| Refused::new(StatusCode::INTERNAL_SERVER_ERROR, error.to_string()))?;
-    Ok(Peer {
-        grant,
-        address: here.ends.peer.to_string(),
-        secret,
-    })
+fn peer<S>(here: &Here<S>, grant: Option<Grant>) -> Result<Peer, Refused> {
+    Peer::elsewhere(grant, here.ends.peer.to_string())
+        .map_err(|error| Refused::new(StatusCode::INTERNAL_SERVER_ERROR, error.to_string()))
 }
 
-async fn upgrade(here: &Here, request: Request, admitted: &Admitted) -> Response {
+async fn upgrade<S: Served>(here: &Here<S>, request: Request, admitted: &Admitted) -> Response {
     let (mut parts, _) = request.into_parts();
     if !parts.headers.contains_key(UPGRADE) {
         let mut response = text(StatusCode::UPGRADE_REQUIRED, "this is for a WebSocket");
@@ -457,7 +483,7 @@ async fn upgrade(here: &Here, request: Request, admitted: &Admitted) -> Response
         Ok(peer) => peer,
         Err(refused) => return refusal(&refused),
     };
-    let Some(client) = here.station.try_connect(peer) else {
+    let Some(client) = here.station.try_connect(peer, admitted.token.clone()) else {
         return text(
             StatusCode::SERVICE_UNAVAILABLE,
             "the station has all the sockets that it takes",
@@ -475,7 +501,7 @@ async fn upgrade(here: &Here, request: Request, admitted: &Admitted) -> Response
 }
 
 /// The calls of programs for DobotLink.
-async fn link(here: &Here, admitted: &Admitted, route: &Route) -> Response {
+async fn link<S: Served>(here: &Here<S>, admitted: &Admitted, route: &Route) -> Response {
     if let Err(refused) = entitled(here, admitted, route).await {
         return refusal(&refused);
     }
@@ -488,7 +514,7 @@ async fn link(here: &Here, admitted: &Admitted, route: &Route) -> Response {
     }
 }
 
-async fn rpc(here: &Here, request: Request, admitted: &Admitted) -> Response {
+async fn rpc<S: Served>(here: &Here<S>, request: Request, admitted: &Admitted) -> Response {
     if !is_json(request.headers()) {
         let why = "a request is `application/json`";
         return text(StatusCode::UNSUPPORTED_MEDIA_TYPE, why);
@@ -509,13 +535,13 @@ async fn rpc(here: &Here, request: Request, admitted: &Admitted) -> Response {
         Ok(text) => text,
         Err(refused) => return refusal(&refused),
     };
-    let Some(answer) = here.station.call(peer, &text).await else {
+    let Some(answer) = here.station.call(peer, admitted.token.clone(), &text).await else {
         return StatusCode::NO_CONTENT.into_response();
     };
     ([(CONTENT_TYPE, "application/json")], answer).into_response()
 }
 
-async fn pair(here: &Here, request: Request) -> Response {
+async fn pair<S: Served>(here: &Here<S>, request: Request) -> Response {
     if let Err(wait) = here.options.tries.count() {
         let mut response = text(StatusCode::TOO_MANY_REQUESTS, "five tries a minute: wait");
         let seconds = HeaderValue::from(wait.as_secs() + 1);

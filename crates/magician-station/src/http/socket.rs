@@ -8,8 +8,8 @@ use tokio::sync::watch;
 use tokio::time::{MissedTickBehavior, interval, timeout};
 
 use super::listen::ended;
-use super::tokens::{TokenStore, granted};
-use crate::running::Client;
+use super::served::ServedClient;
+use super::tokens::TokenStore;
 use crate::station::{MESSAGE, Outgoing, Station};
 
 /// A client is pinged so often; its answer is a word of a holder.
@@ -22,7 +22,7 @@ const FAREWELL: Duration = Duration::from_secs(1);
 /// Carries messages until one of the two ends.
 pub(super) async fn carry(
     socket: WebSocket,
-    client: Client,
+    client: impl ServedClient,
     tokens: TokenStore,
     mut over: watch::Receiver<bool>,
 ) {
@@ -36,7 +36,7 @@ pub(super) async fn carry(
                 Some(Ok(Message::Text(text))) => {
                     if !asked && let Some(token) = Station::token_of(&text) {
                         asked = true;
-                        client.vouch(granted(&tokens, token).await);
+                        client.vouch(tokens.granted(token).await);
                     }
                     client.send(&text);
                 }

@@ -12,7 +12,7 @@ use sha2::{Digest, Sha256};
 
 use crate::Role;
 use crate::secret::same_secret;
-use crate::station::Grant;
+use crate::station::{Grant, Peer};
 
 /// A code is good for so long.
 pub const CODE: Duration = Duration::from_secs(120);
@@ -271,6 +271,13 @@ impl TokenStore {
         Some(grant)
     }
 
+    /// What a token allows, looked up beside everything else that goes on.
+    pub async fn granted(&self, token: String) -> Option<Grant> {
+        beside(self, move |tokens| tokens.grant(&token))
+            .await
+            .flatten()
+    }
+
     /// The names of all tokens that are good.
     pub(super) fn names(&self) -> Result<Vec<String>, TokenError> {
         let own = self.read()?.token.into_keys();
@@ -325,13 +332,6 @@ impl TokenStore {
     }
 }
 
-/// What a token allows, looked up beside everything else that goes on.
-pub(super) async fn granted(tokens: &TokenStore, token: String) -> Option<Grant> {
-    beside(tokens, move |tokens| tokens.grant(&token))
-        .await
-        .flatten()
-}
-
 /// Does something with the file where a slow disk holds up nothing else; `None` when the runtime ends.
 pub(super) async fn beside<T: Send + 'static>(
     tokens: &TokenStore,
@@ -357,8 +357,22 @@ fn free_name(file: &File) -> String {
         .unwrap_or_default()
 }
 
+impl Peer {
+    /// Whoever comes from elsewhere, with a new secret for its session.
+    ///
+    /// # Errors
+    /// [`TokenError::Random`].
+    pub fn elsewhere(grant: Option<Grant>, address: String) -> Result<Self, TokenError> {
+        Ok(Self {
+            grant,
+            address,
+            secret: secret()?,
+        })
+    }
+}
+
 /// 32 random bytes as text.
-pub(super) fn secret() -> Result<String, TokenError> {
+fn secret() -> Result<String, TokenError> {
     use base64::Engine;
     let mut bytes = [0; 32];
     getrandom::fill(&mut bytes).map_err(|_| TokenError::Random)?;

@@ -613,7 +613,7 @@ impl Station {
 
     /// What pupils have made, as `class.results` answers it.
     #[must_use]
-    pub fn results(&self) -> Value {
+    fn results(&self) -> Value {
         json!({"results": self.class.results})
     }
 

@@ -3,9 +3,10 @@
 use std::collections::BTreeSet;
 
 use magician_protocol::HostInstant;
-use serde_json::{Value, json};
+use serde_json::Value;
 
-use super::socket::{CloseCode, Pace, RATE, UNDER_WAY};
+use super::socket::{CloseCode, RATE, UNDER_WAY};
+use super::throttle::Pace;
 use super::{Awaited, Grant, JournalLine, Pending, SocketId, Station};
 use crate::api::{Message, MessageId, Method, Needs, Params, Role, RpcError, answer};
 use crate::control::{ArmId, Busy, RequestId, SessionId};
@@ -43,7 +44,7 @@ impl Station {
         let Some(open) = self.sockets.get_mut(&socket) else {
             return;
         };
-        if open.is_closing() {
+        if open.outbox.is_closing() {
             return;
         }
         let pace = open.hears(now);
@@ -203,9 +204,8 @@ impl Station {
         params: &Params,
         request: RequestId,
     ) -> Result<Handled, RpcError> {
-        let takes_arm = method.params.iter().any(|param| param.name == "arm");
         // Without a name a stop means all of them.
-        let arm = match (takes_arm, method.name) {
+        let arm = match (method.takes_arm(), method.name) {
             (false, _) => None,
             (true, "arm.stop" | "turn.join") if params.text("arm").is_none() => None,
             (true, _) => Some(self.arm_named(params.text("arm"))?),
@@ -304,7 +304,7 @@ impl Station {
             return;
         }
         if let Some(open) = self.sockets.get_mut(&socket) {
-            open.answer(answer(id, outcome));
+            open.outbox.answer(answer(id, outcome));
             self.awake.insert(socket);
         }
     }
@@ -417,12 +417,5 @@ impl Station {
 
 /// A role that is too low.
 pub(super) fn forbidden(grant: &Grant, needs: Role, what: &str) -> RpcError {
-    let message = format!(
-        "{what} needs the role {}, this session is {}",
-        needs.name(),
-        grant.role.name()
-    );
-    RpcError::new(RpcError::FORBIDDEN, message)
-        .with("role", json!(grant.role.name()))
-        .with("needs", json!(needs.name()))
+    RpcError::forbidden(grant.role, needs, what)
 }

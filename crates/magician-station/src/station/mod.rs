@@ -12,6 +12,7 @@ mod journal;
 mod leases;
 mod library;
 mod motion;
+mod outbox;
 #[cfg(feature = "class")]
 mod queue;
 mod recordings;
@@ -22,6 +23,7 @@ mod size;
 mod socket;
 mod state;
 mod teach;
+mod throttle;
 mod tools;
 mod turns;
 mod watch;
@@ -38,17 +40,18 @@ use serde_json::Value;
 use self::events::EventLog;
 use self::jobs::Wants;
 pub use self::journal::JournalLine;
+pub use self::outbox::{Next, Outbox};
 use self::recordings::{ArmRecordings, Recorded};
 pub use self::records::JobsToKeep;
 use self::records::Records;
-#[cfg(feature = "http")]
-pub(crate) use self::sessions::MESSAGE;
-pub(crate) use self::sessions::SOCKETS;
+pub use self::sessions::MESSAGE;
+pub use self::sessions::SOCKETS;
 use self::sessions::Session;
 pub use self::size::StationSize;
-pub use self::socket::{CloseCode, Outgoing, Peer};
-use self::socket::{HELLO, Next, Socket};
+pub use self::socket::{CloseCode, Outgoing, Peer, RATE, UNDER_WAY};
+use self::socket::{HELLO, Socket};
 use self::state::SharedState;
+pub use self::throttle::{Pace, Throttle};
 use self::turns::Turns;
 use crate::api::{Message, MessageId, Params, Role, RpcError, notification};
 use crate::control::{ArmId, Control, JobId, JogId, LeaseId, RequestId, SessionId};
@@ -450,7 +453,7 @@ impl Station {
         self.save_for_alarms(now);
         let late = |socket: &Socket| socket.session.is_none() && now - socket.opened >= HELLO;
         let late: Vec<_> = { self.sockets.iter() }
-            .filter(|(_, socket)| late(socket) && !socket.is_closing())
+            .filter(|(_, socket)| late(socket) && !socket.outbox.is_closing())
             .map(|(id, _)| *id)
             .collect();
         for socket in late {
@@ -463,7 +466,7 @@ impl Station {
     #[must_use]
     pub fn poll_timeout(&self) -> Option<HostInstant> {
         let hellos = self.sockets.values().filter_map(|socket| {
-            let waits = socket.session.is_none() && !socket.is_closing();
+            let waits = socket.session.is_none() && !socket.outbox.is_closing();
             waits.then(|| socket.opened + HELLO)
         });
         let saves = self.arms.iter().filter_map(|place| place.recordings.due());
@@ -518,7 +521,7 @@ impl Station {
     /// What a client is to be sent next. Ask when it can take it: a state is the newest one then.
     pub fn poll_send(&mut self, socket: SocketId) -> Option<Outgoing> {
         loop {
-            match self.sockets.get_mut(&socket)?.next()? {
+            match self.sockets.get_mut(&socket)?.outbox.pop()? {
                 Next::Text(text) => return Some(Outgoing::Text(text)),
                 Next::Close(code) => return Some(Outgoing::Close(code)),
                 Next::State(subscription) => {
@@ -630,7 +633,7 @@ impl Station {
 
     fn end_socket(&mut self, socket: SocketId, code: CloseCode) {
         if let Some(open) = self.sockets.get_mut(&socket) {
-            open.close(code);
+            open.outbox.close(code);
             self.awake.insert(socket);
         }
     }
@@ -648,7 +651,7 @@ impl Station {
 
     fn notify_socket(&mut self, socket: SocketId, text: String) {
         if let Some(open) = self.sockets.get_mut(&socket) {
-            open.notice(text);
+            open.outbox.notice(text);
             self.awake.insert(socket);
         }
     }

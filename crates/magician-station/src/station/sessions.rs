@@ -13,9 +13,9 @@ use crate::control::SessionId;
 use crate::secret::same_secret;
 
 /// Bytes of a message, at most.
-pub(crate) const MESSAGE: usize = 1024 * 1024;
+pub const MESSAGE: usize = 1024 * 1024;
 /// Sockets of a station, at most.
-pub(crate) const SOCKETS: usize = 64;
+pub const SOCKETS: usize = 64;
 
 /// A client with a name.
 #[derive(Debug)]
@@ -53,7 +53,7 @@ impl Station {
         let pupil = self.sign_in(now, params).inspect_err(|_| {
             // After the answer, which says why.
             if let Some(open) = self.sockets.get_mut(&socket) {
-                open.close(CloseCode::TOKEN);
+                open.outbox.close(CloseCode::TOKEN);
             }
         })?;
         #[cfg(not(feature = "class"))]
@@ -80,6 +80,9 @@ impl Station {
         };
         if self.config.read_only {
             grant.role = Role::Viewer;
+        }
+        if let Some(most) = params.text("role").and_then(Role::named) {
+            grant.role = grant.role.min(most);
         }
         let back = params
             .text("resume")

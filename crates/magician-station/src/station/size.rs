@@ -39,7 +39,7 @@ impl Station {
             subscriptions: { sockets.clone() }
                 .map(|socket| socket.subscriptions.len())
                 .sum(),
-            unsent: sockets.map(|socket| socket.unsent()).sum(),
+            unsent: sockets.map(|socket| socket.outbox.unsent()).sum(),
             events: self.arms.iter().map(|arm| arm.events.len()).sum(),
             orders: self.orders.len() + self.library.len() + self.turns.len(),
         }

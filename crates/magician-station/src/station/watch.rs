@@ -163,7 +163,7 @@ impl Station {
         for (socket, id) in &told {
             if let Some(open) = self.sockets.get_mut(socket) {
                 // One that waits would be made when it is sent, and come before this.
-                open.state_is_void(*id);
+                open.outbox.state_is_void(*id);
             }
         }
         for (socket, id) in told {
@@ -195,7 +195,7 @@ impl Station {
             subscription.sequence = subscription.sequence.wrapping_add(1);
             subscription.lost = false;
         }
-        if open.state_due(id) {
+        if open.outbox.state_due(id) {
             self.awake.insert(socket);
         }
     }
@@ -229,7 +229,7 @@ impl Station {
         match (frame, text) {
             (Some(frame), text) => {
                 if let Some(text) = text {
-                    open.notice_next(text);
+                    open.outbox.notice_next(text);
                 }
                 Some(Outgoing::Frame(frame))
             }

@@ -3,7 +3,7 @@
 
 mod host;
 
-use magician_station::api::{Kind, METHODS, Method};
+use magician_station::api::{IdKind, Kind, METHODS, Method};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
@@ -39,10 +39,13 @@ fn good(name: &'static str, kind: Kind) -> BoxedStrategy<Value> {
             .prop_map(|at| json!(format!("secret-{at}")))
             .boxed(),
         ("arm", _) => select(vec![json!("arm0"), json!("arm1")]).boxed(),
-        ("lease", _) => id('l').boxed(),
-        ("jog", _) => id('g').boxed(),
-        ("session", _) => id('s').boxed(),
-        ("subscription", _) => (1..5_u32).prop_map(Value::from).boxed(),
+        (_, Kind::Id(of)) => match of {
+            IdKind::Lease => id('l').boxed(),
+            IdKind::Jog => id('g').boxed(),
+            IdKind::Session => id('s').boxed(),
+            IdKind::Job => id('j').boxed(),
+            IdKind::Subscription => (1..5_u32).prop_map(Value::from).boxed(),
+        },
         ("set", _) => select(vec![
             json!({"floor": -20, "speed": 50}),
             json!({"keep_out": [{"x": [0, 1], "y": [0, 1], "z": [0, 1]}]}),

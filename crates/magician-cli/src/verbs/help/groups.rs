@@ -35,7 +35,9 @@ const GROUPS: [(&str, &[&str]); 7] = [
     ("Teach", &["teach", "play"]),
     (
         "Share and serve",
-        &["studio", "serve", "station", "sim", "proxy", "shell"],
+        &[
+            "studio", "serve", "station", "fleet", "sim", "proxy", "shell",
+        ],
     ),
     (
         "Protocol",

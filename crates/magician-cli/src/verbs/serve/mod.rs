@@ -1,7 +1,9 @@
 //! `serve`: one or more arms for many programs, people and pages.
 
+mod front;
 mod holder;
 mod link;
+mod site;
 mod studio;
 mod window;
 
@@ -16,8 +18,8 @@ use magician_job::dirs;
 use magician_job::presets::Presets;
 use magician_station::class::{ClassFile, Schedule};
 use magician_station::http::{
-    Admission, HttpOptions, JobFile, JournalFile, ListenError, Listener, Pages, ProgramFolder,
-    RecordingFolder, Tls, TlsError, TokenError, TokenStore, Tries, Uploads,
+    JobFile, JournalFile, ListenError, Listener, Pages, RecordingFolder, TlsError, TokenError,
+    TokenStore,
 };
 use magician_station::{
     ArmEntry, FormatReader, FrameRing, ProgramStore, RunningStation, StationConfig,
@@ -26,7 +28,9 @@ use serde_json::json;
 use tokio::sync::watch;
 use tokio::time::timeout;
 
+pub(crate) use self::front::FrontFlags;
 use self::link::{Link, LinkFlags};
+use self::site::SiteFlags;
 use super::sim::scenario_of;
 use crate::config::Config;
 use crate::context::{Context, Sim, Taken, held};
@@ -36,9 +40,13 @@ use crate::mdns::Announcement;
 use crate::paint::tell;
 use crate::serving::say_ready;
 use crate::verbs::job;
-use crate::verbs::station::tokens;
 pub(crate) use holder::{Holder, stations, url_of};
+pub(crate) use site::name_of_site;
+#[cfg(not(feature = "site"))]
+pub(crate) use site::unsupported;
 pub(crate) use studio::Studio;
+#[cfg(feature = "site")]
+pub(crate) use studio::{open_in_browser, pages};
 pub(crate) use window::is_started_by_hand;
 
 /// How long arms get to stop at the end.
@@ -54,6 +62,7 @@ moves is stopped where it is, the laser is off.
   magician serve --port /dev/ttyUSB0 --listen 192.168.1.5:8910 --pair
   magician serve --arm left=/dev/ttyUSB0 --arm right=/dev/ttyUSB1
   magician serve                       every arm of the settings ([arms.NAME]), else the one that is found
+  magician serve --site lab            as one of many stations: `magician fleet --site lab`
 
 Programs talk JSON-RPC to ws://HOST:8910/api/v1/ws, or POST one request to /api/v1/rpc; /api/v1/openrpc.json lists the methods. Without --listen only \
 this machine is let in, and needs no token. From elsewhere a token is needed: `magician station token` makes one, `magician station pair` a code for one.")]
@@ -61,30 +70,8 @@ pub(crate) struct Serve {
     /// Serve this arm under a name, instead of --port; repeat it for more
     #[arg(long, value_name = "NAME=PORT", value_parser = named)]
     arm: Vec<(String, String)>,
-    /// Listen at this address; by default at port 8910 of this machine's own
-    #[arg(long, value_name = "HOST:PORT")]
-    listen: Option<String>,
-    /// Print a code of six digits, good for one token within two minutes
-    #[arg(long)]
-    pair: bool,
-    /// Take the tokens of this file as well: TOKEN ROLE [NAME] a line
-    #[arg(long, value_name = "FILE")]
-    token_file: Option<PathBuf>,
-    /// Let pages of another site use the station, such as https://example.org
-    #[arg(long, value_name = "ORIGIN")]
-    allow_origin: Vec<String>,
-    /// Answer to another host name as well
-    #[arg(long, value_name = "HOST[:PORT]")]
-    allow_host: Vec<String>,
-    /// Encrypt connections: the certificate as PEM, followed by those that signed it; wants --tls-key
-    #[arg(long, value_name = "FILE", requires = "tls_key")]
-    tls_cert: Option<PathBuf>,
-    /// Key of the certificate as PEM
-    #[arg(long, value_name = "FILE", requires = "tls_cert")]
-    tls_key: Option<PathBuf>,
-    /// Let everybody look and stop, and nobody move
-    #[arg(long)]
-    read_only: bool,
+    #[command(flatten)]
+    front: FrontFlags,
     /// Do not announce the station on the local network, where it listens to others
     #[arg(long)]
     no_announce: bool,
@@ -97,11 +84,10 @@ pub(crate) struct Serve {
     /// Who may use which arm when (TOML); without it the schedule that held last
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     schedule: Option<PathBuf>,
-    /// Folder of the programs that are kept; by default `programs` in the user's data of magician
-    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
-    programs: Option<PathBuf>,
     #[command(flatten)]
     link: LinkFlags,
+    #[command(flatten)]
+    site: SiteFlags,
     /// World of the virtual arms
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
@@ -163,21 +149,29 @@ fn named(text: &str) -> Result<(String, String), String> {
     Ok((name.to_owned(), port.to_owned()))
 }
 
+const NAME_RULE: &str =
+    "a name is of a-z, 0-9, _ and -, 32 at most, and begins with a letter or a digit";
+
+/// Whether an arm or a site may be called so.
+fn is_name(name: &str) -> bool {
+    let sign = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_' || c == '-';
+    !name.is_empty() && name.len() <= 32 && !name.starts_with(['_', '-']) && name.chars().all(sign)
+}
+
 /// What an arm may be called.
 fn check_name(name: &str) -> Result<(), Failure> {
-    let sign = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_' || c == '-';
-    if name.starts_with(['_', '-']) || name.is_empty() || name.len() > 32 || !name.chars().all(sign)
-    {
-        let message = format!("`{name}` is no name for an arm");
-        let rule =
-            "a name is of a-z, 0-9, _ and -, 32 at most, and begins with a letter or a digit";
-        return Err(Failure::invalid(message).hint(rule));
+    match is_name(name) {
+        true => Ok(()),
+        false => {
+            let message = format!("`{name}` is no name for an arm");
+            Err(Failure::invalid(message).hint(NAME_RULE))
+        }
     }
-    Ok(())
 }
 
 impl Serve {
     pub(crate) fn run(mut self, context: &mut Context) -> Result<(), Failure> {
+        self.site.check()?;
         let targets = self.targets(context)?;
         let config = context.config()?;
         self.fill_in(&config);
@@ -188,14 +182,8 @@ impl Serve {
             .is_some()
             .then(|| scenario_of(self.scenario.as_deref()));
         let scenario = scenario.transpose()?.unwrap_or_default();
-        let mut store = tokens()?;
-        if let Some(path) = &self.token_file {
-            store = store.with_list(path)?;
-        }
-        let tls = match (&self.tls_cert, &self.tls_key) {
-            (Some(certificate), Some(key)) => Some(Tls::from_files(certificate, key)?),
-            _ => None,
-        };
+        let store = self.front.tokens()?;
+        let tls = self.front.tls()?;
         let ring = Ring::of(&config);
         let mut arms = Vec::new();
         let mut lines = Vec::new();
@@ -249,7 +237,7 @@ impl Serve {
         let presets = Presets::of_user();
         let reader = FormatReader::new(job::defaults(&config)?);
         let mut reader = reader.with_presets(presets.clone());
-        let programs = self.programs()?;
+        let programs = self.front.programs()?;
         if let Some(programs) = &programs {
             reader = reader.with_library(Arc::clone(programs));
         }
@@ -257,10 +245,7 @@ impl Serve {
         context.let_go()?;
         context.alone(async |_, signals| {
             // First what others may hold, then the arms.
-            let mut listener = Listener::bind(self.listen.as_deref()).await?;
-            if let Some(tls) = tls {
-                listener = listener.encrypted(tls);
-            }
+            let listener = self.front.bind(tls).await?;
             let link = self.link.bind().await?;
             let mut connected = Vec::new();
             for (_, target, options) in &arms {
@@ -295,25 +280,14 @@ impl Serve {
     /// Whether nothing says which arm is served, or where.
     fn is_as_usual(&self, context: &Context) -> bool {
         let port = context.global.port.as_deref().unwrap_or_default();
-        self.arm.is_empty() && self.listen.is_none() && port.is_empty()
+        self.arm.is_empty() && self.front.listen.is_none() && port.is_empty()
     }
 
     /// What the settings say where no flag does.
     fn fill_in(&mut self, config: &Config) {
-        let listen = || config.says("serve.listen").map(str::to_owned);
-        self.listen = self.listen.take().or_else(listen);
-        let programs = || config.says("serve.programs").map(PathBuf::from);
-        self.programs = self.programs.take().or_else(programs);
+        self.front.fill_in(config);
         if config.says("serve.link") == Some("true") {
             self.link.by_settings();
-        }
-        for (given, name) in [
-            (&mut self.allow_host, "serve.allow_host"),
-            (&mut self.allow_origin, "serve.allow_origin"),
-        ] {
-            if given.is_empty() {
-                *given = config.list(name);
-            }
         }
     }
 
@@ -337,7 +311,9 @@ impl Serve {
                 });
                 return known.collect();
             }
-            return Ok(vec![("arm".to_owned(), context.target(Some(sim))?)]);
+            let name = self.site.name_of_only_arm();
+            let name = name.unwrap_or_else(|| "arm".to_owned());
+            return Ok(vec![(name, context.target(Some(sim))?)]);
         }
         if context.global.port.is_some() {
             return Err(Failure::usage("--arm and --port contradict each other")
@@ -353,20 +329,6 @@ impl Serve {
             targets.push((name.clone(), Target::parse(port, sim.speed)?));
         }
         Ok(targets)
-    }
-
-    /// The library of programs; none where the system names no place for one.
-    fn programs(&self) -> Result<Option<Arc<dyn ProgramStore>>, Failure> {
-        let usual = || dirs::data().map(|data| data.join("programs"));
-        let Some(folder) = self.programs.clone().or_else(usual) else {
-            return Ok(None);
-        };
-        if folder.exists() && !folder.is_dir() {
-            let message = format!("{} is no folder", folder.display());
-            return Err(Failure::invalid(message));
-        }
-        let folder = std::path::absolute(&folder).unwrap_or(folder);
-        Ok(Some(Arc::new(ProgramFolder::at(folder))))
     }
 
     async fn serve(
@@ -395,7 +357,7 @@ impl Serve {
         let epoch = format!("{:x}", since.as_millis());
         let mut config = StationConfig::new(entries.clone(), epoch);
         config.unix_zero = since.as_secs_f64();
-        config.read_only = self.read_only;
+        config.read_only = self.front.read_only;
         config.student_laser = student_laser;
         (config.class, config.schedule) = (class, schedule);
         config.reader = Arc::new(reader);
@@ -419,35 +381,25 @@ impl Serve {
             }
         });
         let station = RunningStation::start(config, arms.clone(), sink);
+        let joined = self.site.join(&entries, &station, &store).await?;
         let (url, api) = (listener.url(), listener.api_url());
         let exposed = !listener.is_loopback();
         let names: Vec<_> = entries.iter().map(|entry| entry.name.clone()).collect();
         let announced = (exposed && !self.no_announce)
             .then(|| Announcement::new(listener.addresses(), listener.is_encrypted(), &names));
         let service = link.is_some().then(|| self.link.service(&station));
-        let admission = Admission {
-            hosts: self.allow_host.clone(),
-            origins: self.allow_origin.clone(),
+        let pages = match self.no_studio {
+            true => Pages::default(),
+            false => studio::pages(),
         };
-        let options = HttpOptions {
-            admission: admission.clone(),
-            tokens: store.clone(),
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            tries: Tries::default(),
-            uploads: Uploads::default(),
-            link: service.clone().map(link::calls),
-            pages: if self.no_studio {
-                Pages::default()
-            } else {
-                studio::pages()
-            },
-        };
+        let mut options = self.front.http(store.clone(), pages);
+        options.link = service.clone().map(link::calls);
         let (over, ends) = watch::channel(false);
         let linked = link.as_ref().map(Link::url);
         let linking = match (link, &service) {
             (Some(link), Some(service)) => Some(tokio::spawn(link.serve(
                 service.clone(),
-                admission,
+                self.front.admission(),
                 ends.clone(),
             ))),
             _ => None,
@@ -456,6 +408,13 @@ impl Serve {
         let ports: Vec<_> = entries.iter().map(|entry| entry.port.clone()).collect();
         let holder = Holder::write(&url, &ports, &names);
         tell(format_args!("serving {url}"));
+        if let Some(joined) = &joined {
+            let (name, station) = (joined.name(), joined.station());
+            let arms = names.join(", ");
+            tell(format_args!(
+                "on the site {name} as station {station}: {arms}"
+            ));
+        }
         if let Some(linked) = &linked {
             tell(format_args!("programs for DobotLink at {linked}"));
         }
@@ -465,18 +424,13 @@ impl Serve {
         if let Some(Err(error)) = &announced {
             tell(format_args!("not announced on the local network: {error}"));
         }
-        if self.pair {
-            let code = store.pair(magician_station::Role::Student)?;
-            tell(format_args!(
-                "code {code}, good for one token within two minutes"
-            ));
-        }
+        self.front.tell_code(&store)?;
         if exposed && self.shown != Shown::No && !json {
             studio::show_address(&studio::seen_from_elsewhere(&url));
         }
         studio::show(self.shown, &url);
         if json {
-            say_addresses(&url, &api, linked.as_deref(), &entries)?;
+            say_addresses(&url, &api, linked.as_deref(), joined.as_ref(), &entries)?;
         } else {
             say_ready();
         }
@@ -487,11 +441,15 @@ impl Serve {
         }
         // A second signal ends at once.
         let stopping = async {
+            let leaving = joined.map(|joined| tokio::spawn(joined.leave()));
             let stops = arms.iter().map(|arm| timeout(STOPPING, quiet(arm)));
             let stops = stops.collect::<Vec<_>>();
             let mut unanswered = false;
             for stop in stops {
                 unanswered |= !matches!(stop.await, Ok(true));
+            }
+            if let Some(leaving) = leaving {
+                let _ = timeout(STOPPING, leaving).await;
             }
             let _ = over.send(true);
             let _ = timeout(STOPPING, serving).await;
@@ -540,6 +498,7 @@ fn say_addresses(
     url: &str,
     api: &str,
     link: Option<&str>,
+    site: Option<&site::Joined>,
     entries: &[ArmEntry],
 ) -> Result<(), Failure> {
     use std::io::Write;
@@ -552,6 +511,7 @@ fn say_addresses(
         "url": url,
         "api": api,
         "link": link,
+        "site": site.map(|site| json!({"name": site.name(), "station": site.station()})),
         "arms": arms,
     });
     let mut stdout = std::io::stdout().lock();

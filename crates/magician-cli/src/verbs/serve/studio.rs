@@ -75,7 +75,7 @@ impl Studio {
 }
 
 /// The page for browsers.
-pub(super) fn pages() -> Pages {
+pub(crate) fn pages() -> Pages {
     Pages::new(files())
 }
 
@@ -140,6 +140,12 @@ pub(super) fn show(how: Shown, url: &str) {
     if shown.is_err() {
         tell(format_args!("no browser was found: open {url} yourself"));
     }
+}
+
+/// Opens a page in the system's browser; where that fails the address is enough.
+#[cfg(feature = "site")]
+pub(crate) fn open_in_browser(url: &str) {
+    show(Shown::InBrowser, url);
 }
 
 /// An address of a station as other computers have it: one that listens at all addresses is told by the one that the computer has to others.

@@ -1,0 +1,268 @@
+//! `fleet`: the arms of a site, wherever they are.
+
+#[cfg(feature = "site")]
+mod list;
+#[cfg(feature = "site")]
+mod run;
+#[cfg(feature = "site")]
+mod stop;
+#[cfg(feature = "site")]
+mod studio;
+#[cfg(feature = "site")]
+mod watch;
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand, ValueHint};
+use magician_program::Format;
+
+use super::preset::{MakingFlags, PresetName};
+use super::serve::{FrontFlags, name_of_site};
+#[cfg(not(feature = "site"))]
+use crate::context::Context;
+#[cfg(not(feature = "site"))]
+use crate::failure::Failure;
+use crate::options::seconds_from_zero;
+
+/// List, watch, stop and run the arms of all stations of a site
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Stations join a site with `magician serve --site NAME`; on a local network they find each other. What does more than to look needs a token of the \
+stations, in MAGICIAN_TOKEN; `magician station token` makes one.
+
+  magician fleet --site lab list
+  magician fleet --site lab watch
+  magician fleet --site lab stop --all
+  magician fleet --site lab run star.svg --on a1,a2,a3 --stagger 2
+  magician fleet --site lab run star.svg --any 5 --fit
+  magician fleet --site lab studio")]
+pub(crate) struct Fleet {
+    /// The site
+    #[arg(long, env = "MAGICIAN_SITE", hide_env_values = true, global = true, value_name = "NAME", value_parser = name_or_nothing)]
+    site: Option<String>,
+    /// Settings of Zenoh for the site, JSON5
+    #[arg(long, global = true, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    site_config: Option<PathBuf>,
+    #[command(subcommand)]
+    deed: Deed,
+}
+
+#[derive(Debug, Subcommand)]
+enum Deed {
+    /// List the arms: name, station, machine, port, state, holder, job
+    List,
+    /// Watch the arms until Ctrl-C: a table on a terminal, else a line for each change
+    Watch,
+    /// Stop arms, all at once
+    Stop(Stop),
+    /// Run a file on several arms
+    Run(Box<Run>),
+    /// See and move all arms in the browser, as those of one station
+    Studio(Box<Studio>),
+}
+
+#[derive(Args, Debug)]
+#[command(after_help = "\
+The page is that of `magician studio`: its view of all arms shows those of every station, as they come and go. Whoever opens it on this machine acts \
+at the stations by the token in MAGICIAN_TOKEN; whoever comes from elsewhere brings a token that is good here and there. Leases stay with the stations: \
+when this program ends, jogs and moves stop, and jobs go on or pause as they were started. Ends with Ctrl-C.")]
+struct Studio {
+    #[command(flatten)]
+    front: FrontFlags,
+    /// Open no browser
+    #[arg(long)]
+    no_open: bool,
+}
+
+#[derive(Args, Debug)]
+#[group(required = true, multiple = false)]
+struct Stop {
+    /// The arms
+    #[arg(value_name = "NAME")]
+    names: Vec<String>,
+    /// Every arm of the site
+    #[arg(long)]
+    all: bool,
+}
+
+#[derive(Args, Debug)]
+#[group(id = "where", required = true, multiple = false, args = ["on", "any"])]
+#[command(after_help = "\
+The file is checked at each arm first; nothing starts unless it can be done by all of them. Each arm does it as a job of its own, which goes on whatever \
+becomes of this program or of the network; Ctrl-C stops the jobs that were started here, --detach leaves them to the stations at once.")]
+struct Run {
+    /// File to run; `-` reads stdin
+    #[arg(value_hint = ValueHint::FilePath)]
+    file: PathBuf,
+    /// File type, if neither name nor content shows it, as `magician run` takes it
+    #[arg(long, value_name = "FORMAT")]
+    format: Option<Format>,
+    /// On these arms
+    #[arg(long, value_name = "NAME,NAME", value_delimiter = ',')]
+    on: Vec<String>,
+    /// On so many arms that are free, homed and without alarm, in the order of their names
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    any: Option<u64>,
+    /// Seconds from the start of one arm to that of the next
+    #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = seconds_from_zero)]
+    stagger: std::time::Duration,
+    /// Start the jobs, and leave them to the stations
+    #[arg(long)]
+    detach: bool,
+    /// Draw or engrave even where an arm was not homed since power-up: it may draw in the wrong place
+    #[arg(long)]
+    unhomed: bool,
+    /// Take flags that are not given from this preset of the stations
+    #[arg(long, value_name = "NAME", value_parser = PresetName, hide_possible_values = true)]
+    preset: Option<String>,
+    #[command(flatten)]
+    making: MakingFlags,
+}
+
+/// The name of a site. An empty variable says nothing, as an empty port does.
+fn name_or_nothing(text: &str) -> Result<String, &'static str> {
+    match text {
+        "" => Ok(String::new()),
+        text => name_of_site(text),
+    }
+}
+
+#[cfg(not(feature = "site"))]
+impl Fleet {
+    pub(crate) fn run(self, _: &mut Context) -> Result<(), Failure> {
+        Err(super::serve::unsupported())
+    }
+}
+
+#[cfg(feature = "site")]
+pub(super) use with::{Known, condition, gather, job_of};
+
+#[cfg(feature = "site")]
+mod with {
+    use std::collections::{BTreeMap, BTreeSet};
+    use std::time::Duration;
+
+    use magician::ErrorKind;
+    use magician_site::carrier::ZenohSite;
+    use magician_site::{ArmAt, ArmNews, Caller, Site};
+    use serde_json::{Value, json};
+    use tokio::time::{Instant, sleep_until, timeout_at};
+
+    use super::{Deed, Fleet};
+    use crate::context::Context;
+    use crate::failure::{Failure, Kind};
+
+    /// A site that is joined shows its arms within this.
+    const GATHERING: Duration = Duration::from_millis(700);
+    /// And what they do within this.
+    const NEWS: Duration = Duration::from_millis(1300);
+
+    /// The arms that are there, with what was heard of each.
+    pub(in super::super) type Known = BTreeMap<ArmAt, Option<ArmNews>>;
+
+    impl Fleet {
+        pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+            let Some(name) = self.site.filter(|name| !name.is_empty()) else {
+                return Err(Failure::usage("which site is not said")
+                    .hint("give --site NAME, as the stations have it, or set MAGICIAN_SITE"));
+            };
+            let caller = Caller {
+                token: context.global.token(),
+                client: format!("magician fleet {}", env!("CARGO_PKG_VERSION")),
+            };
+            let config = self.site_config.as_deref();
+            let join = async || {
+                let name = name.parse().map_err(Failure::usage)?;
+                Ok::<_, Failure>(ZenohSite::join(name, config).await?)
+            };
+            match self.deed {
+                Deed::List => super::list::run(context, join),
+                Deed::Watch => super::watch::run(context, join),
+                Deed::Stop(stop) => stop.run(context, caller, join),
+                Deed::Run(run) => run.run(context, caller, join),
+                Deed::Studio(studio) => studio.run(context, caller, join),
+            }
+        }
+    }
+
+    /// Waits until the arms of a site have shown themselves.
+    pub(in super::super) async fn gather(site: &ZenohSite) -> Result<Known, Failure> {
+        let begun = Instant::now();
+        let mut events = site.watch();
+        sleep_until(begun + GATHERING).await;
+        let all_told = async {
+            while site.arms().is_empty() || site.arms().values().any(Option::is_none) {
+                events.next().await;
+            }
+        };
+        let _ = timeout_at(begun + NEWS, all_told).await;
+        let arms = site.arms();
+        if arms.is_empty() {
+            return Err(nobody(site));
+        }
+        Ok(arms)
+    }
+
+    fn nobody(site: &ZenohSite) -> Failure {
+        let message = format!("nobody is on the site {}", site.name());
+        Failure::new(Kind::Driver(ErrorKind::Timeout), message)
+            .hint("stations join it with `magician serve --site NAME`, on the same network")
+    }
+
+    /// Names that are more than one arm.
+    pub(in super::super) fn twins(known: &Known) -> BTreeSet<String> {
+        let mut seen = BTreeSet::new();
+        let names = known.keys().map(|at| at.arm.clone());
+        names.filter(|name| !seen.insert(name.clone())).collect()
+    }
+
+    /// What an arm does, in a word or two.
+    pub(in super::super) fn condition(news: Option<&ArmNews>) -> String {
+        let state = match news {
+            Some(news) if !news.state.is_null() => &news.state,
+            Some(_) => return "no line".to_owned(),
+            None => return "silent".to_owned(),
+        };
+        let alarms: Vec<_> = { state["alarms"].as_array().into_iter().flatten() }
+            .filter_map(Value::as_u64)
+            .map(|code| format!("{code:#04x}"))
+            .collect();
+        if state["link"] == "lost" {
+            "no line".to_owned()
+        } else if !alarms.is_empty() {
+            format!("alarm {}", alarms.join(" "))
+        } else if state["moving"] == true {
+            "moving".to_owned()
+        } else if state["homed"] == false {
+            "not homed".to_owned()
+        } else {
+            "ready".to_owned()
+        }
+    }
+
+    /// The job of an arm, and its holder; empty without.
+    pub(in super::super) fn job_of(news: Option<&ArmNews>) -> (String, String) {
+        let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
+        news.map_or_else(Default::default, |news| {
+            (
+                text(&news.state["job"]),
+                text(&news.state["holder"]["name"]),
+            )
+        })
+    }
+
+    /// An arm as JSON has it.
+    pub(in super::super) fn as_json(at: &ArmAt, news: Option<&ArmNews>, is_twin: bool) -> Value {
+        json!({
+            "name": at.arm,
+            "station": at.station.to_string(),
+            "machine": news.map(|news| &news.machine),
+            "port": news.map(|news| &news.port),
+            "virtual": news.map(|news| news.is_virtual),
+            "twin": is_twin,
+            "state": news.map_or(&Value::Null, |news| &news.state),
+        })
+    }
+}
+#[cfg(feature = "site")]
+pub(super) use with::{as_json, twins};

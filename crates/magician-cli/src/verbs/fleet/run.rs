@@ -1,0 +1,542 @@
+//! `fleet run`: one file on several arms, each as a job of its station.
+
+use std::collections::BTreeMap;
+use std::io::{IsTerminal, Write};
+use std::sync::Arc;
+use std::time::Duration;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use magician::ErrorKind;
+use magician_job::presets::said;
+use magician_site::carrier::ZenohSite;
+use magician_site::{ArmAt, Caller, Site, SiteError, SiteEvent};
+use serde_json::{Map, Value, json};
+use tokio::task::JoinSet;
+use tokio::time::{Instant, sleep_until, timeout};
+
+use super::stop::no_token;
+use super::{Known, Run, gather, twins};
+use crate::context::Context;
+use crate::failure::{Failure, Kind};
+use crate::interrupt::Signals;
+use crate::output::Output;
+use crate::source::Source;
+
+/// A file that is longer does not fit into a request of 1 MiB, as text or in base64.
+const LARGEST: usize = 700 * 1024;
+/// Jobs get so long to stop.
+const STOPPING: Duration = Duration::from_secs(5);
+/// A station that is gone is waited for so long at the end.
+const GONE: Duration = Duration::from_secs(30);
+
+impl Run {
+    pub(super) fn run(
+        self,
+        context: &mut Context,
+        caller: Caller,
+        join: impl AsyncFnOnce() -> Result<ZenohSite, Failure>,
+    ) -> Result<(), Failure> {
+        if caller.token.is_none() {
+            return Err(no_token());
+        }
+        let params = self.params(context.global.yes)?;
+        let json = context.global.json;
+        context.alone(async |out, signals| {
+            let site = Arc::new(join().await?);
+            let known = gather(&site).await?;
+            let arms = self.choose(&known)?;
+            let fleet = Fleet {
+                site,
+                caller,
+                params,
+            };
+            tokio::select! {
+                checked = fleet.check(&arms) => checked?,
+                _ = signals.next() => return Err(Failure::interrupted()),
+            }
+            let mut run = Jobs::new(fleet, arms, json);
+            let interrupted = tokio::select! {
+                ran = run.go(self.stagger, self.detach, out) => { ran?; false }
+                _ = signals.next() => true,
+            };
+            if interrupted {
+                return Err(run.stop(out, signals).await);
+            }
+            run.outcome(self.detach)
+        })
+    }
+
+    /// What is asked of each station, but for the arm.
+    fn params(&self, yes: bool) -> Result<Map<String, Value>, Failure> {
+        let source = Source::open(&self.file)?;
+        let format = source.format(self.format)?;
+        let bytes = source.bytes();
+        if bytes.len() > LARGEST {
+            let message = format!("{} is larger than {} KiB", source.name, LARGEST / 1024);
+            return Err(Failure::invalid(message)
+                .hint("put it into the library of each station, and start it there"));
+        }
+        let mut params = Map::new();
+        match std::str::from_utf8(bytes) {
+            Ok(text) => params.insert("text".to_owned(), json!(text)),
+            Err(_) => params.insert("data".to_owned(), json!(STANDARD.encode(bytes))),
+        };
+        params.insert("format".to_owned(), json!(format.name()));
+        let mut setup = said(&self.making.options());
+        if let Some(preset) = &self.preset {
+            setup.insert("preset".to_owned(), json!(preset));
+        }
+        if !setup.is_empty() {
+            params.insert("setup".to_owned(), Value::Object(setup));
+        }
+        for (name, is_on) in [("yes", yes), ("unhomed", self.unhomed)] {
+            if is_on {
+                params.insert(name.to_owned(), json!(true));
+            }
+        }
+        Ok(params)
+    }
+
+    /// The arms that are meant, all of them free.
+    fn choose(&self, known: &Known) -> Result<Vec<ArmAt>, Failure> {
+        let refuse = |message| Failure::new(Kind::Driver(ErrorKind::Port), message);
+        let twins = twins(known);
+        let free = |at: &ArmAt| {
+            let state = known
+                .get(at)
+                .and_then(Option::as_ref)
+                .map(|news| &news.state);
+            let Some(state) = state.filter(|state| state["link"] == "up") else {
+                return Err(format!("{} has no line to its arm", at.arm));
+            };
+            match (&state["job"], &state["holder"]["name"]) {
+                (Value::String(job), _) => Err(format!("{} has the job {job}", at.arm)),
+                (_, Value::String(holder)) => Err(format!("{} is held by {holder}", at.arm)),
+                _ => Ok(state),
+            }
+        };
+        if let Some(wanted) = self.any {
+            // An arm tells that it was not homed, by an alarm; that it was it cannot tell.
+            let able = |at: &&ArmAt| {
+                !twins.contains(&at.arm)
+                    && free(at).is_ok_and(|state| {
+                        state["homed"] != false
+                            && state["alarms"].as_array().is_some_and(Vec::is_empty)
+                    })
+            };
+            let able: Vec<_> = known.keys().filter(able).cloned().collect();
+            let count = able.len() as u64;
+            if count < wanted {
+                let message = format!(
+                    "{wanted} arms are wanted, and {count} are free, homed and without alarm"
+                );
+                return Err(refuse(message).hint("`magician fleet list` says what the others do"));
+            }
+            return Ok(able.into_iter().take(wanted as usize).collect());
+        }
+        let mut arms: Vec<ArmAt> = Vec::new();
+        for name in &self.on {
+            let Some(at) = known.keys().find(|at| at.arm == *name) else {
+                let message = format!("{name} is not on the site");
+                return Err(Failure::new(Kind::Driver(ErrorKind::Timeout), message));
+            };
+            if twins.contains(name) {
+                return Err(refuse(format!("two stations have an arm {name}")));
+            }
+            free(at).map_err(refuse)?;
+            if arms.contains(at) {
+                return Err(Failure::usage(format!("{name} is named twice")));
+            }
+            arms.push(at.clone());
+        }
+        Ok(arms)
+    }
+}
+
+/// The site, and what is asked of it.
+struct Fleet {
+    site: Arc<ZenohSite>,
+    caller: Caller,
+    params: Map<String, Value>,
+}
+
+/// Why something was not done, and whether that is certain.
+struct Why {
+    text: String,
+    kind: Kind,
+}
+
+impl Fleet {
+    /// Asks something of a station, once.
+    async fn ask(&self, at: &ArmAt, method: &str, params: &Value) -> Result<Value, Why> {
+        let request = json!({"jsonrpc": "2.0", "id": 1, "method": method, "params": params});
+        let answer = self.site.call(at, &self.caller, request.to_string()).await;
+        let answer = answer.map_err(|error| Why {
+            text: error.to_string(),
+            kind: Kind::Driver(match error {
+                SiteError::NoAnswer => ErrorKind::Uncertain,
+                SiteError::Refused(_) => ErrorKind::Unexpected,
+                _ => ErrorKind::Timeout,
+            }),
+        })?;
+        let mut answer: Value = answer
+            .and_then(|text| serde_json::from_str(&text).ok())
+            .unwrap_or_default();
+        if let Some(error) = answer.get("error") {
+            return Err(Why {
+                text: error["message"].as_str().unwrap_or_default().to_owned(),
+                kind: match error["code"].as_i64() {
+                    Some(-32004) => Kind::CheckFailed,
+                    _ => Kind::Driver(ErrorKind::Unexpected),
+                },
+            });
+        }
+        Ok(answer["result"].take())
+    }
+
+    fn with_arm(&self, at: &ArmAt) -> Map<String, Value> {
+        let mut params = self.params.clone();
+        params.insert("arm".to_owned(), json!(at.arm));
+        params
+    }
+
+    /// Whether every arm can do it; nothing moves.
+    async fn check(&self, arms: &[ArmAt]) -> Result<(), Failure> {
+        let mut wrong = Vec::new();
+        let mut kind = Kind::CheckFailed;
+        // One after the other: a check is work for the machine, which may be the same one.
+        for at in arms {
+            let mut params = self.with_arm(at);
+            params.remove("yes");
+            params.remove("unhomed");
+            match self.ask(at, "job.check", &Value::Object(params)).await {
+                Ok(report) => {
+                    if let Some(why) = refusal(&report) {
+                        wrong.push(format!("{}: {why}", at.arm));
+                    }
+                }
+                Err(why) => {
+                    kind = why.kind;
+                    wrong.push(format!("{}: {}", at.arm, why.text));
+                }
+            }
+        }
+        match wrong.is_empty() {
+            true => Ok(()),
+            false => Err(Failure::new(kind, wrong.join("\n")).hint("nothing was started")),
+        }
+    }
+
+    /// Starts it on one arm; the job's id.
+    async fn start(&self, at: &ArmAt) -> Result<String, Why> {
+        let mut params = self.with_arm(at);
+        params.insert("on_lost".to_owned(), json!("continue"));
+        let started = self.ask(at, "job.start", &Value::Object(params)).await?;
+        let job = started["job"].as_str();
+        job.map(str::to_owned).ok_or_else(|| Why {
+            text: "it has not named its job".to_owned(),
+            kind: Kind::Driver(ErrorKind::Uncertain),
+        })
+    }
+}
+
+/// Why a check refuses; none where it does not.
+fn refusal(report: &Value) -> Option<String> {
+    if report["ok"] != false {
+        return None;
+    }
+    let first = report["complaints"][0]["message"].as_str();
+    Some(first.unwrap_or("the check refuses it").to_owned())
+}
+
+/// An arm's part.
+#[derive(Default)]
+struct Part {
+    job: Option<String>,
+    /// As `job.get` has it.
+    seen: Value,
+    why: Option<Why>,
+    is_gone: bool,
+}
+
+impl Part {
+    fn state(&self) -> &str {
+        self.seen["state"].as_str().unwrap_or("waiting")
+    }
+
+    fn is_over(&self) -> bool {
+        self.why.is_some() || ["done", "stopped", "failed", "interrupted"].contains(&self.state())
+    }
+
+    fn line(&self) -> String {
+        if let Some(why) = &self.why {
+            return why.text.clone();
+        }
+        let mut line = self.state().to_owned();
+        if let (Some(step), Some(steps)) = (self.seen["step"].as_u64(), self.seen["steps"].as_u64())
+        {
+            line.push_str(&format!(", step {step} of {steps}"));
+        }
+        if let Some(left) = self.seen["seconds_left"].as_f64() {
+            line.push_str(&format!(", {left:.0} s left"));
+        }
+        if let Some(error) = self.seen["error"]["message"].as_str() {
+            line.push_str(&format!(": {error}"));
+        }
+        if self.is_gone && !self.is_over() {
+            line.push_str("; its station cannot be reached, the job goes on there");
+        }
+        line
+    }
+}
+
+/// The jobs of all arms.
+struct Jobs {
+    fleet: Arc<Fleet>,
+    parts: BTreeMap<ArmAt, Part>,
+    order: Vec<ArmAt>,
+    starting: JoinSet<(ArmAt, Result<String, Why>)>,
+    json: bool,
+    told: BTreeMap<ArmAt, String>,
+    drawn: usize,
+}
+
+impl Jobs {
+    fn new(fleet: Fleet, order: Vec<ArmAt>, json: bool) -> Self {
+        Self {
+            fleet: Arc::new(fleet),
+            parts: order
+                .iter()
+                .map(|at| (at.clone(), Part::default()))
+                .collect(),
+            order,
+            starting: JoinSet::new(),
+            json,
+            told: BTreeMap::new(),
+            drawn: 0,
+        }
+    }
+
+    /// Starts all, one after the other, and follows them. Dropped, it leaves what it started under way.
+    async fn go(
+        &mut self,
+        stagger: Duration,
+        detach: bool,
+        out: &mut Output,
+    ) -> Result<(), Failure> {
+        let mut events = self.fleet.site.watch();
+        let mut waiting: std::collections::VecDeque<_> = self.order.clone().into();
+        let mut next = Instant::now();
+        let mut gone_since = None;
+        loop {
+            self.tell(out)?;
+            let started = waiting.is_empty() && self.starting.is_empty();
+            if started && (detach || self.parts.values().all(Part::is_over)) {
+                return Ok(());
+            }
+            let left = self.parts.values().filter(|part| !part.is_over());
+            let all_gone = started && left.clone().all(|part| part.is_gone);
+            gone_since = all_gone.then(|| gone_since.unwrap_or_else(Instant::now));
+            tokio::select! {
+                () = sleep_until(next), if !waiting.is_empty() => {
+                    if let Some(at) = waiting.pop_front() {
+                        let fleet = Arc::clone(&self.fleet);
+                        self.starting.spawn(async move {
+                            let started = fleet.start(&at).await;
+                            (at, started)
+                        });
+                    }
+                    next = Instant::now() + stagger;
+                }
+                Some(started) = self.starting.join_next() => {
+                    if let Ok((at, started)) = started {
+                        self.has_started(&at, started);
+                        self.look(&at).await;
+                    }
+                }
+                event = events.next() => match event {
+                    SiteEvent::Job(at, job) => self.see(&at, job),
+                    SiteEvent::Left(at) => {
+                        if let Some(part) = self.parts.get_mut(&at) {
+                            part.is_gone = true;
+                        }
+                    }
+                    SiteEvent::Arrived(at) => {
+                        if self.parts.get(&at).is_some_and(|part| part.is_gone) {
+                            self.look(&at).await;
+                        }
+                    }
+                    SiteEvent::Missed => {
+                        for at in self.order.clone() {
+                            self.look(&at).await;
+                        }
+                    }
+                    SiteEvent::News(..) | SiteEvent::Event(..) => {}
+                },
+                () = async {
+                    match gone_since {
+                        Some(since) => sleep_until(since + GONE).await,
+                        None => std::future::pending().await,
+                    }
+                } => return Ok(()),
+            }
+        }
+    }
+
+    fn has_started(&mut self, at: &ArmAt, started: Result<String, Why>) {
+        if let Some(part) = self.parts.get_mut(at) {
+            match started {
+                Ok(job) => part.job = Some(job),
+                Err(why) => part.why = Some(why),
+            }
+        }
+    }
+
+    /// A job that has changed, if it is one of ours.
+    fn see(&mut self, at: &ArmAt, job: Value) {
+        if let Some(part) = self.parts.get_mut(at)
+            && part.job.as_deref() == job["job"].as_str()
+            && part.job.is_some()
+        {
+            part.is_gone = false;
+            part.seen = job;
+        }
+    }
+
+    /// Asks how a job stands: what was told before we knew it was missed.
+    async fn look(&mut self, at: &ArmAt) {
+        let Some(job) = self.parts.get(at).and_then(|part| part.job.clone()) else {
+            return;
+        };
+        let of_job = json!({"job": job});
+        let asked = self.fleet.ask(at, "job.get", &of_job);
+        if let Ok(Ok(job)) = timeout(STOPPING, asked).await {
+            self.see(at, job);
+        }
+    }
+
+    fn tell(&mut self, out: &mut Output) -> Result<(), Failure> {
+        if !self.json && std::io::stdout().is_terminal() {
+            if self.drawn > 0 {
+                write!(out, "\x1b[{}A", self.drawn)?;
+            }
+            for at in &self.order {
+                write!(out, "\x1b[K")?;
+                out.line(format_args!("{}: {}", at.arm, self.parts[at].line()))?;
+            }
+            self.drawn = self.order.len();
+            return out.flush();
+        }
+        for at in &self.order {
+            let part = &self.parts[at];
+            // Else each step would be a line.
+            let state = match part.why {
+                Some(_) => "not started",
+                None => part.state(),
+            };
+            let mark = match self.json {
+                true => part.seen.to_string() + &part.line(),
+                false => format!("{state}{}", part.is_gone),
+            };
+            if self.told.insert(at.clone(), mark.clone()).as_ref() == Some(&mark) {
+                continue;
+            }
+            match self.json {
+                true => out.event(&json!({
+                    "arm": at.arm,
+                    "station": at.station.to_string(),
+                    "state": state,
+                    "job": part.seen,
+                    "gone": part.is_gone,
+                    "error": part.why.as_ref().map(|why| &why.text),
+                }))?,
+                false => out.line(format_args!("{}: {}", at.arm, part.line()))?,
+            }
+        }
+        out.flush()
+    }
+
+    /// Stops what was started here, also what is just being started.
+    async fn stop(&mut self, out: &mut Output, signals: &mut Signals) -> Failure {
+        let stopping = async {
+            let started = async {
+                while let Some(started) = self.starting.join_next().await {
+                    if let Ok((at, started)) = started {
+                        self.has_started(&at, started);
+                    }
+                }
+            };
+            let in_doubt = timeout(STOPPING, started).await.is_err();
+            let mut stops = JoinSet::new();
+            for (at, part) in self.parts.iter().filter(|(_, part)| !part.is_over()) {
+                let Some(job) = part.job.clone() else {
+                    continue;
+                };
+                let (fleet, at) = (Arc::clone(&self.fleet), at.clone());
+                stops.spawn(async move {
+                    let of_job = json!({"job": job});
+                    let stopped = fleet.ask(&at, "job.stop", &of_job);
+                    let stopped = timeout(STOPPING, stopped).await;
+                    (at, stopped.is_ok_and(|stopped| stopped.is_ok()))
+                });
+            }
+            let mut unstopped = Vec::new();
+            while let Some(Ok((at, stopped))) = stops.join_next().await {
+                if stopped {
+                    self.look(&at).await;
+                } else {
+                    unstopped.push(at.arm);
+                }
+            }
+            (in_doubt, unstopped)
+        };
+        let ended = tokio::select! {
+            ended = stopping => ended,
+            _ = signals.next() => return Failure::interrupted(),
+        };
+        if let Err(failure) = self.tell(out) {
+            return failure;
+        }
+        match ended {
+            (false, unstopped) if unstopped.is_empty() => Failure::new(
+                Kind::Interrupted,
+                "interrupted; the jobs that were started here are stopped",
+            ),
+            (_, unstopped) => {
+                let names = unstopped.join(", ");
+                let message = match names.is_empty() {
+                    true => "interrupted; a job that was being started may run".to_owned(),
+                    false => format!("interrupted; not stopped for certain: {names}"),
+                };
+                Failure::new(Kind::Interrupted, message)
+                    .hint("`magician fleet list` says what runs, `magician fleet stop` stops arms")
+            }
+        }
+    }
+
+    fn outcome(&self, detach: bool) -> Result<(), Failure> {
+        let mut failed = Vec::new();
+        let mut kind = Kind::Driver(ErrorKind::Unexpected);
+        for at in &self.order {
+            let part = &self.parts[at];
+            match &part.why {
+                Some(why) => {
+                    kind = why.kind;
+                    failed.push(format!("{}: {}", at.arm, why.text));
+                }
+                None if detach || part.state() == "done" => {}
+                None => {
+                    if part.is_gone {
+                        kind = Kind::Driver(ErrorKind::Timeout);
+                    }
+                    failed.push(format!("{}: {}", at.arm, part.line()));
+                }
+            }
+        }
+        match failed.is_empty() {
+            true => Ok(()),
+            false => Err(Failure::new(kind, failed.join("\n"))),
+        }
+    }
+}

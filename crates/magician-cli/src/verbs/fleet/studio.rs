@@ -1,0 +1,105 @@
+//! `fleet studio`: the studio with the arms of all stations.
+
+use std::sync::Arc;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use magician_site::carrier::ZenohSite;
+use magician_site::hub::{HubConfig, RunningHub};
+use magician_site::{Caller, Site};
+use magician_station::http::JournalFile;
+use magician_station::{FormatReader, StationConfig};
+use serde_json::json;
+use tokio::sync::watch;
+use tokio::time::timeout;
+
+use super::{Studio, gather};
+use crate::context::Context;
+use crate::failure::Failure;
+use crate::paint::tell;
+use crate::serving::say_ready;
+use crate::verbs::{job, serve};
+
+/// Sockets say goodbye within this.
+const STOPPING: Duration = Duration::from_secs(2);
+
+impl Studio {
+    pub(super) fn run(
+        mut self,
+        context: &mut Context,
+        caller: Caller,
+        join: impl AsyncFnOnce() -> Result<ZenohSite, Failure>,
+    ) -> Result<(), Failure> {
+        let config = context.config()?;
+        self.front.fill_in(&config);
+        let store = self.front.tokens()?;
+        let tls = self.front.tls()?;
+        let since = { SystemTime::now().duration_since(UNIX_EPOCH) }.unwrap_or_default();
+        let mut station = StationConfig::new(Vec::new(), format!("{:x}", since.as_millis()));
+        station.unix_zero = since.as_secs_f64();
+        station.read_only = self.front.read_only;
+        let mut reader = FormatReader::new(job::defaults(&config)?);
+        if let Some(programs) = self.front.programs()? {
+            reader = reader.with_library(Arc::clone(&programs));
+            station.programs = programs;
+        }
+        station.reader = Arc::new(reader);
+        let journal = serve::folder()?.map(|folder| JournalFile::at(folder.join("hub.jsonl")));
+        let json = context.global.json;
+        context.let_go()?;
+        context.alone(async |_, signals| {
+            let listener = self.front.bind(tls).await?;
+            let site = join().await?;
+            // A page that is opened now shows the arms at once; one that comes later is shown as well.
+            let arms = gather(&site).await.map(|known| known.len());
+            if caller.token.is_none() {
+                tell(format_args!(
+                    "without a token of the stations in MAGICIAN_TOKEN pages of this machine see the arms, and move and stop none"
+                ));
+            }
+            let hub = HubConfig {
+                station,
+                token: caller.token,
+                journal: Box::new(move |line| {
+                    if let Some(journal) = &journal {
+                        journal.write(&line);
+                    }
+                }),
+            };
+            let name = site.name().to_owned();
+            let hub = RunningHub::start(hub, Arc::new(site));
+            let (url, api) = (listener.url(), listener.api_url());
+            let exposed = !listener.is_loopback();
+            let options = self.front.http(store.clone(), serve::pages());
+            let (over, ends) = watch::channel(false);
+            let serving = tokio::spawn(listener.serve(hub.clone(), options, ends));
+            match arms {
+                Ok(arms) => tell(format_args!("serving {url}: {arms} arms of the site {name}")),
+                Err(_) => tell(format_args!("serving {url}: nobody is on the site {name} yet")),
+            }
+            if exposed {
+                tell(format_args!("other computers reach it: each needs a token"));
+            }
+            self.front.tell_code(&store)?;
+            if !self.no_open {
+                serve::open_in_browser(&url);
+            }
+            if json {
+                use std::io::Write;
+                let ready = json!({"ready": true, "url": url, "api": api, "site": name});
+                let mut stdout = std::io::stdout().lock();
+                writeln!(stdout, "{ready}")?;
+                stdout.flush()?;
+            } else {
+                say_ready();
+            }
+            signals.next().await;
+            let _ = over.send(true);
+            tokio::select! {
+                _ = timeout(STOPPING, serving) => {}
+                _ = signals.next() => return Err(Failure::interrupted()),
+            }
+            drop(hub);
+            Ok(())
+        })
+    }
+}

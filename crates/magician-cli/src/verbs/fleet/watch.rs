@@ -1,0 +1,112 @@
+//! `fleet watch`: the arms of a site as they are, until Ctrl-C.
+
+use std::io::{self, IsTerminal};
+use std::time::Duration;
+
+use magician_site::carrier::ZenohSite;
+use magician_site::{Site, SiteEvent};
+use serde_json::{Value, json};
+use tokio::time::{MissedTickBehavior, interval};
+
+use super::{as_json, condition, job_of};
+use crate::context::Context;
+use crate::failure::Failure;
+use crate::output::Output;
+
+/// The table is drawn so often at most.
+const FRAME: Duration = Duration::from_millis(200);
+/// Back to the corner, and away with what stands there.
+const CLEAR: &str = "\x1b[H\x1b[J";
+
+pub(super) fn run(
+    context: &mut Context,
+    join: impl AsyncFnOnce() -> Result<ZenohSite, Failure>,
+) -> Result<(), Failure> {
+    let json = context.global.json;
+    let drawn = !json && io::stdout().is_terminal();
+    context.attending(async |out| {
+        let site = join().await?;
+        match drawn {
+            true => table(&site, out).await,
+            false => lines(&site, json, out).await,
+        }
+    })
+}
+
+async fn table(site: &ZenohSite, out: &mut Output) -> Result<(), Failure> {
+    use io::Write;
+    let mut frames = interval(FRAME);
+    frames.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    loop {
+        frames.tick().await;
+        let known = site.arms();
+        write!(out, "{CLEAR}")?;
+        let (name, count) = (site.name(), known.len());
+        out.line(format_args!("site {name}: {count} arms"))?;
+        out.line("")?;
+        if !known.is_empty() {
+            super::list::rows(&known).write(out)?;
+        }
+        out.flush()?;
+    }
+}
+
+async fn lines(site: &ZenohSite, json: bool, out: &mut Output) -> Result<(), Failure> {
+    let mut events = site.watch();
+    let mut shown = std::collections::BTreeMap::new();
+    loop {
+        let event = events.next().await;
+        if json {
+            out.event(&as_event(&event))?;
+        } else if let Some(line) = as_line(&event, &mut shown) {
+            out.line(line)?;
+        }
+        out.flush()?;
+    }
+}
+
+/// What happened, as JSON.
+fn as_event(event: &SiteEvent) -> Value {
+    let of = |event: &str, at, news| {
+        let mut object = as_json(at, news, false);
+        object["event"] = json!(event);
+        object
+    };
+    let with = |event: &str, at: &magician_site::ArmAt, value: &Value| json!({"event": event, "name": at.arm, "station": at.station.to_string(), event: value});
+    match event {
+        SiteEvent::Arrived(at) => of("arrived", at, None),
+        SiteEvent::Left(at) => of("left", at, None),
+        SiteEvent::News(at, news) => of("state", at, Some(news)),
+        SiteEvent::Event(at, value) => with("arm-event", at, value),
+        SiteEvent::Job(at, value) => with("job", at, value),
+        SiteEvent::Missed => json!({"event": "missed"}),
+    }
+}
+
+/// What happened, as people are told: nothing where what is told has not changed.
+fn as_line(
+    event: &SiteEvent,
+    shown: &mut std::collections::BTreeMap<magician_site::ArmAt, String>,
+) -> Option<String> {
+    match event {
+        SiteEvent::Arrived(at) => Some(format!("{}: here, at station {}", at.arm, at.station)),
+        SiteEvent::Left(at) => {
+            shown.remove(at);
+            Some(format!("{}: gone", at.arm))
+        }
+        SiteEvent::News(at, news) => {
+            let (job, holder) = job_of(Some(news));
+            let mut line = condition(Some(news));
+            for (what, text) in [("held by", holder), ("job", job)] {
+                if !text.is_empty() {
+                    line.push_str(&format!(", {what} {text}"));
+                }
+            }
+            let is_new = shown.get(at) != Some(&line);
+            shown.insert(at.clone(), line.clone());
+            is_new.then(|| format!("{}: {line}", at.arm))
+        }
+        SiteEvent::Event(..) | SiteEvent::Job(..) => None,
+        SiteEvent::Missed => Some("some of what happened was missed".to_owned()),
+    }
+}

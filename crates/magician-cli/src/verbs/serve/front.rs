@@ -1,0 +1,137 @@
+//! What a station and a hub have in common: where they listen, who is let in, and the library of programs.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use clap::{Args, ValueHint};
+use magician_job::dirs;
+use magician_station::ProgramStore;
+use magician_station::http::{
+    Admission, HttpOptions, Listener, Pages, ProgramFolder, Tls, TokenStore, Tries, Uploads,
+};
+
+use crate::config::Config;
+use crate::failure::Failure;
+use crate::paint::tell;
+use crate::verbs::station::tokens;
+
+#[derive(Args, Debug)]
+pub(crate) struct FrontFlags {
+    /// Listen at this address; by default at port 8910 of this machine's own
+    #[arg(long, value_name = "HOST:PORT")]
+    pub(super) listen: Option<String>,
+    /// Print a code of six digits, good for one token within two minutes
+    #[arg(long)]
+    pair: bool,
+    /// Take the tokens of this file as well: TOKEN ROLE [NAME] a line
+    #[arg(long, value_name = "FILE")]
+    token_file: Option<PathBuf>,
+    /// Let pages of another site use the station, such as https://example.org
+    #[arg(long, value_name = "ORIGIN")]
+    allow_origin: Vec<String>,
+    /// Answer to another host name as well
+    #[arg(long, value_name = "HOST[:PORT]")]
+    allow_host: Vec<String>,
+    /// Encrypt connections: the certificate as PEM, followed by those that signed it; wants --tls-key
+    #[arg(long, value_name = "FILE", requires = "tls_key")]
+    tls_cert: Option<PathBuf>,
+    /// Key of the certificate as PEM
+    #[arg(long, value_name = "FILE", requires = "tls_cert")]
+    tls_key: Option<PathBuf>,
+    /// Let everybody look and stop, and nobody move
+    #[arg(long)]
+    pub(crate) read_only: bool,
+    /// Folder of the programs that are kept; by default `programs` in the user's data of magician
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    programs: Option<PathBuf>,
+}
+
+impl FrontFlags {
+    /// What the settings say where no flag does.
+    pub(crate) fn fill_in(&mut self, config: &Config) {
+        let listen = || config.says("serve.listen").map(str::to_owned);
+        self.listen = self.listen.take().or_else(listen);
+        let programs = || config.says("serve.programs").map(PathBuf::from);
+        self.programs = self.programs.take().or_else(programs);
+        for (given, name) in [
+            (&mut self.allow_host, "serve.allow_host"),
+            (&mut self.allow_origin, "serve.allow_origin"),
+        ] {
+            if given.is_empty() {
+                *given = config.list(name);
+            }
+        }
+    }
+
+    /// The tokens of this machine, and those of the file.
+    pub(crate) fn tokens(&self) -> Result<TokenStore, Failure> {
+        let store = tokens()?;
+        Ok(match &self.token_file {
+            Some(path) => store.with_list(path)?,
+            None => store,
+        })
+    }
+
+    /// Certificate and key, if connections are encrypted.
+    pub(crate) fn tls(&self) -> Result<Option<Tls>, Failure> {
+        Ok(match (&self.tls_cert, &self.tls_key) {
+            (Some(certificate), Some(key)) => Some(Tls::from_files(certificate, key)?),
+            _ => None,
+        })
+    }
+
+    /// Listens, before anything is accepted.
+    pub(crate) async fn bind(&self, tls: Option<Tls>) -> Result<Listener, Failure> {
+        let listener = Listener::bind(self.listen.as_deref()).await?;
+        Ok(match tls {
+            Some(tls) => listener.encrypted(tls),
+            None => listener,
+        })
+    }
+
+    /// The library of programs; none where the system names no place for one.
+    pub(crate) fn programs(&self) -> Result<Option<Arc<dyn ProgramStore>>, Failure> {
+        let usual = || dirs::data().map(|data| data.join("programs"));
+        let Some(folder) = self.programs.clone().or_else(usual) else {
+            return Ok(None);
+        };
+        if folder.exists() && !folder.is_dir() {
+            let message = format!("{} is no folder", folder.display());
+            return Err(Failure::invalid(message));
+        }
+        let folder = std::path::absolute(&folder).unwrap_or(folder);
+        Ok(Some(Arc::new(ProgramFolder::at(folder))))
+    }
+
+    /// Who is let in beside what is its own.
+    pub(crate) fn admission(&self) -> Admission {
+        Admission {
+            hosts: self.allow_host.clone(),
+            origins: self.allow_origin.clone(),
+        }
+    }
+
+    /// How it is on the network.
+    pub(crate) fn http(&self, tokens: TokenStore, pages: Pages) -> HttpOptions {
+        HttpOptions {
+            admission: self.admission(),
+            tokens,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            tries: Tries::default(),
+            uploads: Uploads::default(),
+            link: None,
+            pages,
+        }
+    }
+
+    /// Tells a code, where one is wanted.
+    pub(crate) fn tell_code(&self, tokens: &TokenStore) -> Result<(), Failure> {
+        if self.pair {
+            let code = tokens.pair(magician_station::Role::Student)?;
+            tell(format_args!(
+                "code {code}, good for one token within two minutes"
+            ));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,173 @@
+//! `--site`: the station as one of many.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueHint};
+use magician_station::http::TokenStore;
+use magician_station::{ArmEntry, RunningStation};
+
+use crate::failure::Failure;
+
+#[derive(Args, Debug)]
+pub(crate) struct SiteFlags {
+    /// Join a site, so that `magician fleet --site NAME` on other machines sees the arms: their names are needed once each
+    #[arg(long, value_name = "NAME", value_parser = name_of_site)]
+    pub(super) site: Option<String>,
+    /// Settings of Zenoh for the site, JSON5: whom to connect to, certificates, who may do what
+    #[arg(long, value_name = "FILE", requires = "site", value_hint = ValueHint::FilePath)]
+    site_config: Option<PathBuf>,
+}
+
+/// The name of a site.
+pub(crate) fn name_of_site(text: &str) -> Result<String, &'static str> {
+    match super::is_name(text) {
+        true => Ok(text.to_owned()),
+        false => Err(super::NAME_RULE),
+    }
+}
+
+#[cfg(not(feature = "site"))]
+pub(super) use without::Joined;
+#[cfg(not(feature = "site"))]
+pub(crate) use without::unsupported;
+
+/// A build without sites says so, and how to get one with them.
+#[cfg(not(feature = "site"))]
+mod without {
+    use magician::ErrorKind;
+
+    use crate::failure::{Failure, Kind};
+
+    /// There is no such thing.
+    #[derive(Debug)]
+    pub(in super::super) enum Joined {}
+
+    pub(crate) fn unsupported() -> Failure {
+        let message = "this build of magician knows no sites";
+        Failure::new(Kind::Driver(ErrorKind::Unsupported), message)
+            .hint("`cargo install magician-cli --features site` builds one that does")
+    }
+}
+
+#[cfg(not(feature = "site"))]
+impl SiteFlags {
+    /// Before anything is opened.
+    pub(super) fn check(&self) -> Result<(), Failure> {
+        match self.site {
+            Some(_) => Err(unsupported()),
+            None => Ok(()),
+        }
+    }
+
+    pub(super) fn name_of_only_arm(&self) -> Option<String> {
+        None
+    }
+
+    pub(super) async fn join(
+        &self,
+        _: &[ArmEntry],
+        _: &RunningStation,
+        _: &TokenStore,
+    ) -> Result<Option<Joined>, Failure> {
+        Ok(None)
+    }
+}
+
+#[cfg(not(feature = "site"))]
+impl Joined {
+    pub(super) fn name(&self) -> &str {
+        match *self {}
+    }
+
+    pub(super) fn station(&self) -> String {
+        match *self {}
+    }
+
+    pub(super) async fn leave(self) {
+        match self {}
+    }
+}
+
+/// On a site.
+#[cfg(feature = "site")]
+#[derive(Debug)]
+pub(super) struct Joined {
+    name: String,
+    node: magician_site::carrier::SiteNode,
+}
+
+#[cfg(feature = "site")]
+impl SiteFlags {
+    pub(super) fn check(&self) -> Result<(), Failure> {
+        Ok(())
+    }
+
+    /// What an arm is called that nobody has named: as its machine, because every name is on a site once.
+    pub(super) fn name_of_only_arm(&self) -> Option<String> {
+        self.site.as_ref()?;
+        magician_site::keys::name_like(&crate::mdns::host_name())
+    }
+
+    pub(super) async fn join(
+        &self,
+        entries: &[ArmEntry],
+        station: &RunningStation,
+        tokens: &TokenStore,
+    ) -> Result<Option<Joined>, Failure> {
+        use magician_site::carrier::{NodeOptions, ServedArm, SiteNode};
+
+        let Some(name) = &self.site else {
+            return Ok(None);
+        };
+        let arms = entries.iter().map(|entry| ServedArm {
+            name: entry.name.clone(),
+            port: entry.port.clone(),
+            is_virtual: entry.is_virtual,
+        });
+        let options = NodeOptions {
+            site: name.parse().map_err(Failure::usage)?,
+            machine: crate::mdns::host_name(),
+            arms: arms.collect(),
+            config: self.site_config.clone(),
+        };
+        let node = SiteNode::join(options, station.clone(), tokens.clone()).await?;
+        Ok(Some(Joined {
+            name: name.clone(),
+            node,
+        }))
+    }
+}
+
+#[cfg(feature = "site")]
+impl Joined {
+    pub(super) fn name(&self) -> &str {
+        &self.name
+    }
+
+    pub(super) fn station(&self) -> String {
+        self.node.id().to_string()
+    }
+
+    pub(super) async fn leave(self) {
+        self.node.leave().await;
+    }
+}
+
+#[cfg(feature = "site")]
+impl From<magician_site::carrier::CarrierError> for Failure {
+    fn from(error: magician_site::carrier::CarrierError) -> Self {
+        use magician::ErrorKind;
+        use magician_site::carrier::CarrierError;
+
+        use crate::failure::Kind;
+
+        let message = error.to_string();
+        match error {
+            CarrierError::Config(_) => Self::invalid(message)
+                .hint("the file has Zenoh's own settings, as the examples in docs/site"),
+            CarrierError::Taken { .. } => Self::new(Kind::Driver(ErrorKind::Port), message)
+                .hint("name the arm otherwise: --arm NAME=PORT"),
+            _ => Self::new(Kind::Driver(ErrorKind::Port), message),
+        }
+    }
+}

@@ -1,0 +1,252 @@
+//! What a station tells of its arms: state while somebody listens, events and jobs always.
+
+use std::future::pending;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use magician_station::http::TokenError;
+use magician_station::{Client, Grant, Outgoing, Peer, Role, RunningStation};
+use serde_json::{Map, Value, json};
+use tokio::sync::mpsc;
+use tokio::time::{Instant, sleep, sleep_until};
+use zenoh::pubsub::Publisher;
+use zenoh::qos::{CongestionControl, Priority};
+use zenoh::{Session, Wait};
+
+use super::node::ServedArm;
+use super::patiently;
+use crate::keys::{Keys, Topic};
+use crate::message::{EventMessage, JobMessage, StateMessage};
+use crate::{ArmNews, StateTelling, StationId};
+
+/// Arms that one client of the station tells of: as many as a socket has subscriptions.
+pub(super) const TOGETHER: usize = 16;
+/// States a second.
+const RATE: u32 = 10;
+/// A client that was cut off comes back after this.
+const AGAIN: Duration = Duration::from_secs(1);
+
+/// Of a station, for all who speak in its name.
+pub(super) struct Own {
+    pub(super) keys: Keys,
+    pub(super) id: StationId,
+    pub(super) machine: String,
+    pub(super) station: RunningStation,
+}
+
+impl Own {
+    /// Somebody of this program, who only looks.
+    pub(super) fn viewer(&self) -> Result<Peer, TokenError> {
+        let grant = Grant {
+            role: Role::Viewer,
+            token: None,
+        };
+        Peer::elsewhere(Some(grant), format!("site {}", self.keys.site))
+    }
+
+    /// What is told of an arm in this state.
+    pub(super) fn state_message(&self, arm: &ServedArm, state: Value) -> Vec<u8> {
+        let news = ArmNews {
+            machine: self.machine.clone(),
+            port: arm.port.clone(),
+            is_virtual: arm.is_virtual,
+            state,
+        };
+        bytes(&StateMessage::new(self.id, news))
+    }
+}
+
+fn bytes(message: &impl serde::Serialize) -> Vec<u8> {
+    // Maps of text and numbers are text always.
+    serde_json::to_vec(message).unwrap_or_default()
+}
+
+/// An arm that is told of.
+pub(super) struct Told {
+    pub(super) arm: ServedArm,
+    telling: Arc<Mutex<StateTelling>>,
+    state: Publisher<'static>,
+    event: Publisher<'static>,
+    job: Publisher<'static>,
+    is_listened: bool,
+    /// The subscription at the station; 0 while it is asked for.
+    subscription: Option<u64>,
+}
+
+/// Whether somebody listens to the state of an arm now.
+pub(super) type Listened = (usize, bool);
+
+impl Told {
+    /// Declares what is published of an arm, the `at`-th of those that are told of together.
+    pub(super) async fn declare(
+        session: &Session,
+        keys: &Keys,
+        arm: ServedArm,
+        at: usize,
+        listened: mpsc::Sender<Listened>,
+    ) -> zenoh::Result<Self> {
+        let publisher = |topic, congestion, priority| {
+            let key = keys.topic(&arm.name, topic);
+            let publisher = session.declare_publisher(key);
+            publisher.congestion_control(congestion).priority(priority)
+        };
+        let state = publisher(Topic::State, CongestionControl::Drop, Priority::Data).await?;
+        let event = publisher(Topic::Event, CongestionControl::Block, Priority::DataHigh).await?;
+        let job = publisher(Topic::Job, CongestionControl::Block, Priority::DataHigh).await?;
+        let tell = listened.clone();
+        let listener = state.matching_listener().callback(move |status| {
+            let _ = tell.try_send((at, status.matching()));
+        });
+        listener.background().await?;
+        let _ = listened.try_send((at, state.matching_status().await?.matching()));
+        Ok(Self {
+            arm,
+            telling: Arc::default(),
+            state,
+            event,
+            job,
+            is_listened: false,
+            subscription: None,
+        })
+    }
+
+    /// What is known of its state, for who asks.
+    pub(super) fn telling(&self) -> Arc<Mutex<StateTelling>> {
+        Arc::clone(&self.telling)
+    }
+
+    fn with<T>(&self, act: impl FnOnce(&mut StateTelling) -> T) -> T {
+        act(&mut self.telling.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// Asks the station for states, or for no more.
+    fn listen(&mut self, at: usize, client: &Client) {
+        match (self.is_listened, self.subscription) {
+            (true, None) => {
+                let params = json!({"arm": self.arm.name, "rate": RATE});
+                client.send(&request(at as u64 + 1, "arm.subscribe", &params));
+                self.subscription = Some(0);
+            }
+            (false, Some(id)) if id > 0 => {
+                let params = json!({"subscription": id});
+                client.send(&request(0, "arm.unsubscribe", &params));
+                self.subscription = None;
+                self.with(StateTelling::rest);
+            }
+            _ => {}
+        }
+    }
+}
+
+fn request(id: u64, method: &str, params: &Value) -> String {
+    json!({"jsonrpc": "2.0", "id": id, "method": method, "params": params}).to_string()
+}
+
+/// Tells of some arms as long as the station runs.
+pub(super) async fn tell(
+    own: Arc<Own>,
+    mut arms: Vec<Told>,
+    mut listened: mpsc::Receiver<Listened>,
+) {
+    let begun = Instant::now();
+    loop {
+        let Ok(peer) = own.viewer() else { return };
+        let client = own.station.connect(peer);
+        let name = format!("site {}", own.keys.site);
+        let hello = json!({"client": {"name": name}});
+        client.send(&request(0, "session.hello", &hello));
+        for (at, told) in arms.iter_mut().enumerate() {
+            told.subscription = None;
+            told.listen(at, &client);
+        }
+        loop {
+            let due = arms.iter().filter(|told| told.is_listened);
+            let due = due.filter_map(|told| told.with(|telling| telling.due()));
+            let due = due.min().map(|due| begun + due);
+            tokio::select! {
+                outgoing = client.receive() => match outgoing {
+                    Outgoing::Text(text) => hear(&own, &mut arms, &client, &text),
+                    Outgoing::Frame(_) => {}
+                    Outgoing::Close(_) => break,
+                },
+                Some((at, is_listened)) = listened.recv() => {
+                    if let Some(told) = arms.get_mut(at) {
+                        told.is_listened = is_listened;
+                        told.listen(at, &client);
+                    }
+                }
+                () = until(due) => {}
+            }
+            for told in arms.iter().filter(|told| told.is_listened) {
+                if let Some(state) = told.with(|telling| telling.tell(begun.elapsed())) {
+                    // It is dropped where a line is too slow: a newer one follows.
+                    let _ = told.state.put(own.state_message(&told.arm, state)).wait();
+                }
+            }
+        }
+        sleep(AGAIN).await;
+    }
+}
+
+async fn until(due: Option<Instant>) {
+    match due {
+        Some(due) => sleep_until(due).await,
+        None => pending().await,
+    }
+}
+
+/// Something of the station.
+fn hear(own: &Own, arms: &mut [Told], client: &Client, text: &str) {
+    let Ok(mut message) = serde_json::from_str::<Value>(text) else {
+        return;
+    };
+    if let Some(at) = message["id"].as_u64().and_then(|id| id.checked_sub(1)) {
+        let at = at as usize;
+        if let Some(told) = arms.get_mut(at) {
+            told.subscription = message["result"]["subscription"].as_u64();
+            // It may be that nobody listens any more.
+            told.listen(at, client);
+        }
+        return;
+    }
+    let mut params = message["params"].take();
+    match message["method"].as_str() {
+        Some("arm.state") => {
+            let id = params["subscription"].as_u64();
+            let of = arms
+                .iter()
+                .find(|told| id.is_some() && told.subscription == id);
+            if let (Some(told), Ok(change)) = (of, fields(params["state"].take())) {
+                told.with(|telling| telling.hear(change));
+            }
+        }
+        Some("arm.event") => {
+            if let Some(told) = named(arms, &params["arm"]) {
+                let message = EventMessage {
+                    station: own.id,
+                    event: params,
+                };
+                let _ = patiently(|| told.event.put(bytes(&message)).wait());
+            }
+        }
+        Some("job.changed") => {
+            let job = params["job"].take();
+            if let Some(told) = named(arms, &job["arm"]) {
+                let message = JobMessage {
+                    station: own.id,
+                    job,
+                };
+                let _ = patiently(|| told.job.put(bytes(&message)).wait());
+            }
+        }
+        _ => {}
+    }
+}
+
+fn fields(value: Value) -> Result<Map<String, Value>, serde_json::Error> {
+    serde_json::from_value(value)
+}
+
+fn named<'a>(arms: &'a [Told], name: &Value) -> Option<&'a Told> {
+    arms.iter().find(|told| *name == *told.arm.name)
+}

@@ -1,0 +1,245 @@
+//! States for subscribers: of those that wait the newest, also where the line to a station comes and goes.
+
+use magician::ErrorKind;
+use magician_protocol::HostInstant;
+use magician_station::api::{Notification, RpcError, notification};
+use magician_station::{Outgoing, StateFrame};
+use serde_json::{Map, Value, json};
+
+use super::requests::Call;
+use super::socket::{Pending, Subscription, Via, Wants};
+use super::{Hub, LineId, SocketId};
+use crate::site::ArmAt;
+
+/// What a station says of an arm comes once a second at least: what is older than this is not its state any more.
+const FRESH: std::time::Duration = std::time::Duration::from_millis(1500);
+
+impl Hub {
+    /// The state of an arm, as its station told it on the site: it tells each change at once, so that this is the state now.
+    pub(super) fn state_now(
+        &self,
+        now: HostInstant,
+        at: &ArmAt,
+    ) -> Option<Result<Value, RpcError>> {
+        let (heard, news) = self.arms.get(&at.arm)?.at.get(&at.station)?.as_ref()?;
+        if now - *heard > FRESH {
+            return None;
+        }
+        if news.state.is_null() {
+            let why = format!("the line to {} is lost", at.arm);
+            return Some(Err(RpcError::arm(ErrorKind::Port, why)));
+        }
+        Some(Ok(self.state_of(at, news.state.clone())))
+    }
+
+    /// A state with the ids that clients of the hub know.
+    pub(super) fn state_of(&self, at: &ArmAt, mut state: Value) -> Value {
+        let slot = self.stations.get(&at.station).map_or(0, |(slot, _)| *slot);
+        let ids = magician_station::api::Method::named("arm.state")
+            .map_or(&[][..], |method| method.result_ids());
+        self.names.rename(slot, &mut state, ids);
+        state
+    }
+
+    /// A station has taken a subscription.
+    pub(super) fn subscribed(
+        &mut self,
+        pending: Pending,
+        params: Map<String, Value>,
+        mut outcome: Result<Value, RpcError>,
+    ) {
+        let (Via::Line(line), Some(open)) = (pending.via, self.sockets.get_mut(&pending.socket))
+        else {
+            return;
+        };
+        if let Ok(result) = &mut outcome {
+            let there = result["subscription"].as_u64();
+            match (there, open.free_subscription()) {
+                (Some(there), Some(id)) => {
+                    let made = Subscription {
+                        arm: pending.arm.clone().unwrap_or_default(),
+                        params,
+                        at: Some((line, there)),
+                        lost: false,
+                        change: Map::new(),
+                        frame: None,
+                        base: 0,
+                        next: 0,
+                    };
+                    open.subscriptions.insert(id, made);
+                    result["subscription"] = json!(id);
+                }
+                _ => outcome = Err(RpcError::new(RpcError::TOO_MANY, "too many subscriptions")),
+            }
+        }
+        self.finish(pending.socket, pending.id.as_ref(), &outcome);
+    }
+
+    /// Ends a subscription.
+    pub(super) fn unsubscribe(&mut self, call: &Call) -> Result<Option<Value>, RpcError> {
+        let id = call
+            .params
+            .get("subscription")
+            .and_then(Value::as_u64)
+            .unwrap_or(0);
+        let open = self.sockets.get_mut(&call.socket);
+        let gone = open.and_then(|open| {
+            let id = u16::try_from(id).ok()?;
+            open.outbox.state_is_void(id);
+            open.subscriptions.remove(&id)
+        });
+        let gone = gone.ok_or_else(|| {
+            RpcError::param("subscription", format!("there is no subscription {id}"))
+        })?;
+        self.end_there(gone.at);
+        Ok(Some(Value::Null))
+    }
+
+    fn end_there(&mut self, at: Option<(LineId, u64)>) {
+        if let Some((line, there)) = at {
+            let params = json!({"subscription": there})
+                .as_object()
+                .cloned()
+                .unwrap_or_default();
+            self.ask_line(line, "arm.unsubscribe", params, Wants::Nothing);
+        }
+    }
+
+    /// A line is up: what its client has subscribed to goes on.
+    pub(super) fn subscribe_again(&mut self, line: LineId) {
+        let Some((socket, station)) = self
+            .lines
+            .get(&line)
+            .map(|line| (line.socket, line.station))
+        else {
+            return;
+        };
+        let Some(open) = self.sockets.get(&socket) else {
+            return;
+        };
+        let lost = open
+            .subscriptions
+            .iter()
+            .filter(|(_, one)| one.at.is_none());
+        let lost = lost.map(|(id, one)| (*id, one.arm.clone(), one.params.clone()));
+        for (id, arm, params) in lost.collect::<Vec<_>>() {
+            if self.has_alone(station, &arm) {
+                self.ask_line(line, "arm.subscribe", params, Wants::Resubscribe(id));
+            }
+        }
+    }
+
+    /// A station has taken a subscription anew.
+    pub(super) fn subscribed_again(
+        &mut self,
+        pending: Pending,
+        id: u16,
+        outcome: Result<Value, RpcError>,
+    ) {
+        let (Via::Line(line), Ok(result)) = (pending.via, outcome) else {
+            return;
+        };
+        let at = result["subscription"].as_u64().map(|there| (line, there));
+        let open = self.sockets.get_mut(&pending.socket);
+        match open.and_then(|open| open.subscriptions.get_mut(&id)) {
+            Some(one) if one.at.is_none() => {
+                (one.at, one.base) = (at, one.next);
+            }
+            // It has ended meanwhile.
+            _ => self.end_there(at),
+        }
+    }
+
+    /// The line of subscriptions is gone: their client hears it as that of a line to the arm.
+    pub(super) fn lose_subscriptions(&mut self, now: HostInstant, socket: SocketId, line: LineId) {
+        let t = self.unix(now);
+        let Some(open) = self.sockets.get_mut(&socket) else {
+            return;
+        };
+        for (id, one) in &mut open.subscriptions {
+            if one.at.is_none_or(|(of, _)| of != line) {
+                continue;
+            }
+            one.at = None;
+            (one.change, one.frame) = (Map::new(), None);
+            open.outbox.state_is_void(*id);
+            if !std::mem::replace(&mut one.lost, true) {
+                let state = json!({"subscription": id, "state": {"link": "lost", "t": t}});
+                open.outbox.notice(notification("arm.state", &state));
+                self.awake.insert(socket);
+            }
+        }
+    }
+
+    /// A state as text: what has changed is added to what waits.
+    pub(super) fn hears_state(&mut self, line: LineId, mut params: Value) {
+        let Some((slot, socket)) = self.lines.get(&line).map(|line| (line.slot, line.socket))
+        else {
+            return;
+        };
+        let ids = Notification::named("arm.state").map_or(&[][..], |known| known.ids);
+        self.names.rename(slot, &mut params, ids);
+        let there = params["subscription"].as_u64().unwrap_or(0);
+        let Value::Object(change) = params["state"].take() else {
+            return;
+        };
+        let Some(open) = self.sockets.get_mut(&socket) else {
+            return;
+        };
+        let Some((id, one)) = open.subscription_at(line, there) else {
+            return;
+        };
+        if let Some(link) = change.get("link") {
+            one.lost = link == "lost";
+        }
+        if change.get("arm").is_some_and(|arm| arm != one.arm.as_str()) {
+            return;
+        }
+        one.change.extend(change);
+        if open.outbox.state_due(id) {
+            self.awake.insert(socket);
+        }
+    }
+
+    /// A state as a frame: the newest is the one that counts.
+    pub(super) fn hears_frame(&mut self, line: LineId, bytes: &[u8]) {
+        let Some(socket) = self.lines.get(&line).map(|line| line.socket) else {
+            return;
+        };
+        let (Ok(mut frame), Some(open)) = (StateFrame::read(bytes), self.sockets.get_mut(&socket))
+        else {
+            return;
+        };
+        let Some((id, one)) = open.subscription_at(line, u64::from(frame.subscription)) else {
+            return;
+        };
+        frame.subscription = id;
+        frame.sequence = frame.sequence.wrapping_add(one.base);
+        one.next = frame.sequence.wrapping_add(1);
+        one.lost = false;
+        one.frame = Some(frame);
+        if open.outbox.state_due(id) {
+            self.awake.insert(socket);
+        }
+    }
+
+    /// What waits for a subscription.
+    pub(super) fn state_for(&mut self, socket: SocketId, id: u16) -> Option<Outgoing> {
+        let open = self.sockets.get_mut(&socket)?;
+        let one = open.subscriptions.get_mut(&id)?;
+        let (change, frame) = (std::mem::take(&mut one.change), one.frame.take());
+        let text = (!change.is_empty()).then(|| {
+            let state = json!({"subscription": id, "state": change});
+            notification("arm.state", &state)
+        });
+        match (frame, text) {
+            (Some(frame), text) => {
+                if let Some(text) = text {
+                    open.outbox.notice_next(text);
+                }
+                Some(Outgoing::Frame(frame.to_bytes()))
+            }
+            (None, text) => text.map(Outgoing::Text),
+        }
+    }
+}

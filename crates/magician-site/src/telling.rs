@@ -1,0 +1,94 @@
+//! When a state is told: on change, ten times a second at most, and every second.
+
+use std::time::Duration;
+
+use serde_json::{Map, Value, json};
+
+/// Between two states, at least.
+const LEAST: Duration = Duration::from_millis(100);
+/// And at most.
+const MOST: Duration = Duration::from_secs(1);
+
+/// The state of an arm as it is put together of what its station tells, and when it is told on. Times count from anywhere.
+#[derive(Debug, Default)]
+pub struct StateTelling {
+    state: Map<String, Value>,
+    has_changed: bool,
+    told: Option<Duration>,
+}
+
+impl StateTelling {
+    /// The station tells what has changed, or all of it.
+    pub fn hear(&mut self, change: Map<String, Value>) {
+        for (name, value) in change {
+            // The time alone is no change.
+            self.has_changed |= name != "t" && self.state.get(&name) != Some(&value);
+            self.state.insert(name, value);
+        }
+    }
+
+    /// When it is to be told next; none while nothing is known.
+    #[must_use]
+    pub fn due(&self) -> Option<Duration> {
+        if self.state.is_empty() {
+            return None;
+        }
+        let wait = if self.has_changed { LEAST } else { MOST };
+        Some(self.told.map_or(Duration::ZERO, |told| told + wait))
+    }
+
+    /// The state, if it is to be told by now.
+    pub fn tell(&mut self, now: Duration) -> Option<Value> {
+        if self.due()? > now {
+            return None;
+        }
+        self.told = Some(now);
+        self.has_changed = false;
+        Some(Value::Object(self.state.clone()))
+    }
+
+    /// The last that is known, null where nothing is.
+    #[must_use]
+    pub fn last(&self) -> Value {
+        match self.state.is_empty() {
+            true => json!(null),
+            false => Value::Object(self.state.clone()),
+        }
+    }
+
+    /// Nobody listens any more: what is heard next is told at once.
+    pub fn rest(&mut self) {
+        self.told = None;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn change(fields: Value) -> Map<String, Value> {
+        serde_json::from_value(fields).unwrap()
+    }
+
+    #[test]
+    fn a_change_is_told_soon_and_the_rest_every_second() {
+        let at = Duration::from_millis;
+        let mut telling = StateTelling::default();
+        assert_eq!((telling.due(), telling.tell(at(5))), (None, None));
+        assert_eq!(telling.last(), Value::Null);
+        telling.hear(change(json!({"t": 1, "x": 1})));
+        assert_eq!(telling.tell(at(5)), Some(json!({"t": 1, "x": 1})));
+        // Time alone is no change.
+        telling.hear(change(json!({"t": 2, "x": 1})));
+        assert_eq!(telling.due(), Some(at(1005)));
+        assert_eq!(telling.tell(at(1004)), None);
+        telling.hear(change(json!({"t": 3, "x": 2})));
+        assert_eq!(telling.due(), Some(at(105)));
+        assert_eq!(telling.tell(at(104)), None);
+        assert_eq!(telling.tell(at(105)), Some(json!({"t": 3, "x": 2})));
+        assert_eq!(telling.tell(at(1104)), None);
+        assert_eq!(telling.tell(at(1105)), Some(json!({"t": 3, "x": 2})));
+        telling.rest();
+        assert!(telling.tell(at(1106)).is_some());
+    }
+}

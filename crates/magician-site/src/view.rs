@@ -1,0 +1,175 @@
+//! What is known of a site at present, and who is told of it.
+
+use std::collections::BTreeMap;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use serde_json::Value;
+
+use crate::{ArmAt, ArmNews, SiteEvent, SiteEvents, SiteTeller, StationId, watcher};
+
+/// The arms of a site with the last that was heard of each. Whatever carries a site fills it.
+#[derive(Debug, Default)]
+pub struct SiteView(Mutex<Inner>);
+
+#[derive(Debug, Default)]
+struct Inner {
+    arms: BTreeMap<ArmAt, Option<ArmNews>>,
+    watchers: Vec<SiteTeller>,
+}
+
+impl Inner {
+    fn tell(&mut self, event: &SiteEvent) {
+        self.watchers.retain(|teller| teller.tell(event.clone()));
+    }
+}
+
+impl SiteView {
+    fn lock(&self) -> MutexGuard<'_, Inner> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// An arm is there.
+    pub fn arrived(&self, at: ArmAt) {
+        let mut inner = self.lock();
+        if inner.arms.contains_key(&at) {
+            return;
+        }
+        inner.arms.insert(at.clone(), None);
+        inner.tell(&SiteEvent::Arrived(at));
+    }
+
+    /// An arm is gone.
+    pub fn left(&self, at: &ArmAt) {
+        let mut inner = self.lock();
+        if inner.arms.remove(at).is_some() {
+            inner.tell(&SiteEvent::Left(at.clone()));
+        }
+    }
+
+    /// News of an arm. Of one that is not there, or is not any more, nothing is believed.
+    pub fn news(&self, at: ArmAt, news: ArmNews) {
+        let mut inner = self.lock();
+        let Some(known) = inner.arms.get_mut(&at) else {
+            return;
+        };
+        *known = Some(news.clone());
+        inner.tell(&SiteEvent::News(at, news));
+    }
+
+    /// An event of an arm.
+    pub fn event(&self, at: ArmAt, event: Value) {
+        self.of_arm(at, |at| SiteEvent::Event(at, event));
+    }
+
+    /// News of a job.
+    pub fn job(&self, at: ArmAt, job: Value) {
+        self.of_arm(at, |at| SiteEvent::Job(at, job));
+    }
+
+    fn of_arm(&self, at: ArmAt, event: impl FnOnce(ArmAt) -> SiteEvent) {
+        let mut inner = self.lock();
+        if inner.arms.contains_key(&at) {
+            inner.tell(&event(at));
+        }
+    }
+
+    /// All arms.
+    #[must_use]
+    pub fn arms(&self) -> BTreeMap<ArmAt, Option<ArmNews>> {
+        self.lock().arms.clone()
+    }
+
+    /// Whether an arm is there.
+    #[must_use]
+    pub fn has(&self, at: &ArmAt) -> bool {
+        self.lock().arms.contains_key(at)
+    }
+
+    /// How many arms have this name.
+    #[must_use]
+    pub fn named(&self, arm: &str) -> usize {
+        let inner = self.lock();
+        inner.arms.keys().filter(|at| at.arm == arm).count()
+    }
+
+    /// An arm of a station.
+    #[must_use]
+    pub fn arm_of(&self, station: StationId) -> Option<ArmAt> {
+        let inner = self.lock();
+        let mut arms = inner.arms.keys();
+        arms.find(|at| at.station == station).cloned()
+    }
+
+    /// What happens from now on, behind what is there already.
+    #[must_use]
+    pub fn watch(&self) -> SiteEvents {
+        let (teller, events) = watcher();
+        let mut inner = self.lock();
+        for (at, news) in &inner.arms {
+            teller.tell(SiteEvent::Arrived(at.clone()));
+            if let Some(news) = news {
+                teller.tell(SiteEvent::News(at.clone(), news.clone()));
+            }
+        }
+        inner.watchers.push(teller);
+        events
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    fn at(arm: &str, station: u64) -> ArmAt {
+        ArmAt {
+            arm: arm.to_owned(),
+            station: StationId(station),
+        }
+    }
+
+    fn news(x: u32) -> ArmNews {
+        ArmNews {
+            machine: "here".to_owned(),
+            port: "sim".to_owned(),
+            is_virtual: true,
+            state: json!({"x": x}),
+        }
+    }
+
+    #[test]
+    fn whoever_comes_later_sees_what_is_there() {
+        let view = SiteView::default();
+        view.arrived(at("a", 1));
+        view.arrived(at("b", 2));
+        view.news(at("a", 1), news(1));
+        let mut early = view.watch();
+        view.left(&at("b", 2));
+        view.left(&at("b", 2));
+        view.arrived(at("a", 1));
+        let seen: Vec<_> = std::iter::from_fn(|| early.try_next()).collect();
+        let expected = [
+            SiteEvent::Arrived(at("a", 1)),
+            SiteEvent::News(at("a", 1), news(1)),
+            SiteEvent::Arrived(at("b", 2)),
+            SiteEvent::Left(at("b", 2)),
+        ];
+        assert_eq!(seen, expected);
+    }
+
+    #[test]
+    fn nothing_is_believed_of_an_arm_that_is_not_there() {
+        let view = SiteView::default();
+        view.arrived(at("a", 1));
+        let mut events = view.watch();
+        events.try_next();
+        view.news(at("a", 2), news(1));
+        view.event(at("a", 2), json!({}));
+        view.left(&at("a", 1));
+        view.job(at("a", 1), json!({}));
+        assert_eq!(events.try_next(), Some(SiteEvent::Left(at("a", 1))));
+        assert_eq!(events.try_next(), None);
+        assert!(view.arms().is_empty());
+    }
+}

@@ -1,0 +1,9 @@
+//! A hub over stations with virtual arms, in virtual time: three stations whose ids look alike, and clients that see one.
+
+mod bench;
+mod hostile;
+mod lost;
+mod routing;
+mod scale;
+mod states;
+mod stops;

@@ -1,0 +1,280 @@
+//! Where ids stand in messages: for whoever stands between a client and several stations, and gives them other names.
+
+use serde_json::Value;
+
+use super::{Kind, Method};
+
+/// What an id is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum IdKind {
+    /// A session.
+    Session,
+    /// A lease.
+    Lease,
+    /// A jog.
+    Jog,
+    /// A job.
+    Job,
+    /// A subscription of the socket: a number from 1 to 65535.
+    Subscription,
+}
+
+/// Where an id stands, if it is there: names of members with points between, `[]` behind an array whose items are meant.
+pub type IdPlace = (&'static str, IdKind);
+
+/// A notification of a station.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Notification {
+    /// Its name.
+    pub name: &'static str,
+    /// Where it names the arm that it is about; none where it is about no arm, or a subscription says which.
+    pub arm: Option<&'static str>,
+    /// The ids in its parameters.
+    pub ids: &'static [IdPlace],
+}
+
+use IdKind::{Job, Jog, Lease, Session, Subscription};
+
+const STATE: &[IdPlace] = &[("job", Job), ("jog", Jog), ("holder.session", Session)];
+const JOB: &[IdPlace] = &[
+    ("job", Job),
+    ("holder.session", Session),
+    ("error.holder.session", Session),
+    ("error.by", Session),
+];
+
+/// The ids in the results of methods; the others have none.
+const RESULTS: &[(&str, &[IdPlace])] = &[
+    ("session.hello", &[("session", Session)]),
+    ("session.list", &[("sessions[].session", Session)]),
+    (
+        "arm.list",
+        &[
+            ("arms[].holder.session", Session),
+            ("arms[].waiting[].session", Session),
+            ("arms[].job", Job),
+        ],
+    ),
+    ("arm.state", STATE),
+    ("arm.move", STATE),
+    ("arm.home", STATE),
+    ("arm.clear_alarms", STATE),
+    ("arm.tool", STATE),
+    ("jog.step", STATE),
+    ("world.guide", STATE),
+    ("arm.subscribe", &[("subscription", Subscription)]),
+    (
+        "events.since",
+        &[
+            ("events[].by", Session),
+            ("events[].holder.session", Session),
+            ("events[].job", Job),
+            ("events[].jog", Jog),
+        ],
+    ),
+    ("lease.acquire", &[("lease", Lease)]),
+    ("lease.ask", &[("lease", Lease)]),
+    ("lease.take", &[("lease", Lease)]),
+    ("jog.start", &[("jog", Jog)]),
+    ("job.start", &[("job", Job)]),
+    ("job.get", JOB),
+    ("job.pause", JOB),
+    ("job.resume", JOB),
+    ("job.stop", JOB),
+    (
+        "job.list",
+        &[
+            ("jobs[].job", Job),
+            ("jobs[].holder.session", Session),
+            ("jobs[].error.holder.session", Session),
+            ("jobs[].error.by", Session),
+        ],
+    ),
+];
+
+/// The ids in `data` of an error.
+pub static ERROR_IDS: &[IdPlace] = &[
+    ("holder.session", Session),
+    ("by", Session),
+    ("job", Job),
+    ("jog", Jog),
+];
+
+/// All notifications.
+pub static NOTIFICATIONS: &[Notification] = &[
+    Notification {
+        name: "session.changed",
+        arm: None,
+        ids: &[("sessions[].session", Session)],
+    },
+    Notification {
+        name: "lease.changed",
+        arm: Some("arm"),
+        ids: &[("holder.session", Session)],
+    },
+    Notification {
+        name: "lease.asked",
+        arm: Some("arm"),
+        ids: &[("session", Session)],
+    },
+    Notification {
+        name: "lease.queue",
+        arm: Some("arm"),
+        ids: &[],
+    },
+    Notification {
+        name: "job.changed",
+        arm: Some("job.arm"),
+        ids: &[
+            ("job.job", Job),
+            ("job.holder.session", Session),
+            ("job.error.holder.session", Session),
+            ("job.error.by", Session),
+        ],
+    },
+    Notification {
+        name: "jog.ended",
+        arm: Some("arm"),
+        ids: &[("jog", Jog)],
+    },
+    Notification {
+        name: "arm.state",
+        arm: None,
+        ids: &[
+            ("subscription", Subscription),
+            ("state.job", Job),
+            ("state.jog", Jog),
+            ("state.holder.session", Session),
+        ],
+    },
+    Notification {
+        name: "arm.event",
+        arm: Some("arm"),
+        ids: &[
+            ("by", Session),
+            ("holder.session", Session),
+            ("job", Job),
+            ("jog", Jog),
+        ],
+    },
+];
+
+impl Notification {
+    /// The notification of a name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<&'static Self> {
+        NOTIFICATIONS.iter().find(|one| one.name == name)
+    }
+}
+
+impl Method {
+    /// The ids in its result.
+    #[must_use]
+    pub fn result_ids(&self) -> &'static [IdPlace] {
+        let known = RESULTS.iter().find(|(name, _)| *name == self.name);
+        known.map_or(&[], |(_, ids)| ids)
+    }
+
+    /// The parameter that is an id, and what of.
+    #[must_use]
+    pub fn id_param(&self) -> Option<(&'static str, IdKind)> {
+        self.params.iter().find_map(|param| match param.kind {
+            Kind::Id(kind) => Some((param.name, kind)),
+            _ => None,
+        })
+    }
+
+    /// Whether it is about an arm that is named by a parameter.
+    #[must_use]
+    pub fn takes_arm(&self) -> bool {
+        self.params.iter().any(|param| param.name == "arm")
+    }
+}
+
+/// Does something with each id that stands at these places; what is null or not there is left alone.
+pub fn each_id(value: &mut Value, places: &[IdPlace], change: &mut dyn FnMut(IdKind, &mut Value)) {
+    for (place, kind) in places {
+        at(value, place, &mut |id| {
+            if !id.is_null() {
+                change(*kind, id);
+            }
+        });
+    }
+}
+
+fn at(value: &mut Value, place: &str, change: &mut dyn FnMut(&mut Value)) {
+    let (name, rest) = place.split_once('.').unwrap_or((place, ""));
+    let (name, many) = match name.strip_suffix("[]") {
+        Some(name) => (name, true),
+        None => (name, false),
+    };
+    let Some(member) = value.get_mut(name) else {
+        return;
+    };
+    let mut go = |value: &mut Value| match rest {
+        "" => change(value),
+        rest => at(value, rest, change),
+    };
+    match (many, member) {
+        (false, member) => go(member),
+        (true, Value::Array(items)) => items.iter_mut().for_each(go),
+        (true, _) => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+    use crate::api::METHODS;
+
+    #[test]
+    fn ids_are_found_where_they_stand_and_nowhere_else() {
+        let mut value = json!({
+            "arms": [
+                {"name": "s1", "holder": {"session": "s1", "name": "s1"}, "waiting": [{"session": "s2"}], "job": null},
+                {"name": "b", "holder": null, "waiting": "s3", "job": "j1"},
+                7,
+            ],
+        });
+        let places = Method::named("arm.list").unwrap().result_ids();
+        let mut found = Vec::new();
+        each_id(&mut value, places, &mut |kind, id| {
+            found.push((kind, id.clone()));
+            *id = json!("other");
+        });
+        let expected = [
+            (Session, json!("s1")),
+            (Session, json!("s2")),
+            (Job, json!("j1")),
+        ];
+        assert_eq!(found, expected);
+        assert_eq!(value["arms"][0]["holder"]["name"], "s1");
+        assert_eq!(value["arms"][0]["holder"]["session"], "other");
+        assert_eq!(value["arms"][1]["waiting"], "s3");
+    }
+
+    #[test]
+    fn every_row_of_results_is_of_a_method() {
+        for (name, _) in RESULTS {
+            assert!(Method::named(name).is_some(), "{name}");
+        }
+        // Whoever adds a method with an id among its parameters and no arm is found by that alone.
+        let by_id = METHODS.iter().filter(|method| method.id_param().is_some());
+        let by_id: Vec<_> = by_id.map(|method| method.name).collect();
+        let expected = [
+            "arm.unsubscribe",
+            "lease.renew",
+            "lease.release",
+            "lease.answer",
+            "jog.keep",
+            "jog.stop",
+            "job.get",
+            "job.pause",
+            "job.resume",
+            "job.stop",
+        ];
+        assert_eq!(by_id, expected);
+    }
+}
