@@ -25,7 +25,7 @@ impl Hub {
             open.under_way += 1;
         }
         let wait = match what {
-            Gathers::Arms | Gathers::Sessions | Gathers::Turns => LIST,
+            Gathers::Arms | Gathers::Sessions | Gathers::Turns | Gathers::Alike => LIST,
             _ => STOP,
         };
         let gather = Gather {
@@ -66,15 +66,16 @@ impl Hub {
     }
 
     /// Asks one.
-    pub(super) fn ask_one(&mut self, call: &Call, gather: GatherId, station: StationId) {
+    pub(super) fn ask_one(&mut self, call: &Call, gather: GatherId, station: StationId) -> bool {
         let once = self.sockets.get(&call.socket).is_some_and(|open| open.once);
         let arms = self.stations.get(&station).map(|(_, arms)| arms);
         if let Some(arm) = arms.and_then(|arms| arms.first().cloned()) {
-            self.ask_at(call, gather, &ArmAt { arm, station }, once);
+            return self.ask_at(call, gather, &ArmAt { arm, station }, once);
         }
+        false
     }
 
-    fn ask_at(&mut self, call: &Call, gather: GatherId, at: &ArmAt, once: bool) {
+    fn ask_at(&mut self, call: &Call, gather: GatherId, at: &ArmAt, once: bool) -> bool {
         let request = if once {
             Some(self.call_beside(call, at, Wants::Part(gather)))
         } else if let Ok(line) = self.line_to(call.now, call.socket, at.station) {
@@ -84,6 +85,7 @@ impl Hub {
             None
         };
         self.waits_for(gather, request, Some(at.station));
+        request.is_some()
     }
 
     pub(super) fn list_arms(&mut self, call: &Call) -> Option<Value> {
@@ -277,7 +279,9 @@ impl Hub {
             | Gathers::Moves(..)
             | Gathers::Joined
             | Gathers::Leaves
-            | Gathers::Results => match self.class_gathered(now, &mut gather) {
+            | Gathers::Results
+            | Gathers::ByArms(_)
+            | Gathers::Alike => match self.class_gathered(now, &mut gather) {
                 Some(outcome) => outcome,
                 // It goes on.
                 None => return,

@@ -124,7 +124,22 @@ impl Hub {
         match method.name {
             "arm.list" => Ok(self.list_arms(&call)),
             "session.list" => Ok(self.list_sessions(&call)),
-            "turn.list" | "turn.join" | "turn.leave" | "class.results" => self.of_class(call),
+            "class.send" if call.params.contains_key("program") => {
+                let of = self.stations.iter().next();
+                let station = of.map_or(StationId(0), |(station, _)| *station);
+                let arm = String::new();
+                self.fetch_program(call, &ArmAt { arm, station })
+            }
+            "class.freeze" | "class.free" | "class.send" => self.by_arms(&call),
+            "class.set" | "class.codes" | "schedule.set" => {
+                let why = format!(
+                    "{} is not passed on to the stations of a site: say it to each of them",
+                    method.name
+                );
+                Err(RpcError::arm(ErrorKind::Unsupported, why))
+            }
+            "turn.list" | "turn.join" | "turn.leave" | "class.results" | "class.get"
+            | "schedule.get" => self.of_class(call),
             "arm.stop" => self.stop(&call, arm.as_deref()),
             "arm.unsubscribe" => self.unsubscribe(&call),
             _ if Self::is_of_home(method.name) || method.name == "server.info" => {
@@ -417,7 +432,11 @@ impl Hub {
             method: pending.method,
             params,
         };
-        if let Err(error) = self.pass_on(&call, &ArmAt { arm, station }, Wants::Answer) {
+        let outcome = match call.method.name {
+            "class.send" => self.by_arms(&call),
+            _ => self.pass_on(&call, &ArmAt { arm, station }, Wants::Answer),
+        };
+        if let Err(error) = outcome {
             self.respond(socket, id.as_ref(), &Err(error));
         }
     }
@@ -434,7 +453,7 @@ impl Hub {
 }
 
 /// Answered from the answers of several stations.
-pub(super) const MERGED: [&str; 7] = [
+pub(super) const MERGED: [&str; 15] = [
     "session.list",
     "server.info",
     "arm.list",
@@ -442,6 +461,14 @@ pub(super) const MERGED: [&str; 7] = [
     "turn.join",
     "turn.leave",
     "class.results",
+    "class.get",
+    "class.set",
+    "class.codes",
+    "class.freeze",
+    "class.free",
+    "class.send",
+    "schedule.get",
+    "schedule.set",
 ];
 
 /// A request as text.

@@ -225,6 +225,10 @@ pub(super) enum Gathers {
     Leaves,
     /// What pupils have made.
     Results,
+    /// What was asked of some arms of each station.
+    ByArms(&'static str),
+    /// What all stations have alike, shown by one.
+    Alike,
     Arms,
     Sessions,
     Stops,

@@ -1,5 +1,7 @@
 //! A class on a site: pupils sign in at all stations, and take turns at any of them. What is known of that the stations know.
 
+use std::collections::BTreeMap;
+
 use magician::ErrorKind;
 use magician_protocol::HostInstant;
 use magician_station::CloseCode;
@@ -183,7 +185,12 @@ impl Hub {
             let (heard, turns) = line.turns.as_ref()?;
             Some((line.station, *heard, turns))
         });
-        self.merged_turns(self.told, parts.collect())
+        let mut turns = self.merged_turns(self.told, parts.collect());
+        // Stations tell of changes without it.
+        if let Some(turns) = turns.as_object_mut() {
+            turns.remove("you");
+        }
+        turns
     }
 
     /// One list of arms, one queue. A place is that in the queue of its station: who has the same comes by the station's order.
@@ -257,6 +264,8 @@ impl Hub {
                 (Gathers::Join(call.params.clone()), "turn.list")
             }
             "turn.leave" => (Gathers::Leaves, "turn.leave"),
+            "class.get" => (Gathers::Alike, "class.get"),
+            "schedule.get" => (Gathers::Alike, "schedule.get"),
             _ => (Gathers::Results, "class.results"),
         };
         if let Some(open) = self.sockets.get_mut(&call.socket) {
@@ -272,6 +281,98 @@ impl Hub {
         self.ask_all(&asks, gather);
         self.is_complete(now, gather);
         Ok(None)
+    }
+
+    /// What is asked of arms, by the stations that have them: of all at once.
+    pub(super) fn by_arms(&mut self, call: &Call) -> Result<Option<Value>, RpcError> {
+        let mut stations: BTreeMap<StationId, Vec<String>> = BTreeMap::new();
+        let mut beyond = Vec::new();
+        let names: Vec<String> = match call.params.get("arms").and_then(Value::as_array) {
+            Some(names) => { names.iter() }
+                .filter_map(|name| name.as_str().map(str::to_owned))
+                .collect(),
+            None => self.arms.keys().cloned().collect(),
+        };
+        let freezes = call.method.name == "class.freeze";
+        for name in names {
+            match self.station_of(Some(&name)) {
+                Ok(at) => stations.entry(at.station).or_default().push(at.arm),
+                Err(error) if error.code == RpcError::PARAMS => return Err(error),
+                // As a stop, a freeze reaches all that have the name.
+                Err(_) => {
+                    let at = self.arms.get(&name).map(|place| place.at.keys().copied());
+                    for station in at.into_iter().flatten().filter(|_| freezes) {
+                        stations.entry(station).or_default().push(name.clone());
+                    }
+                    beyond.push(name);
+                }
+            }
+        }
+        let gather = self.gathers(call, Gathers::ByArms(call.method.name));
+        if let Some(gather) = self.gathers.get_mut(&gather) {
+            gather.beyond = beyond;
+        }
+        for (station, arms) in stations {
+            let mut params = call.params.clone();
+            params.insert("arms".to_owned(), json!(arms));
+            let asks = self.asks(call.now, call.socket, call.method.name, params);
+            if !self.ask_one(&asks, gather, station)
+                && let Some(gather) = self.gathers.get_mut(&gather)
+            {
+                gather.beyond.extend(arms);
+            }
+        }
+        self.is_complete(call.now, gather);
+        Ok(None)
+    }
+
+    /// All have done it, or those are named that may not have.
+    fn done_by_arms(&self, method: &str, gather: &Gather) -> Result<Value, RpcError> {
+        let list = if method == "class.send" {
+            "jobs"
+        } else {
+            "arms"
+        };
+        let arms_of = |station: &StationId| {
+            let arms = self.stations.get(station).map(|(_, arms)| arms);
+            let arms = arms.into_iter().flatten().map(String::as_str);
+            arms.collect::<Vec<_>>().join(", ")
+        };
+        let (mut done, mut failed) = (Vec::new(), Vec::new());
+        for (of, part) in &gather.parts {
+            match part {
+                Ok(part) => done.extend(items(&part[list]).cloned()),
+                Err(error) => {
+                    let arms = of.as_ref().map(arms_of).unwrap_or_default();
+                    failed.push(format!("{arms}: {}", error.message));
+                }
+            }
+        }
+        let name = |one: &Value| match one {
+            Value::String(name) => name.clone(),
+            one => one["arm"].as_str().unwrap_or_default().to_owned(),
+        };
+        done.sort_by_key(name);
+        let silent: Vec<_> = gather.left.values().flatten().map(arms_of).collect();
+        if !silent.is_empty() {
+            failed.push(format!("no answer within 3 s from {}", silent.join(", ")));
+        }
+        if !gather.beyond.is_empty() {
+            failed.push(format!("{} cannot be reached", gather.beyond.join(", ")));
+        }
+        if failed.is_empty() {
+            return Ok(json!({ list: done }));
+        }
+        let why = format!(
+            "{method} is not known to be done everywhere: {}",
+            failed.join("; ")
+        );
+        let kind = if silent.is_empty() {
+            ErrorKind::Port
+        } else {
+            ErrorKind::Timeout
+        };
+        Err(RpcError::arm(kind, why).with(list, done))
     }
 
     /// A request of the hub's own for a client.
@@ -365,6 +466,15 @@ impl Hub {
                     _ => Ok(json!({ "results": all })),
                 }
             }
+            Gathers::ByArms(method) => self.done_by_arms(method, gather),
+            Gathers::Alike => match (lists.into_iter().next(), error) {
+                (Some((_, shown)), _) => Ok(shown),
+                (None, Some(error)) => Err(error),
+                (None, None) => {
+                    let why = "no station of the site answers";
+                    Err(RpcError::arm(ErrorKind::Port, why))
+                }
+            },
             _ => Ok(merged(self)),
         })
     }
@@ -430,7 +540,14 @@ impl Hub {
         let next = self.gathers(&call, Gathers::Moves(station, params));
         let asks = self.asks(now, gather.socket, "turn.leave", Map::new());
         for of in elsewhere {
-            self.ask_one(&asks, next, *of);
+            if !self.ask_one(&asks, next, *of) {
+                self.gathers.remove(&next);
+                let why =
+                    "the place at another station cannot be given up now: no other one was taken";
+                let outcome = Err(RpcError::arm(ErrorKind::Port, why));
+                self.finish(gather.socket, gather.id.as_ref(), &outcome);
+                return None;
+            }
         }
         self.is_complete(now, next);
         None

@@ -152,10 +152,7 @@ async fn a_person_has_one_turn_or_one_place_on_the_site() {
     assert!(!pupils[1].noticed("turn.changed").is_empty());
     // Whoever waits at one and joins at another has left the first.
     again.ok("turn.leave", json!({})).await;
-    let mut others = ["arm1", "arm2"].into_iter();
-    let first = others.next().unwrap();
-    pupils[0].ok("turn.join", json!({"arm": "arm1"})).await;
-    for arm in [first, "arm2"] {
+    for arm in { arms.iter() }.filter(|arm| **arm != turns[0]) {
         let turns = again.ok("turn.join", json!({"arm": arm})).await;
         let places: Vec<_> = { turns["queue"].as_array().unwrap().iter() }
             .filter(|place| place["person"] == "Ada")
@@ -184,4 +181,29 @@ async fn a_change_at_one_station_tells_the_turns_of_all() {
     ];
     assert_eq!(arms, expected);
     assert_eq!(turns["turn_s"], 120);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_freeze_reaches_all_and_names_who_does_not_answer() {
+    let bench = class(3, &[1, 2, 3]).await;
+    let mut lee = bench.join("Ms Lee").await;
+    let mut ada = pupil(&bench, "Ada").await;
+    ada.ok("turn.join", json!({"arm": "arm2"})).await;
+    ada.live(Duration::from_millis(50)).await;
+    let frozen = lee.ok("class.freeze", json!({})).await;
+    assert_eq!(frozen["arms"], json!(["arm0", "arm1", "arm2"]));
+    let to = json!({"arm": "arm2", "to": [220, 20, 20, 0]});
+    assert_eq!(ada.fails("arm.move", to).await["code"], -32008);
+    lee.ok("class.free", json!({"arms": ["arm0"]})).await;
+    let turns = lee.ok("turn.list", json!({})).await;
+    let frozen: Vec<_> = { turns["arms"].as_array().unwrap().iter() }
+        .map(|arm| arm["frozen"] == true)
+        .collect();
+    assert_eq!(frozen, [false, true, true]);
+    bench.site.silence(2);
+    bench.site.end_lines(magician_site::StationId(2));
+    let error = lee.fails("class.freeze", json!({})).await;
+    let why = error["message"].as_str().unwrap();
+    assert!(why.contains("arm1") && !why.contains("arm0"), "{why}");
+    assert_eq!(error["data"]["arms"], json!(["arm0", "arm2"]));
 }
