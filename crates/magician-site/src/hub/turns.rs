@@ -206,9 +206,8 @@ impl Hub {
                 turn_s = turns["turn_s"].clone();
             }
             if turns["you"]["person"].is_string() {
-                match &mut you {
-                    Value::Null => you = json!({"person": turns["you"]["person"], "arms": []}),
-                    _ => {}
+                if you.is_null() {
+                    you = json!({"person": turns["you"]["person"], "arms": []});
                 }
                 if let Some(all) = you["arms"].as_array_mut() {
                     all.extend(self.own_names(station, &turns["you"]["arms"]));
