@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use magician::sim::{Controller, Profile};
+use magician::sim::Scenario;
 use magician::{Arm, Options, SimSpeed, VirtualArm};
 use magician_site::hub::{HubClient, HubConfig, RunningHub};
 use magician_site::{
@@ -27,6 +27,8 @@ const PATIENCE: Duration = Duration::from_secs(60);
 pub(crate) struct TestStation {
     pub(crate) running: RunningStation,
     pub(crate) arms: Vec<String>,
+    /// The virtual arms, in the same order.
+    pub(crate) cells: Vec<VirtualArm>,
 }
 
 /// What is wrong with a station.
@@ -87,19 +89,33 @@ impl TestSite {
 
     /// A station with virtual arms of these names starts.
     pub(crate) async fn start(&self, id: StationId, names: &[String]) {
-        let mut arms = Vec::new();
+        self.start_in(id, names, &Scenario::default(), |_| {}).await;
+    }
+
+    /// A station with virtual arms in a world of their own, and more in its config.
+    pub(crate) async fn start_in(
+        &self,
+        id: StationId,
+        names: &[String],
+        world: &Scenario,
+        more: impl FnOnce(&mut StationConfig),
+    ) {
+        let (mut arms, mut cells) = (Vec::new(), Vec::new());
         for _ in names {
-            let controller = Controller::new(Profile::default());
-            let virtual_arm = VirtualArm::new(controller, SimSpeed::Times(1.0));
-            let arm = Arm::simulated(virtual_arm, Options::default());
+            let cell =
+                VirtualArm::in_scenario_at(world, SimSpeed::Times(1.0)).with_breaking_lines();
+            let arm = Arm::simulated(cell.clone(), Options::default());
             arms.push(arm.await.unwrap());
+            cells.push(cell);
         }
         let entries = names.iter().map(ArmEntry::simulated).collect();
-        let config = StationConfig::new(entries, "same");
+        let mut config = StationConfig::new(entries, "same");
+        more(&mut config);
         let running = RunningStation::start(config, arms, Box::new(|_| {}));
         let station = TestStation {
             running,
             arms: names.to_vec(),
+            cells,
         };
         self.state
             .lock()

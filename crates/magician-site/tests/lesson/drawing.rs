@@ -1,0 +1,103 @@
+//! What pupils draw: a stroke for each letter of their name.
+
+use magician::words;
+use magician_program::{Action, Origin, Plan, Surface, Tool, Travel};
+
+pub(crate) const PAPER: f64 = -60.0;
+
+/// Lines on the paper.
+pub(crate) type Strokes = Vec<Vec<[f64; 2]>>;
+
+/// The strokes of a text: each letter is a line whose corners its number says.
+pub(crate) fn strokes(text: &str) -> Strokes {
+    let letters = text.chars().enumerate();
+    letters
+        .map(|(at, letter)| {
+            let left = -60.0 + 15.0 * at as f64;
+            let corner = |turn: u32| {
+                let bits = u32::from(letter).rotate_right(3 * turn) % 8;
+                [205.0 + 4.0 * f64::from(bits), left + 4.0 * f64::from(turn)]
+            };
+            (0..4).map(corner).collect()
+        })
+        .collect()
+}
+
+/// The plan that draws them.
+pub(crate) fn plan(title: &str, strokes: &Strokes) -> String {
+    let mut plan = Plan::new(title);
+    plan.tool = Some(Tool::Pen);
+    plan.surface = Some(Surface::level(PAPER));
+    let paper = PAPER as f32;
+    let mut push = |action: Action| plan.push(action, Origin::NONE);
+    push(words::speed(8.0, 30.0).into());
+    let line = |[x, y]: [f64; 2], z| Action::Move {
+        to: [x as f32, y as f32, z, 0.0],
+        by: Travel::Line,
+    };
+    for stroke in strokes {
+        push(line(stroke[0], paper + 10.0));
+        stroke.iter().for_each(|point| push(line(*point, paper)));
+        push(line(stroke[stroke.len() - 1], paper + 10.0));
+    }
+    plan.to_json()
+}
+
+/// The step of the plan behind the corner where the pen stopped, counted from 1.
+pub(crate) fn step_after(strokes: &Strokes, pen: [f64; 2]) -> usize {
+    // The speed is the first; each stroke begins above its first corner.
+    let mut step = 1;
+    for stroke in strokes {
+        step += 1;
+        for corner in stroke {
+            step += 1;
+            if distance(*corner, pen) < 0.3 {
+                return step + 1;
+            }
+        }
+        step += 1;
+    }
+    panic!("the pen stands at {pen:?}, at no corner");
+}
+
+/// Whether the strokes on a paper are those of plans, each once and in their order. A stroke may lie there in
+/// pieces, each of which begins where the one before ended: a pause lifts the pen.
+pub(crate) fn are_once(paper: &[Vec<[f64; 2]>], plans: &[(Strokes, bool)]) -> Result<(), String> {
+    let mut on_paper = paper.iter();
+    for (plan, interrupted) in plans {
+        for stroke in plan {
+            let (from, to, length) = (stroke[0], stroke[stroke.len() - 1], length(stroke));
+            let mut drawn = 0.0;
+            let mut stands = from;
+            loop {
+                let Some(piece) = on_paper.next() else {
+                    return Err(format!("no stroke from {from:?} to {to:?}"));
+                };
+                if distance(piece[0], stands) > 0.3 {
+                    return Err(format!("a stroke at {:?}, not at {stands:?}", piece[0]));
+                }
+                drawn += self::length(piece);
+                stands = piece[piece.len() - 1];
+                if distance(stands, to) < 0.3 && drawn > length - 0.5 {
+                    break;
+                }
+            }
+            let more = if *interrupted { 3.0 } else { 0.5 };
+            if drawn > length + more {
+                return Err(format!("{drawn:.1} mm of {length:.1} mm from {from:?}"));
+            }
+        }
+    }
+    match on_paper.next() {
+        Some(piece) => Err(format!("a stroke at {:?} of no plan", piece[0])),
+        None => Ok(()),
+    }
+}
+
+fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}
+
+fn length(stroke: &[[f64; 2]]) -> f64 {
+    stroke.windows(2).map(|two| distance(two[0], two[1])).sum()
+}

@@ -1,0 +1,79 @@
+//! Pictures of the hub at an instant of the lesson: time runs on for some seconds while a browser looks at it.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::process::Command;
+
+use magician_site::hub::RunningHub;
+use magician_station::http::{
+    Admission, HttpOptions, Listener, PageFile, Pages, TokenStore, Tries, Uploads,
+};
+use tokio::sync::watch;
+
+/// `MAGICIAN_LESSON_PICTURES` is the directory for them, `MAGICIAN_LESSON_CAMERA` a program that takes the address of the page and
+/// the file.
+fn asked() -> Option<(PathBuf, OsString)> {
+    let directory = std::env::var_os("MAGICIAN_LESSON_PICTURES")?;
+    Some((
+        directory.into(),
+        std::env::var_os("MAGICIAN_LESSON_CAMERA")?,
+    ))
+}
+
+pub(crate) fn wanted() -> bool {
+    asked().is_some()
+}
+
+/// Looks at the hub's page, if pictures are wanted.
+pub(crate) struct Camera(Option<Serving>);
+
+struct Serving {
+    directory: PathBuf,
+    program: OsString,
+    url: String,
+    _over: watch::Sender<bool>,
+}
+
+impl Camera {
+    pub(crate) async fn of(hub: &RunningHub) -> Self {
+        let Some((directory, program)) = asked() else {
+            return Self(None);
+        };
+        let listener = Listener::bind(Some("127.0.0.1:0")).await.unwrap();
+        let files = magician_studio::FILES.iter().map(|file| PageFile {
+            path: file.path,
+            kind: file.kind,
+            gzip: file.gzip,
+        });
+        let options = HttpOptions {
+            admission: Admission::default(),
+            tokens: TokenStore::at("/nowhere/tokens.toml"),
+            version: "0.0.0".to_owned(),
+            tries: Tries::default(),
+            uploads: Uploads::default(),
+            link: None,
+            pages: Pages::new(files),
+        };
+        let (over, ends) = watch::channel(false);
+        let url = listener.url();
+        tokio::spawn(listener.serve(hub.clone(), options, ends));
+        Self(Some(Serving {
+            directory,
+            program,
+            url,
+            _over: over,
+        }))
+    }
+
+    pub(crate) async fn takes(&self, name: &str) {
+        let Some(serving) = &self.0 else { return };
+        let mut camera = Command::new(&serving.program);
+        camera
+            .arg(&serving.url)
+            .arg(serving.directory.join(format!("{name}.png")));
+        tokio::time::resume();
+        let status = tokio::task::spawn_blocking(move || camera.status()).await;
+        tokio::time::pause();
+        assert!(status.unwrap().unwrap().success(), "no picture {name}");
+    }
+}

@@ -1,0 +1,389 @@
+//! What a pupil does in the lesson.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use magician::sim::ExternalEvent;
+use serde_json::{Value, json};
+
+use crate::class::{self, Pupil};
+use crate::drawing::{Strokes, plan, step_after, strokes};
+use crate::page::Page;
+use crate::room::{Room, Started};
+
+const SECOND: Duration = Duration::from_secs(1);
+/// Nobody asks for a turn after that.
+const LAST_TURNS: Duration = Duration::from_secs(40 * 60);
+const END: Duration = Duration::from_secs(45 * 60 + 30);
+/// Who types a wrong code, jogs into others' things, closes the tablet, and stumbles over a cable.
+const MISTYPES: &str = "Finn";
+const REACHES_OVER: &str = "Ebru";
+const CLOSES: &str = "Mei";
+const STUMBLES: &str = "Jiří";
+
+struct Script {
+    room: Arc<Room>,
+    pupil: Pupil,
+    /// State of the random generator (xorshift).
+    random: u64,
+    drawn: usize,
+    done_once: bool,
+}
+
+pub(crate) async fn takes_part(room: Arc<Room>, at: usize) {
+    let pupil = class::pupils()[at].clone();
+    let random = (at as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    let mut script = Script {
+        room,
+        pupil,
+        random,
+        drawn: 0,
+        done_once: false,
+    };
+    script.plays().await;
+}
+
+impl Script {
+    fn below(&mut self, most: u64) -> u64 {
+        self.random ^= self.random << 13;
+        self.random ^= self.random >> 7;
+        self.random ^= self.random << 17;
+        (self.random >> 20) % most
+    }
+
+    fn says(&self, what: impl Into<String>) {
+        self.room.says(self.pupil.name, what);
+    }
+
+    async fn plays(&mut self) {
+        let arm = self.pupil.arm;
+        let comes = 20_000 + self.below(100_000);
+        tokio::time::sleep(Duration::from_millis(comes)).await;
+        if self.pupil.name == MISTYPES {
+            let refused = Page::load(&self.room, &self.pupil, "0000").await;
+            assert_eq!(refused.err().expect("a wrong code")["code"], -32001);
+            self.says("types a wrong code and is not let in");
+            tokio::time::sleep(10 * SECOND).await;
+        }
+        let mut page = self.loads().await;
+        self.says("signs in");
+        self.joins(&mut page).await;
+        let mut reloads_at = self.below(90);
+        loop {
+            if page.closed {
+                self.says("has lost the station");
+                page = self.loads().await;
+                self.says(format!("is back: {}", whereabouts(&page)));
+                if !page.has_turn() && page.place().is_none() {
+                    self.joins(&mut page).await;
+                }
+            }
+            if page.has_turn() {
+                self.has_the_turn(&mut page).await;
+                if self.room.now() > LAST_TURNS {
+                    break;
+                }
+                if !page.has_turn() && !page.closed && page.place().is_none() {
+                    self.joins(&mut page).await;
+                }
+                reloads_at = self.below(400);
+            } else if reloads_at == 0 {
+                reloads_at = 1000;
+                page = self.reloads(page).await;
+            } else if self.room.now() > LAST_TURNS && !page.has_turn() {
+                if page.call("turn.leave", json!({})).await.is_ok() {
+                    self.says(format!("gives the place at {arm} up: it is late"));
+                }
+                break;
+            } else {
+                reloads_at -= 1;
+                page.live(SECOND).await;
+            }
+        }
+        while self.room.now() < END {
+            page.live(SECOND).await;
+        }
+    }
+
+    /// Loads the page until it is there.
+    async fn loads(&self) -> Page {
+        loop {
+            let page = Page::load(&self.room, &self.pupil, &self.pupil.code).await;
+            match page {
+                Ok(page) => return page,
+                Err(_) => tokio::time::sleep(2 * SECOND).await,
+            }
+        }
+    }
+
+    async fn reloads(&mut self, page: Page) -> Page {
+        let before = page.place();
+        drop(page);
+        tokio::time::sleep(2 * SECOND).await;
+        let page = self.loads().await;
+        let kept = page.has_turn()
+            || page
+                .place()
+                .is_some_and(|is| before.is_some_and(|was| is <= was));
+        assert!(
+            kept || before.is_none(),
+            "{} had place {before:?} and has {:?}",
+            self.pupil.name,
+            page.place()
+        );
+        self.room.notes.lock().unwrap().reloads += 1;
+        self.says(format!("loads the page anew: {}", whereabouts(&page)));
+        page
+    }
+
+    async fn joins(&mut self, page: &mut Page) {
+        let arm = self.pupil.arm;
+        if page.call("turn.join", json!({"arm": arm})).await.is_err() {
+            return;
+        }
+        page.live(Duration::from_millis(50)).await;
+        if page.has_turn() {
+            return self.says(format!("asks for {arm}, which is free"));
+        }
+        self.says(format!("asks for {arm}: {}", whereabouts(page)));
+        if self.below(3) == 0 {
+            let (text, strokes) = self.drawing();
+            let params = json!({"arm": arm, "text": text, "queue": true, "on_lost": "continue"});
+            if let Ok(job) = page.call("job.start", params).await {
+                self.says("puts a drawing into the queue of the arm");
+                self.started(&job, strokes);
+            }
+        }
+    }
+
+    /// The next drawing, as a plan.
+    fn drawing(&self) -> (String, Strokes) {
+        let strokes = strokes(self.pupil.name);
+        (plan(self.pupil.name, &strokes), strokes)
+    }
+
+    fn started(&mut self, job: &Value, strokes: Strokes) -> String {
+        let id = job["job"].as_str().unwrap().to_owned();
+        self.room.notes.lock().unwrap().jobs.push(Started {
+            station: self.pupil.station,
+            arm: self.pupil.arm.to_owned(),
+            job: id.clone(),
+            pupil: Some(self.pupil.name),
+            strokes,
+            interrupted: false,
+        });
+        id
+    }
+
+    async fn has_the_turn(&mut self, page: &mut Page) {
+        let (name, arm) = (self.pupil.name, self.pupil.arm);
+        *self
+            .room
+            .notes
+            .lock()
+            .unwrap()
+            .turns
+            .entry(name)
+            .or_default() += 1;
+        self.says(format!("has the turn at {arm}"));
+        let looks = 5 + self.below(15);
+        page.live(Duration::from_secs(looks)).await;
+        if name == REACHES_OVER && self.drawn == 0 {
+            let params = json!({"arm": "a5", "to": [220, 0, 30, 0]});
+            let refused = page.call("arm.move", params).await.unwrap_err();
+            assert_eq!(refused["code"], -32002, "{refused}");
+            self.says("tries to move a5, whose turn is somebody else's, and is refused");
+        }
+        if self.below(2) == 0 {
+            self.jogs(page).await;
+        }
+        // What waits in the queue of the arm begins by itself.
+        let of_mine = self.waiting(page).await;
+        let job = match of_mine {
+            Some(job) => job,
+            None => match self.starts(page).await {
+                Some(job) => job,
+                None => return,
+            },
+        };
+        self.follows(page, &job).await;
+        if page.closed || !page.has_turn() {
+            return;
+        }
+        if self.below(4) == 0 {
+            self.says("keeps the arm to the end of the turn");
+            while page.has_turn() && !page.closed && self.room.now() < LAST_TURNS + 2 * 60 * SECOND
+            {
+                page.live(SECOND).await;
+            }
+            if page.closed || !page.has_turn() {
+                return;
+            }
+        }
+        let looks = 5 + self.below(20);
+        page.live(Duration::from_secs(looks)).await;
+        if page.call("turn.leave", json!({})).await.is_ok() {
+            page.live(Duration::from_millis(50)).await;
+            self.says(format!("gives {arm} to the next"));
+        }
+    }
+
+    async fn jogs(&mut self, page: &mut Page) {
+        let axis = ["x+", "y-", "z+"][self.below(3) as usize];
+        let params = json!({"arm": self.pupil.arm, "axis": axis, "percent": 30});
+        let Ok(jog) = page.call("jog.start", params).await else {
+            return;
+        };
+        for _ in 0..8 {
+            page.keep(&jog["jog"]).await;
+            page.live(Duration::from_millis(100)).await;
+        }
+        if page
+            .call("jog.stop", json!({"jog": jog["jog"]}))
+            .await
+            .is_ok()
+        {
+            self.says(format!("jogs {} to {axis}", self.pupil.arm));
+        }
+    }
+
+    /// A drawing of this pupil that is not over.
+    async fn waiting(&mut self, page: &mut Page) -> Option<String> {
+        let jobs: Vec<_> = {
+            let notes = self.room.notes.lock().unwrap();
+            let jobs = notes.jobs.iter();
+            let mine = jobs.filter(|job| job.pupil == Some(self.pupil.name));
+            mine.map(|job| job.job.clone()).collect()
+        };
+        for job in jobs {
+            let state = page.call("job.get", json!({"job": job})).await.ok()?;
+            if ["queued", "checking", "running", "paused"].contains(&state["state"].as_str()?) {
+                return Some(job);
+            }
+        }
+        None
+    }
+
+    /// Starts a drawing; again while the arm is frozen or another's job is on it.
+    async fn starts(&mut self, page: &mut Page) -> Option<String> {
+        let (text, strokes) = self.drawing();
+        let params = json!({"arm": self.pupil.arm, "text": text, "on_lost": "continue"});
+        while page.has_turn() && !page.closed {
+            match page.call("job.start", params.clone()).await {
+                Ok(job) => {
+                    self.says("starts to draw");
+                    return Some(self.started(&job, strokes));
+                }
+                Err(error) => {
+                    let code = error["code"].as_i64().unwrap();
+                    assert!(
+                        [0, -32002, -32003, -32008].contains(&code),
+                        "{}: {error}",
+                        self.pupil.name
+                    );
+                    page.live(2 * SECOND).await;
+                }
+            }
+        }
+        None
+    }
+
+    async fn follows(&mut self, page: &mut Page, job: &str) {
+        let mut job = job.to_owned();
+        let mut seconds = 0;
+        loop {
+            page.live(SECOND).await;
+            if page.closed {
+                return;
+            }
+            seconds += 1;
+            let Ok(state) = page.call("job.get", json!({"job": job})).await else {
+                continue;
+            };
+            match state["state"].as_str().unwrap() {
+                "done" => {
+                    self.drawn += 1;
+                    self.says("has drawn the name");
+                    return;
+                }
+                "stopped" | "failed" => panic!("{}: {state}", self.pupil.name),
+                "paused" | "interrupted" if page.has_turn() && !self.room.is_frozen() => {
+                    if page.call("job.resume", json!({"job": job})).await.is_ok() {
+                        self.says("goes on with the drawing");
+                    }
+                }
+                "queued" if !page.has_turn() => return,
+                "running" if self.pupil.name == CLOSES && !self.done_once && seconds > 5 => {
+                    self.done_once = true;
+                    self.says("closes the tablet in the middle of the drawing");
+                    page.shut();
+                    *page = self.comes_back(40).await;
+                }
+                "running"
+                    if self.pupil.name == STUMBLES
+                        && !self.done_once
+                        && seconds > 8
+                        && self.drawn > 0 =>
+                {
+                    self.done_once = true;
+                    job = self.stumbles(page, &job).await;
+                }
+                _ => {}
+            }
+        }
+    }
+
+    async fn comes_back(&mut self, seconds: u64) -> Page {
+        tokio::time::sleep(Duration::from_secs(seconds)).await;
+        let page = self.loads().await;
+        self.says(format!("opens the tablet again: {}", whereabouts(&page)));
+        page
+    }
+
+    /// The USB cable of the arm is out for twenty seconds.
+    async fn stumbles(&mut self, page: &mut Page, job: &str) -> String {
+        let arm = self.pupil.arm;
+        let cell = self.room.cell(arm);
+        cell.with(|arm| arm.inject(ExternalEvent::Cable { plugged: false }));
+        self.says(format!("stumbles over the USB cable of {arm}: it is out"));
+        {
+            let mut notes = self.room.notes.lock().unwrap();
+            let known = { notes.jobs.iter_mut() }
+                .find(|known| known.job == job && known.station == self.pupil.station);
+            known.unwrap().interrupted = true;
+        }
+        page.live(20 * SECOND).await;
+        let state = page.ok("job.get", json!({"job": job})).await;
+        self.says(format!(
+            "sees that the job is {}",
+            state["state"].as_str().unwrap()
+        ));
+        cell.with(|arm| arm.inject(ExternalEvent::Cable { plugged: true }));
+        self.says("puts the cable in again");
+        page.live(5 * SECOND).await;
+        // How far the arm went by itself, nobody at the other end of the cable can know: the station says so, and the pupil looks.
+        let refused = page
+            .call("job.resume", json!({"job": job}))
+            .await
+            .unwrap_err();
+        assert_eq!(refused["data"]["kind"], "uncertain", "{refused}");
+        self.says(format!("is told: {}", refused["message"].as_str().unwrap()));
+        let (text, strokes) = self.drawing();
+        let paper = cell.with(|arm| arm.drawing());
+        let pen = *paper.strokes().last().unwrap().points.last().unwrap();
+        let from = step_after(&strokes, pen);
+        let params = json!({"arm": arm, "text": text, "on_lost": "continue", "from": from});
+        let job = page.ok("job.start", params).await;
+        self.says(format!("looks at the paper and goes on from step {from}"));
+        self.started(&job, Strokes::new())
+    }
+}
+
+/// What the page says of the pupil's turn.
+fn whereabouts(page: &Page) -> String {
+    match (page.has_turn(), page.place()) {
+        (true, _) => "the turn is there".to_owned(),
+        (false, Some(place)) => format!("place {place}"),
+        (false, None) => "no place".to_owned(),
+    }
+}

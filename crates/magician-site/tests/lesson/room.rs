@@ -1,0 +1,133 @@
+//! The room: the site with its hub, the clock on the wall, and what is written down.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use magician::VirtualArm;
+use magician::sim::Scenario;
+use magician_site::StationId;
+use magician_station::http::JobFile;
+use serde_json::{Value, json};
+use tokio::time::Instant;
+
+use crate::bench::{Bench, TestSite};
+use crate::class;
+use crate::drawing::Strokes;
+
+const WORLD: &str = "tool = { kind = \"pen\" }\ntable = { height = -60 }\n";
+
+/// A job that somebody started.
+#[derive(Clone)]
+pub(crate) struct Started {
+    pub(crate) station: u64,
+    pub(crate) arm: String,
+    pub(crate) job: String,
+    /// None: a teacher's.
+    pub(crate) pupil: Option<&'static str>,
+    pub(crate) strokes: Strokes,
+    pub(crate) interrupted: bool,
+}
+
+/// A time in which somebody's page had an arm.
+pub(crate) struct Span {
+    pub(crate) arm: String,
+    pub(crate) who: &'static str,
+    pub(crate) from: Duration,
+    pub(crate) until: Duration,
+}
+
+#[derive(Default)]
+pub(crate) struct Notes {
+    log: Vec<(Duration, String, String)>,
+    pub(crate) jobs: Vec<Started>,
+    pub(crate) spans: Vec<Span>,
+    pub(crate) turns: BTreeMap<&'static str, usize>,
+    pub(crate) reloads: usize,
+}
+
+pub(crate) struct Room {
+    pub(crate) site: Arc<TestSite>,
+    pub(crate) bench: Bench,
+    pub(crate) notes: Mutex<Notes>,
+    pub(crate) frozen: AtomicBool,
+    begun: Instant,
+    _state: tempfile::TempDir,
+}
+
+impl Room {
+    pub(crate) async fn open() -> Arc<Self> {
+        let site = Arc::new(TestSite::default());
+        let state = tempfile::tempdir().unwrap();
+        let world = Scenario::from_toml(WORLD).unwrap();
+        for (at, arms) in (1..).zip(class::STATIONS) {
+            let names: Vec<_> = arms.iter().map(|arm| (*arm).to_owned()).collect();
+            site.start_in(StationId(at), &names, &world, |config| {
+                config.unix_zero = class::NINE;
+                config.class = Some(class::file());
+                config.schedule = Some(class::schedule());
+                let folder = state.path().join(at.to_string());
+                let jobs = JobFile::at(folder.join("jobs.json"));
+                config.jobs = Arc::new(jobs.with_runs(folder.join("runs")));
+            })
+            .await;
+        }
+        let bench = Bench::over(Arc::clone(&site), false).await;
+        Arc::new(Self {
+            site,
+            bench,
+            notes: Mutex::default(),
+            frozen: AtomicBool::new(false),
+            begun: Instant::now(),
+            _state: state,
+        })
+    }
+
+    /// Time since the lesson began.
+    pub(crate) fn now(&self) -> Duration {
+        self.begun.elapsed()
+    }
+
+    pub(crate) fn says(&self, who: &str, what: impl Into<String>) {
+        let mut notes = self.notes.lock().unwrap();
+        let what = what.into();
+        notes.log.push((self.now(), who.to_owned(), what));
+    }
+
+    pub(crate) fn is_frozen(&self) -> bool {
+        self.frozen.load(Ordering::SeqCst)
+    }
+
+    /// The virtual arm of this name.
+    pub(crate) fn cell(&self, arm: &str) -> VirtualArm {
+        let station = self.site.station(class::station_of(arm));
+        let at = station.arms.iter().position(|known| known == arm).unwrap();
+        station.cells[at].clone()
+    }
+
+    /// What a station answers to a teacher beside all sessions.
+    pub(crate) async fn ask(&self, station: u64, method: &str, params: Value) -> Value {
+        let request = json!({"jsonrpc": "2.0", "id": 1, "method": method, "params": params});
+        let running = self.site.station(station).running.clone();
+        let request = request.to_string();
+        let answer = running.call(crate::bench::peer(), &request).await;
+        let mut answer: Value = serde_json::from_str(&answer.unwrap()).unwrap();
+        assert!(answer["error"].is_null(), "{method}: {answer}");
+        answer["result"].take()
+    }
+
+    /// The log as it is kept: minute, second, who and what.
+    pub(crate) fn log(&self) -> String {
+        let mut lines = self.notes.lock().unwrap().log.clone();
+        lines.sort_by(|a, b| (a.0.as_millis(), &a.1).cmp(&(b.0.as_millis(), &b.1)));
+        let mut out = String::new();
+        for (time, who, what) in lines {
+            let seconds = time.as_secs();
+            let (minute, second) = (seconds / 60, seconds % 60);
+            writeln!(out, "{minute:02}:{second:02}  {who:<9} {what}").unwrap();
+        }
+        out
+    }
+}

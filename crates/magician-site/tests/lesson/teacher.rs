@@ -1,0 +1,162 @@
+//! What the teacher does, at the hub, and what becomes of the network.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use serde_json::{Value, json};
+
+use crate::bench::Tester;
+use crate::class::STATIONS;
+use crate::drawing::{plan, strokes};
+use crate::pictures::Camera;
+use crate::room::{Room, Started};
+
+const WHO: &str = "Ms Lee";
+
+struct Teacher {
+    room: Arc<Room>,
+    hub: Tester,
+    camera: Camera,
+}
+
+pub(crate) async fn teaches(room: Arc<Room>) {
+    let hub = room.bench.join(WHO).await;
+    let camera = Camera::of(&room.bench.hub).await;
+    let mut teacher = Teacher { room, hub, camera };
+    teacher
+        .room
+        .says(WHO, "opens the hub: ten arms at four stations");
+    teacher.camera.takes("start").await;
+    teacher.waits(10, 0).await;
+    teacher.camera.takes("work").await;
+    teacher.network().await;
+    teacher.freezes().await;
+    teacher.takes_one().await;
+    teacher.sends().await;
+    teacher.waits(44, 50).await;
+    teacher.camera.takes("end").await;
+    teacher.waits(45, 0).await;
+    teacher.room.says("bell", "the slot of the lesson is over");
+    teacher.waits(45, 30).await;
+}
+
+impl Teacher {
+    async fn waits(&mut self, minute: u64, second: u64) {
+        let until = Duration::from_secs(60 * minute + second);
+        let left = until.saturating_sub(self.room.now());
+        self.hub.live(left).await;
+    }
+
+    /// The network cable of the third station is out for two minutes.
+    async fn network(&mut self) {
+        self.waits(12, 0).await;
+        let before = self.jobs_of(3).await;
+        self.room.site.cut(3);
+        self.room
+            .says("cable", "the network cable of a7 and a8 is out");
+        self.waits(12, 20).await;
+        self.camera.takes("cut").await;
+        self.waits(14, 0).await;
+        // The station itself has gone on with what ran.
+        let mut done = 0;
+        for job in before {
+            let now = self.room.ask(3, "job.get", json!({"job": job})).await;
+            assert_eq!(now["state"], "done", "{now}");
+            done += 1;
+        }
+        self.room.site.comes(magician_site::StationId(3));
+        self.room.says(
+            "cable",
+            format!("is in again; jobs that ran and have come to their end meanwhile: {done}"),
+        );
+    }
+
+    /// What runs at a station.
+    async fn jobs_of(&self, station: u64) -> Vec<Value> {
+        let mut running = Vec::new();
+        for arm in STATIONS[station as usize - 1] {
+            let list = self
+                .room
+                .ask(station, "job.list", json!({"arm": arm}))
+                .await;
+            let jobs = list["jobs"].as_array().unwrap().iter();
+            let runs = jobs.filter(|job| job["state"] == "running");
+            running.extend(runs.map(|job| job["job"].clone()));
+        }
+        running
+    }
+
+    async fn of_class(&self, method: &str, params: Value) -> Vec<Value> {
+        let mut answers = Vec::new();
+        for station in 1..=STATIONS.len() as u64 {
+            answers.push(self.room.ask(station, method, params.clone()).await);
+        }
+        answers
+    }
+
+    async fn freezes(&mut self) {
+        self.waits(24, 0).await;
+        self.room.frozen.store(true, Ordering::SeqCst);
+        self.of_class("class.freeze", json!({})).await;
+        self.room.says(WHO, "freezes all arms");
+        self.hub.live(Duration::from_millis(1500)).await;
+        let stood = self.stand();
+        self.hub.live(Duration::from_secs(20)).await;
+        self.camera.takes("frozen").await;
+        self.waits(25, 0).await;
+        assert_eq!(self.stand(), stood, "an arm moved while it was frozen");
+        self.of_class("class.free", json!({})).await;
+        self.room.frozen.store(false, Ordering::SeqCst);
+        self.room.says(WHO, "frees all arms");
+    }
+
+    /// Where all arms stand.
+    fn stand(&self) -> Vec<[f64; 4]> {
+        let arms = STATIONS.concat();
+        arms.iter()
+            .map(|arm| self.room.cell(arm).state().joints.to_array())
+            .collect()
+    }
+
+    async fn takes_one(&mut self) {
+        self.waits(33, 0).await;
+        let lease = self.hub.take_arm("a2").await;
+        self.room.says(WHO, "takes a2");
+        // What ran there is paused first.
+        self.hub.live(Duration::from_secs(20)).await;
+        let state = self.hub.ok("arm.state", json!({"arm": "a2"})).await;
+        assert_eq!(state["moving"], false, "{state}");
+        self.hub.ok("lease.release", json!({"lease": lease})).await;
+        self.room.says(WHO, "gives a2 back");
+    }
+
+    async fn sends(&mut self) {
+        self.waits(42, 0).await;
+        let strokes = strokes("★★");
+        let text = plan("stars", &strokes);
+        let answers = self.of_class("class.send", json!({"text": text})).await;
+        let (mut free, mut waits) = (0, 0);
+        for (station, answer) in (1..).zip(answers) {
+            for job in answer["jobs"].as_array().unwrap() {
+                match job["state"].as_str() {
+                    Some("queued") => waits += 1,
+                    _ => free += 1,
+                }
+                let started = Started {
+                    station,
+                    arm: job["arm"].as_str().unwrap().to_owned(),
+                    job: job["job"].as_str().unwrap().to_owned(),
+                    pupil: None,
+                    strokes: strokes.clone(),
+                    interrupted: false,
+                };
+                self.room.notes.lock().unwrap().jobs.push(started);
+            }
+        }
+        self.room.says(
+            WHO,
+            format!("sends two stars to all arms: begun at {free}, waiting at {waits}"),
+        );
+    }
+}
