@@ -28,6 +28,8 @@ pub(crate) struct TestStation {
     pub(crate) running: RunningStation,
     pub(crate) arms: Vec<String>,
     /// The virtual arms, in the same order.
+    /// For the lesson, which pulls their cables.
+    #[allow(dead_code)]
     pub(crate) cells: Vec<VirtualArm>,
 }
 
