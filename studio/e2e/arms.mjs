@@ -185,4 +185,60 @@ export function classes(test, { browser, program, shots }) {
       two.end();
     }
   });
+
+  test("a class: pupils sign in by name and code, take turns, and a teacher freezes, sends and has the results", async () => {
+    const left = new Station(program, ["--arm", "left=sim"]);
+    await left.start();
+    try {
+      const text = '[class]\nturn_s = 600\n[[pupil]]\nname = "Ada"\ncode = "7K3M"\n[[pupil]]\nname = "Ben"\ncode = "8P4R"\n';
+      await left.call("class.set", { text });
+      await left.call("program.put", { name: "line.plan.json", text: LINE });
+      await left.call("arm.clear_alarms", { arm: "left" });
+      const signIn = async (page, name, code) => {
+        await page.getByLabel("Name in the class").fill(name);
+        await page.getByLabel("Token", { exact: true }).fill(code);
+        await page.getByTestId("connect-station").click();
+      };
+      const pupil = async (name, code) => {
+        const page = await browser.connected(`${left.url}#/arms`, TABLET);
+        await signIn(page, name, code);
+        return page;
+      };
+      const ada = await pupil("Ada", "0000");
+      await ada.getByText("The server needs a valid token.").waitFor();
+      await signIn(ada, "Ada", "7k3m");
+      await ada.getByRole("button", { name: "Join the queue" }).click();
+      await ada.getByTestId("notice").getByText("It is your turn: left is yours.").waitFor();
+      await ada.getByTestId("header-turn").getByText(/left: Ada’s turn (10:00|9:5\d)/).waitFor();
+      const ben = await pupil("Ben", "8P4R");
+      await ben.getByRole("button", { name: "Join the queue" }).click();
+      await ben.getByTestId("header-turn").getByText("Place 1 in the queue").waitFor();
+      // A page that is loaded anew is the same person.
+      await ben.reload();
+      await ben.getByTestId("header-turn").getByText("Place 1 in the queue").waitFor();
+      const page = await browser.connected(`${left.url}#/arms`, TABLET);
+      await page.getByTestId("turn-left").getByText("Ada’s turn").waitFor();
+      await page.getByTestId("class-freeze").click();
+      await ada.getByTestId("header-turn").getByText("left: Frozen").waitFor();
+      await ada.goto(`${left.url}#/move`);
+      await ada.getByTestId("home").click();
+      await ada.getByTestId("notice").getByText(/frozen/).waitFor();
+      await page.screenshot({ path: join(shots, "class.png") });
+      assert.deepEqual(await findings(page), []);
+      await page.getByTestId("class-free").click();
+      await ada.getByTestId("header-turn").getByText("Ada’s turn").waitFor();
+      const { job } = await left.call("class.send", { program: "line.plan.json", arms: ["left"] }).then(({ jobs: [sent] }) => sent);
+      assert.equal((await left.call("job.get", { job })).state, "queued", "a teacher's program waits for the turns");
+      await ada.goto(`${left.url}#/arms`);
+      await ada.getByRole("button", { name: "Give up" }).click();
+      await ben.getByTestId("header-turn").getByText("left: Ben’s turn").waitFor();
+      await ben.getByRole("button", { name: "Give up" }).click();
+      await until("it has run", async () => (await left.call("job.get", { job })).state === "done");
+      const [results] = await Promise.all([page.waitForEvent("download"), page.getByTestId("class-results").click()]);
+      assert.match(readFileSync(await results.path(), "utf8"), /What the class has made/);
+    } finally {
+      for (const context of browser.browser.contexts()) await context.close();
+      await left.end();
+    }
+  });
 }

@@ -183,7 +183,7 @@ export function worlds(test, { browser, station, shots, closed }) {
     await page.waitForFunction((before) => Number(document.querySelector("[data-testid=plot]").dataset.rows) < before, before);
     const [download] = await Promise.all([page.waitForEvent("download"), page.getByTestId("plot-export").click()]);
     const [head, ...lines] = readFileSync(await download.path(), "utf8").trim().split("\n");
-    assert.equal(head, "t,x,y,z,r,j1,j2,j3,j4,index,left_space,alarms");
+    assert.equal(head, "time,t,x,y,z,r,j1,j2,j3,j4,index,left_space,alarms");
     const readings = lines.map((line) => line.split(",").map(Number));
     assert.equal(readings[0][0], 0);
     // The arm was there while another page was open.

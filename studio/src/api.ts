@@ -1222,6 +1222,7 @@ export interface Methods {
   /** Whose turn it is, and who waits. */
   "turn.list": {
     params: {
+      group?: string;
     };
     result: {
       turn_s: number | null;

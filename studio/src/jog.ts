@@ -14,7 +14,8 @@ const GRACE = 50;
 const ALIVE = 50;
 
 export type Axis = Params<"jog.step">["axis"];
-export type Frame = "base" | "joint" | "tool";
+export const FRAMES = ["base", "joint", "tool"] as const;
+export type Frame = (typeof FRAMES)[number];
 export const STEPS = [0.1, 1, 5, 10, 50] as const;
 
 export const mode = signal<"hold" | "step">("hold");
@@ -138,8 +139,7 @@ export function faster(by: 1 | -1): void {
   speed.value = Math.max(1, Math.min(100, Math.round((speed.value + 10 * by) / 10) * 10));
 }
 export function nextFrame(): void {
-  const frames: Frame[] = ["base", "joint", "tool"];
-  frame.value = frames[(frames.indexOf(frame.value) + 1) % frames.length] ?? "base";
+  frame.value = FRAMES[(FRAMES.indexOf(frame.value) + 1) % FRAMES.length] ?? "base";
 }
 
 // What takes the page away from its person ends a jog.

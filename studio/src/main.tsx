@@ -55,7 +55,7 @@ async function connectToOwn(): Promise<void> {
   if (!isServed) void keepOffline();
   if (store.backend.value !== "none") return;
   const url = session.apiUrl(location.origin);
-  if (isServed && url !== null) session.connect(url, session.keptToken());
+  if (isServed && url !== null) session.connect(url, session.keptToken(), session.keptPupil());
   else if (!isServed && used.value === "sim") session.connectSim();
 }
 

@@ -23,9 +23,10 @@ const DEAD = 8000;
 const RESUME = "resume";
 /** A token is kept until the tab is closed: tablets are shared. */
 const TOKEN = "token";
+const PUPIL = "pupil";
 
 let client: Client | null = null;
-let address: { url: string; token: string } | null = null;
+let address: { url: string; token: string; pupil: string } | null = null;
 let resume: string | null = null;
 let leaseId: string | null = null;
 let tries = 0;
@@ -48,10 +49,12 @@ export function apiUrl(text: string): string | null {
   return `${secure ? "wss" : "ws"}://${url.host}/api/v1/ws`;
 }
 
-export function connect(url: string, token: string): void {
+/** By a token; or as this pupil of a class, by its code. */
+export function connect(url: string, token: string, pupil = ""): void {
   disconnect();
-  address = { url, token };
+  address = { url, token, pupil };
   if (token) remember("sessionStorage", TOKEN, token);
+  remember("sessionStorage", PUPIL, pupil || null);
   resume = remembered("sessionStorage", RESUME);
   remember("sessionStorage", RESUME, null);
   const isSim = url.startsWith(SIM);
@@ -85,6 +88,7 @@ function portFails(why: NonNullable<typeof store.portFault.value>, more = ""): v
 export const connectSim = (): void => connect(`${SIM}${store.simSpeed}`, "");
 
 export const keptToken = (): string => remembered("sessionStorage", TOKEN) ?? "";
+export const keptPupil = (): string => remembered("sessionStorage", PUPIL) ?? "";
 
 export function disconnect(): void {
   clearTimeout(again);
@@ -148,11 +152,11 @@ function made(): Client {
 }
 
 async function hello(made: Client): Promise<void> {
-  const token = address?.token ?? "";
+  const { token, pupil } = address ?? { token: "", pupil: "" };
   try {
     const answer = await made.call("session.hello", {
       client: { name: ownName.value || t("settings.usualName"), version: "studio" },
-      ...(token ? { token } : {}),
+      ...(pupil ? { pupil: { name: pupil, code: token } } : token ? { token } : {}),
       ...(resume ? { resume } : {}),
     });
     const { arms } = await made.call("arm.list", {});
@@ -164,6 +168,7 @@ async function hello(made: Client): Promise<void> {
       store.refused.value = null;
       store.session.value = answer.session;
       store.role.value = answer.role;
+      store.pupil.value = pupil || null;
       store.arms.value = arms;
       store.since.value = null;
       store.socket.value = "up";
@@ -378,7 +383,7 @@ export const trace = (): Promise<Uint8Array<ArrayBuffer>> => client?.trace() ?? 
 export function files(): { url: string; headers: Record<string, string> } | null {
   if (address === null || store.backend.value !== "station") return null;
   const { protocol, host } = new URL(address.url);
-  const headers: Record<string, string> = address.token ? { authorization: `Bearer ${address.token}` } : {};
+  const headers: Record<string, string> = address.token && !address.pupil ? { authorization: `Bearer ${address.token}` } : {};
   return { url: `${protocol === "wss:" ? "https" : "http"}://${host}/api/v1/programs/`, headers };
 }
 

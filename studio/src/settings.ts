@@ -29,11 +29,12 @@ function kept<T extends string>(name: string, usual: T, takes: (value: string) =
   return made;
 }
 
-export type Theme = "system" | "light" | "dark";
+export const THEMES = ["system", "light", "dark"] as const;
+export type Theme = (typeof THEMES)[number];
 
 /** A language that the page has no file of is English (`i18n.ts`). */
 export const language = kept("language", navigator.language.slice(0, 2).toLowerCase(), (value) => /^[a-z]{2}$/.test(value));
-export const theme = kept<Theme>("theme", "system", (value) => ["system", "light", "dark"].includes(value));
+export const theme = kept<Theme>("theme", "system", (value) => (THEMES as readonly string[]).includes(value));
 export const ownName = kept<string>("name", "", (value) => value.length <= 40);
 /** The arm that was shown last. */
 export const lastArm = kept<string>("arm", "", () => true);

@@ -4,6 +4,7 @@ import { signal } from "@preact/signals";
 import type { Job, State } from "./api";
 import type { Params } from "./client";
 import { complain, dangerOf } from "./actions";
+import { turns } from "./class";
 import { t } from "./i18n";
 import { LINE_ENDED, RpcError } from "./client";
 import { change, kept, newest } from "./results";
@@ -164,8 +165,20 @@ export async function send(arms: readonly string[], source: Source, title: strin
 }
 
 async function start(arm: string, source: Source, title: string): Promise<void> {
-  if (!holds(arm)) await take(arm);
-  const { job } = await call("job.start", { ...source, arm, after_check: true });
+  const job = turns.value === null ? await begin(arm, source) : await queue(arm, source);
   if (job !== null) sent.set(job, title);
   keepSent();
+}
+
+async function begin(arm: string, source: Source): Promise<string | null> {
+  if (!holds(arm)) await take(arm);
+  return (await call("job.start", { ...source, arm, after_check: true })).job;
+}
+
+/** In a class it waits for the pupil's job that has the arm. */
+async function queue(arm: string, source: Source): Promise<string | null> {
+  const { jobs: [sent] } = await call("class.send", { ...source, arms: [arm] });
+  const refused = sent?.error as { code: number; message: string; data?: Record<string, unknown> } | null;
+  if (refused) throw new RpcError(refused.code, refused.message, refused.data);
+  return sent?.job ?? null;
 }

@@ -33,6 +33,8 @@ export const portFault = signal<"busy" | "gone" | "silent" | "died" | "denied" |
 export const subscription = signal<number | null>(null);
 export const session = signal<string | null>(null);
 export const role = signal<string>("viewer");
+/** Who is signed in as a pupil of a class. */
+export const pupil = signal<string | null>(null);
 export const arms = signal<ArmEntry[]>([]);
 export const armName = signal<string | null>(null);
 export const state = signal<State | null>(null);

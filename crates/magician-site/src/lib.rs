@@ -24,3 +24,8 @@ pub use site::{
 };
 pub use telling::StateTelling;
 pub use view::SiteView;
+
+/// Compiles the README's program with the tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -246,7 +246,7 @@ pub struct BadPacket;
 /// Numbers the packets of one end of a session, and keeps what is on its way within [`WINDOW`].
 ///
 /// A packet is its number (8 bytes, little endian, from 0 on), a byte that says what it is, and the rest.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default, Hash)]
 pub struct Flow {
     /// Packets sent.
     sent: u64,

@@ -4,7 +4,8 @@ use std::time::Duration;
 
 use serde_json::{Map, Value, json};
 
-/// Between two states, at least.
+/// Between two states, at least. One that comes late takes nothing from the next: else each delay would stay, and every state would be
+/// told as late as the latest.
 const LEAST: Duration = Duration::from_millis(100);
 /// And at most.
 const MOST: Duration = Duration::from_secs(1);
@@ -15,6 +16,8 @@ pub struct StateTelling {
     state: Map<String, Value>,
     has_changed: bool,
     told: Option<Duration>,
+    /// A change is told from here on.
+    next: Duration,
 }
 
 impl StateTelling {
@@ -33,8 +36,11 @@ impl StateTelling {
         if self.state.is_empty() {
             return None;
         }
-        let wait = if self.has_changed { LEAST } else { MOST };
-        Some(self.told.map_or(Duration::ZERO, |told| told + wait))
+        Some(match self.told {
+            None => Duration::ZERO,
+            Some(_) if self.has_changed => self.next,
+            Some(told) => told + MOST,
+        })
     }
 
     /// The state, if it is to be told by now.
@@ -43,6 +49,7 @@ impl StateTelling {
             return None;
         }
         self.told = Some(now);
+        self.next = self.next.max(now.saturating_sub(LEAST)) + LEAST;
         self.has_changed = false;
         Some(Value::Object(self.state.clone()))
     }
@@ -71,6 +78,26 @@ mod tests {
     }
 
     #[test]
+    fn what_is_told_late_delays_nothing_behind_it() {
+        let at = Duration::from_millis;
+        let mut telling = StateTelling::default();
+        let mut told = Vec::new();
+        // Ten changes a second, of which the third comes 80 ms late.
+        for heard in [1000, 1100, 1280, 1300, 1400, 1500] {
+            telling.hear(change(json!({"x": heard})));
+            told.push(telling.due().unwrap().max(at(heard)));
+            assert!(telling.tell(*told.last().unwrap()).is_some());
+        }
+        assert_eq!(told, [1000, 1100, 1280, 1300, 1400, 1500].map(at));
+        // More than that are held.
+        telling.hear(change(json!({"x": 1501})));
+        assert_eq!(telling.due(), Some(at(1580)));
+        assert!(telling.tell(at(1580)).is_some());
+        telling.hear(change(json!({"x": 1502})));
+        assert_eq!(telling.due(), Some(at(1680)));
+    }
+
+    #[test]
     fn a_change_is_told_soon_and_the_rest_every_second() {
         let at = Duration::from_millis;
         let mut telling = StateTelling::default();
@@ -83,11 +110,11 @@ mod tests {
         assert_eq!(telling.due(), Some(at(1005)));
         assert_eq!(telling.tell(at(1004)), None);
         telling.hear(change(json!({"t": 3, "x": 2})));
-        assert_eq!(telling.due(), Some(at(105)));
-        assert_eq!(telling.tell(at(104)), None);
-        assert_eq!(telling.tell(at(105)), Some(json!({"t": 3, "x": 2})));
-        assert_eq!(telling.tell(at(1104)), None);
-        assert_eq!(telling.tell(at(1105)), Some(json!({"t": 3, "x": 2})));
+        assert_eq!(telling.due(), Some(at(100)));
+        assert_eq!(telling.tell(at(99)), None);
+        assert_eq!(telling.tell(at(100)), Some(json!({"t": 3, "x": 2})));
+        assert_eq!(telling.tell(at(1099)), None);
+        assert_eq!(telling.tell(at(1100)), Some(json!({"t": 3, "x": 2})));
         telling.rest();
         assert!(telling.tell(at(1106)).is_some());
     }

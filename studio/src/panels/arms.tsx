@@ -4,6 +4,7 @@ import { clock, lines, save } from "../log";
 import { tried } from "../actions";
 import { canTrace, trace } from "../session";
 import { Card, Do } from "../ui/parts";
+import { Class } from "./class";
 import { Connect } from "./connect";
 import { Site } from "./site";
 
@@ -39,6 +40,7 @@ export function Arms() {
   return (
     <div class="columns">
       <Site />
+      <Class />
       <Connect />
       <Log />
     </div>

@@ -3,7 +3,7 @@ import { useSignal } from "@preact/signals";
 import { t } from "../i18n";
 import { tokenFor } from "../pairing";
 import { serial } from "../serial";
-import { apiUrl, connect, connectSerial, connectSim, disconnect, keptToken } from "../session";
+import { apiUrl, connect, connectSerial, connectSim, disconnect, keptPupil, keptToken } from "../session";
 import * as store from "../store";
 import { Card, Do, TextField } from "../ui/parts";
 
@@ -18,21 +18,24 @@ function serialHint() {
 export function Connect() {
   const url = useSignal(location.protocol.startsWith("http") ? location.host : "127.0.0.1:8910");
   const token = useSignal(keptToken());
+  const pupil = useSignal(keptPupil());
   const bad = useSignal(false);
   const refused = store.refused.value;
   const [backend, fault] = [store.backend.value, store.portFault.value];
   const isOn = backend !== "none" && refused === null;
   const isFirst = store.isStatic.value && !isOn;
   const noSerial = serial === undefined || (backend === "serial" && store.link.value !== "lost");
+  const hint = bad.value ? t("connect.bad") : refused !== null ? t(`connect.${refused}.refused`) : t("connect.station.text");
   const go = async (event: Event) => {
     event.preventDefault();
     const address = apiUrl(url.value.trim());
     bad.value = address === null;
     if (address === null) return;
-    const found = await tokenFor(address, token.value.trim());
+    const name = pupil.value.trim();
+    const found = name === "" ? await tokenFor(address, token.value.trim()) : token.value.trim();
     if (found === null) return store.say(t("connect.code.refused"), true);
     token.value = found;
-    connect(address, found);
+    connect(address, found, name);
   };
   return (
     <Card title={t("connect.title")} class="connect">
@@ -47,17 +50,9 @@ export function Connect() {
         </div>
       </div>
       <form class="server" onSubmit={go}>
-        <TextField
-          id="station-url"
-          label={t("connect.url")}
-          value={url.value}
-          inputMode="url"
-          live
-          set={(text) => (url.value = text)}
-          bad={bad.value || refused !== null}
-          hint={bad.value ? t("connect.bad") : refused !== null ? t(`connect.${refused}.refused`) : t("connect.station.text")}
-        />
+        <TextField id="station-url" label={t("connect.url")} value={url.value} inputMode="url" live set={(text) => (url.value = text)} bad={bad.value || refused !== null} hint={hint} />
         <TextField id="station-token" label={t("connect.token")} value={token.value} live set={(text) => (token.value = text)} hint={t("connect.token.hint")} />
+        <TextField id="station-pupil" label={t("connect.pupil")} value={pupil.value} live set={(text) => (pupil.value = text)} hint={t("connect.pupil.hint")} />
         <div class="server-buttons">
           <button type="submit" class={isOn || store.isStatic.value ? "" : "primary"} data-testid="connect-station">
             {t("connect.station")}

@@ -50,36 +50,19 @@ function Setting({ pin, off }: { pin: Pin; off: boolean }) {
   const { address } = pin;
   const kind = watchOf(pin.function);
   const level = levels.value.get(address) ?? 0;
-  const inputOff = store.lease.value !== "mine";
+  const driven = { id: `pin-${address}-drive`, label: t("io.drive", { n: address }), off: store.lease.value !== "mine", why: WHY };
   if (kind === "output") {
     const is = levels.value.get(address) ?? pin.level ?? 0;
-    return (
-      <Do
-        id={`pin-${address}-set`}
-        aria-pressed={is !== 0}
-        label={t("io.set", { n: address })}
-        off={off}
-        why={WHY}
-        text={t(is === 0 ? "io.high" : "io.low")}
-        press={() => setPin("output", [address, is === 0 ? 1 : 0])}
-      />
-    );
+    const turn = () => setPin("output", [address, is === 0 ? 1 : 0]);
+    return <Do id={`pin-${address}-set`} aria-pressed={is !== 0} label={t("io.set", { n: address })} off={off} why={WHY} text={t(is === 0 ? "io.high" : "io.low")} press={turn} />;
   }
   if (pin.frequency !== null) {
     const [, hertz, percent] = rowOf("signal")?.sets ?? [];
     const setSignal = () => setPin("signal", [address, frequency.value, duty.value]);
-    const number = (field: TableField | undefined, value: typeof duty) => (
-      <NumberInput
-        label={`${words(field?.about ?? "")}, ${words(field?.unit ?? "")}`}
-        step={1}
-        least={field?.least}
-        most={field?.most}
-        value={value.value}
-        off={off}
-        why={WHY}
-        set={(to) => (value.value = to)}
-      />
-    );
+    const number = (field: TableField | undefined, value: typeof duty) => {
+      const label = `${words(field?.about ?? "")}, ${words(field?.unit ?? "")}`;
+      return <NumberInput label={label} step={1} least={field?.least} most={field?.most} value={value.value} off={off} why={WHY} set={(to) => (value.value = to)} />;
+    };
     return (
       <>
         {number(hertz, frequency)}
@@ -93,32 +76,12 @@ function Setting({ pin, off }: { pin: Pin; off: boolean }) {
     const { counts = 1, volts = 0 } = io.value?.analog ?? {};
     return (
       <>
-        <Range
-          id={`pin-${address}-drive`}
-          label={t("io.drive", { n: address })}
-          least={0}
-          most={counts}
-          value={level}
-          off={inputOff}
-          why={WHY}
-          set={(value) => drive(address, { value })}
-        />
+        <Range {...driven} least={0} most={counts} value={level} set={(value) => drive(address, { value })} />
         <small>{`0 … ${volts} V`}</small>
       </>
     );
   }
-  return (
-    <Do
-      id={`pin-${address}-drive`}
-      class="quiet"
-      aria-pressed={level !== 0}
-      label={t("io.drive", { n: address })}
-      off={inputOff} why={WHY}
-      press={() => drive(address, { level: level === 0 })}
-    >
-      {t(level === 0 ? "io.driveHigh" : "io.driveLow")}
-    </Do>
-  );
+  return <Do {...driven} class="quiet" aria-pressed={level !== 0} text={t(level === 0 ? "io.driveHigh" : "io.driveLow")} press={() => drive(address, { level: level === 0 })} />;
 }
 
 function PinRow({ pin, off }: { pin: Pin; off: boolean }) {

@@ -80,6 +80,7 @@ function Status() {
 export function JogPad() {
   const joints = jog.frame.value === "joint";
   const hasRail = store.model.value?.limits.l != null;
+  const modes = (["hold", "step"] as const).map((value) => ({ value, text: t(`jog.${value}`), disabled: value === "hold" && jog.frame.value === "tool" }));
   return (
     <Card
       title={t("jog.title")}
@@ -125,27 +126,8 @@ export function JogPad() {
         </div>
       </div>
       <div class="jog-options">
-        <Choice
-          name="jog-frame"
-          label={t("jog.frame")}
-          value={jog.frame.value}
-          choose={(frame) => (jog.frame.value = frame)}
-          options={[
-            { value: "base", text: t("jog.base"), testId: "jog-frame-base" },
-            { value: "joint", text: t("jog.joint"), testId: "jog-frame-joint" },
-            { value: "tool", text: t("jog.tool"), testId: "jog-frame-tool" },
-          ]}
-        />
-        <Choice
-          name="jog-mode"
-          label={t("jog.mode")}
-          value={jog.steps.value ? "step" : "hold"}
-          choose={(mode) => (jog.mode.value = mode)}
-          options={[
-            { value: "hold", text: t("jog.hold"), testId: "jog-mode-hold", disabled: jog.frame.value === "tool" },
-            { value: "step", text: t("jog.step"), testId: "jog-mode-step" },
-          ]}
-        />
+        <Choice name="jog-frame" label={t("jog.frame")} value={jog.frame.value} choose={(frame) => (jog.frame.value = frame)} options={jog.FRAMES.map((value) => ({ value, text: t(`jog.${value}`) }))} />
+        <Choice name="jog-mode" label={t("jog.mode")} value={jog.steps.value ? "step" : "hold"} choose={(mode) => (jog.mode.value = mode)} options={modes} />
         <Pick title={t("jog.size")} id="jog-step-size" value={jog.stepSize.value} options={jog.STEPS.map((n) => ({ value: n as number, text: t("jog.unit", { n }) }))} choose={(size) => (jog.stepSize.value = size)} />
         <Field label={<>{t("jog.speed")} <b class="number">{jog.speed.value} %</b></>}>
           <Range id="jog-speed" least={1} most={100} value={jog.speed.value} set={(to) => (jog.speed.value = to)} />

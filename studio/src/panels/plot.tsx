@@ -67,20 +67,23 @@ function columns(from: Readings, lines: readonly Line[], span: number, end: numb
       const value = from.value(row, column);
       values[nth]?.push(Number.isNaN(value) ? null : value * scale);
     });
-    const before = row > low ? from.alarms(row - 1) : [];
-    for (const code of from.alarms(row)) if (!before.includes(code)) marks.push([time, `0x${code.toString(16).padStart(2, "0")}`]);
+    const before = row > low ? codesOf(from, row - 1) : [];
+    for (const code of codesOf(from, row)) if (!before.includes(code)) marks.push([time, code]);
   }
   return { data: [times, ...values] as uPlot.AlignedData, marks };
 }
 
+/** The alarms of a row, as they are written. */
+const codesOf = (from: Readings, row: number) => from.alarms(row).map((code) => `0x${code.toString(16).padStart(2, "0")}`);
+
 /** As `magician record` writes them. */
 function csv(from: Readings): string {
-  const rows = ["t,x,y,z,r,j1,j2,j3,j4,index,left_space,alarms"];
+  const rows = ["time,t,x,y,z,r,j1,j2,j3,j4,index,left_space,alarms"];
   const first = from.count === 0 ? 0 : from.value(0, at.t);
   for (let row = 0; row < from.count; row++) {
     const pose = POSE.map((name) => from.value(row, at[name]));
-    const codes = from.alarms(row).map((code) => `0x${code.toString(16).padStart(2, "0")}`).join(" ");
-    rows.push([(from.value(row, at.t) - first).toFixed(3), ...pose, from.value(row, at.index), from.value(row, at.left), codes].join(","));
+    const t = from.value(row, at.t);
+    rows.push([new Date(1000 * t).toISOString(), (t - first).toFixed(3), ...pose, from.value(row, at.index), from.value(row, at.left), codesOf(from, row).join(" ")].join(","));
   }
   return `${rows.join("\n")}\n`;
 }
@@ -206,6 +209,10 @@ export function Plots() {
   const rows = Array.from({ length: Math.min(ROWS, high) }, (_, nth) => high - 1 - nth);
   const zero = from.count === 0 ? 0 : from.value(from.count - 1, at.t);
   const all = from.count === 0 ? 0 : zero - from.value(0, at.t);
+  const scrub = (to: number) => {
+    if (held.value === null) hold(true);
+    back.value = Math.abs(to);
+  };
   const hold = (is: boolean) => {
     const seen = snapshot();
     held.value = is ? () => seen : null;
@@ -225,20 +232,8 @@ export function Plots() {
         }
       >
         <div class="plot-bar">
-          <Choice<Group>
-            name="plot-group"
-            label={t("plot.group")}
-            value={group.value}
-            choose={(value) => (group.value = value)}
-            options={GROUPS.map((value) => ({ value, text: t(`plot.${value}`), testId: `plot-${value}` }))}
-          />
-          <Choice
-            name="plot-span"
-            label={t("plot.span")}
-            value={span.value}
-            choose={(value) => (span.value = value)}
-            options={SPANS.map((value) => ({ value, text: `${value} s` }))}
-          />
+          <Choice<Group> name="plot" label={t("plot.group")} value={group.value} choose={(value) => (group.value = value)} options={GROUPS.map((value) => ({ value, text: t(`plot.${value}`) }))} />
+          <Choice name="plot-span" label={t("plot.span")} value={span.value} choose={(value) => (span.value = value)} options={SPANS.map((value) => ({ value, text: `${value} s` }))} />
         </div>
         <div class="plot-legend">
           {lines.map((line, nth) => (
@@ -253,17 +248,7 @@ export function Plots() {
         <Chart lines={lines} source={source} span={Number(span.value)} back={back.value} live={held.value === null} />
         <label class="plot-scrub">
           {t("plot.scrub")}
-          <Range
-            id="plot-scrub"
-            least={-Math.floor(all)}
-            most={0}
-            value={-back.value}
-            text={t("plot.back", { n: back.value })}
-            set={(to) => {
-              if (held.value === null) hold(true);
-              back.value = Math.abs(to);
-            }}
-          />
+          <Range id="plot-scrub" least={-Math.floor(all)} most={0} value={-back.value} text={t("plot.back", { n: back.value })} set={scrub} />
           <output>{t("plot.back", { n: back.value })}</output>
         </label>
       </Card>
@@ -281,7 +266,7 @@ export function Plots() {
                   <td>{number(from.value(row, at.speed), 1)}</td>
                   <td>{from.value(row, at.index)}</td>
                   <td>{from.value(row, at.left)}</td>
-                  <td>{from.alarms(row).map((code) => `0x${code.toString(16).padStart(2, "0")}`).join(" ") || "–"}</td>
+                  <td>{codesOf(from, row).join(" ") || "–"}</td>
                 </tr>
               ))}
             </tbody>

@@ -1,7 +1,7 @@
 // The person's own settings, and the fence of the arm.
 import { LANGUAGES, t } from "../i18n";
 import { rename } from "../session";
-import { language, ownName, type Theme, theme } from "../settings";
+import { language, ownName, type Theme, THEMES, theme } from "../settings";
 import * as store from "../store";
 import { Card, Choice, TextField } from "../ui/parts";
 import type { Sides } from "../view/fence";
@@ -67,25 +67,9 @@ export function Settings() {
             rename();
           }}
         />
-        <Choice<string>
-          name="language"
-          label={t("settings.language")}
-          value={language.value}
-          choose={(value) => (language.value = value)}
-          options={LANGUAGES.map((one) => ({ ...one, testId: `settings-language-${one.value}` }))}
-        />
+        <Choice<string> name="settings-language" label={t("settings.language")} value={language.value} choose={(value) => (language.value = value)} options={LANGUAGES} />
         {t("language.note") ? <p class="hint">{t("language.note")}</p> : null}
-        <Choice<Theme>
-          name="theme"
-          label={t("settings.theme")}
-          value={theme.value}
-          choose={(value) => (theme.value = value)}
-          options={[
-            { value: "system", text: t("settings.system"), testId: "settings-theme-system" },
-            { value: "light", text: t("settings.light"), testId: "settings-theme-light" },
-            { value: "dark", text: t("settings.dark"), testId: "settings-theme-dark" },
-          ]}
-        />
+        <Choice<Theme> name="settings-theme" label={t("settings.theme")} value={theme.value} choose={(value) => (theme.value = value)} options={THEMES.map((value) => ({ value, text: t(`settings.${value}`) }))} />
         <p class="hint"><a href="licences.txt">{t("settings.licences")}</a></p>
       </Card>
       <div class="fence-side">

@@ -2,6 +2,7 @@
 import { effect, useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { complain, stop } from "../actions";
+import { wordsOf } from "../class";
 import { t } from "../i18n";
 import { save } from "../log";
 import { call, show } from "../session";
@@ -56,6 +57,7 @@ function Tile({ arm }: { arm: store.ArmEntry }) {
         <p title={doing}>{doing}</p>
       </div>
       <div class="tile-marks">
+        {wordsOf(name) === null ? null : <span data-testid={`turn-${name}`}>{wordsOf(name)}</span>}
         {alarms.length > 0 ? <span class="alarm">{t("site.alarm", { code: `0x${(alarms[0] ?? 0).toString(16)}` })}</span> : null}
         {asks === null ? null : <span data-testid={`hand-${name}`}>{t("site.asks", { name: asks })}</span>}
         {waits > 0 ? <span>{t("site.waits", { n: waits })}</span> : null}

@@ -77,14 +77,7 @@ function Objects({ off }: { off: boolean }) {
           const field = (axis: "x" | "y", value: number) => (
             <label>
               {axis}
-              <NumberInput
-                label={t("world.object.axis", { name, axis })}
-                value={value}
-                step={5}
-                off={off}
-                why={WHY}
-                set={(to) => void place(name, axis === "x" ? to : x, axis === "y" ? to : y)}
-              />
+              <NumberInput label={t("world.object.axis", { name, axis })} value={value} step={5} off={off} why={WHY} set={(to) => void place(name, axis === "x" ? to : x, axis === "y" ? to : y)} />
             </label>
           );
           return (

@@ -1,6 +1,7 @@
 // What stands above every route: Stop, what is connected, who has control, where to go.
 import { useEffect, useRef } from "preact/hooks";
 import * as actions from "../actions";
+import { mine } from "../class";
 import { t, told } from "../i18n";
 import { clock } from "../log";
 import * as store from "../store";
@@ -34,6 +35,7 @@ function What() {
         {store.backend.value === "sim" && store.simSpeed !== 1 ? <b data-testid="header-speed"> ×{store.simSpeed}</b> : null}
         {store.arms.value.length > 1 && arm !== null ? <b> {arm.name}</b> : null}
       </span>
+      {mine.value === null ? null : <span class="badge" data-testid="header-turn">{mine.value}</span>}
       {store.isLaserOn.value ? <span class="badge laser" data-testid="header-laser">{t("arm.laser")}</span> : null}
     </div>
   );

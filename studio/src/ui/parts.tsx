@@ -7,7 +7,7 @@ interface ChoiceProps<T extends string> {
   name: string;
   label: string;
   value: T;
-  options: ReadonlyArray<{ value: T; text: string; testId?: string; disabled?: boolean }>;
+  options: ReadonlyArray<{ value: T; text: string; disabled?: boolean }>;
   choose: (value: T) => void;
 }
 
@@ -24,7 +24,7 @@ export function Choice<T extends string>({ name, label, value, options, choose }
               name={name}
               checked={option.value === value}
               disabled={option.disabled ?? false}
-              data-testid={option.testId}
+              data-testid={`${name}-${option.value}`}
               onChange={() => choose(option.value)}
             />
             <span>{option.text}</span>
@@ -55,32 +55,35 @@ export function Card({ title, more, group, children, ...rest }: CardProps) {
   );
 }
 
-interface SwitchProps {
+/** Whether it does nothing now, and the id of the element that says why. */
+interface MayBeOff {
+  off?: boolean;
+  why?: string | null | undefined;
+}
+
+const because = (off: boolean, why: MayBeOff["why"]) => (off && why ? why : undefined);
+
+interface SwitchProps extends MayBeOff {
   id: string;
   label: string;
   on: boolean | null;
-  off: boolean;
-  why?: string | undefined;
   danger?: boolean;
   flip: (on: boolean) => unknown;
 }
 
-export function Switch({ id, label, on, off, why, danger, flip }: SwitchProps) {
+export function Switch({ id, label, on, danger, flip, ...rest }: SwitchProps) {
   return (
-    <Do id={id} role="switch" class={`switch ${danger ? "danger" : ""}`} aria-checked={on === true} off={off} why={why} press={() => flip(on !== true)}>
+    <Do id={id} role="switch" class={`switch ${danger ? "danger" : ""}`} aria-checked={on === true} {...rest} press={() => flip(on !== true)}>
       <span>{label}</span>
       <span class="switch-track" aria-hidden="true" />
     </Do>
   );
 }
 
-interface DoProps extends Omit<ButtonHTMLAttributes<HTMLButtonElement>, "onClick"> {
+interface DoProps extends MayBeOff, Omit<ButtonHTMLAttributes<HTMLButtonElement>, "onClick"> {
   /** The name that tests know it by. */
   id?: string;
   press: () => unknown;
-  off?: boolean;
-  /** The id of the element that says why it is off. */
-  why?: string | null | undefined;
   label?: string;
   /** What stands on it, if that is a text alone. */
   text?: string;
@@ -88,9 +91,8 @@ interface DoProps extends Omit<ButtonHTMLAttributes<HTMLButtonElement>, "onClick
 
 /** A button that does something. */
 export function Do({ id, press, off = false, why, label, text, children = text, ...rest }: DoProps) {
-  const because = off && why ? why : undefined;
   return (
-    <button type="button" aria-describedby={because} {...rest} data-testid={id} aria-label={label} disabled={off} onClick={() => void press()}>
+    <button type="button" aria-describedby={because(off, why)} {...rest} data-testid={id} aria-label={label} disabled={off} onClick={() => void press()}>
       {children}
     </button>
   );
@@ -106,7 +108,7 @@ export function Field({ label, unit, ...rest }: { label: ComponentChildren; unit
   );
 }
 
-interface TextFieldProps {
+interface TextFieldProps extends MayBeOff {
   id: string;
   label: string;
   unit?: string;
@@ -114,7 +116,6 @@ interface TextFieldProps {
   /** What stands below it, and whether that is a complaint. */
   hint?: string;
   bad?: boolean;
-  off?: boolean;
   most?: number;
   placeholder?: string;
   inputMode?: "url" | "decimal" | undefined;
@@ -151,7 +152,7 @@ export function TextField({ id, label, unit = "", value, hint, bad = false, off 
   );
 }
 
-interface PickProps<T extends string | number> {
+interface PickProps<T extends string | number> extends MayBeOff {
   id?: string;
   /** Its name above it; or one that is not seen. */
   title?: string;
@@ -159,8 +160,6 @@ interface PickProps<T extends string | number> {
   value: T;
   /** What may be chosen: values that are their own names, or values with texts. */
   options: ReadonlyArray<T | { value: T; text: string; disabled?: boolean }>;
-  off?: boolean;
-  why?: string | undefined;
   choose: (value: T) => void;
 }
 
@@ -170,7 +169,7 @@ export function Pick<T extends string | number>({ id, title, label, value, optio
   const select = (
     <select
       aria-label={label}
-      aria-describedby={off ? why : undefined}
+      aria-describedby={because(off, why)}
       data-testid={id}
       value={value}
       disabled={off}
@@ -204,7 +203,7 @@ export function Why({ id, text }: { id: string; text: string | null }) {
   );
 }
 
-interface NumberInputProps {
+interface NumberInputProps extends MayBeOff {
   id?: string;
   label: string;
   value: number;
@@ -213,8 +212,6 @@ interface NumberInputProps {
   step?: number;
   least?: number | null | undefined;
   most?: number | null | undefined;
-  off?: boolean;
-  why?: string | undefined;
   set: (value: number) => void;
 }
 
@@ -232,7 +229,7 @@ export function NumberInput({ id, label, value, digits = 1, step, least, most, o
       inputMode="decimal"
       autocomplete="off"
       aria-label={label}
-      aria-describedby={off ? why : undefined}
+      aria-describedby={because(off, why)}
       disabled={off}
       data-testid={id}
       value={typed.value ?? String(Number(value.toFixed(digits)))}
@@ -243,7 +240,7 @@ export function NumberInput({ id, label, value, digits = 1, step, least, most, o
   );
 }
 
-interface RangeProps {
+interface RangeProps extends MayBeOff {
   id: string;
   label?: string;
   least: number;
@@ -252,8 +249,6 @@ interface RangeProps {
   value: number;
   /** The value in words, where it is more than a number. */
   text?: string;
-  off?: boolean;
-  why?: string | undefined;
   /** Takes a value only when the hand lets go. */
   rests?: boolean;
   set: (value: number) => unknown;
@@ -261,9 +256,8 @@ interface RangeProps {
 
 export function Range({ id, label, least, most, step = 1, value, text, off = false, why, rests = false, set }: RangeProps) {
   const take = (event: { currentTarget: HTMLInputElement }) => void set(event.currentTarget.valueAsNumber);
-  const because = off ? why : undefined;
   const how = { min: least, max: most, step, value, disabled: off, ...(rests ? { onChange: take } : { onInput: take }) };
-  return <input type="range" aria-label={label} aria-valuetext={text} aria-describedby={because} data-testid={id} {...how} />;
+  return <input type="range" aria-label={label} aria-valuetext={text} aria-describedby={because(off, why)} data-testid={id} {...how} />;
 }
 
 /** A place where files may be dropped. */
@@ -299,7 +293,7 @@ export function Times({ id, label, hint, least = 0, most = 9999, value }: { id: 
 }
 
 /** A button that opens files of these kinds; the browser asks which. */
-export function OpenFile({ id, accept, off, text, open, ...rest }: { id: string; accept?: string; off: boolean; why?: string; text: string; class?: string; open: (files: File[]) => unknown }) {
+export function OpenFile({ id, accept, off = false, text, open, ...rest }: MayBeOff & { id: string; accept?: string; text: string; class?: string; open: (files: File[]) => unknown }) {
   const input = useRef<HTMLInputElement>(null);
   const chosen = (field: HTMLInputElement) => {
     const files = [...(field.files ?? [])];

@@ -527,3 +527,21 @@ fn a_full_disk_leaves_the_program_that_was_there() {
     let moved = station.call("arm.move", &json!({"to": [220, 30, 50, 0]}));
     assert_eq!(moved["result"]["y"], json!(30.0));
 }
+
+/// A build without sites says how to get one with them, before it opens anything.
+#[cfg(not(feature = "site"))]
+#[test]
+fn sites_are_refused_where_they_are_not_built_in() {
+    for words in [
+        &["serve", "--port", "sim", "--site", "lab"][..],
+        &["fleet", "--site", "lab", "list"],
+        &["fleet", "stop", "--all", "--site", "lab"],
+    ] {
+        let refused = run(words);
+        assert_eq!(refused.status, 6, "{words:?}");
+        assert!(refused.err.contains("--features site"), "{words:?}");
+    }
+    // A wrong line is a wrong line all the same.
+    assert_eq!(run(&["serve", "--port", "sim", "--site", "Lab"]).status, 2);
+    assert_eq!(run(&["fleet", "stop"]).status, 2);
+}

@@ -249,6 +249,7 @@ const VERBS: &[(&str, &[Through])] = &[
         "station",
         &[NoArm(&["station", "token", "--list", "--json"])],
     ),
+    ("fleet", &[Refuses(&["fleet", "--site", "lab", "list"])]),
     ("sim", &[Refuses(&["sim"])]),
     ("proxy", &[Refuses(&["proxy", "--tcp", "127.0.0.1:0"])]),
     (

@@ -625,8 +625,8 @@ def load(
     :param at: Where its middle goes, x and y, mm.
     :param page: The page of paper that it lies on, its middle on the middle of the page: ``"a3"``, ``"a4"``, ``"a5"``,
         ``"a6"`` or ``"letter"``, each also with ``-landscape``, or its width and height in mm, such as ``"200x150"``.
-        The page's middle is at ``at``, else on the middle of the sheet, else where there is room; ``Plan.placed.page`` has
-        its corners.
+        The page's middle is at ``at``, else on the middle of the sheet, else where there is room; ``Plan.placed.page``
+        has its corners.
     :param margin: What ``fit`` makes smaller keeps this far from the edges of the page, mm, 0 or more; 10 if left out.
     :param scale: Its size, 1 being the true one.
     :param rotate: By how much it is turned to the left, degrees.

@@ -8,10 +8,11 @@ use zenoh::Config;
 use super::CarrierError;
 use crate::message::LARGEST;
 
-/// What is set where a file does not set it: presence is lost within three seconds of a cut cable, and nobody sends what fills the
+/// What is set where a file does not set it. Presence is lost within three seconds of a cut cable: Zenoh takes a link for dead one lease
+/// after its last packet (a sign of life is four to a lease), and the rest is for machines that are busy. And nobody sends what fills the
 /// memory.
 const OURS: [(&str, &str); 2] = [
-    ("transport/link/tx/lease", "2000"),
+    ("transport/link/tx/lease", "1500"),
     ("transport/link/rx/max_message_size", LARGEST_TEXT),
 ];
 const LARGEST_TEXT: &str = "16777216";
@@ -52,11 +53,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("site.json5");
         let lease = |config: &Config| config.get_json("transport/link/tx/lease").unwrap();
-        assert_eq!(lease(&read(None).unwrap()), "2000");
+        assert_eq!(lease(&read(None).unwrap()), "1500");
         let text = "// Zenoh's own.\n{ scouting: { multicast: { enabled: false } } }";
         std::fs::write(&file, text).unwrap();
         let config = read(Some(&file)).unwrap();
-        assert_eq!(lease(&config), "2000");
+        assert_eq!(lease(&config), "1500");
         let scouts = config.get_json("scouting/multicast/enabled").unwrap();
         assert_eq!(scouts, "false");
         std::fs::write(&file, "{ transport: { link: { tx: { lease: 10000 } } } }").unwrap();

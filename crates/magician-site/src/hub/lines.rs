@@ -41,10 +41,12 @@ impl Hub {
         let tries = match open.ways.get(&station) {
             Some(Way::Line(line)) => return Ok(*line),
             Some(Way::Waiting { until, why, .. }) if now < *until => return Err(why.clone()),
+            Some(Way::Closed(why)) => return Err(why.clone()),
             Some(Way::Waiting { tries, .. }) => *tries,
             None => 0,
         };
-        if open.session.is_none() || open.outbox.is_closing() {
+        let comes = open.session.is_some() || open.signing.is_some();
+        if !comes || open.outbox.is_closing() {
             return Err(gone());
         }
         let line = LineId(self.next_id());
@@ -62,6 +64,8 @@ impl Hub {
             tries,
             sessions: Value::Null,
             recording: false,
+            session: None,
+            turns: None,
         };
         self.lines.insert(line, made);
         if let Some(open) = self.sockets.get_mut(&socket) {
@@ -87,8 +91,18 @@ impl Hub {
         if let Some(token) = &open.token {
             params["token"] = json!(token);
         }
+        let back = open.signing.as_ref().and_then(|(call, _)| {
+            let person = self.comes_back(&call.params, open.pupil.as_ref())?;
+            self.people.get(&person)
+        });
+        let person = person.or(back);
         if let Some((secret, _)) = person.and_then(|person| person.at.get(&station)) {
             params["resume"] = json!(secret);
+        }
+        if let Some(pupil) = &open.pupil {
+            params["pupil"] = pupil.clone();
+            // Home has not said yet what it may do.
+            params["role"] = json!("student");
         }
         let params = params.as_object().cloned().unwrap_or_default();
         self.ask_line(line, "session.hello", params, Wants::LineHello);
@@ -237,8 +251,12 @@ impl Hub {
         self.acts.push_back(HubAct::Drop(line));
         let tries = if lost.up { 0 } else { lost.tries };
         if let Some(open) = self.sockets.get_mut(&lost.socket) {
-            open.ways
-                .insert(lost.station, Way::after(now, tries, why.clone()));
+            let refused = [RpcError::FORBIDDEN, RpcError::TOO_MANY].contains(&why.code);
+            let way = match open.pupil.is_some() && refused {
+                true => Way::Closed(why.clone()),
+                false => Way::after(now, tries, why.clone()),
+            };
+            open.ways.insert(lost.station, way);
         }
         let of =
             |(id, pending): (&RequestId, &Pending)| (pending.via == Via::Line(line)).then_some(*id);
@@ -264,6 +282,7 @@ impl Hub {
             self.outcome(now, request, None, Err(error));
         }
         self.lose_subscriptions(now, lost.socket, line);
+        self.pupil_is_refused(lost.socket, why);
         let Some(open) = self.sockets.get_mut(&lost.socket) else {
             return;
         };
@@ -285,7 +304,7 @@ impl Hub {
     pub(super) fn opens_at(&self) -> impl Iterator<Item = HostInstant> + '_ {
         let waiting = |way: &Way| match way {
             Way::Waiting { until, .. } => Some(*until),
-            Way::Line(_) => None,
+            Way::Line(_) | Way::Closed(_) => None,
         };
         self.sockets
             .values()
@@ -434,6 +453,12 @@ impl Hub {
                     open.recording = outcome.is_ok_and(|info| info["recording"] == true);
                 }
             }
+            Wants::Turns => {
+                if let (Via::Line(line), Ok(turns)) = (pending(Wants::Nothing).via, outcome) {
+                    self.hears_turns(now, line, turns);
+                    self.turns_changed(now, socket);
+                }
+            }
             Wants::Part(gather) => self.part(now, gather, request, outcome),
             Wants::Subscribe(params) => self.subscribed(pending(Wants::Nothing), params, outcome),
             Wants::Resubscribe(id) => self.subscribed_again(pending(Wants::Nothing), id, outcome),
@@ -488,6 +513,10 @@ impl Hub {
                 .and_then(magician_station::Role::named);
             let person = self.people.entry(session.clone()).or_default();
             (person.name, person.gone) = (name, None);
+            person.secret = hello["resume"].as_str().unwrap_or_default().to_owned();
+            person.pupil = { self.sockets.get(&socket) }
+                .and_then(|open| open.pupil.as_ref())
+                .map(|_| person.name.clone());
             // Where it had sessions before it came back, its leases wait.
             stations.extend(person.at.keys().copied());
             if let Some(open) = self.sockets.get_mut(&socket) {
@@ -495,9 +524,14 @@ impl Hub {
                 open.role = role.unwrap_or(magician_station::Role::Viewer);
                 // A token that is given counts; clients of this machine have the hub's.
                 open.token = token.or(open.bearer.clone()).or(self.token.clone());
+                if open.pupil.is_some() {
+                    // A pupil of this machine is no teacher.
+                    (open.token, open.bearer) = (None, None);
+                }
             }
         }
         self.finish(socket, pending.id.as_ref(), &outcome);
+        self.has_sessions(socket);
         for station in stations {
             let _ = self.line_to(now, socket, station);
         }
@@ -521,19 +555,18 @@ impl Hub {
         open.up = true;
         let held = std::mem::take(&mut open.held);
         open.queue.extend(held);
-        let (slot, socket, station) = (open.slot, open.socket, open.station);
+        let socket = open.socket;
         self.acts.push_back(HubAct::Awake(line));
-        let session = { self.sockets.get(&socket) }.and_then(|open| open.session.clone());
         let there = (hello["resume"].as_str(), hello["session"].as_str());
-        if let (Some(session), (Some(secret), Some(there))) = (session, there) {
-            self.names.is_own(slot, there, &session);
-            if let Some(person) = self.people.get_mut(&session) {
-                person
-                    .at
-                    .insert(station, (secret.to_owned(), there.to_owned()));
-            }
+        if let (Some(secret), Some(there)) = there {
+            open.session = Some((secret.to_owned(), there.to_owned()));
         }
+        self.has_sessions(socket);
+        self.pupil_is_in(socket);
         self.subscribe_again(line);
+        if self.sockets.get(&socket).is_some_and(|open| open.turns) {
+            self.ask_line(line, "turn.list", Map::new(), Wants::Turns);
+        }
     }
 
     /// A notification of a station, for the client of a line.
@@ -548,6 +581,10 @@ impl Hub {
             "session.changed" => {
                 open.sessions = params["sessions"].take();
                 return self.sessions_changed(socket);
+            }
+            "turn.changed" => {
+                self.hears_turns(now, line, params);
+                return self.turns_changed(now, socket);
             }
             _ => {}
         }
@@ -571,7 +608,6 @@ impl Hub {
             open.jogs.remove(jog);
         }
         self.notice(socket, method, &params);
-        let _ = now;
     }
 
     /// Whether an arm is of this station, and of no other.

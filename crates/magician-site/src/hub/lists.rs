@@ -19,14 +19,14 @@ const LIST: Duration = Duration::from_millis(700);
 const STOP: Duration = Duration::from_secs(3);
 
 impl Hub {
-    fn gathers(&mut self, call: &Call, what: Gathers) -> GatherId {
+    pub(super) fn gathers(&mut self, call: &Call, what: Gathers) -> GatherId {
         let id = GatherId(self.next_id());
         if let Some(open) = self.sockets.get_mut(&call.socket) {
             open.under_way += 1;
         }
         let wait = match what {
-            Gathers::Stops => STOP,
-            _ => LIST,
+            Gathers::Arms | Gathers::Sessions | Gathers::Turns | Gathers::Alike => LIST,
+            _ => STOP,
         };
         let gather = Gather {
             socket: call.socket,
@@ -41,14 +41,19 @@ impl Hub {
         id
     }
 
-    fn waits_for(&mut self, gather: GatherId, request: Option<RequestId>, of: Option<StationId>) {
+    pub(super) fn waits_for(
+        &mut self,
+        gather: GatherId,
+        request: Option<RequestId>,
+        of: Option<StationId>,
+    ) {
         if let (Some(gather), Some(request)) = (self.gathers.get_mut(&gather), request) {
             gather.left.insert(request, of);
         }
     }
 
     /// Asks all stations that can be asked by a line, or by themselves.
-    fn ask_all(&mut self, call: &Call, gather: GatherId) {
+    pub(super) fn ask_all(&mut self, call: &Call, gather: GatherId) {
         let once = self.sockets.get(&call.socket).is_some_and(|open| open.once);
         let stations = self.stations.iter().filter_map(|(station, (_, arms))| {
             let arm = arms.first()?.clone();
@@ -56,15 +61,31 @@ impl Hub {
             Some(ArmAt { arm, station })
         });
         for at in stations.collect::<Vec<_>>() {
-            let request = if once {
-                Some(self.call_beside(call, &at, Wants::Part(gather)))
-            } else if let Ok(line) = self.line_to(call.now, call.socket, at.station) {
-                self.ask_line(line, call.method.name, Map::new(), Wants::Part(gather))
-            } else {
-                None
-            };
-            self.waits_for(gather, request, Some(at.station));
+            self.ask_at(call, gather, &at, once);
         }
+    }
+
+    /// Asks one.
+    pub(super) fn ask_one(&mut self, call: &Call, gather: GatherId, station: StationId) -> bool {
+        let once = self.sockets.get(&call.socket).is_some_and(|open| open.once);
+        let arms = self.stations.get(&station).map(|(_, arms)| arms);
+        if let Some(arm) = arms.and_then(|arms| arms.first().cloned()) {
+            return self.ask_at(call, gather, &ArmAt { arm, station }, once);
+        }
+        false
+    }
+
+    fn ask_at(&mut self, call: &Call, gather: GatherId, at: &ArmAt, once: bool) -> bool {
+        let request = if once {
+            Some(self.call_beside(call, at, Wants::Part(gather)))
+        } else if let Ok(line) = self.line_to(call.now, call.socket, at.station) {
+            let params = call.params.clone();
+            self.ask_line(line, call.method.name, params, Wants::Part(gather))
+        } else {
+            None
+        };
+        self.waits_for(gather, request, Some(at.station));
+        request.is_some()
     }
 
     pub(super) fn list_arms(&mut self, call: &Call) -> Option<Value> {
@@ -135,7 +156,7 @@ impl Hub {
                 method: call.method,
                 params,
             };
-            let request = self.call_beside(&one, &at, Wants::Part(gather));
+            let request = self.stop_at(&one, &at, gather);
             self.waits_for(gather, Some(request), Some(*station));
         }
         for (station, names) in &stations {
@@ -145,6 +166,34 @@ impl Hub {
         }
         self.is_complete(call.now, gather);
         Ok(None)
+    }
+
+    /// A pupil has no token for a request of its own: the stop goes by its line, before all else there; where it has no line, the
+    /// hub's own token is good for a stop.
+    fn stop_at(&mut self, call: &Call, at: &ArmAt, gather: GatherId) -> RequestId {
+        let wants = Wants::Part(gather);
+        let Some(open) = self.sockets.get_mut(&call.socket) else {
+            return self.call_beside(call, at, wants);
+        };
+        if open.pupil.is_none() {
+            return self.call_beside(call, at, wants);
+        }
+        if let Some(super::socket::Way::Line(line)) = open.ways.get(&at.station)
+            && let line = *line
+            && self.lines.get(&line).is_some_and(|line| line.up)
+        {
+            let request = RequestId(self.ids + 1);
+            if self.send_on(call, at, line, Wants::Part(gather)).is_ok() {
+                return request;
+            }
+        }
+        let none = { self.sockets.get_mut(&call.socket) }
+            .map(|open| std::mem::replace(&mut open.token, self.token.clone()));
+        let request = self.call_beside(call, at, wants);
+        if let (Some(open), Some(none)) = (self.sockets.get_mut(&call.socket), none) {
+            open.token = none;
+        }
+        request
     }
 
     /// What was handed over before a stop, by whomever, does not move the arm after it: what waits here is ended, and what may be
@@ -213,7 +262,7 @@ impl Hub {
         }
     }
 
-    fn is_complete(&mut self, now: HostInstant, id: GatherId) {
+    pub(super) fn is_complete(&mut self, now: HostInstant, id: GatherId) {
         if { self.gathers.get(&id) }.is_some_and(|gather| gather.left.is_empty()) {
             self.gathered(now, id);
         }
@@ -221,10 +270,22 @@ impl Hub {
 
     /// Answers with what is there.
     pub(super) fn gathered(&mut self, now: HostInstant, id: GatherId) {
-        let Some(gather) = self.gathers.remove(&id) else {
+        let Some(mut gather) = self.gathers.remove(&id) else {
             return;
         };
         let outcome = match gather.what {
+            Gathers::Turns
+            | Gathers::Join(_)
+            | Gathers::Moves(..)
+            | Gathers::Joined
+            | Gathers::Leaves
+            | Gathers::Results
+            | Gathers::ByArms(_)
+            | Gathers::Alike => match self.class_gathered(now, &mut gather) {
+                Some(outcome) => outcome,
+                // It goes on.
+                None => return,
+            },
             Gathers::Arms => Ok(self.arms_of(now, &gather)),
             Gathers::Sessions => {
                 let parts = gather

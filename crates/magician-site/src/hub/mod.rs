@@ -12,6 +12,7 @@ mod requests;
 mod running;
 mod socket;
 mod subscriptions;
+mod turns;
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt;
@@ -55,6 +56,8 @@ pub enum HubAct {
     Home(SocketId, String),
     /// A session with a station: [`Hub::line_opened`] or [`Hub::line_ended`] follows.
     Open(LineId, StationId),
+    /// The hub's own station lets a client in as a student, whose hello follows: stations know the pupil.
+    Vouch(SocketId),
     /// Something waits for a line: [`Hub::poll_line`].
     Awake(LineId),
     /// A line is given up.
@@ -99,6 +102,9 @@ struct ArmPlace {
 #[derive(Debug, Default)]
 struct Person {
     name: String,
+    /// The pupil that it is, and the secret that a page comes back with.
+    pupil: Option<String>,
+    secret: String,
     /// Where it has a session: the secret to come back with, and its id there.
     at: BTreeMap<StationId, (String, String)>,
     gone: Option<HostInstant>,
@@ -125,6 +131,8 @@ pub struct Hub {
     gathers: BTreeMap<GatherId, Gather>,
     /// The sessions of home, as it told of them last.
     sessions: Value,
+    /// When turns were told of last.
+    told: HostInstant,
     acts: VecDeque<HubAct>,
     awake: BTreeSet<SocketId>,
     ids: u64,
@@ -158,6 +166,7 @@ impl Hub {
             pending: BTreeMap::new(),
             gathers: BTreeMap::new(),
             sessions: Value::Null,
+            told: HostInstant::ZERO,
             acts: VecDeque::new(),
             awake: BTreeSet::new(),
             // Beyond what clients count to: home sees both.
@@ -331,6 +340,10 @@ impl Hub {
                     let list = self.known_sessions(socket);
                     return Some(Outgoing::Text(notification("session.changed", &list)));
                 }
+                Next::State(TURNS) => {
+                    let turns = self.known_turns(socket);
+                    return Some(Outgoing::Text(notification("turn.changed", &turns)));
+                }
                 Next::State(subscription) => {
                     if let Some(state) = self.state_for(socket, subscription) {
                         return Some(state);
@@ -451,3 +464,5 @@ impl Hub {
 
 /// In place of a subscription, whose numbers begin with 1: the list of sessions is due.
 const SESSIONS: u16 = 0;
+/// The same for turns; subscriptions end below.
+const TURNS: u16 = u16::MAX;

@@ -11,6 +11,7 @@ use super::{Hub, HubAct, LineId, RequestId, SocketId};
 use crate::site::{ArmAt, StationId};
 
 /// A request that has passed its checks.
+#[derive(Debug)]
 pub(super) struct Call {
     pub(super) now: HostInstant,
     pub(super) socket: SocketId,
@@ -123,6 +124,22 @@ impl Hub {
         match method.name {
             "arm.list" => Ok(self.list_arms(&call)),
             "session.list" => Ok(self.list_sessions(&call)),
+            "class.send" if call.params.contains_key("program") => {
+                let of = self.stations.iter().next();
+                let station = of.map_or(StationId(0), |(station, _)| *station);
+                let arm = String::new();
+                self.fetch_program(call, &ArmAt { arm, station })
+            }
+            "class.freeze" | "class.free" | "class.send" => self.by_arms(&call),
+            "class.set" | "class.codes" | "schedule.set" => {
+                let why = format!(
+                    "{} is not passed on to the stations of a site: say it to each of them",
+                    method.name
+                );
+                Err(RpcError::arm(ErrorKind::Unsupported, why))
+            }
+            "turn.list" | "turn.join" | "turn.leave" | "class.results" | "class.get"
+            | "schedule.get" => self.of_class(call),
             "arm.stop" => self.stop(&call, arm.as_deref()),
             "arm.unsubscribe" => self.unsubscribe(&call),
             _ if Self::is_of_home(method.name) || method.name == "server.info" => {
@@ -146,6 +163,9 @@ impl Hub {
             .get("client")
             .and_then(|client| client["name"].as_str());
         let name = visible(name.unwrap_or_default().trim()).to_string();
+        if call.params.contains_key("pupil") {
+            return self.sign_in(call);
+        }
         self.ask_home(&call, Wants::Hello(name, token));
         Ok(None)
     }
@@ -270,7 +290,8 @@ impl Hub {
     /// Sends a request on: beside all lines where it overtakes or has no session, else by the client's line.
     fn pass_on(&mut self, call: &Call, at: &ArmAt, wants: Wants) -> Handled {
         let once = self.sockets.get(&call.socket).is_some_and(|open| open.once);
-        if once || (call.method.always && !call.method.session) {
+        let pupil = { self.sockets.get(&call.socket) }.is_some_and(|open| open.pupil.is_some());
+        if once || (call.method.always && !call.method.session && !pupil) {
             self.call_beside(call, at, wants);
             return Ok(None);
         }
@@ -411,7 +432,11 @@ impl Hub {
             method: pending.method,
             params,
         };
-        if let Err(error) = self.pass_on(&call, &ArmAt { arm, station }, Wants::Answer) {
+        let outcome = match call.method.name {
+            "class.send" => self.by_arms(&call),
+            _ => self.pass_on(&call, &ArmAt { arm, station }, Wants::Answer),
+        };
+        if let Err(error) = outcome {
             self.respond(socket, id.as_ref(), &Err(error));
         }
     }
@@ -428,7 +453,23 @@ impl Hub {
 }
 
 /// Answered from the answers of several stations.
-pub(super) const MERGED: [&str; 3] = ["session.list", "server.info", "arm.list"];
+pub(super) const MERGED: [&str; 15] = [
+    "session.list",
+    "server.info",
+    "arm.list",
+    "turn.list",
+    "turn.join",
+    "turn.leave",
+    "class.results",
+    "class.get",
+    "class.set",
+    "class.codes",
+    "class.freeze",
+    "class.free",
+    "class.send",
+    "schedule.get",
+    "schedule.set",
+];
 
 /// A request as text.
 pub(super) fn text_of(

@@ -25,6 +25,8 @@ pub(super) enum Way {
         tries: usize,
         why: RpcError,
     },
+    /// The station knows no such pupil: asking again would only be another wrong code.
+    Closed(RpcError),
 }
 
 impl Way {
@@ -64,6 +66,12 @@ pub(super) struct Socket {
     pub(super) bearer: Option<String>,
     /// The token that it has at stations.
     pub(super) token: Option<String>,
+    /// A pupil, by name and code.
+    pub(super) pupil: Option<Value>,
+    /// The hello of a pupil whom no station has let in yet, and why one has not.
+    pub(super) signing: Option<(super::requests::Call, Option<RpcError>)>,
+    /// It wants to know of turns.
+    pub(super) turns: bool,
     /// Its session, by the id of the hub.
     pub(super) session: Option<String>,
     pub(super) role: Role,
@@ -86,6 +94,9 @@ impl Socket {
         Self {
             bearer,
             token: None,
+            pupil: None,
+            signing: None,
+            turns: false,
             session: None,
             role,
             once,
@@ -103,7 +114,7 @@ impl Socket {
     /// A number for a subscription; none where all are taken.
     pub(super) fn free_subscription(&mut self) -> Option<u16> {
         let taken = &self.subscriptions;
-        let behind = self.last_subscription.saturating_add(1)..=u16::MAX;
+        let behind = self.last_subscription.saturating_add(1)..super::TURNS;
         let free = behind
             .chain(1..=self.last_subscription)
             .find(|id| !taken.contains_key(id))?;
@@ -144,6 +155,10 @@ pub(super) struct Line {
     /// The sessions that it told of last.
     pub(super) sessions: Value,
     pub(super) recording: bool,
+    /// The session that it has there: the secret to come back with, and its id.
+    pub(super) session: Option<(String, String)>,
+    /// The turns that it told of last, and when.
+    pub(super) turns: Option<(HostInstant, Value)>,
 }
 
 /// How a request was sent on.
@@ -168,6 +183,8 @@ pub(super) enum Wants {
     Probe,
     /// A part of what several answer.
     Part(GatherId),
+    /// The turns of a station.
+    Turns,
     /// A subscription of the client.
     Subscribe(Map<String, Value>),
     /// A subscription that is there has to be made at the station anew.
@@ -194,8 +211,24 @@ pub(super) struct Pending {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct GatherId(pub(super) u64);
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Gathers {
+    /// Turns and queues, as one.
+    Turns,
+    /// Turns and queues, before a turn is asked for.
+    Join(Map<String, Value>),
+    /// Places are given up elsewhere, before a turn is asked for at this station.
+    Moves(StationId, Map<String, Value>),
+    /// A turn is asked for.
+    Joined,
+    /// Turn and place are given up everywhere.
+    Leaves,
+    /// What pupils have made.
+    Results,
+    /// What was asked of some arms of each station.
+    ByArms(&'static str),
+    /// What all stations have alike, shown by one.
+    Alike,
     Arms,
     Sessions,
     Stops,

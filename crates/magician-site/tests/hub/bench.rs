@@ -316,8 +316,12 @@ impl Bench {
     }
 
     pub(crate) fn socket(&self) -> Tester {
+        self.socket_of(peer())
+    }
+
+    pub(crate) fn socket_of(&self, peer: Peer) -> Tester {
         Tester {
-            client: self.hub.connect(peer(), None),
+            client: self.hub.connect(peer, None),
             next: 0,
             notices: Vec::new(),
             frames: Vec::new(),

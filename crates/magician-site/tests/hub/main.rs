@@ -1,6 +1,7 @@
 //! A hub over stations with virtual arms, in virtual time: three stations whose ids look alike, and clients that see one.
 
 mod bench;
+mod class;
 mod hostile;
 mod lost;
 mod routing;

@@ -108,9 +108,13 @@ pub(super) const CLASS: &[Method] = &[
     method(
         "turn.list",
         Viewer,
-        &[],
+        &[may(
+            "group",
+            Kind::Text(40),
+            "as for `turn.join`: whose arms are told in `you`",
+        )],
         "Whose turn it is, and who waits.",
-        "{turn_s, arms: [{arm, person, state, left_s, frozen}], queue: [{place, person, arms, missed}]}: `turn_s` 0 for turns without end, null where there are none; `state` running, kept (for somebody who is not there) or suspended (a teacher has the arm)",
+        "{turn_s, arms: [{arm, person, state, left_s, frozen}], queue: [{place, person, arms, missed}], you: {person, arms}}: `you` the name under which the asker takes turns, and the arms that `turn.join` without `arm` means; not in `turn.changed`; `turn_s` 0 for turns without end, null where there are none; `state` running, kept (for somebody who is not there) or suspended (a teacher has the arm)",
     ),
     method(
         "schedule.set",

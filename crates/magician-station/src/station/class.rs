@@ -190,7 +190,15 @@ impl Station {
     pub(super) fn class_call(&mut self, name: &str, call: &Call<'_>) -> Result<Handled, RpcError> {
         let now = call.now;
         let answer = match name {
-            "turn.list" => self.turns(now),
+            "turn.list" => {
+                let mut turns = self.turns(now);
+                if let Some(person) = self.control.person(call.session) {
+                    let arms: Vec<_> = self.turn_arms(call).into_iter().flatten().collect();
+                    let (person, arms) = (self.person_name(person), self.names_of(&arms));
+                    turns["you"] = json!({"person": person, "arms": arms});
+                }
+                turns
+            }
             "turn.join" => {
                 let arms = self.turn_arms(call)?;
                 if self.control.is_bound(call.session) {

@@ -12,7 +12,7 @@ use super::dispatch::{Call, Handled};
 use super::{Awaited, Station};
 use crate::api::RpcError;
 use crate::control::{ArmId, RequestId};
-use crate::recording::{Note, RecordOrder, RecordReport, Sample};
+use crate::recording::{KEEPS, Note, RecordOrder, RecordReport, Sample};
 
 /// How long readings are kept, s.
 const KEPT: f64 = 600.0;
@@ -154,6 +154,10 @@ impl Station {
         self.record_orders.pop_front()
     }
 
+    fn keeps_recordings(&self) -> bool {
+        KEEPS && self.config.recordings.keeps()
+    }
+
     /// Whether an arm is being recorded.
     pub(super) fn is_recording(&self) -> bool {
         { self.arms.iter() }.any(|place| place.recordings.rate().is_some())
@@ -165,7 +169,7 @@ impl Station {
         call: &Call<'_>,
         arm: ArmId,
     ) -> Result<Handled, RpcError> {
-        if !self.config.recordings.keeps() {
+        if !self.keeps_recordings() {
             let why = "this station keeps no recordings";
             return Err(RpcError::arm(ErrorKind::Unsupported, why));
         }
@@ -230,7 +234,7 @@ impl Station {
     /// How often an arm is read for the last minutes.
     pub(super) fn ring_rate(&self, arm: ArmId) -> Option<u32> {
         let ring = self.config.ring.min(50);
-        if ring == 0 || !self.config.recordings.keeps() {
+        if ring == 0 || !self.keeps_recordings() {
             return None;
         }
         let stirred = self.arm(arm).recordings.is_stirred();
@@ -252,6 +256,9 @@ impl Station {
 
     /// Writes the files that alarms ask for.
     pub(super) fn save_for_alarms(&mut self, now: HostInstant) {
+        if !KEEPS {
+            return;
+        }
         for arm in self.arm_ids() {
             let due = |at: &mut HostInstant| now >= *at;
             if self.arm_mut(arm).recordings.alarm.take_if(due).is_none() {
@@ -322,7 +329,7 @@ impl Station {
                 self.watch_anew();
             }
         }
-        if self.config.recordings.keeps() && self.arm_mut(arm).recordings.keep(now, sample) {
+        if self.keeps_recordings() && self.arm_mut(arm).recordings.keep(now, sample) {
             self.record(arm, RecordOrder::Sample(Box::new(sample)));
         }
     }
@@ -335,6 +342,9 @@ impl Station {
         name: &str,
         fields: &[(&'static str, Value)],
     ) {
+        if !KEEPS {
+            return;
+        }
         if name == "alarm-raised" {
             self.alarm_came(now, arm);
         }
@@ -348,6 +358,9 @@ impl Station {
 
     /// What became of a recording.
     pub fn recorded(&mut self, now: HostInstant, arm: ArmId, report: RecordReport) {
+        if !KEEPS {
+            return;
+        }
         match report {
             RecordReport::Done { request, outcome } => {
                 let begins = |one: &mut Recording| one.request == request;

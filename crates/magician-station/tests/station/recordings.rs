@@ -285,8 +285,8 @@ async fn every_byte_of_the_line_is_in_what_was_kept_and_in_what_is_recorded() {
     let bench = Bench::ringing(tapes.clone(), line, Tracer::default().tap(both)).await;
     let mut anna = bench.join("Anna").await;
     anna.listen(Duration::from_secs(3)).await;
-    let name = anna.ok("record.start", json!({"rate": 10})).await["name"].clone();
     let before = heard.0.lock().unwrap().len();
+    let name = anna.ok("record.start", json!({"rate": 10})).await["name"].clone();
     anna.lease().await;
     anna.ok("arm.move", json!({"to": [220, 0, 50, 0]})).await;
     anna.listen(Duration::from_secs(3)).await;
@@ -303,9 +303,11 @@ async fn every_byte_of_the_line_is_in_what_was_kept_and_in_what_is_recorded() {
         for direction in [Direction::Request, Direction::Reply] {
             let (got, all) = (bytes_of(&passed, direction), bytes_of(all, direction));
             assert!(got.len() > 1000, "{}", got.len());
-            assert!(all.starts_with(&got), "{direction:?}");
+            // It begins between the request for it and the answer.
+            let mut begun = all.windows(got.len()).take(200);
+            assert!(begun.any(|part| part == got), "{direction:?}");
             assert!(
-                all.len() - got.len() < 300,
+                all.len() - got.len() < 500,
                 "{} of {}",
                 got.len(),
                 all.len()

@@ -92,6 +92,7 @@ const VERBS: &[(&str, &[&str], &[&str])] = &[
     ("serve", &["serve"], &["alone"]),
     ("studio", &["serve/studio.rs"], &[]),
     ("station", &["station.rs"], &[]),
+    ("fleet", &["fleet"], &["alone", "attending"]),
     ("conform", &["conform"], &["alone", "attending"]),
     (
         "doctor",

@@ -34,6 +34,8 @@ pub(crate) struct Life {
     /// Sees who has the lease.
     spy: SocketId,
     holders: Vec<Option<String>>,
+    /// Jobs that may begin without the lease: as many as were put into a queue.
+    queued: u64,
     /// Orders that are not reported.
     orders: Vec<(ArmId, ArmOrder)>,
     /// Requests that the library has not answered.
@@ -60,6 +62,7 @@ impl Default for Life {
             opened: 0,
             spy,
             holders: vec![None; ARMS as usize],
+            queued: 0,
             orders: Vec::new(),
             library: Vec::new(),
             read: 0.0,
@@ -196,6 +199,13 @@ impl Life {
             self.station
                 .vouch(socket, (token == "good").then_some(good));
         }
+        if let Ok(message) = Message::parse(text) {
+            self.queued += match message.method.as_str() {
+                "class.send" => ARMS,
+                "job.start" => u64::from(message.params.get("queue") == Some(&Value::Bool(true))),
+                _ => 0,
+            };
+        }
         self.station.receive(self.now, socket, text);
         self.take_orders(Some(at));
     }
@@ -216,17 +226,16 @@ impl Life {
                     }
                     | ArmOrder::ResumeJob { .. }
             );
-            if moves {
-                let holder = self.holders[arm.0 as usize].as_ref();
-                let by = by.map(|at| &self.clients[at]);
-                let session = by.and_then(|client| client.session.as_ref());
-                assert!(holder.is_some(), "{order:?} while nobody has the lease");
-                // A client that does not read does not know its own session.
-                let known = session.is_none() || session == holder;
-                assert!(
-                    by.is_some() && known,
-                    "{order:?} by another than {holder:?}"
-                );
+            let holder = self.holders[arm.0 as usize].as_ref();
+            let by = by.map(|at| &self.clients[at]);
+            let session = by.and_then(|client| client.session.as_ref());
+            // A client that does not read does not know its own session.
+            let known = session.is_none() || session == holder;
+            let leased = holder.is_some() && by.is_some() && known;
+            if moves && !leased {
+                let queued = matches!(order, ArmOrder::StartJob(_)) && self.queued > 0;
+                assert!(queued, "{order:?} by another than the holder, {holder:?}");
+                self.queued -= 1;
             }
             match &order {
                 ArmOrder::Stop { request: None }

@@ -1,0 +1,78 @@
+//! What has to be so after every event.
+
+use magician_station::control::{GRACE, SessionId, TTL};
+
+use crate::world::{ARM, Event, Place, SLOT, World};
+
+/// What is not as it has to be.
+pub(crate) type Checked = Result<(), String>;
+
+pub(crate) fn must(good: bool, what: &str) -> Checked {
+    if good { Ok(()) } else { Err(what.to_owned()) }
+}
+
+impl World {
+    pub(crate) fn check(&self, before: &Self, event: Event) -> Checked {
+        for line in self.lines.iter().flatten().flatten() {
+            must(line.ends.len() <= 1, "a line has one session")?;
+        }
+        for (at, place) in self.places.iter().enumerate() {
+            let holder = place.control.holder(ARM);
+            for motion in place.motions.iter().filter(|motion| !motion.free) {
+                must(
+                    holder == Some(motion.session),
+                    "what moves an arm belongs to its holder",
+                )?;
+            }
+            let Some(holder) = holder else {
+                self.check_end(&before.places[at], place, at, event)?;
+                continue;
+            };
+            let left = place.left.iter().find(|(gone, _)| *gone == holder);
+            let soon = left.is_some_and(|(_, left)| place.now - *left < GRACE);
+            must(
+                soon || self.user_of(at, holder).is_some(),
+                "a lease ends with its line",
+            )?;
+            let person = holder.0 % 3;
+            must(is_in_slot(place, person), "nobody holds outside of a slot")?;
+        }
+        Ok(())
+    }
+
+    /// The user at whose line a session is.
+    fn user_of(&self, at: usize, session: SessionId) -> Option<usize> {
+        self.lines.iter().position(|lines| {
+            let line = lines[at].as_ref();
+            line.is_some_and(|line| line.ends.iter().any(|end| end.session == session))
+        })
+    }
+
+    /// A lease that time has ended was over by the station's own clock.
+    fn check_end(&self, before: &Place, place: &Place, at: usize, event: Event) -> Checked {
+        let (Some(holder), Event::Pass(_)) = (before.control.holder(ARM), event) else {
+            return Ok(());
+        };
+        let gone = { before.left.iter() }
+            .any(|(gone, left)| *gone == holder && place.now - *left >= GRACE);
+        let ends = self.lines.iter().filter_map(|lines| lines[at].as_ref());
+        let mut ends = ends
+            .flat_map(|line| &line.ends)
+            .filter(|end| end.session == holder);
+        let silent = ends.any(|end| place.now - end.heard >= TTL);
+        must(
+            gone || silent || !is_in_slot(place, holder.0 % 3),
+            "a slot is by the station's own clock",
+        )
+    }
+}
+
+/// Whether a person may hold an arm by the clock of its station: the first in the first slot, the second in the next, and the
+/// third, a teacher, always.
+fn is_in_slot(place: &Place, person: u64) -> bool {
+    match person {
+        0 => place.now < place.slot,
+        1 => place.now >= place.slot && place.now < place.slot + SLOT,
+        _ => true,
+    }
+}

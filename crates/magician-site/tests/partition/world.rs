@@ -1,0 +1,519 @@
+//! Stations, users, and what lies between them.
+
+use std::collections::VecDeque;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::time::Duration;
+
+use magician_protocol::HostInstant;
+use magician_site::StationId;
+use magician_site::message::{Asked, Flow, Heard, Packet, hear};
+use magician_station::control::{
+    ArmId, Control, Effect, GRACE, LeaseId, PersonId, RequestId, SessionId, Slot, TTL, WorkKind,
+};
+
+use crate::bug::Bug;
+use crate::laws::{Checked, must};
+
+pub(crate) const USERS: usize = 3;
+const STATIONS: usize = 3;
+pub(crate) const ARM: ArmId = ArmId(0);
+/// The first user may hold an arm for so long, then the second; the third is a teacher.
+pub(crate) const SLOT: Duration = Duration::from_secs(12);
+/// A silence that ends a lease.
+const SILENCE: Duration = Duration::from_secs(6);
+/// Packets on their way, at most.
+const IN_FLIGHT: usize = 2;
+
+/// What a user says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Said {
+    Acquire,
+    Move,
+    Release,
+}
+
+/// What happens; users and stations by their numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Event {
+    /// A user opens a line.
+    Open(usize, usize),
+    /// The network brings the request for it once more.
+    OpenAgain(usize, usize),
+    Say(usize, usize, Said),
+    /// The first packet on its way arrives.
+    Arrive(usize, usize),
+    /// It is lost.
+    Lose(usize, usize),
+    /// The user's end of a line is gone: its program was killed, or cut off and has noticed.
+    UserGone(usize, usize),
+    /// The station notices that a line is dead.
+    StationNotices(usize, usize),
+    /// A motion comes to its end.
+    Finish(usize),
+    /// The clock of a station goes on to what is due next there.
+    Pass(usize),
+    /// A station is killed, and starts again.
+    Kill(usize),
+    /// A command outside of sessions, to the name that all arms have, for one of the stations.
+    Call(usize, usize),
+}
+
+/// A station's end of a line.
+#[derive(Clone, Debug)]
+pub(crate) struct End {
+    flow: Flow,
+    pub(crate) session: SessionId,
+    /// The last word, by the station's clock.
+    pub(crate) heard: HostInstant,
+    /// What was obeyed.
+    obeyed: u32,
+}
+
+/// A session's channel between a user and a station.
+#[derive(Clone, Debug)]
+pub(crate) struct Line {
+    flow: Flow,
+    /// What was said.
+    said: u32,
+    /// Whether the user's end is there.
+    open: bool,
+    way: VecDeque<Vec<u8>>,
+    pub(crate) ends: Vec<End>,
+}
+
+#[derive(Clone, Copy, Debug, Hash)]
+pub(crate) struct Motion {
+    pub(crate) session: SessionId,
+    pub(crate) request: RequestId,
+    /// The lease under which it began was given back: it goes on to its end.
+    pub(crate) free: bool,
+}
+
+#[derive(Clone)]
+pub(crate) struct Place {
+    pub(crate) control: Control,
+    /// By its own clock.
+    pub(crate) now: HostInstant,
+    /// What control is told of it.
+    told: HostInstant,
+    /// When its first slot ends.
+    pub(crate) slot: HostInstant,
+    pub(crate) motions: Vec<Motion>,
+    lease: Option<(SessionId, LeaseId)>,
+    /// Sessions whose line has ended, and when.
+    pub(crate) left: Vec<(SessionId, HostInstant)>,
+    boot: u64,
+}
+
+/// A state of the search.
+#[derive(Clone)]
+pub(crate) struct World {
+    pub(crate) bug: Option<Bug>,
+    pub(crate) places: Vec<Place>,
+    /// By user, then by station.
+    pub(crate) lines: Vec<Vec<Option<Line>>>,
+    /// How many stations had something happen: all others are the same.
+    used: usize,
+    pub(crate) path: Vec<Event>,
+}
+
+impl Place {
+    fn new(now: HostInstant, slot: HostInstant, boot: u64, forgets: bool) -> Self {
+        let mut control = Control::new(1);
+        let slots = [(None, slot, 0), (Some(slot), slot + SLOT, 1)];
+        let slots = slots.map(|(from, until, person)| Slot {
+            from,
+            until,
+            who: [PersonId(person)].into(),
+        });
+        control.set_slots(now, ARM, (!forgets).then(|| slots.to_vec()));
+        Self {
+            control,
+            now,
+            told: now,
+            slot,
+            motions: Vec::new(),
+            lease: None,
+            left: Vec::new(),
+            boot,
+        }
+    }
+
+    /// Takes what control has decided.
+    fn obey_effects(&mut self) {
+        while let Some(effect) = self.control.poll_effect() {
+            match effect {
+                Effect::Granted { lease, .. } => {
+                    self.lease = self.control.holder(ARM).map(|holder| (holder, lease));
+                }
+                Effect::Holder { holder: None, .. } => self.lease = None,
+                Effect::EndWork { requests, .. } => {
+                    let ended = |motion: &Motion| requests.contains(&motion.request);
+                    self.motions.retain(|motion| !ended(motion));
+                }
+                Effect::SessionOver(session) => self.left.retain(|(gone, _)| *gone != session),
+                _ => {}
+            }
+        }
+    }
+
+    fn free_request(&self) -> RequestId {
+        let used = |id: &RequestId| self.motions.iter().any(|motion| motion.request == *id);
+        let free = (0..).map(RequestId).find(|id| !used(id));
+        free.expect("numbers do not end")
+    }
+
+    fn acquire(&mut self, session: SessionId) {
+        let request = self.free_request();
+        self.control
+            .acquire(self.told, session, ARM, request, Duration::ZERO);
+        self.obey_effects();
+    }
+
+    /// Whether it begins.
+    fn begin(&mut self, session: SessionId) -> bool {
+        let request = self.free_request();
+        let kind = WorkKind::Motion;
+        let begun = self.control.begin(self.told, session, ARM, request, kind);
+        if begun.is_ok() {
+            self.motions.push(Motion {
+                session,
+                request,
+                free: false,
+            });
+        }
+        begun.is_ok()
+    }
+
+    /// What was begun goes on to its end.
+    fn release(&mut self, session: SessionId) {
+        if let Some((holder, lease)) = self.lease
+            && holder == session
+        {
+            self.control.release(self.told, session, lease);
+            for motion in &mut self.motions {
+                motion.free |= motion.session == session;
+            }
+            self.obey_effects();
+        }
+    }
+
+    fn leave(&mut self, session: SessionId) {
+        self.control.leave(self.told, session);
+        self.left.push((session, self.now));
+        self.obey_effects();
+    }
+}
+
+impl World {
+    pub(crate) fn new(bug: Option<Bug>) -> Self {
+        // No two clocks are the same.
+        let place = |station: u64| {
+            let now = HostInstant::from_micros(60_000_000 + 1_000_000 * station);
+            Place::new(now, now + SLOT, 0, false)
+        };
+        Self {
+            bug,
+            places: (0..STATIONS as u64).map(place).collect(),
+            lines: vec![vec![None; STATIONS]; USERS],
+            used: 0,
+            path: Vec::new(),
+        }
+    }
+
+    pub(crate) fn has(&self, bug: Bug) -> bool {
+        self.bug == Some(bug)
+    }
+
+    /// What can happen next.
+    pub(crate) fn events(&self) -> Vec<Event> {
+        let mut out = Vec::new();
+        for station in (0..STATIONS).take_while(|station| *station <= self.used) {
+            for user in 0..USERS {
+                self.events_of(user, station, &mut out);
+            }
+            let place = &self.places[station];
+            if !place.motions.is_empty() {
+                out.push(Event::Finish(station));
+            }
+            out.extend([Event::Pass(station), Event::Kill(station)]);
+        }
+        out
+    }
+
+    fn events_of(&self, user: usize, station: usize, out: &mut Vec<Event>) {
+        out.push(Event::Call(user, station));
+        let Some(line) = &self.lines[user][station] else {
+            out.push(Event::Open(user, station));
+            return;
+        };
+        if line.open && line.way.len() < IN_FLIGHT {
+            let said = [Said::Acquire, Said::Move, Said::Release];
+            out.extend(said.map(|said| Event::Say(user, station, said)));
+        }
+        if !line.way.is_empty() {
+            out.extend([Event::Arrive(user, station), Event::Lose(user, station)]);
+        }
+        if line.open {
+            out.push(Event::UserGone(user, station));
+        }
+        if !line.ends.is_empty() {
+            out.extend([
+                Event::OpenAgain(user, station),
+                Event::StationNotices(user, station),
+            ]);
+        }
+    }
+
+    /// Lets an event happen, and checks everything.
+    pub(crate) fn step(&mut self, before: &Self, event: Event) -> Checked {
+        use Event::*;
+        self.path.push(event);
+        let furthest = self.places.iter().map(|place| place.now).max();
+        for place in &mut self.places {
+            place.told = match self.bug {
+                Some(Bug::ForeignClock) => furthest.unwrap_or(place.now),
+                _ => place.now,
+            };
+        }
+        let station = match event {
+            Open(_, at) | OpenAgain(_, at) | Say(_, at, _) | Arrive(_, at) | Lose(_, at) => at,
+            UserGone(_, at) | StationNotices(_, at) | Call(_, at) => at,
+            Finish(at) | Pass(at) | Kill(at) => at,
+        };
+        self.used = self.used.max(station + 1);
+        match event {
+            Open(user, at) => {
+                let (flow, way) = (Flow::default(), VecDeque::new());
+                self.lines[user][at] = Some(Line {
+                    flow,
+                    said: 0,
+                    open: true,
+                    way,
+                    ends: Vec::new(),
+                });
+                self.opened(user, at);
+            }
+            // A channel that is open is not opened.
+            OpenAgain(user, at) if self.has(Bug::OpenedTwice) => self.opened(user, at),
+            OpenAgain(..) => {}
+            Say(user, at, said) => {
+                let line = self.lines[user][at].as_mut().ok_or("a line")?;
+                let packet = Packet::Text(format!("{} {said:?}", line.said));
+                line.said += 1;
+                line.way.push_back(line.flow.pack(&packet));
+            }
+            Arrive(user, at) => self.arrive(user, at)?,
+            Lose(user, at) => {
+                let line = self.lines[user][at].as_mut().ok_or("a line")?;
+                line.way.pop_front();
+            }
+            UserGone(user, at) => {
+                let line = self.lines[user][at].as_mut().ok_or("a line")?;
+                line.open = false;
+            }
+            StationNotices(user, at) => {
+                let line = self.lines[user][at].as_mut().ok_or("a line")?;
+                let ends = std::mem::take(&mut line.ends);
+                for end in ends {
+                    self.end(at, end.session);
+                }
+            }
+            Finish(at) => {
+                let place = &mut self.places[at];
+                let motion = place.motions.remove(0);
+                must(
+                    place.control.finish(place.told, ARM, motion.request),
+                    "what moves an arm is known",
+                )?;
+            }
+            Pass(at) => self.pass(at),
+            Kill(at) => self.kill(at),
+            Call(user, at) => self.call(user, at)?,
+        }
+        self.places.iter_mut().for_each(Place::obey_effects);
+        for line in self.lines.iter_mut().flatten() {
+            // Nothing is on its way on a line without ends.
+            line.take_if(|line| !line.open && line.ends.is_empty());
+        }
+        self.check(before, event)
+    }
+
+    /// A session begins at the station.
+    fn opened(&mut self, user: usize, at: usize) {
+        let place = &mut self.places[at];
+        let used = |id: &SessionId| {
+            let ends = self.lines.iter().filter_map(|lines| lines[at].as_ref());
+            let mut ends = ends.flat_map(|line| &line.ends);
+            ends.any(|end| end.session == *id) || place.left.iter().any(|(left, _)| left == id)
+        };
+        let mut ids = (user as u64..).step_by(USERS).map(SessionId);
+        let session = ids.find(|id| !used(id)).unwrap_or(SessionId(0));
+        place.control.join(place.told, session);
+        if user < 2 {
+            let person = Some(PersonId(user as u64));
+            place.control.identify(place.told, session, person);
+        }
+        let end = End {
+            flow: Flow::default(),
+            session,
+            heard: place.now,
+            obeyed: 0,
+        };
+        if let Some(line) = &mut self.lines[user][at] {
+            line.ends.push(end);
+        }
+    }
+
+    /// The socket of a session is at its end.
+    fn end(&mut self, at: usize, session: SessionId) {
+        if !self.has(Bug::LineOutlived) {
+            self.places[at].leave(session);
+        }
+    }
+
+    fn arrive(&mut self, user: usize, at: usize) -> Checked {
+        let line = self.lines[user][at].as_mut().ok_or("a line")?;
+        let bytes = line.way.pop_front().ok_or("a packet")?;
+        let mut ends = std::mem::take(&mut line.ends);
+        let mut stay = Vec::new();
+        for mut end in ends.drain(..) {
+            let text = match end.flow.unpack(&bytes) {
+                Ok(Packet::Text(text)) => text,
+                _ if self.has(Bug::GapIsFilled) => String::from_utf8_lossy(&bytes[9..]).into(),
+                _ => {
+                    self.end(at, end.session);
+                    continue;
+                }
+            };
+            let number = text
+                .split(' ')
+                .next()
+                .and_then(|number| number.parse().ok());
+            must(
+                number == Some(end.obeyed),
+                "what a line carries is obeyed in order, without a gap",
+            )?;
+            end.obeyed += 1;
+            let place = &mut self.places[at];
+            end.heard = place.now;
+            place.control.keep_alive(place.told, end.session);
+            match &text[text.len() - 4..] {
+                "uire" => place.acquire(end.session),
+                "Move" => {
+                    place.begin(end.session);
+                }
+                _ => place.release(end.session),
+            }
+            stay.push(end);
+        }
+        if let Some(line) = self.lines[user][at].as_mut() {
+            line.ends = stay;
+        }
+        Ok(())
+    }
+
+    fn pass(&mut self, at: usize) {
+        let place = &mut self.places[at];
+        let due = place.control.poll_timeout();
+        place.now = due.unwrap_or(place.now + SILENCE).max(place.now);
+        place.told = place.told.max(place.now);
+        place.control.handle_timeout(place.told);
+        let now = place.now;
+        place.left.retain(|(_, left)| now - *left < GRACE);
+    }
+
+    /// A new one takes the place of a station. Its arm stands when it begins.
+    fn kill(&mut self, at: usize) {
+        let (forgets, keeps) = (
+            self.has(Bug::ScheduleForgotten),
+            self.has(Bug::LeaseOutlivesKill),
+        );
+        let old = &self.places[at];
+        let mut new = Place::new(old.now, old.slot, old.boot + 1, forgets);
+        if keeps {
+            new.control = old.control.clone();
+        }
+        self.places[at] = new;
+        for lines in &mut self.lines {
+            if let Some(line) = &mut lines[at] {
+                line.ends.clear();
+            }
+        }
+    }
+
+    /// Everybody who has an arm of the name hears it.
+    fn call(&mut self, user: usize, meant: usize) -> Checked {
+        const MOVE: &str =
+            r#"{"jsonrpc":"2.0","id":1,"method":"arm.move","params":{"to":[200,0,0,0]}}"#;
+        let id = |at: usize, place: &Place| StationId(100 * at as u64 + place.boot);
+        let asked = Asked {
+            station: Some(id(meant, &self.places[meant])),
+            ..Asked::default()
+        };
+        let mut done = Vec::new();
+        for (at, place) in self.places.iter_mut().enumerate() {
+            let heard = hear(id(at, place), &asked, MOVE);
+            if heard == Heard::NotForUs && self.bug != Some(Bug::HeardByAll) {
+                continue;
+            }
+            let session = SessionId(1_000_000 + user as u64);
+            place.control.join(place.told, session);
+            if user < 2 {
+                let person = Some(PersonId(user as u64));
+                place.control.identify(place.told, session, person);
+            }
+            place.acquire(session);
+            if place.begin(session) {
+                done.push(at);
+                // It is there at once.
+                let motion = place.motions.pop().ok_or("a motion")?;
+                place.control.finish(place.told, ARM, motion.request);
+            }
+            place.control.release_all(place.told, session);
+            place.control.expel(place.told, session);
+        }
+        must(
+            done.iter().all(|at| *at == meant),
+            "a command is carried out by the station that is meant",
+        )
+    }
+
+    /// A number that is the same for states from which the same follows.
+    pub(crate) fn key(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        self.used.hash(&mut hasher);
+        for place in &self.places {
+            place.control.canonical(place.now).hash(&mut hasher);
+            let age = |at: &HostInstant| place.now - *at;
+            place.motions.hash(&mut hasher);
+            // Two slots, then none.
+            let slot = (place.now - place.slot, place.slot - place.now);
+            (slot.0.min(SLOT), slot.1).hash(&mut hasher);
+            for (session, at) in &place.left {
+                (session, age(at)).hash(&mut hasher);
+            }
+            place.lease.map(|(session, _)| session).hash(&mut hasher);
+        }
+        for line in self
+            .lines
+            .iter()
+            .flat_map(|lines| self.places.iter().zip(lines))
+        {
+            let (place, Some(line)) = line else {
+                false.hash(&mut hasher);
+                continue;
+            };
+            (line.said, line.open, &line.flow, &line.way).hash(&mut hasher);
+            for end in &line.ends {
+                let silent = (place.now - end.heard).min(TTL);
+                (&end.flow, end.session, end.obeyed, silent).hash(&mut hasher);
+            }
+        }
+        if self.has(Bug::ForeignClock) {
+            let nows = self.places.iter().map(|place| place.now);
+            nows.collect::<Vec<_>>().hash(&mut hasher);
+        }
+        hasher.finish()
+    }
+}
