@@ -308,7 +308,8 @@ impl Script {
                 }
                 "stopped" | "failed" => panic!("{}: {state}", self.pupil.name),
                 "paused" | "interrupted" if page.has_turn() && !self.room.is_frozen() => {
-                    if page.call("job.resume", json!({"job": job})).await.is_ok() {
+                    let resumed = page.call("job.resume", json!({"job": job})).await;
+                    if resumed.is_ok() {
                         self.says("goes on with the drawing");
                     }
                 }
