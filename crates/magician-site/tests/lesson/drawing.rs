@@ -63,7 +63,7 @@ pub(crate) fn step_after(strokes: &Strokes, pen: [f64; 2]) -> usize {
 /// Whether the strokes on a paper are those of plans, each once and in their order. A stroke may lie there in
 /// pieces, each of which begins where the one before ended: a pause lifts the pen.
 pub(crate) fn are_once(paper: &[Vec<[f64; 2]>], plans: &[(Strokes, bool)]) -> Result<(), String> {
-    let mut on_paper = paper.iter();
+    let mut on_paper = paper.iter().peekable();
     for (plan, interrupted) in plans {
         for stroke in plan {
             let (from, to, length) = (stroke[0], stroke[stroke.len() - 1], length(stroke));
@@ -81,6 +81,12 @@ pub(crate) fn are_once(paper: &[Vec<[f64; 2]>], plans: &[(Strokes, bool)]) -> Re
                 if distance(stands, to) < 0.3 && drawn > length - 0.5 {
                     break;
                 }
+            }
+            // Where a pause came at its very end, what was left of it is a piece of its own: a dot.
+            while let Some(piece) =
+                on_paper.next_if(|piece| self::length(piece) < 0.5 && distance(piece[0], to) < 0.5)
+            {
+                drawn += self::length(piece);
             }
             let more = if *interrupted { 3.0 } else { 0.5 };
             if drawn > length + more {
