@@ -184,7 +184,9 @@ export function worlds(test, { browser, station, shots, closed }) {
     const [download] = await Promise.all([page.waitForEvent("download"), page.getByTestId("plot-export").click()]);
     const [head, ...lines] = readFileSync(await download.path(), "utf8").trim().split("\n");
     assert.equal(head, "time,t,x,y,z,r,j1,j2,j3,j4,index,left_space,alarms");
-    const readings = lines.map((line) => line.split(",").map(Number));
+    const [time] = lines[0].split(",");
+    assert.ok(Math.abs(Date.parse(time) - Date.now()) < 600_000, time);
+    const readings = lines.map((line) => line.split(",").slice(1).map(Number));
     assert.equal(readings[0][0], 0);
     // The arm was there while another page was open.
     assert.ok(readings.some(([, x, y]) => near(x, 250) && near(y, -40)));

@@ -155,7 +155,10 @@ impl Station {
         if !self.arm(arm).link {
             return Err(line_lost());
         }
-        let fresh = self.is_fresh(call.now, arm);
+        // What is not read each time was read once: the tool. Before that the arm is asked.
+        let known = self.arm(arm).reading.as_ref();
+        let known = known.is_some_and(|reading| reading.tool.bias.is_some());
+        let fresh = known && self.is_fresh(call.now, arm);
         if fresh && let Some(state) = self.whole_state(arm) {
             return Ok(Handled::Now(state));
         }
