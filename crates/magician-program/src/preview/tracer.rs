@@ -17,6 +17,8 @@ use crate::{Action, Color, Grip, Plan, Report, Travel};
 
 /// Corners are merged within this, mm: half of what is seen of a pen's line.
 const FINE: f64 = 0.02;
+/// A pen that has drawn less than this has made a dot, mm.
+const DOT: f64 = 0.05;
 /// As many marks are drawn.
 const MOST_MARKS: usize = 400;
 /// Corners of a curve, at least and at most.
@@ -53,6 +55,8 @@ pub(super) struct PathTracer {
     awaited: Vec<usize>,
     /// Where the pen has come down and has not drawn a line yet.
     touched: Option<[f64; 3]>,
+    /// What it has drawn since it came down, mm: the last of a way down is a little of that.
+    inked: f64,
     /// Whether it has come to a first place of its own: the way there leaves nothing.
     begun: bool,
     /// The step under way.
@@ -99,6 +103,7 @@ impl PathTracer {
             ink: None,
             awaited,
             touched: None,
+            inked: 0.0,
             begun: false,
             nth: 0,
             strokes: None,
@@ -333,7 +338,7 @@ impl PathTracer {
             StrokeKind::Ink(_) if !self.begun => StrokeKind::Nothing,
             leaves => leaves,
         };
-        self.touch(leaves, to);
+        self.touch(leaves, from, to);
         let geometry = self.course.geometry();
         if [from, to].iter().all(|end| reaches(&geometry, *end)) {
             return self.draw(leaves, leaves, from, to);
@@ -360,21 +365,25 @@ impl PathTracer {
     }
 
     /// Where a pen comes down and goes up again, without a line, it leaves a dot.
-    fn touch(&mut self, leaves: StrokeKind, to: [f64; 3]) {
+    fn touch(&mut self, leaves: StrokeKind, from: [f64; 3], to: [f64; 3]) {
         if let StrokeKind::Ink(_) = leaves {
-            self.touched = None;
+            self.inked += (to[0] - from[0]).hypot(to[1] - from[1]);
+            self.touched = (self.inked < DOT).then_some(to);
         } else if matches!(
             self.toolpath.purpose.leaves([to; 2], None, false),
             StrokeKind::Ink(_)
         ) {
-            self.touched = Some(to);
+            self.touched = (self.inked < DOT).then_some(to);
         } else {
             self.dot();
+            self.inked = 0.0;
         }
     }
 
     fn dot(&mut self) {
-        if let Some(at) = self.touched.take() {
+        if let Some(at) = self.touched.take()
+            && self.inked == 0.0
+        {
             let ink = StrokeKind::Ink(None);
             let shown = match reaches(&self.course.geometry(), at) {
                 true => ink,

@@ -103,12 +103,16 @@ fn the_size_of_a_picture_does_not_follow_that_of_the_plan() {
 
 /// A pen that comes down and goes up again at each of these places, in the middle of a line and after it.
 fn dots(places: &[[f32; 2]]) -> Plan {
+    dots_by(places, 10.0, Travel::Line)
+}
+
+fn dots_by(places: &[[f32; 2]], height: f32, travel: Travel) -> Plan {
     let mut plan = drawing(12);
     for [x, y] in places {
-        go(&mut plan, [*x, *y, PAPER + 10.0], Travel::Line);
-        go(&mut plan, [*x, *y, PAPER], Travel::Line);
+        go(&mut plan, [*x, *y, PAPER + height], travel);
+        go(&mut plan, [*x, *y, PAPER], travel);
         plan.push(Action::Wait(50), Origin::NONE);
-        go(&mut plan, [*x, *y, PAPER + 10.0], Travel::Line);
+        go(&mut plan, [*x, *y, PAPER + height], travel);
     }
     plan
 }
@@ -132,10 +136,15 @@ fn a_dot_of_the_pen_is_ink_as_it_is_on_the_paper() {
     assert!(with.contains(r#"stroke-width="0.5""#) && with.contains(r#"stroke-linecap="round""#));
     let options = PreviewOptions::default();
     let waits = dots(&[[240.0, 10.0]]);
-    assert!(
-        !preview(&waits, &options).to_svg().contains("waits"),
-        "it is no wait"
-    );
+    // By joints the last of the way down is a line of some hundredths of a millimetre.
+    let hops = dots_by(&[[240.0, 10.0]], 3.0, Travel::Joints);
+    for dots in [&waits, &hops] {
+        assert!(
+            !preview(dots, &options).to_svg().contains("waits"),
+            "it is no wait"
+        );
+    }
+    assert_eq!(subpaths(&inked(&hops)), subpaths(&without) + 1);
     // As the virtual arm leaves them.
     let plan = dots(&[[240.0, 10.0], [220.0, -10.0]]);
     let done = rehearse(&plan, &RehearseOptions::default()).unwrap();
