@@ -367,7 +367,7 @@ impl PathTracer {
     /// Where a pen comes down and goes up again, without a line, it leaves a dot.
     fn touch(&mut self, leaves: StrokeKind, from: [f64; 3], to: [f64; 3]) {
         if let StrokeKind::Ink(_) = leaves {
-            self.inked += (to[0] - from[0]).hypot(to[1] - from[1]);
+            self.inked += libm::hypot(to[0] - from[0], to[1] - from[1]);
             self.touched = (self.inked < DOT).then_some(to);
         } else if matches!(
             self.toolpath.purpose.leaves([to; 2], None, false),

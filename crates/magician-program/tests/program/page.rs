@@ -270,7 +270,7 @@ fn what_leaves_the_page_is_told_with_how_far_and_done_all_the_same() {
     assert_eq!(told(json!({"page": "70x100", "at": at, "margin": 5})), None);
     let (message, _) = told(json!({"page": "80x40", "at": at, "move": [0, -21.25, 0]})).unwrap();
     assert_eq!(message, "it reaches 11.3 mm beyond the edge of the page");
-    // All of a grid counts; what was made to fit is not told of that.
+    // The whole grid is checked against the page; a drawing that was fitted gives no warning.
     let (message, remedies) =
         told(json!({"page": "80x40", "at": at, "fit": true, "grid": "2x1:0x-30"})).unwrap();
     assert_eq!(message, "it reaches 20 mm beyond the edge of the page");
