@@ -13,6 +13,7 @@ use magician_station::control::{
 
 use crate::bug::Bug;
 use crate::laws::{Checked, must};
+use crate::search::Explored;
 
 pub(crate) const USERS: usize = 3;
 const STATIONS: usize = 3;
@@ -225,22 +226,6 @@ impl World {
         self.bug == Some(bug)
     }
 
-    /// What can happen next.
-    pub(crate) fn events(&self) -> Vec<Event> {
-        let mut out = Vec::new();
-        for station in (0..STATIONS).take_while(|station| *station <= self.used) {
-            for user in 0..USERS {
-                self.events_of(user, station, &mut out);
-            }
-            let place = &self.places[station];
-            if !place.motions.is_empty() {
-                out.push(Event::Finish(station));
-            }
-            out.extend([Event::Pass(station), Event::Kill(station)]);
-        }
-        out
-    }
-
     fn events_of(&self, user: usize, station: usize, out: &mut Vec<Event>) {
         out.push(Event::Call(user, station));
         let Some(line) = &self.lines[user][station] else {
@@ -266,9 +251,8 @@ impl World {
     }
 
     /// Lets an event happen, and checks everything.
-    pub(crate) fn step(&mut self, before: &Self, event: Event) -> Checked {
+    fn happens(&mut self, before: &Self, event: Event) -> Checked {
         use Event::*;
-        self.path.push(event);
         let furthest = self.places.iter().map(|place| place.now).max();
         for place in &mut self.places {
             place.told = match self.bug {
@@ -478,9 +462,32 @@ impl World {
             "a command is carried out by the station that is meant",
         )
     }
+}
 
-    /// A number that is the same for states from which the same follows.
-    pub(crate) fn key(&self) -> u64 {
+impl Explored for World {
+    type Event = Event;
+
+    fn events(&self) -> Vec<Event> {
+        let mut out = Vec::new();
+        for station in (0..STATIONS).take_while(|station| *station <= self.used) {
+            for user in 0..USERS {
+                self.events_of(user, station, &mut out);
+            }
+            let place = &self.places[station];
+            if !place.motions.is_empty() {
+                out.push(Event::Finish(station));
+            }
+            out.extend([Event::Pass(station), Event::Kill(station)]);
+        }
+        out
+    }
+
+    fn step(&mut self, before: &Self, event: Event) -> Checked {
+        self.path.push(event);
+        self.happens(before, event)
+    }
+
+    fn key(&self) -> u64 {
         let mut hasher = DefaultHasher::new();
         self.used.hash(&mut hasher);
         for place in &self.places {
@@ -515,5 +522,9 @@ impl World {
             nows.collect::<Vec<_>>().hash(&mut hasher);
         }
         hasher.finish()
+    }
+
+    fn path(&self) -> &[Event] {
+        &self.path
     }
 }

@@ -10,6 +10,8 @@ use magician_station::control::{
 };
 
 use crate::mutant::{Bug, Mutant};
+use crate::search::Explored;
+use crate::step::Checked;
 
 pub(crate) const SESSIONS: u64 = 3;
 pub(crate) const ARMS: u64 = 2;
@@ -178,33 +180,43 @@ impl Model {
         self.used.1 = self.used.1.max(arm.map_or(0, |arm| arm.0 + 1));
     }
 
-    /// A number that is the same for states from which the same follows.
-    pub(crate) fn key(&self) -> u64 {
-        let mut hasher = DefaultHasher::new();
-        self.control.control.canonical(self.now).hash(&mut hasher);
-        (&self.control.postponed, self.used).hash(&mut hasher);
-        let age = |at: HostInstant, most: Duration| (self.now - at).min(most);
-        for (id, session) in (0..).map(SessionId).zip(&self.sessions) {
-            let holds = { self.arms.iter() }.any(|arm| arm.lease.is_some_and(|(of, _)| of == id));
-            let word = if holds { age(session.heard, TTL) } else { TTL };
-            let left = session.left.map(|left| age(left, GRACE));
-            (word, left, session.joined).hash(&mut hasher);
+    fn events_at(&self, id: SessionId, at: ArmId, out: &mut Vec<Event>) {
+        use Event::*;
+        let arm = self.arm(at);
+        let pending = |asks: bool| {
+            let mut all = self.requests.values();
+            all.any(|one| (one.session, one.arm, one.asks) == (id, at, asks) && one.until.is_some())
+        };
+        let holds = arm.lease.is_some_and(|(holder, _)| holder == id);
+        out.extend([Acquire(id, at), Take(id, at), Stop(id, at)]);
+        if !pending(false) && !holds {
+            out.push(Wait(id, at));
         }
-        for arm in &self.arms {
-            arm.lease.map(|(session, _)| session).hash(&mut hasher);
-            (&arm.doing, &arm.queue, arm.job, &arm.line, &arm.places).hash(&mut hasher);
-            let jog = { arm.jog.as_ref() }.map(|jog| (jog.session, jog.until - self.now));
-            jog.hash(&mut hasher);
+        if !pending(true) && !holds {
+            out.push(Ask(id, at));
         }
-        for (id, request) in &self.requests {
-            let until = request.until.map(|until| until - self.now);
-            (id, request.session, request.arm, until, request.asked).hash(&mut hasher);
+        if holds {
+            out.push(Release(id, at));
         }
-        hasher.finish()
+        // One after the other is enough; without the lease they are refused.
+        if !arm.doing.iter().any(|doing| doing.session == id) {
+            out.extend([WorkKind::Motion, WorkKind::Queued].map(|kind| Begin(id, at, kind)));
+            out.extend([OnLost::Pause, OnLost::Continue].map(|lost| StartJob(id, at, lost)));
+        }
+        if arm.job.is_some() {
+            out.push(PauseJob(id, at));
+        }
+        out.push(StartJog(id, at));
+        if arm.jog.is_some() {
+            out.extend([KeepJog(id, at), StopJog(id, at)]);
+        }
     }
+}
 
-    /// What can happen next.
-    pub(crate) fn events(&self) -> Vec<Event> {
+impl Explored for Model {
+    type Event = Event;
+
+    fn events(&self) -> Vec<Event> {
         use Event::*;
         let mut out = Vec::new();
         for session in (0..SESSIONS).filter(|session| self.is_next(*session, None)) {
@@ -244,35 +256,36 @@ impl Model {
         out
     }
 
-    fn events_at(&self, id: SessionId, at: ArmId, out: &mut Vec<Event>) {
-        use Event::*;
-        let arm = self.arm(at);
-        let pending = |asks: bool| {
-            let mut all = self.requests.values();
-            all.any(|one| (one.session, one.arm, one.asks) == (id, at, asks) && one.until.is_some())
-        };
-        let holds = arm.lease.is_some_and(|(holder, _)| holder == id);
-        out.extend([Acquire(id, at), Take(id, at), Stop(id, at)]);
-        if !pending(false) && !holds {
-            out.push(Wait(id, at));
+    fn step(&mut self, before: &Self, event: Event) -> Checked {
+        self.path.push(event);
+        self.happens(before, event)
+    }
+
+    fn key(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        self.control.control.canonical(self.now).hash(&mut hasher);
+        (&self.control.postponed, self.used).hash(&mut hasher);
+        let age = |at: HostInstant, most: Duration| (self.now - at).min(most);
+        for (id, session) in (0..).map(SessionId).zip(&self.sessions) {
+            let holds = { self.arms.iter() }.any(|arm| arm.lease.is_some_and(|(of, _)| of == id));
+            let word = if holds { age(session.heard, TTL) } else { TTL };
+            let left = session.left.map(|left| age(left, GRACE));
+            (word, left, session.joined).hash(&mut hasher);
         }
-        if !pending(true) && !holds {
-            out.push(Ask(id, at));
+        for arm in &self.arms {
+            arm.lease.map(|(session, _)| session).hash(&mut hasher);
+            (&arm.doing, &arm.queue, arm.job, &arm.line, &arm.places).hash(&mut hasher);
+            let jog = { arm.jog.as_ref() }.map(|jog| (jog.session, jog.until - self.now));
+            jog.hash(&mut hasher);
         }
-        if holds {
-            out.push(Release(id, at));
+        for (id, request) in &self.requests {
+            let until = request.until.map(|until| until - self.now);
+            (id, request.session, request.arm, until, request.asked).hash(&mut hasher);
         }
-        // One after the other is enough; without the lease they are refused.
-        if !arm.doing.iter().any(|doing| doing.session == id) {
-            out.extend([WorkKind::Motion, WorkKind::Queued].map(|kind| Begin(id, at, kind)));
-            out.extend([OnLost::Pause, OnLost::Continue].map(|lost| StartJob(id, at, lost)));
-        }
-        if arm.job.is_some() {
-            out.push(PauseJob(id, at));
-        }
-        out.push(StartJog(id, at));
-        if arm.jog.is_some() {
-            out.extend([KeepJog(id, at), StopJog(id, at)]);
-        }
+        hasher.finish()
+    }
+
+    fn path(&self) -> &[Event] {
+        &self.path
     }
 }

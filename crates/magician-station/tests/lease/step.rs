@@ -16,13 +16,11 @@ pub(crate) fn must(good: bool, what: &str) -> Checked {
 
 impl Model {
     /// Lets an event happen, and checks everything.
-    pub(crate) fn step(&mut self, event: Event) -> Checked {
-        let before = self.clone();
-        self.path.push(event);
+    pub(super) fn happens(&mut self, before: &Self, event: Event) -> Checked {
         self.control.next_event(self.now);
         self.happen(event)?;
         self.take_effects(event)?;
-        self.check(&before, event)
+        self.check(before, event)
     }
 
     /// A message of a session.

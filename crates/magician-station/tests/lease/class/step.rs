@@ -9,14 +9,12 @@ use super::{Event, Model, TEACHER};
 use crate::step::{Checked, must};
 
 impl Model {
-    pub(crate) fn step(&mut self, event: Event) -> Checked {
-        let before = self.clone();
-        self.path.push(event);
+    pub(super) fn happens(&mut self, before: &Self, event: Event) -> Checked {
         self.happen(event)?;
         let request = RequestId(self.requests);
         let frozen = matches!(event, Event::Freeze(_));
         self.carry_out_all(event, request, frozen)?;
-        self.check(&before, event)
+        self.check(before, event)
     }
 
     fn request(&mut self) -> RequestId {
