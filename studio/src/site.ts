@@ -178,7 +178,6 @@ async function begin(arm: string, source: Source): Promise<string | null> {
 /** In a class it waits for the pupil's job that has the arm. */
 async function queue(arm: string, source: Source): Promise<string | null> {
   const { jobs: [sent] } = await call("class.send", { ...source, arms: [arm] });
-  const refused = sent?.error as { code: number; message: string; data?: Record<string, unknown> } | null;
-  if (refused) throw new RpcError(refused.code, refused.message, refused.data);
+  if (sent?.error) throw new Error(sent.error);
   return sent?.job ?? null;
 }

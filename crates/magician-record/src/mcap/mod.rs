@@ -29,7 +29,7 @@
 //! was drawn, and later more rarely, so that it takes 24 bytes a sample. The line under way is written when it is finished. A viewer
 //! that leaps to an instant shows the arm, or strokes of before, within that time.
 //!
-//! A host that looks on from outside writes its [`Readings`] in the same topics: `/pose`, `/joints`, `/tf`, `/scene`, `/queue` (without what a
+//! A host without the virtual arm writes its [`Readings`] in the same topics: `/pose`, `/joints`, `/tf`, `/scene`, `/queue` (without what a
 //! host is not told), `/alarms`, and in `/events` what it noticed. It sees no ink: strokes are between readings whose tip was at the
 //! [`Plane`] that it was told of, and there are none without one. `clock` in the metadata is `host` then.
 //!

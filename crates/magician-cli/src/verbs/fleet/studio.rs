@@ -74,7 +74,7 @@ impl Studio {
             let serving = tokio::spawn(listener.serve(hub.clone(), options, ends));
             match arms {
                 Ok(arms) => tell(format_args!("serving {url}: {arms} arms of the site {name}")),
-                Err(_) => tell(format_args!("serving {url}: nobody is on the site {name} yet")),
+                Err(_) => tell(format_args!("serving {url}: the site {name} has no arms yet")),
             }
             if exposed {
                 tell(format_args!("other computers reach it: each needs a token"));

@@ -43,7 +43,7 @@ mod without {
     pub(in super::super) enum Joined {}
 
     pub(crate) fn unsupported() -> Failure {
-        let message = "this build of magician knows no sites";
+        let message = "this build of magician cannot join sites";
         Failure::new(Kind::Driver(ErrorKind::Unsupported), message)
             .hint("`cargo install magician-cli --features site` builds one that does")
     }
@@ -102,7 +102,7 @@ impl SiteFlags {
         Ok(())
     }
 
-    /// What an arm is called that nobody has named: as its machine, because every name is on a site once.
+    /// The name of an only arm that was given none: that of its machine, because a name is on a site once.
     pub(super) fn name_of_only_arm(&self) -> Option<String> {
         self.site.as_ref()?;
         magician_site::keys::name_like(&crate::mdns::host_name())
