@@ -1074,6 +1074,7 @@ export interface Methods {
   "class.set": {
     params: {
       text: string;
+      elsewhere?: boolean;
     };
     result: {
       class: {
@@ -1113,7 +1114,7 @@ export interface Methods {
       }>;
     };
   };
-  /** Makes new codes: whoever signed in with an old one has to sign in again. */
+  /** Makes new codes: pupils who signed in with an old code have to sign in again. */
   "class.codes": {
     params: {
       pupils?: string[];
@@ -1245,6 +1246,7 @@ export interface Methods {
   "schedule.set": {
     params: {
       text: string;
+      elsewhere?: boolean;
     };
     result: {
       text: string;

@@ -3,6 +3,7 @@
 pub(crate) mod alarms;
 pub(crate) mod bench;
 pub(crate) mod calibrate;
+mod class;
 pub(crate) mod commands;
 pub(crate) mod completions;
 pub(crate) mod config;

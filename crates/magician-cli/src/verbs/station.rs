@@ -1,13 +1,13 @@
 //! `station`: the tokens of this machine's stations, and the class of one.
 
-mod class;
-
 use clap::{Args, Subcommand};
 use magician_station::Role;
+use magician_station::client::StationClient;
 use magician_station::http::{CODE, TokenStore};
-use serde_json::json;
+use serde_json::{Value, json};
 
-use super::serve::folder;
+use super::class::{Class, Results};
+use super::serve::{folder, stations};
 use crate::columns::Columns;
 use crate::context::Context;
 use crate::failure::Failure;
@@ -26,9 +26,9 @@ enum What {
     /// Print a code of six digits, good for one token within two minutes
     Pair(Pair),
     /// Pupils and their codes, turns, the schedule; freeze and free arms
-    Class(class::Class),
+    Class(Class),
     /// What the pupils of a running station have made
-    Results(class::Results),
+    Results(Results),
 }
 
 #[derive(Args, Debug)]
@@ -70,8 +70,8 @@ impl Station {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let store = tokens()?;
         match self.what {
-            What::Class(class) => class.run(context),
-            What::Results(results) => results.run(context),
+            What::Class(class) => class.run(context, "station", call),
+            What::Results(results) => results.run(context, call),
             What::Pair(pair) => {
                 let code = store.pair(pair.role)?;
                 let seconds = CODE.as_secs();
@@ -94,6 +94,32 @@ impl Station {
             }
         }
     }
+}
+
+/// Calls a method of the station that is meant: that of --station, else the one of this machine.
+fn call(context: &mut Context, method: &str, params: Value) -> Result<Value, Failure> {
+    let url = match &context.global.station {
+        Some(url) => url.clone(),
+        None => {
+            let mut running: Vec<_> = stations().map(|(url, _)| url).collect();
+            match running.len() {
+                1 => running.remove(0),
+                0 => {
+                    let hint = "start one with `magician serve --class FILE`, or say where it is: --station URL";
+                    return Err(Failure::invalid("no station runs on this machine").hint(hint));
+                }
+                _ => {
+                    let message = format!("{} run on this machine", running.join(" and "));
+                    return Err(Failure::invalid(message).hint("say which: --station URL"));
+                }
+            }
+        }
+    };
+    let (token, trust) = (context.global.token(), context.global.trust());
+    context.alone(async |_, _| {
+        let client = StationClient::connect_trusting(&url, "magician", token.as_deref(), &trust);
+        Ok(client.await?.call(method, params).await?)
+    })
 }
 
 fn list(store: &TokenStore, context: &mut Context) -> Result<(), Failure> {

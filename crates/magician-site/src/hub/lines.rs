@@ -441,6 +441,13 @@ impl Hub {
         let pending = |wants| Pending { wants, ..pending };
         match wants {
             Wants::Answer => self.answers(pending(Wants::Answer), outcome),
+            Wants::Acquire(elsewhere) => {
+                let pending = pending(Wants::Answer);
+                if outcome.is_ok() {
+                    self.leave_queues(pending.socket, &elsewhere);
+                }
+                self.answers(pending, outcome);
+            }
             Wants::Hello(name, token) => {
                 self.greeted(now, pending(Wants::Nothing), name, token, outcome)
             }

@@ -25,7 +25,11 @@ impl Hub {
             open.under_way += 1;
         }
         let wait = match what {
-            Gathers::Arms | Gathers::Sessions | Gathers::Turns | Gathers::Alike => LIST,
+            Gathers::Arms
+            | Gathers::Sessions
+            | Gathers::Turns
+            | Gathers::Acquire(..)
+            | Gathers::Alike => LIST,
             _ => STOP,
         };
         let gather = Gather {
@@ -278,9 +282,12 @@ impl Hub {
             | Gathers::Join(_)
             | Gathers::Moves(..)
             | Gathers::Joined
+            | Gathers::Acquire(..)
             | Gathers::Leaves
             | Gathers::Results
             | Gathers::ByArms(_)
+            | Gathers::Class(..)
+            | Gathers::Everywhere(_)
             | Gathers::Alike => match self.class_gathered(now, &mut gather) {
                 Some(outcome) => outcome,
                 // It goes on.
@@ -364,44 +371,53 @@ impl Hub {
 
     /// All stand, or the arms are named that may not.
     fn stopped(&self, gather: &Gather) -> Result<Value, RpcError> {
-        let (mut arms, mut failed) = (Vec::new(), Vec::new());
-        let names = |station: &StationId| {
-            let (_, arms) = self.stations.get(station)?;
-            Some(
-                arms.iter()
-                    .map(String::as_str)
-                    .collect::<Vec<_>>()
-                    .join(", "),
-            )
-        };
-        for (of, part) in &gather.parts {
-            match part {
-                Ok(part) => arms.extend(part["arms"].as_array().cloned().unwrap_or_default()),
-                Err(error) => failed.push(match of.as_ref().and_then(names) {
-                    Some(names) if !error.message.starts_with(&names) => {
-                        format!("{names}: {}", error.message)
-                    }
-                    _ => error.message.clone(),
-                }),
+        let parts = gather
+            .parts
+            .iter()
+            .filter_map(|(_, part)| part.as_ref().ok());
+        let arms = parts.flat_map(|part| part["arms"].as_array().cloned().unwrap_or_default());
+        let mut arms: Vec<_> = arms.collect();
+        arms.sort_by(|one: &Value, other| one["arm"].as_str().cmp(&other["arm"].as_str()));
+        match self.undone(gather) {
+            None => Ok(json!({ "arms": arms })),
+            Some((kind, which)) => {
+                let why = format!("not all arms are known to stand: {which}");
+                Err(RpcError::arm(kind, why).with("arms", arms))
             }
         }
-        arms.sort_by(|one: &Value, other| one["arm"].as_str().cmp(&other["arm"].as_str()));
+    }
+
+    /// The arms at which something is not known to be done, and why.
+    pub(super) fn undone(&self, gather: &Gather) -> Option<(ErrorKind, String)> {
+        let names = |station: &StationId| {
+            let (_, arms) = self.stations.get(station)?;
+            let arms: Vec<_> = arms.iter().map(String::as_str).collect();
+            Some(arms.join(", "))
+        };
+        let mut undone = Vec::new();
+        for (of, part) in &gather.parts {
+            let Err(error) = part else {
+                continue;
+            };
+            undone.push(match of.as_ref().and_then(names) {
+                Some(names) if !error.message.starts_with(&names) => {
+                    format!("{names}: {}", error.message)
+                }
+                _ => error.message.clone(),
+            });
+        }
         let silent: Vec<_> = gather.left.values().flatten().filter_map(names).collect();
-        if !silent.is_empty() {
-            failed.push(format!("no answer within 3 s from {}", silent.join(", ")));
-        }
-        if !gather.beyond.is_empty() {
-            failed.push(format!("{} cannot be reached", gather.beyond.join(", ")));
-        }
-        if failed.is_empty() {
-            return Ok(json!({ "arms": arms }));
-        }
-        let why = format!("not all arms are known to stand: {}", failed.join("; "));
         let kind = match silent.is_empty() {
             true => ErrorKind::Port,
             false => ErrorKind::Timeout,
         };
-        Err(RpcError::arm(kind, why).with("arms", arms))
+        if !silent.is_empty() {
+            undone.push(format!("no answer within 3 s from {}", silent.join(", ")));
+        }
+        if !gather.beyond.is_empty() {
+            undone.push(format!("{} cannot be reached", gather.beyond.join(", ")));
+        }
+        (!undone.is_empty()).then(|| (kind, undone.join("; ")))
     }
 
     /// The sessions as they were told last.

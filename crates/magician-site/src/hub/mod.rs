@@ -5,9 +5,11 @@
 //! jogs and leases of its clients, by the stations' own clocks. What needs no arm a station without arms answers, the hub's own
 //! ("home"). [`RunningHub`] is a hub at work.
 
+mod class;
 mod lines;
 mod lists;
 mod names;
+mod pupils;
 mod requests;
 mod running;
 mod socket;
@@ -19,7 +21,7 @@ use std::fmt;
 use std::time::Duration;
 
 use magician_protocol::HostInstant;
-use magician_station::api::{MessageId, Role, RpcError, answer, notification};
+use magician_station::api::{MessageId, Role, RpcError, answer_due, notification};
 use magician_station::{Next, Outgoing};
 use serde_json::Value;
 
@@ -121,6 +123,8 @@ pub struct Hub {
     token: Option<String>,
     /// Unix seconds at [`HostInstant::ZERO`].
     unix_zero: f64,
+    /// Numbers that nobody can guess, for the codes of pupils.
+    random: fn() -> u64,
     names: Names,
     stations: BTreeMap<StationId, (u32, BTreeSet<String>)>,
     arms: BTreeMap<String, ArmPlace>,
@@ -151,12 +155,13 @@ impl fmt::Debug for Hub {
 
 impl Hub {
     /// A hub of a site on which nothing is known yet. Clients of this machine that bring no token have `token` at stations;
-    /// `unix_zero` is the time at [`HostInstant::ZERO`], Unix seconds.
+    /// `unix_zero` is the time at [`HostInstant::ZERO`], Unix seconds; codes of pupils are made of the numbers of `random`.
     #[must_use]
-    pub fn new(token: Option<String>, unix_zero: f64) -> Self {
+    pub fn new(token: Option<String>, unix_zero: f64, random: fn() -> u64) -> Self {
         Self {
             token,
             unix_zero,
+            random,
             names: Names::default(),
             stations: BTreeMap::new(),
             arms: BTreeMap::new(),
@@ -432,14 +437,10 @@ impl Hub {
         id: Option<&MessageId>,
         outcome: &Result<Value, RpcError>,
     ) {
-        let unasked = id.is_none()
-            && !matches!(outcome, Err(error)
-                if [RpcError::REQUEST, RpcError::PARSE].contains(&error.code));
-        if unasked {
-            return;
-        }
-        if let Some(open) = self.sockets.get_mut(&socket) {
-            open.outbox.answer(answer(id, outcome));
+        if let Some(text) = answer_due(id, outcome)
+            && let Some(open) = self.sockets.get_mut(&socket)
+        {
+            open.outbox.answer(text);
             self.awake.insert(socket);
         }
     }

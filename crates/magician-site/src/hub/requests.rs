@@ -131,15 +131,10 @@ impl Hub {
                 self.fetch_program(call, &ArmAt { arm, station })
             }
             "class.freeze" | "class.free" | "class.send" => self.by_arms(&call),
-            "class.set" | "class.codes" | "schedule.set" => {
-                let why = format!(
-                    "{} is not passed on to the stations of a site: say it to each of them",
-                    method.name
-                );
-                Err(RpcError::arm(ErrorKind::Unsupported, why))
-            }
+            "schedule.set" => self.set_schedule(call),
             "turn.list" | "turn.join" | "turn.leave" | "class.results" | "class.get"
-            | "schedule.get" => self.of_class(call),
+            | "class.set" | "class.codes" | "schedule.get" => self.of_class(call),
+            "lease.acquire" if self.pupil_of(call.socket).is_some() => self.acquires(call),
             "arm.stop" => self.stop(&call, arm.as_deref()),
             "arm.unsubscribe" => self.unsubscribe(&call),
             _ if Self::is_of_home(method.name) || method.name == "server.info" => {
@@ -288,7 +283,7 @@ impl Hub {
     }
 
     /// Sends a request on: beside all lines where it overtakes or has no session, else by the client's line.
-    fn pass_on(&mut self, call: &Call, at: &ArmAt, wants: Wants) -> Handled {
+    pub(super) fn pass_on(&mut self, call: &Call, at: &ArmAt, wants: Wants) -> Handled {
         let once = self.sockets.get(&call.socket).is_some_and(|open| open.once);
         let pupil = { self.sockets.get(&call.socket) }.is_some_and(|open| open.pupil.is_some());
         if once || (call.method.always && !call.method.session && !pupil) {

@@ -106,7 +106,7 @@ impl RunningHub {
             journal,
         } = config;
         station.arms.clear();
-        let hub = Hub::new(token, station.unix_zero);
+        let hub = Hub::new(token, station.unix_zero, station.random);
         let (library, read_only) = (Arc::clone(&station.programs), station.read_only);
         let home = RunningStation::start(station, Vec::new(), journal);
         let shared = Arc::new_cyclic(|this| Shared {
@@ -124,6 +124,9 @@ impl RunningHub {
             this: Weak::clone(this),
             runtime: Handle::current(),
         });
+        // What is there already is known to the first request.
+        let arms = shared.site.arms().into_keys().collect();
+        shared.with(|hub, now| hub.on_site(now, arms));
         let watching = tokio::spawn(Shared::watch(Arc::downgrade(&shared)));
         let timing = tokio::spawn(Shared::keep_time(Arc::downgrade(&shared)));
         let tasks = vec![watching.abort_handle(), timing.abort_handle()];

@@ -9,7 +9,7 @@ use magician_station::{Outbox, StateFrame, Throttle};
 use serde_json::{Map, Value};
 
 use super::{LineId, RequestId};
-use crate::site::StationId;
+use crate::site::{ArmAt, StationId};
 
 /// Pauses before a line is opened again, ms: they grow to the last.
 const PAUSES: [u64; 6] = [200, 400, 800, 1600, 3200, 5000];
@@ -183,6 +183,8 @@ pub(super) enum Wants {
     Probe,
     /// A part of what several answer.
     Part(GatherId),
+    /// A lease, which is a turn: the places at these other stations are given up for it.
+    Acquire(Vec<StationId>),
     /// The turns of a station.
     Turns,
     /// A subscription of the client.
@@ -221,6 +223,8 @@ pub(super) enum Gathers {
     Moves(StationId, Map<String, Value>),
     /// A turn is asked for.
     Joined,
+    /// Turns and queues, before this arm is taken without the queue.
+    Acquire(ArmAt, Map<String, Value>),
     /// Turn and place are given up everywhere.
     Leaves,
     /// What pupils have made.
@@ -229,6 +233,10 @@ pub(super) enum Gathers {
     ByArms(&'static str),
     /// What all stations have alike, shown by one.
     Alike,
+    /// The class that stations have, before this is made of it.
+    Class(&'static str, Map<String, Value>),
+    /// What all stations have to take.
+    Everywhere(&'static str),
     Arms,
     Sessions,
     Stops,

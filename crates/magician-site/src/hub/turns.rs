@@ -1,17 +1,14 @@
-//! A class on a site: pupils sign in at all stations, and take turns at any of them. What is known of that the stations know.
-
-use std::collections::BTreeMap;
+//! Turns on a site: pupils take them at the arms of any station. What is known of that the stations know.
 
 use magician::ErrorKind;
 use magician_protocol::HostInstant;
-use magician_station::CloseCode;
-use magician_station::api::{Method, Role, RpcError};
+use magician_station::api::RpcError;
 use serde_json::{Map, Value, json};
 
 use super::requests::Call;
 use super::socket::{Gather, Gathers, Wants, Way};
-use super::{Hub, HubAct, LineId, SocketId, TURNS};
-use crate::site::StationId;
+use super::{Hub, LineId, SocketId, TURNS};
+use crate::site::{ArmAt, StationId};
 
 /// What a turn without an end is taken for, s, where waits are compared.
 const LONG: f64 = 3600.0;
@@ -19,134 +16,6 @@ const LONG: f64 = 3600.0;
 const MOST: usize = 1000;
 
 impl Hub {
-    /// A pupil signs in: at all stations, of which one has to know the pupil.
-    pub(super) fn sign_in(&mut self, call: Call) -> Result<Option<Value>, RpcError> {
-        let (now, socket) = (call.now, call.socket);
-        let hello = Method::named("session.hello").map_or(&[][..], |method| method.params);
-        magician_station::api::Params::check(hello, call.params.clone())?;
-        let Some(open) = self.sockets.get_mut(&socket) else {
-            return Ok(None);
-        };
-        if open.session.is_some() || open.signing.is_some() {
-            return Err(RpcError::request("`session.hello` came already"));
-        }
-        if self.stations.is_empty() {
-            let why = "no station of the site can be reached: try again";
-            return Err(RpcError::arm(ErrorKind::Port, why));
-        }
-        open.pupil = call.params.get("pupil").cloned();
-        open.signing = Some((call, None));
-        open.ways.clear();
-        for station in self.stations.keys().copied().collect::<Vec<_>>() {
-            let _ = self.line_to(now, socket, station);
-        }
-        Ok(None)
-    }
-
-    /// The session of a pupil whose page comes back.
-    pub(super) fn comes_back(
-        &self,
-        hello: &Map<String, Value>,
-        pupil: Option<&Value>,
-    ) -> Option<String> {
-        let secret = hello.get("resume")?.as_str()?;
-        let name = pupil?.get("name")?.as_str()?.to_lowercase();
-        let is = |person: &super::Person| {
-            let known = person.pupil.as_ref().map(|known| known.to_lowercase());
-            person.secret == secret && known.as_ref() == Some(&name)
-        };
-        let mut people = self.people.iter();
-        let (session, _) = people.find(|(_, person)| is(person))?;
-        Some(session.clone())
-    }
-
-    /// A station has let the pupil in: so does the hub's own.
-    pub(super) fn pupil_is_in(&mut self, socket: SocketId) {
-        let Some(open) = self.sockets.get_mut(&socket) else {
-            return;
-        };
-        let Some((mut call, _)) = open.signing.take() else {
-            return;
-        };
-        let pupil = open.pupil.clone();
-        let name = pupil.as_ref().and_then(|pupil| pupil["name"].as_str());
-        let name = name.unwrap_or_default().to_owned();
-        if self.comes_back(&call.params, pupil.as_ref()).is_none() {
-            call.params.remove("resume");
-        }
-        call.params.remove("pupil");
-        call.params.insert("token".to_owned(), json!("pupil"));
-        if let Some(client) = call.params.get_mut("client")
-            && client.is_object()
-        {
-            client["name"] = json!(name);
-        }
-        self.acts.push_back(HubAct::Vouch(socket));
-        // Lines are opened meanwhile, and may be: home says no more than what the session is called.
-        if let Some(open) = self.sockets.get_mut(&socket) {
-            open.role = Role::Student;
-        }
-        self.ask_home(&call, Wants::Hello(name, None));
-    }
-
-    /// A line of a pupil was not opened, or is lost: if all stations refuse the pupil, so does the hub.
-    pub(super) fn pupil_is_refused(&mut self, socket: SocketId, why: RpcError) {
-        let Some(open) = self.sockets.get_mut(&socket) else {
-            return;
-        };
-        if open.pupil.is_none() {
-            return;
-        }
-        let refuses =
-            |why: &RpcError| [RpcError::FORBIDDEN, RpcError::TOO_MANY].contains(&why.code);
-        let hopes = |way: &Way| matches!(way, Way::Line(_));
-        if let Some((_, worst)) = &mut open.signing {
-            // What a person can do something about.
-            if worst.as_ref().is_none_or(|worst| !refuses(worst)) {
-                *worst = Some(why);
-            }
-            if open.ways.values().any(hopes) {
-                return;
-            }
-            let Some((call, why)) = open.signing.take() else {
-                return;
-            };
-            let why =
-                why.unwrap_or_else(|| RpcError::new(RpcError::INTERNAL, "no station has answered"));
-            let (refused, id) = (refuses(&why), call.id.clone());
-            open.pupil = None;
-            open.ways.clear();
-            self.respond(socket, id.as_ref(), &Err(why));
-            if refused {
-                self.home_closes(socket, CloseCode::TOKEN);
-            }
-        } else if open.session.is_some()
-            && open.ways.values().all(|way| matches!(way, Way::Closed(_)))
-        {
-            // The code is not good any more.
-            self.home_closes(socket, CloseCode::REVOKED);
-        }
-    }
-
-    /// The sessions that a client has at stations are its own.
-    pub(super) fn has_sessions(&mut self, socket: SocketId) {
-        let session = { self.sockets.get(&socket) }.and_then(|open| open.session.clone());
-        let Some(session) = session else {
-            return;
-        };
-        let lines = self.lines.values().filter(|line| line.socket == socket);
-        for line in lines {
-            let Some((secret, there)) = &line.session else {
-                continue;
-            };
-            self.names.is_own(line.slot, there, &session);
-            if let Some(person) = self.people.get_mut(&session) {
-                let at = (secret.clone(), there.clone());
-                person.at.insert(line.station, at);
-            }
-        }
-    }
-
     /// A station tells of its turns.
     pub(super) fn hears_turns(&mut self, now: HostInstant, line: LineId, turns: Value) {
         if let Some(line) = self.lines.get_mut(&line) {
@@ -194,7 +63,7 @@ impl Hub {
     }
 
     /// One list of arms, one queue. A place is that in the queue of its station: who has the same comes by the station's order.
-    fn merged_turns(
+    pub(super) fn merged_turns(
         &self,
         now: HostInstant,
         parts: Vec<(StationId, HostInstant, &Value)>,
@@ -247,238 +116,12 @@ impl Hub {
         turns
     }
 
-    fn own_names(&self, station: StationId, names: &Value) -> Vec<Value> {
+    pub(super) fn own_names(&self, station: StationId, names: &Value) -> Vec<Value> {
         let own = |name: &&Value| self.has_alone(station, name.as_str().unwrap_or_default());
         items(names).filter(own).cloned().collect()
     }
 
-    /// A method of classes that several stations answer.
-    pub(super) fn of_class(&mut self, call: Call) -> Result<Option<Value>, RpcError> {
-        let (what, method) = match call.method.name {
-            "turn.list" => (Gathers::Turns, "turn.list"),
-            "turn.join" => {
-                if let Some(arm) = call.params.get("arm").and_then(Value::as_str) {
-                    self.station_of(Some(arm))?;
-                }
-                (Gathers::Join(call.params.clone()), "turn.list")
-            }
-            "turn.leave" => (Gathers::Leaves, "turn.leave"),
-            "class.get" => (Gathers::Alike, "class.get"),
-            "schedule.get" => (Gathers::Alike, "schedule.get"),
-            _ => (Gathers::Results, "class.results"),
-        };
-        if let Some(open) = self.sockets.get_mut(&call.socket) {
-            open.turns |= method == "turn.list";
-        }
-        let gather = self.gathers(&call, what);
-        let mut params = Map::new();
-        if let Some(group) = call.params.get("group") {
-            params.insert("group".to_owned(), group.clone());
-        }
-        let now = call.now;
-        let asks = self.asks(now, call.socket, method, params);
-        self.ask_all(&asks, gather);
-        self.is_complete(now, gather);
-        Ok(None)
-    }
-
-    /// What is asked of arms, by the stations that have them: of all at once.
-    pub(super) fn by_arms(&mut self, call: &Call) -> Result<Option<Value>, RpcError> {
-        let mut stations: BTreeMap<StationId, Vec<String>> = BTreeMap::new();
-        let mut beyond = Vec::new();
-        let names: Vec<String> = match call.params.get("arms").and_then(Value::as_array) {
-            Some(names) => { names.iter() }
-                .filter_map(|name| name.as_str().map(str::to_owned))
-                .collect(),
-            None => self.arms.keys().cloned().collect(),
-        };
-        let freezes = call.method.name == "class.freeze";
-        for name in names {
-            match self.station_of(Some(&name)) {
-                Ok(at) => stations.entry(at.station).or_default().push(at.arm),
-                Err(error) if error.code == RpcError::PARAMS => return Err(error),
-                // As a stop, a freeze reaches all that have the name.
-                Err(_) => {
-                    let at = self.arms.get(&name).map(|place| place.at.keys().copied());
-                    for station in at.into_iter().flatten().filter(|_| freezes) {
-                        stations.entry(station).or_default().push(name.clone());
-                    }
-                    beyond.push(name);
-                }
-            }
-        }
-        let gather = self.gathers(call, Gathers::ByArms(call.method.name));
-        if let Some(gather) = self.gathers.get_mut(&gather) {
-            gather.beyond = beyond;
-        }
-        for (station, arms) in stations {
-            let mut params = call.params.clone();
-            params.insert("arms".to_owned(), json!(arms));
-            let asks = self.asks(call.now, call.socket, call.method.name, params);
-            if !self.ask_one(&asks, gather, station)
-                && let Some(gather) = self.gathers.get_mut(&gather)
-            {
-                gather.beyond.extend(arms);
-            }
-        }
-        self.is_complete(call.now, gather);
-        Ok(None)
-    }
-
-    /// All have done it, or those are named that may not have.
-    fn done_by_arms(&self, method: &str, gather: &Gather) -> Result<Value, RpcError> {
-        let list = if method == "class.send" {
-            "jobs"
-        } else {
-            "arms"
-        };
-        let arms_of = |station: &StationId| {
-            let arms = self.stations.get(station).map(|(_, arms)| arms);
-            let arms = arms.into_iter().flatten().map(String::as_str);
-            arms.collect::<Vec<_>>().join(", ")
-        };
-        let (mut done, mut failed) = (Vec::new(), Vec::new());
-        for (of, part) in &gather.parts {
-            match part {
-                Ok(part) => done.extend(items(&part[list]).cloned()),
-                Err(error) => {
-                    let arms = of.as_ref().map(arms_of).unwrap_or_default();
-                    failed.push(format!("{arms}: {}", error.message));
-                }
-            }
-        }
-        let name = |one: &Value| match one {
-            Value::String(name) => name.clone(),
-            one => one["arm"].as_str().unwrap_or_default().to_owned(),
-        };
-        done.sort_by_key(name);
-        let silent: Vec<_> = gather.left.values().flatten().map(arms_of).collect();
-        if !silent.is_empty() {
-            failed.push(format!("no answer within 3 s from {}", silent.join(", ")));
-        }
-        if !gather.beyond.is_empty() {
-            failed.push(format!("{} cannot be reached", gather.beyond.join(", ")));
-        }
-        if failed.is_empty() {
-            return Ok(json!({ list: done }));
-        }
-        let why = format!(
-            "{method} is not known to be done everywhere: {}",
-            failed.join("; ")
-        );
-        let kind = if silent.is_empty() {
-            ErrorKind::Port
-        } else {
-            ErrorKind::Timeout
-        };
-        Err(RpcError::arm(kind, why).with(list, done))
-    }
-
-    /// A request of the hub's own for a client.
-    fn asks(
-        &self,
-        now: HostInstant,
-        socket: SocketId,
-        method: &'static str,
-        params: Map<String, Value>,
-    ) -> Call {
-        let method = Method::named(method).unwrap_or(&magician_station::api::METHODS[0]);
-        let id = Some(magician_station::api::MessageId::Number(0));
-        Call {
-            now,
-            socket,
-            id,
-            method,
-            params,
-        }
-    }
-
-    /// What stations have answered; none where more is asked of them first.
-    pub(super) fn class_gathered(
-        &mut self,
-        now: HostInstant,
-        gather: &mut Gather,
-    ) -> Option<Result<Value, RpcError>> {
-        let what = std::mem::replace(&mut gather.what, Gathers::Turns);
-        let ok = |part: &(Option<StationId>, Result<Value, RpcError>)| {
-            Some((part.0?, part.1.as_ref().ok()?.clone()))
-        };
-        let lists: Vec<(StationId, Value)> = gather.parts.iter().filter_map(ok).collect();
-        let error = { gather.parts.iter() }.find_map(|(_, part)| part.as_ref().err().cloned());
-        if let Gathers::Turns | Gathers::Join(_) | Gathers::Joined = &what {
-            for (station, turns) in &lists {
-                let ways = self.sockets.get(&gather.socket).map(|open| &open.ways);
-                if let Some(Way::Line(line)) = ways.and_then(|ways| ways.get(station)) {
-                    let line = *line;
-                    self.hears_turns(now, line, turns.clone());
-                }
-            }
-            self.told = now;
-        }
-        let merged = |hub: &Self| {
-            let parts = lists.iter().map(|(station, turns)| (*station, now, turns));
-            hub.merged_turns(now, parts.collect())
-        };
-        Some(match what {
-            Gathers::Join(params) => {
-                return self.joins(now, gather, params, &lists, merged(self));
-            }
-            Gathers::Moves(station, params) => {
-                if error.is_some() || !gather.left.is_empty() {
-                    let why = "the place at another station could not be given up: no other one was taken";
-                    return Some(Err(
-                        error.unwrap_or_else(|| RpcError::arm(ErrorKind::Timeout, why))
-                    ));
-                }
-                return self.join_there(now, gather, station, params);
-            }
-            Gathers::Joined => match error {
-                Some(error) => Err(error),
-                None if lists.is_empty() => {
-                    let why =
-                        "the station does not answer; whether the turn was asked for is not known";
-                    Err(RpcError::arm(ErrorKind::Timeout, why))
-                }
-                None => Ok(self.known_or(gather.socket, merged(self))),
-            },
-            Gathers::Leaves => match error {
-                Some(error) => Err(error),
-                None if !gather.left.is_empty() => {
-                    let why = "not all stations have answered within 3 s";
-                    Err(RpcError::arm(ErrorKind::Timeout, why))
-                }
-                None => Ok(Value::Null),
-            },
-            Gathers::Results => {
-                let mut all: Vec<_> = { lists.iter() }
-                    .flat_map(|(station, part)| {
-                        items(&part["results"]).filter(|one| {
-                            self.has_alone(*station, one["arm"].as_str().unwrap_or_default())
-                        })
-                    })
-                    .cloned()
-                    .collect();
-                let time = |one: &Value| one["time"].as_f64().unwrap_or(0.0);
-                all.sort_by(|one, other| time(one).total_cmp(&time(other)));
-                match error {
-                    Some(error) if lists.is_empty() => Err(error),
-                    _ => Ok(json!({ "results": all })),
-                }
-            }
-            Gathers::ByArms(method) => self.done_by_arms(method, gather),
-            Gathers::Alike => match (lists.into_iter().next(), error) {
-                (Some((_, shown)), _) => Ok(shown),
-                (None, Some(error)) => Err(error),
-                (None, None) => {
-                    let why = "no station of the site answers";
-                    Err(RpcError::arm(ErrorKind::Port, why))
-                }
-            },
-            _ => Ok(merged(self)),
-        })
-    }
-
-    fn known_or(&self, socket: SocketId, turns: Value) -> Value {
+    pub(super) fn known_or(&self, socket: SocketId, turns: Value) -> Value {
         match self.sockets.get(&socket) {
             Some(open) if !open.once => self.known_turns(socket),
             _ => turns,
@@ -486,7 +129,7 @@ impl Hub {
     }
 
     /// The stations have said where a person has a turn or a place: it is there at most once after this, too.
-    fn joins(
+    pub(super) fn joins(
         &mut self,
         now: HostInstant,
         gather: &Gather,
@@ -552,8 +195,93 @@ impl Hub {
         None
     }
 
+    /// The pupil of a client, in small letters.
+    pub(super) fn pupil_of(&self, socket: SocketId) -> Option<String> {
+        let pupil = self.sockets.get(&socket)?.pupil.as_ref()?;
+        Some(pupil["name"].as_str()?.to_lowercase())
+    }
+
+    /// One page of a pupil after the other: two that ask in the same moment would both find nothing.
+    pub(super) fn asks_alone(&self, socket: SocketId) -> Result<(), RpcError> {
+        let Some(pupil) = self.pupil_of(socket) else {
+            return Ok(());
+        };
+        let asks = |gather: &Gather| {
+            let asks = matches!(
+                gather.what,
+                Gathers::Join(_) | Gathers::Moves(..) | Gathers::Joined | Gathers::Acquire(..)
+            );
+            asks && self.pupil_of(gather.socket).as_ref() == Some(&pupil)
+        };
+        if self.gathers.values().any(asks) {
+            let why = "a turn is being asked for at this moment: try again";
+            return Err(RpcError::new(RpcError::BUSY, why));
+        }
+        Ok(())
+    }
+
+    /// A pupil takes an arm without the queue: first the stations are asked whether the pupil has another one.
+    pub(super) fn acquires(&mut self, mut call: Call) -> Result<Option<Value>, RpcError> {
+        let at = self.station_of(call.params.get("arm").and_then(Value::as_str))?;
+        self.asks_alone(call.socket)?;
+        call.params.insert("arm".to_owned(), json!(at.arm));
+        let what = Gathers::Acquire(at, call.params.clone());
+        let gather = self.gathers(&call, what);
+        let asks = self.asks(call.now, call.socket, "turn.list", Map::new());
+        self.ask_all(&asks, gather);
+        self.is_complete(call.now, gather);
+        Ok(None)
+    }
+
+    /// The stations have said where a pupil has a turn or a place, who takes an arm. About the arms of one station that decides.
+    pub(super) fn acquired(
+        &mut self,
+        now: HostInstant,
+        gather: &Gather,
+        at: &ArmAt,
+        params: Map<String, Value>,
+        lists: &[(StationId, Value)],
+    ) -> Option<Result<Value, RpcError>> {
+        let others = { lists.iter() }.filter(|(station, _)| *station != at.station);
+        let mut queues = Vec::new();
+        for (station, turns) in others {
+            let person = turns["you"]["person"].as_str();
+            let is = |one: &&Value| person.is_some() && one["person"].as_str() == person;
+            if let Some(arm) = items(&turns["arms"]).find(is) {
+                let arm = arm["arm"].as_str().unwrap_or_default();
+                let arm = magician_protocol::visible(arm);
+                let why = format!("you have your turn at {arm}: give it back first");
+                return Some(Err(RpcError::new(RpcError::LEASE, why)));
+            }
+            if items(&turns["queue"]).any(|place| is(&place)) {
+                queues.push(*station);
+            }
+        }
+        let call = self.continued(now, gather, "lease.acquire", params);
+        match self.pass_on(&call, at, Wants::Acquire(queues)) {
+            Ok(_) => None,
+            Err(error) => {
+                self.respond(gather.socket, gather.id.as_ref(), &Err(error));
+                None
+            }
+        }
+    }
+
+    /// The places of a pupil in the queues of these stations are given up.
+    pub(super) fn leave_queues(&mut self, socket: SocketId, stations: &[StationId]) {
+        let ways = self.sockets.get(&socket).map(|open| &open.ways);
+        let line = |station| match ways?.get(station)? {
+            Way::Line(line) => Some(*line),
+            _ => None,
+        };
+        let lines: Vec<_> = stations.iter().filter_map(line).collect();
+        for line in lines {
+            self.ask_line(line, "turn.leave", Map::new(), Wants::Nothing);
+        }
+    }
+
     /// A turn is asked for at one station.
-    fn join_there(
+    pub(super) fn join_there(
         &mut self,
         now: HostInstant,
         gather: &Gather,
@@ -567,28 +295,10 @@ impl Hub {
         self.is_complete(now, next);
         None
     }
-
-    /// The same request of a client, which waits on.
-    fn continued(
-        &mut self,
-        now: HostInstant,
-        gather: &Gather,
-        method: &'static str,
-        params: Map<String, Value>,
-    ) -> Call {
-        if let Some(open) = self.sockets.get_mut(&gather.socket) {
-            open.under_way = open.under_way.saturating_sub(1);
-        }
-        let id = gather.id.clone();
-        Call {
-            id,
-            ..self.asks(now, gather.socket, method, params)
-        }
-    }
 }
 
 /// The items of a list; what is none has none.
-fn items(value: &Value) -> impl Iterator<Item = &Value> {
+pub(super) fn items(value: &Value) -> impl Iterator<Item = &Value> {
     value.as_array().into_iter().flatten().take(MOST)
 }
 

@@ -307,8 +307,6 @@ impl Bench {
             journal: Box::new(|_| {}),
         };
         let hub = RunningHub::start(config, Arc::clone(&site) as _);
-        // The site tells what is there.
-        tokio::time::sleep(Duration::from_millis(1)).await;
         Self {
             site,
             hub,

@@ -115,9 +115,9 @@ async fn a_code_that_all_refuse_is_refused_and_slowed_down() {
 async fn a_station_without_the_pupil_is_closed_and_the_others_work() {
     let bench = class(3, &[1, 3]).await;
     let mut ada = pupil(&bench, "Ada").await;
-    ada.ok("turn.join", json!({"arm": "arm2"})).await;
     let error = ada.fails("lease.acquire", json!({"arm": "arm1"})).await;
     assert_eq!(error["code"], -32001);
+    ada.ok("turn.join", json!({"arm": "arm2"})).await;
     let opened = bench.site.opened();
     ada.live(Duration::from_secs(30)).await;
     assert_eq!(bench.site.opened(), opened, "it is not asked again");
@@ -206,4 +206,196 @@ async fn a_freeze_reaches_all_and_names_who_does_not_answer() {
     let why = error["message"].as_str().unwrap();
     assert!(why.contains("arm1") && !why.contains("arm0"), "{why}");
     assert_eq!(error["data"]["arms"], json!(["arm0", "arm2"]));
+}
+
+fn code_of<'a>(class: &'a Value, name: &str) -> &'a str {
+    let mut pupils = class["pupils"].as_array().unwrap().iter();
+    let pupil = pupils.find(|pupil| pupil["name"] == name);
+    pupil.unwrap()["code"].as_str().unwrap()
+}
+
+/// The classes of the stations of these numbers.
+async fn classes(bench: &Bench, of: &[u64]) -> Vec<Value> {
+    let mut out = Vec::new();
+    let request = r#"{"jsonrpc": "2.0", "id": 1, "method": "class.get"}"#;
+    for id in of {
+        let running = bench.site.station(*id).running.clone();
+        let answer = running.call(crate::bench::peer(), request).await;
+        let answer: Value = serde_json::from_str(&answer.unwrap()).unwrap();
+        out.push(answer["result"].clone());
+    }
+    out
+}
+
+#[tokio::test(start_paused = true)]
+async fn one_class_is_given_to_all_stations_with_the_same_codes() {
+    // One knows codes already.
+    let bench = class(3, &[1]).await;
+    let mut lee = bench.join("Ms Lee").await;
+    let text = "
+[groups]
+red = [\"arm0\", \"arm2\"]
+blue = [\"arm1\"]
+[[pupil]]
+name = \"Ada\"
+group = \"red\"
+[[pupil]]
+name = \"Dan\"
+group = \"blue\"
+";
+    let set = lee.ok("class.set", json!({ "text": text })).await;
+    assert_eq!(code_of(&set, "Ada"), "7K3M", "she has it already");
+    let all = classes(&bench, &[1, 2, 3]).await;
+    assert!(all.iter().all(|class| *class == set), "{all:?}");
+    let mut dan = bench.socket_of(Peer::elsewhere(None, "tablet".to_owned()).unwrap());
+    let code = code_of(&set, "Dan").to_owned();
+    signs_in(&mut dan, "Dan", &code).await.unwrap();
+    dan.live(Duration::from_millis(50)).await;
+    dan.ok("turn.join", json!({})).await;
+    assert_eq!(has(&mut dan, "Dan").await.0, ["arm1"]);
+    // One pupil gets a new code, everywhere, and signs in again.
+    let again = lee.ok("class.codes", json!({"pupils": ["Dan"]})).await;
+    assert_ne!(code_of(&again, "Dan"), code);
+    assert_eq!(code_of(&again, "Ada"), "7K3M");
+    assert_eq!(classes(&bench, &[1, 2, 3]).await, vec![again; 3]);
+    dan.live(Duration::from_millis(100)).await;
+    assert_eq!(dan.closed.map(|code| code.0), Some(4403));
+    // Without text there is none any more.
+    lee.ok("class.set", json!({"text": ""})).await;
+    let all = classes(&bench, &[1, 2, 3]).await;
+    assert!(all.iter().all(|class| class["class"].is_null()));
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_class_or_schedule_with_an_arm_of_nobody_reaches_no_station() {
+    let bench = class(2, &[]).await;
+    let mut lee = bench.join("Ms Lee").await;
+    for (method, text) in [
+        ("class.set", "[groups]\nred = [\"arm0\", \"arm7\"]"),
+        (
+            "schedule.set",
+            "[[slot]]\narms = [\"arm7\"]\nwho = [\"Ada\"]\nfrom = 2026-11-25T12:00:00Z\nuntil = 2026-11-25T13:00:00Z",
+        ),
+        ("class.set", "[class]\nturns = 5"),
+    ] {
+        let error = lee.fails(method, json!({ "text": text })).await;
+        assert_eq!(error["data"]["param"], "text", "{error}");
+    }
+    assert!(classes(&bench, &[1, 2]).await[0]["class"].is_null());
+    // The same file of arms that are there is every station's.
+    let text = "[[slot]]\narms = [\"arm0\", \"arm1\"]\nwho = [\"Ada\"]\nfrom = 2026-11-25T12:00:00Z\nuntil = 2026-11-25T13:00:00Z";
+    let set = lee.ok("schedule.set", json!({ "text": text })).await;
+    assert_eq!(set["text"], text);
+    // A station by itself refuses what is of another one.
+    let request =
+        json!({"jsonrpc": "2.0", "id": 1, "method": "schedule.set", "params": {"text": text}});
+    let running = bench.site.station(1).running.clone();
+    let answer = running
+        .call(crate::bench::peer(), &request.to_string())
+        .await;
+    assert!(answer.unwrap().contains("arm1"));
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_station_that_has_not_taken_the_class_is_named() {
+    let bench = class(3, &[1, 2, 3]).await;
+    let mut lee = bench.join("Ms Lee").await;
+    bench.site.silence(2);
+    bench.site.end_lines(magician_site::StationId(2));
+    for (method, params) in [
+        ("class.set", json!({ "text": CLASS })),
+        ("class.codes", json!({"pupils": ["Ben"]})),
+        ("schedule.set", json!({"text": ""})),
+    ] {
+        let error = lee.fails(method, params).await;
+        let why = error["message"].as_str().unwrap();
+        assert!(why.starts_with(method), "{why}");
+        assert!(why.contains("arm1") && !why.contains("arm0"), "{why}");
+    }
+    let after = classes(&bench, &[1, 3]).await;
+    assert_ne!(code_of(&after[0], "Ben"), "9QWE");
+    assert_eq!(after[0], after[1]);
+}
+
+#[tokio::test(start_paused = true)]
+async fn codes_of_stations_with_different_classes_are_left_alone() {
+    let bench = class(2, &[1, 2]).await;
+    let request =
+        json!({"jsonrpc": "2.0", "id": 1, "method": "class.codes", "params": {"pupils": ["Cy"]}});
+    let running = bench.site.station(2).running.clone();
+    let peer = crate::bench::peer();
+    running.call(peer, &request.to_string()).await.unwrap();
+    let before = classes(&bench, &[1, 2]).await;
+    let mut lee = bench.join("Ms Lee").await;
+    let error = lee.fails("class.codes", json!({"pupils": ["Ada"]})).await;
+    let why = error["message"].as_str().unwrap();
+    assert!(why.contains("different classes"), "{why}");
+    assert_eq!(classes(&bench, &[1, 2]).await, before);
+    // The file of all of them makes it one.
+    lee.ok("class.set", json!({"text": before[0]["text"]}))
+        .await;
+    lee.ok("class.codes", json!({"pupils": ["Ada"]})).await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_pupil_gives_nobody_a_class() {
+    let bench = class(2, &[1, 2]).await;
+    let mut ada = pupil(&bench, "Ada").await;
+    for (method, params) in [
+        ("class.set", json!({"text": ""})),
+        ("class.codes", json!({})),
+        ("schedule.set", json!({"text": ""})),
+    ] {
+        assert_eq!(ada.fails(method, params).await["code"], -32001, "{method}");
+    }
+    let shown = ada.ok("class.get", json!({})).await;
+    assert!(shown["text"].is_null());
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_arm_that_is_taken_without_the_queue_is_a_turn_on_the_site_too() {
+    let bench = class(3, &[1, 2, 3]).await;
+    let mut ada = pupil(&bench, "Ada").await;
+    let mut ben = pupil(&bench, "Ben").await;
+    ben.ok("turn.join", json!({"arm": "arm1"})).await;
+    // She waits at one station, and takes a free arm of another one.
+    ada.ok("turn.join", json!({"arm": "arm1"})).await;
+    assert_eq!(has(&mut ada, "Ada").await.1.len(), 1);
+    ada.ok("lease.acquire", json!({"arm": "arm0"})).await;
+    ada.live(Duration::from_millis(50)).await;
+    let (turns, places) = has(&mut ada, "Ada").await;
+    assert_eq!((turns, places.len()), (vec!["arm0".to_owned()], 0));
+    // A second arm is not hers, whichever page asks.
+    let mut again = pupil(&bench, "Ada").await;
+    let error = again.fails("lease.acquire", json!({"arm": "arm2"})).await;
+    assert_eq!(error["code"], -32002, "{error}");
+    assert!(error["message"].as_str().unwrap().contains("arm0"));
+    assert_eq!(has(&mut ada, "Ada").await.0, ["arm0"]);
+    // A teacher is bound by none of this.
+    let mut lee = bench.join("Ms Lee").await;
+    for arm in ["arm0", "arm2"] {
+        lee.ok("lease.take", json!({"arm": arm})).await;
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn two_pages_that_ask_in_one_moment_get_one_turn() {
+    let bench = class(3, &[1, 2, 3]).await;
+    let mut pages = [pupil(&bench, "Ada").await, pupil(&bench, "Ada").await];
+    let asks = [
+        ("turn.join", "turn.join"),
+        ("turn.join", "lease.acquire"),
+        ("lease.acquire", "turn.join"),
+        ("lease.acquire", "lease.acquire"),
+    ];
+    for (one, other) in asks {
+        let first = pages[0].send(one, json!({"arm": "arm0"}));
+        let second = pages[1].send(other, json!({"arm": "arm2"}));
+        assert!(pages[0].answer(first).await.is_ok());
+        let refused = pages[1].answer(second).await.unwrap_err();
+        assert_eq!(refused["code"], -32003, "{refused}");
+        assert_eq!(has(&mut pages[1], "Ada").await.0, ["arm0"]);
+        pages[0].ok("turn.leave", json!({})).await;
+        assert!(has(&mut pages[1], "Ada").await.0.is_empty());
+    }
 }

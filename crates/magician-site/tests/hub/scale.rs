@@ -23,7 +23,7 @@ struct Wide {
 
 impl Wide {
     fn new() -> Self {
-        let mut hub = Hub::new(None, 0.0);
+        let mut hub = Hub::new(None, 0.0, || 0);
         let now = HostInstant::ZERO;
         for station in 1..=STATIONS {
             for arm in 0..ARMS {

@@ -6,6 +6,11 @@ use super::{Kind, Method, Param, Role};
 use Role::{Student, Teacher, Viewer};
 
 const ARMS: Param = may("arms", Kind::Texts(64), "names of arms; all unless given");
+const ELSEWHERE: Param = may(
+    "elsewhere",
+    Kind::Switch,
+    "that arms which this station has not are other stations' of its site, not mistakes",
+);
 const FILE: Kind = Kind::Text(64 * 1024);
 const PROGRAM: Kind = Kind::Text(1024 * 1024);
 
@@ -14,11 +19,14 @@ pub(super) const CLASS: &[Method] = &[
     method(
         "class.set",
         Teacher,
-        &[needed(
-            "text",
-            FILE,
-            "a class file, TOML; empty text ends the class",
-        )],
+        &[
+            needed(
+                "text",
+                FILE,
+                "a class file, TOML; empty text ends the class",
+            ),
+            ELSEWHERE,
+        ],
         "Gives the station a class, in the place of the one before. Pupils keep their codes; the others get one.",
         "as `class.get`, with the codes",
     ),
@@ -27,13 +35,13 @@ pub(super) const CLASS: &[Method] = &[
         Viewer,
         &[],
         "The class: its rules and pupils.",
-        "{class: {turn_s, grace_s, finish_job, speed, fence}, groups, pupils: [{name, group, code}]}: `class` null where there is none; codes for teachers alone, null for others",
+        "{class: {turn_s, grace_s, finish_job, speed, fence}, groups, pupils: [{name, group, code}], text}: `class` null where there is none; codes, and the class file as `text`, for teachers alone, null for others",
     ),
     method(
         "class.codes",
         Teacher,
         &[may("pupils", Kind::Texts(60), "whose; of all unless given")],
-        "Makes new codes: whoever signed in with an old one has to sign in again.",
+        "Makes new codes: pupils who signed in with an old code have to sign in again.",
         "as `class.get`",
     ),
     method(
@@ -119,11 +127,14 @@ pub(super) const CLASS: &[Method] = &[
     method(
         "schedule.set",
         Teacher,
-        &[needed(
-            "text",
-            FILE,
-            "a schedule, TOML; empty text lets everybody in at any time",
-        )],
+        &[
+            needed(
+                "text",
+                FILE,
+                "a schedule, TOML; empty text lets everybody in at any time",
+            ),
+            ELSEWHERE,
+        ],
         "Says who may have the lease of which arm when, by the station's own clock. An arm that is in no slot is free at any time.",
         "as `schedule.get`",
     ),

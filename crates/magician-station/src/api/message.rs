@@ -100,6 +100,15 @@ pub fn answer(id: Option<&MessageId>, outcome: &Result<Value, RpcError>) -> Stri
     .to_string()
 }
 
+/// The answer that a message gets. One without an id gets none, unless it is no request at all: it has no id that could be told.
+#[must_use]
+pub fn answer_due(id: Option<&MessageId>, outcome: &Result<Value, RpcError>) -> Option<String> {
+    let is_no_request =
+        |error: &RpcError| [RpcError::REQUEST, RpcError::PARSE].contains(&error.code);
+    let due = id.is_some() || outcome.as_ref().is_err_and(is_no_request);
+    due.then(|| answer(id, outcome))
+}
+
 /// A notification of the station.
 #[must_use]
 pub fn notification(method: &str, params: &Value) -> String {

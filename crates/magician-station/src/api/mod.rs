@@ -18,7 +18,7 @@ pub use error::RpcError;
 pub use examples::Example;
 pub(crate) use fields::encode;
 pub use ids::{ERROR_IDS, IdKind, IdPlace, NOTIFICATIONS, Notification, each_id};
-pub use message::{BadMessage, Message, MessageId, answer, notification};
+pub use message::{BadMessage, Message, MessageId, answer, answer_due, notification};
 pub use method::{Method, Needs, Role};
 pub use openrpc::openrpc;
 pub use param::{Kind, Param, Params};

@@ -99,6 +99,46 @@ impl ClassFile {
         Ok(file)
     }
 
+    /// Checks that the arms of its groups are there.
+    ///
+    /// # Errors
+    /// One that `place` has not.
+    pub fn check_arms(&self, place: &str, has: impl Fn(&str) -> bool) -> Result<(), ClassError> {
+        for (group, arms) in &self.groups {
+            if let Some(arm) = arms.iter().find(|arm| !has(arm)) {
+                return wrong(format!(
+                    "the group {group} has the arm {arm}, which {place} has not"
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Pupils without a code get the one that they have in another file.
+    pub fn keep_codes(&mut self, before: &Self) {
+        for pupil in self.pupil.iter_mut().filter(|pupil| pupil.code.is_empty()) {
+            if let Some(known) = before.named(&pupil.name) {
+                pupil.code.clone_from(&known.code);
+            }
+        }
+    }
+
+    /// Takes the codes of these pupils, or of all.
+    ///
+    /// # Errors
+    /// A name that is no pupil's.
+    pub fn drop_codes(&mut self, names: Option<&[&str]>) -> Result<(), ClassError> {
+        let unknown = { names.into_iter().flatten() }.find(|name| self.named(name).is_none());
+        if let Some(name) = unknown {
+            return wrong(format!("there is no pupil {name}"));
+        }
+        let meant = |name: &str| names.is_none_or(|names| names.contains(&name));
+        for pupil in self.pupil.iter_mut().filter(|pupil| meant(&pupil.name)) {
+            pupil.code.clear();
+        }
+        Ok(())
+    }
+
     /// The file.
     #[must_use]
     pub fn to_text(&self) -> String {

@@ -81,6 +81,11 @@ impl Schedule {
             if row.arms.is_empty() {
                 return wrong(format!("slot {at}: `arms` names no arm"));
             }
+            if row.who.is_empty() {
+                return wrong(format!(
+                    "slot {at}: `who` names nobody; \"teacher\" keeps it for teachers"
+                ));
+            }
             let (arms, who) = (row.arms, row.who);
             slots.push(SlotRow { arms, who, when });
         }
@@ -102,9 +107,19 @@ impl Schedule {
         { self.slots.iter() }.flat_map(|slot| slot.arms.iter().map(String::as_str))
     }
 
-    /// The names that arms and persons have in it: each must be known.
-    pub(crate) fn names(&self) -> impl Iterator<Item = (&[String], &[String])> {
-        { self.slots.iter() }.map(|slot| (&slot.arms[..], &slot.who[..]))
+    /// Checks that its arms are there.
+    ///
+    /// # Errors
+    /// One that `place` has not.
+    pub fn check_arms(&self, place: &str, has: impl Fn(&str) -> bool) -> Result<(), ClassError> {
+        for (at, slot) in (1..).zip(&self.slots) {
+            if let Some(arm) = slot.arms.iter().find(|arm| !has(arm)) {
+                return wrong(format!(
+                    "slot {at} has the arm {arm}, which {place} has not"
+                ));
+            }
+        }
+        Ok(())
     }
 
     /// The slots of an arm that are not over at this time, for eight days; none where it has no slots at all.

@@ -8,6 +8,8 @@ mod canonical;
 #[cfg(feature = "class")]
 mod class;
 mod lease;
+#[cfg(feature = "class")]
+mod turns;
 mod work;
 
 use std::collections::{BTreeMap, VecDeque};

@@ -1,6 +1,6 @@
 //! A class at the station: signing in, turns, the schedule, what the teacher does for all, and by which fence pupils move.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use magician::Fence;
@@ -13,8 +13,7 @@ use super::socket::CloseCode;
 use super::{Station, StationConfig};
 use crate::api::{Params, Role, RpcError};
 use crate::class::{ClassError, ClassFile, Schedule};
-use crate::control::{ArmId, Effect, JobId, PersonId, RequestId, SessionId, Slot, TTL, TurnState};
-use crate::fence::stricter;
+use crate::control::{ArmId, JobId, PersonId, RequestId, SessionId};
 
 /// Where the class, the schedule and the results are kept.
 const CLASS: &str = "class.toml";
@@ -23,41 +22,41 @@ const RESULTS: &str = "results.json";
 /// Wrong codes within a minute: of one name, and of all.
 const TRIES: (usize, usize) = (5, 60);
 /// Slots of the schedule are counted out anew so often.
-const ANEW: Duration = Duration::from_secs(24 * 3600);
+pub(super) const ANEW: Duration = Duration::from_secs(24 * 3600);
 
 /// The class of a station.
 #[derive(Debug, Default)]
 pub(super) struct Class {
-    file: Option<ClassFile>,
-    schedule: Option<Schedule>,
+    pub(super) file: Option<ClassFile>,
+    pub(super) schedule: Option<Schedule>,
     /// When its slots are to be counted out again.
-    anew: Option<HostInstant>,
+    pub(super) anew: Option<HostInstant>,
     /// Who has a number, by it.
-    persons: Vec<Person>,
-    wrong: Vec<(HostInstant, String)>,
+    pub(super) persons: Vec<Person>,
+    pub(super) wrong: Vec<(HostInstant, String)>,
     /// What bounds the arms of all but teachers.
-    fence: Option<Fence>,
+    pub(super) fence: Option<Fence>,
     /// The fence that each arm has now.
-    fences: Vec<Option<Fence>>,
+    pub(super) fences: Vec<Option<Fence>>,
     pub(super) queue: Vec<QueuedJob>,
     /// Jobs that run and came from the queue.
     pub(super) from_queue: BTreeMap<JobId, QueuedJob>,
     pub(super) results: Vec<Value>,
     /// Requests for the pictures of results.
     pub(super) pictures: BTreeMap<RequestId, String>,
-    kept: BTreeMap<&'static str, String>,
+    pub(super) kept: BTreeMap<&'static str, String>,
 }
 
 /// Somebody who takes turns.
 #[derive(Clone, Debug, PartialEq, Eq)]
-enum Person {
+pub(super) enum Person {
     Pupil(String),
     /// Whoever has a token of this name.
     Token(String),
 }
 
 impl Person {
-    fn name(&self) -> &str {
+    pub(super) fn name(&self) -> &str {
         match self {
             Self::Pupil(name) | Self::Token(name) => name,
         }
@@ -172,7 +171,7 @@ impl Station {
         self.control.identify(now, session, person);
     }
 
-    fn number_of(&mut self, person: Person) -> PersonId {
+    pub(super) fn number_of(&mut self, person: Person) -> PersonId {
         let persons = &mut self.class.persons;
         let at = persons.iter().position(|known| *known == person);
         let at = at.unwrap_or_else(|| {
@@ -224,8 +223,14 @@ impl Station {
                     self.begin_class(now, None);
                 } else {
                     let mut file = ClassFile::parse(text).map_err(|error| wrong("text", error))?;
-                    self.check_groups(&file)?;
-                    self.keep_codes(&mut file);
+                    if !call.params.is_on("elsewhere") {
+                        let has = |arm: &str| self.arm_named(Some(arm)).is_ok();
+                        let arms = file.check_arms("this station", has);
+                        arms.map_err(|error| wrong("text", error))?;
+                    }
+                    if let Some(before) = &self.class.file {
+                        file.keep_codes(before);
+                    }
                     file.make_codes(self.config.random);
                     self.begin_class(now, Some(file));
                 }
@@ -235,22 +240,8 @@ impl Station {
             "class.codes" => {
                 let names = call.params.texts("pupils");
                 let mut file = self.class.file.clone().ok_or_else(no_class)?;
-                if let Some(name) = names
-                    .iter()
-                    .flatten()
-                    .find(|name| file.named(name).is_none())
-                {
-                    let why = format!("there is no pupil {}", magician_protocol::visible(name));
-                    return Err(RpcError::param("pupils", why));
-                }
-                for pupil in &mut file.pupil {
-                    if names
-                        .as_ref()
-                        .is_none_or(|names| names.contains(&&*pupil.name))
-                    {
-                        pupil.code.clear();
-                    }
-                }
+                let dropped = file.drop_codes(names.as_deref());
+                dropped.map_err(|error| wrong("pupils", error))?;
                 file.make_codes(self.config.random);
                 self.begin_class(now, Some(file));
                 self.shown_class(Role::Teacher)
@@ -274,7 +265,11 @@ impl Station {
             "schedule.set" => {
                 let text = call.params.text("text").unwrap_or_default();
                 let schedule = Schedule::parse(text).map_err(|error| wrong("text", error))?;
-                self.check_schedule(&schedule)?;
+                if !call.params.is_on("elsewhere") {
+                    let has = |arm: &str| self.arm_named(Some(arm)).is_ok();
+                    let arms = schedule.check_arms("this station", has);
+                    arms.map_err(|error| wrong("text", error))?;
+                }
                 self.class.kept.insert(SCHEDULE, text.to_owned());
                 self.class.schedule = Some(schedule);
                 self.count_out(now);
@@ -286,7 +281,7 @@ impl Station {
     }
 
     /// A class begins, in the place of the one before, or there is none any more.
-    fn begin_class(&mut self, now: HostInstant, file: Option<ClassFile>) {
+    pub(super) fn begin_class(&mut self, now: HostInstant, file: Option<ClassFile>) {
         let text = file.as_ref().map_or_else(String::new, ClassFile::to_text);
         self.class.kept.insert(CLASS, text);
         let rules = file.as_ref().map(ClassFile::turns);
@@ -322,104 +317,13 @@ impl Station {
         self.control.set_turns(now, rules);
     }
 
-    /// Pupils keep the codes that they have.
-    fn keep_codes(&self, file: &mut ClassFile) {
-        for pupil in file.pupil.iter_mut().filter(|pupil| pupil.code.is_empty()) {
-            let known = self
-                .class
-                .file
-                .as_ref()
-                .and_then(|file| file.named(&pupil.name));
-            if let Some(known) = known {
-                pupil.code.clone_from(&known.code);
-            }
-        }
-    }
-
-    fn check_groups(&self, file: &ClassFile) -> Result<(), RpcError> {
-        for (group, arms) in &file.groups {
-            if let Some(arm) = arms.iter().find(|arm| self.arm_named(Some(arm)).is_err()) {
-                let error = ClassError(format!(
-                    "the group {group} has the arm {arm}, which this station has not"
-                ));
-                return Err(wrong("text", error));
-            }
-        }
-        Ok(())
-    }
-
-    fn check_schedule(&self, schedule: &Schedule) -> Result<(), RpcError> {
-        for (at, (arms, who)) in (1..).zip(schedule.names()) {
-            if let Some(arm) = arms.iter().find(|arm| self.arm_named(Some(arm)).is_err()) {
-                let error = ClassError(format!(
-                    "slot {at} has the arm {arm}, which this station has not"
-                ));
-                return Err(wrong("text", error));
-            }
-            if who.is_empty() {
-                let why =
-                    format!("slot {at}: `who` names nobody; \"teacher\" keeps it for teachers");
-                return Err(wrong("text", ClassError(why)));
-            }
-        }
-        Ok(())
-    }
-
-    /// Counts the slots of the schedule out, from now on.
-    fn count_out(&mut self, now: HostInstant) {
-        let Some(schedule) = self.class.schedule.clone() else {
-            return;
-        };
-        let unix = self.unix(now).floor() as i64;
-        let at = |time: i64| {
-            let since = time as f64 - self.config.unix_zero;
-            HostInstant::from_micros((since.max(0.0) * 1e6) as u64)
-        };
-        let mut all = Vec::new();
-        for arm in self.arm_ids() {
-            let windows = schedule.windows(&self.arm(arm).entry.name, unix);
-            let windows = windows.map(|windows| {
-                let windows = windows.iter();
-                windows
-                    .map(|window| (at(window.from), at(window.until), window.who.to_vec()))
-                    .collect::<Vec<_>>()
-            });
-            all.push((arm, windows));
-        }
-        for (arm, windows) in all {
-            let slots = windows.map(|windows| {
-                let slots = windows.into_iter().map(|(from, until, who)| Slot {
-                    from: Some(from).filter(|from| now < *from),
-                    until,
-                    who: self.people(&who),
-                });
-                slots.collect()
-            });
-            self.control.set_slots(now, arm, slots);
-        }
-        self.class.anew = Some(now + ANEW);
-    }
-
-    /// The persons whom names mean: pupils, groups, tokens.
-    fn people(&mut self, names: &[String]) -> BTreeSet<PersonId> {
-        let mut out = BTreeSet::new();
-        for name in names {
-            let pupils = self.class.file.iter().flat_map(|file| &file.pupil);
-            let of =
-                pupils.filter(|pupil| pupil.name == *name || pupil.group.as_ref() == Some(name));
-            let pupils: Vec<_> = of.map(|pupil| Person::Pupil(pupil.name.clone())).collect();
-            let token = Person::Token(name.clone());
-            out.extend({ pupils.into_iter().chain([token]) }.map(|person| self.number_of(person)));
-        }
-        out
-    }
-
-    fn shown_class(&self, role: Role) -> Value {
+    pub(super) fn shown_class(&self, role: Role) -> Value {
         let Some(file) = &self.class.file else {
-            return json!({"class": null, "groups": {}, "pupils": []});
+            return json!({"class": null, "groups": {}, "pupils": [], "text": null});
         };
+        let teaches = role == Role::Teacher;
         let pupils = file.pupil.iter().map(|pupil| {
-            let code = (role == Role::Teacher).then_some(&pupil.code);
+            let code = teaches.then_some(&pupil.code);
             json!({"name": pupil.name, "group": pupil.group, "code": code})
         });
         let rules = &file.class;
@@ -427,102 +331,10 @@ impl Station {
             "turn_s": rules.turn_s, "grace_s": file.turns().grace.as_secs(),
             "finish_job": rules.finish_job, "speed": rules.speed, "fence": rules.fence,
         });
-        json!({"class": class, "groups": file.groups, "pupils": pupils.collect::<Vec<_>>()})
-    }
-
-    fn shown_schedule(&self, now: HostInstant) -> Value {
-        let schedule = self.class.schedule.clone().unwrap_or_default();
-        json!({"text": schedule.text(), "slots": schedule.shown(), "now": self.unix(now)})
-    }
-
-    /// Turns and queue, as clients see them.
-    fn turns(&self, now: HostInstant) -> Value {
-        let rules = self.control.turn_rules();
-        let arms = self.arm_ids().map(|arm| {
-            let turn = self.control.turn(now, arm);
-            let state = turn.map(|(turn, _)| match turn.state {
-                TurnState::Running { .. } => "running",
-                TurnState::Kept { .. } => "kept",
-                TurnState::Suspended { .. } => "suspended",
-            });
-            let left = turn
-                .and_then(|(_, left)| left)
-                .map(|left| left.as_secs_f64());
-            json!({
-                "arm": self.arm(arm).entry.name,
-                "person": turn.map(|(turn, _)| self.person_name(turn.person)),
-                "state": state,
-                "left_s": left,
-                "frozen": self.control.is_frozen(arm),
-            })
-        });
-        let queue = (1..).zip(self.control.queue()).map(|(at, place)| {
-            let arms: Vec<_> = place.arms.iter().copied().collect();
-            json!({
-                "place": at, "person": self.person_name(place.person),
-                "arms": self.names_of(&arms), "missed": place.missed,
-            })
-        });
-        let queue: Vec<Value> = queue.collect();
         json!({
-            "turn_s": rules.map(|rules| rules.length.map_or(0, |length| length.as_secs())),
-            "arms": arms.collect::<Vec<_>>(),
-            "queue": queue,
+            "class": class, "groups": file.groups, "pupils": pupils.collect::<Vec<_>>(),
+            "text": teaches.then(|| file.to_text()),
         })
-    }
-
-    pub(super) fn tell_turn(&mut self, now: HostInstant, effect: Effect) {
-        match effect {
-            Effect::Turns => {
-                let turns = self.turns(now);
-                self.notify_all("turn.changed", &turns);
-            }
-            Effect::TurnEnding { arm, person, left } => {
-                let (arm, person) = (&self.arm(arm).entry.name, self.person_name(person));
-                let told = json!({"arm": arm, "person": person, "left_s": left.as_secs_f64()});
-                self.notify_all("turn.ending", &told);
-            }
-            Effect::TurnLease {
-                arm,
-                session,
-                lease,
-            } => {
-                let left = self.control.turn(now, arm).and_then(|(_, left)| left);
-                let told = json!({
-                    "arm": self.arm(arm).entry.name, "lease": self.lease_id(lease),
-                    "ttl_s": TTL.as_secs(), "left_s": left.map(|left| left.as_secs_f64()),
-                });
-                self.notify(session, "turn.granted", &told);
-            }
-            _ => {}
-        }
-    }
-
-    /// The arms that a turn is wanted at: one, those of a group, those of the pupil's group, or any.
-    fn turn_arms(&self, call: &Call<'_>) -> Result<BTreeSet<ArmId>, RpcError> {
-        if let Some(arm) = call.arm {
-            return Ok(BTreeSet::from([arm]));
-        }
-        let file = self.class.file.as_ref();
-        let asked = call.params.text("group");
-        let pupil = self
-            .sessions
-            .get(&call.session)
-            .and_then(|session| session.pupil.as_deref());
-        let own = file.and_then(|file| file.named(pupil?)?.group.as_deref());
-        let arms = asked.or(own).and_then(|group| file?.groups.get(group));
-        if let (Some(group), None) = (asked, arms) {
-            let group = magician_protocol::visible(group);
-            let why = format!(
-                "no arms belong to the group {group}: [groups] of the class file says which"
-            );
-            return Err(RpcError::param("group", why));
-        }
-        let Some(arms) = arms else {
-            return Ok(self.arm_ids().collect());
-        };
-        let known = arms.iter().filter_map(|arm| self.arm_named(Some(arm)).ok());
-        Ok(known.collect())
     }
 
     /// The arms that `arms` names; without it all.
@@ -534,7 +346,7 @@ impl Station {
         arms.collect()
     }
 
-    fn names_of(&self, arms: &[ArmId]) -> Vec<&str> {
+    pub(super) fn names_of(&self, arms: &[ArmId]) -> Vec<&str> {
         let names = arms.iter().map(|arm| self.arm(*arm).entry.name.as_str());
         names.collect()
     }
@@ -545,83 +357,9 @@ impl Station {
         RpcError::new(RpcError::FROZEN, why).with("arm", name.clone())
     }
 
-    /// Why a session may not have a lease that nobody else keeps it from; none where that is not why.
-    pub(super) fn not_admitted(
-        &self,
-        now: HostInstant,
-        session: SessionId,
-        arm: ArmId,
-    ) -> Option<String> {
-        if self.control.may_hold(now, session, arm) {
-            return None;
-        }
-        let name = &self.arm(arm).entry.name;
-        Some(match self.control.turn_rules() {
-            Some(_) if self.control.person(session).is_none() => {
-                "turns are of persons: sign in with name and code first".to_owned()
-            }
-            Some(_) => format!(
-                "it is not your turn at {name}: join the queue, and wait for the turn or for your slot"
-            ),
-            None => format!("the schedule gives {name} to others now"),
-        })
-    }
-
-    /// The fence by which an arm moves for this side: the class's counts for all but teachers.
-    pub(super) fn fence_for(&self, arm: ArmId, teacher: bool) -> Option<Fence> {
-        let own = self.arm(arm).entry.fence;
-        match self.class.fence {
-            Some(class) if !teacher => Some(stricter(own.unwrap_or_default(), &class)),
-            _ => own,
-        }
-    }
-
-    /// Has an arm move by this fence from here on.
-    pub(super) fn put_fence(&mut self, arm: ArmId, fence: Option<Fence>) {
-        if self.class.fences[arm.0 as usize] != fence {
-            self.class.fences[arm.0 as usize] = fence;
-            let request = RequestId(self.next_id());
-            let (fence, stops) = (Box::new(fence), false);
-            self.order(
-                arm,
-                crate::order::ArmOrder::Fence {
-                    request,
-                    fence,
-                    stops,
-                },
-            );
-        }
-    }
-
-    /// The fence that an arm has from here on, which is ordered by the caller.
-    pub(super) fn fence_now(&mut self, arm: ArmId) -> Option<Fence> {
-        let fence = self.fence_for(arm, self.is_taught(arm));
-        self.class.fences[arm.0 as usize] = fence;
-        fence
-    }
-
-    /// Whether a teacher has the arm.
-    fn is_taught(&self, arm: ArmId) -> bool {
-        let holder = self.control.holder(arm);
-        holder.is_some_and(|holder| !self.control.is_bound(holder))
-    }
-
-    /// Each arm gets the fence of whoever has it. A job ends by the fence that it began with.
-    pub(super) fn put_fences(&mut self) {
-        for arm in self.arm_ids() {
-            let runs = self
-                .job_at(arm)
-                .is_some_and(|(job, _)| job.state != "paused");
-            if !runs {
-                let fence = self.fence_for(arm, self.is_taught(arm));
-                self.put_fence(arm, fence);
-            }
-        }
-    }
-
     /// What pupils have made, as `class.results` answers it.
     #[must_use]
-    fn results(&self) -> Value {
+    pub(super) fn results(&self) -> Value {
         json!({"results": self.class.results})
     }
 
@@ -636,7 +374,7 @@ impl Station {
     }
 }
 
-fn wrong(param: &str, error: ClassError) -> RpcError {
+pub(super) fn wrong(param: &str, error: ClassError) -> RpcError {
     RpcError::param(param, magician_protocol::visible(&error.0).to_string())
 }
 

@@ -8,7 +8,7 @@ use serde_json::Value;
 use super::socket::{CloseCode, RATE, UNDER_WAY};
 use super::throttle::Pace;
 use super::{Awaited, Grant, JournalLine, Pending, SocketId, Station};
-use crate::api::{Message, MessageId, Method, Needs, Params, Role, RpcError, answer};
+use crate::api::{Message, MessageId, Method, Needs, Params, Role, RpcError, answer_due};
 use crate::control::{ArmId, Busy, RequestId, SessionId};
 
 /// What became of a request.
@@ -296,15 +296,10 @@ impl Station {
         id: Option<&MessageId>,
         outcome: &Result<Value, RpcError>,
     ) {
-        // A message that is not a request at all is answered without an id.
-        let unasked = id.is_none()
-            && !matches!(outcome, Err(error)
-                if [RpcError::REQUEST, RpcError::PARSE].contains(&error.code));
-        if unasked {
-            return;
-        }
-        if let Some(open) = self.sockets.get_mut(&socket) {
-            open.outbox.answer(answer(id, outcome));
+        if let Some(text) = answer_due(id, outcome)
+            && let Some(open) = self.sockets.get_mut(&socket)
+        {
+            open.outbox.answer(text);
             self.awake.insert(socket);
         }
     }

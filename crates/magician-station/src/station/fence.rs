@@ -1,10 +1,14 @@
 //! The fence of an arm: anybody sees it, teachers change it, and it holds for every session.
 
+#[cfg(feature = "class")]
+use magician::Fence;
 use serde_json::json;
 
 use super::dispatch::{Call, Handled, forbidden};
 use super::{Awaited, Station};
 use crate::api::{Role, RpcError};
+#[cfg(feature = "class")]
+use crate::control::RequestId;
 use crate::control::{ArmId, WorkEnd};
 use crate::fence;
 use crate::order::ArmOrder;
@@ -54,5 +58,61 @@ impl Station {
             }
         }
         Ok(Handled::Later(request, Awaited::Arm(arm)))
+    }
+}
+
+/// In a class the fence of an arm changes with its holder: that of the class holds for all but teachers.
+#[cfg(feature = "class")]
+impl Station {
+    /// The fence by which an arm moves for this side: the class's counts for all but teachers.
+    pub(super) fn fence_for(&self, arm: ArmId, teacher: bool) -> Option<Fence> {
+        let own = self.arm(arm).entry.fence;
+        match self.class.fence {
+            Some(class) if !teacher => Some(fence::stricter(own.unwrap_or_default(), &class)),
+            _ => own,
+        }
+    }
+
+    /// Has an arm move by this fence from here on.
+    pub(super) fn put_fence(&mut self, arm: ArmId, fence: Option<Fence>) {
+        if self.class.fences[arm.0 as usize] != fence {
+            self.class.fences[arm.0 as usize] = fence;
+            let request = RequestId(self.next_id());
+            let (fence, stops) = (Box::new(fence), false);
+            self.order(
+                arm,
+                ArmOrder::Fence {
+                    request,
+                    fence,
+                    stops,
+                },
+            );
+        }
+    }
+
+    /// The fence that an arm has from here on, which is ordered by the caller.
+    pub(super) fn fence_now(&mut self, arm: ArmId) -> Option<Fence> {
+        let fence = self.fence_for(arm, self.is_taught(arm));
+        self.class.fences[arm.0 as usize] = fence;
+        fence
+    }
+
+    /// Whether a teacher has the arm.
+    fn is_taught(&self, arm: ArmId) -> bool {
+        let holder = self.control.holder(arm);
+        holder.is_some_and(|holder| !self.control.is_bound(holder))
+    }
+
+    /// Each arm gets the fence of whoever has it. A job ends by the fence that it began with.
+    pub(super) fn put_fences(&mut self) {
+        for arm in self.arm_ids() {
+            let runs = self
+                .job_at(arm)
+                .is_some_and(|(job, _)| job.state != "paused");
+            if !runs {
+                let fence = self.fence_for(arm, self.is_taught(arm));
+                self.put_fence(arm, fence);
+            }
+        }
     }
 }

@@ -9,9 +9,9 @@ use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
 use super::dispatch::{Call, Handled, forbidden};
+use super::lengthy::Lengthy;
 use super::library::program;
 use super::records::JobRecord;
-use super::turns::Lengthy;
 use super::{Awaited, Station};
 use crate::api::{Danger, Role, RpcError};
 use crate::control::{ArmId, JobId, JobPhase, OnLost, RequestId, WorkEnd, WorkKind};

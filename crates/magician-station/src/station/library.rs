@@ -8,7 +8,7 @@ use magician_protocol::HostInstant;
 use serde_json::json;
 
 use super::dispatch::{Call, Handled};
-use super::turns::Lengthy;
+use super::lengthy::Lengthy;
 use super::{Awaited, Station};
 use crate::api::RpcError;
 use crate::control::{ArmId, RequestId};

@@ -10,6 +10,7 @@ mod fence;
 mod jobs;
 mod journal;
 mod leases;
+mod lengthy;
 mod library;
 mod motion;
 mod outbox;
@@ -18,6 +19,8 @@ mod queue;
 mod recordings;
 mod records;
 mod reports;
+#[cfg(feature = "class")]
+mod schedule;
 mod sessions;
 mod size;
 mod socket;
@@ -25,6 +28,7 @@ mod state;
 mod teach;
 mod throttle;
 mod tools;
+#[cfg(feature = "class")]
 mod turns;
 mod watch;
 mod world;
@@ -40,6 +44,7 @@ use serde_json::Value;
 use self::events::EventLog;
 use self::jobs::Wants;
 pub use self::journal::JournalLine;
+use self::lengthy::LengthyWork;
 pub use self::outbox::{Next, Outbox};
 use self::recordings::{ArmRecordings, Recorded};
 pub use self::records::JobsToKeep;
@@ -52,7 +57,6 @@ pub use self::socket::{CloseCode, Outgoing, Peer, RATE, UNDER_WAY};
 use self::socket::{HELLO, Socket};
 use self::state::SharedState;
 pub use self::throttle::{Pace, Throttle};
-use self::turns::Turns;
 use crate::api::{Message, MessageId, Params, Role, RpcError, notification};
 use crate::control::{ArmId, Control, JobId, JogId, LeaseId, RequestId, SessionId};
 use crate::frames::FrameRing;
@@ -278,7 +282,7 @@ pub struct Station {
     orders: VecDeque<(ArmId, ArmOrder)>,
     record_orders: VecDeque<(ArmId, RecordOrder)>,
     library: VecDeque<LibraryOrder>,
-    turns: Turns,
+    lengthy: LengthyWork,
     #[cfg(feature = "class")]
     class: class::Class,
     /// The arms of jogs, also of those that have ended.
@@ -327,7 +331,7 @@ impl Station {
             orders: VecDeque::new(),
             record_orders: VecDeque::new(),
             library: VecDeque::new(),
-            turns: Turns::default(),
+            lengthy: LengthyWork::default(),
             jogs: BTreeMap::new(),
             lines: VecDeque::new(),
             awake: BTreeSet::new(),

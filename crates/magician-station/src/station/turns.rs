@@ -1,110 +1,131 @@
-//! What takes its time beside the arms: a few at once, one for each session, the rest in order. It never holds up a stop.
+//! Turns, as clients see them, and the arms that are meant by them.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeSet;
 
-use super::Awaited;
+use magician_protocol::HostInstant;
+use serde_json::{Value, json};
+
 use super::Station;
-use super::dispatch::{Call, Handled};
+use super::dispatch::Call;
 use crate::api::RpcError;
-use crate::control::{ArmId, RequestId, SessionId};
-use crate::library::{LibraryAct, LibraryOrder};
-use crate::order::ArmOrder;
-
-/// Checks and conversions at once.
-const CHECKS: usize = 2;
-/// Looks into the library, and changes of it, at once.
-const FILES: usize = 4;
-/// What waits for its turn, at most.
-const WAITING: usize = 64;
-
-/// Something that takes its time.
-#[derive(Debug)]
-pub(super) enum Lengthy {
-    /// A check of a program.
-    Check(ArmId, ArmOrder),
-    /// Something of the library.
-    Library(LibraryAct),
-}
-
-impl Lengthy {
-    /// Whether it computes, and does not only read or write.
-    fn computes(&self) -> bool {
-        matches!(
-            self,
-            Self::Check(..) | Self::Library(LibraryAct::Convert { .. })
-        )
-    }
-}
-
-/// Whose turn it is.
-#[derive(Debug, Default)]
-pub(super) struct Turns {
-    waiting: VecDeque<(RequestId, SessionId, Lengthy)>,
-    /// What is under way, whose it is, and whether it computes.
-    running: BTreeMap<RequestId, (SessionId, bool)>,
-}
-
-impl Turns {
-    /// The first whose turn it is.
-    fn next(&mut self) -> Option<(RequestId, Lengthy)> {
-        let running = &self.running;
-        let computing = running.values().filter(|(_, computes)| *computes).count();
-        let free = |computes| match computes {
-            true => computing < CHECKS,
-            false => running.len() - computing < FILES,
-        };
-        let of = |session, computes| running.values().any(|run| *run == (session, computes));
-        let at = self.waiting.iter().position(|(_, session, what)| {
-            free(what.computes()) && !of(*session, what.computes())
-        })?;
-        let (request, session, what) = self.waiting.remove(at)?;
-        self.running.insert(request, (session, what.computes()));
-        Some((request, what))
-    }
-
-    /// As many wait or run.
-    pub(super) fn len(&self) -> usize {
-        self.waiting.len() + self.running.len()
-    }
-}
+use crate::control::{ArmId, Effect, SessionId, TTL, TurnState};
 
 impl Station {
-    /// Does something beside the arms when its turn has come.
-    pub(super) fn in_turn(&mut self, call: &Call<'_>, what: Lengthy) -> Result<Handled, RpcError> {
-        if self.turns.waiting.len() >= WAITING {
-            let why = format!("{WAITING} checks and changes of programs wait already");
-            return Err(RpcError::new(RpcError::TOO_MANY, why).with("limit", WAITING));
-        }
-        let request = call.request;
-        let awaited = match &what {
-            Lengthy::Check(arm, _) => Awaited::Arm(*arm),
-            Lengthy::Library(_) => Awaited::Library,
-        };
-        { &mut self.turns.waiting }.push_back((request, call.session, what));
-        self.take_turns();
-        Ok(Handled::Later(request, awaited))
+    /// Turns and queue, as clients see them.
+    pub(super) fn turns(&self, now: HostInstant) -> Value {
+        let rules = self.control.turn_rules();
+        let arms = self.arm_ids().map(|arm| {
+            let turn = self.control.turn(now, arm);
+            let state = turn.map(|(turn, _)| match turn.state {
+                TurnState::Running { .. } => "running",
+                TurnState::Kept { .. } => "kept",
+                TurnState::Suspended { .. } => "suspended",
+            });
+            let left = turn
+                .and_then(|(_, left)| left)
+                .map(|left| left.as_secs_f64());
+            json!({
+                "arm": self.arm(arm).entry.name,
+                "person": turn.map(|(turn, _)| self.person_name(turn.person)),
+                "state": state,
+                "left_s": left,
+                "frozen": self.control.is_frozen(arm),
+            })
+        });
+        let queue = (1..).zip(self.control.queue()).map(|(at, place)| {
+            let arms: Vec<_> = place.arms.iter().copied().collect();
+            json!({
+                "place": at, "person": self.person_name(place.person),
+                "arms": self.names_of(&arms), "missed": place.missed,
+            })
+        });
+        let queue: Vec<Value> = queue.collect();
+        json!({
+            "turn_s": rules.map(|rules| rules.length.map_or(0, |length| length.as_secs())),
+            "arms": arms.collect::<Vec<_>>(),
+            "queue": queue,
+        })
     }
 
-    /// Begins what can begin.
-    fn take_turns(&mut self) {
-        while let Some((request, what)) = self.turns.next() {
-            match what {
-                Lengthy::Check(arm, order) => self.order(arm, order),
-                Lengthy::Library(act) => self.library.push_back(LibraryOrder { request, act }),
+    pub(super) fn tell_turn(&mut self, now: HostInstant, effect: Effect) {
+        match effect {
+            Effect::Turns => {
+                let turns = self.turns(now);
+                self.notify_all("turn.changed", &turns);
             }
+            Effect::TurnEnding { arm, person, left } => {
+                let (arm, person) = (&self.arm(arm).entry.name, self.person_name(person));
+                let told = json!({"arm": arm, "person": person, "left_s": left.as_secs_f64()});
+                self.notify_all("turn.ending", &told);
+            }
+            Effect::TurnLease {
+                arm,
+                session,
+                lease,
+            } => {
+                let left = self.control.turn(now, arm).and_then(|(_, left)| left);
+                let told = json!({
+                    "arm": self.arm(arm).entry.name, "lease": self.lease_id(lease),
+                    "ttl_s": TTL.as_secs(), "left_s": left.map(|left| left.as_secs_f64()),
+                });
+                self.notify(session, "turn.granted", &told);
+            }
+            _ => {}
         }
     }
 
-    /// A request is over, if it was one of these.
-    pub(super) fn turn_is_over(&mut self, request: RequestId) {
-        if self.turns.running.remove(&request).is_some() {
-            self.take_turns();
+    /// The arms that a turn is wanted at: one, those of a group, those of the pupil's group, or any.
+    pub(super) fn turn_arms(&self, call: &Call<'_>) -> Result<BTreeSet<ArmId>, RpcError> {
+        if let Some(arm) = call.arm {
+            return Ok(BTreeSet::from([arm]));
         }
+        let file = self.class.file.as_ref();
+        let asked = call.params.text("group");
+        let pupil = self
+            .sessions
+            .get(&call.session)
+            .and_then(|session| session.pupil.as_deref());
+        let own = file.and_then(|file| file.named(pupil?)?.group.as_deref());
+        let arms = asked.or(own).and_then(|group| file?.groups.get(group));
+        if let (Some(group), None) = (asked, arms) {
+            let group = magician_protocol::visible(group);
+            let why = format!(
+                "no arms belong to the group {group}: [groups] of the class file says which"
+            );
+            return Err(RpcError::param("group", why));
+        }
+        let Some(arms) = arms else {
+            return Ok(self.arm_ids().collect());
+        };
+        let known = arms.iter().filter_map(|arm| self.arm_named(Some(arm)).ok());
+        let known: BTreeSet<_> = known.collect();
+        if known.is_empty() {
+            let group = magician_protocol::visible(asked.or(own).unwrap_or_default());
+            let why = format!("the group {group} has no arm at this station");
+            return Err(RpcError::param("group", why));
+        }
+        Ok(known)
     }
 
-    /// What was asked by a socket that is gone does not begin.
-    pub(super) fn forget_turns(&mut self) {
-        let pending = &self.pending;
-        { &mut self.turns.waiting }.retain(|(request, ..)| pending.contains_key(request));
+    /// Why a session may not have a lease that nobody else keeps it from; none where that is not why.
+    pub(super) fn not_admitted(
+        &self,
+        now: HostInstant,
+        session: SessionId,
+        arm: ArmId,
+    ) -> Option<String> {
+        if self.control.may_hold(now, session, arm) {
+            return None;
+        }
+        let name = &self.arm(arm).entry.name;
+        Some(match self.control.turn_rules() {
+            Some(_) if self.control.person(session).is_none() => {
+                "turns are of persons: sign in with name and code first".to_owned()
+            }
+            Some(_) => format!(
+                "it is not your turn at {name}: join the queue, and wait for the turn or for your slot"
+            ),
+            None => format!("the schedule gives {name} to others now"),
+        })
     }
 }

@@ -1,6 +1,8 @@
 //! `fleet`: the arms of a site, wherever they are.
 
 #[cfg(feature = "site")]
+mod hub;
+#[cfg(feature = "site")]
 mod list;
 #[cfg(feature = "site")]
 mod run;
@@ -16,6 +18,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueHint};
 use magician_program::Format;
 
+use super::class::{Class, Results};
 use super::preset::{MakingFlags, PresetName};
 use super::serve::{FrontFlags, name_of_site};
 #[cfg(not(feature = "site"))]
@@ -35,7 +38,9 @@ stations, in MAGICIAN_TOKEN; `magician station token` makes one.
   magician fleet --site lab stop --all
   magician fleet --site lab run star.svg --on a1,a2,a3 --stagger 2
   magician fleet --site lab run star.svg --any 5 --fit
-  magician fleet --site lab studio")]
+  magician fleet --site lab studio
+  magician fleet --site lab class set class.toml
+  magician fleet --site lab class freeze")]
 pub(crate) struct Fleet {
     /// The site
     #[arg(long, env = "MAGICIAN_SITE", hide_env_values = true, global = true, value_name = "NAME", value_parser = name_or_nothing)]
@@ -59,12 +64,16 @@ enum Deed {
     Run(Box<Run>),
     /// See and move all arms in the browser, as those of one station
     Studio(Box<Studio>),
+    /// Pupils and their codes, turns, the schedule; freeze and free arms: at all stations
+    Class(Class),
+    /// What the pupils of all stations have made
+    Results(Results),
 }
 
 #[derive(Args, Debug)]
 #[command(after_help = "\
-The page is that of `magician studio`: its view of all arms shows those of every station, as they come and go. Whoever opens it on this machine acts \
-at the stations by the token in MAGICIAN_TOKEN; whoever comes from elsewhere brings a token that is good here and there. Leases stay with the stations: \
+The page is that of `magician studio`: its view of all arms shows those of every station, as they come and go. Opened on this machine it acts \
+at the stations by the token in MAGICIAN_TOKEN; from another machine it needs a token that is valid here and at the stations. Leases stay with the stations: \
 when this program ends, jogs and moves stop, and jobs go on or pause as they were started. Ends with Ctrl-C.")]
 struct Studio {
     #[command(flatten)]
@@ -162,16 +171,17 @@ mod with {
 
     impl Fleet {
         pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-            let Some(name) = self.site.filter(|name| !name.is_empty()) else {
-                return Err(Failure::usage("which site is not said")
-                    .hint("give --site NAME, as the stations have it, or set MAGICIAN_SITE"));
-            };
             let caller = Caller {
                 token: context.global.token(),
                 client: format!("magician fleet {}", env!("CARGO_PKG_VERSION")),
             };
             let config = self.site_config.as_deref();
+            let name = self.site.filter(|name| !name.is_empty());
             let join = async || {
+                let Some(name) = name else {
+                    return Err(Failure::usage("which site is not said")
+                        .hint("give --site NAME, as the stations have it, or set MAGICIAN_SITE"));
+                };
                 let name = name.parse().map_err(Failure::usage)?;
                 Ok::<_, Failure>(ZenohSite::join(name, config).await?)
             };
@@ -181,6 +191,8 @@ mod with {
                 Deed::Stop(stop) => stop.run(context, caller, join),
                 Deed::Run(run) => run.run(context, caller, join),
                 Deed::Studio(studio) => studio.run(context, caller, join),
+                Deed::Class(class) => class.run(context, "fleet", super::hub::asks(caller, join)),
+                Deed::Results(results) => results.run(context, super::hub::asks(caller, join)),
             }
         }
     }
@@ -204,7 +216,7 @@ mod with {
     }
 
     fn nobody(site: &ZenohSite) -> Failure {
-        let message = format!("nobody is on the site {}", site.name());
+        let message = format!("there are no arms on the site {}", site.name());
         Failure::new(Kind::Driver(ErrorKind::Timeout), message)
             .hint("stations join it with `magician serve --site NAME`, on the same network")
     }

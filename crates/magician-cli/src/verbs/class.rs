@@ -1,18 +1,18 @@
-//! `station class` and `station results`: what a teacher does for all pupils of a station.
+//! `class` and `results` of `station` and of `fleet`: what a teacher does for all pupils of a station, or of a site.
+//!
+//! Each command asks one thing, by the `call` that it is given.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand, ValueHint};
 use magician_station::class::{ClassFile, codes_page, results_page};
-use magician_station::client::StationClient;
 use serde_json::{Value, json};
 
 use crate::columns::Columns;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::output::Output;
-use crate::verbs::serve::stations;
 
 #[derive(Args, Debug)]
 pub(super) struct Class {
@@ -30,18 +30,18 @@ enum What {
         #[arg(long, value_name = "FILE")]
         html: Option<PathBuf>,
     },
-    /// Print the pupils of the running station and their codes
+    /// Print the pupils and their codes
     List {
         /// Write the codes as a page to print and cut up
         #[arg(long, value_name = "FILE")]
         html: Option<PathBuf>,
     },
-    /// Give the running station another class file; without FILE the class ends
+    /// Give another class file; without FILE the class ends
     Set {
         #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
         file: Option<PathBuf>,
     },
-    /// Make new codes, for these pupils or for all: whoever signed in with an old one has to sign in again
+    /// Make new codes, for these pupils or for all: pupils who signed in with an old code have to sign in again
     Codes {
         #[arg(value_name = "NAME")]
         pupils: Vec<String>,
@@ -58,7 +58,7 @@ enum What {
     },
     /// Print whose turn it is and who waits
     Turns,
-    /// Print the schedule, or give the running station the one of FILE
+    /// Print the schedule, or give the one of FILE
     Schedule {
         #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
         file: Option<PathBuf>,
@@ -70,32 +70,6 @@ pub(super) struct Results {
     /// Write one page with the pictures: it needs nothing else, and prints well
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     out: Option<PathBuf>,
-}
-
-/// Calls a method of the station that is meant: that of --station, else the one of this machine.
-fn call(context: &mut Context, method: &str, params: Value) -> Result<Value, Failure> {
-    let url = match &context.global.station {
-        Some(url) => url.clone(),
-        None => {
-            let mut running: Vec<_> = stations().map(|(url, _)| url).collect();
-            match running.len() {
-                1 => running.remove(0),
-                0 => {
-                    let hint = "start one with `magician serve --class FILE`, or say where it is: --station URL";
-                    return Err(Failure::invalid("no station runs on this machine").hint(hint));
-                }
-                _ => {
-                    let message = format!("{} run on this machine", running.join(" and "));
-                    return Err(Failure::invalid(message).hint("say which: --station URL"));
-                }
-            }
-        }
-    };
-    let (token, trust) = (context.global.token(), context.global.trust());
-    context.alone(async |_, _| {
-        let client = StationClient::connect_trusting(&url, "magician", token.as_deref(), &trust);
-        Ok(client.await?.call(method, params).await?)
-    })
 }
 
 fn read(file: &Path) -> Result<String, Failure> {
@@ -114,6 +88,9 @@ fn list(context: &mut Context, class: &Value, html: Option<&Path>) -> Result<(),
         write(file, &codes_page(class))?;
     }
     context.show(class, |out| {
+        if class.get("class").is_some_and(Value::is_null) {
+            return out.line("there is no class: `class set FILE` gives one");
+        }
         let pupils = class["pupils"].as_array().map_or(&[][..], Vec::as_slice);
         if pupils.is_empty() {
             return out.line("the class has no pupils: add [[pupil]] name = \"..\" to its file");
@@ -136,7 +113,13 @@ fn arms(names: &[String]) -> Value {
 }
 
 impl Class {
-    pub(super) fn run(self, context: &mut Context) -> Result<(), Failure> {
+    /// Does it as the command `noun class` ..
+    pub(super) fn run(
+        self,
+        context: &mut Context,
+        noun: &str,
+        call: impl FnOnce(&mut Context, &str, Value) -> Result<Value, Failure>,
+    ) -> Result<(), Failure> {
         match self.what {
             What::New { file, html } => {
                 let text = read(&file)?;
@@ -174,11 +157,8 @@ impl Class {
             What::Freeze { arms: names } => {
                 let done = call(context, "class.freeze", arms(&names))?;
                 context.show(&done, |out| {
-                    say(
-                        out,
-                        &done,
-                        "frozen: free with `magician station class free`",
-                    )
+                    let how = format!("frozen: free with `magician {noun} class free`");
+                    say(out, &done, &how)
                 })
             }
             What::Free { arms: names } => {
@@ -242,7 +222,11 @@ fn show_turns(out: &mut Output, turns: &Value) -> Result<(), Failure> {
 }
 
 impl Results {
-    pub(super) fn run(self, context: &mut Context) -> Result<(), Failure> {
+    pub(super) fn run(
+        self,
+        context: &mut Context,
+        call: impl FnOnce(&mut Context, &str, Value) -> Result<Value, Failure>,
+    ) -> Result<(), Failure> {
         let results = call(context, "class.results", json!({}))?;
         if let Some(file) = &self.out {
             write(file, &results_page(&results))?;

@@ -1,0 +1,357 @@
+//! What a class asks of several stations at once, and what they answer together.
+
+use std::collections::BTreeMap;
+
+use magician::ErrorKind;
+use magician_protocol::HostInstant;
+use magician_protocol::visible;
+use magician_station::api::{Method, RpcError};
+use magician_station::class::{ClassError, ClassFile, Schedule};
+use serde_json::{Map, Value, json};
+
+use super::requests::Call;
+use super::socket::{Gather, GatherId, Gathers, Way};
+use super::turns::items;
+use super::{ArmPlace, Hub, SocketId};
+use crate::site::StationId;
+
+impl Hub {
+    /// A method of classes that several stations answer.
+    pub(super) fn of_class(&mut self, call: Call) -> Result<Option<Value>, RpcError> {
+        let (what, method) = match call.method.name {
+            "turn.list" => (Gathers::Turns, "turn.list"),
+            "turn.join" => {
+                if let Some(arm) = call.params.get("arm").and_then(Value::as_str) {
+                    self.station_of(Some(arm))?;
+                }
+                self.asks_alone(call.socket)?;
+                (Gathers::Join(call.params.clone()), "turn.list")
+            }
+            "turn.leave" => (Gathers::Leaves, "turn.leave"),
+            "class.get" => (Gathers::Alike, "class.get"),
+            "class.set" | "class.codes" => {
+                let what = Gathers::Class(call.method.name, call.params.clone());
+                (what, "class.get")
+            }
+            "schedule.get" => (Gathers::Alike, "schedule.get"),
+            _ => (Gathers::Results, "class.results"),
+        };
+        if let Some(open) = self.sockets.get_mut(&call.socket) {
+            open.turns |= method == "turn.list";
+        }
+        let gather = self.gathers(&call, what);
+        let mut params = Map::new();
+        if let Some(group) = call.params.get("group") {
+            params.insert("group".to_owned(), group.clone());
+        }
+        let now = call.now;
+        let asks = self.asks(now, call.socket, method, params);
+        self.ask_all(&asks, gather);
+        self.is_complete(now, gather);
+        Ok(None)
+    }
+
+    /// What is asked of arms, by the stations that have them: of all at once.
+    pub(super) fn by_arms(&mut self, call: &Call) -> Result<Option<Value>, RpcError> {
+        let mut stations: BTreeMap<StationId, Vec<String>> = BTreeMap::new();
+        let mut beyond = Vec::new();
+        let names: Vec<String> = match call.params.get("arms").and_then(Value::as_array) {
+            Some(names) => { names.iter() }
+                .filter_map(|name| name.as_str().map(str::to_owned))
+                .collect(),
+            None => self.arms.keys().cloned().collect(),
+        };
+        let freezes = call.method.name == "class.freeze";
+        for name in names {
+            match self.station_of(Some(&name)) {
+                Ok(at) => stations.entry(at.station).or_default().push(at.arm),
+                Err(error) if error.code == RpcError::PARAMS => return Err(error),
+                // As a stop, a freeze reaches all that have the name.
+                Err(_) => {
+                    let at = self.arms.get(&name).map(|place| place.at.keys().copied());
+                    for station in at.into_iter().flatten().filter(|_| freezes) {
+                        stations.entry(station).or_default().push(name.clone());
+                    }
+                    beyond.push(name);
+                }
+            }
+        }
+        let gather = self.gathers(call, Gathers::ByArms(call.method.name));
+        if let Some(gather) = self.gathers.get_mut(&gather) {
+            gather.beyond = beyond;
+        }
+        for (station, arms) in stations {
+            let mut params = call.params.clone();
+            params.insert("arms".to_owned(), json!(arms));
+            let asks = self.asks(call.now, call.socket, call.method.name, params);
+            if !self.ask_one(&asks, gather, station)
+                && let Some(gather) = self.gathers.get_mut(&gather)
+            {
+                gather.beyond.extend(arms);
+            }
+        }
+        self.is_complete(call.now, gather);
+        Ok(None)
+    }
+
+    /// All have done it, or those are named that may not have.
+    pub(super) fn done_by_arms(&self, method: &str, gather: &Gather) -> Result<Value, RpcError> {
+        let list = if method == "class.send" {
+            "jobs"
+        } else {
+            "arms"
+        };
+        let parts = gather
+            .parts
+            .iter()
+            .filter_map(|(_, part)| part.as_ref().ok());
+        let mut done: Vec<_> = parts.flat_map(|part| items(&part[list]).cloned()).collect();
+        done.sort_by_key(|one| match one {
+            Value::String(name) => name.clone(),
+            one => one["arm"].as_str().unwrap_or_default().to_owned(),
+        });
+        match self.undone(gather) {
+            None => Ok(json!({ list: done })),
+            Some((kind, which)) => {
+                Err(RpcError::arm(kind, not_everywhere(method, &which)).with(list, done))
+            }
+        }
+    }
+
+    /// All stations get the schedule.
+    pub(super) fn set_schedule(&mut self, mut call: Call) -> Result<Option<Value>, RpcError> {
+        let text = call.params.get("text").and_then(Value::as_str);
+        let schedule = Schedule::parse(text.unwrap_or_default());
+        let checked = schedule.and_then(|schedule| {
+            schedule.check_arms("the site", |arm| self.arms.contains_key(arm))
+        });
+        checked.map_err(|error| RpcError::param("text", visible(&error.0).to_string()))?;
+        call.params.insert("elsewhere".to_owned(), json!(true));
+        let gather = self.gathers(&call, Gathers::Everywhere("schedule.set"));
+        let stations = self.stations.keys().copied().collect();
+        self.set_everywhere(&call, gather, stations);
+        Ok(None)
+    }
+
+    /// Stations are asked to take something, and no one is left out without a word.
+    fn set_everywhere(&mut self, asks: &Call, gather: GatherId, stations: Vec<StationId>) {
+        let gone = |(name, place): (&String, &ArmPlace)| place.at.is_empty().then(|| name.clone());
+        let mut beyond: Vec<_> = self.arms.iter().filter_map(gone).collect();
+        for station in stations {
+            if !self.ask_one(asks, gather, station) {
+                let arms = self.stations.get(&station).map(|(_, arms)| arms.clone());
+                beyond.extend(arms.into_iter().flatten());
+            }
+        }
+        if let Some(gather) = self.gathers.get_mut(&gather) {
+            gather.beyond = beyond;
+        }
+        self.is_complete(asks.now, gather);
+    }
+
+    /// The class that stations have is known: another one is made of it, with the same codes everywhere, and they get it.
+    fn class_known(
+        &mut self,
+        now: HostInstant,
+        gather: &Gather,
+        method: &'static str,
+        params: &Map<String, Value>,
+        known: &[(StationId, Value)],
+    ) -> Result<(), RpcError> {
+        let files = known.iter().filter_map(|(station, class)| {
+            let file = ClassFile::parse(class["text"].as_str()?).ok()?;
+            Some((*station, file))
+        });
+        let files: Vec<_> = files.collect();
+        let wrong =
+            |param: &str, error: ClassError| RpcError::param(param, visible(&error.0).to_string());
+        let (file, stations) = if method == "class.set" {
+            let text = params.get("text").and_then(Value::as_str);
+            let text = text.unwrap_or_default();
+            let file = (!text.trim().is_empty()).then(|| ClassFile::parse(text));
+            let mut file = file.transpose().map_err(|error| wrong("text", error))?;
+            if let Some(file) = &mut file {
+                let arms = file.check_arms("the site", |arm| self.arms.contains_key(arm));
+                arms.map_err(|error| wrong("text", error))?;
+                files.iter().for_each(|(_, known)| file.keep_codes(known));
+            }
+            (file, self.stations.keys().copied().collect())
+        } else {
+            let Some((_, first)) = files.first() else {
+                let why = "no station of the site shows its class to this token: either there is none, or the token is no teacher's";
+                return Err(RpcError::arm(ErrorKind::InvalidInput, why));
+            };
+            if files.iter().any(|(_, file)| file != first) {
+                let why = "the stations of the site have different classes: give all of them one first (class.set)";
+                return Err(RpcError::arm(ErrorKind::InvalidInput, why));
+            }
+            let mut file = first.clone();
+            let names: Option<Vec<_>> = params
+                .get("pupils")
+                .map(|names| items(names).filter_map(Value::as_str).collect());
+            let dropped = file.drop_codes(names.as_deref());
+            dropped.map_err(|error| wrong("pupils", error))?;
+            // Who has not answered has it too, as far as is known.
+            let has_none = |of: &StationId| {
+                let mut known = known.iter();
+                known.any(|(station, class)| station == of && class["class"].is_null())
+            };
+            let stations = self.stations.keys().copied();
+            (Some(file), stations.filter(|of| !has_none(of)).collect())
+        };
+        let text = file.map_or_else(String::new, |mut file| {
+            file.make_codes(self.random);
+            file.to_text()
+        });
+        let params = [("text", json!(text)), ("elsewhere", json!(true))];
+        let params = params.map(|(name, value)| (name.to_owned(), value));
+        let call = self.continued(now, gather, "class.set", params.into_iter().collect());
+        let next = self.gathers(&call, Gathers::Everywhere(method));
+        let asks = self.asks(now, gather.socket, "class.set", call.params);
+        self.set_everywhere(&asks, next, stations);
+        Ok(())
+    }
+
+    /// A request of the hub's own for a client.
+    pub(super) fn asks(
+        &self,
+        now: HostInstant,
+        socket: SocketId,
+        method: &'static str,
+        params: Map<String, Value>,
+    ) -> Call {
+        let method = Method::named(method).unwrap_or(&magician_station::api::METHODS[0]);
+        let id = Some(magician_station::api::MessageId::Number(0));
+        Call {
+            now,
+            socket,
+            id,
+            method,
+            params,
+        }
+    }
+
+    /// What stations have answered; none where more is asked of them first.
+    pub(super) fn class_gathered(
+        &mut self,
+        now: HostInstant,
+        gather: &mut Gather,
+    ) -> Option<Result<Value, RpcError>> {
+        let what = std::mem::replace(&mut gather.what, Gathers::Turns);
+        let ok = |part: &(Option<StationId>, Result<Value, RpcError>)| {
+            Some((part.0?, part.1.as_ref().ok()?.clone()))
+        };
+        let lists: Vec<(StationId, Value)> = gather.parts.iter().filter_map(ok).collect();
+        let error = { gather.parts.iter() }.find_map(|(_, part)| part.as_ref().err().cloned());
+        if let Gathers::Turns | Gathers::Join(_) | Gathers::Acquire(..) | Gathers::Joined = &what {
+            for (station, turns) in &lists {
+                let ways = self.sockets.get(&gather.socket).map(|open| &open.ways);
+                if let Some(Way::Line(line)) = ways.and_then(|ways| ways.get(station)) {
+                    let line = *line;
+                    self.hears_turns(now, line, turns.clone());
+                }
+            }
+            self.told = now;
+        }
+        let merged = |hub: &Self| {
+            let parts = lists.iter().map(|(station, turns)| (*station, now, turns));
+            hub.merged_turns(now, parts.collect())
+        };
+        Some(match what {
+            Gathers::Join(params) => {
+                return self.joins(now, gather, params, &lists, merged(self));
+            }
+            Gathers::Acquire(at, params) => return self.acquired(now, gather, &at, params, &lists),
+            Gathers::Moves(station, params) => {
+                if error.is_some() || !gather.left.is_empty() {
+                    let why = "the place at another station could not be given up: no other one was taken";
+                    return Some(Err(
+                        error.unwrap_or_else(|| RpcError::arm(ErrorKind::Timeout, why))
+                    ));
+                }
+                return self.join_there(now, gather, station, params);
+            }
+            Gathers::Joined => match error {
+                Some(error) => Err(error),
+                None if lists.is_empty() => {
+                    let why =
+                        "the station does not answer; whether the turn was asked for is not known";
+                    Err(RpcError::arm(ErrorKind::Timeout, why))
+                }
+                None => Ok(self.known_or(gather.socket, merged(self))),
+            },
+            Gathers::Leaves => match error {
+                Some(error) => Err(error),
+                None if !gather.left.is_empty() => {
+                    let why = "not all stations have answered within 3 s";
+                    Err(RpcError::arm(ErrorKind::Timeout, why))
+                }
+                None => Ok(Value::Null),
+            },
+            Gathers::Results => {
+                let mut all: Vec<_> = { lists.iter() }
+                    .flat_map(|(station, part)| {
+                        items(&part["results"]).filter(|one| {
+                            self.has_alone(*station, one["arm"].as_str().unwrap_or_default())
+                        })
+                    })
+                    .cloned()
+                    .collect();
+                let time = |one: &Value| one["time"].as_f64().unwrap_or(0.0);
+                all.sort_by(|one, other| time(one).total_cmp(&time(other)));
+                match error {
+                    Some(error) if lists.is_empty() => Err(error),
+                    _ => Ok(json!({ "results": all })),
+                }
+            }
+            Gathers::ByArms(method) => self.done_by_arms(method, gather),
+            Gathers::Class(method, params) => {
+                match self.class_known(now, gather, method, &params, &lists) {
+                    Ok(()) => return None,
+                    Err(error) => Err(error),
+                }
+            }
+            Gathers::Everywhere(method) => match (self.undone(gather), lists.into_iter().next()) {
+                (None, Some((_, shown))) => Ok(shown),
+                (None, None) => {
+                    let why = "no station of the site answers";
+                    Err(RpcError::arm(ErrorKind::Port, why))
+                }
+                (Some((kind, which)), _) => {
+                    Err(RpcError::arm(kind, not_everywhere(method, &which)))
+                }
+            },
+            Gathers::Alike => match (lists.into_iter().next(), error) {
+                (Some((_, shown)), _) => Ok(shown),
+                (None, Some(error)) => Err(error),
+                (None, None) => {
+                    let why = "no station of the site answers";
+                    Err(RpcError::arm(ErrorKind::Port, why))
+                }
+            },
+            _ => Ok(merged(self)),
+        })
+    }
+
+    /// The same request of a client, which waits on.
+    pub(super) fn continued(
+        &mut self,
+        now: HostInstant,
+        gather: &Gather,
+        method: &'static str,
+        params: Map<String, Value>,
+    ) -> Call {
+        if let Some(open) = self.sockets.get_mut(&gather.socket) {
+            open.under_way = open.under_way.saturating_sub(1);
+        }
+        let id = gather.id.clone();
+        Call {
+            id,
+            ..self.asks(now, gather.socket, method, params)
+        }
+    }
+}
+
+fn not_everywhere(method: &str, which: &str) -> String {
+    format!("{method} is not known to be done everywhere: {which}")
+}

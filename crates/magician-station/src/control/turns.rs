@@ -1,0 +1,341 @@
+//! How turns come and go: by the clock, with leases and slots, and with whoever is there.
+
+use std::collections::BTreeSet;
+use std::time::Duration;
+
+use magician_protocol::HostInstant;
+
+use super::class::*;
+use super::{ArmId, Control, Effect, JobPhase, LeaseEnd, PersonId, RequestId, SessionId};
+
+impl Control {
+    /// Lets a request for the lease go on; one that may not be is answered.
+    pub(super) fn admits(
+        &mut self,
+        now: HostInstant,
+        session: SessionId,
+        arm: ArmId,
+        request: RequestId,
+    ) -> bool {
+        if !self.may_hold(now, session, arm) {
+            self.deny(arm, vec![request]);
+            return false;
+        }
+        // Another page of the same person takes over.
+        let holder = self.holder(arm).filter(|holder| *holder != session);
+        if let Some(holder) = holder
+            && self.person(session).is_some()
+            && self.person(holder) == self.person(session)
+        {
+            self.pass(now, arm, session, Some(request));
+            return false;
+        }
+        true
+    }
+
+    /// A session got the lease.
+    pub(super) fn turn_granted(&mut self, now: HostInstant, arm: ArmId, session: SessionId) {
+        let Some(rules) = self.class.rules else {
+            return;
+        };
+        let clock = self.clock(now, arm);
+        let before = self.class(arm).turn.clone();
+        let left = before
+            .as_ref()
+            .map_or(rules.length, |turn| self.left(now, arm, turn));
+        let state = if self.is_bound(session) {
+            match before.as_ref().map(|turn| turn.state) {
+                Some(running @ TurnState::Running { .. }) => running,
+                _ => TurnState::Running {
+                    ends: left.map(|left| clock + left),
+                },
+            }
+        } else {
+            TurnState::Suspended { left }
+        };
+        let turn = match (before, self.person(session)) {
+            (Some(turn), _) => Turn { state, ..turn },
+            (None, Some(person)) => {
+                self.class.queue.retain(|place| place.person != person);
+                Turn {
+                    person,
+                    state,
+                    arms: BTreeSet::from([arm]),
+                    told: rules.told(),
+                }
+            }
+            (None, None) => return,
+        };
+        self.class_mut(arm).turn = Some(turn);
+        self.turns_changed();
+    }
+
+    /// The lease of a session has ended otherwise than by passing on.
+    pub(super) fn turn_lease_ended(
+        &mut self,
+        now: HostInstant,
+        arm: ArmId,
+        session: SessionId,
+        end: LeaseEnd,
+    ) {
+        let (Some(rules), true) = (self.class.rules, self.is_bound(session)) else {
+            return;
+        };
+        let Some(turn) = self.class(arm).turn.clone() else {
+            return;
+        };
+        let turn = match end {
+            LeaseEnd::Silent | LeaseEnd::Gone => {
+                let state = TurnState::Kept {
+                    until: now + rules.grace,
+                    left: self.left(now, arm, &turn),
+                };
+                Some(Turn { state, ..turn })
+            }
+            LeaseEnd::Released | LeaseEnd::Passed | LeaseEnd::Over => None,
+        };
+        self.class_mut(arm).turn = turn;
+        self.turns_changed();
+    }
+
+    /// A person has said something, or has come back.
+    pub(super) fn person_is_here(&mut self, now: HostInstant, session: SessionId) {
+        let Some(person) = self.person(session) else {
+            return;
+        };
+        let mut missed = self.class.queue.iter_mut();
+        let missed = missed.find(|place| place.person == person && place.missed);
+        if let Some(place) = missed {
+            place.missed = false;
+            self.turns_changed();
+            self.advance(now);
+        }
+        let Some(arm) = self.turn_of(person) else {
+            return;
+        };
+        let waits = { self.class(arm).turn.as_ref() }
+            .is_some_and(|turn| matches!(turn.state, TurnState::Kept { .. }));
+        match self.holder(arm) {
+            None if waits => self.grant(now, arm, session, None),
+            // The page before it is gone.
+            Some(holder)
+                if holder != session
+                    && self.person(holder) == Some(person)
+                    && !self.has_socket(holder) =>
+            {
+                self.pass(now, arm, session, None);
+            }
+            _ => {}
+        }
+    }
+
+    /// The page of a turn is gone: another one of its person goes on.
+    pub(super) fn hand_to_other_page(&mut self, now: HostInstant, arm: ArmId) {
+        let turn = { self.class(arm).turn.as_ref() }
+            .filter(|turn| matches!(turn.state, TurnState::Kept { .. }));
+        let person = turn.map(|turn| turn.person);
+        if self.holder(arm).is_none()
+            && let Some(session) = person.and_then(|person| self.session_of_person(person))
+        {
+            self.grant(now, arm, session, None);
+        }
+    }
+
+    /// Begins the turns that can begin.
+    pub(super) fn advance(&mut self, now: HostInstant) {
+        let Some(rules) = self.class.rules else {
+            return;
+        };
+        for arm in self.arm_ids() {
+            if self.holder(arm).is_some() || self.job_runs(arm) {
+                continue;
+            }
+            let turn = match self.class(arm).turn.clone() {
+                Some(turn) if matches!(turn.state, TurnState::Kept { .. }) => continue,
+                Some(turn) => turn,
+                None => {
+                    let mut queue = self.class.queue.iter();
+                    let Some(at) = queue.position(|place| self.is_next(now, arm, place)) else {
+                        continue;
+                    };
+                    let place = self.class.queue.remove(at);
+                    let left = place.left.unwrap_or(rules.length);
+                    Turn {
+                        person: place.person,
+                        state: TurnState::Suspended { left },
+                        arms: place.arms,
+                        told: rules.told(),
+                    }
+                }
+            };
+            let here = self.session_of_person(turn.person);
+            let left = self.left(now, arm, &turn);
+            let until = now + rules.grace;
+            self.class_mut(arm).turn = Some(Turn {
+                state: TurnState::Kept { until, left },
+                ..turn
+            });
+            self.turns_changed();
+            if let Some(session) = here {
+                self.grant(now, arm, session, None);
+            }
+        }
+    }
+
+    /// What of the class is due.
+    pub(super) fn class_timeout(&mut self, now: HostInstant) {
+        for arm in self.arm_ids() {
+            self.slots_passed(now, arm);
+            let Some(turn) = self.class(arm).turn.clone() else {
+                continue;
+            };
+            match turn.state {
+                TurnState::Running { ends: Some(ends) } if self.class(arm).frozen.is_none() => {
+                    if ends <= now {
+                        self.end_turn(now, arm);
+                        continue;
+                    }
+                    let due = TOLD.iter().filter(|before| ends <= now + **before).count();
+                    if due > turn.told
+                        && let Some(turn) = &mut self.class_mut(arm).turn
+                    {
+                        turn.told = due;
+                        let (person, left) = (turn.person, ends - now);
+                        self.effects
+                            .push_back(Effect::TurnEnding { arm, person, left });
+                    }
+                }
+                TurnState::Kept { until, left } if until <= now => {
+                    self.class_mut(arm).turn = None;
+                    // It comes first as soon as its person is there.
+                    let place = Place {
+                        person: turn.person,
+                        arms: turn.arms,
+                        left: Some(left),
+                        missed: true,
+                    };
+                    self.class.queue.insert(0, place);
+                    self.turns_changed();
+                }
+                _ => {}
+            }
+        }
+        self.advance(now);
+    }
+
+    /// Ends leases, waits and turns of those whose slot is over.
+    pub(super) fn slots_passed(&mut self, now: HostInstant, arm: ArmId) {
+        let class = self.class_mut(arm);
+        let Some(slots) = &mut class.slots else {
+            return;
+        };
+        slots.retain(|slot| now < slot.until);
+        for slot in slots.iter_mut() {
+            slot.from = slot.from.filter(|from| now < *from);
+        }
+        let turn = class.turn.as_ref().map(|turn| turn.person);
+        if turn.is_some_and(|person| !self.is_in_slot(now, arm, Some(person))) {
+            self.end_turn(now, arm);
+        }
+        let holder = self.holder(arm);
+        if holder.is_some_and(|holder| !self.may_hold(now, holder, arm)) {
+            self.end_lease(now, arm, LeaseEnd::Over);
+        }
+        self.deny_unadmitted(now, arm);
+    }
+
+    /// Answers those who wait for a lease that they may not have.
+    pub(super) fn deny_unadmitted(&mut self, now: HostInstant, arm: ArmId) {
+        let waiting: BTreeSet<_> = self.waiting(arm).map(|(session, _)| session).collect();
+        for session in waiting {
+            if !self.may_hold(now, session, arm) {
+                let denied = self.arm_mut(arm).lease.forget(session);
+                self.deny(arm, denied);
+                self.tell_places(arm);
+            }
+        }
+    }
+
+    /// The turn at an arm is over.
+    pub(super) fn end_turn(&mut self, now: HostInstant, arm: ArmId) {
+        let holder = self.holder(arm).filter(|holder| self.is_bound(*holder));
+        self.class_mut(arm).turn = None;
+        self.turns_changed();
+        if holder.is_some() {
+            self.end_lease(now, arm, LeaseEnd::Over);
+        }
+    }
+
+    /// Whether the job of an arm goes on although the lease ends so.
+    pub(super) fn finishes_job(&self, arm: ArmId, end: LeaseEnd) -> bool {
+        let rules = self.class.rules;
+        let job = self.arm(arm).job;
+        end == LeaseEnd::Over
+            && rules.is_some_and(|rules| rules.finish_job)
+            && job.is_some_and(|job| !job.burns && !job.endless)
+    }
+
+    pub(super) fn refuses_frozen(&self, session: SessionId, arm: ArmId) -> bool {
+        self.is_frozen(arm) && self.is_bound(session)
+    }
+
+    pub(super) fn is_in_slot(
+        &self,
+        now: HostInstant,
+        arm: ArmId,
+        person: Option<PersonId>,
+    ) -> bool {
+        self.class(arm).slots.as_ref().is_none_or(|slots| {
+            let mut open = slots.iter().filter(|slot| slot.is_open(now));
+            open.any(|slot| person.is_some_and(|person| slot.who.contains(&person)))
+        })
+    }
+
+    /// Whether a place in the queue may become the turn at an arm.
+    pub(super) fn is_next(&self, now: HostInstant, arm: ArmId, place: &Place) -> bool {
+        !place.missed && place.arms.contains(&arm) && self.is_in_slot(now, arm, Some(place.person))
+    }
+
+    /// The arm at which a person has a turn.
+    pub(super) fn turn_of(&self, person: PersonId) -> Option<ArmId> {
+        let of = |class: &ArmClass| class.turn.as_ref().map(|turn| turn.person);
+        self.arm_ids()
+            .find(|arm| of(self.class(*arm)) == Some(person))
+    }
+
+    /// The newest session of a person that has a socket.
+    pub(super) fn session_of_person(&self, person: PersonId) -> Option<SessionId> {
+        let mut sessions = self.class.persons.iter().rev();
+        let of = |(session, of): &(&SessionId, &Option<PersonId>)| {
+            **of == Some(person) && self.has_socket(**session)
+        };
+        sessions.find(of).map(|(session, _)| *session)
+    }
+
+    pub(super) fn has_socket(&self, session: SessionId) -> bool {
+        let presence = self.sessions.get(&session);
+        presence.is_some_and(|presence| presence.left.is_none())
+    }
+
+    pub(super) fn job_runs(&self, arm: ArmId) -> bool {
+        { self.arm(arm).job }.is_some_and(|job| job.phase == JobPhase::Active)
+    }
+
+    /// The clock of a turn stands while its arm is frozen.
+    pub(super) fn clock(&self, now: HostInstant, arm: ArmId) -> HostInstant {
+        self.class(arm).frozen.unwrap_or(now)
+    }
+
+    pub(super) fn left(&self, now: HostInstant, arm: ArmId, turn: &Turn) -> Option<Duration> {
+        match turn.state {
+            TurnState::Running { ends } => ends.map(|ends| ends - self.clock(now, arm)),
+            TurnState::Kept { left, .. } | TurnState::Suspended { left } => left,
+        }
+    }
+
+    pub(super) fn turns_changed(&mut self) {
+        if self.effects.back() != Some(&Effect::Turns) {
+            self.effects.push_back(Effect::Turns);
+        }
+    }
+}
