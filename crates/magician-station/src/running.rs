@@ -103,6 +103,7 @@ impl RunningStation {
     /// Outside of a tokio runtime.
     #[must_use]
     pub fn start(mut config: StationConfig, arms: Vec<Arm>, journal: JournalSink) -> Self {
+        let begun = Instant::now();
         for (entry, arm) in config.arms.iter_mut().zip(&arms) {
             entry.fence = arm.fence();
         }
@@ -143,7 +144,7 @@ impl RunningStation {
                     engines: arms.iter().enumerate().map(engine).collect(),
                     sockets: BTreeMap::new(),
                 }),
-                begun: Instant::now(),
+                begun,
                 due: Notify::new(),
                 keeper: Keeper::new(journal, store),
                 reader: Arc::clone(&reader),

@@ -351,12 +351,13 @@ impl Serve {
             ring,
             lines,
         } = kept;
-        let since = SystemTime::now()
-            .duration_since(UNIX_EPOCH)
-            .unwrap_or_default();
-        let epoch = format!("{:x}", since.as_millis());
+        let unix = || {
+            SystemTime::now()
+                .duration_since(UNIX_EPOCH)
+                .unwrap_or_default()
+        };
+        let epoch = format!("{:x}", unix().as_millis());
         let mut config = StationConfig::new(entries.clone(), epoch);
-        config.unix_zero = since.as_secs_f64();
         config.read_only = self.front.read_only;
         config.student_laser = student_laser;
         (config.class, config.schedule) = (class, schedule);
@@ -380,6 +381,8 @@ impl Serve {
                 journal.write(&line);
             }
         });
+        // As late as may be: it is the clock of all that the station tells.
+        config.unix_zero = unix().as_secs_f64();
         let station = RunningStation::start(config, arms.clone(), sink);
         let joined = self.site.join(&entries, &station, &store).await?;
         let (url, api) = (listener.url(), listener.api_url());
