@@ -165,7 +165,9 @@ pub(super) async fn tell(
             let due = due.min().map(|due| begun + due);
             tokio::select! {
                 outgoing = client.receive() => match outgoing {
-                    Outgoing::Text(text) => hear(&own, &mut arms, &client, &text),
+                    Outgoing::Text(text) => {
+                        hear(&own, &mut arms, &client, &text, begun.elapsed());
+                    }
                     Outgoing::Frame(_) => {}
                     Outgoing::Close(_) => break,
                 },
@@ -196,7 +198,7 @@ async fn until(due: Option<Instant>) {
 }
 
 /// Something of the station.
-fn hear(own: &Own, arms: &mut [Told], client: &Client, text: &str) {
+fn hear(own: &Own, arms: &mut [Told], client: &Client, text: &str, now: Duration) {
     let Ok(mut message) = serde_json::from_str::<Value>(text) else {
         return;
     };
@@ -217,7 +219,7 @@ fn hear(own: &Own, arms: &mut [Told], client: &Client, text: &str) {
                 .iter()
                 .find(|told| id.is_some() && told.subscription == id);
             if let (Some(told), Ok(change)) = (of, fields(params["state"].take())) {
-                told.with(|telling| telling.hear(change));
+                told.with(|telling| telling.hear(now, change));
             }
         }
         Some("arm.event") => {
