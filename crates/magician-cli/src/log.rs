@@ -5,10 +5,13 @@ use std::fmt;
 
 use magician_protocol::visible_lines;
 use tracing::{Event, Level, Subscriber};
-use tracing_subscriber::filter::LevelFilter;
+use tracing_subscriber::Layer;
+use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::fmt::format::Writer;
 use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields};
+use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::registry::LookupSpan;
+use tracing_subscriber::util::SubscriberInitExt;
 
 use crate::options::Global;
 use crate::paint::Paint;
@@ -23,14 +26,23 @@ pub(crate) fn begin(global: &Global) {
         (2, _) => LevelFilter::DEBUG,
         _ => LevelFilter::TRACE,
     };
-    let lines = tracing_subscriber::fmt()
-        .with_max_level(level)
+    // Where many stations come at once Zenoh drops states that come before their keys, and tells each: the next ones follow.
+    let known = (global.verbose == 0).then_some([
+        ("zenoh::api::session", LevelFilter::OFF),
+        ("zenoh::net::routing", LevelFilter::OFF),
+        ("zenoh::net::runtime", LevelFilter::ERROR),
+    ]);
+    let shown = Targets::new()
+        .with_default(level)
+        .with_targets(known.into_iter().flatten());
+    let lines = tracing_subscriber::fmt::layer()
         .with_writer(|| LogWriter)
         // The colours are ours.
         .with_ansi(false)
-        .event_format(LineFormat(Paint::for_stderr()));
+        .event_format(LineFormat(Paint::for_stderr()))
+        .with_filter(shown);
     // Only a second start could fail, and there is none.
-    let _ = lines.try_init();
+    let _ = tracing_subscriber::registry().with(lines).try_init();
 }
 
 /// `warning: what happened name=value`.

@@ -145,12 +145,15 @@ struct Inbox {
     waiting: VecDeque<Entry>,
     /// The newest of each arm that waits to be read.
     news: BTreeMap<ArmAt, ArmNews>,
+    /// The newest of each job that waits to be read, by its id.
+    jobs: BTreeMap<(ArmAt, String), Value>,
     missed: bool,
 }
 
 #[derive(Debug)]
 enum Entry {
     News(ArmAt),
+    Job(ArmAt, String),
     Other(SiteEvent),
 }
 
@@ -160,6 +163,13 @@ impl Inbox {
             SiteEvent::News(at, news) => {
                 if self.news.insert(at.clone(), news).is_none() {
                     self.waiting.push_back(Entry::News(at));
+                }
+            }
+            SiteEvent::Job(at, job) => {
+                let id = job["job"].as_str().unwrap_or_default().to_owned();
+                let known = (at, id);
+                if self.jobs.insert(known.clone(), job).is_none() {
+                    self.waiting.push_back(Entry::Job(known.0, known.1));
                 }
             }
             other => {
@@ -175,6 +185,7 @@ impl Inbox {
         if self.waiting.len() - self.news.len() > WAITING {
             self.waiting.clear();
             self.news.clear();
+            self.jobs.clear();
             self.missed = true;
         }
     }
@@ -186,6 +197,12 @@ impl Inbox {
         loop {
             match self.waiting.pop_front()? {
                 Entry::Other(event) => return Some(event),
+                Entry::Job(at, id) => {
+                    let known = (at, id);
+                    if let Some(job) = self.jobs.remove(&known) {
+                        return Some(SiteEvent::Job(known.0, job));
+                    }
+                }
                 Entry::News(at) => {
                     if let Some(news) = self.news.remove(&at) {
                         return Some(SiteEvent::News(at, news));
@@ -208,7 +225,7 @@ impl Shared {
     }
 }
 
-/// What happens on a site, in order; of states that were not read in time the newest alone.
+/// What happens on a site, in order; of states and of jobs that were not read in time the newest alone.
 #[derive(Debug)]
 pub struct SiteEvents(Arc<Shared>);
 
@@ -311,6 +328,20 @@ mod tests {
         assert_eq!(read(&mut events), [news("a", 3)]);
         drop(events);
         assert!(!teller.tell(news("a", 4)));
+    }
+
+    #[test]
+    fn of_what_a_job_does_the_newest_is_read_and_each_job_has_its_end() {
+        let (teller, mut events) = watcher();
+        let job = |id: &str, step: u32| SiteEvent::Job(at("a"), json!({"job": id, "step": step}));
+        for step in 0..=WAITING as u32 {
+            teller.tell(job("j1", step));
+        }
+        teller.tell(job("j2", 0));
+        teller.tell(job("j1", 9999));
+        assert_eq!(read(&mut events), [job("j1", 9999), job("j2", 0)]);
+        teller.tell(job("j1", 10_000));
+        assert_eq!(read(&mut events), [job("j1", 10_000)]);
     }
 
     #[test]

@@ -12,7 +12,7 @@ use magician_job::presets::said;
 use magician_site::carrier::ZenohSite;
 use magician_site::{ArmAt, Caller, Site, SiteError, SiteEvent};
 use serde_json::{Map, Value, json};
-use tokio::task::JoinSet;
+use tokio::task::{JoinError, JoinSet};
 use tokio::time::{Instant, sleep_until, timeout};
 
 use super::stop::no_token;
@@ -297,6 +297,10 @@ struct Jobs {
     parts: BTreeMap<ArmAt, Part>,
     order: Vec<ArmAt>,
     starting: JoinSet<(ArmAt, Result<String, Why>)>,
+    /// How jobs stand, being asked.
+    looking: JoinSet<(ArmAt, Option<Value>)>,
+    /// Something was missed since that was asked.
+    missed: bool,
     json: bool,
     told: BTreeMap<ArmAt, String>,
     drawn: usize,
@@ -312,6 +316,8 @@ impl Jobs {
                 .collect(),
             order,
             starting: JoinSet::new(),
+            looking: JoinSet::new(),
+            missed: false,
             json,
             told: BTreeMap::new(),
             drawn: 0,
@@ -332,8 +338,14 @@ impl Jobs {
         loop {
             self.tell(out)?;
             let started = waiting.is_empty() && self.starting.is_empty();
-            if started && (detach || self.parts.values().all(Part::is_over)) {
+            let told = self.looking.is_empty();
+            if started && (detach && told || self.parts.values().all(Part::is_over)) {
                 return Ok(());
+            }
+            if told && std::mem::take(&mut self.missed) {
+                for at in &self.order.clone() {
+                    self.look(at);
+                }
             }
             let left = self.parts.values().filter(|part| !part.is_over());
             let all_gone = started && left.clone().all(|part| part.is_gone);
@@ -352,9 +364,10 @@ impl Jobs {
                 Some(started) = self.starting.join_next() => {
                     if let Ok((at, started)) = started {
                         self.has_started(&at, started);
-                        self.look(&at).await;
+                        self.look(&at);
                     }
                 }
+                Some(looked) = self.looking.join_next() => self.has_looked(looked),
                 event = events.next() => match event {
                     SiteEvent::Job(at, job) => self.see(&at, job),
                     SiteEvent::Left(at) => {
@@ -364,14 +377,10 @@ impl Jobs {
                     }
                     SiteEvent::Arrived(at) => {
                         if self.parts.get(&at).is_some_and(|part| part.is_gone) {
-                            self.look(&at).await;
+                            self.look(&at);
                         }
                     }
-                    SiteEvent::Missed => {
-                        for at in self.order.clone() {
-                            self.look(&at).await;
-                        }
-                    }
+                    SiteEvent::Missed => self.missed = true,
                     SiteEvent::News(..) | SiteEvent::Event(..) => {}
                 },
                 () = async {
@@ -405,14 +414,23 @@ impl Jobs {
     }
 
     /// Asks how a job stands: what was told before we knew it was missed.
-    async fn look(&mut self, at: &ArmAt) {
-        let Some(job) = self.parts.get(at).and_then(|part| part.job.clone()) else {
+    fn look(&mut self, at: &ArmAt) {
+        let part = self.parts.get(at).filter(|part| !part.is_over());
+        let Some(job) = part.and_then(|part| part.job.clone()) else {
             return;
         };
-        let of_job = json!({"job": job});
-        let asked = self.fleet.ask(at, "job.get", &of_job);
-        if let Ok(Ok(job)) = timeout(STOPPING, asked).await {
-            self.see(at, job);
+        let (fleet, at) = (Arc::clone(&self.fleet), at.clone());
+        self.looking.spawn(async move {
+            let of_job = json!({"job": job});
+            let asked = fleet.ask(&at, "job.get", &of_job);
+            let job = timeout(STOPPING, asked).await.ok().and_then(Result::ok);
+            (at, job)
+        });
+    }
+
+    fn has_looked(&mut self, looked: Result<(ArmAt, Option<Value>), JoinError>) {
+        if let Ok((at, Some(job))) = looked {
+            self.see(&at, job);
         }
     }
 
@@ -484,10 +502,13 @@ impl Jobs {
             let mut unstopped = Vec::new();
             while let Some(Ok((at, stopped))) = stops.join_next().await {
                 if stopped {
-                    self.look(&at).await;
+                    self.look(&at);
                 } else {
                     unstopped.push(at.arm);
                 }
+            }
+            while let Some(looked) = self.looking.join_next().await {
+                self.has_looked(looked);
             }
             (in_doubt, unstopped)
         };
