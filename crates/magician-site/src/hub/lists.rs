@@ -371,12 +371,12 @@ impl Hub {
 
     /// All stand, or the arms are named that may not.
     fn stopped(&self, gather: &Gather) -> Result<Value, RpcError> {
-        let parts = gather
-            .parts
-            .iter()
-            .filter_map(|(_, part)| part.as_ref().ok());
-        let arms = parts.flat_map(|part| part["arms"].as_array().cloned().unwrap_or_default());
-        let mut arms: Vec<_> = arms.collect();
+        let stood = |part: &Result<Value, RpcError>| match part {
+            Ok(part) => part["arms"].as_array().cloned(),
+            Err(error) => error.data.get("arms")?.as_array().cloned(),
+        };
+        let parts = gather.parts.iter().filter_map(|(_, part)| stood(part));
+        let mut arms: Vec<_> = parts.flatten().collect();
         arms.sort_by(|one: &Value, other| one["arm"].as_str().cmp(&other["arm"].as_str()));
         match self.undone(gather) {
             None => Ok(json!({ "arms": arms })),
@@ -389,17 +389,24 @@ impl Hub {
 
     /// The arms at which something is not known to be done, and why.
     pub(super) fn undone(&self, gather: &Gather) -> Option<(ErrorKind, String)> {
-        let names = |station: &StationId| {
+        let names_but = |station: &StationId, done: &Value| {
             let (_, arms) = self.stations.get(station)?;
-            let arms: Vec<_> = arms.iter().map(String::as_str).collect();
+            let is_done = |arm: &&String| {
+                let mut done = done.as_array().into_iter().flatten();
+                done.any(|done| done["arm"] == arm.as_str())
+            };
+            let arms = arms.iter().filter(|arm| !is_done(arm));
+            let arms: Vec<_> = arms.map(String::as_str).collect();
             Some(arms.join(", "))
         };
+        let names = |station: &StationId| names_but(station, &Value::Null);
         let mut undone = Vec::new();
         for (of, part) in &gather.parts {
             let Err(error) = part else {
                 continue;
             };
-            undone.push(match of.as_ref().and_then(names) {
+            let done = error.data.get("arms").unwrap_or(&Value::Null);
+            undone.push(match of.as_ref().and_then(|of| names_but(of, done)) {
                 Some(names) if !error.message.starts_with(&names) => {
                     format!("{names}: {}", error.message)
                 }

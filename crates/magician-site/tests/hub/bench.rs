@@ -28,7 +28,6 @@ pub(crate) struct TestStation {
     pub(crate) running: RunningStation,
     pub(crate) arms: Vec<String>,
     /// The virtual arms, in the same order.
-    #[allow(dead_code, reason = "the lesson looks at them")]
     pub(crate) cells: Vec<VirtualArm>,
 }
 

@@ -127,3 +127,21 @@ async fn what_is_on_its_way_gets_a_stop_behind_it() {
     assert_eq!(seen, ["session.hello", "arm.move", "arm.stop"]);
     assert_eq!(*bench.site.calls.lock().unwrap(), ["arm.stop"]);
 }
+
+#[tokio::test(start_paused = true)]
+async fn an_arm_whose_line_is_lost_is_named_and_not_the_others_of_its_station() {
+    let bench = Bench::new(2, 2).await;
+    let mut anna = bench.join("Anna").await;
+    let cable = magician::sim::ExternalEvent::Cable { plugged: false };
+    bench.site.station(1).cells[0].with(|arm| arm.inject(cable));
+    anna.live(Duration::from_millis(500)).await;
+    let error = anna.fails("arm.stop", json!({})).await;
+    let message = error["message"].as_str().unwrap();
+    assert!(
+        message.contains("arm0") && !message.contains("arm1"),
+        "{message}"
+    );
+    let stood = error["data"]["arms"].as_array().unwrap().iter();
+    let stood: Vec<_> = stood.map(|arm| arm["arm"].as_str().unwrap()).collect();
+    assert_eq!(stood, ["arm1", "arm2", "arm3"]);
+}

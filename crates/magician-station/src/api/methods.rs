@@ -310,7 +310,7 @@ pub(super) const STATION: &[Method] = &[
         Viewer,
         &[ARM],
         "Stops an arm, or all; never needs the lease, and lifts no pen.",
-        "{arms: [{arm, stood, pose}]}, when they stand",
+        "{arms: [{arm, stood, pose}]}, when they stand; an error has those that stand all the same as `arms`",
     )
     .always(),
     method(

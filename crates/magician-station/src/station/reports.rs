@@ -91,9 +91,10 @@ impl Station {
                     Err(error) => *failed = Some(error),
                 }
                 if left.is_empty() {
+                    let arms = std::mem::take(arms);
                     let outcome = match failed.take() {
-                        Some(error) => Err(error),
-                        None => Ok(json!({"arms": std::mem::take(arms)})),
+                        Some(error) => Err(error.with("arms", arms)),
+                        None => Ok(json!({ "arms": arms })),
                     };
                     self.finish(now, request, outcome);
                 }

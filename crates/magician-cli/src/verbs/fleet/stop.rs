@@ -1,10 +1,11 @@
 //! `fleet stop`: arms stand, wherever they are.
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use magician::ErrorKind;
 use magician_site::carrier::ZenohSite;
-use magician_site::{ArmAt, Caller, Site, SiteError};
+use magician_site::{ArmAt, Caller, Site, SiteError, StationId};
 use serde_json::{Value, json};
 use tokio::task::JoinSet;
 use tokio::time::timeout;
@@ -32,45 +33,38 @@ impl Stop {
             let known = gather(&site).await?;
             let meant = |at: &&ArmAt| self.all || self.names.contains(&at.arm);
             let arms: Vec<_> = known.keys().filter(meant).cloned().collect();
-            let absent = self.names.iter();
-            let absent: Vec<_> = absent
-                .filter(|name| arms.iter().all(|at| at.arm != **name))
-                .cloned()
-                .collect();
+            let is_there = |name: &&String| arms.iter().any(|at| at.arm == **name);
+            let absent = self.names.iter().filter(|name| !is_there(name));
+            let absent: Vec<_> = absent.cloned().collect();
             let mut stops = JoinSet::new();
-            for at in arms {
+            for arms in requests(arms, self.all) {
                 let (site, caller) = (std::sync::Arc::clone(&site), caller.clone());
-                stops.spawn(async move {
-                    let outcome = stop(&site, &at, &caller).await;
-                    (at, outcome)
-                });
+                stops.spawn(async move { stop(&site, arms, self.all, &caller).await });
             }
-            let mut failed = absent.clone();
+            let mut failed = Vec::new();
             for name in absent {
                 let why = "it is not on the site";
                 match json {
                     true => out.event(&json!({"arm": name, "stood": false, "error": why}))?,
                     false => out.line(format_args!("{name}: {why}"))?,
                 }
+                failed.push(name);
             }
             while let Some(ended) = stops.join_next().await {
-                let Ok((at, outcome)) = ended else { continue };
-                let (stood, why) = match outcome {
-                    Ok(()) => (true, None),
-                    Err(why) => (false, Some(why)),
-                };
-                if !stood {
-                    failed.push(at.arm.clone());
-                }
-                match (json, why) {
-                    (true, why) => out.event(&json!({
-                        "arm": at.arm,
-                        "station": at.station.to_string(),
-                        "stood": stood,
-                        "error": why,
-                    }))?,
-                    (false, None) => out.line(format_args!("{}: stands", at.arm))?,
-                    (false, Some(why)) => out.line(format_args!("{}: {why}", at.arm))?,
+                for (at, why) in ended.unwrap_or_default() {
+                    match (json, &why) {
+                        (true, why) => out.event(&json!({
+                            "arm": at.arm,
+                            "station": at.station.to_string(),
+                            "stood": why.is_none(),
+                            "error": why,
+                        }))?,
+                        (false, None) => out.line(format_args!("{}: stands", at.arm))?,
+                        (false, Some(why)) => out.line(format_args!("{}: {why}", at.arm))?,
+                    }
+                    if why.is_some() {
+                        failed.push(at.arm);
+                    }
                 }
                 out.flush()?;
             }
@@ -85,23 +79,54 @@ impl Stop {
     }
 }
 
-/// Stops one arm; it stands when this is well.
-pub(super) async fn stop(site: &ZenohSite, at: &ArmAt, caller: &Caller) -> Result<(), String> {
-    let request = json!({"jsonrpc": "2.0", "id": 1, "method": "arm.stop",
-        "params": {"arm": at.arm}});
-    let asked = timeout(PATIENCE, site.call(at, caller, request.to_string())).await;
+/// Arms that are stopped together: all of a station by one request, else each by its own.
+fn requests(arms: Vec<ArmAt>, all: bool) -> Vec<Vec<ArmAt>> {
+    if !all {
+        return arms.into_iter().map(|at| vec![at]).collect();
+    }
+    let mut stations: BTreeMap<StationId, Vec<ArmAt>> = BTreeMap::new();
+    for at in arms {
+        stations.entry(at.station).or_default().push(at);
+    }
+    stations.into_values().collect()
+}
+
+/// Stops arms of one station, and says of each why it is not known to stand.
+async fn stop(
+    site: &ZenohSite,
+    arms: Vec<ArmAt>,
+    all: bool,
+    caller: &Caller,
+) -> Vec<(ArmAt, Option<String>)> {
+    let Some(first) = arms.first() else {
+        return Vec::new();
+    };
+    let params = match all {
+        true => json!({}),
+        false => json!({"arm": first.arm}),
+    };
+    let request = json!({"jsonrpc": "2.0", "id": 1, "method": "arm.stop", "params": params});
+    let asked = timeout(PATIENCE, site.call(first, caller, request.to_string())).await;
     let answer = asked.unwrap_or(Err(SiteError::NoAnswer));
-    let answer = answer
-        .map_err(|error| error.to_string())?
-        .unwrap_or_default();
-    let answer: Value = serde_json::from_str(&answer).unwrap_or_default();
-    if let Some(error) = answer["error"]["message"].as_str() {
-        return Err(error.to_owned());
-    }
-    match answer["result"]["arms"][0]["stood"].as_bool() {
-        Some(true) => Ok(()),
-        _ => Err("it was told to stop, and has not said that it stands".to_owned()),
-    }
+    let answer = answer.map(|answer| answer.unwrap_or_default());
+    let answer = answer.map(|answer| serde_json::from_str::<Value>(&answer).unwrap_or_default());
+    let why = |at: &ArmAt| {
+        let answer = match &answer {
+            Ok(answer) => answer,
+            Err(error) => return Some(error.to_string()),
+        };
+        let error = &answer["error"];
+        // An error names those that stand all the same.
+        let told = [&answer["result"], &error["data"]].map(|told| told["arms"].as_array());
+        let mut told = told.into_iter().flatten().flatten();
+        if told.any(|told| told["arm"] == at.arm.as_str() && told["stood"] == true) {
+            return None;
+        }
+        let unsaid = "it was told to stop, and has not said that it stands";
+        Some(error["message"].as_str().unwrap_or(unsaid).to_owned())
+    };
+    let outcome: Vec<_> = arms.iter().map(why).collect();
+    arms.into_iter().zip(outcome).collect()
 }
 
 pub(super) fn no_token() -> Failure {
