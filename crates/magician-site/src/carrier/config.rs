@@ -9,10 +9,11 @@ use super::CarrierError;
 use crate::message::LARGEST;
 
 /// What is set where a file does not set it. Presence is lost within three seconds of a cut cable: Zenoh takes a link for dead one lease
-/// after its last packet (a sign of life is four to a lease), and the rest is for machines that are busy. And nobody sends what fills the
-/// memory.
-const OURS: [(&str, &str); 2] = [
-    ("transport/link/tx/lease", "1500"),
+/// after its last packet, and the rest is for machines that are busy. Two signs of life to a lease are half of Zenoh's four: each
+/// station sends them to each other one, and with fifty of them that is most of what they cost. And nobody sends what fills the memory.
+const OURS: [(&str, &str); 3] = [
+    ("transport/link/tx/lease", "2000"),
+    ("transport/link/tx/keep_alive", "2"),
     ("transport/link/rx/max_message_size", LARGEST_TEXT),
 ];
 const LARGEST_TEXT: &str = "16777216";
@@ -53,11 +54,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("site.json5");
         let lease = |config: &Config| config.get_json("transport/link/tx/lease").unwrap();
-        assert_eq!(lease(&read(None).unwrap()), "1500");
+        assert_eq!(lease(&read(None).unwrap()), "2000");
         let text = "// Zenoh's own.\n{ scouting: { multicast: { enabled: false } } }";
         std::fs::write(&file, text).unwrap();
         let config = read(Some(&file)).unwrap();
-        assert_eq!(lease(&config), "1500");
+        assert_eq!(lease(&config), "2000");
         let scouts = config.get_json("scouting/multicast/enabled").unwrap();
         assert_eq!(scouts, "false");
         std::fs::write(&file, "{ transport: { link: { tx: { lease: 10000 } } } }").unwrap();
