@@ -17,23 +17,25 @@ def write(root, result):
 
 
 def table(result):
-    lines = ["| arms | state p50, p99 | all stopped p99, slowest | killed, gone after | cores of all stations: unheard, still, moving "
-             "| of the hub | memory a station |", "|---|---|---|---|---|---|---|"]
+    lines = ["| arms, of which move | state p50, p99 | stop on the wire p50, p99 | all stand after | killed, gone after "
+             "| cores of all stations: unheard, still, moving | of the hub | memory a station |", "|---|---|---|---|---|---|---|---|"]
     for row in result["rows"]:
-        age, stop, gone = row["moving"]["age_ms"], row["stop_moving"]["answer_ms"], row["presence_lost_seconds"]
+        age, stop, gone = row["moving"]["age_ms"], row["stop_moving"], row["presence_lost_seconds"]
+        wire = stop["wire_ms"]
         cores = ", ".join(f"{cores:.2f}" for cores in (
             row["idle_unheard_cores"], row["still"]["stations_cores"], row["moving"]["stations_cores"]))
         memory = row["moving"]["stations_memory"] / row["stations"] / 1e6
-        lines.append(f"| {row['arms']} | {age['p50']:.0f}, {age['p99']:.0f} ms | {stop['p99']:.0f}, {stop['max']:.0f} ms | "
+        lines.append(f"| {row['arms']}, {row['moving']['moving']} | {age['p50']:.0f}, {age['p99']:.0f} ms | "
+                     f"{wire['p50']:.0f}, {wire['p99']:.0f} ms | {stop['answer_ms']['max']:.0f} ms | "
                      f"{'never' if gone is None else f'{gone:.2f} s'} | {cores} | {row['moving']['hub_cores']:.2f} | {memory:.0f} MB |")
     return "\n".join(lines)
 
 
 def draw(rows):
     """Cores against the number of arms."""
-    lines = [("stations, arms move", BLUE, [row["moving"]["stations_cores"] for row in rows]),
+    lines = [("stations, some move", BLUE, [row["moving"]["stations_cores"] for row in rows]),
              ("stations, arms stand", GREEN, [row["still"]["stations_cores"] for row in rows]),
-             ("hub, arms move", ORANGE, [row["moving"]["hub_cores"] for row in rows])]
+             ("hub, some move", ORANGE, [row["moving"]["hub_cores"] for row in rows])]
     widest = max(row["arms"] for row in rows)
     highest = 1.15 * max(max(values) for _, _, values in lines)
 

@@ -99,21 +99,26 @@ async fn measure(site: &ZenohSite, time: Duration) -> Value {
     })
 }
 
-/// Stops all arms at once, as often: until the last station has answered that its arm has taken it.
+/// Stops all arms at once, as often, by one request to each station as a hub does: until the last one has answered that its arms
+/// stand. When each round began is told, for whoever looks at the arms' lines.
 async fn stop(site: &Arc<ZenohSite>, rounds: u32) -> Value {
     let caller = Caller {
         token: std::env::var("MAGICIAN_TOKEN").ok(),
         client: "observer".to_owned(),
     };
     let (mut single, mut whole, mut failed) = (Vec::new(), Vec::new(), 0);
+    let mut walls = Vec::new();
     for _ in 0..rounds {
+        // An arm of each station.
+        let arms = site.arms().into_keys();
+        let stations: BTreeMap<_, _> = arms.map(|at| (at.station, at)).collect();
+        walls.push(wall());
         let begun = Instant::now();
         let mut calls = tokio::task::JoinSet::new();
-        for (at, _) in site.arms() {
+        for at in stations.into_values() {
             let (site, caller) = (Arc::clone(site), caller.clone());
             calls.spawn(async move {
-                let request = json!({"jsonrpc": "2.0", "id": 1, "method": "arm.stop",
-                    "params": {"arm": at.arm}});
+                let request = json!({"jsonrpc": "2.0", "id": 1, "method": "arm.stop"});
                 let answer = site.call(&at, &caller, request.to_string()).await;
                 let took = begun.elapsed().as_secs_f64() * 1e3;
                 let is_done = matches!(&answer, Ok(Some(text)) if text.contains("\"result\""));
@@ -129,7 +134,7 @@ async fn stop(site: &Arc<ZenohSite>, rounds: u32) -> Value {
         whole.push(begun.elapsed().as_secs_f64() * 1e3);
         sleep(Duration::from_secs(1)).await;
     }
-    json!({"answer_ms": spread(single), "round_ms": spread(whole), "failed": failed})
+    json!({"answer_ms": spread(single), "round_ms": spread(whole), "failed": failed, "began": walls})
 }
 
 fn spread(mut values: Vec<f64>) -> Value {

@@ -1,0 +1,24 @@
+"""When stops came to the lines of arms, read from their recordings: wire.py BEGAN FILE...
+
+Prints the milliseconds from BEGAN (Unix seconds) to the first SetQueuedCmdForceStopExec of each file behind it, as JSON; null where
+there is none. Needs PyPI's `mcap`.
+"""
+
+import json
+import sys
+
+from mcap.reader import make_reader
+
+
+def stopped(path, began):
+    with open(path, "rb") as file:
+        frames = make_reader(file).iter_messages(topics=["/frames"], start_time=int(began * 1e9))
+        for _, _, message in frames:
+            frame = json.loads(message.data)
+            if frame["direction"] == "request" and frame.get("command") == "SetQueuedCmdForceStopExec":
+                return (message.log_time / 1e9 - began) * 1e3
+    return None
+
+
+if __name__ == "__main__":
+    print(json.dumps([stopped(path, float(sys.argv[1])) for path in sys.argv[2:]]))
