@@ -1,5 +1,7 @@
 """What `scale` has measured, as a picture and as a table of docs/SITE.md."""
 
+import math
+
 WIDTH, HEIGHT = 760, 420
 LEFT, RIGHT, TOP, BOTTOM = 64, 190, 44, 52
 BLUE, ORANGE, GREEN, INK, FAINT = "#0072b2", "#d55e00", "#009e73", "#3c3c3c", "#c8c8c8"
@@ -33,11 +35,14 @@ def table(result):
 
 def draw(rows):
     """Cores against the number of arms."""
-    lines = [("stations, some move", BLUE, [row["moving"]["stations_cores"] for row in rows]),
+    most = max(row["moving"]["moving"] for row in rows)
+    lines = [(f"stations, {most} move", BLUE, [row["moving"]["stations_cores"] for row in rows]),
              ("stations, arms stand", GREEN, [row["still"]["stations_cores"] for row in rows]),
-             ("hub, some move", ORANGE, [row["moving"]["hub_cores"] for row in rows])]
+             (f"hub, {most} move", ORANGE, [row["moving"]["hub_cores"] for row in rows])]
     widest = max(row["arms"] for row in rows)
-    highest = 1.15 * max(max(values) for _, _, values in lines)
+    top = max(max(values) for _, _, values in lines)
+    step = next(step for step in (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10) if step * 6 > top)
+    highest = step * math.ceil(top / step)
 
     def at(arms, value):
         x = LEFT + (WIDTH - LEFT - RIGHT) * arms / widest
@@ -47,8 +52,8 @@ def draw(rows):
     out = [f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{HEIGHT}" viewBox="0 0 {WIDTH} {HEIGHT}" '
            f'font-family="sans-serif" font-size="13" fill="{INK}">', f'<rect width="{WIDTH}" height="{HEIGHT}" fill="white"/>',
            f'<text x="{LEFT}" y="26" font-size="18">What a site costs on one machine, ten arms a station</text>']
-    for part in range(6):
-        value = highest * part / 5
+    for part in range(round(highest / step) + 1):
+        value = step * part
         _, y = at(0, value)
         out.append(f'<path d="M{LEFT} {y}H{WIDTH - RIGHT}" stroke="{FAINT}"/>'
                    f'<text x="{LEFT - 8}" y="{float(y) + 4:.1f}" text-anchor="end">{value:.2f}</text>')
