@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 
 use magician::ErrorKind;
-use magician_protocol::HostInstant;
-use magician_protocol::visible;
+use magician_protocol::{HostInstant, visible};
 use magician_station::api::{Method, RpcError};
 use magician_station::class::{ClassError, ClassFile, Schedule};
 use serde_json::{Map, Value, json};
@@ -125,7 +124,7 @@ impl Hub {
         let checked = schedule.and_then(|schedule| {
             schedule.check_arms("the site", |arm| self.arms.contains_key(arm))
         });
-        checked.map_err(|error| RpcError::param("text", visible(&error.0).to_string()))?;
+        checked.map_err(|error| wrong("text", &error))?;
         call.params.insert("elsewhere".to_owned(), json!(true));
         let gather = self.gathers(&call, Gathers::Everywhere("schedule.set"));
         let stations = self.stations.keys().copied().collect();
@@ -158,46 +157,18 @@ impl Hub {
         params: &Map<String, Value>,
         known: &[(StationId, Value)],
     ) -> Result<(), RpcError> {
-        let files = known.iter().filter_map(|(station, class)| {
-            let file = ClassFile::parse(class["text"].as_str()?).ok()?;
-            Some((*station, file))
-        });
+        let files = known.iter();
+        let files = files.filter_map(|(_, class)| ClassFile::parse(class["text"].as_str()?).ok());
         let files: Vec<_> = files.collect();
-        let wrong =
-            |param: &str, error: ClassError| RpcError::param(param, visible(&error.0).to_string());
-        let (file, stations) = if method == "class.set" {
-            let text = params.get("text").and_then(Value::as_str);
-            let text = text.unwrap_or_default();
-            let file = (!text.trim().is_empty()).then(|| ClassFile::parse(text));
-            let mut file = file.transpose().map_err(|error| wrong("text", error))?;
-            if let Some(file) = &mut file {
-                let arms = file.check_arms("the site", |arm| self.arms.contains_key(arm));
-                arms.map_err(|error| wrong("text", error))?;
-                files.iter().for_each(|(_, known)| file.keep_codes(known));
-            }
-            (file, self.stations.keys().copied().collect())
+        let mut stations: Vec<_> = self.stations.keys().copied().collect();
+        let file = if method == "class.set" {
+            self.class_to_set(params, &files)?
         } else {
-            let Some((_, first)) = files.first() else {
-                let why = "no station of the site shows its class to this token: either there is none, or the token is no teacher's";
-                return Err(RpcError::arm(ErrorKind::InvalidInput, why));
-            };
-            if files.iter().any(|(_, file)| file != first) {
-                let why = "the stations of the site have different classes: give all of them one first (class.set)";
-                return Err(RpcError::arm(ErrorKind::InvalidInput, why));
-            }
-            let mut file = first.clone();
-            let names: Option<Vec<_>> = params
-                .get("pupils")
-                .map(|names| items(names).filter_map(Value::as_str).collect());
-            let dropped = file.drop_codes(names.as_deref());
-            dropped.map_err(|error| wrong("pupils", error))?;
-            // Who has not answered has it too, as far as is known.
-            let has_none = |of: &StationId| {
-                let mut known = known.iter();
-                known.any(|(station, class)| station == of && class["class"].is_null())
-            };
-            let stations = self.stations.keys().copied();
-            (Some(file), stations.filter(|of| !has_none(of)).collect())
+            // Who has not answered has the class too, as far as is known.
+            let none = known.iter().filter(|(_, class)| class["class"].is_null());
+            let none: Vec<_> = none.map(|(station, _)| *station).collect();
+            stations.retain(|station| !none.contains(station));
+            Some(with_new_codes(params, &files)?)
         };
         let text = file.map_or_else(String::new, |mut file| {
             file.make_codes(self.random);
@@ -210,6 +181,24 @@ impl Hub {
         let asks = self.asks(now, gather.socket, "class.set", call.params);
         self.set_everywhere(&asks, next, stations);
         Ok(())
+    }
+
+    /// The class that is given, none where it ends; pupils have the codes that a station knows.
+    fn class_to_set(
+        &self,
+        params: &Map<String, Value>,
+        known: &[ClassFile],
+    ) -> Result<Option<ClassFile>, RpcError> {
+        let text = params.get("text").and_then(Value::as_str);
+        let text = text.unwrap_or_default();
+        if text.trim().is_empty() {
+            return Ok(None);
+        }
+        let mut file = ClassFile::parse(text).map_err(|error| wrong("text", &error))?;
+        let arms = file.check_arms("the site", |arm| self.arms.contains_key(arm));
+        arms.map_err(|error| wrong("text", &error))?;
+        known.iter().for_each(|known| file.keep_codes(known));
+        Ok(Some(file))
     }
 
     /// A request of the hub's own for a client.
@@ -350,6 +339,28 @@ impl Hub {
             ..self.asks(now, gather.socket, method, params)
         }
     }
+}
+
+/// The class of all stations, in which these pupils have no code.
+fn with_new_codes(params: &Map<String, Value>, known: &[ClassFile]) -> Result<ClassFile, RpcError> {
+    let Some((first, others)) = known.split_first() else {
+        let why = "no station of the site shows its class to this token: either there is none, or the token is no teacher's";
+        return Err(RpcError::arm(ErrorKind::InvalidInput, why));
+    };
+    if others.iter().any(|other| other != first) {
+        let why = "the stations of the site have different classes: give all of them one first (class.set)";
+        return Err(RpcError::arm(ErrorKind::InvalidInput, why));
+    }
+    let mut file = first.clone();
+    let names = params.get("pupils");
+    let names: Option<Vec<_>> = names.map(|names| items(names).filter_map(Value::as_str).collect());
+    let dropped = file.drop_codes(names.as_deref());
+    dropped.map_err(|error| wrong("pupils", &error))?;
+    Ok(file)
+}
+
+fn wrong(param: &str, error: &ClassError) -> RpcError {
+    RpcError::param(param, visible(&error.0).to_string())
 }
 
 fn not_everywhere(method: &str, which: &str) -> String {
