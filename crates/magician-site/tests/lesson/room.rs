@@ -66,8 +66,6 @@ impl Room {
             let names: Vec<_> = arms.iter().map(|arm| (*arm).to_owned()).collect();
             site.start_in(StationId(at), &names, &world, |config| {
                 config.unix_zero = class::NINE;
-                config.class = Some(class::file());
-                config.schedule = Some(class::schedule());
                 let folder = state.path().join(at.to_string());
                 let jobs = JobFile::at(folder.join("jobs.json"));
                 config.jobs = Arc::new(jobs.with_runs(folder.join("runs")));
@@ -75,6 +73,10 @@ impl Room {
             .await;
         }
         let bench = Bench::over(Arc::clone(&site), false).await;
+        let mut hub = bench.join("Ms Lee").await;
+        hub.ok("class.set", json!({"text": class::file()})).await;
+        hub.ok("schedule.set", json!({"text": class::schedule()}))
+            .await;
         Arc::new(Self {
             site,
             bench,

@@ -7,7 +7,7 @@ use std::time::Duration;
 use serde_json::{Value, json};
 
 use crate::bench::Tester;
-use crate::class::STATIONS;
+use crate::class::{STATIONS, station_of};
 use crate::drawing::{plan, strokes};
 use crate::pictures::Camera;
 use crate::room::{Room, Started};
@@ -88,18 +88,10 @@ impl Teacher {
         running
     }
 
-    async fn of_class(&self, method: &str, params: Value) -> Vec<Value> {
-        let mut answers = Vec::new();
-        for station in 1..=STATIONS.len() as u64 {
-            answers.push(self.room.ask(station, method, params.clone()).await);
-        }
-        answers
-    }
-
     async fn freezes(&mut self) {
         self.waits(24, 0).await;
         self.room.frozen.store(true, Ordering::SeqCst);
-        self.of_class("class.freeze", json!({})).await;
+        self.hub.ok("class.freeze", json!({})).await;
         self.room.says(WHO, "freezes all arms");
         self.hub.live(Duration::from_millis(1500)).await;
         let stood = self.stand();
@@ -107,7 +99,7 @@ impl Teacher {
         self.camera.takes("frozen").await;
         self.waits(25, 0).await;
         assert_eq!(self.stand(), stood, "an arm moved while it was frozen");
-        self.of_class("class.free", json!({})).await;
+        self.hub.ok("class.free", json!({})).await;
         self.room.frozen.store(false, Ordering::SeqCst);
         self.room.says(WHO, "frees all arms");
     }
@@ -136,24 +128,25 @@ impl Teacher {
         self.waits(42, 0).await;
         let strokes = strokes("★★");
         let text = plan("stars", &strokes);
-        let answers = self.of_class("class.send", json!({"text": text})).await;
+        let sent = self.hub.ok("class.send", json!({"text": text})).await;
         let (mut free, mut waits) = (0, 0);
-        for (station, answer) in (1..).zip(answers) {
-            for job in answer["jobs"].as_array().unwrap() {
-                match job["state"].as_str() {
-                    Some("queued") => waits += 1,
-                    _ => free += 1,
-                }
-                let started = Started {
-                    station,
-                    arm: job["arm"].as_str().unwrap().to_owned(),
-                    job: job["job"].as_str().unwrap().to_owned(),
-                    pupil: None,
-                    strokes: strokes.clone(),
-                    interrupted: false,
-                };
-                self.room.notes.lock().unwrap().jobs.push(started);
+        for job in sent["jobs"].as_array().unwrap() {
+            match job["state"].as_str() {
+                Some("queued") => waits += 1,
+                _ => free += 1,
             }
+            let arm = job["arm"].as_str().unwrap().to_owned();
+            // The number that the hub gives the station, and the station's id.
+            let (_, there) = job["job"].as_str().unwrap().split_once('.').unwrap();
+            let started = Started {
+                station: station_of(&arm),
+                arm,
+                job: there.to_owned(),
+                pupil: None,
+                strokes: strokes.clone(),
+                interrupted: false,
+            };
+            self.room.notes.lock().unwrap().jobs.push(started);
         }
         self.room.says(
             WHO,
