@@ -91,8 +91,8 @@ const VERBS: &[(&str, &[&str], &[&str])] = &[
     ("proxy", &["proxy"], &["alone"]),
     ("serve", &["serve"], &["alone"]),
     ("studio", &["serve/studio.rs"], &[]),
-    ("station", &["station.rs"], &[]),
-    ("fleet", &["fleet"], &["alone", "attending"]),
+    ("station", &["station.rs", "class.rs"], &["alone"]),
+    ("fleet", &["fleet", "class.rs"], &["alone", "attending"]),
     ("conform", &["conform"], &["alone", "attending"]),
     (
         "doctor",
