@@ -6,6 +6,7 @@ use std::time::Duration;
 use magician::sim::ExternalEvent;
 use serde_json::{Value, json};
 
+use crate::LESSON;
 use crate::class::{self, Pupil};
 use crate::drawing::{Strokes, plan, step_after, strokes};
 use crate::page::Page;
@@ -99,6 +100,15 @@ impl Script {
                 reloads_at -= 1;
                 page.live(SECOND).await;
             }
+        }
+        while self.room.now() < LESSON + 5 * SECOND {
+            page.live(SECOND).await;
+        }
+        if self.pupil.name == REACHES_OVER {
+            let refused = page.call("lease.acquire", json!({"arm": arm})).await;
+            let refused = refused.expect_err("the lesson is over");
+            assert_eq!(refused["code"], -32002, "{refused}");
+            self.says(format!("asks for {arm} after the bell and is refused"));
         }
         while self.room.now() < END {
             page.live(SECOND).await;
