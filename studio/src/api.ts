@@ -1091,6 +1091,7 @@ export interface Methods {
         group: string | null;
         code: string | null;
       }>;
+      text: string;
     };
   };
   /** The class: its rules and pupils. */
@@ -1112,6 +1113,7 @@ export interface Methods {
         group: string | null;
         code: string | null;
       }>;
+      text: string;
     };
   };
   /** Makes new codes: pupils who signed in with an old code have to sign in again. */
@@ -1134,6 +1136,7 @@ export interface Methods {
         group: string | null;
         code: string | null;
       }>;
+      text: string;
     };
   };
   /** Stops arms: jobs pause, the rest ends, the laser is off. Nobody but a teacher moves them until `class.free`; the time of turns stands. */
