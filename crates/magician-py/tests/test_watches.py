@@ -20,7 +20,6 @@ def test_state(arm: Arm) -> None:
     arm.multiplex(12, IoFunction.ANALOG_INPUT)
     arm.output(17, True)
     watch = arm.state(200, inputs=[19], outputs=[17], analogs=[12])
-    assert watch.latest is None
     status = watch.changed()
     assert status.pose == arm.pose() and status.left_space == 32 and status.alarms == ()
     assert status.current_index == arm.current_index() and status.link
