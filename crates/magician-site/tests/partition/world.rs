@@ -115,7 +115,6 @@ pub(crate) struct World {
     pub(crate) lines: Vec<Vec<Option<Line>>>,
     /// How many stations had something happen: all others are the same.
     used: usize,
-    pub(crate) path: Vec<Event>,
 }
 
 impl Place {
@@ -218,7 +217,6 @@ impl World {
             places: (0..STATIONS as u64).map(place).collect(),
             lines: vec![vec![None; STATIONS]; USERS],
             used: 0,
-            path: Vec::new(),
         }
     }
 
@@ -483,7 +481,6 @@ impl Explored for World {
     }
 
     fn step(&mut self, before: &Self, event: Event) -> Checked {
-        self.path.push(event);
         self.happens(before, event)
     }
 
@@ -522,9 +519,5 @@ impl Explored for World {
             nows.collect::<Vec<_>>().hash(&mut hasher);
         }
         hasher.finish()
-    }
-
-    fn path(&self) -> &[Event] {
-        &self.path
     }
 }

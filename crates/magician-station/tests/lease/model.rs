@@ -112,7 +112,6 @@ pub(crate) struct Model {
     pub(crate) last: u64,
     /// How many sessions and arms had something happen: all others are the same.
     used: (u64, u64),
-    pub(crate) path: Vec<Event>,
 }
 
 impl Model {
@@ -135,7 +134,6 @@ impl Model {
             requests: BTreeMap::new(),
             last: 0,
             used: (0, 0),
-            path: Vec::new(),
         }
     }
 
@@ -257,7 +255,6 @@ impl Explored for Model {
     }
 
     fn step(&mut self, before: &Self, event: Event) -> Checked {
-        self.path.push(event);
         self.happens(before, event)
     }
 
@@ -283,9 +280,5 @@ impl Explored for Model {
             (id, request.session, request.arm, until, request.asked).hash(&mut hasher);
         }
         hasher.finish()
-    }
-
-    fn path(&self) -> &[Event] {
-        &self.path
     }
 }

@@ -16,9 +16,6 @@ pub(crate) trait Explored: Clone {
 
     /// States of one key go on alike.
     fn key(&self) -> u64;
-
-    /// What has happened.
-    fn path(&self) -> &[Self::Event];
 }
 
 /// What a search has found.
@@ -33,19 +30,20 @@ pub(crate) struct Found<E> {
 /// Runs through everything: what was found, and how many states there were at each depth.
 pub(crate) fn search<M: Explored>(first: M, depth: usize) -> (Option<Found<M::Event>>, Vec<usize>) {
     let mut seen = HashSet::from([first.key()]);
-    let mut edge = vec![first];
+    let mut edge = vec![(first, Vec::new())];
     let mut states = Vec::new();
     for _ in 0..depth {
         let mut next = Vec::new();
-        for model in &edge {
+        for (model, path) in &edge {
             for event in model.events() {
                 let mut then = model.clone();
+                let path = || path.iter().copied().chain([event]).collect();
                 if let Err(what) = then.step(model, event) {
-                    let path = then.path().to_vec();
+                    let path = path();
                     return (Some(Found { what, path }), states);
                 }
                 if seen.insert(then.key()) {
-                    next.push(then);
+                    next.push((then, path()));
                 }
             }
         }

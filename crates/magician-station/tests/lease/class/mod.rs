@@ -77,7 +77,6 @@ pub(crate) struct Model {
     pub(crate) arms: Vec<Arm>,
     pub(crate) last: LeaseId,
     pub(crate) requests: u64,
-    pub(crate) path: Vec<Event>,
 }
 
 /// The slots of the second arm: Anna's, and Ben's behind it.
@@ -119,7 +118,6 @@ impl Model {
             arms: vec![Arm::default(); ARMS.len()],
             last: LeaseId(0),
             requests: 0,
-            path: Vec::new(),
         }
     }
 
@@ -188,7 +186,6 @@ impl Explored for Model {
     }
 
     fn step(&mut self, before: &Self, event: Event) -> Checked {
-        self.path.push(event);
         self.happens(before, event)
     }
 
@@ -201,10 +198,6 @@ impl Explored for Model {
             (arm.lease, moves, arm.job, arm.paused, arm.frozen).hash(&mut hasher);
         }
         hasher.finish()
-    }
-
-    fn path(&self) -> &[Event] {
-        &self.path
     }
 }
 
