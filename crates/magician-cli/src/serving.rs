@@ -51,3 +51,9 @@ impl From<ServeError> for Failure {
         Self::new(Kind::Driver(error.kind()), error.to_string())
     }
 }
+
+/// Time since 1970, by the clock of this machine.
+pub(crate) fn unix_time() -> std::time::Duration {
+    let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+    since.unwrap_or_default()
+}

@@ -11,6 +11,7 @@ use super::serve::{folder, stations};
 use crate::columns::Columns;
 use crate::context::Context;
 use crate::failure::Failure;
+use crate::serving::unix_time;
 
 /// Tokens for a station, codes for tokens, and the class of a station
 #[derive(Args, Debug)]
@@ -149,8 +150,7 @@ fn list(store: &TokenStore, context: &mut Context) -> Result<(), Failure> {
 
 /// How long ago, in words.
 fn ago(unix: u64) -> String {
-    let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
-    let seconds = now.map_or(0, |now| now.as_secs()).saturating_sub(unix);
+    let seconds = unix_time().as_secs().saturating_sub(unix);
     match seconds {
         0..120 => format!("{seconds} s ago"),
         120..7200 => format!("{} min ago", seconds / 60),

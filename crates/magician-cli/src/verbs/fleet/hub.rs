@@ -1,7 +1,6 @@
 //! One request to all stations of a site, answered as by one station: by a hub that lasts as long as that.
 
 use std::sync::Arc;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use magician_site::Caller;
 use magician_site::carrier::ZenohSite;
@@ -15,6 +14,7 @@ use super::gather;
 use super::stop::no_token;
 use crate::context::Context;
 use crate::failure::Failure;
+use crate::serving::unix_time;
 
 /// Asks the stations of the site that is joined, once.
 pub(super) fn asks(
@@ -43,7 +43,7 @@ async fn ask(
     method: &str,
     params: Value,
 ) -> Result<Value, Failure> {
-    let since = { SystemTime::now().duration_since(UNIX_EPOCH) }.unwrap_or_default();
+    let since = unix_time();
     let mut station = StationConfig::new(Vec::new(), format!("{:x}", since.as_millis()));
     station.unix_zero = since.as_secs_f64();
     let hub = HubConfig {

@@ -1,7 +1,7 @@
 //! `fleet studio`: the studio with the arms of all stations.
 
 use std::sync::Arc;
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 
 use magician_site::carrier::ZenohSite;
 use magician_site::hub::{HubConfig, RunningHub};
@@ -16,7 +16,7 @@ use super::{Studio, gather};
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::paint::tell;
-use crate::serving::say_ready;
+use crate::serving::{say_ready, unix_time};
 use crate::verbs::{job, serve};
 
 /// Sockets say goodbye within this.
@@ -33,9 +33,8 @@ impl Studio {
         self.front.fill_in(&config);
         let store = self.front.tokens()?;
         let tls = self.front.tls()?;
-        let since = { SystemTime::now().duration_since(UNIX_EPOCH) }.unwrap_or_default();
-        let mut station = StationConfig::new(Vec::new(), format!("{:x}", since.as_millis()));
-        station.unix_zero = since.as_secs_f64();
+        let epoch = format!("{:x}", unix_time().as_millis());
+        let mut station = StationConfig::new(Vec::new(), epoch);
         station.read_only = self.front.read_only;
         let mut reader = FormatReader::new(job::defaults(&config)?);
         if let Some(programs) = self.front.programs()? {
@@ -56,6 +55,8 @@ impl Studio {
                     "without a token of the stations in MAGICIAN_TOKEN pages of this machine see the arms, and move and stop none"
                 ));
             }
+            // Read last: the hub counts from its start.
+            station.unix_zero = unix_time().as_secs_f64();
             let hub = HubConfig {
                 station,
                 token: caller.token,

@@ -10,7 +10,7 @@ mod window;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 
 use clap::{Args, ValueHint};
 use magician::{Arm, SimSpeed, Target, VirtualArm};
@@ -38,7 +38,7 @@ use crate::failure::{Failure, Kind};
 use crate::interrupt::Signals;
 use crate::mdns::Announcement;
 use crate::paint::tell;
-use crate::serving::say_ready;
+use crate::serving::{say_ready, unix_time};
 use crate::verbs::job;
 pub(crate) use holder::{Holder, stations, url_of};
 pub(crate) use site::name_of_site;
@@ -351,12 +351,7 @@ impl Serve {
             ring,
             lines,
         } = kept;
-        let unix = || {
-            SystemTime::now()
-                .duration_since(UNIX_EPOCH)
-                .unwrap_or_default()
-        };
-        let epoch = format!("{:x}", unix().as_millis());
+        let epoch = format!("{:x}", unix_time().as_millis());
         let mut config = StationConfig::new(entries.clone(), epoch);
         config.read_only = self.front.read_only;
         config.student_laser = student_laser;
@@ -381,8 +376,8 @@ impl Serve {
                 journal.write(&line);
             }
         });
-        // As late as may be: it is the clock of all that the station tells.
-        config.unix_zero = unix().as_secs_f64();
+        // Read last: the station counts from its start, and tells every time by this.
+        config.unix_zero = unix_time().as_secs_f64();
         let station = RunningStation::start(config, arms.clone(), sink);
         let joined = self.site.join(&entries, &station, &store).await?;
         let (url, api) = (listener.url(), listener.api_url());
