@@ -100,7 +100,7 @@ async fn measure(site: &ZenohSite, time: Duration) -> Value {
 }
 
 /// Stops all arms at once, as often, by one request to each station as a hub does: until the last one has answered that its arms
-/// stand. When each round began is told, for whoever looks at the arms' lines.
+/// stand. It says when each round began, to compare with the arms' lines.
 async fn stop(site: &Arc<ZenohSite>, rounds: u32) -> Value {
     let caller = Caller {
         token: std::env::var("MAGICIAN_TOKEN").ok(),

@@ -10,7 +10,7 @@ use serde_json::{Map, Value, json};
 
 use super::requests::Call;
 use super::socket::{Gather, GatherId, Gathers, Way};
-use super::turns::items;
+use super::turns::{items, nobody_answers};
 use super::{ArmPlace, Hub, SocketId};
 use crate::site::StationId;
 
@@ -302,10 +302,7 @@ impl Hub {
             }
             Gathers::Everywhere(method) => match (self.undone(gather), lists.into_iter().next()) {
                 (None, Some((_, shown))) => Ok(shown),
-                (None, None) => {
-                    let why = "no station of the site answers";
-                    Err(RpcError::arm(ErrorKind::Port, why))
-                }
+                (None, None) => Err(nobody_answers()),
                 (Some((kind, which)), _) => {
                     Err(RpcError::arm(kind, not_everywhere(method, &which)))
                 }
@@ -313,10 +310,7 @@ impl Hub {
             Gathers::Alike => match (lists.into_iter().next(), error) {
                 (Some((_, shown)), _) => Ok(shown),
                 (None, Some(error)) => Err(error),
-                (None, None) => {
-                    let why = "no station of the site answers";
-                    Err(RpcError::arm(ErrorKind::Port, why))
-                }
+                (None, None) => Err(nobody_answers()),
             },
             _ => Ok(merged(self)),
         })
@@ -344,7 +338,7 @@ impl Hub {
 /// The class of all stations, in which these pupils have no code.
 fn with_new_codes(params: &Map<String, Value>, known: &[ClassFile]) -> Result<ClassFile, RpcError> {
     let Some((first, others)) = known.split_first() else {
-        let why = "no station of the site shows its class to this token: either there is none, or the token is no teacher's";
+        let why = "no station of the site shows its class to this token: there is none, or the token is not a teacher's";
         return Err(RpcError::arm(ErrorKind::InvalidInput, why));
     };
     if others.iter().any(|other| other != first) {

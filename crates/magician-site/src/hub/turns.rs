@@ -143,8 +143,7 @@ impl Hub {
         let persons = || lists.iter().filter(|(_, turns)| person(turns));
         let arm = params.get("arm").and_then(Value::as_str).map(str::to_owned);
         if lists.is_empty() {
-            let why = "no station of the site answers";
-            return Some(Err(RpcError::arm(ErrorKind::Port, why)));
+            return Some(Err(nobody_answers()));
         }
         let has = persons().any(|(_, turns)| items(&turns["arms"]).any(|arm| is(turns, arm)));
         if has {
@@ -295,6 +294,10 @@ impl Hub {
         self.is_complete(now, next);
         None
     }
+}
+
+pub(super) fn nobody_answers() -> RpcError {
+    RpcError::arm(ErrorKind::Port, "no station of the site answers")
 }
 
 /// The items of a list; what is none has none.

@@ -260,7 +260,7 @@ group = \"blue\"
     assert_eq!(classes(&bench, &[1, 2, 3]).await, vec![again; 3]);
     dan.live(Duration::from_millis(100)).await;
     assert_eq!(dan.closed.map(|code| code.0), Some(4403));
-    // Without text there is none any more.
+    // Empty text ends the class.
     lee.ok("class.set", json!({"text": ""})).await;
     let all = classes(&bench, &[1, 2, 3]).await;
     assert!(all.iter().all(|class| class["class"].is_null()));

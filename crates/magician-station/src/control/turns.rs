@@ -1,4 +1,4 @@
-//! How turns come and go: by the clock, with leases and slots, and with whoever is there.
+//! How turns come and go: by the clock, with leases and slots, and with persons who come and go.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
