@@ -1,4 +1,4 @@
-// Keeps the page in the browser: after one visit it needs no network. `cargo xtask studio` writes the two lines below.
+// Keeps the page in the browser: after one visit it needs no network. The build script of magician-studio fills in the two lines below.
 const BUILD = "";
 const FILES = [];
 

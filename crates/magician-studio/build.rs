@@ -1,53 +1,126 @@
-//! Lists the files of the page as they lie in `packed`, for `src/lib.rs`.
+//! Compresses the files of the page and lists them for `src/lib.rs`.
+//!
+//! `page` is what `cargo xtask studio` makes of the page's sources. `modules` has the WebAssembly
+//! modules that only a page without a server loads, already compressed; it may be empty.
 
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::fmt::Write as _;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
+use flate2::{Compression, GzBuilder};
+use sha2::{Digest, Sha256};
+
+const SERVICE_WORKER: &str = "sw.js";
+
 fn main() -> Result<(), Box<dyn Error>> {
-    println!("cargo::rerun-if-changed=packed");
-    let root = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?).join("packed");
-    let mut names = Vec::new();
-    list(&root, "", &mut names)?;
-    names.sort();
+    println!("cargo::rerun-if-changed=page");
+    println!("cargo::rerun-if-changed=modules");
+    let root = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?);
+    let out = PathBuf::from(env::var("OUT_DIR")?);
+
+    let mut plain = BTreeMap::new();
+    read(&root.join("page"), "", &mut plain)?;
+    let mut packed = modules(&root.join("modules"))?;
+    let template = plain
+        .remove(SERVICE_WORKER)
+        .ok_or("page/sw.js is missing")?;
+    let worker = service_worker(std::str::from_utf8(&template)?, &plain, &packed)?;
+    plain.insert(SERVICE_WORKER.to_owned(), worker);
+    for (name, bytes) in &plain {
+        packed.insert(name.clone(), gzip(bytes)?);
+    }
+
     let mut list = String::from("&[\n");
-    for name in names {
-        let path = match &*name {
+    for (number, (name, bytes)) in packed.iter().enumerate() {
+        let path = match &**name {
             "index.html" => "",
             name => name,
         };
-        let (path, kind) = (format!("/{path}"), kind(&name)?);
-        let packed = root.join(name + ".gz");
+        let (path, kind) = (format!("/{path}"), kind(name)?);
+        let file = out.join(format!("{number}.gz"));
+        fs::write(&file, bytes)?;
         writeln!(
             list,
-            "File {{ path: {path:?}, kind: {kind:?}, gzip: include_bytes!({packed:?}) }},"
+            "File {{ path: {path:?}, kind: {kind:?}, gzip: include_bytes!({file:?}) }},"
         )?;
     }
     list.push(']');
-    fs::write(PathBuf::from(env::var("OUT_DIR")?).join("files.rs"), list)?;
+    fs::write(out.join("files.rs"), list)?;
     Ok(())
 }
 
-/// The names of all files in a folder, without the `.gz` that each of them ends in.
-fn list(folder: &Path, within: &str, names: &mut Vec<String>) -> Result<(), Box<dyn Error>> {
+/// Reads all files below a folder, by their path within it.
+fn read(
+    folder: &Path,
+    within: &str,
+    files: &mut BTreeMap<String, Vec<u8>>,
+) -> Result<(), Box<dyn Error>> {
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
         let name = entry.file_name();
-        let name = name.to_str().ok_or("a name that is no text")?;
+        let name = name.to_str().ok_or("a file name is not UTF-8")?;
         let inner = format!("{within}{name}");
         if entry.file_type()?.is_dir() {
-            list(&entry.path(), &format!("{inner}/"), names)?;
+            read(&entry.path(), &format!("{inner}/"), files)?;
         } else {
-            let plain = inner.strip_suffix(".gz");
-            names.push(
-                plain
-                    .ok_or_else(|| format!("{inner} is not packed"))?
-                    .to_owned(),
-            );
+            files.insert(inner, fs::read(entry.path())?);
         }
     }
     Ok(())
+}
+
+/// Reads the compressed modules, by the path at which the page asks for them.
+fn modules(folder: &Path) -> Result<BTreeMap<String, Vec<u8>>, Box<dyn Error>> {
+    let mut files = BTreeMap::new();
+    read(folder, "assets/", &mut files)?;
+    let packed = files
+        .into_iter()
+        .filter_map(|(name, bytes)| Some((name.strip_suffix(".gz")?.to_owned(), bytes)));
+    Ok(packed.collect())
+}
+
+/// Fills in which files the service worker keeps, and a build id that changes with any of them.
+fn service_worker(
+    template: &str,
+    plain: &BTreeMap<String, Vec<u8>>,
+    modules: &BTreeMap<String, Vec<u8>>,
+) -> Result<Vec<u8>, Box<dyn Error>> {
+    let mut files: BTreeMap<&str, &[u8]> = BTreeMap::new();
+    for (name, bytes) in plain.iter().chain(modules) {
+        files.insert(name, bytes);
+    }
+    let mut digest = Sha256::new();
+    digest.update(template);
+    for (name, bytes) in &files {
+        digest.update(name);
+        digest.update(Sha256::digest(bytes));
+    }
+    let mut build = String::new();
+    for byte in &digest.finalize()[..8] {
+        write!(build, "{byte:02x}")?;
+    }
+    let names: Vec<_> = files.keys().collect();
+    let mut text = template.to_owned();
+    for (empty, full) in [
+        ("const BUILD = \"\";", format!("const BUILD = {build:?};")),
+        ("const FILES = [];", format!("const FILES = {names:?};")),
+    ] {
+        if !text.contains(empty) {
+            return Err(format!("page/sw.js has no line {empty}").into());
+        }
+        text = text.replace(empty, &full);
+    }
+    Ok(text.into_bytes())
+}
+
+/// Compresses without a name and a time, so that the same bytes give the same file.
+fn gzip(bytes: &[u8]) -> std::io::Result<Vec<u8>> {
+    let mut gzip = GzBuilder::new().write(Vec::new(), Compression::best());
+    gzip.write_all(bytes)?;
+    gzip.finish()
 }
 
 fn kind(name: &str) -> Result<&'static str, String> {
@@ -61,6 +134,10 @@ fn kind(name: &str) -> Result<&'static str, String> {
         "txt" => "text/plain; charset=utf-8",
         "wasm" => "application/wasm",
         "webmanifest" => "application/manifest+json",
-        _ => return Err(format!("{name}: no type is known for such a file")),
+        _ => {
+            return Err(format!(
+                "{name}: the media type of such a file is not listed"
+            ));
+        }
     })
 }

@@ -7,11 +7,12 @@ mod dissector;
 mod dist;
 mod exports;
 mod fidelity;
-mod fields;
 mod gallery;
+mod generate;
 mod library;
 mod plan_schema;
 mod protocol;
+#[path = "../../crates/magician-py/build/package.rs"]
 mod python;
 #[cfg(test)]
 mod sentences;
@@ -29,7 +30,7 @@ Usage: cargo xtask CHORE
   alarms     list the alarms as conformance cases show them: docs/ALARMS.md
   station    list the methods and routes of a station: docs/STATION-API.md
   studio [--check]
-             build the page for browsers with Node: crates/magician-studio/packed; compare it
+             build the page for browsers with Node: crates/magician-studio/page; compare it
   studio-api [--check]
              write the methods as types of the page: studio/src/api.ts
   fidelity   list what the virtual arm assumes, and the cases that hold it: docs/FIDELITY.md
@@ -37,15 +38,15 @@ Usage: cargo xtask CHORE
   dissector  write the Wireshark dissector: docs/wireshark/magician.lua
   vendor-functions
              list every function of the drop-in for the vendor's library: docs/VENDOR-FUNCTIONS.md
-  python     write the Python package's commands and alarms: crates/magician-py/python/magician/*.py
+  generate [headers | python | modules]..
+             write what is not kept in git: the C headers of the vendor's library, parts of the Python package,
+             the WebAssembly modules of a page without a server; what is current stays as it is
   plan-schema
              write the commands into the schema of plan files: crates/magician-program/plan.schema.json
   gallery    draw each motion mode on the virtual arm: docs/gallery/*.svg and docs/GALLERY.md
   workshop [PIECE..]
              make pieces of every kind with the command on the virtual arm: docs/workshop/* and docs/WORKSHOP.md;
              with names only make these and show how well they match
-  vendor-headers
-             write the C headers of the drop-in for the vendor's library: crates/magician-capi/include/v*
   vendor-library [--target TRIPLE] [DIR]
              build the drop-in and lay it out as it is installed: target/vendor-library/TRIPLE
   licences [--check | PACKAGE [--features LIST] [--target TRIPLE]]
@@ -68,15 +69,14 @@ fn main() -> ExitCode {
         Some((chore, [])) if chore == "gallery" => gallery::write(&docs),
         Some((chore, rest)) if chore == "workshop" => workshop::write(rest, &root),
         Some((chore, [])) if chore == "protocol" => protocol::write(&docs),
-        Some((chore, [])) if chore == "python" => python::write(&root),
+        Some((chore, rest)) if chore == "generate" => generate::run(rest, &root),
         Some((chore, [])) if chore == "plan-schema" => plan_schema::write(&root),
         Some((chore, [])) if chore == "dissector" => dissector::write(&docs),
         Some((chore, [])) if chore == "fidelity" => fidelity::write(&docs),
         Some((chore, [])) if chore == "alarms" => alarms::write(&docs),
         Some((chore, [])) if chore == "station" => station::write(&docs),
-        Some((chore, rest)) if chore == "studio" => studio::bundle::run(rest, &root),
+        Some((chore, rest)) if chore == "studio" => studio::page::run(rest, &root),
         Some((chore, rest)) if chore == "studio-api" => studio::api::write(rest, &root),
-        Some((chore, [])) if chore == "vendor-headers" => library::headers::write(&root),
         Some((chore, rest)) if chore == "vendor-library" => library::run(rest, &root),
         Some((chore, rest)) if chore == "licences" => dist::licences(rest, &root),
         Some((chore, rest)) if chore == "dist" => dist::run_release(rest, &root),

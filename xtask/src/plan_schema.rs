@@ -9,7 +9,7 @@ use magician_protocol::commands::TABLE;
 use magician_protocol::{Bounds, Field, FieldType, LayoutInfo, Range, Scalar};
 use serde_json::{Map, Value, json};
 
-use crate::fields::described;
+use crate::python::described;
 
 /// The schema; all but what is made here is written by hand.
 const FILE: &str = "crates/magician-program/plan.schema.json";

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Make v1, v2 and v3/DobotDllType.py of what is in source/: generate.py [--check]
+"""Generate v1, v2 and v3/DobotDllType.py from what is in source/: generate.py [FOLDER]
 
-With --check nothing is written; it fails if a file is not what it would be.
+They are written to FOLDER, which is this one unless given.
 """
 
 import pathlib
@@ -265,8 +265,8 @@ def prototypes(family, rows):
 
 def module(family):
     rows = {row.name: row for _, chapter in table.FUNCTIONS for row in chapter if family in row.families}
-    out = [head(family), enums(family), structures(family), "\n\n", (SOURCE / "core.py").read_text()]
-    out += ["\n\n", (SOURCE / f"{family}.py").read_text()]
+    out = [head(family), enums(family), structures(family), "\n\n", (SOURCE / "core.py").read_text(encoding="utf-8")]
+    out += ["\n\n", (SOURCE / f"{family}.py").read_text(encoding="utf-8")]
     for title, chapter in table.FUNCTIONS:
         made = "".join(function(row, family) for row in chapter if family in row.families)
         if made:
@@ -307,20 +307,18 @@ def wrapped(line):
     return "\n".join([opened, *(pad + row for row in rows), " " * indent + close])
 
 
+def write(path, text):
+    """Write a file that differs; one that does not keeps its time, so that nothing is built anew for it."""
+    if path.exists() and path.read_text(encoding="utf-8") == text:
+        return
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+
+
 def main():
-    stale = []
+    folder = pathlib.Path(sys.argv[1]) if sys.argv[1:] else HERE
     for family in table.FAMILIES:
-        path = HERE / family / "DobotDllType.py"
-        text = module(family)
-        if path.exists() and path.read_text() == text:
-            continue
-        stale.append(str(path))
-        if "--check" not in sys.argv[1:]:
-            path.parent.mkdir(exist_ok=True)
-            path.write_text(text)
-    if stale and "--check" in sys.argv[1:]:
-        sys.exit("not what generate.py makes: " + ", ".join(stale))
-    print("made" if stale else "fresh", *stale)
+        write(folder / family / "DobotDllType.py", module(family))
 
 
 if __name__ == "__main__":

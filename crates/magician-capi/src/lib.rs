@@ -8,6 +8,7 @@
 //!   it, and what it does. [`FUNCTIONS`] is the same table to look at.
 //! * [`session`] is the connected arms and what is true of all calls; [`call`] is the verbs that most functions are.
 //! * [`mod@pointer`] is what C hands over, and the only place that touches its memory.
+//! * [`headers`] makes each family's C headers from their common source.
 //! * [`structure`] names the C structures and the rows of the protocol that they are laid out as.
 //!
 //! No robot knowledge is here: layouts are the protocol's table, behaviour is the driver's.
@@ -16,6 +17,7 @@ mod abi;
 pub mod call;
 mod code;
 pub mod functions;
+pub mod headers;
 mod log;
 mod notice;
 pub mod pointer;

@@ -1,4 +1,4 @@
-"""Makes the blocking interface of the asyncio one: python tools/blocking.py [--check].
+"""Generates the blocking interface from the asyncio one.
 
 What stands between ``# [aio]`` and ``# [both]`` is left out, what stands as comments between ``# [blocking]`` and ``#
 [both]`` is taken in.
@@ -59,19 +59,15 @@ def blocking(text: str, head: str) -> str:
     return head + text[text.index('"""', 3) + 4 :]
 
 
-def main() -> int:
-    status = 0
+def main() -> None:
     for source, (result, about) in MADE.items():
         text = (PACKAGE / source).read_text(encoding="utf-8")
         made = blocking(text, HEAD.format(about=about, source=source))
         path = PACKAGE / result
-        if "--check" not in sys.argv:
+        # What is as it was keeps its time: nothing is built anew for it.
+        if not path.exists() or path.read_text(encoding="utf-8") != made:
             path.write_text(made, encoding="utf-8")
-        elif not path.exists() or path.read_text(encoding="utf-8") != made:
-            print(f"{result} is not what tools/blocking.py makes of {source}", file=sys.stderr)
-            status = 1
-    return status
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

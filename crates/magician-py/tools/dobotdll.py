@@ -1,27 +1,34 @@
-"""Brings the DobotDllType modules of our C library into the package: python tools/dobotdll.py [--check]."""
+"""Generates the DobotDllType modules of the package from the sources beside our C library.
+
+A source distribution has the modules and not their sources: it keeps what it has.
+"""
 
 from __future__ import annotations
 
+import importlib.util
 import sys
 from pathlib import Path
 
-HERE = Path(__file__).parent.parent
-SOURCE = HERE.parent / "magician-capi" / "python"
+HERE = Path(__file__).resolve().parent.parent
+GENERATOR = HERE.parent / "magician-capi" / "python" / "generate.py"
 RESULT = HERE / "python" / "magician" / "compat" / "dobotdll"
+FAMILIES = ("v1", "v2", "v3")
 
 
 def main() -> int:
-    stale: list[Path] = []
-    for family in ("v1", "v2", "v3"):
-        text = (SOURCE / family / "DobotDllType.py").read_text(encoding="utf-8")
-        result = RESULT / f"{family}.py"
-        if not result.exists() or result.read_text(encoding="utf-8") != text:
-            stale.append(result)
-            if "--check" not in sys.argv:
-                result.write_text(text, encoding="utf-8")
-    if "--check" in sys.argv and stale:
-        print("tools/dobotdll.py has not brought", *stale, file=sys.stderr)
-        return 1
+    results = {family: RESULT / f"{family}.py" for family in FAMILIES}
+    if not GENERATOR.exists():
+        missing = [str(path) for path in results.values() if not path.exists()]
+        if missing:
+            print("missing, and so are their sources:", *missing, file=sys.stderr)
+            print("make the source distribution after `cargo xtask generate python`", file=sys.stderr)
+        return len(missing)
+    spec = importlib.util.spec_from_file_location("generate", GENERATOR)
+    assert spec is not None and spec.loader is not None
+    generate = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(generate)
+    for family, path in results.items():
+        generate.write(path, generate.module(family))
     return 0
 
 

@@ -2,22 +2,35 @@
 #![cfg_attr(docsrs, feature(doc_cfg))]
 #![no_std]
 
-/// A file of the page.
+/// File of the page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct File {
-    /// Its path at the server.
+    /// Path at the server.
     pub path: &'static str,
-    /// Its type, as `Content-Type` says it.
+    /// Media type, as in `Content-Type`.
     pub kind: &'static str,
-    /// What it holds, compressed by gzip.
+    /// Content, compressed by gzip.
     pub gzip: &'static [u8],
 }
 
 /// All files of the page.
 pub static FILES: &[File] = include!(concat!(env!("OUT_DIR"), "/files.rs"));
 
-/// The file at a path.
+/// WebAssembly modules of a page that has no server: the virtual arm with its station, and the
+/// readers of files.
+const MODULES: [&str; 2] = ["/assets/arm.wasm", "/assets/files.wasm"];
+
+/// Returns the file at a path, or `None` if the page has no such file.
 #[must_use]
 pub fn file(path: &str) -> Option<&'static File> {
     FILES.iter().find(|file| file.path == path)
+}
+
+/// True if the page works without a server, too: the WebAssembly modules are among its files.
+///
+/// A checkout has no modules until `cargo xtask generate modules` builds them; releases and the
+/// registry's package have them.
+#[must_use]
+pub fn works_without_server() -> bool {
+    MODULES.iter().all(|path| file(path).is_some())
 }

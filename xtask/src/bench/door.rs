@@ -22,6 +22,7 @@ use tokio::runtime::Builder;
 use tokio::sync::oneshot;
 
 use super::figure::Figure;
+use crate::library;
 
 const PACED: LineTiming = LineTiming {
     baud: Some(115_200),
@@ -73,11 +74,13 @@ fn build(root: &Path) -> Result<Built, Box<dyn Error>> {
     // Beside this program, wherever that was built.
     let here = env::current_exe()?;
     let folder = here.parent().ok_or("a folder of built programs")?;
+    let include = folder.join("vendor-include");
+    library::write_headers(&include)?;
     let program = folder.join("vendor-rate");
     done(
         Command::new("cc")
             .args(["-O2", "-DFAMILY=1", "-I"])
-            .arg(root.join("crates/magician-capi/include/v1"))
+            .arg(include.join("v1"))
             .arg(root.join("interop/vendor/rate.c"))
             .arg("-o")
             .arg(&program)

@@ -25,6 +25,8 @@ use manifests::Made;
 use system::{Family, System};
 use wish::Wish;
 
+use crate::studio::modules;
+
 pub(crate) use licences::{Build, page as licences_of, run as licences};
 pub(crate) use metadata::Metadata;
 pub(crate) use publish::publish;
@@ -47,6 +49,7 @@ struct Row {
 /// When something of what was asked for could not be made or tried.
 pub(crate) fn run_release(words: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
     let wish = Wish::read(words)?;
+    modules::write(root)?;
     let builder = Builder::new(&root.canonicalize()?, &wish.profile)?;
     let archives = builder.metadata.target_directory.join("archive");
     if archives.exists() {

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::Command;
 
 use super::{Metadata, cargo, run};
+use crate::studio::modules;
 
 /// `publish [--dry-run]`: `cargo publish --workspace`.
 ///
@@ -25,7 +26,10 @@ pub(crate) fn publish(words: &[String], root: &Path) -> Result<(), Box<dyn Error
     let changelog = fs::read_to_string(root.join("CHANGELOG.md"))?;
     match refused(&metadata, &changelog) {
         Some(reason) => Err(format!("not published: {reason}").into()),
-        None => run(&mut publish),
+        None => {
+            modules::write(root)?;
+            run(&mut publish)
+        }
     }
 }
 

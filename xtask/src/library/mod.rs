@@ -1,13 +1,12 @@
-//! What C and C++ programmers get: headers, and the drop-in for the vendor's library as it is installed.
+//! The drop-in for the vendor's library as it is installed: for programs in C, C++ and Python.
 
-pub(crate) mod headers;
 mod import;
 mod stage;
 
 use std::error::Error;
 use std::path::Path;
 
-pub(crate) use stage::{stage, stage_release};
+pub(crate) use stage::{PYTHON, stage, stage_release, write_headers, write_python};
 
 /// `vendor-library [--target TRIPLE] [DIR]`: builds the libraries and lays them out; `--imports TRIPLE DIR` makes nothing
 /// but the import libraries.

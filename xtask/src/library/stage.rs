@@ -13,16 +13,19 @@
 use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use magician_capi::Family;
+use magician_capi::headers::headers;
 
-use super::headers::HEADERS;
 use super::import;
 use crate::dist::{self, Builder, ReleaseSystem};
 
 const PACKAGES: [&str; 3] = ["magician-capi-v1", "magician-capi-v2", "magician-capi-v3"];
 const FAMILIES: [(&str, Family); 3] = [("v1", Family::V1), ("v2", Family::V2), ("v3", Family::V3)];
 
+/// Interpreter that runs the generators of Python files.
+pub(crate) const PYTHON: &str = "python3";
 /// The script that puts the folder where it is wanted.
 const INSTALLER: &str = "install-dobotdll";
 
@@ -92,23 +95,19 @@ fn lay_out(
     let packages = folder.join("lib/pkgconfig");
     fs::create_dir_all(&packages)?;
     for (name, family) in FAMILIES {
-        let include = folder.join("include/dobotdll").join(name);
-        fs::create_dir_all(&include)?;
-        for header in HEADERS {
-            fs::copy(
-                door.join("include").join(name).join(header),
-                include.join(header),
-            )?;
-        }
         let library = folder.join("lib/dobotdll").join(name);
         fs::create_dir_all(&library)?;
         put_library(built, name, target, &library)?;
         if target.contains("windows") {
             import::write(&library, family, target)?;
         }
-        copy_files(&door.join("python").join(name), &library, "py")?;
         let (package, text) = package(name, target, version);
         fs::write(packages.join(package), text)?;
+    }
+    write_headers(&folder.join("include/dobotdll"))?;
+    if let Err(error) = write_python(root, &folder.join("lib/dobotdll")) {
+        // Programs in C need no Python.
+        println!("DobotDllType.py is left out: {error}");
     }
     // It finds the families beside it.
     fs::copy(
@@ -130,6 +129,29 @@ fn lay_out(
         folder.join(INSTALLER),
     )?;
     Ok(())
+}
+
+/// Writes the C headers, each family's to a folder of its own.
+pub(crate) fn write_headers(folder: &Path) -> std::io::Result<()> {
+    for (name, family) in FAMILIES {
+        let folder = folder.join(name);
+        fs::create_dir_all(&folder)?;
+        for (header, text) in headers(family) {
+            fs::write(folder.join(header), text)?;
+        }
+    }
+    Ok(())
+}
+
+/// Writes `DobotDllType.py`, each family's to a folder of its own.
+pub(crate) fn write_python(root: &Path, folder: &Path) -> Result<(), Box<dyn Error>> {
+    let generator = root.join("crates/magician-capi/python/generate.py");
+    let mut command = Command::new(PYTHON);
+    let status = command.arg("-B").arg(generator).arg(folder).status();
+    match status.map_err(|error| format!("{PYTHON}: {error}"))? {
+        status if status.success() => Ok(()),
+        status => Err(format!("generate.py: {status}").into()),
+    }
 }
 
 /// The import libraries of a target's families, each in a folder of its own.

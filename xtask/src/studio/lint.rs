@@ -7,7 +7,7 @@ use magician_protocol::{Alarm, Row};
 use magician_sim::Scenario;
 use magician_station::api::RpcError;
 
-use super::bundle::files;
+use super::page::files;
 
 /// What stands behind a number of the arm.
 const UNITS: [&str; 7] = ["mm", "deg", "°", "V", "Hz", "毫米", "度"];

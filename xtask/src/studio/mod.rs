@@ -1,6 +1,7 @@
-//! The page of a station: its types, and its bundle.
+//! The page of a station: its types, its scripts, and the modules of a page without a server.
 
 pub(crate) mod api;
-pub(crate) mod bundle;
 #[cfg(test)]
 mod lint;
+pub(crate) mod modules;
+pub(crate) mod page;

@@ -72,7 +72,7 @@ impl Subject {
             writeln!(source, "int (*const a_{name})({arguments}) = {name};").unwrap();
         }
         self.compile("prototypes.c", &source);
-        let header = fs::read_to_string(self.include().join("DobotDll.h")).expect("DobotDll.h");
+        let [(_, header), _] = magician_capi::headers::headers(self.family);
         let declared: BTreeSet<&str> = (header.split("DOBOTDLLSHARED_EXPORT int ").skip(1))
             .filter_map(|rest| Some(rest.split_once('(')?.0))
             .collect();
@@ -116,8 +116,7 @@ impl Subject {
     fn program(self, source: &str, folder: &Path) -> Command {
         let program = folder.join("program");
         run(self
-            .compiler()
-            .arg(format!("-I{}", folder.display()))
+            .compiler(folder)
             .arg(here().join(source))
             .arg("-o")
             .arg(&program)
@@ -159,13 +158,11 @@ impl Subject {
         types.join(", ")
     }
 
-    fn include(self) -> PathBuf {
-        here()
-            .join("../../include")
-            .join(format!("v{}", self.number))
-    }
-
-    fn compiler(self) -> Command {
+    /// Returns a compiler that finds the family's headers, which are written to the folder.
+    fn compiler(self, folder: &Path) -> Command {
+        for (name, text) in magician_capi::headers::headers(self.family) {
+            fs::write(folder.join(name), text).unwrap();
+        }
         let mut command = Command::new(env::var_os("CC").unwrap_or_else(|| "cc".into()));
         command
             .args([
@@ -176,15 +173,16 @@ impl Subject {
                 "-Werror",
             ])
             .arg(format!("-DFAMILY={}", self.number))
-            .arg(format!("-I{}", self.include().display()));
+            .arg(format!("-I{}", folder.display()));
         command
     }
 
     /// Compiles a source, without making anything of it.
     fn compile(self, name: &str, source: &str) {
-        let file = self.folder(name).join(name);
+        let folder = self.folder(name);
+        let file = folder.join(name);
         fs::write(&file, source).unwrap();
-        run(self.compiler().arg("-fsyntax-only").arg(&file));
+        run(self.compiler(&folder).arg("-fsyntax-only").arg(&file));
     }
 
     /// An empty folder of the test's own.

@@ -16,6 +16,11 @@ use crate::context::Context;
 use crate::failure::Failure;
 use crate::paint::tell;
 
+/// Said where a page without a server is wanted of a build that cannot make one.
+const NO_MODULES: &str = "this build has no WebAssembly modules: its page works over a station, but has no virtual arm of its own and no Web Serial";
+const BUILD_MODULES: &str =
+    "run `cargo xtask generate modules` in a checkout and build again, or take a release";
+
 /// See and move an arm in the browser
 #[derive(Args, Debug)]
 #[command(after_help = "\
@@ -59,6 +64,9 @@ impl Studio {
             (_, true) => Shown::AsAddress,
             _ => Shown::InBrowser,
         };
+        if !magician_studio::works_without_server() {
+            tell(format_args!("note: {NO_MODULES}; {BUILD_MODULES}"));
+        }
         if !self.app {
             return self.serve.run(context);
         }
@@ -97,6 +105,9 @@ struct Exported<'a> {
 
 /// Writes the page to a folder that holds nothing yet: nobody's files are written over.
 fn export(folder: &Path, context: &mut Context) -> Result<(), Failure> {
+    if !magician_studio::works_without_server() {
+        return Err(Failure::usage(NO_MODULES).hint(BUILD_MODULES));
+    }
     let unwritable = |error: io::Error| Failure::unwritable(folder, &error);
     fs::create_dir_all(folder).map_err(unwritable)?;
     if fs::read_dir(folder).map_err(unwritable)?.next().is_some() {

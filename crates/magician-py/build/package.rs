@@ -1,0 +1,413 @@
+//! What of the Python package is generated, and therefore not kept in git: classes of commands and
+//! alarms from the protocol's table, the blocking interface from the asyncio one, `DobotDllType`
+//! from the sources beside the C library. Used by the build script and by `cargo xtask generate`.
+
+use std::error::Error;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use magician_protocol::commands::TABLE;
+use magician_protocol::{Alarm, EnumInfo, Field, FieldType, LayoutInfo, Row, Scalar, Source};
+
+const HEAD: &str = r#"#
+# Generated from the protocol's table when the package is built, or by `cargo xtask generate python`.
+"""Every command of the protocol, as values.
+
+A value to read is a class: ``arm.get(commands.Pose)`` returns a :class:`Pose`. What is asked for with a pin, a port or
+a target is a question: ``arm.get(commands.GetIoDi(address=19))`` returns an :class:`IoDi`. A value to set is an object:
+``arm.set(commands.PtpCommonParams(velocity_ratio=50, acceleration_ratio=50))``, and what may be queued goes into
+``arm.enqueue`` and ``arm.perform`` too.
+
+The names are the vendor's, in Python's spelling. Lengths are mm, angles degrees. E numbers are those of the errata that
+the vendor's document needs.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from . import _meaning
+from ._protocol import Answer, OpenEnum, Query, Queueable, Readable, Writable
+from .alarms import Alarm
+
+"#;
+
+const OUTPUT: &str = r#"class Output(NamedTuple):
+    """An output that a move switches on its way."""
+
+    percent: int
+    """When: share of the movement that is done, percent, 0 to 100."""
+    address: int
+    """EIO address, 1 to 20."""
+    high: bool
+    """Level to set."""
+
+
+"#;
+
+const ALARMS_HEAD: &str = r#"#
+# Generated from the protocol's table when the package is built, or by `cargo xtask generate python`.
+"""The alarms of the controller, each with its cause and its remedy."""
+
+from __future__ import annotations
+
+from ._protocol import OpenEnum
+
+__all__ = ["Alarm"]
+
+
+class Alarm(OpenEnum):
+    """An alarm. It is its code, 0x00 to 0xFF; one without a name passes through.
+
+    ``print(alarm)`` shows the cause and the remedy.
+    """
+
+"#;
+
+const ALARMS_TAIL: &str = r#"
+    @property
+    def cause(self) -> str:
+        """Its cause."""
+        return _TEXTS.get(self, _NONE)[0]
+
+    @property
+    def cure(self) -> str:
+        """Its remedy."""
+        return _TEXTS.get(self, _NONE)[1]
+
+    @property
+    def holds_queue(self) -> bool:
+        """Whether it holds the queue until it is cleared: all but 0x00 to 0x07."""
+        return self > 0x07
+
+    def __str__(self) -> str:
+        return f"0x{int(self):02x} {self.name}: {self.cause} ({self.cure})"
+
+    def __format__(self, spec: str) -> str:
+        # Python 3.10 would write the text above in every format.
+        return format(int(self), spec) if spec else str(self)
+
+
+_NONE = ("unknown to this package", "look it up in the arm's manual")
+_TEXTS = {
+"#;
+
+/// Classes with a hand-written base that says what their numbers mean.
+const MEANINGS: [(&str, &str); 5] = [
+    ("Pose", "PoseMeaning"),
+    ("ColorSensor", "ColorMeaning"),
+    ("IrSwitch", "InfraredMeaning"),
+    ("IoDi", "LevelMeaning"),
+    ("IoAdc", "AnalogMeaning"),
+];
+
+/// Python programs of the package that generate the other files.
+const TOOLS: [&str; 2] = ["tools/blocking.py", "tools/dobotdll.py"];
+
+/// Writes what differs of the generated files into the package at `package`, whose interpreter is
+/// `python`.
+pub(crate) fn write(package: &Path, python: &str) -> Result<(), Box<dyn Error>> {
+    for (name, text) in [("commands.py", commands()), ("alarms.py", alarms())] {
+        let path = package.join("python/magician").join(name);
+        // Cargo and make tell what is new by its time.
+        if fs::read_to_string(&path).is_ok_and(|written| written == text) {
+            continue;
+        }
+        fs::write(path, text)?;
+    }
+    for tool in TOOLS {
+        let mut command = Command::new(python);
+        let command = command.arg("-B").arg(package.join(tool));
+        let status = command
+            .status()
+            .map_err(|error| format!("{python}: {error}"))?;
+        if !status.success() {
+            return Err(format!("{tool}: {status}").into());
+        }
+    }
+    Ok(())
+}
+
+/// Field's meaning, unit and range as a phrase; enums and flags without a range.
+pub(crate) fn described(field: &Field) -> String {
+    let mut about = field.doc.trim_end_matches('.').to_owned();
+    if !matches!(
+        field.unit,
+        "" | "flag" | "enum" | "text" | "bytes" | "count" | "id" | "reserved"
+    ) {
+        let _ = write!(about, "; {}", field.unit);
+    }
+    let counts = !matches!(field.ty, FieldType::Enum(_) | FieldType::Flag);
+    if !field.range.is_any() && counts {
+        let _ = write!(about, "; {}", field.range);
+    }
+    about
+}
+
+fn commands() -> String {
+    let mut classes = String::new();
+    let kinds = [
+        "Answer",
+        "Output",
+        "Query",
+        "Queueable",
+        "Readable",
+        "Writable",
+    ];
+    let mut names = kinds.map(str::to_owned).to_vec();
+    for info in enums() {
+        names.push(info.name.to_owned());
+        named_values(&mut classes, info);
+    }
+    classes += OUTPUT;
+    for row in TABLE {
+        command(&mut classes, &mut names, row);
+    }
+    names.sort();
+    let mut page = HEAD.trim_start_matches("#\n").to_owned();
+    page += "__all__ = [\n";
+    for name in names {
+        let _ = writeln!(page, "    \"{name}\",");
+    }
+    page += "]\n\n\n";
+    page + classes.trim_end() + "\n"
+}
+
+fn alarms() -> String {
+    let mut page = ALARMS_HEAD.trim_start_matches("#\n").to_owned();
+    for alarm in Alarm::TABLE {
+        let (name, code) = (upper(alarm.name), alarm.code);
+        let _ = writeln!(page, "    {name} = 0x{code:02X}");
+        doc(&mut page, &format!("{}.", capital(alarm.cause)));
+    }
+    page += ALARMS_TAIL;
+    for alarm in Alarm::TABLE {
+        let (code, cause, cure) = (alarm.code, alarm.cause, alarm.remedy);
+        let entry = format!("    0x{code:02X}: ({cause:?}, {cure:?}),");
+        let _ = match entry.len() {
+            0..=120 => writeln!(page, "{entry}"),
+            _ => writeln!(
+                page,
+                "    0x{code:02X}: (\n        {cause:?},\n        {cure:?},\n    ),"
+            ),
+        };
+    }
+    page + "}\n"
+}
+
+/// Every enum that a field of the table has, in the order of the table.
+fn enums() -> Vec<&'static EnumInfo> {
+    let mut all: Vec<&EnumInfo> = Vec::new();
+    let layouts = TABLE.iter().flat_map(|row| [row.query, row.value, row.set]);
+    for field in layouts.flatten().flat_map(|layout| layout.fields) {
+        if let FieldType::Enum(info) = field.ty
+            && !all.iter().any(|known| known.name == info.name)
+        {
+            all.push(info);
+        }
+    }
+    all
+}
+
+fn named_values(page: &mut String, info: &EnumInfo) {
+    let about = match info.name {
+        "PtpMode" => {
+            "How a point-to-point move travels and what its numbers mean (document 1.10.5, E28)."
+        }
+        "JogCommand" => {
+            "Which way to jog; the axis is a joint or a coordinate (document 1.9.4, E25)."
+        }
+        "CpMode" => "What the numbers of a continuous-path segment count from (document 1.11.2).",
+        "RailVersion" => "Generation of the sliding rail (E15).",
+        "SensorVersion" => "Generation of a colour or infrared sensor (E42, E43).",
+        "TeachTrigger" => "When hand teaching reports a point (document 1.7.1).",
+        "IoFunction" => "What an EIO pin does (document 1.15.1, E40).",
+        "Port" => "Connector that a sensor is plugged into (E42).",
+        "Stepper" => "External motor output (document 1.15.6).",
+        "TriggerMode" => "What a trigger looks at (document 1.14.1).",
+        "TriggerCondition" => "How a trigger compares (document 1.14.1, E35).",
+        "Handedness" => "Elbow side of a SCARA arm; without meaning on this one.",
+        _ => "Named values.",
+    };
+    let _ = writeln!(
+        page,
+        "class {}(OpenEnum):\n    \"\"\"{about}\"\"\"\n",
+        info.name
+    );
+    for variant in info.variants {
+        let _ = writeln!(page, "    {} = {}", upper(variant.name), variant.value);
+        doc(page, variant.doc);
+    }
+    *page += "\n\n";
+}
+
+/// The classes of a command: what it answers, what it is asked with, what it is set with.
+fn command(page: &mut String, names: &mut Vec<String>, row: &Row) {
+    let asks = row.query.filter(|query| !query.fields.is_empty());
+    let set = match (row.queueable, row.steers_queue()) {
+        (true, false) => "Queueable",
+        _ => "Writable",
+    };
+    let mut class = |page: &mut String, layout: &LayoutInfo, bases: &str, form: &str| {
+        names.push(layout.name.to_owned());
+        let meaning = MEANINGS.iter().find(|(name, _)| *name == layout.name);
+        let bases = match meaning {
+            Some((_, meaning)) => format!("_meaning.{meaning}, {bases}"),
+            None => bases.to_owned(),
+        };
+        let _ = writeln!(page, "class {}({bases}):", layout.name);
+        let (about, form) = (wrapped(&format!("\"\"\"{}", row.doc)), wrapped(form));
+        let _ = writeln!(page, "{about}\n\n{form}\n    \"\"\"\n");
+        let _ = writeln!(
+            page,
+            "    ID = {}\n    LAYOUT = \"{}\"",
+            row.id, layout.name
+        );
+        if !layout.fields.is_empty() {
+            *page += "\n";
+        }
+        layout.fields.iter().for_each(|field| line(page, field));
+        *page += "\n\n";
+    };
+    let source = source(row);
+    let asked = if asks.is_some() { "Answer" } else { "Readable" };
+    match (row.value, row.set) {
+        (Some(value), Some(set_layout)) if value == set_layout => {
+            let form = format!("{}, {}; {source}.", row.get_name, row.set_name);
+            class(page, value, &format!("{asked}, {set}"), &form);
+        }
+        (value, set_layout) => {
+            if let Some(value) = value {
+                let form = format!("{}; {source}.", row.get_name);
+                class(page, value, asked, &form);
+            }
+            if let Some(layout) = set_layout {
+                let form = format!("{}; {source}.", row.set_name);
+                class(page, layout, set, &form);
+            }
+        }
+    }
+    if let (Some(query), Some(value)) = (asks, row.value) {
+        let form = format!(
+            "What {} is asked with, for :class:`{}`; {source}.",
+            row.get_name, value.name
+        );
+        class(page, query, &format!("Query[{}]", value.name), &form);
+    }
+}
+
+/// Id, source, and what governs it.
+fn source(row: &Row) -> String {
+    let mut source = format!("id {}, ", row.id);
+    source += match row.source {
+        Source::Document => "document V1.1.3",
+        Source::Addition => "document V1.1.5",
+        Source::Header => "vendor headers",
+    };
+    if !matches!(row.section, "" | "none") {
+        let _ = write!(source, " section {}", row.section);
+    }
+    if !row.errata.is_empty() {
+        let _ = write!(source, ", errata {}", row.errata);
+    }
+    if row.dangerous && row.set.is_some() {
+        source += "; dangerous: it is only set with ``allow_dangerous=True``";
+    }
+    source
+}
+
+/// A field with its type, its default and a sentence.
+fn line(page: &mut String, field: &Field) {
+    let optional = field.optional && field.default.is_none();
+    let ty = type_of(field.ty);
+    let (ty, default) = match (optional, field.default) {
+        (true, _) if field.ty == FieldType::Bytes => (ty, " = b\"\"".to_owned()),
+        (true, _) => (format!("{ty} | None"), " = None".to_owned()),
+        (false, Some(default)) => (ty, format!(" = {default}")),
+        (false, None) => (ty, String::new()),
+    };
+    let _ = writeln!(page, "    {}: {ty}{default}", field.name);
+    doc(page, &format!("{}.", described(field)));
+}
+
+/// A docstring, in lines of at most 120 columns.
+fn doc(page: &mut String, text: &str) {
+    let _ = writeln!(page, "{}\"\"\"", wrapped(&format!("\"\"\"{text}")));
+}
+
+/// Words in lines of at most 117 columns, indented.
+fn wrapped(text: &str) -> String {
+    let mut lines = vec![String::from("   ")];
+    for word in text.split(' ') {
+        match lines.last_mut() {
+            Some(line) if line.len() + word.len() < 117 => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(format!("    {word}")),
+        }
+    }
+    lines.join("\n")
+}
+
+fn type_of(ty: FieldType) -> String {
+    let number = |scalar| match scalar {
+        Scalar::F32 => "float",
+        _ => "int",
+    };
+    match ty {
+        FieldType::Scalar(scalar) => number(scalar).to_owned(),
+        FieldType::Array(scalar, count) => {
+            let numbers = vec![number(scalar); count];
+            format!("tuple[{}]", numbers.join(", "))
+        }
+        FieldType::Flag => "bool".to_owned(),
+        FieldType::Enum(info) => info.name.to_owned(),
+        FieldType::Text => "str".to_owned(),
+        FieldType::Bytes => "bytes".to_owned(),
+        FieldType::Alarms => "tuple[Alarm, ...]".to_owned(),
+        FieldType::Outputs => "tuple[Output, ...]".to_owned(),
+    }
+}
+
+/// `MovjXyz` as `MOVJ_XYZ`, `LimitAxis23Pos` as `LIMIT_AXIS23_POS`.
+fn upper(name: &str) -> String {
+    let mut upper = String::new();
+    for letter in name.chars() {
+        if letter.is_ascii_uppercase() && !upper.is_empty() {
+            upper.push('_');
+        }
+        upper.push(letter.to_ascii_uppercase());
+    }
+    upper
+}
+
+fn capital(sentence: &str) -> String {
+    let mut letters = sentence.chars();
+    let first = letters.next().map(|letter| letter.to_ascii_uppercase());
+    first.into_iter().chain(letters).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_layout_is_a_class() {
+        let page = commands();
+        let layouts = TABLE.iter().flat_map(|row| [row.query, row.value, row.set]);
+        for layout in layouts.flatten().filter(|layout| layout.name != "NoArgs") {
+            let class = format!("\nclass {}(", layout.name);
+            assert_eq!(page.matches(&class).count(), 1, "{}", layout.name);
+        }
+    }
+
+    #[test]
+    fn names_are_pythons() {
+        assert_eq!(upper("MovjXyzInc"), "MOVJ_XYZ_INC");
+        assert_eq!(upper("LimitAxis23Pos"), "LIMIT_AXIS23_POS");
+        assert_eq!(upper("V1"), "V1");
+    }
+}

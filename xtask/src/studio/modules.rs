@@ -1,0 +1,128 @@
+//! The WebAssembly modules of a page that has no server: built by Cargo, not kept in git.
+
+use std::env;
+use std::error::Error;
+use std::fs;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use flate2::{Compression, GzBuilder};
+
+use super::page::done;
+
+const FOLDER: &str = "crates/magician-studio/modules";
+/// Separates flags in `CARGO_ENCODED_RUSTFLAGS`.
+const FLAG_SEPARATOR: &str = "\x1f";
+
+struct Module {
+    /// Name of the file, and of the feature of `magician-wasm` that it is built with.
+    name: &'static str,
+    feature: &'static str,
+    target: &'static str,
+    /// Size that a page should load at most, in bytes of gzip.
+    goal: usize,
+}
+
+const MODULES: [Module; 2] = [
+    Module {
+        name: "arm.wasm",
+        feature: "module",
+        target: "wasm32-wasip1",
+        goal: 600_000,
+    },
+    Module {
+        name: "files.wasm",
+        feature: "files",
+        target: "wasm32-unknown-unknown",
+        goal: 1_000_000,
+    },
+];
+
+/// Builds what is not current of the modules into the package of the page; prints their sizes.
+pub(crate) fn write(root: &Path) -> Result<(), Box<dyn Error>> {
+    let root = fs::canonicalize(root)?;
+    let missing: Vec<_> = { MODULES.iter() }
+        .map(|module| module.target)
+        .filter(|target| !has_target(target))
+        .collect();
+    if !missing.is_empty() {
+        let missing = missing.join(" ");
+        return Err(format!("the modules need: rustup target add {missing}").into());
+    }
+    let flags = flags(&root)?;
+    for module in &MODULES {
+        let bytes = fs::read(build(module, &root, &flags)?)?;
+        let packed = gzip(&bytes)?;
+        print_size(module.name, packed.len(), module.goal);
+        let path = root.join(FOLDER).join(format!("{}.gz", module.name));
+        // A file that is written is embedded anew.
+        if !fs::read(&path).is_ok_and(|kept| kept == packed) {
+            fs::write(path, packed)?;
+        }
+    }
+    Ok(())
+}
+
+/// Prints a size beside its goal. A goal that is missed is not an error.
+pub(super) fn print_size(what: &str, size: usize, goal: usize) {
+    let verdict = if size > goal { "MISSED" } else { "met" };
+    println!("{what:<10} {size:>9} bytes (gzip), goal {goal}: {verdict}");
+}
+
+/// Compresses without a name and a time, so that the same bytes give the same file.
+pub(super) fn gzip(bytes: &[u8]) -> std::io::Result<Vec<u8>> {
+    let mut gzip = GzBuilder::new().write(Vec::new(), Compression::best());
+    gzip.write_all(bytes)?;
+    gzip.finish()
+}
+
+/// Builds one module; returns where Cargo has put it.
+fn build(module: &Module, root: &Path, flags: &str) -> Result<PathBuf, Box<dyn Error>> {
+    let cargo = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let mut command = Command::new(cargo);
+    command
+        .args(["rustc", "--locked", "--quiet", "--package", "magician-wasm"])
+        .args(["--profile", "small", "--lib", "--features", module.feature])
+        .args(["--target", module.target])
+        // With other kinds of crate beside it nothing is optimised across crates.
+        .args(["--crate-type", "cdylib"])
+        .env("CARGO_ENCODED_RUSTFLAGS", flags)
+        .current_dir(root);
+    done(command)?;
+    let target = env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
+    // The library has one name, whatever its features are.
+    Ok(target.join(module.target).join("small/arm.wasm"))
+}
+
+/// Compiler flags that keep paths of this machine out of a module.
+fn flags(root: &Path) -> Result<String, Box<dyn Error>> {
+    let home = env::var_os("CARGO_HOME").map(PathBuf::from);
+    let home = home.or_else(|| Some(env::home_dir()?.join(".cargo")));
+    let sysroot = rustc(&["--print", "sysroot"]).ok_or("rustc names no sysroot")?;
+    let mut flags = vec![
+        format!("--remap-path-prefix={}=/magician", root.display()),
+        format!("--remap-path-prefix={}=/rust", sysroot.trim()),
+    ];
+    if let Some(home) = home {
+        let registry = home.join("registry/src");
+        flags.push(format!(
+            "--remap-path-prefix={}=/registry",
+            registry.display()
+        ));
+    }
+    Ok(flags.join(FLAG_SEPARATOR))
+}
+
+fn has_target(target: &str) -> bool {
+    let folder = rustc(&["--print", "target-libdir", "--target", target]);
+    folder.is_some_and(|folder| Path::new(folder.trim()).exists())
+}
+
+/// Output of the compiler, or `None` if it fails.
+fn rustc(words: &[&str]) -> Option<String> {
+    let rustc = env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
+    let output = Command::new(rustc).args(words).output().ok()?;
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    output.status.success().then_some(text)
+}
