@@ -167,15 +167,19 @@ fn no_crate_reads_a_file_that_does_not_go_with_it() {
     for package in published() {
         let folder = folder(&package);
         let manifest = fs::read_to_string(folder.join("Cargo.toml")).expect("its manifest");
-        let exclude = manifest
-            .lines()
-            .find(|line| line.starts_with("exclude = "))
-            .unwrap_or_default();
-        let left_out: Vec<_> = exclude
-            .split('"')
-            .filter_map(|part| part.strip_prefix('/'))
-            .map(|part| folder.join(part))
-            .collect();
+        let listed = |key: &str| -> Vec<PathBuf> {
+            let line = manifest.lines().find(|line| line.starts_with(key));
+            let parts = line.unwrap_or_default().split('"');
+            let parts = parts.filter_map(|part| part.strip_prefix('/'));
+            parts.map(|part| folder.join(part)).collect()
+        };
+        let included = listed("include = ");
+        let mut left_out = listed("exclude = ");
+        if !included.is_empty() {
+            let entries = fs::read_dir(&folder).expect("its folder").flatten();
+            let entries = entries.map(|entry| entry.path());
+            left_out.extend(entries.filter(|path| !included.contains(path)));
+        }
         assert!(
             !left_out.is_empty(),
             "{}: tests stay here",

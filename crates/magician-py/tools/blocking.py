@@ -7,7 +7,6 @@ What stands between ``# [aio]`` and ``# [both]`` is left out, what stands as com
 from __future__ import annotations
 
 import re
-import sys
 from pathlib import Path
 
 PACKAGE = Path(__file__).parent.parent / "python" / "magician"
