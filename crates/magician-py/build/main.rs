@@ -4,10 +4,10 @@ mod package;
 
 use std::env;
 use std::error::Error;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-/// Sources and results: a result that was deleted is generated again.
-const WATCHED: [&str; 14] = [
+/// Sources of generated files.
+const SOURCES: [&str; 7] = [
     "build",
     "tools/blocking.py",
     "tools/dobotdll.py",
@@ -15,6 +15,10 @@ const WATCHED: [&str; 14] = [
     "python/magician/_aio_station.py",
     "../magician-capi/python/generate.py",
     "../magician-capi/python/source",
+];
+
+/// Generated files.
+const RESULTS: [&str; 7] = [
     "python/magician/_blocking.py",
     "python/magician/station.py",
     "python/magician/commands.py",
@@ -25,14 +29,31 @@ const WATCHED: [&str; 14] = [
 ];
 
 fn main() -> Result<(), Box<dyn Error>> {
-    println!("cargo::rerun-if-env-changed=PYO3_PYTHON");
     let root = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?);
+    if !root.join("python").exists() {
+        return check_distribution(&root);
+    }
+    println!("cargo::rerun-if-env-changed=PYO3_PYTHON");
     let python = env::var("PYO3_PYTHON").unwrap_or_else(|_| "python3".to_owned());
     package::write(&root, &python)?;
-    // A source distribution has no C library beside it. Cargo would take what does not exist for
-    // changed, at every build.
-    for path in WATCHED.iter().filter(|path| root.join(path).exists()) {
+    // A result that was deleted is generated again.
+    for path in SOURCES.iter().chain(&RESULTS) {
         println!("cargo::rerun-if-changed={path}");
+    }
+    Ok(())
+}
+
+/// Checks that a source distribution, which has the package beside the crate, has what is generated.
+fn check_distribution(root: &Path) -> Result<(), Box<dyn Error>> {
+    let package = root.join("..");
+    for path in RESULTS {
+        println!("cargo::rerun-if-changed=../{path}");
+        if !package.join(path).exists() {
+            return Err(format!(
+                "{path} is missing: make the source distribution after `cargo xtask generate python`"
+            )
+            .into());
+        }
     }
     Ok(())
 }
