@@ -37,6 +37,7 @@ from ._native import (
     until_ended,
     until_moment,
     until_next,
+    until_settled,
     until_steps,
     until_stopped,
 )
@@ -300,8 +301,8 @@ class Arm(Bound):
     async def _settle(self) -> None:
         """Waits until motions that were begun without waiting have ended."""
         last, self._last = self._last, None
-        if last is not None and not last.told:
-            await until_ended(last, self._core)
+        if last is not None:
+            await until_settled(last, self._core)
 
     def _drop(self) -> None:
         """Drops motions that were begun without waiting and have not been sent."""
@@ -316,7 +317,7 @@ class Arm(Bound):
         if self._last is not None and self._last.over:
             # The end of the motion before is reported to its own caller.
             await self._settle()
-        self._last = going = Going(steps, self._last)
+        self._last = going = Going(self._core, steps, self._last)
         return Motion(self._core, going)
 
     async def _move(self, *program: Queueable, speed: float | None = None, wait: bool = True) -> Motion[Ran]:
@@ -1852,7 +1853,10 @@ class Motion(Bound, Generic[_T]):
 
     # [both]
     def cancel(self) -> None:
-        """Stops the arm, if the motion has begun, and drops the motions behind it. Returns at once."""
+        """Stops the arm, if the motion has begun, and drops the motions behind it. Returns at once.
+
+        :meth:`wait` ends once the arm stands, and so long waits any motion that is begun after this.
+        """
         self._going.cancel()
 
 
