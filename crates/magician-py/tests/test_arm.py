@@ -285,6 +285,9 @@ def test_dangerous(arm: Arm) -> None:
     arm.set(commands.DeviceSn("123"), allow_dangerous=True)
     assert arm.info().serial_number == "123"
     arm.get(commands.WifiSsid)
+    with pytest.raises(errors.InvalidInputError, match="flash.* allow_dangerous=True"):
+        arm.set(commands.QueuedCmdStartDownload(1, 1))
+    arm.set(commands.QueuedCmdStartDownload(1, 1), allow_dangerous=True)
 
 
 def test_full_queue(arm: Arm) -> None:

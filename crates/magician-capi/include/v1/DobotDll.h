@@ -317,7 +317,7 @@ DOBOTDLLSHARED_EXPORT int SetQueuedCmdStartExec(void);
 DOBOTDLLSHARED_EXPORT int SetQueuedCmdStopExec(void);
 /* Stops the queue and the running command. */
 DOBOTDLLSHARED_EXPORT int SetQueuedCmdForceStopExec(void);
-/* What is queued from here on becomes the program in the arm's memory: how often it runs, and of how many commands it is. */
+/* [guarded] What is queued from here on becomes the program in the arm's memory: how often it runs, and of how many commands it is. */
 DOBOTDLLSHARED_EXPORT int SetQueuedCmdStartDownload(uint32_t totalLoop, uint32_t linePerLoop);
 DOBOTDLLSHARED_EXPORT int SetQueuedCmdStopDownload(void);
 /* Drops what waits. */

@@ -310,7 +310,7 @@ DOBOTDLLSHARED_EXPORT int SetQueuedCmdStartExec(int dobotId);
 DOBOTDLLSHARED_EXPORT int SetQueuedCmdStopExec(int dobotId);
 /* Stops the queue and the running command. */
 DOBOTDLLSHARED_EXPORT int SetQueuedCmdForceStopExec(int dobotId);
-/* What is queued from here on becomes the program in the arm's memory: how often it runs, and of how many commands it is. */
+/* [guarded] What is queued from here on becomes the program in the arm's memory: how often it runs, and of how many commands it is. */
 DOBOTDLLSHARED_EXPORT int SetQueuedCmdStartDownload(int dobotId, uint32_t totalLoop, uint32_t linePerLoop);
 DOBOTDLLSHARED_EXPORT int SetQueuedCmdStopDownload(int dobotId);
 /* Drops what waits. */

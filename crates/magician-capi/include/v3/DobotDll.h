@@ -399,7 +399,7 @@ DOBOTDLLSHARED_EXPORT int SetQueuedCmdStartExec(int masterId, int slaveId);
 DOBOTDLLSHARED_EXPORT int SetQueuedCmdStopExec(int masterId, int slaveId);
 /* Stops the queue and the running command. */
 DOBOTDLLSHARED_EXPORT int SetQueuedCmdForceStopExec(int masterId, int slaveId);
-/* What is queued from here on becomes the program in the arm's memory: how often it runs, and of how many commands it is. */
+/* [guarded] What is queued from here on becomes the program in the arm's memory: how often it runs, and of how many commands it is. */
 DOBOTDLLSHARED_EXPORT int SetQueuedCmdStartDownload(int masterId, int slaveId, uint32_t totalLoop,
     uint32_t linePerLoop);
 DOBOTDLLSHARED_EXPORT int SetQueuedCmdStopDownload(int masterId, int slaveId);

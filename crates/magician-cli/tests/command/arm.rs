@@ -214,6 +214,23 @@ fn every_readable_command_answers_with_its_fields() {
 }
 
 #[test]
+fn storing_a_program_wants_yes_and_says_why() {
+    let store = [
+        "set",
+        "QueuedCmdStartDownload",
+        "total_loop=1",
+        "line_per_loop=1",
+    ];
+    let refused = on_sim(&store);
+    assert_eq!(refused.status, 2, "{refused:?}");
+    let why = "QueuedCmdStartDownload has what follows written to the arm's flash, where it runs \
+               later by the arm's key; nothing was sent";
+    assert!(refused.err.contains(why), "{refused:?}");
+    let meant = on_sim(&[&store[..], &["--yes"]].concat());
+    assert_eq!(meant.status, 0, "{meant:?}");
+}
+
+#[test]
 fn tools_pins_alarms_and_the_queue() {
     let run = script(
         "suction on\n\

@@ -594,7 +594,8 @@ class Arm(Bound):
         Or by any name of the command: ``arm.set("PTPCommonParams", velocity_ratio=50, acceleration_ratio=50)``.
 
         :param allow_dangerous: allows commands that can brick, decalibrate or unlock the arm: firmware, serial number,
-            sensor calibration, Wi-Fi, :class:`~magician.commands.ResetPose`.
+            sensor calibration, Wi-Fi, :class:`~magician.commands.ResetPose`; or that store a program in it:
+            :class:`~magician.commands.QueuedCmdStartDownload`.
         :param allow_laser: Whether the laser of a real arm may burn: without it a command that lights the laser (or
             raises its pins EIO 2 and 4) is refused.
 

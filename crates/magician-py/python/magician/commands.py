@@ -1832,7 +1832,8 @@ class QueuedCmdForceStopExec(Writable):
 class QueuedCmdStartDownload(Writable):
     """Begins to store a program in the arm.
 
-    SetQueuedCmdStartDownload; id 243, document V1.1.3 section 1.19.4, errata E46.
+    SetQueuedCmdStartDownload; id 243, document V1.1.3 section 1.19.4, errata E46; dangerous: it is only set with
+    ``allow_dangerous=True``.
     """
 
     ID = 243
