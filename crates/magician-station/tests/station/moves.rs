@@ -174,6 +174,43 @@ async fn storing_a_program_needs_a_teacher_who_means_it() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn share_of_power_out_of_range_is_refused_with_value_and_range() {
+    let bench = Bench::new(1).await;
+    let mut teacher = bench.join_as("Teacher", Role::Teacher).await;
+    teacher.lease().await;
+    let burn = json!({"cp_mode": 1, "x": 220, "y": 0, "z": 20, "velocity_or_power": -1});
+    let pulses = json!({"address": 4, "frequency": 100, "duty_cycle": 101});
+    for (method, command, fields, said) in [
+        (
+            "arm.enqueue",
+            "CPLECmd",
+            &burn,
+            "velocity_or_power is -1 %, it must be 0 to 100 %",
+        ),
+        (
+            "arm.set",
+            "IOPWM",
+            &pulses,
+            "duty_cycle is 101 %, it must be 0 to 100 %",
+        ),
+        (
+            "arm.enqueue",
+            "IOPWM",
+            &pulses,
+            "duty_cycle is 101 %, it must be 0 to 100 %",
+        ),
+    ] {
+        let params = json!({"command": command, "fields": fields, "yes": true});
+        let refused = teacher.call(method, params).await.unwrap_err();
+        assert_eq!(refused["data"]["kind"], json!("invalid-input"), "{refused}");
+        assert!(
+            refused["message"].as_str().unwrap().contains(said),
+            "{refused}"
+        );
+    }
+}
+
+#[tokio::test(start_paused = true)]
 async fn a_viewer_looks_and_stops_and_does_nothing_else() {
     let bench = Bench::new(1).await;
     let mut viewer = bench.join_as("Viewer", Role::Viewer).await;
