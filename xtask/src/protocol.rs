@@ -19,7 +19,7 @@ little-endian; floats are IEEE 754 of 32 bits.
 
 `magician commands NAME` shows the same on the terminal with examples, `magician decode HEX` explains bytes. Queue: a set may
 go into the queue. Resend: an immediate one may be sent again when its answer is lost. Danger: it can brick, uncalibrate or unlock
-the arm, so the command line wants `--yes`. Effect: what a set does (a setting lasts until it is set again or the power goes, store
+the arm, or stores a program in it, so the command line wants `--yes`. Effect: what a set does (a setting lasts until it is set again or the power goes, store
 is kept without power, queue controls the queue). May burn: its parameters can light the laser. E numbers are those of
 the [errata](ERRATA.md) that the vendor's document needs.
 

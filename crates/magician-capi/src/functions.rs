@@ -645,7 +645,7 @@ macro_rules! functions {
     /// Stops the queue and the running command.
     Command Arm SetQueuedCmdForceStopExec() in [v1 v2 v3] = |arm| set(arm, &commands::QueuedCmdForceStopExec {});
     /// Begins to store a program in the arm.
-    Command Arm SetQueuedCmdStartDownload(loops: u32, lines: u32) in [v1 v2 v3]
+    Guarded Arm SetQueuedCmdStartDownload(loops: u32, lines: u32) in [v1 v2 v3]
         = |arm, total_loop, line_per_loop| {
             set(arm, &commands::QueuedCmdStartDownload { total_loop, line_per_loop })
         };

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use magician::commands::Pose;
 use magician::{AlarmSet, Error, Lifted};
-use magician_program::resume::{ResumePoint, StepRange};
+use magician_program::resume::{DoubtReason, ResumePoint, StepRange};
 use magician_program::{Diagnostic, RemainingProgram, Report};
 
 use crate::event::Done;
@@ -43,8 +43,8 @@ pub enum Fault {
     Doubt {
         /// So many steps at least and at most.
         span: StepRange,
-        /// Whether the last job has said so itself. If not, the arm was switched off, or others have used it.
-        said: bool,
+        /// Why.
+        why: DoubtReason,
     },
     /// Commands of the last job wait in the arm's queue, and nothing moves.
     Stands {
@@ -169,9 +169,9 @@ impl fmt::Display for JobError {
                 write!(f, "the journal {place} cannot be read")
             }
             Fault::AllDone => f.write_str("nothing to resume: all steps are done"),
-            Fault::Doubt { span, .. } => write!(
+            Fault::Doubt { span, why } => write!(
                 f,
-                "{} steps are certainly done, and {} at most",
+                "{} steps are certainly done, and {} at most: {why}",
                 span.least, span.most
             ),
             Fault::Stands { waiting } => write!(

@@ -105,6 +105,8 @@ pub struct StartsAt {
     pub again: bool,
     /// How many mm are burnt twice; at most so many where it is repeated.
     pub burnt_twice: f64,
+    /// Nothing of the earlier job had come to the arm's queue.
+    pub nothing_queued: bool,
 }
 
 /// What a job waits for, longer than for an answer.

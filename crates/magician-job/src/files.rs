@@ -4,7 +4,7 @@ use std::fs::{File, TryLockError};
 use std::io;
 use std::path::Path;
 
-pub use magician::files::{replace, replace_private};
+pub use magician::files::{check_writable, replace, replace_private, write_whole};
 
 /// A file to write from its beginning, locked; one that another program is writing stays as it is.
 ///

@@ -1,6 +1,6 @@
 //! From a call of a program to calls of the station.
 
-use magician_protocol::HostInstant;
+use magician_protocol::{HostInstant, Row};
 use serde_json::{Map, Value, json};
 
 use crate::answers::{Then, Turn};
@@ -200,12 +200,15 @@ impl Link {
             let why = "firmware and restart are not for programs";
             return Err(LinkError::new(ErrorCode::NEVER, why));
         }
-        let dangerous = method.dangerous || method.row().is_some_and(|row| row.dangerous);
-        if dangerous && method.access == Access::Write && !self.options.dangerous {
-            let why = format!(
-                "{} can brick, uncalibrate or unlock the arm: start with --link-dangerous",
-                method.name
-            );
+        let danger = method.row().and_then(Row::danger);
+        let danger = danger.or(method
+            .dangerous
+            .then_some("can brick, uncalibrate or unlock the arm"));
+        if let Some(danger) = danger
+            && method.access == Access::Write
+            && !self.options.dangerous
+        {
+            let why = format!("{} {danger}: start with --link-dangerous", method.name);
             return Err(LinkError::command(why));
         }
         Ok(())

@@ -5,6 +5,7 @@
 //! resume, or which steps are in doubt: [`Checkpoint::resume_point`].
 
 use std::collections::VecDeque;
+use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
@@ -208,10 +209,24 @@ impl StepCounter {
     }
 
     /// The last index, and the steps up to it.
+    ///
+    /// As long as no step was taken it is the one of the last command before the first step. The
+    /// arm's queue was empty when the run began, so its index is known before the arm has given it.
     #[must_use]
     pub fn last(&self) -> Option<(u64, u64)> {
-        let (index, commands) = self.pairs.back()?;
-        Some((*index, self.steps(self.of_plan(*commands))))
+        let ahead = self.ahead();
+        match self.pairs.back() {
+            Some((index, commands)) if *commands < ahead => Some((index + (ahead - commands), 0)),
+            Some((index, commands)) => Some((*index, self.steps(self.of_plan(*commands)))),
+            None => Some((self.rest?.saturating_add(ahead), 0)),
+        }
+    }
+
+    /// Commands before the first step, with those that were inserted among them.
+    fn ahead(&self) -> u64 {
+        let inserted = (0..).zip(&self.inserted);
+        let ahead = inserted.take_while(|(nth, command)| **command <= self.lead + nth + 1);
+        self.lead + ahead.count() as u64
     }
 }
 
@@ -277,6 +292,52 @@ pub enum ResumePoint {
     Doubt(StepRange),
 }
 
+/// Why it is not known how far a run came.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum DoubtReason {
+    /// The run ended in doubt, and its checkpoint says so.
+    Ended,
+    /// The arm cannot be asked.
+    NotAsked,
+    /// Commands waited in the arm's queue when the run began, so its indices say nothing of the run.
+    NotAtRest,
+    /// The arm's clock or index began anew.
+    Reset,
+    /// The arm has finished more commands than the run gave it.
+    Others,
+    /// The arm counts commands that are no steps, and does not say which it has finished.
+    Mixed,
+}
+
+/// How far a run may have come, and why that is not known exactly.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Doubt {
+    /// Steps at least and at most.
+    pub span: StepRange,
+    /// Why.
+    pub why: DoubtReason,
+}
+
+/// Follows "the progress of the last run is not known: ".
+impl fmt::Display for DoubtReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Ended => "it ended while an answer of the arm was missing",
+            Self::NotAsked => "the arm does not tell how far it came",
+            Self::NotAtRest => "other commands waited in the arm's queue when it began",
+            Self::Reset => "the arm was switched off or reset since",
+            Self::Others => {
+                "the arm has done more than the run gave it, so another program used it since"
+            }
+            Self::Mixed => {
+                "settings or commands sent again went out between its last steps, and the arm \
+                    counts them like steps"
+            }
+        })
+    }
+}
+
 impl Checkpoint {
     /// The form that is written now.
     pub const VERSION: u32 = 1;
@@ -303,27 +364,18 @@ impl Checkpoint {
         numbering: &StepNumbering,
         stands_after: impl FnOnce(u64) -> Option<bool>,
     ) -> ResumePoint {
-        let all = StepRange {
-            least: self.finished,
-            most: self.handed.max(self.finished),
-        };
         match self.ended {
             Some(RunEnd::Between) => return ResumePoint::After(self.finished),
             Some(RunEnd::Within) => return ResumePoint::Again(self.finished),
-            Some(RunEnd::Doubt) => return doubt(all),
+            Some(RunEnd::Doubt) => return in_doubt(self.all()),
             None => {}
         }
-        // A pause or the beginning of a part behind the last command that was finished may be done already.
-        let after = |commands: u64| numbering.steps(commands).max(self.finished);
-        let counted = Self {
-            finished: numbering.commands(self.finished),
-            handed: numbering.commands(self.handed),
-            index: self
-                .index
-                .map(|(index, steps)| (index, numbering.commands(steps))),
-            ..self.clone()
+        let after = |commands: u64| self.after(commands, numbering);
+        let point = match self.in_commands(numbering).counted(seen) {
+            Ok(span) => resume_point_at(span.least, |commands| stands_after(after(commands))),
+            Err((_, span)) => in_doubt(span),
         };
-        match counted.point_in_commands(seen, |commands| stands_after(after(commands))) {
+        match point {
             ResumePoint::After(commands) => ResumePoint::After(after(commands)),
             ResumePoint::Again(commands) => {
                 let next = numbering.steps(commands.saturating_add(1));
@@ -336,32 +388,96 @@ impl Checkpoint {
         }
     }
 
-    /// The same, all of it in commands.
-    fn point_in_commands(
+    /// Why the arm does not tell exactly how far the run came; `None` if it does.
+    #[must_use]
+    pub fn doubt(
         &self,
         seen: Option<ObservedProgress>,
-        stands_after: impl FnOnce(u64) -> Option<bool>,
-    ) -> ResumePoint {
-        let all = StepRange {
+        numbering: &StepNumbering,
+    ) -> Option<Doubt> {
+        match self.ended {
+            Some(RunEnd::Doubt) => Some(Doubt {
+                span: self.all(),
+                why: DoubtReason::Ended,
+            }),
+            Some(RunEnd::Between | RunEnd::Within) => None,
+            None => {
+                let (why, StepRange { least, most }) =
+                    self.in_commands(numbering).counted(seen).err()?;
+                let [least, most] = [least, most].map(|commands| self.after(commands, numbering));
+                let span = StepRange { least, most };
+                Some(Doubt { span, why })
+            }
+        }
+    }
+
+    /// As many steps as can be finished.
+    fn all(&self) -> StepRange {
+        StepRange {
             least: self.finished,
             most: self.handed.max(self.finished),
-        };
-        let (seen, (index, steps)) = match (seen, self.index) {
-            (Some(seen), Some(index)) => (seen, index),
-            (Some(seen), None) => return doubt(self.since_rest(seen).unwrap_or(all)),
-            (None, _) => return doubt(all),
-        };
-        // A clock that runs behind, or an index: the arm was switched off and on.
-        let under_way = steps.saturating_sub(self.finished);
-        let reset = seen.clock < self.clock || seen.current < index.saturating_sub(under_way);
-        let span = self.count(seen.current, (index, steps));
-        if reset || span.most > all.most {
-            return doubt(all);
         }
-        if span.least != span.most {
-            return doubt(span);
+    }
+
+    /// The steps up to the last of so many commands. A pause or the beginning of a part behind it may
+    /// be done already.
+    fn after(&self, commands: u64, numbering: &StepNumbering) -> u64 {
+        numbering.steps(commands).max(self.finished)
+    }
+
+    /// True if the arm had an empty queue when the run began, and has taken nothing since.
+    #[must_use]
+    pub fn is_untouched(&self, seen: Option<ObservedProgress>) -> bool {
+        self.ended.is_none()
+            && seen.is_some_and(|seen| self.rest == Some(seen.current) && seen.clock >= self.clock)
+    }
+
+    /// The same with commands for steps: the arm counts those.
+    fn in_commands(&self, numbering: &StepNumbering) -> Self {
+        Self {
+            finished: numbering.commands(self.finished),
+            handed: numbering.commands(self.handed),
+            index: self
+                .index
+                .map(|(index, steps)| (index, numbering.commands(steps))),
+            ..self.clone()
         }
-        resume_point_at(span.least, stands_after)
+    }
+
+    /// Commands that are finished. Of a run in commands, as [`in_commands`](Self::in_commands) makes
+    /// it; an error has the bounds.
+    fn counted(
+        &self,
+        seen: Option<ObservedProgress>,
+    ) -> Result<StepRange, (DoubtReason, StepRange)> {
+        let all = self.all();
+        let seen = seen.ok_or((DoubtReason::NotAsked, all))?;
+        let span = match self.index {
+            Some((index, steps)) => {
+                // A clock that runs behind, or an index: the arm was switched off and on. Before the
+                // first step is finished the arm may be at any command ahead of it.
+                let under_way = steps.saturating_sub(self.finished);
+                let least = index.saturating_sub(under_way);
+                let least = match self.rest {
+                    Some(rest) if under_way == 0 => rest.min(least),
+                    _ => least,
+                };
+                let reset = seen.current < least;
+                if reset || seen.clock < self.clock {
+                    return Err((DoubtReason::Reset, all));
+                }
+                self.count(seen.current, (index, steps))
+            }
+            None if self.rest.is_none() => return Err((DoubtReason::NotAtRest, all)),
+            None => self.since_rest(seen).ok_or((DoubtReason::Reset, all))?,
+        };
+        if span.most > all.most {
+            Err((DoubtReason::Others, all))
+        } else if span.least != span.most {
+            Err((DoubtReason::Mixed, span))
+        } else {
+            Ok(span)
+        }
     }
 
     /// Where the step behind so many goes on, if not at its beginning.
@@ -428,7 +544,7 @@ pub fn resume_point_at(
 }
 
 /// One step in doubt is done again; more are for a person to decide.
-fn doubt(span: StepRange) -> ResumePoint {
+fn in_doubt(span: StepRange) -> ResumePoint {
     match span.most.saturating_sub(span.least) {
         0 => ResumePoint::After(span.least),
         1 => ResumePoint::Again(span.least),

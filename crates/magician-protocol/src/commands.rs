@@ -677,7 +677,7 @@ commands! {
     }
 
     243 "QueuedCmdStartDownload" "Begins to store a program in the arm." [Queue "1.19.4" Document High, errata "E46"]
-    [queue ignored, resend no, danger no, effect Queue]
+    [queue ignored, resend no, danger yes, effect Queue]
     action QueuedCmdStartDownload {
         total_loop: u32, "loops", [], "How often the program runs.";
         line_per_loop: u32, "commands", [], "Commands of the program.";

@@ -156,7 +156,7 @@ pub struct Row {
     pub queueable: bool,
     /// Whether an immediate set may be sent again when its answer is lost.
     pub resendable: bool,
-    /// Whether it can brick, unlearn or unlock something.
+    /// True if a set may harm what the arm keeps without power: [`danger`](Self::danger) says how.
     pub dangerous: bool,
     /// What it does; of a row that can be got and set, what its set does.
     pub effect: Effect,
@@ -226,6 +226,20 @@ const fn size(info: Option<&LayoutInfo>) -> u8 {
 }
 
 impl Row {
+    /// What a set of a dangerous command does, as a predicate that follows the command's name; `None`
+    /// if it is not dangerous.
+    #[must_use]
+    pub const fn danger(&self) -> Option<&'static str> {
+        match (self.dangerous, self.id) {
+            (false, _) => None,
+            // A program in the flash runs by the key at the base, with no host there (model section 12).
+            (true, 243) => Some(
+                "has what follows written to the arm's flash, where it runs later by the arm's key",
+            ),
+            (true, _) => Some("can brick, uncalibrate or unlock the arm"),
+        }
+    }
+
     /// Whether frames of an id usually carry this many parameter bytes: exactly those of one of
     /// its layouts, or a queue index.
     #[inline]

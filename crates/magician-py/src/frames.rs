@@ -46,10 +46,10 @@ impl Request {
         }
     }
 
-    /// Refuses what can brick, unlearn or unlock something, unless its name is among those allowed.
+    /// Refuses a dangerous command, unless its name is among those allowed.
     fn permit(&self, allow: &str) -> Result<()> {
-        let Some(row) = Row::with_id(self.id).filter(|row| row.dangerous && !self.only_looks(row))
-        else {
+        let row = Row::with_id(self.id).filter(|row| !self.only_looks(row));
+        let Some((row, danger)) = row.and_then(|row| Some((row, row.danger()?))) else {
             return Ok(());
         };
         let named = |name: &str| Row::find(name.trim()).is_ok_and(|found| found.id == row.id);
@@ -61,8 +61,7 @@ impl Request {
         }
         let name = row.form_name(self.ctrl);
         let message = format!(
-            "it can brick, uncalibrate or unlock the arm and was not sent; MAGICIAN_ALLOW={name} \
-                in the environment allows it"
+            "it {danger} and was not sent; MAGICIAN_ALLOW={name} in the environment allows it"
         );
         Err(Error::invalid(message).with_command(name))
     }

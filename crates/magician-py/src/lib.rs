@@ -32,6 +32,7 @@ mod conform;
 mod core;
 mod doctor;
 mod errors;
+mod files;
 mod frames;
 mod kinematics;
 mod logging;
@@ -77,6 +78,8 @@ mod _magician {
     use crate::doctor::doctor;
     #[pymodule_export]
     use crate::errors::every_error;
+    #[pymodule_export]
+    use crate::files::write_whole;
     #[pymodule_export]
     use crate::frames::command_id;
     #[pymodule_export]

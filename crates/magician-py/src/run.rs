@@ -101,10 +101,8 @@ fn why(error: &JobError, source: &Source) -> Arc<Error> {
         ),
         Fault::Doubt { span, .. } => {
             let message = format!(
-                "{} steps are certainly done, and {} at most: look at the work, then \
-                    first_step={} repeats them, first_step={} skips them",
-                span.least,
-                span.most,
+                "{error}; look at the work, then first_step={} repeats them, first_step={} skips \
+                    them",
                 span.least + 1,
                 span.most + 1
             );

@@ -285,6 +285,22 @@ def test_dangerous(arm: Arm) -> None:
     arm.set(commands.DeviceSn("123"), allow_dangerous=True)
     assert arm.info().serial_number == "123"
     arm.get(commands.WifiSsid)
+    with pytest.raises(errors.InvalidInputError, match=r"flash.* allow_dangerous=True"):
+        arm.set(commands.QueuedCmdStartDownload(1, 1))
+    arm.set(commands.QueuedCmdStartDownload(1, 1), allow_dangerous=True)
+
+
+@pytest.mark.parametrize("share", [-1, 101, float("nan"), float("inf")])
+def test_a_share_of_power_out_of_range(arm: Arm, share: float) -> None:
+    power, pulses = commands.CpLeCmd(commands.CpMode.ABSOLUTE, 220, 0, 20, share), commands.IoPwm(4, 100, share)
+    for send in (
+        lambda: arm.set(pulses),
+        lambda: arm.enqueue(pulses),
+        lambda: arm.enqueue(power),
+        lambda: arm.perform([power]),
+    ):
+        with pytest.raises(errors.InvalidInputError, match=r"0 to 100 %|finite number"):
+            send()
 
 
 def test_full_queue(arm: Arm) -> None:

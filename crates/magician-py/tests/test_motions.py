@@ -108,6 +108,83 @@ def test_a_motion_is_cancelled_and_those_behind_it(slow: Arm) -> None:
     slow.move_to(slow.pose())
 
 
+FAR = (220, 60, 20)
+AFTER_A_CANCEL: list[Callable[[Arm], Any]] = [
+    lambda arm: arm.move_to(220, -20, 20),
+    lambda arm: arm.move_to(220, -20, 20, wait=False).wait(),
+    lambda arm: arm.move_to(220, -20, 20, speed=50),
+    lambda arm: arm.line_to(220, -20, 20),
+    lambda arm: arm.line_to(220, -20, 20, wait=False).wait(),
+    lambda arm: arm.line_by(dz=-1),
+    lambda arm: arm.path_by(dz=-1),
+    lambda arm: arm.run(Plan.path([(220, -20, 20), (220, -30, 20)])),
+    lambda arm: arm.perform([words.line_to(220, -20, 20)]),
+    lambda arm: arm.stream([words.line_to(220, -20, 20)]),
+]
+
+
+def far(y: float) -> bool:
+    """Whether the arm was on its way to where a cancelled motion leads, and not there."""
+    return y < FAR[1] - 1
+
+
+@pytest.mark.parametrize("passed", [-60, -50, 0])
+@pytest.mark.parametrize("move", AFTER_A_CANCEL)
+def test_a_motion_after_a_cancel_waits_for_the_stop(slow: Arm, move: Callable[[Arm], Any], passed: float) -> None:
+    slow.move_to(220, -60, 20)
+    motion = slow.move_to(*FAR, wait=False)
+    behind = slow.move_to(*FAR, 5, wait=False)
+    while slow.pose().y <= passed:
+        pass
+    motion.cancel()
+    move(slow)
+    assert motion.done() and behind.done() and far(slow.pose().y)
+
+
+def test_a_wait_for_a_cancelled_motion_ends_once_the_arm_stands(slow: Arm) -> None:
+    slow.move_to(220, -60, 20)
+    motion = slow.move_to(*FAR, wait=False)
+    while slow.pose().y < 0:
+        pass
+    motion.cancel()
+    assert not motion.done()
+    with pytest.raises(errors.ClosedError, match="cancelled"):
+        motion.wait()
+    stands = slow.pose()
+    slow.line_to(220, -20, 20)
+    assert far(stands.y) and motion.done()
+
+
+def test_a_job_that_is_cancelled_lets_the_next_motion_go(slow: Arm) -> None:
+    slow.move_to(220, -60, 20)
+    job = slow.run(Plan.path([FAR]), wait=False)
+    while slow.pose().y < 0:
+        pass
+    job.cancel()
+    with pytest.raises(errors.ClosedError):
+        job.wait()
+    slow.line_to(220, -20, 20)
+
+
+@pytest.mark.parametrize("waits", [True, False])
+def test_a_motion_after_a_cancel_on_asyncio(waits: bool) -> None:
+    async def main() -> None:
+        async with aio.Arm.connect("sim:1") as arm:
+            await arm.clear_alarms()
+            await arm.move_to(220, -60, 20)
+            motion = await arm.move_to(*FAR, wait=False)
+            while (await arm.pose()).y < 0:
+                pass
+            motion.cancel()
+            following = await arm.line_to(220, -20, 20, wait=waits)
+            await following
+            assert motion.done() and far((await arm.pose()).y)
+            with pytest.raises(errors.ClosedError, match="cancelled"):
+                await motion
+
+    asyncio.run(main())
+
+
 def test_what_waits_behind_a_motion_is_cancelled_alone(slow: Arm) -> None:
     motion = slow.move_to(220, 20, 20, wait=False)
     behind = slow.move_to(200, 0, 0, wait=False)

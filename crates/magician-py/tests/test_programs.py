@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import io
 import math
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -316,3 +318,36 @@ def test_what_is_no_file_and_no_surface_is_told() -> None:
     low: Any = "low"
     with pytest.raises(TypeError, match="height in mm, or a Surface, not 'low'"):
         magician.Plan.path([(200, 0, 0)], surface=low)
+
+
+SAVES = {
+    "a.plan.json": "magician.Plan.path([(220, y, 0) for y in range(60)]).save(path)",
+    "a.playback": "magician.Plan.of([magician.words.move_to(220, y, 0, 0) for y in range(60)]).save(path)",
+    "a.svg": "magician.VirtualArm().picture(path)",
+    "a.png": "magician.VirtualArm().picture(path)",
+    "poses.json": "magician.Poses(path).__setitem__('pose ' * 200, (220, 0, 0, 0))",
+}
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="it has no limit of the size of files")
+@pytest.mark.parametrize("name", SAVES)
+def test_a_full_disk_leaves_the_file_that_was_there(tmp_path: Path, name: str) -> None:
+    path = tmp_path / name
+    program = f"""
+import errno, resource, sys
+from pathlib import Path
+import magician
+path = Path({str(path)!r})
+{SAVES[name]}
+assert path.stat().st_size > 512
+path.write_bytes(b"{{}}")
+resource.setrlimit(resource.RLIMIT_FSIZE, (512, 512))
+try:
+    {SAVES[name]}
+except OSError as error:
+    assert error.errno == errno.EFBIG, error
+else:
+    sys.exit("it was written")
+"""
+    subprocess.run([sys.executable, "-c", program], check=True, timeout=60)
+    assert path.read_bytes() == b"{}" and list(tmp_path.iterdir()) == [path]

@@ -19,7 +19,7 @@ function begins with there: nothing (`()`), the arm's `dobotId`, or `masterId` a
 it so.
 
 **command** sends a command of the protocol (its name and id beside it; [PROTOCOL.md](PROTOCOL.md)). **guarded** is a command that can brick, uncalibrate
-or unlock the arm: it is refused with 3 until the environment's `MAGICIAN_ALLOW` or the function `MagicianAllow` names it.
+or unlock the arm, or stores a program in it: it is refused with 3 until the environment's `MAGICIAN_ALLOW` or the function `MagicianAllow` names it.
 **here** is answered by the library. **neutral** has no meaning for this arm: 0, results of zeros, a line in the log.
 Queue: **as said** by `queued`; **always** and **never** ignore it, as the vendor's library does not.
 

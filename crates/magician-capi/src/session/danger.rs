@@ -40,9 +40,9 @@ impl Allowed {
 
     /// Whether this may be sent.
     pub(super) fn check(&self, row: &Row) -> Outcome {
-        if !row.dangerous || lock(&self.named).have(row) {
+        let Some(danger) = row.danger().filter(|_| !lock(&self.named).have(row)) else {
             return Ok(());
-        }
+        };
         let variable = (self.surroundings.variable)(VARIABLE).unwrap_or_default();
         // A name that is misspelt there allows nothing, and the refusal has the right one.
         if parse(&variable).0.have(row) {
@@ -50,9 +50,8 @@ impl Allowed {
         }
         let name = row.set_name;
         Err(Fault::invalid(format!(
-            "it was not sent, because it can brick, uncalibrate or unlock the arm; \
-                {VARIABLE}={name}, or \
-             MagicianAllow(\"{name}\") before it, allows it"
+            "it was not sent, because it {danger}; {VARIABLE}={name}, or MagicianAllow(\"{name}\") \
+                before it, allows it"
         )))
     }
 }

@@ -51,11 +51,8 @@ fn facts(row: &Row) -> Columns {
     if row.set.is_some() {
         columns.row(["effect", effect(row)]);
     }
-    if row.dangerous {
-        columns.row([
-            "danger",
-            "can brick, uncalibrate or unlock the arm: a set needs --yes",
-        ]);
+    if let Some(danger) = row.danger() {
+        columns.row(["danger", &format!("{danger}: a set needs --yes")]);
     }
     columns.row(["chapter", &chapter_name(row)]);
     let section = match section(row) {

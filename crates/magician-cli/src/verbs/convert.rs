@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
+use magician_job::files::write_whole;
 use magician_job::report::ConversionReport;
 use magician_program::{Conversion, ConversionError, WorkOption};
 
@@ -122,5 +123,5 @@ fn refused(error: ConversionError, source: &Source) -> Failure {
 }
 
 fn put(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    std::fs::write(path, bytes).map_err(|error| Failure::unwritable(path, &error))
+    write_whole(path, bytes).map_err(|error| Failure::unwritable(path, &error))
 }

@@ -68,12 +68,11 @@ pub(crate) fn writable(name: &str) -> Result<(&'static Row, &'static LayoutInfo)
     }
 }
 
-/// What can brick, unlearn or unlock something is sent only with `--yes`.
+/// Refuses a dangerous command without `--yes`.
 pub(crate) fn refuse_danger(row: &Row, context: &Context) -> Result<(), Failure> {
-    if !row.dangerous || context.global.yes {
+    let Some(danger) = row.danger().filter(|_| !context.global.yes) else {
         return Ok(());
-    }
-    let name = row.set_name;
-    let message = format!("{name} can brick, uncalibrate or unlock the arm; nothing was sent");
+    };
+    let message = format!("{} {danger}; nothing was sent", row.set_name);
     Err(Failure::usage(message).hint("--yes sends it all the same"))
 }

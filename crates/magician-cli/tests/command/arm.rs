@@ -214,6 +214,61 @@ fn every_readable_command_answers_with_its_fields() {
 }
 
 #[test]
+fn storing_a_program_wants_yes_and_says_why() {
+    let store = [
+        "set",
+        "QueuedCmdStartDownload",
+        "total_loop=1",
+        "line_per_loop=1",
+    ];
+    let refused = on_sim(&store);
+    assert_eq!(refused.status, 2, "{refused:?}");
+    let why = "QueuedCmdStartDownload has what follows written to the arm's flash, where it runs \
+               later by the arm's key; nothing was sent";
+    assert!(refused.err.contains(why), "{refused:?}");
+    let meant = on_sim(&[&store[..], &["--yes"]].concat());
+    assert_eq!(meant.status, 0, "{meant:?}");
+}
+
+#[test]
+fn share_of_power_out_of_range_is_refused_with_value_and_range() {
+    let pulses = ["IOPWM", "address=4", "frequency=100", "duty_cycle=-5"];
+    let burn = [
+        "CPLECmd",
+        "cp_mode=1",
+        "x=220",
+        "y=0",
+        "z=20",
+        "velocity_or_power=-1",
+    ];
+    for (verb, words, said) in [
+        (
+            "set",
+            &pulses[..],
+            "duty_cycle is -5 %, it must be 0 to 100 %",
+        ),
+        (
+            "enqueue",
+            &pulses[..],
+            "duty_cycle is -5 %, it must be 0 to 100 %",
+        ),
+        (
+            "enqueue",
+            &burn[..],
+            "velocity_or_power is -1 %, it must be 0 to 100 %",
+        ),
+    ] {
+        let words = [&[verb][..], words].concat();
+        let line = format!("{}\n", words.join(" "));
+        let in_a_shell = run_with(&["--port", "sim", "shell"], line.as_bytes());
+        for run in [on_sim(&words), in_a_shell] {
+            assert_eq!(run.status, 3, "{run:?}");
+            assert!(run.err.contains(said), "{run:?}");
+        }
+    }
+}
+
+#[test]
 fn tools_pins_alarms_and_the_queue() {
     let run = script(
         "suction on\n\

@@ -23,6 +23,7 @@ pub use guards::{Guards, refuse};
 use laser::Laser;
 pub use meeting::{Meeting, MovingTarget};
 pub(crate) use numbers::check as check_numbers;
+pub use numbers::check_power;
 use path::Path;
 pub use readings::{Needs, Readings, governs_motion, pose_of, state_at};
 pub use retract::Lift;

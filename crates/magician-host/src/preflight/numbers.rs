@@ -28,6 +28,31 @@ fn check_by_table(command: &Set) -> Result<()> {
     Ok(())
 }
 
+/// Refuses a command that may burn with a share of power that is none: a duty or a laser power that is
+/// not a number or not 0 to 100 %. The only values that are checked of commands which are otherwise
+/// sent as they are given.
+///
+/// # Errors
+/// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) with value and range.
+pub fn check_power(command: &Set) -> Result<()> {
+    let row = command.row();
+    if !row.may_burn || is_plainly_sound(command) {
+        return Ok(());
+    }
+    let Some(layout) = row.set else {
+        return Ok(());
+    };
+    let frame = FrameBuf::set(command, Ctrl::SET)?;
+    for (field, value) in layout.values(frame.frame().params())? {
+        let range = field.range;
+        if let (FieldValue::Float(_), Range::Within(..), "percent") = (value, range, field.unit) {
+            let checked = check_value(field, value, range);
+            checked.map_err(|error| error.with_command(row.set_name))?;
+        }
+    }
+    Ok(())
+}
+
 /// The range of a field, as it is beside the values of the others.
 fn range(field: &Field, values: Fields<'_>) -> Range {
     match field.range {
@@ -109,6 +134,13 @@ fn check_number(field: &Field, number: f64, range: Range) -> Result<()> {
             Range::Above(limit) => {
                 format!("{name} is {number} {unit}, it must be above {limit}")
             }
+            Range::Within(..) if unit == "percent" => {
+                // As short as it was given: the wire has 32 bits.
+                format!(
+                    "{name} is {} %, it must be {} %",
+                    number as f32, field.range
+                )
+            }
             _ => format!("{name} is {number}, it must be {} ({unit})", field.range),
         };
         Err(Error::invalid(message).with_limit(number, limit, unit))
@@ -137,7 +169,7 @@ fn check_within(name: &str, number: f64, low: f64, high: f64, unit: &'static str
 #[cfg(test)]
 mod tests {
     use magician_protocol::commands::{
-        CpCmd, CpLeCmd, DeviceSn, JogCommonParams, PtpCommonParams, TrigCmd,
+        CpCmd, CpLeCmd, DeviceSn, IoPwm, JogCommonParams, PtpCommonParams, TABLE, TrigCmd,
     };
     use magician_protocol::{Text, TriggerCondition, TriggerMode};
 
@@ -210,6 +242,62 @@ mod tests {
             let checked = check(&Set::from(DeviceSn { device_sn }));
             assert_eq!(checked.is_ok(), sound, "{length}");
         }
+    }
+
+    #[test]
+    fn share_of_power_out_of_range_is_refused_with_value_and_range() {
+        let duty = |address, duty_cycle| {
+            Set::from(IoPwm {
+                address,
+                frequency: 5.0,
+                duty_cycle,
+            })
+        };
+        let power = |velocity_or_power| {
+            Set::from(CpLeCmd {
+                cp_mode: CpMode::from(7),
+                x: f32::NAN,
+                y: 0.0,
+                z: 0.0,
+                velocity_or_power,
+            })
+        };
+        for share in [0.0, -0.0, f32::MIN_POSITIVE, 1e-45, 50.0, 100.0] {
+            for command in [duty(4, share), duty(6, share), power(share)] {
+                check_power(&command).unwrap_or_else(|error| panic!("{command:?}: {error}"));
+            }
+        }
+        for (share, said) in [
+            (-1.0, "is -1 %, it must be 0 to 100 %"),
+            (100.01, "is 100.01 %, it must be 0 to 100 %"),
+            (
+                -1e-45,
+                "is -0.000000000000000000000000000000000000000000001 %",
+            ),
+            (f32::NAN, "is NaN, not a finite number"),
+            (f32::INFINITY, "is inf, not a finite number"),
+            (f32::NEG_INFINITY, "is -inf, not a finite number"),
+        ] {
+            for (command, name) in [
+                (duty(4, share), "IOPWM: duty_cycle"),
+                (duty(200, share), "IOPWM: duty_cycle"),
+                (power(share), "CPLECmd: velocity_or_power"),
+            ] {
+                let error = check_power(&command).unwrap_err().to_string();
+                assert!(error.contains(&format!("{name} {said}")), "{error}");
+            }
+        }
+    }
+
+    /// The rule follows the table: what it holds is all that has a share of power.
+    #[test]
+    fn shares_of_power_are_the_duty_and_the_power_of_a_segment() {
+        let burning = TABLE.iter().filter(|row| row.may_burn);
+        let fields = burning.flat_map(|row| row.set.into_iter().flat_map(|set| set.fields));
+        let shares = fields
+            .filter(|field| matches!(field.range, Range::Within(..)) && field.unit == "percent");
+        let shares: Vec<_> = shares.map(|field| field.name).collect();
+        assert_eq!(shares, ["velocity_or_power", "duty_cycle"]);
     }
 
     #[test]

@@ -5,11 +5,12 @@ use std::time::Duration;
 use magician::commands::{DeviceSn, DeviceTime, Pose};
 use magician::words::{Guards, Preflight};
 use magician::{Arm, Error, Set};
-use magician_program::resume::{ObservedProgress, ResumePoint};
+use magician_program::resume::{DoubtReason, ObservedProgress, ResumePoint, StepRange};
 use magician_program::turns::Turns;
 use magician_program::{Diagnostic, Program, RemainingProgram, Report, Timetable};
 use tokio::time::{Instant, sleep};
 
+use super::pause::by_pose;
 use super::{Begun, Work};
 use crate::beside::{BesideTurns, beside};
 use crate::error::{Fault, JobError};
@@ -113,6 +114,7 @@ impl Work {
                 within: within.is_some(),
                 again: false,
                 burnt_twice: 0.0,
+                nothing_queued: false,
             };
             self.shared.tell(JobEvent::Starts(starts));
         }
@@ -178,6 +180,16 @@ impl Work {
         let resume_point = checkpoint.resume_point(seen, program.numbering(), |steps| {
             whole.as_ref()?.stands_after(steps, &pose, false)
         });
+        // Where commands that are no steps are among those that the arm counts, its pose may decide:
+        // not before the first motion, for where the arm stood when it began is not known any more.
+        let doubt = checkpoint.doubt(seen, program.numbering());
+        let mixed = doubt.filter(|doubt| doubt.why == DoubtReason::Mixed);
+        let told = mixed.zip(whole.as_ref()).and_then(|(doubt, whole)| {
+            let StepRange { least, most } = doubt.span;
+            let least = least.max(whole.first_motion()?);
+            (least <= most).then(|| by_pose(whole, (least, most), &pose))?
+        });
+        let resume_point = told.map_or(resume_point, |(told, _)| told);
         // An arm that was stopped and has said nothing of it stands where it was stopped still, if it stands on that line.
         let stopped = matches!(resume_point, ResumePoint::Again(_)) && checkpoint.ended.is_none();
         let standing = whole.as_ref().filter(|_| stopped);
@@ -188,8 +200,8 @@ impl Work {
                 (steps, checkpoint.place_after(steps))
             }
             (ResumePoint::Doubt(span), _) => {
-                let said = checkpoint.ended.is_some();
-                return Err(Fault::Doubt { span, said }.into());
+                let why = doubt.map_or(DoubtReason::Mixed, |doubt| doubt.why);
+                return Err(Fault::Doubt { span, why }.into());
             }
         };
         let again = within.is_none() && matches!(resume_point, ResumePoint::Again(_));
@@ -204,6 +216,7 @@ impl Work {
             within: within.is_some(),
             again,
             burnt_twice,
+            nothing_queued: checkpoint.is_untouched(seen),
         };
         self.shared.tell(JobEvent::Starts(starts));
         if program.steps().is_some_and(|all| steps >= all) {

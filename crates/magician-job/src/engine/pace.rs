@@ -243,7 +243,7 @@ impl<I: Iterator<Item = Set>> Iterator for Paced<'_, I> {
             pace.turns(track.steps_pulled(self.lead), half);
         }
         if let Some(setting) = pace.next.pop_front() {
-            track.inserts();
+            track.inserts(self.lead);
             drop((pace, track));
             self.notes(&setting);
             return Some(setting);

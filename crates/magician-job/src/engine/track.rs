@@ -81,10 +81,14 @@ impl Track {
         (checkpoint.finished, checkpoint.handed) = (from, from);
         checkpoint.within = within.map(|place| (from, place));
         (checkpoint.clock, checkpoint.rest) = (clock, rests_at);
-        (checkpoint.index, checkpoint.ended) = (None, None);
+        checkpoint.ended = None;
         self.counter = rest.counter(passes_over).from_rest(rests_at);
         (self.pulled, self.inserted, self.open) = (0, 0, true);
         self.checkpoint.mixed = passes_over;
+        self.checkpoint.index = self
+            .counter
+            .last()
+            .map(|(index, steps)| (index, from + steps));
         self.rest = Some(rest.clone());
     }
 
@@ -110,12 +114,19 @@ impl Track {
         rest.map_or(commands, |rest| rest.steps_of(commands))
     }
 
-    /// A command is about to go out that is not the program's. While the arm has not finished it an index may stand for it.
-    pub(super) fn inserts(&mut self) {
+    /// A command is about to go out that is not the program's. Behind the first step an index may
+    /// stand for it until the arm has finished it; ahead of that it only shifts the index.
+    pub(super) fn inserts(&mut self, lead: u64) {
+        let ahead = self.pulled - self.inserted <= lead;
         self.pulled += 1;
         self.inserted += 1;
         self.counter.insert(self.pulled);
-        if !self.checkpoint.mixed {
+        if ahead {
+            let from = self.from();
+            let index = self.counter.last();
+            self.checkpoint.index = index.map(|(index, steps)| (index, from + steps));
+            self.write_if_lasting();
+        } else if !self.checkpoint.mixed {
             self.checkpoint.mixed = true;
             self.write_if_lasting();
         }
@@ -123,11 +134,15 @@ impl Track {
 
     /// The next command is about to go out.
     pub(super) fn pulls(&mut self, lead: u64) {
+        // What an earlier run has left ends before the first command of this one goes out.
+        let first = self.pulled == 0;
         self.pulled += 1;
         let steps = self.from() + self.steps_pulled(lead);
         if steps > self.checkpoint.handed {
             let most = self.checkpoint.steps.unwrap_or(u64::MAX);
             self.checkpoint.handed = steps.saturating_add(AHEAD).min(most);
+            self.write_if_lasting();
+        } else if first {
             self.write_if_lasting();
         }
     }

@@ -2,6 +2,7 @@
 
 mod place;
 
+mod killed;
 mod life;
 mod pauses;
 mod pendant;

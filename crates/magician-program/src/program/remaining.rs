@@ -405,6 +405,17 @@ impl RemainingProgram {
         usize::try_from(done).ok()
     }
 
+    /// Steps up to the first that moves the arm, with it; `None` if none does.
+    #[must_use]
+    pub fn first_motion(&self) -> Option<u64> {
+        let mut ahead = self.ahead();
+        let moves = ahead.find(|(_, step)| {
+            let command = step.action.command();
+            command.is_some_and(|command| command.row().effect.moves_arm())
+        });
+        moves.map(|(nth, _)| nth + 1)
+    }
+
     /// Whether an arm that stands there stands where so many finished steps of the program leave it; not known where the
     /// steps lead nowhere that is known, and before the first one. `stopped`: the arm was stopped, and a wait or a
     /// trigger was cut short then, wherever the arm stands.

@@ -308,9 +308,12 @@ fn commands_that_need_care_say_so() {
     assert_eq!(
         dangerous,
         [
-            0, 11, 140, 141, 142, 150, 151, 152, 153, 154, 155, 156, 160, 161, 230
+            0, 11, 140, 141, 142, 150, 151, 152, 153, 154, 155, 156, 160, 161, 230, 243
         ]
     );
+    for row in TABLE {
+        assert_eq!(row.danger().is_some(), row.dangerous, "{}", row.name);
+    }
     // What moves the arm or counts must not happen twice.
     for row in TABLE.iter().filter(|row| row.name.ends_with("Cmd")) {
         assert!(!row.resendable || row.name == "WAITCmd", "{}", row.name);

@@ -156,22 +156,29 @@ class Ended:
         """Calls this when it is over."""
         tell()
 
-    def cancel(self) -> None:
+    def cancel(self, *, rests: bool = True) -> None:
         """There is nothing left of it."""
 
 
 class Going:
     """A motion on its way, or waiting for the one before it."""
 
-    def __init__(self, steps: Steps, after: Going | None) -> None:
+    def __init__(self, core: Core, steps: Steps, after: Going | None) -> None:
         import threading
 
         self._lock = threading.RLock()
+        self._core = core
         self._steps = steps
         self._call: Call[Any] | None = None
+        self._moves = False
         self._begun = False
         self._dropped = False
+        self._cancelled = False
+        # The arm brakes because this was cancelled: it is over once the arm stands.
+        self._brakes = False
         self._after = after
+        # What is begun after a cancel only waits for the arm; what waited by then is dropped.
+        self._follows_failure = after is not None and after.is_given_up()
         self._tell: list[Callable[[], object]] = []
         self.over = False
         self.told = False
@@ -190,17 +197,36 @@ class Going:
                 return
         tell()
 
-    def cancel(self) -> None:
-        """Stops it, if it has begun, and what waits for it."""
+    def cancel(self, *, rests: bool = True) -> None:
+        """Stops it, if it has begun, and drops what waits for it.
+
+        :param rests: Whether it is over only once the arm stands; without, at once, for a caller that waits for a
+            stop of its own.
+        """
         with self._lock:
-            call, self._call = self._call, None
-            if self.over or (self._begun and call is None):
+            if self.over or self._cancelled:
                 return
-            # Who cancels it knows how it ends.
-            self._begun = self.told = True
+            # The caller that cancels it knows how it ends.
+            self._cancelled = self.told = True
+            call, self._call = self._call, None
+            between, self._begun = self._begun and call is None, True
+            self._brakes = rests and call is not None and self._moves
         if call is not None:
             call.cancel()
-        self._step(failure=_stopped("the motion was cancelled"))
+        # Between two calls its thread takes the next step, which finds it cancelled.
+        if not between:
+            self._step()
+
+    def is_given_up(self) -> bool:
+        """Whether a cancel ends it: of itself, or of a motion that it waits for."""
+        going: Going | None = self
+        while going is not None:
+            with going._lock:
+                if going._cancelled:
+                    return True
+                after = going._after
+            going = after
+        return False
 
     def drop(self) -> None:
         """Nothing more of it is sent, nor of those before it: the arm is about to be stopped."""
@@ -212,12 +238,14 @@ class Going:
             going = after
 
     def _begin(self) -> None:
-        after, self._after = self._after, None
         with self._lock:
+            after, self._after = self._after, None
             if self._begun:
                 return
             self._begun = True
-        if after is not None and after.failure is not None:
+            if after is not None and after.is_given_up() and not self._follows_failure:
+                self._cancelled = self.told = True
+        if after is not None and after.failure is not None and not self._follows_failure:
             self._step(failure=_stopped("the motion before this one did not come to its end"))
         else:
             self._step()
@@ -227,8 +255,10 @@ class Going:
             with self._lock:
                 if self._dropped and failure is None:
                     failure = _stopped("the arm was stopped before this motion")
-                call, _ = self._steps.send(value) if failure is None else self._steps.throw(failure)
-                self._call = call
+                if self._cancelled and failure is None:
+                    failure = _stopped("the motion was cancelled")
+                call, moves = self._steps.send(value) if failure is None else self._steps.throw(failure)
+                self._call, self._moves = call, moves
         except StopIteration as end:
             self._end(end.value, None)
         except BaseException as error:
@@ -251,10 +281,36 @@ class Going:
 
     def _end(self, value: Any, failure: BaseException | None) -> None:
         with self._lock:
+            brakes, self._brakes = self._brakes, False
+        if brakes and failure is not None:
+            self._rest(failure)
+            return
+        with self._lock:
             self.value, self.failure, self.over = value, failure, True
             tell, self._tell = self._tell, []
         for each in tell:
             each()
+
+    def _rest(self, failure: BaseException) -> None:
+        """Ends it once the arm stands, or does not say so."""
+        try:
+            resting = self._core.wait_still()
+        except Error as error:
+            doubt(failure, error)
+            self._end(None, failure)
+            return
+
+        def look() -> None:
+            with self._lock:
+                if resting.taken() or not resting.over():
+                    return
+                try:
+                    resting.result()
+                except Error as error:
+                    doubt(failure, error)
+            self._end(None, failure)
+
+        resting.listen(look)
 
 
 def _stopped(message: str) -> ClosedError:

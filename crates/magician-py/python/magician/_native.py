@@ -185,10 +185,20 @@ def wait_ended(going: Going | Ended, core: Core, timeout: float | None = None) -
                 if until is not None and time.monotonic() >= until:
                     break
         except BaseException as interruption:
-            going.cancel()
+            going.cancel(rests=False)
             wait_stopped(core, interruption)
             raise
     return _ended(going, timeout)
+
+
+def wait_settled(going: Going, core: Core) -> None:
+    """Waits in this thread until a motion in the background is over. It raises what its caller was not told."""
+    told = going.told
+    try:
+        wait_ended(going, core)
+    except Error as failure:
+        if failure is not going.failure or not (told or going.is_given_up()):
+            raise
 
 
 def wait_moment() -> None:
@@ -308,13 +318,23 @@ async def until_ended(going: Going | Ended, core: Core, timeout: float | None = 
         try:
             await asyncio.wait((ended,), timeout=timeout)
         except GeneratorExit:
-            going.cancel()
+            going.cancel(rests=False)
             raise
         except BaseException as interruption:
-            going.cancel()
+            going.cancel(rests=False)
             await until_stopped(core, interruption)
             raise
     return _ended(going, timeout)
+
+
+async def until_settled(going: Going, core: Core) -> None:
+    """Waits in the running event loop until a motion in the background is over, as :func:`wait_settled`."""
+    told = going.told
+    try:
+        await until_ended(going, core)
+    except Error as failure:
+        if failure is not going.failure or not (told or going.is_given_up()):
+            raise
 
 
 async def until_moment() -> None:

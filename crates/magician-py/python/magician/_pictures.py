@@ -148,9 +148,9 @@ def _save(path: str | os.PathLike[str], svg: Callable[[], str], png: Callable[[]
     to = Path(path)
     end = to.suffix.lower()
     if end == ".svg":
-        to.write_text(svg(), encoding="utf-8")
+        _magician.write_whole(to, svg().encode())
     elif end == ".png":
-        to.write_bytes(png())
+        _magician.write_whole(to, png())
     else:
         raise InvalidInputError(f"{to}: a picture must be a .svg or .png file")
     return to

@@ -37,6 +37,7 @@ from ._native import (
     until_ended,
     until_moment,
     until_next,
+    until_settled,
     until_steps,
     until_stopped,
 )
@@ -300,8 +301,8 @@ class Arm(Bound):
     async def _settle(self) -> None:
         """Waits until motions that were begun without waiting have ended."""
         last, self._last = self._last, None
-        if last is not None and not last.told:
-            await until_ended(last, self._core)
+        if last is not None:
+            await until_settled(last, self._core)
 
     def _drop(self) -> None:
         """Drops motions that were begun without waiting and have not been sent."""
@@ -316,7 +317,7 @@ class Arm(Bound):
         if self._last is not None and self._last.over:
             # The end of the motion before is reported to its own caller.
             await self._settle()
-        self._last = going = Going(steps, self._last)
+        self._last = going = Going(self._core, steps, self._last)
         return Motion(self._core, going)
 
     async def _move(self, *program: Queueable, speed: float | None = None, wait: bool = True) -> Motion[Ran]:
@@ -593,7 +594,8 @@ class Arm(Bound):
         Or by any name of the command: ``arm.set("PTPCommonParams", velocity_ratio=50, acceleration_ratio=50)``.
 
         :param allow_dangerous: allows commands that can brick, decalibrate or unlock the arm: firmware, serial number,
-            sensor calibration, Wi-Fi, :class:`~magician.commands.ResetPose`.
+            sensor calibration, Wi-Fi, :class:`~magician.commands.ResetPose`; or that store a program in it:
+            :class:`~magician.commands.QueuedCmdStartDownload`.
         :param allow_laser: Whether the laser of a real arm may burn: without it a command that lights the laser (or
             raises its pins EIO 2 and 4) is refused.
 
@@ -1852,7 +1854,10 @@ class Motion(Bound, Generic[_T]):
 
     # [both]
     def cancel(self) -> None:
-        """Stops the arm, if the motion has begun, and drops the motions behind it. Returns at once."""
+        """Stops the arm, if the motion has begun, and drops the motions behind it. Returns at once.
+
+        :meth:`wait` ends once the arm stands, and so long waits any motion that is begun after this.
+        """
         self._going.cancel()
 
 

@@ -19,7 +19,7 @@ from collections.abc import Iterator, MutableMapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
-from . import words
+from . import _magician, words
 from ._arguments import checked, number, numbers, seconds, text, whole
 from ._meaning import Position
 from ._targets import Target
@@ -305,9 +305,7 @@ class Poses(MutableMapping[str, Position]):
         ]
         written = "{\n" + ",\n".join(lines) + "\n}\n" if lines else "{}\n"
         # The file is the old one or the new one, whatever ends the program.
-        draft = self.path.with_name(f"{self.path.name}.new")
-        draft.write_text(written, encoding="utf-8")
-        os.replace(draft, self.path)
+        _magician.write_whole(self.path, written.encode())
 
 
 def picking(

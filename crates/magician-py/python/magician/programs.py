@@ -498,11 +498,11 @@ class Plan:
         to = Path(path)
         end = to.suffix.lower()
         if end in (".json", ".plan"):
-            to.write_text(self.to_json(), encoding="utf-8", newline="\n")
+            _magician.write_whole(to, self.to_json().encode())
             return []
         if end in (".playback", ".xml"):
             playback, lost = self.to_playback()
-            to.write_text(playback, encoding="utf-8", newline="")
+            _magician.write_whole(to, playback.encode())
             return lost
         raise InvalidInputError(f"{to}: a plan is kept as .plan.json or .playback; preview() makes pictures")
 

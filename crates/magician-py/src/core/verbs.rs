@@ -11,12 +11,12 @@ use crate::call::Call;
 use crate::errors;
 use crate::values::{self, Kind};
 
-/// Refuses what can brick, unlearn or unlock something, unless it is meant.
+/// Refuses a dangerous command, unless it is meant.
 fn meant(py: Python<'_>, row: &Row, allow_dangerous: bool) -> PyResult<()> {
-    if !row.dangerous || allow_dangerous {
+    let Some(danger) = row.danger().filter(|_| !allow_dangerous) else {
         return Ok(());
-    }
-    let message = "it can brick, uncalibrate or unlock the arm; allow_dangerous=True sends it";
+    };
+    let message = format!("it {danger}; allow_dangerous=True sends it");
     Err(errors::invalid(py, row.set_name, message))
 }
 

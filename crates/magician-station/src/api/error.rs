@@ -171,22 +171,25 @@ impl RpcError {
 pub(crate) enum Danger {
     /// The laser may burn.
     Laser,
-    /// The arm may be bricked, uncalibrated or unlocked.
-    Arm,
+    /// The command is dangerous: what it does, as [`Row::danger`](magician_protocol::Row::danger) says it.
+    Arm(&'static str),
 }
 
 impl Danger {
+    /// A command of a job. None that can be queued does anything else.
+    pub(crate) const JOB: Self = Self::Arm("can brick, uncalibrate or unlock the arm");
+
     const fn name(self) -> &'static str {
         match self {
             Self::Laser => "laser",
-            Self::Arm => "arm",
+            Self::Arm(_) => "arm",
         }
     }
 
     const fn what(self) -> &'static str {
         match self {
             Self::Laser => "may switch the laser on",
-            Self::Arm => "can brick, uncalibrate or unlock the arm",
+            Self::Arm(danger) => danger,
         }
     }
 }

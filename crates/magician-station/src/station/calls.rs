@@ -300,13 +300,13 @@ impl Station {
             _ => None,
         };
         if let Some(set) = command
-            && set.row().dangerous
+            && let Some(danger) = set.row().danger()
         {
             if call.grant.role < Role::Teacher {
                 return Err(forbidden(&call.grant, Role::Teacher, set.row().set_name));
             }
             if !call.yes() {
-                return Err(dangerous(set, Danger::Arm));
+                return Err(dangerous(set, Danger::Arm(danger)));
             }
         }
         if entry.is_virtual {

@@ -537,7 +537,7 @@ fn job_danger(call: &Call<'_>) -> Result<(), Box<RpcError>> {
     if call.yes() {
         return Ok(());
     }
-    let error = RpcError::dangerous("a command", "job.start", Danger::Arm);
+    let error = RpcError::dangerous("a command", "job.start", Danger::JOB);
     Err(Box::new(error))
 }
 

@@ -138,7 +138,7 @@ impl Station {
             danger: if queued.confirmed {
                 Ok(())
             } else {
-                Err(needs("a command", Danger::Arm))
+                Err(needs("a command", Danger::JOB))
             },
         };
         self.order(arm, ArmOrder::StartJob(Box::new(start)));

@@ -157,6 +157,60 @@ async fn what_is_dangerous_needs_a_teacher_who_means_it() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn storing_a_program_needs_a_teacher_who_means_it() {
+    let bench = Bench::new(1).await;
+    let store = json!({"command": "QueuedCmdStartDownload", "fields": {"total_loop": 1, "line_per_loop": 1}});
+    let mut pupil = bench.join("Pupil").await;
+    assert_eq!(pupil.code("arm.set", store.clone()).await, -32001);
+    let mut teacher = bench.join_as("Teacher", Role::Teacher).await;
+    let refused = teacher.call("arm.set", store.clone()).await.unwrap_err();
+    assert_eq!(refused["code"], json!(-32005));
+    let said = refused["message"].as_str().unwrap();
+    assert!(said.contains("written to the arm's flash"), "{said}");
+    teacher.lease().await;
+    let mut meant = store;
+    meant["yes"] = json!(true);
+    teacher.ok("arm.set", meant).await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn share_of_power_out_of_range_is_refused_with_value_and_range() {
+    let bench = Bench::new(1).await;
+    let mut teacher = bench.join_as("Teacher", Role::Teacher).await;
+    teacher.lease().await;
+    let burn = json!({"cp_mode": 1, "x": 220, "y": 0, "z": 20, "velocity_or_power": -1});
+    let pulses = json!({"address": 4, "frequency": 100, "duty_cycle": 101});
+    for (method, command, fields, said) in [
+        (
+            "arm.enqueue",
+            "CPLECmd",
+            &burn,
+            "velocity_or_power is -1 %, it must be 0 to 100 %",
+        ),
+        (
+            "arm.set",
+            "IOPWM",
+            &pulses,
+            "duty_cycle is 101 %, it must be 0 to 100 %",
+        ),
+        (
+            "arm.enqueue",
+            "IOPWM",
+            &pulses,
+            "duty_cycle is 101 %, it must be 0 to 100 %",
+        ),
+    ] {
+        let params = json!({"command": command, "fields": fields, "yes": true});
+        let refused = teacher.call(method, params).await.unwrap_err();
+        assert_eq!(refused["data"]["kind"], json!("invalid-input"), "{refused}");
+        assert!(
+            refused["message"].as_str().unwrap().contains(said),
+            "{refused}"
+        );
+    }
+}
+
+#[tokio::test(start_paused = true)]
 async fn a_viewer_looks_and_stops_and_does_nothing_else() {
     let bench = Bench::new(1).await;
     let mut viewer = bench.join_as("Viewer", Role::Viewer).await;

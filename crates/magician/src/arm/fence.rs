@@ -371,6 +371,7 @@ impl Arm {
 
     /// All that a motion depends on, of an arm that stands with an empty queue.
     async fn read_standing(&self, turn: &mut Turn<'_>) -> Result<Preflight> {
+        self.come_to_rest().await?;
         let look = self.read_queue().await?;
         if look.waiting() > 0 {
             return Err(refused(

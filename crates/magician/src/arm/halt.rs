@@ -89,7 +89,7 @@ impl Stopper {
     }
 
     /// As [`request_stop`](Self::request_stop), and waits until the arm has answered that it stops, a second at most.
-    /// It may still brake when this returns.
+    /// It may still brake when this returns; a motion that is asked for then waits until it stands.
     ///
     /// On a thread that is needed to serve the connection itself (inside a single-threaded runtime) nothing can be
     /// answered meanwhile: use [`Arm::stop`] there.
@@ -112,6 +112,7 @@ impl Stopper {
 
     fn ask(&self, waiter: Option<Waiter>) -> Result<()> {
         let messages = self.messages.upgrade().ok_or_else(Error::closed)?;
+        self.shared.in_flight().brakes();
         self.shared.stop();
         {
             let mut halts = held(&self.shared.halts);
@@ -223,18 +224,32 @@ impl Arm {
         }
     }
 
+    /// Waits until the arm stands if it may still brake after a forced stop over this connection.
+    ///
+    /// Called before anything reads where a motion begins. A braking arm is still on its way, and
+    /// keeps the place of the command that was stopped, which the stop has made nobody's: it would be
+    /// taken for another program's.
+    pub(super) async fn come_to_rest(&self) -> Result<()> {
+        let braking = self.in_flight().is_braking();
+        match braking {
+            true => self.wait_still().await,
+            false => Ok(()),
+        }
+    }
+
     /// Waits until the arm stands: two equal poses in succession.
     ///
     /// # Errors
     /// [`ErrorKind::Timeout`] when it still moves after five seconds, else as [`get`](Self::get).
     pub async fn wait_still(&self) -> Result<()> {
         let until = Instant::now() + BRAKING;
+        let stops = self.in_flight().stops();
         let mut before = self.get::<Pose>().await?;
         loop {
             sleep(APART).await;
             let pose = self.get::<Pose>().await?;
             if pose == before {
-                InFlightMotion::stands_still(&mut self.in_flight());
+                InFlightMotion::stood_after(&mut self.in_flight(), stops);
                 return Ok(());
             }
             if Instant::now() >= until {

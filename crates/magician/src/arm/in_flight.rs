@@ -44,6 +44,10 @@ pub(super) struct InFlightMotion {
     unanswered: u32,
     /// A program runs.
     program: bool,
+    /// Forced stops that were asked for or sent, and how many of them there were when the arm was
+    /// last seen to stand.
+    stops: u64,
+    stood: u64,
 }
 
 /// How the laser's pins may have been raised.
@@ -98,6 +102,28 @@ impl InFlightMotion {
         self.unanswered = self.unanswered.saturating_sub(queued);
     }
 
+    /// A forced stop is asked for: until the arm is seen to stand it brakes, and the command that it
+    /// was at still takes its place in the queue.
+    pub(super) fn brakes(&mut self) {
+        self.stops += 1;
+    }
+
+    /// Forced stops so far.
+    pub(super) fn stops(&self) -> u64 {
+        self.stops
+    }
+
+    /// True if the arm was not seen to stand since the last forced stop.
+    pub(super) fn is_braking(&self) -> bool {
+        self.stops > self.stood
+    }
+
+    /// The arm was seen to stand, by looks that all followed this many forced stops.
+    pub(super) fn stood_after(&mut self, stops: u64) {
+        self.stood = self.stood.max(stops);
+        self.stands_still();
+    }
+
     /// A program begins or ends.
     pub(super) fn runs(&mut self, program: bool) {
         self.program = program;
@@ -112,6 +138,9 @@ impl InFlightMotion {
         if id == QueuedCmdStartExec::ROW.id {
             // It may run from here on, whether that is answered or not.
             self.started = self.started.filter(|started| *started);
+        }
+        if id == QueuedCmdForceStopExec::ROW.id {
+            self.brakes();
         }
         if frame_burns(request, true) {
             match Set::decode(id, params) {
@@ -172,6 +201,7 @@ impl InFlightMotion {
         let last = self.last.take().filter(|last| *last > self.current);
         let gone = last.map(|last| (self.current.saturating_add(1), last));
         (self.current, self.started) = (0, None);
+        self.stood = self.stops;
         gone
     }
 

@@ -280,6 +280,7 @@ impl Arm {
     /// # Errors
     /// As [`get`](Self::get).
     pub async fn known_pose(&self) -> Result<Pose> {
+        self.come_to_rest().await?;
         let look = self.look_at_queue().await?;
         match self.standing(&look) {
             Some(pose) => Ok(pose),

@@ -3,14 +3,16 @@
 use magician_protocol::commands::{
     EndEffectorLaser, GetIoDo, GetIoMultiplexing, GetIoPwm, IoDo, IoMultiplexing, IoPwm,
 };
-use magician_protocol::{Flag, Frame, IoFunction, Set};
+use magician_protocol::{Flag, Frame, IoFunction, Row, Set};
 
 use super::known::QueueLook;
 use super::{Arm, Shared};
 use crate::connection::Request;
 use crate::words;
 use crate::{Action, Error, ErrorCode, ErrorKind, Result};
-use magician_host::{LASER_POWER, LASER_SUPPLY, burns, frame_burns, frame_releases_queue};
+use magician_host::{
+    LASER_POWER, LASER_SUPPLY, burns, check_power, frame_burns, frame_releases_queue,
+};
 
 /// The laser's pins.
 const PINS: [u8; 2] = [LASER_SUPPLY, LASER_POWER];
@@ -53,22 +55,32 @@ impl Arm {
         burns(command, self.inner.options.laser_pins)
     }
 
-    /// Refuses commands of which one would burn where that is not allowed; nothing is sent.
+    /// Refuses commands of which one would burn where that is not allowed, or with a duty or a laser
+    /// power out of its range anywhere; nothing is sent.
     ///
     /// # Errors
-    /// [`ErrorKind::InvalidInput`] with [`ErrorCode::LaserNotAllowed`].
+    /// [`ErrorKind::InvalidInput`], with [`ErrorCode::LaserNotAllowed`] for what is not allowed.
     pub fn permit<'a>(&self, commands: impl IntoIterator<Item = &'a Set>) -> Result<()> {
-        if self.may_burn() {
-            return Ok(());
-        }
-        let burning = commands.into_iter().find(|command| self.burns(command));
-        burning.map_or(Ok(()), |command| {
-            Err(self.refusal().with_command(command.row().set_name))
+        let may_burn = self.may_burn();
+        commands.into_iter().try_for_each(|command| {
+            check_power(command)?;
+            match !may_burn && self.burns(command) {
+                true => Err(self.refusal().with_command(command.row().set_name)),
+                false => Ok(()),
+            }
         })
     }
 
     /// The same for a frame: the net below all doors.
     pub(super) fn permit_frame(&self, frame: &Frame<'_>) -> Result<()> {
+        let ctrl = frame.ctrl();
+        let may = Row::with_id(frame.id()).is_some_and(|row| row.may_burn);
+        if may
+            && (ctrl.write() || ctrl.queued())
+            && let Ok(command) = Set::decode(frame.id(), frame.params())
+        {
+            check_power(&command)?;
+        }
         match !self.may_burn() && frame_burns(frame, self.inner.options.laser_pins) {
             true => Err(self.refusal()),
             false => Ok(()),

@@ -135,12 +135,14 @@ impl Arm {
 
     /// What commands from here would meet: reads where the arm stands, its tool, and all speeds.
     ///
-    /// While the arm moves, or has commands in its queue, its start is unknown; and where homing would
+    /// After a stop over this connection it waits until the arm stands. While the arm moves, or has
+    /// commands in its queue, its start is unknown; and where homing would
     /// lead is, but for [`preflight_for`](Self::preflight_for) a program that homes.
     ///
     /// # Errors
     /// As [`get`](Self::get).
     pub async fn preflight(&self) -> Result<Preflight> {
+        self.come_to_rest().await?;
         let look = self.look_at_queue().await?;
         let on_rail = self.setting::<DeviceWithL>().await?.with_l.is_on();
         let needs = Needs {
@@ -157,6 +159,7 @@ impl Arm {
     /// # Errors
     /// As [`get`](Self::get).
     pub async fn preflight_for(&self, commands: &[Set]) -> Result<Preflight> {
+        self.come_to_rest().await?;
         // What the queue tells of others comes before what is believed.
         let look = self.look_at_queue().await?;
         let needs = Needs::of(commands);

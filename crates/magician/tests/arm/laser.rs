@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use magician::commands::{
-    ClearAlarmsState, CpParams, IoMultiplexing, QueuedCmdStartExec, SetEndEffectorLaser, WaitCmd,
+    ClearAlarmsState, CpParams, IoMultiplexing, IoPwm, QueuedCmdStartExec, SetEndEffectorLaser,
+    WaitCmd,
 };
 use magician::protocol::{Flag, FrameBuf, IoFunction};
 use magician::sim::Controller;
@@ -382,4 +383,52 @@ async fn a_laser_is_not_said_to_be_off_while_commands_of_another_program_are_in_
     // What was read of the queue is believed for a moment.
     sleep(Duration::from_secs(1)).await;
     assert_eq!(other.laser().await.unwrap(), Some(false));
+}
+
+/// Shares of power that are none, each of the commands that have one.
+fn no_power() -> Vec<Set> {
+    let shares = [-1.0, -0.001, 100.01, f32::NAN, f32::INFINITY];
+    let both = |share| {
+        let pulses = IoPwm {
+            address: 4,
+            frequency: 100.0,
+            duty_cycle: share,
+        };
+        [words::engrave_to(220.0, 0.0, 20.0, share), pulses.into()]
+    };
+    shares.into_iter().flat_map(both).collect()
+}
+
+#[tokio::test(start_paused = true)]
+async fn share_of_power_out_of_range_is_sent_by_no_call() {
+    for options in [Options::default(), allowed()] {
+        let desk = Desk::new();
+        let arm = desk.connect(options).await;
+        sleep(Duration::from_millis(200)).await;
+        desk.heard();
+        for command in no_power() {
+            let name = command.row().set_name;
+            let frame = FrameBuf::set(&command, Ctrl::QUEUED).unwrap();
+            let params = frame.frame().params().to_vec();
+            let id = command.row().id;
+            let refused = [
+                arm.set_any(&command).await.err(),
+                arm.enqueue_set(&command).await.err(),
+                arm.enqueue_form(id, &params).await.err(),
+                arm.raw(id, Ctrl::SET, &params).await.err(),
+                arm.raw(id, Ctrl::QUEUED, &params).await.err(),
+                arm.run(&[command]).await.err(),
+                arm.start([command]).wait(|_| {}).await.err(),
+            ];
+            for (nth, error) in refused.into_iter().enumerate() {
+                let error = error.unwrap_or_else(|| panic!("{command:?} was sent by call {nth}"));
+                assert_eq!(error.kind(), ErrorKind::InvalidInput, "{nth}: {error}");
+                let said = error.to_string();
+                let why = ["it must be 0 to 100 %", "not a finite number"];
+                let told = why.iter().any(|why| said.contains(why)) && said.contains(name);
+                assert!(told, "{nth}: {said}");
+            }
+            assert!(only_reads(&desk.heard()), "{command:?}");
+        }
+    }
 }

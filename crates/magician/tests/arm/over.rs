@@ -302,6 +302,77 @@ async fn what_a_stop_has_dropped_is_not_taken_for_what_others_queued() {
     assert_eq!(error.kind(), ErrorKind::InvalidInput, "{error}");
 }
 
+/// Calls a motion over another handle, and stops the arm while it is under way. `given_up`: its
+/// caller is gone as well, as of a motion that is cancelled.
+async fn stopped_in_motion(desk: &Desk, after: u64, given_up: bool) -> Arm {
+    let arm = acquainted(desk).await;
+    arm.run(&[words::move_to(220.0, -60.0, 20.0, 0.0)])
+        .await
+        .unwrap();
+    let other = arm.clone();
+    let far = [
+        words::move_to(220.0, 60.0, 20.0, 0.0),
+        words::move_to(220.0, 80.0, 20.0, 0.0),
+    ];
+    let running = tokio::spawn(async move { other.run(&far).await });
+    sleep(Duration::from_millis(after)).await;
+    arm.stopper().request_stop().unwrap();
+    match given_up {
+        true => running.abort(),
+        false => drop(running),
+    }
+    arm
+}
+
+#[tokio::test(start_paused = true)]
+async fn motion_after_a_requested_stop_waits_until_the_arm_stands() {
+    let moves: [fn() -> Set; 3] = [
+        || words::move_to(220.0, -20.0, 20.0, 0.0),
+        || words::line_to(220.0, -20.0, 20.0, 0.0),
+        || words::path_to(220.0, -20.0, 20.0),
+    ];
+    for after in [1, 20, 100, 300, 600, 900] {
+        for given_up in [true, false] {
+            for to in moves {
+                let desk = Desk::new();
+                let arm = stopped_in_motion(&desk, after, given_up).await;
+                let ran = arm.run(&[to()]).await;
+                ran.unwrap_or_else(|error| panic!("{error}, {after} ms, given up: {given_up}"));
+                let Pose { x, y, z, .. } = arm.get().await.unwrap();
+                assert_eq!([x, y, z].map(f32::round), [220.0, -20.0, 20.0]);
+            }
+        }
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn pose_known_after_a_requested_stop_is_where_the_arm_stands() {
+    for after in [100, 300, 600] {
+        let desk = Desk::new();
+        let arm = stopped_in_motion(&desk, after, true).await;
+        let known = arm.known_pose().await.unwrap();
+        sleep(Duration::from_secs(2)).await;
+        assert_eq!(known, arm.get::<Pose>().await.unwrap(), "{after} ms");
+        arm.lift(5.0).await.unwrap();
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn motion_after_a_forced_stop_sent_as_a_command_waits_until_the_arm_stands() {
+    let desk = Desk::new();
+    let arm = acquainted(&desk).await;
+    arm.start_queue().await.unwrap();
+    arm.enqueue_set(&words::move_to(220.0, 60.0, 20.0, 0.0))
+        .await
+        .unwrap();
+    sleep(Duration::from_millis(300)).await;
+    arm.set(&commands::QueuedCmdForceStopExec {}).await.unwrap();
+    arm.clear_queue().await.unwrap();
+    arm.run(&[words::line_to(220.0, -20.0, 20.0, 0.0)])
+        .await
+        .unwrap();
+}
+
 #[tokio::test(start_paused = true)]
 async fn a_stop_does_not_wait_for_a_line_to_settle() {
     let desk = Desk::new();

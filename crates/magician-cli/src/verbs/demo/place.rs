@@ -1,5 +1,6 @@
-use std::fs::{self, OpenOptions};
 use std::path::Path;
+
+use magician_job::files::{check_writable, write_whole};
 
 use crate::failure::Failure;
 
@@ -7,28 +8,16 @@ use crate::failure::Failure;
 /// is nothing to draw.
 pub(super) struct PictureFile<'p> {
     path: &'p Path,
-    fresh: bool,
 }
 
 impl<'p> PictureFile<'p> {
     pub(super) fn open(path: &'p Path) -> Result<Self, Failure> {
-        let fresh = !path.exists();
-        let opened = OpenOptions::new().create(true).append(true).open(path);
-        opened.map_err(|error| Failure::unwritable(path, &error))?;
-        Ok(Self { path, fresh })
+        check_writable(path).map_err(|error| Failure::unwritable(path, &error))?;
+        Ok(Self { path })
     }
 
-    pub(super) fn fill(mut self, picture: &str) -> Result<(), Failure> {
-        self.fresh = false;
-        fs::write(self.path, picture).map_err(|error| Failure::unwritable(self.path, &error))
-    }
-}
-
-impl Drop for PictureFile<'_> {
-    fn drop(&mut self) {
-        if self.fresh {
-            // An empty file that stays is a nuisance, not a failure.
-            let _ = fs::remove_file(self.path);
-        }
+    pub(super) fn fill(self, picture: &str) -> Result<(), Failure> {
+        let written = write_whole(self.path, picture.as_bytes());
+        written.map_err(|error| Failure::unwritable(self.path, &error))
     }
 }

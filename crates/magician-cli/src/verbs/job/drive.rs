@@ -313,6 +313,11 @@ impl Drive<'_> {
             (false, true, false) => {
                 format!("step {step} was cut short: it continues where it stopped")
             }
+            (false, false, false) if starts.nothing_queued => {
+                format!(
+                    "nothing was queued yet when the last run ended: it begins with step {step}"
+                )
+            }
             (false, false, false) => return,
         };
         if !self.json {

@@ -7,6 +7,7 @@ use magician::report::FenceReport;
 use magician::words::Preflight;
 use magician::{Ctrl, FrameBuf};
 use magician_job::End;
+use magician_job::files::write_whole;
 use magician_job::report::{CheckReport, Estimate, Note, WayOut, clock, warnings as warnings_of};
 use magician_program::artwork::Sheet;
 use magician_program::preview::{PictureError, Preview, PreviewOptions, fitting};
@@ -147,7 +148,7 @@ impl Shown<'_> {
             }
             _ => return Err(Failure::usage("a preview must be a .svg or .png file")),
         };
-        std::fs::write(path, bytes).map_err(|error| Failure::unwritable(path, &error))
+        write_whole(path, &bytes).map_err(|error| Failure::unwritable(path, &error))
     }
 
     /// Every command that would be sent, up to the end of the first loop.

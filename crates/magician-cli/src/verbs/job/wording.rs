@@ -85,13 +85,8 @@ impl Wording<'_> {
             )
             .hint(from_step),
             Fault::AllDone => Failure::invalid("nothing to resume: all steps are done"),
-            Fault::Doubt { span, said } => {
-                let message = if *said {
-                    "the progress of the last run is uncertain"
-                } else {
-                    "the progress of the last run is unknown: the arm was switched off, or \
-                        another program used it"
-                };
+            Fault::Doubt { span, why } => {
+                let message = format!("the progress of the last run is not known: {why}");
                 Failure::new(Kind::Driver(ErrorKind::Uncertain), message).hint(self.in_doubt(*span))
             }
             Fault::Stands { waiting } => {

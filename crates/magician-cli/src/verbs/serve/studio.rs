@@ -6,6 +6,7 @@ use std::net::{IpAddr, Ipv4Addr, UdpSocket};
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
+use magician_job::files::write_whole;
 use magician_station::http::{PageFile, Pages};
 use qrcode::QrCode;
 use qrcode::render::unicode::Dense1x2;
@@ -127,7 +128,7 @@ fn export(folder: &Path, context: &mut Context) -> Result<(), Failure> {
         let path = folder.join(name);
         fs::create_dir_all(path.parent().unwrap_or(folder)).map_err(unwritable)?;
         let bytes = file.unpacked().map_err(unwritable)?;
-        fs::write(&path, &bytes).map_err(unwritable)?;
+        write_whole(&path, &bytes).map_err(unwritable)?;
         exported.files += 1;
         exported.bytes += bytes.len();
     }

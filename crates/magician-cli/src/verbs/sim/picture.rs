@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use magician::serve::{self, Handle};
+use magician_job::files::{check_writable, write_whole};
 use magician_program::preview::fitting;
 use magician_sim::world::{Drawing, PictureError, PictureOptions};
 
@@ -88,7 +89,7 @@ impl Picture {
         let bytes = self
             .bytes(drawing, options)
             .map_err(|error| Failure::unwritable(path, &error))?;
-        std::fs::write(path, &bytes).map_err(|error| {
+        write_whole(path, &bytes).map_err(|error| {
             let failure = Failure::unwritable(path, &error);
             match elsewhere(&std::env::temp_dir(), path, &bytes) {
                 Ok(saved) => failure.hint(format!("the drawing is in {}", saved.display())),
@@ -129,7 +130,14 @@ fn elsewhere(folder: &Path, path: &Path, bytes: &[u8]) -> io::Result<PathBuf> {
     for attempt in 0..ATTEMPTS {
         let path = folder.join(format!("{}-{attempt}-{name}", std::process::id()));
         match options.open(&path) {
-            Ok(mut file) => return file.write_all(bytes).map(|()| path),
+            Ok(mut file) => {
+                let written = file.write_all(bytes);
+                if written.is_err() {
+                    // Half a picture is of no use.
+                    let _ = std::fs::remove_file(&path);
+                }
+                return written.map(|()| path);
+            }
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
             Err(error) => return Err(error),
         }
@@ -137,24 +145,8 @@ fn elsewhere(folder: &Path, path: &Path, bytes: &[u8]) -> io::Result<PathBuf> {
     Err(io::ErrorKind::AlreadyExists.into())
 }
 
-/// Opens the file as for writing and leaves it as it is.
 fn probe(path: &Path) -> Result<(), Failure> {
-    let there = path.symlink_metadata().is_ok();
-    let opened = OpenOptions::new().append(true).create(true).open(path);
-    opened.map_err(|error| Failure::unwritable(path, &error))?;
-    match there {
-        true => Ok(()),
-        false => {
-            gone(std::fs::remove_file(path)).map_err(|error| Failure::unwritable(path, &error))
-        }
-    }
-}
-
-fn gone(removed: io::Result<()>) -> io::Result<()> {
-    match removed {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
-        other => other,
-    }
+    check_writable(path).map_err(|error| Failure::unwritable(path, &error))
 }
 
 #[cfg(all(test, unix))]

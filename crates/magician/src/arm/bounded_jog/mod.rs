@@ -172,6 +172,7 @@ impl Arm {
         self.restore_after_jog().await?;
         let sample = piece(direction, 1.0);
         self.check_ready(&[sample], Guards::default()).await?;
+        self.come_to_rest().await?;
         let look = self.read_queue().await?;
         self.refuse_foreign_commands(&look)?;
         if look.waiting() > 0 {

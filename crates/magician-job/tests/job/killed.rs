@@ -1,0 +1,306 @@
+//! Jobs whose process is killed: at every state of the journal, and at instants all along, another
+//! job goes on where the arm ended. No stroke is lost and none is drawn twice.
+
+use std::mem::take;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use magician::sim::Controller;
+use magician::{Arm, Options, SimSpeed, VirtualArm, words};
+use magician_job::{
+    Fault, Job, JobError, JobEvent, JobSpec, JobState, Journal, JournalError, JournalKey, Start,
+};
+use magician_program::Program;
+use magician_program::resume::{Checkpoint, DoubtReason, RunEnd};
+use tokio::time::sleep;
+
+use super::place::{KINDS, Kind, ink, place, program};
+
+/// An arm and a journal as a process that is killed leaves them.
+struct Killed {
+    arm: Controller,
+    journal: Option<Checkpoint>,
+}
+
+/// A journal that keeps what a kill just before and just behind each write leaves.
+#[derive(Clone, Default)]
+struct Watched(Arc<Mutex<Inner>>);
+
+#[derive(Default)]
+struct Inner {
+    cell: Option<VirtualArm>,
+    now: Option<Checkpoint>,
+    killed: Vec<Killed>,
+}
+
+impl Watched {
+    fn of(cell: &VirtualArm, before: Option<Checkpoint>) -> Self {
+        let watched = Self::default();
+        {
+            let mut inner = watched.0.lock().unwrap();
+            (inner.cell, inner.now) = (Some(cell.clone()), before);
+        }
+        watched
+    }
+
+    /// The process may be killed now.
+    fn kill(&self) {
+        let mut inner = self.0.lock().unwrap();
+        let arm = inner.cell.as_ref().map(|cell| cell.with(|arm| arm.clone()));
+        if let Some(arm) = arm {
+            let journal = inner.now.clone();
+            inner.killed.push(Killed { arm, journal });
+        }
+    }
+
+    fn becomes(&self, now: Option<Checkpoint>) {
+        self.kill();
+        self.0.lock().unwrap().now = now;
+        self.kill();
+    }
+}
+
+impl Journal for Watched {
+    fn open(&mut self, _: &JournalKey) {}
+
+    fn left(&self) -> Result<Checkpoint, JournalError> {
+        let left = self.0.lock().unwrap().now.clone();
+        left.ok_or(JournalError::Nothing)
+    }
+
+    fn write(&mut self, checkpoint: &Checkpoint) {
+        self.becomes(Some(checkpoint.clone()));
+    }
+
+    fn remove(&mut self) {
+        self.becomes(None);
+    }
+}
+
+/// An arm that has done something before, and its index at rest.
+async fn used(program: &Program) -> (VirtualArm, Arm, u64) {
+    let (cell, arm) = place(program).await;
+    let waits = [words::wait(Duration::from_millis(5)); 13];
+    arm.run(&waits).await.expect("it waits");
+    let rest = arm.current_index().await.expect("an index").0;
+    (cell, arm, rest)
+}
+
+/// Runs a program to its end; the arms and journals that a kill would have left on the way.
+async fn killed(
+    program: &Program,
+    speed: u8,
+    before: Option<Checkpoint>,
+) -> (Vec<Killed>, f64, u64) {
+    killed_with(program, speed, before, |spec| spec).await
+}
+
+/// The same of a job that is started like this.
+async fn killed_with(
+    program: &Program,
+    speed: u8,
+    before: Option<Checkpoint>,
+    with: impl FnOnce(JobSpec) -> JobSpec,
+) -> (Vec<Killed>, f64, u64) {
+    let (cell, arm, rest) = used(program).await;
+    let journal = Watched::of(&cell, before);
+    let job = Job::start(
+        &arm,
+        with(JobSpec::new(program.clone()).lasting(true)),
+        journal.clone(),
+    );
+    if speed != 100 {
+        job.set_speed(speed).expect("it begins");
+    }
+    let mut nth = 0_u64;
+    while job.state() != JobState::Ended {
+        journal.kill();
+        nth += 1;
+        sleep(Duration::from_millis(if nth < 60 { 10 } else { 400 })).await;
+    }
+    job.outcome().await.expect("done");
+    let killed = take(&mut journal.0.lock().unwrap().killed);
+    (killed, ink(&cell).1, rest)
+}
+
+/// What another process comes to that resumes it.
+async fn resumed(
+    program: &Program,
+    killed: &Killed,
+) -> (VirtualArm, Arm, Result<u64, Arc<JobError>>, Option<u64>) {
+    let cell = VirtualArm::new(killed.arm.clone(), SimSpeed::Times(1.0));
+    let arm = Arm::simulated(cell.clone(), Options::default()).await;
+    let arm = arm.expect("a virtual arm");
+    let journal = Watched::default();
+    journal.0.lock().unwrap().now = killed.journal.clone();
+    let spec = JobSpec::new(program.clone()).lasting(true);
+    let job = Job::start(&arm, spec.start(Start::Resume), journal);
+    let mut events = job.events();
+    let mut starts = None;
+    while let Some(event) = events.next().await {
+        if let JobEvent::Starts(at) = event {
+            starts = Some(at.steps);
+        }
+    }
+    let outcome = job.outcome().await.map(|done| done.steps);
+    (cell, arm, outcome, starts)
+}
+
+/// Whether a job that was killed is resumed without a stroke too few or too many; the reason if
+/// not.
+async fn is_whole(
+    program: &Program,
+    killed: &Killed,
+    whole: f64,
+    rest: u64,
+) -> Option<DoubtReason> {
+    let (cell, arm, outcome, starts) = resumed(program, killed).await;
+    let taken = arm.current_index().await.expect("an index").0 > rest;
+    let drawn = ink(&cell).1;
+    let told = format!("{starts:?} of {:?}, {drawn} of {whole} mm", killed.journal);
+    match outcome {
+        Ok(_) => {}
+        Err(error) => match &error.fault {
+            Fault::AllDone => {}
+            // Nothing was sent, or all is done.
+            Fault::Journal(JournalError::Nothing) => {
+                assert!(!taken || (drawn - whole).abs() < 0.1, "{told}");
+                return None;
+            }
+            Fault::Doubt { span, why } => {
+                assert!(span.least <= span.most, "{told}");
+                return Some(*why);
+            }
+            _ => panic!("{error}: {told}"),
+        },
+    }
+    assert!((drawn - whole).abs() < 0.1, "{told}");
+    None
+}
+
+#[tokio::test(start_paused = true)]
+async fn killed_job_resumes_without_lost_or_doubled_strokes_from_any_instant() {
+    for kind in KINDS {
+        let iterations = if matches!(kind, Kind::Jumps) { 2 } else { 1 };
+        let program = program(kind, iterations);
+        let (all, whole, rest) = killed(&program, 100, None).await;
+        assert!(all.len() > 80, "{}", all.len());
+        for one in &all {
+            let doubt = is_whole(&program, one, whole, rest).await;
+            assert_eq!(doubt, None, "{kind:?}: {:?}", one.journal);
+        }
+    }
+}
+
+/// Indices may stand for commands that are no steps: then the pose decides, or that is the reason.
+#[tokio::test(start_paused = true)]
+async fn killed_job_whose_indices_may_be_passed_over_resumes_by_the_pose_or_says_why_not() {
+    for kind in [Kind::Lines, Kind::Jumps] {
+        let program = program(kind, 1);
+        let (all, whole, rest) =
+            killed_with(&program, 100, None, |spec| spec.passes_over(true)).await;
+        let mut doubtful = 0;
+        for one in &all {
+            match is_whole(&program, one, whole, rest).await {
+                None => {}
+                Some(DoubtReason::Mixed) => doubtful += 1,
+                Some(other) => panic!("{other:?}: {:?}", one.journal),
+            }
+        }
+        assert!(
+            doubtful * 10 < all.len(),
+            "{kind:?}: {doubtful} of {}",
+            all.len()
+        );
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn killed_job_of_another_speed_resumes_from_any_instant() {
+    let program = program(Kind::Lines, 1);
+    let (all, whole, rest) = killed(&program, 60, None).await;
+    for one in &all {
+        let doubt = is_whole(&program, one, whole, rest).await;
+        assert_eq!(doubt, None, "{:?}", one.journal);
+    }
+}
+
+/// What an earlier run has left is true until the arm has taken something of this one.
+#[tokio::test(start_paused = true)]
+async fn journal_of_an_earlier_run_ends_before_the_first_command_goes_out() {
+    let program = program(Kind::Lines, 1);
+    let earlier = Checkpoint {
+        finished: 40,
+        handed: 40,
+        ended: Some(RunEnd::Between),
+        ..Checkpoint::new("a drawing", program.steps(), false)
+    };
+    let (all, ..) = killed(&program, 100, Some(earlier.clone())).await;
+    let (mut of_earlier, mut of_this) = (0, 0);
+    for one in &all {
+        let state = one.arm.state();
+        match &one.journal {
+            Some(journal) if *journal == earlier => {
+                assert_eq!(state.queue.waiting, 0);
+                of_earlier += 1;
+            }
+            _ => of_this += 1,
+        }
+    }
+    assert!(of_earlier > 0 && of_this > 100, "{of_earlier} {of_this}");
+}
+
+#[tokio::test(start_paused = true)]
+async fn killed_job_whose_arm_was_reset_or_used_says_so() {
+    let program = program(Kind::Lines, 1);
+    let (all, _, rest) = killed(&program, 100, None).await;
+    let early = all.into_iter().filter(|one| {
+        one.journal
+            .as_ref()
+            .is_some_and(|journal| journal.finished < 3)
+    });
+    let mut early: Vec<Killed> = early.collect();
+    let mut one = early.swap_remove(early.len() / 2);
+    let journal = one.journal.clone().expect("it is written");
+    assert_eq!(journal.rest, Some(rest));
+
+    one.journal = Some(Checkpoint {
+        clock: u32::MAX,
+        ..journal.clone()
+    });
+    let (.., outcome, _) = resumed(&program, &one).await;
+    let error = outcome.unwrap_err();
+    assert!(
+        matches!(
+            error.fault,
+            Fault::Doubt {
+                why: DoubtReason::Reset,
+                ..
+            }
+        ),
+        "{error}"
+    );
+
+    let cell = VirtualArm::new(one.arm.clone(), SimSpeed::Times(1.0));
+    let arm = Arm::simulated(cell.clone(), Options::default())
+        .await
+        .expect("an arm");
+    sleep(Duration::from_secs(60)).await;
+    let waits = vec![words::wait(Duration::from_millis(1)); 200];
+    arm.run(&waits).await.expect("another program");
+    drop(arm);
+    one.arm = cell.with(|arm| arm.clone());
+    one.journal = Some(journal);
+    let (.., outcome, _) = resumed(&program, &one).await;
+    let error = outcome.unwrap_err();
+    assert!(
+        matches!(
+            error.fault,
+            Fault::Doubt {
+                why: DoubtReason::Others,
+                ..
+            }
+        ),
+        "{error}"
+    );
+}
