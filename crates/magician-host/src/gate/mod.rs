@@ -52,7 +52,6 @@ pub struct JogRequest {
 
 /// Why a jog ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum JogEnd {
     /// Its guard was dropped or told to stop.
     Released,
@@ -78,7 +77,6 @@ pub enum JogEnd {
 
 /// What follows from a decision. The caller carries them out in their order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum GateEffect {
     /// The command of this jog goes out now. [`Gate::kept`] says how long it may go on.
     Begin(JogId),

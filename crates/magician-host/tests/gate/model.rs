@@ -336,7 +336,6 @@ impl Model {
                 let guard = self.guards.remove(&id).ok_or("an end is told once")?;
                 must(!guard.begun, "what has begun is not refused")?;
             }
-            _ => {}
         }
         Ok(())
     }

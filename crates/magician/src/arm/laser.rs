@@ -53,15 +53,21 @@ impl Arm {
         burns(command, self.inner.options.laser_pins)
     }
 
-    /// Refuses commands of which one would burn where that is not allowed; nothing is sent.
+    /// Refuses commands of which one would burn where that is not allowed, or start a jog that nothing holds; nothing is sent.
     ///
     /// # Errors
-    /// [`ErrorKind::InvalidInput`] with [`ErrorCode::LaserNotAllowed`].
-    pub fn permit<'a>(&self, commands: impl IntoIterator<Item = &'a Set>) -> Result<()> {
+    /// [`ErrorKind::InvalidInput`] with [`ErrorCode::LaserNotAllowed`] or [`ErrorCode::Guarded`].
+    pub fn permit<'a, C>(&self, commands: C) -> Result<()>
+    where
+        C: IntoIterator<Item = &'a Set>,
+        C::IntoIter: Clone,
+    {
+        let commands = commands.into_iter();
+        self.permit_jogs(commands.clone())?;
         if self.may_burn() {
             return Ok(());
         }
-        let burning = commands.into_iter().find(|command| self.burns(command));
+        let burning = { commands }.find(|command| self.burns(command));
         burning.map_or(Ok(()), |command| {
             Err(self.refusal().with_command(command.row().set_name))
         })

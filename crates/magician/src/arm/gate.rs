@@ -1,0 +1,92 @@
+//! What may move without an end of its own over a connection, below all doors: see [`gate`](crate::gate).
+
+use magician_protocol::{Frame, Set, Stepper};
+
+use super::{Arm, Shared};
+use crate::connection::Request;
+use crate::gate::{frame_jogs, jogs};
+use crate::{Action, Error, ErrorCode, Result};
+
+impl Arm {
+    /// A handle of the same connection that sends a [`JogCmd`](crate::commands::JogCmd) as it is: see
+    /// [`Options::raw_jogs`](super::Options::raw_jogs).
+    #[must_use]
+    pub fn passing_jogs(&self) -> Self {
+        Self {
+            passes_jogs: true,
+            ..self.clone()
+        }
+    }
+
+    /// The motor outputs that run because of this connection, a belt for one, and go on until they are switched off:
+    /// [`stop`](Self::stop) does that, and the end of the connection, unless it was [detached](Self::detach).
+    #[must_use]
+    pub fn running_motors(&self) -> Vec<Stepper> {
+        self.inner.shared.gate().running_motors().collect()
+    }
+
+    /// Switches off what [`running_motors`](Self::running_motors) names, and what may still count its pulses.
+    ///
+    /// # Errors
+    /// As [`set`](Self::set).
+    pub async fn stop_motors(&self) -> Result<()> {
+        let held = self.inner.shared.held_motors(true);
+        for (output, request) in motors_off() {
+            if held.contains(&output) {
+                self.ask(request).await?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses a jog that nothing holds; nothing is sent.
+    pub(super) fn permit_jog(&self, frame: &Frame<'_>) -> Result<()> {
+        match frame_jogs(frame) && !self.lets_jogs_pass() {
+            true => Err(unheld_jog()),
+            false => Ok(()),
+        }
+    }
+
+    /// The same for commands.
+    pub(super) fn permit_jogs<'a>(
+        &self,
+        commands: impl IntoIterator<Item = &'a Set>,
+    ) -> Result<()> {
+        if self.lets_jogs_pass() {
+            return Ok(());
+        }
+        let jog = commands.into_iter().find(|command| jogs(command));
+        jog.map_or(Ok(()), |jog| {
+            Err(unheld_jog().with_command(jog.row().set_name))
+        })
+    }
+
+    fn lets_jogs_pass(&self) -> bool {
+        self.passes_jogs && !self.bounds_jogs()
+    }
+}
+
+fn unheld_jog() -> Error {
+    let message = "a jog that nothing holds goes on to the end of its axis; nothing was sent";
+    Error::new(ErrorCode::Guarded, message).remedy(Action::Jog, "ends when it is let go of")
+}
+
+impl Shared {
+    /// The motors that this connection may have to switch off: [`Gate::held_motors`](crate::gate::Gate::held_motors).
+    pub(super) fn held_motors(&self, moving: bool) -> Vec<Stepper> {
+        self.gate().held_motors(moving).collect()
+    }
+
+    /// What a stop has to say behind [`Request::halt`], in its order: the pins of a laser that was raised by them go low, and
+    /// both motor outputs off, whoever started what runs there.
+    pub(super) fn behind_halt(&self) -> Vec<Request> {
+        let motors = motors_off().map(|(_, request)| request);
+        self.lowered_pins().into_iter().chain(motors).collect()
+    }
+}
+
+/// Each motor output, and what switches it off.
+pub(super) fn motors_off() -> impl Iterator<Item = (Stepper, Request)> {
+    let requests = Request::motors_off().into_iter().flatten();
+    crate::gate::OUTPUTS.into_iter().zip(requests)
+}
