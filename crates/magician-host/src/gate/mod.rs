@@ -26,6 +26,7 @@ use magician_protocol::Frame;
 
 use crate::connection::Micros;
 use crate::words::JogDirection;
+use crate::{Action, Error, ErrorCode, Result};
 
 use self::motors::Motors;
 pub(crate) use self::motors::switches_off;
@@ -397,6 +398,24 @@ pub fn frame_jogs(frame: &Frame<'_>) -> bool {
     use magician_protocol::{Writable, commands::JogCmd};
     let written = frame.ctrl().write() || frame.ctrl().queued();
     written && frame.id() == JogCmd::ROW.id && frame.params().get(1) != Some(&0)
+}
+
+/// Refuses a jog that nothing holds.
+///
+/// # Errors
+/// [`ErrorCode::Guarded`], with what to use instead.
+pub fn refuse_unheld(command: &magician_protocol::Set) -> Result<()> {
+    match jogs(command) {
+        true => Err(unheld_jog().with_command(command.row().set_name)),
+        false => Ok(()),
+    }
+}
+
+/// The error for a jog that nothing holds.
+#[must_use]
+pub fn unheld_jog() -> Error {
+    let message = "a jog that nothing holds goes on to the end of its axis; nothing was sent";
+    Error::new(ErrorCode::Guarded, message).remedy(Action::Jog, "ends when it is let go of")
 }
 
 /// True for the command of such a frame.

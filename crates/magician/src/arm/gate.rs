@@ -3,9 +3,9 @@
 use magician_protocol::{Frame, Set, Stepper};
 
 use super::{Arm, Shared};
+use crate::Result;
 use crate::connection::Request;
-use crate::gate::{frame_jogs, jogs};
-use crate::{Action, Error, ErrorCode, Result};
+use crate::gate::{frame_jogs, refuse_unheld, unheld_jog};
 
 impl Arm {
     /// A handle of the same connection that sends a [`JogCmd`](crate::commands::JogCmd) as it is: see
@@ -25,14 +25,14 @@ impl Arm {
         self.inner.shared.gate().running_motors().collect()
     }
 
-    /// Switches off what [`running_motors`](Self::running_motors) names, and what may still count its pulses.
+    /// Switches off what [`running_motors`](Self::running_motors) names.
     ///
     /// # Errors
     /// As [`set`](Self::set).
     pub async fn stop_motors(&self) -> Result<()> {
-        let held = self.inner.shared.held_motors(true);
+        let running = self.running_motors();
         for (output, request) in motors_off() {
-            if held.contains(&output) {
+            if running.contains(&output) {
                 self.ask(request).await?;
             }
         }
@@ -55,20 +55,12 @@ impl Arm {
         if self.lets_jogs_pass() {
             return Ok(());
         }
-        let jog = commands.into_iter().find(|command| jogs(command));
-        jog.map_or(Ok(()), |jog| {
-            Err(unheld_jog().with_command(jog.row().set_name))
-        })
+        commands.into_iter().try_for_each(refuse_unheld)
     }
 
     fn lets_jogs_pass(&self) -> bool {
         self.passes_jogs && !self.bounds_jogs()
     }
-}
-
-fn unheld_jog() -> Error {
-    let message = "a jog that nothing holds goes on to the end of its axis; nothing was sent";
-    Error::new(ErrorCode::Guarded, message).remedy(Action::Jog, "ends when it is let go of")
 }
 
 impl Shared {
