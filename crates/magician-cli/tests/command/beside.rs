@@ -1,6 +1,7 @@
 //! What stands beside the arm: rail, belt and sensors, on the virtual arm in the process.
 
-use crate::magician::{Run, run_with};
+use crate::magician::served::Served;
+use crate::magician::{Run, run, run_with};
 use serde_json::json;
 
 /// Runs lines in a shell on one fresh virtual arm, with JSON.
@@ -51,6 +52,36 @@ fn the_belt_runs_moves_and_stops() {
     ] {
         assert_eq!(script(line).status, 3, "{line}");
     }
+}
+
+#[test]
+fn belt_that_runs_on_is_named_and_stop_switches_it_off() {
+    let dir = tempfile::tempdir().expect("directory");
+    let path = |name: &str| dir.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (arm, trace) = (path("arm"), path("trace.pcapng"));
+    let _arm = Served::start(&["--pty", &arm, "--speed", "max"], 1);
+    let begun = run(&["--port", &arm, "conveyor", "run", "50", "--motor", "2"]);
+    let note =
+        "note: motor 2 runs on; `magician conveyor stop --motor 2` or `magician stop` stops it";
+    assert_eq!((begun.status, begun.err.trim()), (0, note), "{begun:?}");
+    let stop = run(&["--port", &arm, "stop", "--trace", &trace]);
+    assert_eq!((stop.status, stop.err.as_str()), (0, ""), "{stop:?}");
+    let sent = run(&["decode", &trace]).out;
+    let at = |what: &str| sent.find(what).unwrap_or_else(|| panic!("{what}: {sent}"));
+    let frames = [
+        "SetQueuedCmdForceStopExec",
+        "SetEndEffectorLaser",
+        "SetQueuedCmdClear",
+        "SetEMotor  index=0 is_enabled=0 speed=0",
+        "SetEMotor  index=1 is_enabled=0 speed=0",
+    ];
+    assert!(frames.map(at).is_sorted(), "{sent}");
+    // A program that ends with its motors off says nothing of them.
+    let both = run_with(
+        &["--port", &arm, "shell"],
+        b"conveyor run 50\nconveyor stop\n",
+    );
+    assert_eq!((both.status, both.err.as_str()), (0, ""), "{both:?}");
 }
 
 #[test]
