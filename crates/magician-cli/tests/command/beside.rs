@@ -67,15 +67,24 @@ fn belt_that_runs_on_is_named_and_stop_switches_it_off() {
     let stop = run(&["--port", &arm, "stop", "--trace", &trace]);
     assert_eq!((stop.status, stop.err.as_str()), (0, ""), "{stop:?}");
     let sent = run(&["decode", &trace]).out;
-    let at = |what: &str| sent.find(what).unwrap_or_else(|| panic!("{what}: {sent}"));
-    let frames = [
+    let request = |name: &str| sent.find(&format!("request  {name}\n"));
+    let own = [
         "SetQueuedCmdForceStopExec",
         "SetEndEffectorLaser",
         "SetQueuedCmdClear",
-        "SetEMotor  index=0 is_enabled=0 speed=0",
-        "SetEMotor  index=1 is_enabled=0 speed=0",
     ];
-    assert!(frames.map(at).is_sorted(), "{sent}");
+    let own = own.map(|name| request(name).unwrap_or_else(|| panic!("{name}: {sent}")));
+    let motors: Vec<_> = sent.match_indices("request  SetEMotor\n").collect();
+    assert!(own.is_sorted() && motors.len() == 2, "{sent}");
+    assert!(motors.iter().all(|(at, _)| *at > own[2]), "{sent}");
+    // So does a plan that leaves one running.
+    let plan = path("belt.plan.json");
+    let step = r#"{"command":"EMotor","values":{"index":0,"is_enabled":1,"speed":1000}}"#;
+    let text = format!(r#"{{"format":"magician-plan","version":1,"steps":[{step}]}}"#);
+    std::fs::write(&plan, text).expect("a plan");
+    let ran = run(&["--port", &arm, "run", &plan]);
+    let note = "note: motor 1 runs on; `magician conveyor stop` or `magician stop` stops it";
+    assert!(ran.status == 0 && ran.err.contains(note), "{ran:?}");
     // A program that ends with its motors off says nothing of them.
     let both = run_with(
         &["--port", &arm, "shell"],

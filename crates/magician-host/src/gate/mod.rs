@@ -36,16 +36,16 @@ pub use self::motors::{OUTPUTS, turns_motor};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct JogId(pub u64);
 
-/// What a jog belongs to: a program with its guards, the frames of another program that are passed on, a session.
+/// Owner of a jog: a program with its guards, another program whose frames are passed on, a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Holder(pub u64);
 
 /// A jog that is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct JogRequest {
-    /// Its number.
+    /// Number of the jog.
     pub id: JogId,
-    /// Its holder.
+    /// Owner of the jog.
     pub holder: Holder,
     /// Axis and direction; the axis says the frame.
     pub direction: JogDirection,
@@ -54,19 +54,19 @@ pub struct JogRequest {
 /// Why a jog ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum JogEnd {
-    /// Its guard was dropped or told to stop.
+    /// Guard dropped or told to stop.
     Released,
-    /// It was not kept up.
+    /// Not kept up in time.
     NotKept,
     /// The arm did not confirm that it began.
     Failed,
     /// An answer was lost: what the arm was sent is not known.
     Doubt,
-    /// It came to the end of its axis.
+    /// End of the axis reached.
     Limit,
     /// A stop came.
     Stopped,
-    /// It came near the arm's fence.
+    /// The arm's fence is near.
     Fence,
     /// Another jog takes its place.
     Replaced,
@@ -76,7 +76,7 @@ pub enum JogEnd {
     Closed,
 }
 
-/// What follows from a decision. The caller carries them out in their order.
+/// Consequence of a decision. The caller carries them out in their order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum GateEffect {
     /// The command of this jog goes out now. [`Gate::kept`] says how long it may go on.
@@ -93,14 +93,14 @@ pub enum GateEffect {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct Running {
     request: JogRequest,
-    /// It turned round the one before: without its command the arm goes on as that had it.
+    /// True if it reverses the jog before: without its command the arm goes on in that one's direction.
     reverses: bool,
 }
 
-/// What the arm does outside of its queue.
+/// State of the arm outside of its queue.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 enum Motion {
-    /// Nothing, as far as is known.
+    /// The arm stands, as far as is known.
     #[default]
     Rest,
     /// A jog that is kept up until then.
@@ -111,7 +111,7 @@ enum Motion {
     Ending(Option<JogId>, JogEnd),
 }
 
-/// What moves an arm without an end of its own. See the [module](self).
+/// State machine of the motions that have no end of their own. See the [module](self).
 ///
 /// ```
 /// use magician_host::gate::{Gate, GateEffect, Holder, JogId, JogRequest};
@@ -146,7 +146,7 @@ impl Gate {
         Self::default()
     }
 
-    /// What has to be done next.
+    /// Returns the next consequence, oldest first.
     pub fn poll_effect(&mut self) -> Option<GateEffect> {
         self.effects.pop_front()
     }
@@ -233,7 +233,7 @@ impl Gate {
         self.end(JogEnd::Stopped);
     }
 
-    /// As [`stop`](Self::stop), at an arm that may be in a jog that is not known here.
+    /// Does the same as [`stop`](Self::stop) at an arm that may be in a jog that the gate does not know.
     pub fn stop_any(&mut self) {
         self.stop();
         if matches!(self.motion, Motion::Rest | Motion::Unheld) {

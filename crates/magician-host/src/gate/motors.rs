@@ -6,21 +6,21 @@ use magician_protocol::{Ctrl, Frame, Set, Stepper, Writable};
 /// The motor outputs of an arm. A stop switches both off, whoever started them.
 pub const OUTPUTS: [Stepper; 2] = [Stepper::Stepper1, Stepper::Stepper2];
 
-/// What an output does because of this connection.
+/// State of an output, as this connection set it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 enum Motor {
-    /// Nothing.
+    /// Off.
     #[default]
     Off,
-    /// It runs until it is switched off.
+    /// Runs until it is switched off.
     Runs,
-    /// It counts its pulses, and then stands; when that is does not show.
+    /// Counts its pulses and then stands; the arm does not report when.
     Counts,
-    /// It stands when the arm has done what it was given.
+    /// Stands when the queue has run to its end.
     EndsInQueue,
 }
 
-/// What the outputs do because of this connection.
+/// State of both outputs, as this connection set them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct Motors([Motor; 2]);
 

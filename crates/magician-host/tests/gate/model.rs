@@ -18,7 +18,7 @@ const GUARDS: usize = 2;
 const KEEP: Micros = 2;
 const DIRECTIONS: [JogDirection; 3] = [Axis::X.plus(), Axis::X.minus(), Axis::Y.plus()];
 
-/// What happens.
+/// Event of the search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Event {
     /// A jog is asked for. False: its command cannot go out when its turn comes.
@@ -43,7 +43,7 @@ pub(crate) enum Event {
     Close,
 }
 
-/// What a frame has a motor do.
+/// Command to a motor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Turn {
     On,
@@ -55,7 +55,7 @@ pub(crate) enum Turn {
     Foreign,
 }
 
-/// What the arm does.
+/// State of the arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Arm {
     Stands,
@@ -70,7 +70,7 @@ enum Arm {
 struct Guard {
     holder: Holder,
     direction: JogDirection,
-    /// Its command can go out.
+    /// True if its command can go out.
     goes: bool,
     /// Moments until it was not kept up.
     left: Micros,

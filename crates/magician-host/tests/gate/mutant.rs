@@ -4,7 +4,7 @@ use magician_host::connection::Micros;
 use magician_host::gate::{Gate, GateEffect, JogId, JogRequest, OUTPUTS, frame_jogs};
 use magician_protocol::{Frame, Stepper};
 
-/// What is wrong.
+/// Planted bug.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Bug {
     /// A raw jog goes out as it came.

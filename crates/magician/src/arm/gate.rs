@@ -1,10 +1,10 @@
-//! What may move without an end of its own over a connection, below all doors: see [`gate`](crate::gate).
+//! The motion gate of a connection, below all doors: see [`gate`](crate::gate).
 
 use magician_protocol::{Frame, Set, Stepper};
 
 use super::{Arm, Shared};
 use crate::Result;
-use crate::connection::Request;
+use crate::connection::{Priority, Request};
 use crate::gate::{frame_jogs, refuse_unheld, unheld_jog};
 
 impl Arm {
@@ -33,7 +33,8 @@ impl Arm {
         let running = self.running_motors();
         for (output, request) in motors_off() {
             if running.contains(&output) {
-                self.ask(request).await?;
+                // It is no stop: what others have asked for goes on.
+                self.ask(request.priority(Priority::Stream)).await?;
             }
         }
         Ok(())
@@ -69,8 +70,8 @@ impl Shared {
         self.gate().held_motors(moving).collect()
     }
 
-    /// What a stop has to say behind [`Request::halt`], in its order: the pins of a laser that was raised by them go low, and
-    /// both motor outputs off, whoever started what runs there.
+    /// Returns the requests of a stop behind [`Request::halt`], in their order: the pins of a laser that was lit through them go
+    /// low, and both motor outputs off, whoever started what runs there.
     pub(super) fn behind_halt(&self) -> Vec<Request> {
         let motors = motors_off().map(|(_, request)| request);
         self.lowered_pins().into_iter().chain(motors).collect()

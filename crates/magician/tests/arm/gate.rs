@@ -1,4 +1,4 @@
-//! What moves without an end of its own: jogs one after the other, jogs that nothing holds, motors.
+//! The motion gate: jogs one after the other, jogs that nothing holds, motors.
 
 use std::time::Duration;
 
@@ -29,7 +29,7 @@ fn params(direction: JogDirection) -> Vec<u8> {
     frame.frame().params().to_vec()
 }
 
-/// Whether each motor output turns.
+/// True for each motor output that turns.
 fn turning(desk: &Desk) -> [bool; 2] {
     desk.with(|arm| {
         arm.steppers()

@@ -22,10 +22,10 @@ use crate::{Error, ErrorCode, Result};
 const PATIENCE: Micros = 300_000;
 /// Poses so far apart that are equal are those of an arm that stands.
 const APART: Micros = 30_000;
-/// How often one under a fence is looked at.
+/// Interval of position reads during a jog under a fence.
 const FENCED_LOOK_INTERVAL: Micros = 40_000;
-/// How often any other one is looked at: a look costs 10 ms of a serial line, and an arm that stands at the end of its axis is
-/// seen to within two.
+/// Interval of position reads during any other jog: a read costs 10 ms of a serial line, and two show an arm that stands at
+/// the end of its axis.
 const LOOK_INTERVAL: Micros = 200_000;
 /// A jog whose places are equal over this time does not move. The controller moves in periods of 20 ms, and the slowest jog (1 %
 /// of 1 mm/s) by more than binary32 resolves.
@@ -71,18 +71,18 @@ struct Known {
 /// Looks at where a jog under way is.
 struct Looks {
     jog: JogId,
-    /// It moves the rail, which the pose does not show.
+    /// True if it moves the rail, which the pose does not show.
     rail: bool,
     /// When it has to be stopped for the arm's fence.
     until: Option<Micros>,
     /// When to look next; `None` while a look is out.
     at: Option<Micros>,
     interval: Micros,
-    /// Where it was seen, and when.
+    /// Last position that differed, and when it was read.
     seen: Option<(Place, Micros)>,
 }
 
-/// Where an arm is: the pose, or the place on the rail.
+/// Position during a jog: the pose, or the position on the rail.
 #[derive(Clone, Copy, PartialEq)]
 enum Place {
     Arm(Pose),
