@@ -88,8 +88,10 @@ async function hold(axis: Axis, sign: 1 | -1, by: unknown): Promise<void> {
     if (mine === number) jogId = jog;
   } catch (error) {
     if (mine !== number) return;
+    // One that was let go of before it began was not to begin.
+    const released = phase.value !== "running";
     over();
-    complain(error);
+    if (!released) complain(error);
   }
 }
 

@@ -7,6 +7,7 @@ const HUNG = 230;
 
 export class JogKeeper {
   private id: number | null = null;
+  private arm: Record<string, unknown> = {};
   private jog: string | null = null;
   private released = false;
   private timer: ReturnType<typeof setInterval> | undefined;
@@ -19,6 +20,8 @@ export class JogKeeper {
   start(message: Wire, every: number, most: number): void {
     this.release();
     this.id = message.id ?? null;
+    const arm = message.params?.["arm"];
+    this.arm = arm === undefined ? {} : { arm };
     this.jog = null;
     this.released = false;
     this.alive = performance.now();
@@ -27,13 +30,14 @@ export class JogKeeper {
     this.timer = setInterval(() => this.turn(), every);
   }
 
-  /** Ends the jog: at once, or as soon as its id is known. */
+  /** Ends the jog. One whose start is not answered yet (the arm comes to rest before) does not begin. */
   release(): void {
     clearInterval(this.timer);
     this.timer = undefined;
     if (this.released) return;
     this.released = true;
-    if (this.jog !== null) this.stop(this.jog);
+    if (this.jog !== null) this.stop({ jog: this.jog });
+    else if (this.id !== null) this.stop(this.arm);
     this.jog = null;
   }
 
@@ -50,7 +54,8 @@ export class JogKeeper {
         clearInterval(this.timer);
         this.released = true;
       } else if (this.released) {
-        this.stop(jog);
+        // It began before its stop was heard.
+        this.stop({ jog });
       } else {
         this.jog = jog;
         this.kept = performance.now();
@@ -76,7 +81,7 @@ export class JogKeeper {
     }
   }
 
-  private stop(jog: string): void {
-    this.send({ jsonrpc: "2.0", method: "jog.stop", params: { jog } });
+  private stop(params: Record<string, unknown>): void {
+    this.send({ jsonrpc: "2.0", method: "jog.stop", params });
   }
 }

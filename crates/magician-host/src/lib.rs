@@ -3,6 +3,7 @@
 //! * [`connection`] sends requests and tells which answer is whose; [`stream`] keeps any number of queued commands flowing over
 //!   it; [`proxy`] gives several programs one arm.
 //! * [`words`] makes commands of intentions, and checks them before a byte is sent.
+//! * [`gate`] decides when a jog may begin, and knows which motors run: what moves without an end of its own.
 //! * [`faults`] (feature) is what a bad line does, from a seed; [`pair`] (feature) a host and a virtual arm on one virtual clock.
 //!
 //! The crate `magician` drives these over real lines and re-exports them. Lengths are mm, angles degrees, times microseconds
@@ -17,6 +18,7 @@ pub mod connection;
 mod error;
 #[cfg(any(test, feature = "faults"))]
 pub mod faults;
+pub mod gate;
 #[cfg(any(test, feature = "pair"))]
 pub mod pair;
 mod picture;

@@ -245,6 +245,15 @@ impl Link {
                 return self.call("arm.stop", json!({"arm": name}), then);
             }
         }
+        if command == "JOGCmd" && given.number("cmd") != 0.0 {
+            return match axis_of(given, manner) {
+                Ok(axis) => self.start_jog(now, asked, name, &axis),
+                Err(error) => self.answer(asked, &Err(error)),
+            };
+        }
+        if command == "JOGCmd" && self.arms.get(name).is_some_and(|arm| arm.jogs) {
+            return self.stop_jog(name, Then::Stopped(asked.clone()));
+        }
         let fields = if stops { Map::new() } else { given.fields() };
         let mut params = json!({"arm": name, "command": command});
         if !fields.is_empty() {
@@ -256,7 +265,6 @@ impl Link {
         }
         let end = match command {
             _ if stops => WriteEnd::Ends,
-            "JOGCmd" => WriteEnd::Jog(given.number("cmd") != 0.0),
             _ => manner.end(command == "HOMECmd"),
         };
         let write = Write::new(asked, manner.method(), params, end).by(manner);
@@ -382,6 +390,28 @@ impl Link {
         });
         self.call("arm.get", json!({"arm": name, "command": "Pose"}), then);
         Ok(())
+    }
+}
+
+/// The axis and direction of a jog, as the station calls them (document 1.9.4, errata E25).
+fn axis_of(given: &Given, manner: &Manner) -> Result<String, LinkError> {
+    if manner.queued {
+        let why = "a jog in the queue only ends at a limit: leave out `isQueued`";
+        return Err(LinkError::command(why));
+    }
+    let cmd = given.number("cmd");
+    let joint = { given.get("isJoint") }
+        .is_some_and(|joint| joint.as_bool() == Some(true) || joint.as_f64() == Some(1.0));
+    let axes = match joint {
+        true => ["j1", "j2", "j3", "j4", "l"],
+        false => ["x", "y", "z", "r", "l"],
+    };
+    let number = (1.0..=10.0).contains(&cmd).then(|| cmd as usize - 1);
+    let axis = number.and_then(|number| Some((axes.get(number / 2)?, number % 2)));
+    match axis {
+        Some((axis, 0)) => Ok(format!("{axis}+")),
+        Some((axis, _)) => Ok(format!("{axis}-")),
+        None => Err(LinkError::params("`cmd` is 0 to 10")),
     }
 }
 

@@ -103,8 +103,9 @@ impl Core {
         request
             .permit(allow)
             .map_err(|error| errors::raise(py, &error))?;
-        // What programs for those libraries say is passed on: they have no word for a permission.
-        let arm = self.burning(py, true)?;
+        // What programs for those libraries say is passed on: they have no word for a permission, and none for the holder
+        // of a jog.
+        let arm = self.burning(py, true)?.passing_jogs();
         let exchange = async move { request.exchange(&arm).await };
         Ok(Call::start(exchange, |py, (ctrl, params)| {
             Ok((ctrl, PyBytes::new(py, &params))

@@ -189,3 +189,20 @@ def test_a_belt_moves_what_is_on_it() -> None:
 def test_an_edge_is_waited_for() -> None:
     with Arm("sim") as arm, pytest.raises(errors.ResponseTimeoutError, match="nothing came"):
         arm.infrared_edge("GP2", timeout=0.05)
+
+
+def test_belt_ends_with_a_stop_and_with_its_connection() -> None:
+    def runs(cell: VirtualArm) -> bool:
+        before = cell.object("two").position.y
+        cell.advance(1)
+        return cell.object("two").position.y != before
+
+    cell = VirtualArm(BELT)
+    with cell.arm() as arm:
+        arm.conveyor(0, 30)
+        assert runs(cell)
+        arm.stop()
+        assert not runs(cell)
+        arm.conveyor(0, 30)
+        assert runs(cell)
+    assert not runs(cell)

@@ -100,6 +100,46 @@ def test_a_jog_that_is_stopped(slow: Arm) -> None:
     slow.wait_still()
 
 
+def test_jog_of_another_axis_begins_when_the_arm_stands(slow: Arm) -> None:
+    with slow.jog("x+", keep=2) as first:
+        time.sleep(0.5)
+        with slow.jog("y+", keep=2) as second:
+            stood = slow.pose()
+            with pytest.raises(errors.ClosedError, match="another jog"):
+                first.keep()
+            time.sleep(0.3)
+            second.keep()
+            moved = slow.pose()
+    # A real arm would carry the speed of x over to y.
+    assert moved.x == pytest.approx(stood.x, abs=0.001)
+    assert moved.y > stood.y
+
+
+def test_jog_that_nothing_holds_is_refused(slow: Arm) -> None:
+    before = slow.pose()
+    jog = words.jog("j1+")
+    sends: list[Callable[[], object]] = [
+        lambda: slow.set(jog),
+        lambda: slow.enqueue(jog),
+        lambda: slow.run([jog]),
+        lambda: slow.raw(73, 1, bytes([1, 1])),
+    ]
+    for send in sends:
+        with pytest.raises(errors.InvalidInputError, match=r"arm\.jog\(\.\.\)"):
+            send()
+    slow.set(commands.JogCmd(False, commands.JogCommand.STOP))
+    assert slow.pose() == before
+
+
+def test_jog_into_the_end_of_its_axis_ends(slow: Arm) -> None:
+    slow.move_joints(133, 45, 45, 0)
+    with pytest.raises(errors.UnreachableError, match="end of its"), slow.jog("j1+", ratio=100, keep=1) as jog:
+        while True:
+            time.sleep(0.05)
+            jog.keep()
+    assert slow.pose().j1 == pytest.approx(135, abs=0.01)
+
+
 def test_a_jog_that_makes_no_sense(arm: Arm) -> None:
     untyped: Any = arm
     jogs: list[Callable[[], magician.Jog]] = [

@@ -286,6 +286,9 @@ impl Work {
                     TaskResult::Stopped(request, stood.map_err(RpcError::from))
                 });
             }
+            // What a job has running is its own, and its plan's to end.
+            ArmOrder::StopMotors if self.job_drives() => {}
+            ArmOrder::StopMotors => self.stop_motors(),
             ArmOrder::Fence {
                 request,
                 fence,
@@ -326,6 +329,25 @@ impl Work {
             self.await_jog();
         }
         self.stops += 1;
+    }
+
+    /// Switches off what runs on without a holder. A queue that is still to set a motor going is dropped with it.
+    fn stop_motors(&mut self) {
+        if self.arm.running_motors().is_empty() {
+            return;
+        }
+        self.stops += 1;
+        let arm = self.arm.clone();
+        self.side.spawn(async move {
+            let stopped = match arm.moving() {
+                true => arm.stop().await,
+                false => arm.stop_motors().await,
+            };
+            if let Err(error) = stopped {
+                tracing::warn!(%error, "a motor may run on after the lease");
+            }
+            TaskResult::Stopped(None, Ok(Value::Null))
+        });
     }
 
     /// Nothing begins before a jog in pieces, which is being ended, has left the arm at rest and with its own settings.

@@ -57,6 +57,8 @@ pub enum ArmOrder {
         /// job: that has an order of its own.
         request: Option<RequestId>,
     },
+    /// The lease has ended: motors that run on because of this station are switched off, unless a job has the arm.
+    StopMotors,
     /// The arm gets another fence, at once.
     Fence {
         /// The request that is answered when it holds, and the arm stands where it had to be stopped.

@@ -248,8 +248,9 @@ impl Registry {
     /// How connections behave, as `MAGICIAN_TRACE` wants it.
     pub(super) fn options(&self) -> Options {
         let tracer = self.tracer.get_or_init(|| self.surroundings.tracer());
-        // What a program of the vendor's says is passed on: its interface has no word for a permission.
-        let options = Options::default().allow_laser(true);
+        // What a program of the vendor's says is passed on: its interface has no word for a permission, and none for
+        // the holder of a jog.
+        let options = Options::default().allow_laser(true).raw_jogs(true);
         match tracer {
             Some(tracer) => options.trace(tracer.clone()),
             None => options,

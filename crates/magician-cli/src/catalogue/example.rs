@@ -31,6 +31,8 @@ fn value(field: &Field) -> String {
         FieldType::Scalar(scalar) => number(field, scalar),
         FieldType::Array(scalar, count) => vec![number(field, scalar); count].join(","),
         FieldType::Flag => "1".to_owned(),
+        // Of a jog only its end is sent so.
+        FieldType::Enum(info) if info.name == "JogCommand" => "0".to_owned(),
         FieldType::Enum(info) => {
             let variant = info.variants.get(1).or(info.variants.first());
             variant.map_or(0, |variant| variant.value).to_string()

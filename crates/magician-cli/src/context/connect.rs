@@ -59,6 +59,12 @@ impl Connected {
         }
     }
 
+    /// True if a signal has something to stop: a motion, a laser, a motor.
+    pub(super) fn needs_stop(&self) -> bool {
+        let moves = self.arm.moving() || !self.arm.running_motors().is_empty();
+        self.under_way.needs_stop() || moves
+    }
+
     /// Ends it, and waits until a station has heard of it.
     pub(super) async fn close(self) {
         self.arm.close().await;

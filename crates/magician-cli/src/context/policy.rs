@@ -2,13 +2,15 @@
 //!
 //! What holds for all of them:
 //!
-//! * **Ctrl-C, SIGTERM, SIGHUP**: the work is dropped. If the arm moves because of this connection ([`Arm::moving`]), or because
-//!   of what is noted in [`UnderWay`], it is stopped: motion, queue, laser; changed settings are restored, and the program waits until
-//!   the arm stands. A second signal stops it at once and waits no longer. A shell keeps its connection and goes on, but for
+//! * **Ctrl-C, SIGTERM, SIGHUP**: the work is dropped. If the arm moves because of this connection ([`Arm::moving`]), a motor runs
+//!   because of it, or because of what is noted in [`UnderWay`], it is stopped: motion, queue, laser, motors; changed settings are
+//!   restored, and the program waits until the arm stands. A second signal stops it at once and waits no longer. A shell keeps its connection and goes on, but for
 //!   SIGTERM.
 //! * **An error**: changed settings are restored. When the connection ends (a shell's ends with the shell) it stops what it has set going
 //!   and switches the laser off.
-//! * **The good end**: what was set going goes on. A laser that this connection lit is switched off once nothing of it moves.
+//! * **The good end**: what was set going goes on. A laser that this connection lit is switched off once nothing of it moves. A
+//!   motor that runs on is named, with what stops it.
+//! * A jog never goes on: `set`, `enqueue` and a shell refuse one that nothing holds.
 //!
 //! The policies say what differs. `policy/tests.rs` lists every verb with its own, and fails for one that
 //! is not in the list.

@@ -12,6 +12,7 @@ use super::{Context, FAREWELL};
 use crate::failure::{Failure, Kind, incomplete};
 use crate::interrupt::Signals;
 use crate::output::Output;
+use crate::paint::tell;
 use crate::progress::attended;
 use crate::saved::{Access, SavedSettings, Settled};
 
@@ -121,6 +122,9 @@ impl Context {
             return;
         };
         let (arm, laser) = (connected.arm.clone(), connected.under_way.laser);
+        if well {
+            note_running_motors(&arm, self.global.station.is_some());
+        }
         runtime.block_on(async {
             let dark = match laser {
                 _ if !well => None,
@@ -203,7 +207,7 @@ impl Context {
     /// Stops what was set going, and waits until the arm stands. A second signal stops the arm at once.
     pub(super) async fn halt(&mut self, signals: &mut Signals) -> Failure {
         let failure = match &self.connected {
-            Some(open) if open.under_way.needs_stop() || open.arm.moving() => {
+            Some(open) if open.needs_stop() => {
                 let arm = &open.arm;
                 let ended = attended(self.global.json, "stopping", stop(arm, &self.saved));
                 let ended = tokio::select! {
@@ -235,5 +239,25 @@ impl Context {
         } else if !self.in_shell {
             self.disconnect().await;
         }
+    }
+}
+
+/// Says which motors run on after this program, and what stops them.
+fn note_running_motors(arm: &Arm, at_station: bool) {
+    for motor in arm.running_motors() {
+        let output = u8::from(motor) + 1;
+        if at_station {
+            tell(format_args!(
+                "note: motor {output} stops: at a station none runs on without the lease"
+            ));
+            continue;
+        }
+        let stops = match output {
+            1 => "`magician conveyor stop`".to_owned(),
+            output => format!("`magician conveyor stop --motor {output}`"),
+        };
+        tell(format_args!(
+            "note: motor {output} runs on; {stops} or `magician stop` stops it"
+        ));
     }
 }

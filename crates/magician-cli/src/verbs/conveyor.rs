@@ -61,12 +61,17 @@ impl Conveyor {
         let motor = self.motor;
         let output = Stepper::from(motor.saturating_sub(1));
         let answer = match self.action {
-            Action::Run { speed } => turn(
-                context,
-                motor,
-                output,
-                within(speed, CONVEYOR_FASTEST, "mm/s")?,
-            )?,
+            Action::Run { speed } => {
+                let speed = within(speed, CONVEYOR_FASTEST, "mm/s")?;
+                if speed != 0.0 && context.global.station.is_some() && !context.in_shell() {
+                    let message = "a belt at a station stops with the lease, and this command's \
+                        ends at once; nothing was sent";
+                    return Err(Failure::usage(message).hint(
+                        "`magician shell` keeps the lease; `magician conveyor by` ends by itself",
+                    ));
+                }
+                turn(context, motor, output, speed)?
+            }
             Action::Stop => turn(context, motor, output, 0.0)?,
             Action::By { distance, speed } => {
                 if within(speed, CONVEYOR_FASTEST, "mm/s")? <= 0.0 {

@@ -1,4 +1,5 @@
 use clap::Args;
+use magician::gate::refuse_unheld;
 use serde::Serialize;
 
 use super::set::{refuse_danger, writable};
@@ -47,6 +48,7 @@ impl Enqueue {
         refuse_danger(row, context)?;
         let command = magician::Set::decode(row.id, &params)
             .map_err(|error| Failure::usage(format!("{}: {error}", row.name)))?;
+        refuse_unheld(&command)?;
         context.permit([&command])?;
         if self.start {
             context.permit_queue()?;

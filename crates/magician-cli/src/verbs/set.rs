@@ -1,4 +1,5 @@
 use clap::Args;
+use magician::gate::refuse_unheld;
 use magician::{Ctrl, Set as Command, sets_in_motion};
 use magician_protocol::{LayoutInfo, Row};
 use serde_json::json;
@@ -34,6 +35,7 @@ impl Set {
         refuse_danger(row, context)?;
         let command = Command::decode(row.id, &params);
         let command = command.map_err(|error| Failure::usage(format!("{}: {error}", row.name)))?;
+        refuse_unheld(&command)?;
         let policy = match context.permit([&command])? {
             true => StopPolicy::lights(context),
             false => StopPolicy::Order,

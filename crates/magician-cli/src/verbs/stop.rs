@@ -6,11 +6,11 @@ use super::pose::ShowPose;
 use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
 
-/// Stop the arm: motion, queue and laser
+/// Stop the arm: motion, queue, laser and motors
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Stops the motion, drops the waiting commands, switches the laser off, and checks that the arm has \
-    stopped. This is not a safety function: in an emergency use the arm's power switch.")]
+Stops the motion, drops the waiting commands, switches the laser and both motor outputs off, and \
+    checks that the arm has stopped. This is not a safety function: in an emergency use the arm's power switch.")]
 pub(crate) struct Stop {
     /// Finish the command under way and hold the rest of the queue
     #[arg(long)]

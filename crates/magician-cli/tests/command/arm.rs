@@ -28,6 +28,29 @@ fn pose_has_the_eight_numbers_of_an_arm_that_was_switched_on() {
 }
 
 #[test]
+fn jog_that_nothing_holds_is_refused_with_the_verb_to_use() {
+    let jog = "JOGCmd is_joint=1 cmd=1";
+    let lines = [
+        format!("set {jog}"),
+        format!("enqueue {jog}"),
+        format!("enqueue {jog} --start"),
+    ];
+    for line in lines {
+        let words: Vec<_> = line.split(' ').collect();
+        for refused in [on_sim(&words), script(&format!("{line}\n"))] {
+            assert_eq!((refused.status, refused.out.as_str()), (3, ""), "{line}");
+            let remedies = ["`magician jog`", r#""action":"jog""#];
+            let told = remedies.iter().any(|told| refused.err.contains(told));
+            assert!(told, "{refused:?}");
+            assert!(refused.err.contains("nothing was sent"), "{refused:?}");
+        }
+    }
+    // The end of one is a stop.
+    let stop = on_sim(&["set", "JOGCmd", "is_joint=0", "cmd=0"]);
+    assert_eq!((stop.status, stop.err.as_str()), (0, ""));
+}
+
+#[test]
 fn moves_arrive_and_keep_the_rotation_that_is_left_out() {
     let run = script(
         "home\n\

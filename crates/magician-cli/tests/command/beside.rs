@@ -1,6 +1,7 @@
 //! What stands beside the arm: rail, belt and sensors, on the virtual arm in the process.
 
-use crate::magician::{Run, run_with};
+use crate::magician::served::Served;
+use crate::magician::{Run, run, run_with};
 use serde_json::json;
 
 /// Runs lines in a shell on one fresh virtual arm, with JSON.
@@ -51,6 +52,45 @@ fn the_belt_runs_moves_and_stops() {
     ] {
         assert_eq!(script(line).status, 3, "{line}");
     }
+}
+
+#[test]
+fn belt_that_runs_on_is_named_and_stop_switches_it_off() {
+    let dir = tempfile::tempdir().expect("directory");
+    let path = |name: &str| dir.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (arm, trace) = (path("arm"), path("trace.pcapng"));
+    let _arm = Served::start(&["--pty", &arm, "--speed", "max"], 1);
+    let begun = run(&["--port", &arm, "conveyor", "run", "50", "--motor", "2"]);
+    let note =
+        "note: motor 2 runs on; `magician conveyor stop --motor 2` or `magician stop` stops it";
+    assert_eq!((begun.status, begun.err.trim()), (0, note), "{begun:?}");
+    let stop = run(&["--port", &arm, "stop", "--trace", &trace]);
+    assert_eq!((stop.status, stop.err.as_str()), (0, ""), "{stop:?}");
+    let sent = run(&["decode", &trace]).out;
+    let request = |name: &str| sent.find(&format!("request  {name}\n"));
+    let own = [
+        "SetQueuedCmdForceStopExec",
+        "SetEndEffectorLaser",
+        "SetQueuedCmdClear",
+    ];
+    let own = own.map(|name| request(name).unwrap_or_else(|| panic!("{name}: {sent}")));
+    let motors: Vec<_> = sent.match_indices("request  SetEMotor\n").collect();
+    assert!(own.is_sorted() && motors.len() == 2, "{sent}");
+    assert!(motors.iter().all(|(at, _)| *at > own[2]), "{sent}");
+    // So does a plan that leaves one running.
+    let plan = path("belt.plan.json");
+    let step = r#"{"command":"EMotor","values":{"index":0,"is_enabled":1,"speed":1000}}"#;
+    let text = format!(r#"{{"format":"magician-plan","version":1,"steps":[{step}]}}"#);
+    std::fs::write(&plan, text).expect("a plan");
+    let ran = run(&["--port", &arm, "run", &plan]);
+    let note = "note: motor 1 runs on; `magician conveyor stop` or `magician stop` stops it";
+    assert!(ran.status == 0 && ran.err.contains(note), "{ran:?}");
+    // A program that ends with its motors off says nothing of them.
+    let both = run_with(
+        &["--port", &arm, "shell"],
+        b"conveyor run 50\nconveyor stop\n",
+    );
+    assert_eq!((both.status, both.err.as_str()), (0, ""), "{both:?}");
 }
 
 #[test]

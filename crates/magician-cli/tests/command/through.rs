@@ -138,7 +138,7 @@ const VERBS: &[(&str, &[Through])] = &[
     (
         "conveyor",
         &[Same(&[
-            &["conveyor", "run", "50", "--json"],
+            &["shell", "--json", "<<", "conveyor run 50\nconveyor stop\n"],
             &["conveyor", "by", "-20", "--speed", "40"],
             &["conveyor", "stop", "--json"],
         ])],

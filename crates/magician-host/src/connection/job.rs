@@ -1,7 +1,8 @@
-use magician_protocol::{Ctrl, Effect, Frame, FrameBuf, Row};
+use magician_protocol::{Effect, Frame, FrameBuf, Row};
 
 use super::outstanding::Key;
 use super::{Micros, Priority, Request, Ticket};
+use crate::gate::switches_off;
 
 /// What a request is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,7 +72,7 @@ impl Job {
         Self {
             ticket,
             purpose,
-            policy: policy(frame.id(), frame.ctrl()),
+            policy: policy(&frame),
             priority: request.priority,
             frame: request.frame,
             key: Key::of(&frame),
@@ -114,13 +115,16 @@ impl Job {
 /// Whether a request that was not answered may have been done, and must not be done again.
 #[must_use]
 pub fn is_once(request: &Frame<'_>) -> bool {
-    policy(request.id(), request.ctrl()) != Policy::Resend
+    policy(request) != Policy::Resend
 }
 
 /// Gets may always be sent again; for immediate sets the row says so; a queued command is
 /// answered with an index. What the table does not know is sent once.
-fn policy(id: u8, ctrl: Ctrl) -> Policy {
+fn policy(frame: &Frame<'_>) -> Policy {
+    let (id, ctrl) = (frame.id(), frame.ctrl());
     match Row::with_id(id) {
+        // A motor that is off is off, however often that is said; a stop says it until it is answered.
+        Some(_) if switches_off(frame) => Policy::Resend,
         Some(row) if ctrl.queued() && row.set.is_some() && !row.steers_queue() => Policy::Doubt,
         Some(row) if ctrl.write() && row.set.is_some() && !row.resendable => Policy::Once,
         Some(_) => Policy::Resend,

@@ -1,9 +1,10 @@
 use magician_protocol::commands::{
-    QueuedCmdClear, QueuedCmdForceStopExec, QueuedCmdStopExec, SetEndEffectorLaser,
+    EMotor, QueuedCmdClear, QueuedCmdForceStopExec, QueuedCmdStopExec, SetEndEffectorLaser,
 };
 use magician_protocol::{Ctrl, EncodeError, Flag, FrameBuf, Queueable, Readable, Writable};
 
 use super::Micros;
+use crate::gate::OUTPUTS;
 
 /// Puts the laser out.
 const LASER_OFF: SetEndEffectorLaser = SetEndEffectorLaser {
@@ -80,6 +81,22 @@ impl Request {
             Self::set(&QueuedCmdClear {})?,
         ];
         Ok(all.map(|request| request.priority(Priority::Stop)))
+    }
+
+    /// The requests that switch both motor outputs off, and with them a belt: behind those of [`halt`](Self::halt), whoever
+    /// started what runs there.
+    ///
+    /// # Errors
+    /// None in practice; as [`Request::raw`].
+    pub fn motors_off() -> Result<[Self; 2], EncodeError> {
+        let [first, second] = OUTPUTS.map(|index| {
+            Self::set(&EMotor {
+                index,
+                is_enabled: Flag::OFF,
+                speed: 0,
+            })
+        });
+        Ok([first?, second?].map(|request| request.priority(Priority::Stop)))
     }
 
     /// The three requests that leave the laser dark and the queue empty, in their order: put the laser out, hold the queue,

@@ -10,7 +10,7 @@ use super::{line_by, move_joints_by, rail_by};
 use crate::{Action, Error, ErrorCode};
 
 /// An axis that can be jogged.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Axis {
     /// Forward, mm.
     X,
@@ -47,7 +47,7 @@ pub enum Axis {
 /// # Ok(())
 /// # }
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct JogDirection {
     /// What moves.
     pub axis: Axis,

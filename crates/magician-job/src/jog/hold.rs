@@ -264,7 +264,8 @@ mod tests {
     }
 
     #[test]
-    fn another_way_takes_its_place() {
+    fn another_direction_is_a_jog_of_its_own() {
+        // The control only says so; that the arm comes to rest between two axes is the driver's.
         let mut hold = plain();
         hold.press(UP, ms(0));
         assert_eq!(hold.press(DOWN, ms(20)), begin(DOWN));

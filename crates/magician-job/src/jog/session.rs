@@ -93,7 +93,7 @@ impl PendantSession {
     }
 
     /// Begins what is ordered, or says at once why not. What was ordered before and is not done yet gives way only to a stop, and
-    /// a jog to another jog; everything else is [`OrderError::Busy`](super::OrderError::Busy) then, but for tools, speeds and
+    /// a jog to another jog, which begins along another axis when the arm stands; everything else is [`OrderError::Busy`](super::OrderError::Busy) then, but for tools, speeds and
     /// alarms, which are seen to meanwhile, one after the other. While a stop is under way the newest order for a jog, a
     /// step or homing waits for its end; a jog begins then only if it is kept up, and [`PendantOrder::EndJog`] drops it and a step.
     pub fn order(&mut self, order: PendantOrder) -> Option<OrderDone> {

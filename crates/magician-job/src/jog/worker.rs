@@ -229,6 +229,10 @@ impl ArmWorker {
         if let Some((_, kept)) = &mut self.waiting {
             *kept = Instant::now();
         }
+        if self.jogs() {
+            // The one before gives way to the one that begins: its end is no news of the control that is held.
+            return None;
+        }
         let (direction, jog) = self.jog.as_ref()?;
         let (activity, kept) = (Activity::Jog(*direction), jog.keep());
         let error = kept.err()?;
@@ -279,7 +283,8 @@ impl ArmWorker {
         let arm = self.arm.clone();
         let options = JogOptions::default().keep(keep);
         let work = async move { Ok(arm.jog_with(direction, options).await.map(Some)?) };
-        // The one under way is kept until this one has taken its place: so the arm goes over into it.
+        // The guard of the one under way is kept until this one begins: in the opposite direction the arm goes over into it.
+        // Along another axis the driver ends that first and sees the arm at rest; what is released meanwhile starts nothing.
         self.begin_if_free(Activity::Jog(direction), work)
     }
 
@@ -377,14 +382,68 @@ mod tests {
     use super::super::ToolOrder;
     use super::*;
 
-    #[tokio::test]
-    async fn nothing_is_switched_on_after_a_stop_that_was_asked_for_later() {
-        let arm = Arm::connect("sim").await.unwrap();
+    async fn worker(arm: &Arm) -> ArmWorker {
         let ratios = SpeedRatios {
             jog: arm.get::<JogCommonParams>().await.unwrap(),
             moves: arm.get::<PtpCommonParams>().await.unwrap(),
         };
-        let mut worker = ArmWorker::new(&arm, SavedSettings::default(), ratios);
+        ArmWorker::new(arm, SavedSettings::default(), ratios)
+    }
+
+    /// A control that is held for so long, kept up as a pendant does; what was refused or ended of it.
+    async fn hold(worker: &mut ArmWorker, axis: &str, ms: u64) -> Vec<OrderDone> {
+        let direction: JogDirection = axis.parse().unwrap();
+        let keep = Duration::from_millis(300);
+        let mut told = Vec::from_iter(worker.order(PendantOrder::Jog { direction, keep }));
+        for _ in 0..ms / 50 {
+            let turn = tokio::time::timeout(Duration::from_millis(50), worker.next());
+            if let Ok(done) = turn.await {
+                told.push(done);
+                tokio::time::sleep(Duration::from_millis(50)).await;
+            }
+            told.extend(worker.order(PendantOrder::Keep));
+        }
+        told.retain(|done| done.outcome.is_err());
+        told
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn another_axis_begins_at_rest_and_goes_on_while_it_is_held() {
+        let sim = magician::VirtualArm::new(
+            magician::sim::Controller::default(),
+            magician::SimSpeed::Times(1.0),
+        );
+        let arm = Arm::simulated(sim.clone(), magician::Options::default());
+        let arm = arm.await.unwrap();
+        let mut worker = worker(&arm).await;
+        assert!(hold(&mut worker, "x+", 1000).await.is_empty());
+        let before = sim.state().pose;
+        let told = hold(&mut worker, "y-", 2000).await;
+        assert!(told.is_empty(), "{told:?}");
+        let after = sim.state().pose;
+        assert!(after.y < before.y - 10.0, "{before:?} {after:?}");
+        // It braked along x, and nothing of that speed went into y the wrong way.
+        assert!(after.x > before.x && after.x < before.x + 10.0);
+        // A key that is released while the arm comes to rest starts nothing.
+        let direction = "z+".parse().unwrap();
+        let keep = Duration::from_millis(300);
+        assert!(
+            worker
+                .order(PendantOrder::Jog { direction, keep })
+                .is_none()
+        );
+        let _ = tokio::time::timeout(Duration::from_millis(100), worker.next()).await;
+        let z = sim.state().pose.z;
+        worker.order(PendantOrder::EndJog);
+        tokio::time::sleep(Duration::from_secs(2)).await;
+        assert!(!sim.state().moving);
+        assert_eq!(sim.state().pose.z, z);
+    }
+
+    #[tokio::test]
+    async fn nothing_is_switched_on_after_a_stop_that_was_asked_for_later() {
+        let arm = Arm::connect("sim").await.unwrap();
+        let mut worker = worker(&arm).await;
         let laser = PendantOrder::Tool(ToolOrder::Laser(true));
         assert!(worker.order(laser).is_none());
         assert!(worker.order(PendantOrder::Stop).is_none());

@@ -57,8 +57,8 @@ pub(crate) enum WriteEnd {
     True,
     /// With true; what waits will not end.
     Ends,
-    /// With true; the arm jogs now, or no longer.
-    Jog(bool),
+    /// With true; the arm jogs now.
+    Jog,
     /// With the index of what was queued.
     Index,
     /// When it has ended; an alarm ends the wait, but for homing.
@@ -83,7 +83,10 @@ pub(crate) struct ArmLink {
     pub(crate) writes: VecDeque<Write>,
     pub(crate) writing: bool,
     pub(crate) blocked: Option<HostInstant>,
+    /// True from the moment at which a jog is asked for to its end.
     pub(crate) jogs: bool,
+    /// The station's jog, and when to keep it up next.
+    pub(crate) jog: Option<(String, HostInstant)>,
     /// The last command that has finished, as far as is known.
     pub(crate) current: Option<u64>,
     /// Alarms that hold the queue.

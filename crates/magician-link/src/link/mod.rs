@@ -13,6 +13,7 @@ use serde_json::{Value, json};
 use self::arm::Fast;
 pub(crate) use self::arm::{ArmLink, Write, WriteEnd};
 use self::watching::WATCHES_ON;
+use self::writes::KEEP_INTERVAL;
 use crate::answers::Then;
 use crate::error::{ErrorCode, LinkError};
 use crate::report::Noted;
@@ -161,7 +162,19 @@ impl Link {
             Some("arm.state") => self.state(now, params),
             Some("arm.event") => self.event(params),
             Some("lease.changed") => self.lease_changed(params),
+            Some("jog.ended") => self.jog_ended(params),
             _ => {}
+        }
+    }
+
+    /// A jog has ended by itself: at the end of its axis, with the lease, by a stop.
+    fn jog_ended(&mut self, params: &Value) {
+        let text = |name: &str| params.get(name).and_then(Value::as_str);
+        let arm = text("arm").and_then(|name| self.arms.get_mut(name));
+        if let Some(arm) = arm
+            && arm.jog.as_ref().map(|(jog, _)| jog.as_str()) == text("jog")
+        {
+            (arm.jogs, arm.jog) = (false, None);
         }
     }
 
@@ -182,8 +195,14 @@ impl Link {
             };
             if arm.jogs && silent {
                 // The program hangs: nothing of it goes on.
-                arm.jogs = false;
+                (arm.jogs, arm.jog) = (false, None);
                 self.call("arm.stop", json!({"arm": name}), Then::Nothing);
+            } else if let Some((jog, due)) = &mut arm.jog
+                && *due <= now
+            {
+                *due = now + KEEP_INTERVAL;
+                let params = json!({"jog": jog});
+                self.call("jog.keep", params, Then::Nothing);
             }
             self.calm_down(now, &name);
             self.pump(now, &name);
@@ -197,9 +216,10 @@ impl Link {
             let waiting = !(arm.writing || arm.writes.is_empty());
             let blocked = arm.blocked.filter(|_| waiting);
             let jog = arm.jogs.then(|| self.heard + SILENCE);
+            let keep = arm.jog.as_ref().map(|(_, due)| *due);
             let watched = matches!(arm.fast, Some(Fast::Id(_)));
             let calm = arm.idle.filter(|_| watched).map(|idle| idle + WATCHES_ON);
-            [arm.waits.due(), blocked, jog, calm]
+            [arm.waits.due(), blocked, jog, keep, calm]
                 .into_iter()
                 .flatten()
                 .min()
@@ -265,9 +285,7 @@ impl Link {
             self.answer(&write.asked, &Err(why));
         }
         if arm.jogs {
-            let stop =
-                json!({"arm": name, "command": "JOGCmd", "fields": {"is_joint": 0, "cmd": 0}});
-            self.call("arm.set", stop, Then::Nothing);
+            self.call("jog.stop", json!({"arm": name}), Then::Nothing);
         }
         let ids: Vec<_> = { self.subscriptions.iter() }
             .filter(|(_, arm)| *arm == name)

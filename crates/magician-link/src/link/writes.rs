@@ -5,11 +5,15 @@ use std::time::Duration;
 use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
-use super::{Link, Write, WriteEnd};
+use super::{Asked, Link, Write, WriteEnd};
 use crate::answers::Then;
 use crate::error::{ErrorCode, LinkError};
 use crate::waits::Wait;
 
+/// How often a jog is kept up while its program lives: several times within [`KEEP_MS`].
+pub(crate) const KEEP_INTERVAL: Duration = Duration::from_millis(250);
+/// How long the station lets a jog go on without being kept up: the longest that it takes, for a link that is held up.
+const KEEP_MS: u64 = 1000;
 /// A queue that is full is tried again after so long.
 const FULL: Duration = Duration::from_millis(20);
 
@@ -20,6 +24,33 @@ impl Link {
             arm.writes.push_back(write);
         }
         self.pump(now, name);
+    }
+
+    /// Jogs until the program says otherwise. The station brings the arm to rest before a jog of another axis.
+    pub(crate) fn start_jog(&mut self, now: HostInstant, asked: &Asked, name: &str, axis: &str) {
+        if let Some(arm) = self.arms.get_mut(name) {
+            (arm.jogs, arm.jog) = (true, None);
+        }
+        let params = json!({"arm": name, "axis": axis, "keep_ms": KEEP_MS});
+        let write = Write::new(asked, "jog.start", params, WriteEnd::Jog);
+        self.write(now, name, write);
+    }
+
+    /// Ends the jog, before everything that waits. One that has not begun does not begin.
+    pub(crate) fn stop_jog(&mut self, name: &str, then: Then) {
+        let Some(arm) = self.arms.get_mut(name) else {
+            return;
+        };
+        (arm.jogs, arm.jog) = (false, None);
+        let begins = |write: &Write| matches!(write.end, WriteEnd::Jog);
+        let (dropped, kept): (Vec<_>, Vec<_>) =
+            { std::mem::take(&mut arm.writes).into_iter() }.partition(begins);
+        arm.writes = kept.into();
+        for write in dropped {
+            let why = LinkError::cancelled("the jog was stopped before it began");
+            self.answer(&write.asked, &Err(why));
+        }
+        self.call("jog.stop", json!({"arm": name}), then);
     }
 
     /// Writes the next, if nothing is under way. While the queue is full, what needs no place in it goes before.
@@ -98,7 +129,13 @@ impl Link {
     ) {
         let value = match outcome {
             Ok(value) => value,
-            Err(error) => return self.answer(&write.asked, &Err(error)),
+            Err(error) => {
+                if let (WriteEnd::Jog, Some(arm)) = (write.end, self.arms.get_mut(name)) {
+                    let others = arm.writes.iter();
+                    arm.jogs &= { others }.any(|write| matches!(write.end, WriteEnd::Jog));
+                }
+                return self.answer(&write.asked, &Err(error));
+            }
         };
         let index = value.get("index").and_then(Value::as_u64);
         match (write.end, index) {
@@ -121,12 +158,13 @@ impl Link {
                 self.cancel(name, &LinkError::cancelled("the queue was stopped"));
                 self.answer(&write.asked, &Ok(json!(true)));
             }
-            (WriteEnd::Jog(on), _) => {
-                if let Some(arm) = self.arms.get_mut(name) {
-                    arm.jogs = on;
+            (WriteEnd::Jog, _) => {
+                let jog = value.get("jog").and_then(Value::as_str);
+                if let (Some(arm), Some(jog)) = (self.arms.get_mut(name), jog) {
+                    // One that was ended meanwhile is over.
+                    arm.jog = arm.jogs.then(|| (jog.to_owned(), now + KEEP_INTERVAL));
                 }
-                let result = index.map_or(json!(true), |index| json!({"queuedCmdIndex": index}));
-                self.answer(&write.asked, &Ok(result));
+                self.answer(&write.asked, &Ok(json!(true)));
             }
             (WriteEnd::Raw(method), _) => {
                 let result = crate::answers::raw(method, &value);

@@ -1359,7 +1359,10 @@ class Arm(Bound):
         return (await self.get(words.analog_at(address))).volts
 
     async def motor(self, index: StepperLike, speed: int) -> None:
-        """Runs an external motor at a speed in pulses/s, whose sign is the direction; 0 stops it (document 1.15.6)."""
+        """Runs an external motor at a speed in pulses/s, whose sign is the direction; 0 stops it (document 1.15.6).
+
+        It runs on until it is stopped: `stop` does that, and the end of the connection.
+        """
         await self.set(words.motor(index, speed))
 
     async def motor_by(self, index: StepperLike, speed: int, distance: int, *, wait: bool = True) -> Motion[Ran]:
@@ -1367,7 +1370,10 @@ class Arm(Bound):
         return await self._move(words.motor_by(index, speed, distance), wait=wait)
 
     async def conveyor(self, index: StepperLike, mm_per_s: float) -> None:
-        """Runs the conveyor belt on this motor output at a speed in mm/s, whose sign is the direction; 0 stops it."""
+        """Runs the conveyor belt on this motor output at a speed in mm/s, whose sign is the direction; 0 stops it.
+
+        It runs on until it is stopped: `stop` does that, and the end of the connection.
+        """
         await self.set(words.conveyor(index, mm_per_s))
 
     async def conveyor_by(self, index: StepperLike, mm: float, mm_per_s: float, *, wait: bool = True) -> Motion[Ran]:

@@ -444,8 +444,11 @@ pub(super) const STATION: &[Method] = &[
     method(
         "jog.stop",
         Viewer,
-        &[needed("jog", Kind::Id(IdKind::Jog), "the jog")],
-        "Stops a jog.",
+        &[
+            ARM,
+            may("jog", Kind::Id(IdKind::Jog), "the jog; that of the arm unless given"),
+        ],
+        "Stops a jog, also one whose `jog.start` is not answered yet.",
         "{stood, pose}, when the arm stands",
     )
     .always()

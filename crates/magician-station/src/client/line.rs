@@ -261,6 +261,11 @@ impl Bridge {
             }
             // Behind a stop without the lease: the station has done it.
             Set::QueuedCmdClear(_) if self.lease.is_none() && self.stopped => return Ok(()),
+            Set::EMotor(motor)
+                if self.lease.is_none() && self.stopped && !motor.is_enabled.is_on() =>
+            {
+                return Ok(());
+            }
             Set::SetEndEffectorLaser(laser) if self.lease.is_none() && !laser.on.is_on() => {
                 if self.stopped {
                     return Ok(());

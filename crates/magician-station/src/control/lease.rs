@@ -308,12 +308,14 @@ impl Control {
         if std::mem::take(&mut self.arm_mut(arm).guided) {
             self.effects.push_back(Effect::EndGuide { arm });
         }
+        let mut stops = false;
         if end == LeaseEnd::Released {
             // What was begun goes on to its end.
             self.arm_mut(arm).queued = false;
         } else if let Some(holder) = holder {
             let (requests, stop) = self.end_work_of(now, arm, holder.session);
             let why = WorkEnd::Lease(next);
+            stops = stop;
             if stop || !requests.is_empty() {
                 self.effects.push_back(Effect::EndWork {
                     arm,
@@ -322,6 +324,10 @@ impl Control {
                     why,
                 });
             }
+        }
+        if holder.is_some() && !stops {
+            // A motor has no end to go on to.
+            self.effects.push_back(Effect::EndMotors { arm });
         }
         #[cfg(feature = "class")]
         if self.finishes_job(arm, end) {

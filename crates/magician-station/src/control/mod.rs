@@ -125,6 +125,12 @@ pub enum Effect {
         /// The arm.
         arm: ArmId,
     },
+    /// The motors that run by what the holder did have to be switched off: they have no end of their own. Where the arm is
+    /// stopped by [`EndWork`](Self::EndWork), that stop does it.
+    EndMotors {
+        /// The arm.
+        arm: ArmId,
+    },
     /// These requests are over.
     EndWork {
         /// The arm.

@@ -6,8 +6,9 @@ use magician_protocol::HostInstant;
 
 use super::{ArmId, Control, Effect, JobId, JogEnd, JogId, Refusal, RequestId, SessionId};
 
-/// An arm that has not answered to a jog within this does not begin it any more.
-const BEGINS: Duration = Duration::from_millis(600);
+/// An arm that has not answered to a jog within this does not begin it any more. The driver answers before, with an error at
+/// the latest: it may have to see the arm come to rest first, which takes up to 5 s, and its call ends after 5 s.
+const BEGINS: Duration = Duration::from_secs(10);
 
 /// What a request does with the arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

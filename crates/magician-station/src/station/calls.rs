@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use magician::words::{Axis, JogDirection};
-use magician::{Set, burns};
+use magician::{Set, burns, gate};
 use magician_program::Travel;
 use magician_protocol::Row;
 use serde_json::{Map, Value, json};
@@ -237,10 +237,25 @@ impl Station {
     }
 
     fn stop_jog(&mut self, call: &Call<'_>) -> Result<Handled, RpcError> {
-        let unknown = || RpcError::param("jog", "there is no such jog");
-        let jog = self.jog_named(call).ok_or_else(unknown)?;
-        let arm = self.jogs.get(&jog).copied().ok_or_else(unknown)?;
-        self.control.stop_jog(jog);
+        let (arm, jog) = match call.params.text("jog") {
+            Some(_) => {
+                let unknown = || RpcError::param("jog", "there is no such jog");
+                let jog = self.jog_named(call).ok_or_else(unknown)?;
+                let arm = self.jogs.get(&jog).copied().ok_or_else(unknown)?;
+                (arm, Some(jog))
+            }
+            // Also one that waits for the arm to come to rest: its id is not told yet.
+            None => {
+                let arm = match call.arm {
+                    Some(arm) => arm,
+                    None => self.arm_named(None)?,
+                };
+                (arm, self.control.jog(arm).map(|(jog, _)| jog))
+            }
+        };
+        if let Some(jog) = jog {
+            self.control.stop_jog(jog);
+        }
         self.settle(call.now);
         Ok(self.read(call, arm, ArmRead::Stand))
     }
@@ -265,6 +280,7 @@ impl Station {
         kind: WorkKind,
     ) -> Result<Handled, RpcError> {
         let act = act_of(method.name, call)?;
+        self.refuse_unheld(call, &act)?;
         let laser = self.laser(call, arm, &act)?;
         let kind = match &act {
             ArmAct::Move { wait: false, .. } => WorkKind::Queued,
@@ -290,6 +306,24 @@ impl Station {
             },
         );
         Ok(Handled::Later(request, Awaited::Arm(arm)))
+    }
+
+    /// Refuses what would move without an end and without a holder: a raw jog of any session, a motor where the lease ends
+    /// with the call.
+    fn refuse_unheld(&self, call: &Call<'_>, act: &ArmAct) -> Result<(), RpcError> {
+        let (ArmAct::Set(set) | ArmAct::Enqueue(set)) = act else {
+            return Ok(());
+        };
+        if gate::jogs(set) {
+            let why = "a jog that nothing holds goes on to the end of its axis: use jog.start";
+            return Err(RpcError::param("command", why).with("method", "jog.start"));
+        }
+        // Pulses that are counted end by themselves.
+        if matches!(set, Set::EMotor(_)) && gate::turns_motor(set) && self.is_one_shot(call) {
+            let why = "a motor runs on while the lease of its session does: use a WebSocket";
+            return Err(RpcError::request(why).with("command", set.row().set_name));
+        }
+        Ok(())
     }
 
     /// Whether the laser may burn by this; refused where it would and may not, or where the command is dangerous.

@@ -93,6 +93,7 @@ impl Station {
                 let (request, on) = (None, false);
                 self.order(arm, ArmOrder::Guide { request, on });
             }
+            Effect::EndMotors { arm } => self.order(arm, ArmOrder::StopMotors),
             Effect::EndWork {
                 arm,
                 requests,

@@ -52,6 +52,10 @@ impl Model {
                 "what is queued belongs to the holder",
             )?;
         }
+        must(
+            arm.motor.is_none() || holder == arm.motor,
+            "a motor belongs to the holder",
+        )?;
         if let Some(jog) = &arm.jog {
             must(holder == Some(jog.session), "a jog belongs to the holder")?;
             must(jog.until > self.now, "a jog ends when it is not kept up")?;
@@ -132,7 +136,8 @@ impl Model {
     fn check_stopped(&self, id: ArmId, before: &Self) -> Checked {
         let arm = self.arm(id);
         let runs = matches!(arm.job, Some((_, JobPhase::Active)));
-        let moves = arm.jog.is_some() || !arm.doing.is_empty() || !arm.queue.is_empty();
+        let turns = arm.motor.is_some();
+        let moves = turns || arm.jog.is_some() || !arm.doing.is_empty() || !arm.queue.is_empty();
         must(!moves && !runs, "after a stop nothing moves")?;
         must(arm.lease == before.arm(id).lease, "a stop leaves the lease")
     }

@@ -38,6 +38,8 @@ pub(crate) enum Event {
     StartJog(SessionId, ArmId),
     KeepJog(SessionId, ArmId),
     StopJog(SessionId, ArmId),
+    /// The holder sets a motor going.
+    Turn(SessionId, ArmId),
     StartJob(SessionId, ArmId, OnLost),
     PauseJob(SessionId, ArmId),
     EndJob(ArmId),
@@ -93,6 +95,8 @@ pub(crate) struct Arm {
     /// Whose commands wait in the queue, and whether they are free.
     pub(crate) queue: BTreeSet<(SessionId, bool)>,
     pub(crate) jog: Option<Jogging>,
+    /// Who set a motor going.
+    pub(crate) motor: Option<SessionId>,
     pub(crate) job: Option<(OnLost, JobPhase)>,
     /// Requests of those who wait, by their arrival.
     pub(crate) line: Vec<RequestId>,
@@ -195,6 +199,9 @@ impl Model {
         }
         if holds {
             out.push(Release(id, at));
+            if arm.motor.is_none() {
+                out.push(Turn(id, at));
+            }
         }
         // One after the other is enough; without the lease they are refused.
         if !arm.doing.iter().any(|doing| doing.session == id) {
@@ -272,6 +279,7 @@ impl Explored for Model {
         for arm in &self.arms {
             arm.lease.map(|(session, _)| session).hash(&mut hasher);
             (&arm.doing, &arm.queue, arm.job, &arm.line, &arm.places).hash(&mut hasher);
+            arm.motor.hash(&mut hasher);
             let jog = { arm.jog.as_ref() }.map(|jog| (jog.session, jog.until - self.now));
             jog.hash(&mut hasher);
         }

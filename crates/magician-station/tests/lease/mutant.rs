@@ -39,10 +39,12 @@ pub(crate) enum Bug {
     NumberTwice,
     /// A wait that is over is not answered.
     WaitWithoutEnd,
+    /// A lease that is released leaves its motors running.
+    MotorOutlivesLease,
 }
 
 /// Each bug, and the law that it breaks first.
-pub(crate) const BUGS: [(Bug, &str); 14] = [
+pub(crate) const BUGS: [(Bug, &str); 15] = [
     (Bug::StopBehindJob, "after a stop nothing moves"),
     (Bug::LeaseOutlivesHolder, "a lease ends with its holder"),
     (Bug::JogOutlivesLease, "a jog belongs to the holder"),
@@ -63,6 +65,7 @@ pub(crate) const BUGS: [(Bug, &str); 14] = [
     (Bug::JogOutlivesSocket, "a jog ends with its socket"),
     (Bug::NumberTwice, "a number is used once"),
     (Bug::WaitWithoutEnd, "a request is answered in time"),
+    (Bug::MotorOutlivesLease, "a motor belongs to the holder"),
 ];
 
 /// The methods of [`Control`], with at most one bug.
@@ -249,7 +252,8 @@ impl Mutant {
                     },
                     Some(Bug::JogOutlivesLease),
                 )
-                | (Effect::EndWork { .. }, Some(Bug::MotionGoesOn)) => {}
+                | (Effect::EndWork { .. }, Some(Bug::MotionGoesOn))
+                | (Effect::EndMotors { .. }, Some(Bug::MotorOutlivesLease)) => {}
                 (Effect::EndJog { .. }, Some(Bug::JogOutlivesSocket))
                 | (Effect::Denied { .. }, Some(Bug::WaiterForgotten | Bug::WaitWithoutEnd))
                     if self.wrong => {}

@@ -4,6 +4,8 @@ use std::time::Duration;
 
 use serde_json::json;
 
+use magician_station::Role;
+
 use crate::bench::{Bench, Tester};
 
 async fn jogging(bench: &Bench) -> (Tester, serde_json::Value) {
@@ -135,4 +137,95 @@ async fn a_step_is_checked_and_turned_by_r_in_the_tools_frame() {
             .await,
         -32602
     );
+}
+
+/// Asserts that no arm moves by anything of these requests, and what they are refused with.
+fn is_refused_for_jog_start(error: &serde_json::Value) {
+    assert_eq!(error["code"], json!(-32602), "{error}");
+    assert_eq!(error["data"]["method"], json!("jog.start"), "{error}");
+    assert!(error["message"].as_str().unwrap().contains("jog.start"));
+}
+
+#[tokio::test(start_paused = true)]
+async fn raw_jog_is_refused_for_every_role_and_by_post() {
+    let bench = Bench::new(1).await;
+    let jog = json!({"command": "JOGCmd", "fields": {"is_joint": 1, "cmd": 1}});
+    for method in ["arm.set", "arm.enqueue"] {
+        for role in [Role::Student, Role::Teacher] {
+            let mut anna = bench.join_as("Anna", role).await;
+            let lease = anna.lease().await;
+            let error = anna.call(method, jog.clone()).await.unwrap_err();
+            is_refused_for_jog_start(&error);
+            // Its end is a stop, and stays.
+            let stop = json!({"command": "JOGCmd", "fields": {"is_joint": 0, "cmd": 0}});
+            anna.ok("arm.set", stop).await;
+            anna.ok("lease.release", json!({"lease": lease})).await;
+        }
+        is_refused_for_jog_start(&bench.once(method, jog.clone()).await["error"]);
+    }
+    tokio::time::sleep(Duration::from_secs(1)).await;
+    assert!(!bench.arms[0].state().moving);
+}
+
+#[tokio::test(start_paused = true)]
+async fn second_start_of_a_session_replaces_the_first_with_the_default_keep_ms() {
+    let bench = Bench::new(1).await;
+    let (mut anna, jog) = jogging(&bench).await;
+    keep(&mut anna, &jog, Duration::from_secs(1)).await;
+    // 0.5 s of braking are longer than the 250 ms of its keep.
+    let second = anna.ok("jog.start", json!({"axis": "z+"})).await["jog"].clone();
+    assert_eq!(anna.noticed("jog.ended")[0]["why"], json!("replaced"));
+    let z = bench.arms[0].state().pose.z;
+    keep(&mut anna, &second, Duration::from_secs(1)).await;
+    assert!(bench.arms[0].state().pose.z > z + 5.0);
+    anna.ok("jog.stop", json!({"jog": second})).await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn jog_stopped_while_the_arm_comes_to_rest_starts_nothing() {
+    let bench = Bench::new(1).await;
+    let (mut anna, jog) = jogging(&bench).await;
+    keep(&mut anna, &jog, Duration::from_secs(1)).await;
+    let second = anna.send("jog.start", json!({"axis": "z+"}));
+    anna.listen(Duration::from_millis(100)).await;
+    let z = bench.arms[0].state().pose.z;
+    // Its id is not known yet: without one it is that of the arm.
+    let stop = anna.send("jog.stop", json!({}));
+    assert_eq!(
+        anna.answer(second).await.unwrap_err()["code"],
+        json!(-32007)
+    );
+    assert_eq!(anna.answer(stop).await.unwrap()["stood"], json!(true));
+    anna.listen(Duration::from_secs(2)).await;
+    let state = bench.arms[0].state();
+    assert!(!state.moving);
+    assert_eq!(state.pose.z, z);
+}
+
+#[tokio::test(start_paused = true)]
+async fn jog_into_the_end_of_its_axis_ends_for_limit() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    anna.lease().await;
+    anna.ok("arm.subscribe", json!({"rate": 20})).await;
+    let params = json!({"axis": "j1+", "percent": 100});
+    let jog = anna.ok("jog.start", params).await["jog"].clone();
+    for _ in 0..600 {
+        keep(&mut anna, &jog, Duration::from_millis(50)).await;
+        if !anna.noticed("jog.ended").is_empty() {
+            break;
+        }
+    }
+    let ended = anna.noticed("jog.ended");
+    assert_eq!(ended[0]["why"], json!("limit"));
+    anna.listen(Duration::from_millis(300)).await;
+    let state = anna.ok("arm.state", json!({})).await;
+    assert_eq!(
+        (&state["moving"], &state["jog"]),
+        (&json!(false), &json!(null))
+    );
+    // Nothing is busy with it, and the other way is free.
+    let back = anna.ok("jog.start", json!({"axis": "j1-"})).await["jog"].clone();
+    keep(&mut anna, &back, Duration::from_secs(1)).await;
+    assert!(bench.arms[0].state().moving);
 }

@@ -13,6 +13,7 @@ mod limits;
 #[cfg(feature = "link")]
 mod link;
 mod messages;
+mod motors;
 mod moves;
 mod presets;
 mod programs;

@@ -188,6 +188,7 @@ impl Arm {
         };
         let arm = Self {
             allows_laser: inner.options.allow_laser,
+            passes_jogs: inner.options.raw_jogs,
             inner: Arc::new(inner),
             patience: Duration::ZERO,
         };

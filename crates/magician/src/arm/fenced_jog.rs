@@ -119,6 +119,7 @@ fn fenced(
     let (Some(fence), Some(from)) = (check.held_fence(), check.arm()) else {
         return Ok(None);
     };
+    // From rest: the gate begins no jog of another axis before the arm stands, and a reversal under a fence stops first.
     let Plan { trajectory, .. } = planner.jog(from, jog, rates, 0.0)?;
     fence.check_speed_of(&trajectory).map_err(Error::fenced)?;
     let Some((crossing, _)) = fence.first_crossing(&trajectory) else {

@@ -11,7 +11,7 @@ use tokio::sync::mpsc::error::TrySendError;
 use tokio::time::{Instant, sleep};
 
 use super::driver::Message;
-use super::in_flight::InFlightMotion;
+use super::gate::motors_off;
 use super::shared::held;
 use super::{Arm, Shared};
 use crate::connection::{Priority, Request};
@@ -147,7 +147,8 @@ impl Arm {
 }
 
 impl Arm {
-    /// Stops the motion, switches the laser off, drops what waits in the queue, and makes sure that
+    /// Stops the motion, switches the laser off, drops what waits in the queue, switches both motor outputs off (a belt that
+    /// anyone started stands then), and makes sure that
     /// the arm stands: two equal poses. It overtakes everything; commands that have not gone out
     /// end with [`ErrorKind::Closed`]. Suction and gripper stay as they are. Any clone may call it while others wait;
     /// [`stopper`](Self::stopper) does it without a runtime.
@@ -165,11 +166,19 @@ impl Arm {
 
     /// Sends what stops the arm; it may still brake when it has answered.
     pub(super) async fn halted(&self, deadline: Instant, stops: u64) -> Result<()> {
-        let pins = self.inner.shared.lowered_pins();
-        let mut answers = Vec::with_capacity(3 + pins.len());
-        for request in Request::halt()?.into_iter().chain(pins) {
+        let shared = &self.inner.shared;
+        let held = shared.held_motors(true);
+        let behind = shared.lowered_pins().into_iter();
+        let own = Request::halt()?.into_iter().chain(behind);
+        let motors = motors_off().map(|(output, request)| (request, held.contains(&output)));
+        let mut answers = Vec::new();
+        for (request, counts) in own.map(|request| (request, true)).chain(motors) {
             let frame = *request.frame();
-            answers.push((self.submit(request, deadline, stops).await?, frame));
+            let answer = self.submit(request, deadline, stops).await?;
+            // That the arm has a motor which nothing here started does not decide whether it has stopped.
+            if counts {
+                answers.push((answer, frame));
+            }
         }
         let mut outcome = Ok(());
         for (answer, frame) in answers {
@@ -249,7 +258,7 @@ impl Arm {
             sleep(APART).await;
             let pose = self.get::<Pose>().await?;
             if pose == before {
-                InFlightMotion::stood_after(&mut self.in_flight(), stops);
+                self.inner.shared.stood_after(stops);
                 return Ok(());
             }
             if Instant::now() >= until {

@@ -14,6 +14,7 @@ use super::driver::{JogStart, Message, micros};
 use super::fenced_jog::FencedJog;
 use super::{Arm, Shared};
 use crate::connection::{Micros, Request};
+use crate::gate::{JogEnd, JogId};
 use crate::words::JogDirection;
 use crate::{Error, ErrorCode, Result};
 
@@ -69,37 +70,12 @@ impl JogOptions {
     }
 }
 
-/// Why a jog ends.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Why {
-    /// Its guard was dropped or told to stop.
-    Released,
-    /// It was not renewed.
-    NotKept,
-    /// The arm did not confirm that it began.
-    Failed,
-    /// An answer was lost: what the arm was sent is not known.
-    Doubt,
-    /// It came to the end of its way.
-    Limit,
-    /// A stop came.
-    Stopped,
-    /// It came near the arm's fence.
-    Fence,
-    /// Another jog took its place.
-    Replaced,
-    /// The line broke.
-    LinkLost,
-    /// The connection ended.
-    Closed,
-}
-
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Phase {
     Running,
-    Ending(Why),
+    Ending(JogEnd),
     /// The arm stands, or there is nothing more that can be done about it.
-    Over(Why, Stands),
+    Over(JogEnd, Stands),
 }
 
 /// Whether the arm was seen to stand.
@@ -112,6 +88,8 @@ pub(super) enum Stands {
 /// What a jog's guard and the connection's task both know.
 #[derive(Debug)]
 pub(super) struct Life {
+    /// Its number at the gate; jogs in pieces do not pass it.
+    pub(super) id: JogId,
     pub(super) phase: watch::Sender<Phase>,
     /// It goes on for so long after it was kept up.
     pub(super) keep: Micros,
@@ -129,8 +107,9 @@ pub(super) struct Life {
 }
 
 impl Life {
-    pub(super) fn new(keep: Duration, now: Micros, fence: Option<FencedJog>) -> Self {
+    pub(super) fn new(id: JogId, keep: Duration, now: Micros, fence: Option<FencedJog>) -> Self {
         Self {
+            id,
             phase: watch::Sender::new(Phase::Running),
             keep: micros(keep),
             kept: AtomicU64::new(now),
@@ -162,13 +141,13 @@ impl Life {
     }
 
     /// Why it is to end, if it is.
-    pub(super) fn is_to_end(&self, now: Micros) -> Option<Why> {
+    pub(super) fn is_to_end(&self, now: Micros) -> Option<JogEnd> {
         if self.released() {
-            Some(Why::Released)
+            Some(JogEnd::Released)
         } else if self.replaced.load(Ordering::SeqCst) {
-            Some(Why::Replaced)
+            Some(JogEnd::Replaced)
         } else {
-            (self.ends() <= now).then_some(Why::NotKept)
+            (self.ends() <= now).then_some(JogEnd::NotKept)
         }
     }
 
@@ -186,12 +165,12 @@ impl Life {
         self.sent.load(Ordering::SeqCst)
     }
 
-    pub(super) fn ending(&self, why: Why) {
+    pub(super) fn ending(&self, why: JogEnd) {
         self.phase.send_replace(Phase::Ending(why));
     }
 
     /// It is over, unless it was before.
-    pub(super) fn over(&self, why: Why, stands: Stands) {
+    pub(super) fn over(&self, why: JogEnd, stands: Stands) {
         self.phase.send_if_modified(|phase| {
             let goes_on = !matches!(phase, Phase::Over(..));
             if goes_on {
@@ -241,13 +220,14 @@ impl Jog {
     ///
     /// # Errors
     /// It has ended or is about to: [`ErrorKind::Timeout`](crate::ErrorKind::Timeout) when this was called too late, [`ErrorKind::Port`](crate::ErrorKind::Port) when the
-    /// line broke, [`ErrorKind::Closed`](crate::ErrorKind::Closed) when a stop or another jog came.
+    /// line broke, [`ErrorKind::Closed`](crate::ErrorKind::Closed) when a stop or another jog came,
+    /// [`ErrorKind::Unreachable`](crate::ErrorKind::Unreachable) at the end of its axis and before the arm's fence.
     pub fn keep(&self) -> Result<()> {
         let now = self.arm.inner.shared.now();
         let phase = *self.life.phase.borrow();
         match phase {
             // Too late, also when the task has not come to notice it.
-            Phase::Running if self.life.ends() <= now => Err(self.ended(Why::NotKept)),
+            Phase::Running if self.life.ends() <= now => Err(self.ended(JogEnd::NotKept)),
             Phase::Running => {
                 self.life.kept(now);
                 Ok(())
@@ -269,8 +249,8 @@ impl Jog {
         let over = timeout_at(deadline, over).await;
         let over = over.ok().and_then(Result::ok).map(|phase| *phase);
         match over {
-            Some(Phase::Over(_, Stands::Seen) | Phase::Over(Why::Replaced, _)) => Ok(()),
-            Some(Phase::Over(why @ (Why::LinkLost | Why::Closed), _)) => Err(self.ended(why)),
+            Some(Phase::Over(_, Stands::Seen) | Phase::Over(JogEnd::Replaced, _)) => Ok(()),
+            Some(Phase::Over(why @ (JogEnd::LinkLost | JogEnd::Closed), _)) => Err(self.ended(why)),
             _ => {
                 let message =
                     "the jog's end is not confirmed: the arm does not answer, or still moves";
@@ -286,34 +266,34 @@ impl Jog {
         let _ = self.arm.inner.messages.try_send(Message::Wake);
     }
 
-    fn ended(&self, why: Why) -> Error {
+    fn ended(&self, why: JogEnd) -> Error {
         let keep = Duration::from_micros(self.life.keep);
         let (code, message) = match why {
-            Why::NotKept => (
+            JogEnd::NotKept => (
                 ErrorCode::NotKept,
                 format!("the jog was ended: it was not renewed for {keep:?}"),
             ),
-            Why::LinkLost => (
+            JogEnd::LinkLost => (
                 ErrorCode::LineLost,
                 "the line broke during a jog: a stop is sent as soon as it is back".to_owned(),
             ),
-            Why::Fence => (
+            JogEnd::Fence => (
                 ErrorCode::Fenced,
                 "the jog was ended before it reached the arm's fence".to_owned(),
             ),
-            Why::Limit => (
+            JogEnd::Limit => (
                 ErrorCode::OutOfReach,
                 "the jog came to the end of its way".to_owned(),
             ),
-            Why::Doubt => (
+            JogEnd::Doubt => (
                 ErrorCode::NoAnswer,
                 "the jog was ended: the arm did not answer".to_owned(),
             ),
-            Why::Replaced => (ErrorCode::RunOver, "another jog replaced it".to_owned()),
-            Why::Stopped => (ErrorCode::Stopped, "a stop ended the jog".to_owned()),
-            Why::Released => (ErrorCode::RunOver, "the jog was ended".to_owned()),
-            Why::Failed => (ErrorCode::NoAnswer, "the jog did not begin".to_owned()),
-            Why::Closed => return Error::closed(),
+            JogEnd::Replaced => (ErrorCode::RunOver, "another jog replaced it".to_owned()),
+            JogEnd::Stopped => (ErrorCode::Stopped, "a stop ended the jog".to_owned()),
+            JogEnd::Released => (ErrorCode::RunOver, "the jog was ended".to_owned()),
+            JogEnd::Failed => (ErrorCode::NoAnswer, "the jog did not begin".to_owned()),
+            JogEnd::Closed => return Error::closed(),
         };
         Error::new(code, message)
     }
@@ -335,8 +315,9 @@ impl Shared {
 impl Arm {
     /// Jogs, one axis or joint in one direction, for as long as the guard that this returns is
     /// [kept up](Jog::keep), every 300 ms at least.
-    /// It acts at once, past the queue. One jog at a time: a new one takes the place of one under way, and waits for
-    /// the end of one that is being stopped. Under a [fence](super::Options::fence) it stops before that.
+    /// It acts at once, past the queue. One jog at a time: a new one ends the one under way and begins when the arm was seen
+    /// at rest, because an arm carries the speed of a jog over to the axis of the next one. Only the opposite direction
+    /// of the same axis begins at once. Under a [fence](super::Options::fence) it stops before that.
     ///
     /// # Errors
     /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) while a program runs, [`ErrorKind::Unreachable`](crate::ErrorKind::Unreachable) where the
@@ -376,25 +357,27 @@ impl Arm {
         let turn = self.fence_jog(&command, deadline).await?;
         let (_turn, fence) = turn.unzip();
         let fence = fence.flatten();
-        self.begin_jog(command, options, fence, stops, deadline)
+        self.begin_jog(direction, options, fence, stops, deadline)
             .await
     }
 
     async fn begin_jog(
         &self,
-        command: JogCmd,
+        direction: JogDirection,
         options: JogOptions,
         fence: Option<FencedJog>,
         stops: u64,
         deadline: Instant,
     ) -> Result<Jog> {
-        let frame = FrameBuf::set(&command.into(), Ctrl::SET)?;
-        let life = Arc::new(Life::new(options.keep, self.inner.shared.now(), fence));
+        let frame = FrameBuf::set(&direction.into(), Ctrl::SET)?;
+        let (id, now) = (self.inner.shared.next_jog(), self.inner.shared.now());
+        let life = Arc::new(Life::new(id, options.keep, now, fence));
         // From here on giving up ends it: the guard is dropped.
         let jog = Jog::new(self.clone(), Arc::clone(&life));
         let (reply, answer) = oneshot::channel();
         let start = JogStart {
             request: Request::of(frame),
+            direction,
             deadline,
             stops,
             life,

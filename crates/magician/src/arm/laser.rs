@@ -55,15 +55,16 @@ impl Arm {
         burns(command, self.inner.options.laser_pins)
     }
 
-    /// Refuses commands of which one would burn where that is not allowed, or with a duty or a laser
-    /// power out of its range anywhere; nothing is sent.
+    /// Refuses commands of which one would start a jog that nothing holds, would burn where that is not allowed, or has a duty or a
+    /// laser power out of its range; nothing is sent.
     ///
     /// # Errors
-    /// [`ErrorKind::InvalidInput`], with [`ErrorCode::LaserNotAllowed`] for what is not allowed.
+    /// [`ErrorKind::InvalidInput`], with [`ErrorCode::LaserNotAllowed`] or [`ErrorCode::Guarded`] for what is not allowed.
     pub fn permit<'a>(&self, commands: impl IntoIterator<Item = &'a Set>) -> Result<()> {
         let may_burn = self.may_burn();
         commands.into_iter().try_for_each(|command| {
             check_power(command)?;
+            self.permit_command(command)?;
             match !may_burn && self.burns(command) {
                 true => Err(self.refusal().with_command(command.row().set_name)),
                 false => Ok(()),

@@ -5,6 +5,7 @@ mod events;
 mod fence;
 mod fenced_jog;
 mod flow;
+mod gate;
 mod halt;
 mod in_flight;
 mod jog;
@@ -60,7 +61,8 @@ pub use watch::Progress;
 ///
 /// Clones are cheap, share the connection, and may be used from any task and thread. One task owns the line; what
 /// several clones ask takes turns on it. When the *last* clone is dropped, the arm stops what this connection set going
-/// and has not seen finished, and the laser goes out if it was switched on here. [`detach`](Self::detach) lets it go on,
+/// and has not seen finished, its motor outputs among it, and the laser goes out if it was switched on here.
+/// [`detach`](Self::detach) lets it go on,
 /// [`close`](Self::close) does not wait for the last clone.
 ///
 /// A line that breaks is looked for again ([`Options::reconnect`]); [`link`](Self::link) says how it stands.
@@ -84,6 +86,8 @@ pub struct Arm {
     inner: Arc<Inner>,
     /// Whether calls of this handle may light the laser of a real arm.
     allows_laser: bool,
+    /// True if calls of this handle may send a jog that nothing holds.
+    passes_jogs: bool,
     /// How long calls of this handle may take, if that is longer than [`Options::timeout`].
     patience: Duration,
 }

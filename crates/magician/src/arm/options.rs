@@ -36,6 +36,11 @@ pub struct Options {
     /// [`Arm::allowing_laser`](crate::Arm::allowing_laser) allows it for single calls. A virtual arm in this process burns
     /// nothing and is never refused.
     pub allow_laser: bool,
+    /// True if a [`JogCmd`](crate::commands::JogCmd) is sent as it is: for doors that carry what programs for other libraries say. The
+    /// arm then does what that library's programs have it do: the jog goes on to the end of its axis, a change of axis first
+    /// moves the new one the wrong way. Without it only the end of a jog is sent so, and anything else is refused: use
+    /// [`Arm::jog`](crate::Arm::jog). [`Arm::passing_jogs`](crate::Arm::passing_jogs) allows it for single calls. Off at first.
+    pub raw_jogs: bool,
     /// Whether the arm at the far end is a virtual one, as the program says that has it: a station. Nothing of it burns, and it
     /// stands where it believes. Without that word an arm in another process counts as real.
     pub virtual_arm: bool,
@@ -47,8 +52,7 @@ pub struct Options {
     pub model: ArmModel,
     /// The fence of the arm: everything over this connection is checked against it before it is sent, as
     /// [`Preflight::fence`](crate::words::Preflight::fence) does, from where the arm will be by then. What cannot be checked is
-    /// refused: commands of other programs in the queue, a plain [`JogCmd`](crate::commands::JogCmd) (use
-    /// [`Arm::jog`](crate::Arm::jog), which stops before the fence), what is downloaded into the arm. It costs reads before
+    /// refused: commands of other programs in the queue, what is downloaded into the arm. It costs reads before
     /// each motion; without a fence there are none.
     ///
     /// It holds for what this connection sends, not for other programs, for hands and keys on the arm, nor for the way on
@@ -56,8 +60,8 @@ pub struct Options {
     pub fence: Option<Fence>,
     /// Jogs are pieces that end by themselves ([`Arm::jog`](crate::Arm::jog)), for a line that nothing outside of this program
     /// watches: whatever becomes of the program, the arm stands when a jog was not kept, or at the latest 50 ms later. They are not
-    /// as fast and even as a jog of the arm's own ([`JogCmd`](crate::commands::JogCmd)), which is refused then; along y, r goes with
-    /// joint 1. Off at first.
+    /// as fast and even as a jog of the arm's own ([`JogCmd`](crate::commands::JogCmd)), which is refused then, also with
+    /// [`raw_jogs`](Self::raw_jogs); along y, r goes with joint 1. Off at first.
     pub bounded_jogs: bool,
     /// What is done to what passes on the line, for tests: not over a stream that the caller opens.
     #[cfg(feature = "faults")]
@@ -76,6 +80,7 @@ impl Default for Options {
             reconnect: true,
             echo: Duration::from_millis(100),
             allow_laser: false,
+            raw_jogs: false,
             virtual_arm: false,
             laser_pins: true,
             model: ArmModel::MAGICIAN,
@@ -129,6 +134,13 @@ impl Options {
     #[must_use]
     pub fn allow_laser(mut self, allow: bool) -> Self {
         self.allow_laser = allow;
+        self
+    }
+
+    /// Sets [`raw_jogs`](Self::raw_jogs).
+    #[must_use]
+    pub fn raw_jogs(mut self, raw: bool) -> Self {
+        self.raw_jogs = raw;
         self
     }
 

@@ -17,6 +17,7 @@ use super::link::Link;
 use super::state::{Status, Watches};
 use super::watch::Own;
 use crate::connection::Micros;
+use crate::gate::{Gate, JogId};
 use crate::transport::Line;
 use crate::{Error, Result};
 
@@ -38,6 +39,9 @@ pub(super) struct Shared {
     /// Queued commands so far that the arm may or may not have taken.
     pub(super) doubts: AtomicU64,
     in_flight: Mutex<InFlightMotion>,
+    gate: Mutex<Gate>,
+    /// Jogs that were asked for.
+    jogs: AtomicU64,
     own: Mutex<Own>,
     known: Mutex<Known>,
     queue_fault: Mutex<Option<LastFault>>,
@@ -85,6 +89,8 @@ impl Shared {
             clears: AtomicU64::new(0),
             doubts: AtomicU64::new(0),
             in_flight: Mutex::default(),
+            gate: Mutex::default(),
+            jogs: AtomicU64::new(0),
             own: Mutex::default(),
             known: Mutex::new(Known::new(line.is_shared)),
             queue_fault: Mutex::default(),
@@ -178,6 +184,28 @@ impl Shared {
 
     pub(super) fn in_flight(&self) -> MutexGuard<'_, InFlightMotion> {
         held(&self.in_flight)
+    }
+
+    /// What moves without an end of its own.
+    pub(super) fn gate(&self) -> MutexGuard<'_, Gate> {
+        held(&self.gate)
+    }
+
+    /// The number of a jog that is asked for.
+    pub(super) fn next_jog(&self) -> JogId {
+        JogId(self.jogs.fetch_add(1, Ordering::SeqCst))
+    }
+
+    /// The arm was seen at rest by two equal poses, read after this many forced stops.
+    pub(super) fn stood_after(&self, stops: u64) {
+        self.in_flight().stood_after(stops);
+        self.gate().stands_still();
+    }
+
+    /// The arm was seen at rest by two equal poses.
+    pub(super) fn stands_still(&self) {
+        self.in_flight().stands_still();
+        self.gate().stands_still();
     }
 }
 

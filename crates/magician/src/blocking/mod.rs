@@ -151,6 +151,12 @@ impl Arm {
         self.owner.arm.moving()
     }
 
+    /// See [`crate::Arm::running_motors`].
+    #[must_use]
+    pub fn running_motors(&self) -> Vec<magician_protocol::Stepper> {
+        self.owner.arm.running_motors()
+    }
+
     /// See [`crate::Arm::is_virtual`].
     #[must_use]
     pub fn is_virtual(&self) -> bool {

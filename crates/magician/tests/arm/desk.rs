@@ -23,7 +23,8 @@ struct Inner {
     plugged: bool,
     /// Requests of these ids are heard and not answered.
     swallowed: Vec<u8>,
-    heard: Vec<FrameBuf>,
+    /// What was asked, and whether the arm moved when it came.
+    heard: Vec<(FrameBuf, bool)>,
     cable: Option<JoinHandle<()>>,
     watcher: Option<Watcher>,
     prober: Option<Prober>,
@@ -88,8 +89,8 @@ impl Inner {
 
     /// What the arm answers to a request, as much of it as the line leaves.
     fn answer(&mut self, request: &FrameBuf) -> Vec<u8> {
-        self.heard.push(*request);
         self.catch_up();
+        self.heard.push((*request, self.controller.state().moving));
         if !self.loses() {
             self.controller.receive(LinkId(0), request.bytes());
         }
@@ -243,11 +244,20 @@ impl Desk {
     /// What was asked since the last look: ids, and whether each was more than a read.
     pub(crate) fn heard(&self) -> Vec<(u8, bool)> {
         let heard = std::mem::take(&mut self.lock().heard);
-        let kind = |frame: &FrameBuf| {
+        let kind = |(frame, _): &(FrameBuf, bool)| {
             let frame = frame.frame();
             (frame.id(), frame.ctrl().write() || frame.ctrl().queued())
         };
         heard.iter().map(kind).collect()
+    }
+
+    /// The parameters of all frames of this id since the last look, and whether the arm moved when each came.
+    pub(crate) fn frames(&self, id: u8) -> Vec<(Vec<u8>, bool)> {
+        let heard = std::mem::take(&mut self.lock().heard);
+        let of_id = heard.iter().filter(|(frame, _)| frame.frame().id() == id);
+        of_id
+            .map(|(frame, moved)| (frame.frame().params().to_vec(), *moved))
+            .collect()
     }
 
     /// How often something was asked since the last look.

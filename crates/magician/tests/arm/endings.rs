@@ -114,7 +114,8 @@ fn a_runtime_that_goes_first_still_lets_the_stop_out() {
             .probe(false)
             .timeout(Duration::from_millis(1));
         let arm = Arm::over(near, options).await.unwrap();
-        let _ = arm.set(&JogCmd::from(words::Axis::J1.plus())).await;
+        let jog = JogCmd::from(words::Axis::J1.plus());
+        let _ = arm.passing_jogs().set(&jog).await;
     });
     drop(runtime);
     let runtime = tokio::runtime::Builder::new_current_thread()

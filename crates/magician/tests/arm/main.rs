@@ -11,6 +11,7 @@ mod endings;
 mod fence;
 mod fitted;
 mod frames;
+mod gate;
 mod holds;
 mod jogs;
 mod laser;

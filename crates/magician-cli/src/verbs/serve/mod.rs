@@ -482,9 +482,9 @@ fn port_of(target: &Target) -> String {
     }
 }
 
-/// Stops what moves, and switches the laser off; whether the arm answered.
+/// Stops what moves, motors too, and switches the laser off; whether the arm answered.
 async fn quiet(arm: &Arm) -> bool {
-    let stood = if arm.moving() {
+    let stood = if arm.moving() || !arm.running_motors().is_empty() {
         arm.stop().await.is_ok()
     } else {
         true

@@ -204,7 +204,7 @@ impl Model {
                 self.sockets.insert(session, (socket, false));
                 Ok(())
             }
-            Effect::Turns | Effect::TurnEnding { .. } => Ok(()),
+            Effect::Turns | Effect::TurnEnding { .. } | Effect::EndMotors { .. } => Ok(()),
             other => Err(format!("unknown effect {other:?}")),
         }
     }

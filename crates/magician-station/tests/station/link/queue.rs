@@ -221,3 +221,52 @@ async fn the_end_of_a_socket_stops_a_jog_and_lets_the_queue_go_on() {
     sleep(Duration::from_secs(10)).await;
     assert_eq!(bench.arms[0].state().pose.y.round(), 40.0);
 }
+
+#[tokio::test(start_paused = true)]
+async fn jog_of_another_axis_begins_when_the_arm_stands() {
+    let bench = Bench::new(1).await;
+    let mut program = Program::connected(&bench).await;
+    let jog = |cmd: u8| json!({"isJoint": false, "cmd": cmd});
+    program.ok("SetJOGCmd", jog(1)).await;
+    sleep(Duration::from_secs(1)).await;
+    let y = bench.arms[0].state().pose.y;
+    program.ok("SetJOGCmd", jog(4)).await;
+    // A real arm would carry the speed of x over to y, and move it the wrong way.
+    let x = bench.arms[0].state().pose.x;
+    sleep(Duration::from_secs(3)).await;
+    let state = bench.arms[0].state();
+    assert!(state.moving, "the link keeps it up while the program lives");
+    assert_eq!(state.pose.x, x, "x stood when y began");
+    assert!(state.pose.y < y - 10.0);
+    program.ok("SetJOGCmd", jog(0)).await;
+    assert!(!bench.arms[0].state().moving);
+}
+
+#[tokio::test(start_paused = true)]
+async fn jog_released_while_the_arm_comes_to_rest_starts_nothing() {
+    let bench = Bench::new(1).await;
+    let mut program = Program::connected(&bench).await;
+    let jog = |cmd: u8| json!({"isJoint": false, "cmd": cmd});
+    program.ok("SetJOGCmd", jog(1)).await;
+    sleep(Duration::from_secs(1)).await;
+    let begun = program.send("SetJOGCmd", jog(3)).await;
+    sleep(Duration::from_millis(100)).await;
+    let y = bench.arms[0].state().pose.y;
+    program.ok("SetJOGCmd", jog(0)).await;
+    program.answer(begun).await.unwrap_err();
+    sleep(Duration::from_secs(2)).await;
+    assert_eq!(bench.arms[0].state().pose.y, y);
+    assert!(!bench.arms[0].state().moving);
+}
+
+#[tokio::test(start_paused = true)]
+async fn queued_jog_of_a_program_is_refused() {
+    let bench = Bench::new(1).await;
+    let mut program = Program::connected(&bench).await;
+    let jog = json!({"isJoint": true, "cmd": 1, "isQueued": true});
+    let id = program.send("SetJOGCmd", jog).await;
+    let (_, why) = program.answer(id).await.unwrap_err();
+    assert!(why.contains("limit"), "{why}");
+    sleep(Duration::from_secs(1)).await;
+    assert!(!bench.arms[0].state().moving);
+}

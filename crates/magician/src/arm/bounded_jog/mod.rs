@@ -12,17 +12,18 @@ mod pieces;
 use std::sync::Arc;
 use std::time::Duration;
 
+use magician_protocol::Set;
 use magician_protocol::commands::{JogCmd, Pose, PoseL};
-use magician_protocol::{Frame, Set, Writable};
 use tokio::sync::oneshot;
 use tokio::time::{Instant, sleep, sleep_until, timeout_at};
 
 use super::fenced_jog::jog_of;
 use super::flow;
 use super::halt::APART;
-use super::jog::{Life, Phase, Stands, Why};
+use super::jog::{Life, Phase, Stands};
 use super::shared::held;
 use super::{Arm, Jog, JogOptions};
+use crate::gate::JogEnd;
 use crate::words::{Axis, Guards, JogDirection, state_at};
 use crate::{Error, ErrorCode, ErrorKind, Result};
 use pieces::{Pieces, piece};
@@ -46,7 +47,7 @@ struct Ends(Arc<Life>);
 
 impl Drop for Ends {
     fn drop(&mut self) {
-        self.0.over(Why::Closed, Stands::Unknown);
+        self.0.over(JogEnd::Closed, Stands::Unknown);
     }
 }
 
@@ -84,18 +85,6 @@ impl Arm {
         restored
     }
 
-    /// Refuses a jog of the arm's own where jogs end by themselves; nothing is sent.
-    pub(super) fn permit_jog(&self, frame: &Frame<'_>) -> Result<()> {
-        let written = frame.ctrl().write() || frame.ctrl().queued();
-        let jogs = written && frame.id() == JogCmd::ROW.id && frame.params().get(1) != Some(&0);
-        if !self.bounds_jogs() || !jogs {
-            return Ok(());
-        }
-        let message =
-            "nothing outside of this program would stop it: use a jog that ends by itself";
-        Err(Error::new(ErrorCode::Guarded, message))
-    }
-
     /// A jog in pieces.
     pub(super) async fn jog_in_pieces(
         &self,
@@ -104,7 +93,8 @@ impl Arm {
         stops: u64,
         deadline: Instant,
     ) -> Result<Jog> {
-        let life = Arc::new(Life::new(options.keep, self.inner.shared.now(), None));
+        let (id, now) = (self.inner.shared.next_jog(), self.inner.shared.now());
+        let life = Arc::new(Life::new(id, options.keep, now, None));
         let before = held(&self.inner.shared.bounded_jog).replace(Arc::clone(&life));
         // From here on giving up ends it: the guard is dropped.
         let jog = Jog::new(self.clone(), Arc::clone(&life));
@@ -137,7 +127,7 @@ impl Arm {
         let Ok(mut flow) = self.take_turn(deadline, "a jog").await else {
             let message = "a program runs, or another task is filling the queue";
             let _ = begun.send(Err(Error::new(ErrorCode::Busy, message)));
-            return life.over(Why::Failed, Stands::Unknown);
+            return life.over(JogEnd::Failed, Stands::Unknown);
         };
         // What it leaves there is counted anew.
         flow.room = 0;
@@ -168,7 +158,7 @@ impl Arm {
         direction: JogDirection,
         stops: u64,
         begun: &mut Option<oneshot::Sender<Result<()>>>,
-    ) -> Result<Why> {
+    ) -> Result<JogEnd> {
         self.restore_after_jog().await?;
         let sample = piece(direction, 1.0);
         self.check_ready(&[sample], Guards::default()).await?;
@@ -208,7 +198,7 @@ impl Arm {
         pieces: &mut Pieces,
         stops: u64,
         begun: &mut Option<oneshot::Sender<Result<()>>>,
-    ) -> Result<Why> {
+    ) -> Result<JogEnd> {
         let axis = pieces.direction.axis;
         let (mut moved, mut gone_before) = (Instant::now(), 0.0);
         // The last piece leads to a limit.
@@ -237,7 +227,7 @@ impl Arm {
                 };
             }
             if at_limit && left <= READ {
-                return Ok(Why::Limit);
+                return Ok(JogEnd::Limit);
             }
             let pause = match pieces.next() {
                 Ok(length) if !at_limit => match pieces.cut(length) {
@@ -276,7 +266,7 @@ impl Arm {
         life: &Life,
         stops: u64,
         what: impl Future<Output = T>,
-    ) -> std::result::Result<T, Why> {
+    ) -> std::result::Result<T, JogEnd> {
         let shared = &self.inner.shared;
         tokio::pin!(what);
         loop {
@@ -284,7 +274,7 @@ impl Arm {
             tokio::pin!(woken);
             woken.as_mut().enable();
             if stops != self.stops() {
-                return Err(Why::Stopped);
+                return Err(JogEnd::Stopped);
             }
             if let Some(why) = life.is_to_end(shared.now()) {
                 return Err(why);
@@ -353,12 +343,12 @@ impl Arm {
 }
 
 /// As what an error ends a jog.
-fn why_of(error: &Error) -> Why {
+fn why_of(error: &Error) -> JogEnd {
     match (error.code(), error.kind()) {
-        (ErrorCode::Fenced | ErrorCode::FenceLimit | ErrorCode::OutOfReach, _) => Why::Limit,
-        (ErrorCode::LineLost, _) | (_, ErrorKind::Port) => Why::LinkLost,
-        (_, ErrorKind::Timeout | ErrorKind::Uncertain | ErrorKind::Unexpected) => Why::Doubt,
-        (_, ErrorKind::Closed | ErrorKind::Alarm) => Why::Stopped,
-        _ => Why::Failed,
+        (ErrorCode::Fenced | ErrorCode::FenceLimit | ErrorCode::OutOfReach, _) => JogEnd::Limit,
+        (ErrorCode::LineLost, _) | (_, ErrorKind::Port) => JogEnd::LinkLost,
+        (_, ErrorKind::Timeout | ErrorKind::Uncertain | ErrorKind::Unexpected) => JogEnd::Doubt,
+        (_, ErrorKind::Closed | ErrorKind::Alarm) => JogEnd::Stopped,
+        _ => JogEnd::Failed,
     }
 }

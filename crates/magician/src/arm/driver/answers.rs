@@ -60,6 +60,7 @@ impl Driver {
             program.stream.reset();
         }
         let gone = self.in_flight().reset();
+        self.shared.gate().reset();
         self.shared.own().clear();
         self.shared.note_fault(QueueFault::Reset(gone));
         self.note_reset();
@@ -85,6 +86,7 @@ impl Driver {
         match &result {
             Ok(reply) => {
                 self.in_flight().answered(&request, reply);
+                self.shared.gate().answered(&request);
                 let now = self.now();
                 (self.shared.known()).answered(now, &request, &reply.frame());
                 self.overhear(reply);
@@ -107,7 +109,7 @@ impl Driver {
             To::Jog(reply, life) => self.jog_began(result, reply, &life),
             To::JogStop => self.jog_stopped(result),
             To::JogPose => self.jog_pose(result),
-            To::JogLook(asked) => self.jog_seen(result, asked),
+            To::JogLook(jog, asked) => self.jog_seen(result, jog, asked),
             To::Nobody => {}
         }
     }

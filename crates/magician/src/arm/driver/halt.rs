@@ -5,7 +5,9 @@ use std::time::Duration;
 use tokio::time::Instant;
 
 use super::{Driver, To};
+use crate::arm::gate::motors_off;
 use crate::arm::halt::Waiter;
+use crate::connection::Request;
 use crate::{Error, Result};
 
 /// How long a stop is said again on a line that loses it, also when its caller has gone.
@@ -24,17 +26,33 @@ impl Driver {
     /// Stops the arm at once, and tells these when it has confirmed that.
     pub(super) fn halt(&mut self, waiters: Vec<Waiter>) {
         self.owes_halt = false;
-        let requests = self.stop_requests();
+        let held = self.shared.held_motors(true);
+        let pins = self.shared.lowered_pins();
+        let requests: Vec<_> = { Request::halt().into_iter().flatten() }
+            .chain(pins)
+            .collect();
+        let motors: Vec<_> = motors_off()
+            .map(|(output, request)| (request, held.contains(&output)))
+            .collect();
+        let counted = motors.iter().filter(|(_, held)| *held).count();
         self.halts += 1;
         self.halting.push(Halting {
             number: self.halts,
-            left: requests.len(),
+            left: requests.len() + counted,
             outcome: Ok(()),
             waiters,
         });
         let deadline = Instant::now() + PATIENCE;
         for request in requests {
             self.submit(request, deadline, To::Halt(self.halts));
+        }
+        for (request, held) in motors {
+            // That the arm has a motor which nothing here started does not decide whether it has stopped.
+            let to = match held {
+                true => To::Halt(self.halts),
+                false => To::Nobody,
+            };
+            self.submit(request, deadline, to);
         }
     }
 

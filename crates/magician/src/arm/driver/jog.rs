@@ -1,27 +1,37 @@
-//! The watchdog of a jog, and its end.
+//! The jog under way, its watchdog and its end, as the gate decides.
 //!
-//! An end is said until it is certain: the stop past the queue, again when it is not answered, then poses, the stop again
-//! while they differ, until two are equal. A line that is lost meanwhile is no end of that.
+//! The driver repeats the stop of a jog until it is certain: past the queue, again when it is not answered, then poses, the stop
+//! again while they differ, until two are equal. A line that is lost meanwhile does not end that.
 
 use std::sync::Arc;
 
-use magician_protocol::commands::{JogCmd, Pose};
+use magician_protocol::commands::{JogCmd, Pose, PoseL};
 use magician_protocol::{Flag, FrameBuf, JogCommand, Layout, NoArgs};
 use tokio::sync::oneshot;
 use tokio::time::Instant;
 
 use super::explain::explain;
 use super::{Driver, To};
-use crate::arm::jog::{Life, Phase, Stands, Why};
+use crate::arm::jog::{Life, Phase, Stands};
 use crate::connection::{Failure, Micros, Priority, Request};
+use crate::gate::{GateEffect, Holder, JogEnd, JogId, JogRequest};
+use crate::words::{Axis, JogDirection};
 use crate::{Error, ErrorCode, Result};
 
 /// How long an answer to the stop, or to a look at the pose, may take before it is said again.
 const PATIENCE: Micros = 300_000;
 /// Poses so far apart that are equal are those of an arm that stands.
 const APART: Micros = 30_000;
-/// How often one under a fence is looked at.
-const LOOK: Micros = 40_000;
+/// Interval of position reads during a jog under a fence.
+const FENCED_LOOK_INTERVAL: Micros = 40_000;
+/// Interval of position reads during any other jog: a read costs 10 ms of a serial line, and two show an arm that stands at
+/// the end of its axis.
+const LOOK_INTERVAL: Micros = 200_000;
+/// A jog whose places are equal over this time does not move. The controller moves in periods of 20 ms, and the slowest jog (1 %
+/// of 1 mm/s) by more than binary32 resolves.
+const STUCK_TIME: Micros = 180_000;
+/// A jog that was not answered is kept up for so long at least: its holder cannot keep up what it does not have yet.
+const BEGIN_TIME: Micros = 600_000;
 /// Pause after something that failed at once.
 const PAUSE: Micros = 50_000;
 /// A stop that was answered and has no effect for so long is said again.
@@ -29,9 +39,13 @@ const AGAIN: Micros = 500_000;
 /// An arm that still moves so long after it answered the stop is moved by something else.
 const BRAKING: Micros = 5_000_000;
 
+/// The holder of all guards of a connection: each of them may turn round on its axis what another one began.
+const GUARDS: Holder = Holder(0);
+
 /// A jog to begin.
 pub(in crate::arm) struct JogStart {
     pub(in crate::arm) request: Request,
+    pub(in crate::arm) direction: JogDirection,
     pub(in crate::arm) deadline: Instant,
     /// Stops before this was begun.
     pub(in crate::arm) stops: u64,
@@ -39,26 +53,45 @@ pub(in crate::arm) struct JogStart {
     pub(in crate::arm) reply: oneshot::Sender<Result<FrameBuf>>,
 }
 
-/// The jog under way or being ended, and the one that waits for that end.
+/// The jogs that the gate knows, and what the driver does about them.
 #[derive(Default)]
 pub(super) struct Jogging {
-    now: Option<Active>,
-    next: Option<JogStart>,
+    known: Vec<Known>,
+    looks: Option<Looks>,
+    ending: Option<Ending>,
 }
 
-struct Active {
-    /// When it has to be stopped for the arm's fence, and when to look next where it is.
+/// A jog that the gate has not said to be over.
+struct Known {
+    life: Arc<Life>,
+    /// `None` once its command went out.
+    start: Option<JogStart>,
+}
+
+/// Looks at where a jog under way is.
+struct Looks {
+    jog: JogId,
+    /// True if it moves the rail, which the pose does not show.
+    rail: bool,
+    /// When it has to be stopped for the arm's fence.
     until: Option<Micros>,
-    look: Option<Micros>,
-    /// `None`: a foreign jog that is to be ended.
-    life: Option<Arc<Life>>,
-    ending: Option<Ending>,
+    /// When to look next; `None` while a look is out.
+    at: Option<Micros>,
+    interval: Micros,
+    /// Last position that differed, and when it was read.
+    seen: Option<(Place, Micros)>,
+}
+
+/// Position during a jog: the pose, or the position on the rail.
+#[derive(Clone, Copy, PartialEq)]
+enum Place {
+    Arm(Pose),
+    Rail(f32),
 }
 
 /// How far an end has come.
 #[derive(Default)]
 struct Ending {
-    why: Option<Why>,
     /// A stop or a look is out.
     under_way: bool,
     /// The stop was not answered. A read comes before the next one: its answer proves that none to the lost stop can
@@ -76,97 +109,168 @@ impl Ending {
     /// Forgets what was said: it has to be said again.
     fn unsay(&mut self) {
         *self = Self {
-            why: self.why,
             first: self.first,
             ..Self::default()
         };
     }
 }
 
-impl Active {
-    fn tell(&self, phase: Phase) {
-        if let Some(life) = &self.life {
-            life.phase.send_replace(phase);
-        }
-    }
-
-    fn over(&self, why: Why, stands: Stands) {
-        self.tell(Phase::Over(why, stands));
-    }
-}
-
 impl Jogging {
-    pub(super) fn poll_timeout(&self) -> Option<Micros> {
-        let active = self.now.as_ref()?;
-        match &active.ending {
-            None => {
-                let ends = active.life.as_ref().map(|life| life.ends());
-                [ends, active.until, active.look]
-                    .into_iter()
-                    .flatten()
-                    .min()
-            }
-            Some(ending) if ending.under_way => None,
-            Some(ending) => Some(ending.at),
-        }
+    fn known(&self, jog: JogId) -> Option<&Known> {
+        self.known.iter().find(|known| known.life.id == jog)
     }
 
-    /// Whether a jog is kept up.
-    pub(super) fn runs(&self) -> bool {
-        self.now.as_ref().is_some_and(|now| now.ending.is_none())
-    }
-
-    /// Whether a jog is being ended.
-    pub(super) fn ends(&self) -> bool {
-        self.now.is_some() && !self.runs()
-    }
-
-    /// The connection ends, and so do its jogs.
-    pub(super) fn close(&mut self) {
-        if let Some(active) = self.now.take() {
-            active.over(Why::Closed, Stands::Unknown);
-        }
-        self.next = None;
+    fn forget(&mut self, jog: JogId) -> Option<Known> {
+        let at = self.known.iter().position(|known| known.life.id == jog)?;
+        Some(self.known.swap_remove(at))
     }
 }
 
 impl Driver {
+    /// When a jog has to be looked after.
+    pub(super) fn jog_timeout(&self) -> Option<Micros> {
+        if let Some(ending) = &self.jogging.ending {
+            return (!ending.under_way).then_some(ending.at);
+        }
+        let running = self.shared.gate().running()?;
+        let ends = self.jogging.known(running).map(|known| known.life.ends());
+        let looks = self.jogging.looks.as_ref();
+        let looks = looks.map_or([None, None], |looks| [looks.until, looks.at]);
+        ends.into_iter().chain(looks.into_iter().flatten()).min()
+    }
+
+    /// True while a jog is kept up.
+    pub(super) fn jog_runs(&self) -> bool {
+        self.shared.gate().running().is_some()
+    }
+
+    /// True while the arm comes to rest after a jog.
+    pub(super) fn jog_ends(&self) -> bool {
+        self.shared.gate().is_ending()
+    }
+
     pub(super) fn start_jog(&mut self, start: JogStart) {
-        let frame = start.request.frame().frame();
-        if start.stops != self.shared.stops() {
-            let error = explain(&frame, Failure::Stopped);
-            return drop(start.reply.send(Err(error)));
-        }
-        if !self.link_is_up() {
-            return drop(start.reply.send(Err(self.gone())));
-        }
         // Its caller has given up meanwhile.
         if start.life.released() {
             return;
         }
-        if self.runs_program() {
-            let error = Error::new(ErrorCode::Busy, "a program runs: stop it before a jog");
+        if let Some(error) = self.refuse_jog(&start) {
             return drop(start.reply.send(Err(error)));
         }
-        if self.jogging.now.is_some() && !self.jogging.runs() {
-            if let Some(earlier) = self.jogging.next.replace(start) {
-                let error = explain(&earlier.request.frame().frame(), Failure::Stopped);
-                let _ = earlier.reply.send(Err(error));
-            }
-            return;
-        }
-        start.life.kept(self.now());
-        let now = self.now();
-        let fence = start.life.fence.as_ref();
-        let active = Active {
-            until: fence.map(|fence| fence.latest(now)),
-            look: fence.map(|_| now.saturating_add(LOOK)),
-            life: Some(Arc::clone(&start.life)),
-            ending: None,
+        let request = JogRequest {
+            id: start.life.id,
+            holder: GUARDS,
+            direction: start.direction,
         };
-        if let Some(before) = self.jogging.now.replace(active) {
-            before.over(Why::Replaced, Stands::Unknown);
+        self.jogging.known.push(Known {
+            life: Arc::clone(&start.life),
+            start: Some(start),
+        });
+        self.shared.gate().ask(request);
+        self.carry_out_gate();
+    }
+
+    /// Why a jog cannot begin, if it cannot.
+    fn refuse_jog(&mut self, start: &JogStart) -> Option<Error> {
+        if start.stops != self.shared.stops() {
+            let frame = start.request.frame().frame();
+            return Some(explain(&frame, Failure::Stopped));
         }
+        if !self.link_is_up() {
+            return Some(self.gone());
+        }
+        let runs = self.runs_program();
+        runs.then(|| Error::new(ErrorCode::Busy, "a program runs: stop it before a jog"))
+    }
+
+    /// Does what the gate has decided.
+    pub(super) fn carry_out_gate(&mut self) {
+        loop {
+            let effect = self.shared.gate().poll_effect();
+            let Some(effect) = effect else {
+                break;
+            };
+            match effect {
+                GateEffect::Begin(jog) => self.begin_jog(jog),
+                GateEffect::End(jog, why) => {
+                    self.jogging.looks = None;
+                    self.jogging.ending = Some(Ending::default());
+                    if let Some(known) = jog.and_then(|jog| self.jogging.known(jog)) {
+                        known.life.phase.send_replace(Phase::Ending(why));
+                    }
+                }
+                GateEffect::Over(jog, why, seen) => {
+                    let stands = match seen {
+                        true => Stands::Seen,
+                        false => Stands::Unknown,
+                    };
+                    if let Some(known) = self.jogging.forget(jog) {
+                        let phase = Phase::Over(why, stands);
+                        known.life.phase.send_replace(phase);
+                    }
+                }
+                GateEffect::Refused(jog, why) => {
+                    let known = self.jogging.forget(jog);
+                    if let Some(start) = known.and_then(|known| known.start) {
+                        let error = self.why_refused(&start, why);
+                        let _ = start.reply.send(Err(error));
+                    }
+                }
+            }
+        }
+        if !self.jog_ends() {
+            self.jogging.ending = None;
+        }
+        if !self.jog_runs() {
+            self.jogging.looks = None;
+        }
+    }
+
+    fn why_refused(&self, start: &JogStart, why: JogEnd) -> Error {
+        match why {
+            JogEnd::Replaced => Error::new(ErrorCode::RunOver, "another jog replaced it"),
+            JogEnd::LinkLost => self.gone(),
+            JogEnd::Closed => Error::closed(),
+            JogEnd::Doubt => {
+                let message = "the arm still moves after the jog before was stopped";
+                Error::new(ErrorCode::StopUnconfirmed, message)
+            }
+            _ => explain(&start.request.frame().frame(), Failure::Stopped),
+        }
+    }
+
+    /// Sends the command of a jog whose turn has come, unless something came in between.
+    fn begin_jog(&mut self, jog: JogId) {
+        let mut known = self.jogging.known.iter_mut();
+        let known = known.find(|known| known.life.id == jog);
+        let Some(start) = known.and_then(|known| known.start.take()) else {
+            return self.shared.gate().not_begun(jog);
+        };
+        let refused = match start.life.released() {
+            true => Some(explain(&start.request.frame().frame(), Failure::Stopped)),
+            false => self.refuse_jog(&start),
+        };
+        if let Some(error) = refused {
+            let _ = start.reply.send(Err(error));
+            return self.shared.gate().not_begun(jog);
+        }
+        let now = self.now();
+        let life = &start.life;
+        life.kept(now.saturating_add(BEGIN_TIME.saturating_sub(life.keep)));
+        self.shared.gate().kept(jog, life.ends());
+        let fence = life.fence.as_ref();
+        let interval = match fence {
+            Some(_) => FENCED_LOOK_INTERVAL,
+            None => LOOK_INTERVAL,
+        };
+        self.jogging.looks = Some(Looks {
+            jog,
+            rail: start.direction.axis == Axis::L,
+            until: fence.map(|fence| fence.latest(now)),
+            at: Some(now.saturating_add(interval)),
+            interval,
+            seen: None,
+        });
         self.submit(
             start.request,
             start.deadline,
@@ -182,120 +286,132 @@ impl Driver {
         life: &Arc<Life>,
     ) {
         let failed = answer.is_err();
-        let unheard = to.send(answer).is_err();
-        let active = self.jogging.now.as_ref();
-        let runs = active.and_then(|active| active.life.as_ref());
-        // Another jog may have taken its place.
-        if (failed || unheard) && runs.is_some_and(|runs| Arc::ptr_eq(runs, life)) {
-            self.end_jog(Why::Failed);
+        if !failed {
+            // From here on its holder can keep it up.
+            life.kept(self.now());
+        }
+        if to.send(answer).is_err() || failed {
+            self.end_jog(life.id, JogEnd::Failed);
         }
     }
 
-    /// Ends the jog that runs, if one does.
-    pub(super) fn end_jog(&mut self, why: Why) {
-        if let Some(active) = &mut self.jogging.now
-            && active.ending.is_none()
-        {
-            active.ending = Some(Ending {
-                why: Some(why),
-                ..Ending::default()
-            });
-            active.tell(Phase::Ending(why));
-        }
+    fn end_jog(&mut self, jog: JogId, why: JogEnd) {
+        self.shared.gate().end_one(jog, why);
+        self.carry_out_gate();
+    }
+
+    /// A stop goes out: no jog that was asked for before goes on or begins.
+    pub(super) fn stop_jogs(&mut self) {
+        self.shared.gate().stop();
+        self.carry_out_gate();
     }
 
     /// Ends whatever jog the arm may be in, of whomever.
     pub(super) fn end_any_jog(&mut self) {
-        self.jogging.now.get_or_insert_with(|| Active {
-            until: None,
-            look: None,
-            life: None,
-            ending: Some(Ending::default()),
-        });
-        self.end_jog(Why::Stopped);
+        self.shared.gate().stop_any();
+        self.carry_out_gate();
     }
 
     /// The line broke: a jog that ran has to be ended over the next.
     pub(super) fn interrupt_jog(&mut self) {
-        self.end_jog(Why::LinkLost);
-        if let Some(active) = &mut self.jogging.now {
-            // Its guard waits for no line.
-            if let Some(life) = active.life.take() {
-                let why = active.ending.as_ref().and_then(|ending| ending.why);
-                let why = why
-                    .filter(|why| *why != Why::Released)
-                    .unwrap_or(Why::LinkLost);
-                let phase = Phase::Over(why, Stands::Unknown);
-                life.phase.send_replace(phase);
-            }
-            active.ending.get_or_insert_default().unsay();
-        }
-        if let Some(next) = self.jogging.next.take() {
-            let _ = next.reply.send(Err(self.gone()));
-        }
+        self.shared.gate().lose_line();
+        self.carry_out_gate();
+    }
+
+    /// The connection ends, and so do its jogs.
+    pub(super) fn close_jogs(&mut self) {
+        self.shared.gate().close();
+        self.carry_out_gate();
     }
 
     /// Looks whether the jog is kept up, and goes on with ending it.
     pub(super) fn mind_jog(&mut self, now: Micros) {
-        let Some(active) = &mut self.jogging.now else {
+        if self.jogging.known.is_empty() && self.jogging.ending.is_none() {
             return;
-        };
-        match (&active.life, &mut active.ending) {
-            (Some(life), None) if life.released() => self.end_jog(Why::Released),
-            (Some(life), None) if life.ends() <= now => {
-                tracing::warn!(
-                    "{}: the jog was not renewed; it is stopped",
-                    self.shared.name
-                );
-                self.end_jog(Why::NotKept);
+        }
+        {
+            let mut gate = self.shared.gate();
+            for Known { life, .. } in &self.jogging.known {
+                match life.released() {
+                    true => gate.release(life.id),
+                    false => gate.kept(life.id, life.ends()),
+                }
             }
-            (Some(_), None) if active.until.is_some_and(|until| until <= now) => {
-                self.end_jog(Why::Fence);
+            if gate.poll_timeout().is_some_and(|at| at <= now) {
+                let name = &self.shared.name;
+                tracing::warn!("{name}: the jog was not renewed; it is stopped");
             }
-            (Some(_), None) if active.look.is_some_and(|at| at <= now) => self.look_at_jog(now),
-            _ => {}
+            gate.handle_timeout(now);
+        }
+        self.carry_out_gate();
+        if let Some(looks) = &mut self.jogging.looks {
+            let jog = looks.jog;
+            if looks.until.is_some_and(|until| until <= now) {
+                self.end_jog(jog, JogEnd::Fence);
+            } else if looks.at.is_some_and(|at| at <= now) {
+                looks.at = None;
+                let rail = looks.rail;
+                self.look_at_jog(now, jog, rail);
+            }
         }
         self.go_on_ending(now);
     }
 
-    /// Looks where a jog under a fence is: an arm that is faster than it says has to stop sooner.
-    fn look_at_jog(&mut self, now: Micros) {
-        if let Some(active) = &mut self.jogging.now {
-            active.look = None;
-        }
+    /// Looks where a jog is: one that does not move any more has come to the end of its axis, and an arm under a fence that
+    /// is faster than it says has to stop sooner.
+    fn look_at_jog(&mut self, now: Micros, jog: JogId, rail: bool) {
         let deadline = self.at(now.saturating_add(PATIENCE));
-        if let Ok(request) = Request::get::<Pose>(&NoArgs) {
-            self.submit(request, deadline, To::JogLook(now));
+        let request = match rail {
+            true => Request::get::<PoseL>(&NoArgs),
+            false => Request::get::<Pose>(&NoArgs),
+        };
+        if let Ok(request) = request {
+            self.submit(request, deadline, To::JogLook(jog, now));
         }
     }
 
     /// Its position, as of the request; without a reply it cannot be kept from the fence.
-    pub(super) fn jog_seen(&mut self, answer: Result<FrameBuf>, asked: Micros) {
+    pub(super) fn jog_seen(&mut self, answer: Result<FrameBuf>, jog: JogId, asked: Micros) {
         let now = self.now();
-        let Some(active) = &mut self.jogging.now else {
+        let looks = self.jogging.looks.as_mut();
+        let Some(looks) = looks.filter(|looks| looks.jog == jog) else {
             return;
         };
-        let Some(life) = active.life.as_ref().filter(|_| active.ending.is_none()) else {
-            return;
-        };
-        let pose = answer.ok();
-        let pose = pose.and_then(|reply| Pose::decode(reply.frame().params()).ok());
-        match life.fence.as_ref().zip(pose) {
-            Some((fence, pose)) => {
-                let latest = fence.latest_after(asked, &pose);
-                active.until = active.until.map(|until| until.min(latest));
-                active.look = Some(now.saturating_add(LOOK));
+        let place = answer.ok().and_then(|reply| {
+            let reply = reply.frame();
+            match looks.rail {
+                true => { PoseL::decode(reply.params()).ok() }.map(|at| Place::Rail(at.pose_l)),
+                false => Pose::decode(reply.params()).ok().map(Place::Arm),
             }
-            None => self.end_jog(Why::Fence),
+        });
+        looks.at = Some(now.saturating_add(looks.interval));
+        if let (Some(place), Some((before, at))) = (place, looks.seen) {
+            if now.saturating_sub(at) >= STUCK_TIME {
+                if place == before {
+                    return self.end_jog(jog, JogEnd::Limit);
+                }
+                looks.seen = Some((place, now));
+            }
+        } else {
+            looks.seen = place.map(|place| (place, now));
+        }
+        let fence = self.jogging.known.iter().find(|one| one.life.id == jog);
+        let Some(fence) = fence.and_then(|known| known.life.fence.as_ref()) else {
+            return;
+        };
+        match place {
+            Some(Place::Arm(pose)) => {
+                let latest = fence.latest_after(asked, &pose);
+                looks.until = looks.until.map(|until| until.min(latest));
+            }
+            // A fence bounds no rail: what it bounds is where the arm is.
+            Some(Place::Rail(_)) => {}
+            None => self.end_jog(jog, JogEnd::Fence),
         }
     }
 
     fn go_on_ending(&mut self, now: Micros) {
-        let ending = self
-            .jogging
-            .now
-            .as_mut()
-            .and_then(|active| active.ending.as_mut());
+        let ending = self.ending();
         let Some(ending) = ending.filter(|ending| !ending.under_way && ending.at <= now) else {
             return;
         };
@@ -352,7 +468,7 @@ impl Driver {
             return;
         }
         if ending.pose.replace(pose) == Some(pose) {
-            return self.jog_is_over(Stands::Seen);
+            return self.jog_is_over(true);
         }
         let since = |at: Option<Micros>| at.map_or(0, |at| now.saturating_sub(at));
         if since(ending.first) >= BRAKING {
@@ -360,7 +476,7 @@ impl Driver {
                 "{}: the arm still moves after a jog was stopped",
                 self.shared.name
             );
-            return self.jog_is_over(Stands::Unknown);
+            return self.jog_is_over(false);
         }
         if since(ending.said) >= AGAIN {
             ending.unsay();
@@ -369,20 +485,15 @@ impl Driver {
     }
 
     fn ending(&mut self) -> Option<&mut Ending> {
-        self.jogging.now.as_mut()?.ending.as_mut()
+        self.jogging.ending.as_mut()
     }
 
-    fn jog_is_over(&mut self, stands: Stands) {
-        if stands == Stands::Seen {
-            self.in_flight().stands_still();
+    fn jog_is_over(&mut self, seen: bool) {
+        if seen {
+            self.shared.stands_still();
         }
-        if let Some(active) = self.jogging.now.take() {
-            let why = active.ending.as_ref().and_then(|ending| ending.why);
-            active.over(why.unwrap_or(Why::Stopped), stands);
-        }
-        if let Some(next) = self.jogging.next.take() {
-            self.start_jog(next);
-        }
+        self.shared.gate().rested(seen);
+        self.carry_out_gate();
     }
 }
 

@@ -165,6 +165,7 @@ impl Driver {
         let begins = |frame: &magician_protocol::FrameBuf| {
             tracing::trace!(frame = ?frame, "to {}", shared.name);
             shared.in_flight().sends(&frame.frame());
+            shared.gate().sends(&frame.frame());
             shared.known().sends(&frame.frame());
         };
         match wire.write(cx, now, &mut self.connection, begins) {

@@ -11,9 +11,9 @@ use super::explain::{explain, halts, sets_going, stops_at_once};
 use super::jog::JogStart;
 use super::{Driver, Ended, Program, To, Waiting, micros};
 use crate::Result;
-use crate::arm::jog::Why;
 use crate::arm::shared::QueueFault;
 use crate::connection::{Failure, Priority, Request, Stats};
+use crate::gate::frame_jogs;
 
 /// A handle's wish. Nearly all are requests, so their size is no waste.
 #[allow(clippy::large_enum_variant)]
@@ -101,6 +101,11 @@ impl Driver {
             self.owe(&frame);
             let _ = reply.send(Err(self.gone()));
         } else {
+            if frame_jogs(&frame) {
+                // Only a handle that passes on what other programs say sends one.
+                self.shared.gate().passes();
+                self.carry_out_gate();
+            }
             self.steer_program(&frame);
             // Whatever waits for an answer, it waits for none.
             let request = match stops_at_once(&frame) {
@@ -148,7 +153,7 @@ impl Driver {
         let deadline = micros(deadline.saturating_duration_since(self.begun));
         let frame = *request.frame();
         if halts(&frame.frame()) && !matches!(to, To::JogStop) {
-            self.end_jog(Why::Stopped);
+            self.stop_jogs();
         }
         self.in_flight().begins(&frame.frame());
         let ticket = self.connection.submit(request.deadline(deadline));

@@ -40,6 +40,7 @@ use super::in_flight::InFlightMotion;
 use super::jog::Life;
 use crate::Result;
 use crate::connection::{Connection, Micros, Settings, Ticket};
+use crate::gate::JogId;
 use crate::transport::Line;
 pub(super) use explain::command_name;
 use halt::Halting;
@@ -87,8 +88,8 @@ enum To {
     /// The end of a jog.
     JogStop,
     JogPose,
-    /// Where a jog under a fence is, and when that was asked.
-    JogLook(Micros),
+    /// Where a jog is, and when that was asked.
+    JogLook(JogId, Micros),
     /// None any more, or only observers of all traffic.
     Nobody,
 }
@@ -320,7 +321,7 @@ impl Driver {
             self.introduction.filter(|_| up),
             program,
             self.polls.poll_timeout().filter(|_| up),
-            self.jogging.poll_timeout().filter(|_| open),
+            self.jog_timeout().filter(|_| open),
             self.leading.poll_timeout().filter(|_| up),
         ];
         due.into_iter().flatten().min()

@@ -7,6 +7,7 @@ use tokio::time::Instant;
 
 use super::{Driver, To, command_name};
 use crate::Error;
+use crate::arm::gate::motors_off;
 use crate::arm::link::Link;
 use crate::connection::Request;
 
@@ -25,7 +26,7 @@ impl Driver {
         };
         self.end_program(Err(Error::closed()));
         self.leave_unanswered();
-        self.jogging.close();
+        self.close_jogs();
         if !self.link_is_up() {
             self.warn_of_what_goes_on();
             return false;
@@ -65,19 +66,23 @@ impl Driver {
             let in_flight = self.in_flight();
             (in_flight.moving(), in_flight.laser())
         };
+        let turning = self.shared.held_motors(moving);
+        let motors = motors_off().filter(move |(output, _)| turning.contains(output));
+        let motors = motors.map(|(_, request)| request);
         let Ok([stop, dark, clear]) = Request::halt() else {
             return Vec::new();
         };
         let wanted = [(moving, stop), (laser, dark), (moving, clear)];
         let wanted = wanted.into_iter().filter(|(wanted, _)| *wanted);
         let wanted = wanted.map(|(_, request)| request);
-        wanted.chain(self.shared.lowered_pins()).collect()
+        let pins = self.shared.lowered_pins();
+        wanted.chain(pins).chain(motors).collect()
     }
 
-    /// What stops the arm and puts its laser out.
+    /// What stops the arm and its motors, and puts its laser out.
     pub(super) fn stop_requests(&self) -> Vec<Request> {
         let stop = Request::halt().into_iter().flatten();
-        stop.chain(self.shared.lowered_pins()).collect()
+        stop.chain(self.shared.behind_halt()).collect()
     }
 
     /// What is said first on a line that was lost and is there again, if the laser may have burnt meanwhile: the laser goes
@@ -95,7 +100,7 @@ impl Driver {
         if !self.last_requests().is_empty() {
             tracing::warn!(
                 "{}: the connection ends, but the arm has not confirmed the stop: it may finish \
-                    its queue, a jog may go on, a laser may stay on",
+                    its queue, a jog may go on, a laser may stay on, a motor may run on",
                 self.shared.name
             );
         }
@@ -114,7 +119,7 @@ impl Drop for Driver {
         }
         // A caller that waits for the end may open the port again.
         self.line.let_go();
-        self.jogging.close();
+        self.close_jogs();
         self.publish_link(Link::Closed);
         self.refuse_halts();
     }

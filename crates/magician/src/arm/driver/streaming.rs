@@ -92,7 +92,7 @@ impl Driver {
             Some(self.gone())
         } else if runs {
             Some(Error::new(ErrorCode::Busy, "another program runs"))
-        } else if self.jogging.runs() {
+        } else if self.jog_runs() {
             Some(Error::new(ErrorCode::Busy, "a jog is under way"))
         } else {
             self.refuse_window(&program.stream)
@@ -128,7 +128,7 @@ impl Driver {
 
     /// Feeds the stream and lets it submit what is due; whether it has ended.
     pub(super) fn drive_program(&mut self, cx: &mut Context<'_>) -> bool {
-        let (now, jog_ends) = (self.now(), self.jogging.ends());
+        let (now, jog_ends) = (self.now(), self.jog_ends());
         let Self {
             program: Some(program),
             connection,

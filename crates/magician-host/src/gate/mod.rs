@@ -1,0 +1,431 @@
+//! The motion gate: what moves an arm without an end of its own, who holds it, and what has to come before the next.
+//!
+//! A jog ([`JogCmd`](magician_protocol::commands::JogCmd)) goes on to the end of its axis, a belt or stepper for ever, and the arm
+//! has no watchdog. So whatever starts one passes through a [`Gate`], which knows its holder and, for a jog, the instant until which
+//! it was kept up. Its laws:
+//!
+//! * **Rest between jogs.** A real arm carries the signed speed of a jog over to the axis of the next one and first moves that the
+//!   wrong way, by v^2/2a: 7.5 to 30 mm. A jog of another axis or frame, or of another holder, starts only when the arm was seen
+//!   at rest after the stop. The same holder may reverse on the same axis: the arm ramps through zero there.
+//! * **A holder.** What moves ends with its holder: released, not kept up, gone.
+//! * **A stop stops it.** Nothing that was started before a stop runs after it, whoever started it.
+//! * **Released is released.** A jog that was let go of while the arm still came to rest starts nothing.
+//!
+//! The laser has a machinery of its own for the same purpose: what may burn needs a permission, and every end switches it off
+//! (see [`burns`](fn@crate::burns) and the driver's `in_flight`). It does not pass through here, because a burning path is queued
+//! together with its end.
+//!
+//! Without clock and I/O: time is what the caller says, and what follows from a decision comes out as [`GateEffect`]s, in their order.
+//! The whole state is values, so that every interleaving can be tried (`tests/gate`).
+
+mod motors;
+
+use std::collections::VecDeque;
+
+use magician_protocol::Frame;
+
+use crate::connection::Micros;
+use crate::words::JogDirection;
+use crate::{Action, Error, ErrorCode, Result};
+
+use self::motors::Motors;
+pub(crate) use self::motors::switches_off;
+pub use self::motors::{OUTPUTS, turns_motor};
+
+/// Number of a jog; each that is asked for has another one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct JogId(pub u64);
+
+/// Owner of a jog: a program with its guards, another program whose frames are passed on, a session.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Holder(pub u64);
+
+/// A jog that is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct JogRequest {
+    /// Number of the jog.
+    pub id: JogId,
+    /// Owner of the jog.
+    pub holder: Holder,
+    /// Axis and direction; the axis says the frame.
+    pub direction: JogDirection,
+}
+
+/// Why a jog ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum JogEnd {
+    /// Guard dropped or told to stop.
+    Released,
+    /// Not kept up in time.
+    NotKept,
+    /// The arm did not confirm that it began.
+    Failed,
+    /// An answer was lost: what the arm was sent is not known.
+    Doubt,
+    /// End of the axis reached.
+    Limit,
+    /// A stop came.
+    Stopped,
+    /// The arm's fence is near.
+    Fence,
+    /// Another jog takes its place.
+    Replaced,
+    /// The line broke.
+    LinkLost,
+    /// The connection ended.
+    Closed,
+}
+
+/// Consequence of a decision. The caller carries them out in their order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum GateEffect {
+    /// The command of this jog goes out now. [`Gate::kept`] says how long it may go on.
+    Begin(JogId),
+    /// The stop of a jog goes out, again and again until the arm stands; then [`Gate::rested`].
+    End(Option<JogId>, JogEnd),
+    /// A jog is over. True if the arm was seen at rest.
+    Over(JogId, JogEnd, bool),
+    /// A jog that waited for the arm to come to rest does not begin.
+    Refused(JogId, JogEnd),
+}
+
+/// A jog under way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+struct Running {
+    request: JogRequest,
+    /// True if it reverses the jog before: without its command the arm goes on in that one's direction.
+    reverses: bool,
+}
+
+/// State of the arm outside of its queue.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+enum Motion {
+    /// The arm stands, as far as is known.
+    #[default]
+    Rest,
+    /// A jog that is kept up until then.
+    Jog(Running, Micros),
+    /// Something that nothing here holds: a jog that was passed on as it came, or an arm that was not seen to come to rest.
+    Unheld,
+    /// A stop is on its way, or the arm brakes.
+    Ending(Option<JogId>, JogEnd),
+}
+
+/// State machine of the motions that have no end of their own. See the [module](self).
+///
+/// ```
+/// use magician_host::gate::{Gate, GateEffect, Holder, JogId, JogRequest};
+/// use magician_host::words::Axis;
+///
+/// let mut gate = Gate::new();
+/// let jog = |id, direction| JogRequest { id: JogId(id), holder: Holder(0), direction };
+/// gate.ask(jog(1, Axis::X.plus()));
+/// assert_eq!(gate.poll_effect(), Some(GateEffect::Begin(JogId(1))));
+/// // Another axis has to wait for the arm to come to rest.
+/// gate.ask(jog(2, Axis::Z.plus()));
+/// assert!(matches!(gate.poll_effect(), Some(GateEffect::End(..))));
+/// assert_eq!(gate.poll_effect(), None);
+/// gate.rested(true);
+/// assert!(matches!(gate.poll_effect(), Some(GateEffect::Over(JogId(1), _, true))));
+/// assert_eq!(gate.poll_effect(), Some(GateEffect::Begin(JogId(2))));
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Gate {
+    motion: Motion,
+    /// The jog that begins when the arm has come to rest.
+    waiting: Option<JogRequest>,
+    motors: Motors,
+    effects: VecDeque<GateEffect>,
+}
+
+/// Jogs.
+impl Gate {
+    /// An arm at rest.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Returns the next consequence, oldest first.
+    pub fn poll_effect(&mut self) -> Option<GateEffect> {
+        self.effects.pop_front()
+    }
+
+    /// A jog is asked for. It begins at once at an arm at rest and as the reversal of a jog of its holder, else when the arm has
+    /// come to rest.
+    pub fn ask(&mut self, request: JogRequest) {
+        match self.motion {
+            Motion::Rest => self.begin(request, false),
+            Motion::Jog(running, _) if is_reversal(&running.request, &request) => {
+                let over = GateEffect::Over(running.request.id, JogEnd::Replaced, false);
+                self.effects.push_back(over);
+                self.begin(request, true);
+            }
+            Motion::Jog(..) | Motion::Unheld => {
+                self.end(JogEnd::Replaced);
+                self.waiting = Some(request);
+            }
+            Motion::Ending(..) => {
+                self.refuse_waiting(JogEnd::Replaced);
+                self.waiting = Some(request);
+            }
+        }
+    }
+
+    /// This jog is kept up until then.
+    pub fn kept(&mut self, jog: JogId, until: Micros) {
+        if let Motion::Jog(running, ends) = &mut self.motion
+            && running.request.id == jog
+        {
+            *ends = until;
+        }
+    }
+
+    /// This jog is let go of: one that waits does not begin, one under way ends.
+    pub fn release(&mut self, jog: JogId) {
+        if self.waiting.is_some_and(|waiting| waiting.id == jog) {
+            self.refuse_waiting(JogEnd::Released);
+        }
+        self.end_one(jog, JogEnd::Released);
+    }
+
+    /// This jog ends, if it is the one under way.
+    pub fn end_one(&mut self, jog: JogId, why: JogEnd) {
+        if self.running() == Some(jog) {
+            self.end(why);
+        }
+    }
+
+    /// The command of a jog did not go out after [`GateEffect::Begin`]: the arm does what it did before.
+    pub fn not_begun(&mut self, jog: JogId) {
+        let Motion::Jog(running, _) = self.motion else {
+            return;
+        };
+        if running.request.id == jog {
+            let refused = GateEffect::Refused(jog, JogEnd::Stopped);
+            self.effects.push_back(refused);
+            match running.reverses {
+                true => self.ends(None, JogEnd::Stopped),
+                false => self.motion = Motion::Rest,
+            }
+        }
+    }
+
+    /// Time passes: a jog that was not kept up ends.
+    pub fn handle_timeout(&mut self, now: Micros) {
+        if self.poll_timeout().is_some_and(|at| at <= now) {
+            self.end(JogEnd::NotKept);
+        }
+    }
+
+    /// When [`handle_timeout`](Self::handle_timeout) is due.
+    #[must_use]
+    pub fn poll_timeout(&self) -> Option<Micros> {
+        match self.motion {
+            Motion::Jog(_, ends) => Some(ends),
+            _ => None,
+        }
+    }
+
+    /// A stop goes out: the jog ends, and none that was asked for before begins. [`OUTPUTS`] are switched off with it.
+    pub fn stop(&mut self) {
+        self.refuse_waiting(JogEnd::Stopped);
+        self.end(JogEnd::Stopped);
+    }
+
+    /// Does the same as [`stop`](Self::stop) at an arm that may be in a jog that the gate does not know.
+    pub fn stop_any(&mut self) {
+        self.stop();
+        if matches!(self.motion, Motion::Rest | Motion::Unheld) {
+            self.ends(None, JogEnd::Stopped);
+        }
+    }
+
+    /// The arm has come to rest after [`GateEffect::End`]. False if it was not seen to: nothing more can be done about it, and
+    /// what waited for that does not begin. The next jog tries again.
+    pub fn rested(&mut self, seen: bool) {
+        let Motion::Ending(jog, why) = self.motion else {
+            return;
+        };
+        self.motion = match seen {
+            true => Motion::Rest,
+            false => Motion::Unheld,
+        };
+        if let Some(jog) = jog {
+            self.effects.push_back(GateEffect::Over(jog, why, seen));
+        }
+        match self.waiting.take() {
+            Some(waiting) if seen => self.begin(waiting, false),
+            Some(waiting) => {
+                let refused = GateEffect::Refused(waiting.id, JogEnd::Doubt);
+                self.effects.push_back(refused);
+            }
+            None => {}
+        }
+    }
+
+    /// A caller has read two equal poses: a jog that was passed on, and stopped since, does not move the arm any more.
+    pub fn stands_still(&mut self) {
+        if self.motion == Motion::Unheld {
+            self.motion = Motion::Rest;
+        }
+    }
+
+    /// The line broke. The guard of a jog waits for no line, and its stop goes out over the next one.
+    pub fn lose_line(&mut self) {
+        self.refuse_waiting(JogEnd::LinkLost);
+        let (jog, why) = match self.motion {
+            Motion::Rest | Motion::Unheld => return,
+            Motion::Jog(running, _) => (Some(running.request.id), JogEnd::LinkLost),
+            // To a guard that waits for the arm to stand the line is what is wrong.
+            Motion::Ending(jog, JogEnd::Released) => (jog, JogEnd::LinkLost),
+            Motion::Ending(jog, why) => (jog, why),
+        };
+        if let Some(jog) = jog {
+            self.effects.push_back(GateEffect::Over(jog, why, false));
+        }
+        self.ends(None, why);
+    }
+
+    /// The connection ends, and all that it holds.
+    pub fn close(&mut self) {
+        self.refuse_waiting(JogEnd::Closed);
+        let jog = match self.motion {
+            Motion::Jog(running, _) => Some(running.request.id),
+            Motion::Ending(jog, _) => jog,
+            Motion::Rest | Motion::Unheld => None,
+        };
+        if let Some(jog) = jog {
+            let over = GateEffect::Over(jog, JogEnd::Closed, false);
+            self.effects.push_back(over);
+        }
+        self.motion = Motion::Rest;
+    }
+
+    /// The jog under way that is not being ended.
+    #[must_use]
+    pub fn running(&self) -> Option<JogId> {
+        match self.motion {
+            Motion::Jog(running, _) => Some(running.request.id),
+            _ => None,
+        }
+    }
+
+    /// True while the arm comes to rest after a jog.
+    #[must_use]
+    pub fn is_ending(&self) -> bool {
+        matches!(self.motion, Motion::Ending(..))
+    }
+
+    fn begin(&mut self, request: JogRequest, reverses: bool) {
+        let running = Running { request, reverses };
+        // The caller says how long it may go on before time passes.
+        self.motion = Motion::Jog(running, Micros::MAX);
+        self.effects.push_back(GateEffect::Begin(request.id));
+    }
+
+    /// Ends the jog under way, if there is one.
+    fn end(&mut self, why: JogEnd) {
+        match self.motion {
+            Motion::Jog(running, _) => self.ends(Some(running.request.id), why),
+            // It is stopped by the program that passed it on, or to make room for a jog of our own.
+            Motion::Unheld if why == JogEnd::Replaced => self.ends(None, why),
+            _ => {}
+        }
+    }
+
+    fn ends(&mut self, jog: Option<JogId>, why: JogEnd) {
+        self.motion = Motion::Ending(jog, why);
+        self.effects.push_back(GateEffect::End(jog, why));
+    }
+
+    fn refuse_waiting(&mut self, why: JogEnd) {
+        if let Some(waiting) = self.waiting.take() {
+            let refused = GateEffect::Refused(waiting.id, why);
+            self.effects.push_back(refused);
+        }
+    }
+}
+
+/// Jogs of other programs, and motors.
+impl Gate {
+    /// The command of a jog of another program is passed on as it came. What that means is the program's; here it ends with
+    /// the connection, and a jog of our own waits for its end.
+    pub fn passes(&mut self) {
+        self.refuse_waiting(JogEnd::Replaced);
+        if let Motion::Jog(running, _) = self.motion {
+            let over = GateEffect::Over(running.request.id, JogEnd::Replaced, false);
+            self.effects.push_back(over);
+        }
+        if let Motion::Ending(Some(jog), why) = self.motion {
+            self.effects.push_back(GateEffect::Over(jog, why, false));
+        }
+        self.motion = Motion::Unheld;
+    }
+
+    /// A frame goes out.
+    pub fn sends(&mut self, frame: &Frame<'_>) {
+        self.motors.sends(frame);
+    }
+
+    /// A frame was answered.
+    pub fn answered(&mut self, frame: &Frame<'_>) {
+        self.motors.answered(frame);
+    }
+
+    /// The arm was switched off and on: nothing of it moves.
+    pub fn reset(&mut self) {
+        self.motors = Motors::default();
+    }
+
+    /// The motor outputs that run because of this connection, and go on until they are switched off.
+    pub fn running_motors(&self) -> impl Iterator<Item = magician_protocol::Stepper> + '_ {
+        self.motors.running()
+    }
+
+    /// The motor outputs that have to be switched off when the holder goes. `moving`: the arm has not done all that it was given.
+    pub fn held_motors(
+        &self,
+        moving: bool,
+    ) -> impl Iterator<Item = magician_protocol::Stepper> + '_ {
+        self.motors.held(moving)
+    }
+}
+
+/// True for a frame that starts a jog: it goes on to the end of its axis unless something stops it.
+#[must_use]
+pub fn frame_jogs(frame: &Frame<'_>) -> bool {
+    use magician_protocol::{Writable, commands::JogCmd};
+    let written = frame.ctrl().write() || frame.ctrl().queued();
+    written && frame.id() == JogCmd::ROW.id && frame.params().get(1) != Some(&0)
+}
+
+/// Refuses a jog that nothing holds.
+///
+/// # Errors
+/// [`ErrorCode::Guarded`], with what to use instead.
+pub fn refuse_unheld(command: &magician_protocol::Set) -> Result<()> {
+    match jogs(command) {
+        true => Err(unheld_jog().with_command(command.row().set_name)),
+        false => Ok(()),
+    }
+}
+
+/// The error for a jog that nothing holds.
+#[must_use]
+pub fn unheld_jog() -> Error {
+    let message = "a jog that nothing holds goes on to the end of its axis; nothing was sent";
+    Error::new(ErrorCode::Guarded, message).remedy(Action::Jog, "ends when it is let go of")
+}
+
+/// True for the command of such a frame.
+#[must_use]
+pub fn jogs(command: &magician_protocol::Set) -> bool {
+    use magician_protocol::{JogCommand, Set};
+    matches!(command, Set::JogCmd(jog) if jog.cmd != JogCommand::Stop)
+}
+
+/// The holder of a jog turns it round on its axis: the arm ramps through zero there.
+fn is_reversal(running: &JogRequest, next: &JogRequest) -> bool {
+    running.holder == next.holder && running.direction.axis == next.direction.axis
+}

@@ -1,0 +1,111 @@
+//! The stepper outputs, and the belt that one of them drives.
+
+use magician_protocol::commands::{EMotor, EMotorS};
+use magician_protocol::{Ctrl, Frame, Set, Stepper, Writable};
+
+/// The motor outputs of an arm. A stop switches both off, whoever started them.
+pub const OUTPUTS: [Stepper; 2] = [Stepper::Stepper1, Stepper::Stepper2];
+
+/// State of an output, as this connection set it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+enum Motor {
+    /// Off.
+    #[default]
+    Off,
+    /// Runs until it is switched off.
+    Runs,
+    /// Counts its pulses and then stands; the arm does not report when.
+    Counts,
+    /// Stands when the queue has run to its end.
+    EndsInQueue,
+}
+
+/// State of both outputs, as this connection set them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub(super) struct Motors([Motor; 2]);
+
+impl Motors {
+    /// A frame goes out: from here on a motor may run, whether that is answered or not.
+    pub(super) fn sends(&mut self, frame: &Frame<'_>) {
+        let Some((output, motor)) = self.turned(frame) else {
+            return;
+        };
+        let before = self.0[output];
+        self.0[output] = match motor {
+            // It counts once it was answered.
+            Motor::Off => before,
+            // What is off stays so.
+            Motor::EndsInQueue if before == Motor::Off && !turns(frame) => before,
+            motor => motor,
+        };
+    }
+
+    /// A frame was answered.
+    pub(super) fn answered(&mut self, frame: &Frame<'_>) {
+        if let Some((output, Motor::Off)) = self.turned(frame) {
+            self.0[output] = Motor::Off;
+        }
+    }
+
+    /// The outputs that go on until they are switched off.
+    pub(super) fn running(&self) -> impl Iterator<Item = Stepper> + '_ {
+        self.which(|motor| motor == Motor::Runs)
+    }
+
+    /// The outputs that may run when the holder goes.
+    pub(super) fn held(&self, moving: bool) -> impl Iterator<Item = Stepper> + '_ {
+        self.which(move |motor| match motor {
+            Motor::Off => false,
+            Motor::Runs | Motor::Counts => true,
+            Motor::EndsInQueue => moving,
+        })
+    }
+
+    fn which(&self, wanted: impl Fn(Motor) -> bool) -> impl Iterator<Item = Stepper> {
+        let found = OUTPUTS.into_iter().zip(self.0);
+        found.filter_map(move |(output, motor)| wanted(motor).then_some(output))
+    }
+
+    /// Which output a frame is for, and what comes of it.
+    fn turned(&self, frame: &Frame<'_>) -> Option<(usize, Motor)> {
+        let (ctrl, id) = (frame.ctrl(), frame.id());
+        if !(ctrl.write() || ctrl.queued()) || ![EMotor::ROW.id, EMotorS::ROW.id].contains(&id) {
+            return None;
+        }
+        let command = Set::decode(id, frame.params()).ok()?;
+        let (index, counts) = match &command {
+            Set::EMotor(motor) => (motor.index, false),
+            Set::EMotorS(motor) => (motor.index, true),
+            _ => return None,
+        };
+        let output = OUTPUTS.iter().position(|output| *output == index)?;
+        let motor = match (turns_motor(&command), counts, ctrl.queued()) {
+            (true, false, _) => Motor::Runs,
+            (true, true, false) => Motor::Counts,
+            (true, true, true) | (false, _, true) => Motor::EndsInQueue,
+            (false, _, false) => Motor::Off,
+        };
+        Some((output, motor))
+    }
+}
+
+/// True for a command that sets a motor output going.
+#[must_use]
+pub fn turns_motor(command: &Set) -> bool {
+    match command {
+        Set::EMotor(motor) => motor.is_enabled.is_on() && motor.speed != 0,
+        Set::EMotorS(motor) => motor.is_enabled.is_on() && motor.speed != 0 && motor.distance != 0,
+        _ => false,
+    }
+}
+
+fn turns(frame: &Frame<'_>) -> bool {
+    Set::decode(frame.id(), frame.params()).is_ok_and(|command| turns_motor(&command))
+}
+
+/// True for a frame that switches a motor output off at once: said twice it is the same.
+pub(crate) fn switches_off(frame: &Frame<'_>) -> bool {
+    frame.ctrl() == Ctrl::SET
+        && frame.id() == EMotor::ROW.id
+        && Set::decode(frame.id(), frame.params()).is_ok_and(|command| !turns_motor(&command))
+}

@@ -1,0 +1,439 @@
+//! An arm, its motors and those who want to move it, as small as can be around the gate.
+
+use std::collections::BTreeMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+use magician_host::connection::Micros;
+use magician_host::gate::{GateEffect, Holder, JogId, JogRequest, OUTPUTS};
+use magician_host::words::{Axis, JogDirection};
+use magician_protocol::commands::{EMotor, EMotorS, JogCmd};
+use magician_protocol::{Ctrl, Flag, FrameBuf, Stepper, Writable};
+
+use crate::mutant::{Bug, Mutant};
+use crate::search::Explored;
+
+/// Jogs that are known to their guards at a time.
+const GUARDS: usize = 2;
+/// Moments that a jog goes on without being kept up.
+const KEEP: Micros = 2;
+const DIRECTIONS: [JogDirection; 3] = [Axis::X.plus(), Axis::X.minus(), Axis::Y.plus()];
+
+/// Event of the search.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Event {
+    /// A jog is asked for. False: its command cannot go out when its turn comes.
+    Ask(Holder, JogDirection, bool),
+    Keep(JogId),
+    Release(JogId),
+    /// A frame of a jog that belongs to no guard.
+    Raw(JogDirection),
+    /// The same from a program that is passed on.
+    Pass(JogDirection),
+    Motor(Stepper, Turn),
+    Stop,
+    /// The driver reads two equal poses behind a stop, or gives up.
+    Rested(bool),
+    /// A caller reads two equal poses.
+    Stands,
+    /// Some time passes.
+    Moment,
+    LoseLine,
+    FindLine,
+    /// The connection ends.
+    Close,
+}
+
+/// Command to a motor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Turn {
+    On,
+    Off,
+    Counted,
+    QueuedOn,
+    QueuedOff,
+    /// Another program starts it.
+    Foreign,
+}
+
+/// State of the arm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+enum Arm {
+    Stands,
+    /// `None`: a jog of another program.
+    Jogs(Option<JogId>, Holder, JogDirection),
+    /// A jog that went past the gate.
+    Unknown,
+    Brakes,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+struct Guard {
+    holder: Holder,
+    direction: JogDirection,
+    /// True if its command can go out.
+    goes: bool,
+    /// Moments until it was not kept up.
+    left: Micros,
+    released: bool,
+    /// A stop came after it was asked for.
+    stopped: bool,
+    begun: bool,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+struct Motor {
+    runs: bool,
+    /// This connection started it.
+    own: bool,
+    /// The queue holds a command that starts or stops it.
+    waits: Option<bool>,
+}
+
+/// A state of the search.
+#[derive(Clone)]
+pub(crate) struct Model {
+    gate: Mutant,
+    arm: Arm,
+    motors: [Motor; 2],
+    guards: BTreeMap<JogId, Guard>,
+    line: bool,
+    open: bool,
+    /// The stop of a jog has to go out, or was, and the arm is not seen at rest yet.
+    ending: bool,
+}
+
+type Checked = Result<(), String>;
+
+fn must(good: bool, what: &str) -> Checked {
+    if good { Ok(()) } else { Err(what.to_owned()) }
+}
+
+fn jog_frame(direction: JogDirection) -> FrameBuf {
+    FrameBuf::encode(JogCmd::ROW.id, Ctrl::SET, &JogCmd::from(direction)).expect("a frame")
+}
+
+fn motor_frame(index: Stepper, turn: Turn) -> FrameBuf {
+    let on = matches!(turn, Turn::On | Turn::QueuedOn | Turn::Counted);
+    let (is_enabled, speed) = (Flag::from(on), i32::from(on) * 1000);
+    let ctrl = match turn {
+        Turn::QueuedOn | Turn::QueuedOff => Ctrl::QUEUED,
+        _ => Ctrl::SET,
+    };
+    let frame = match turn {
+        Turn::Counted => FrameBuf::encode(
+            EMotorS::ROW.id,
+            ctrl,
+            &EMotorS {
+                index,
+                is_enabled,
+                speed,
+                distance: 1000,
+            },
+        ),
+        _ => FrameBuf::encode(
+            EMotor::ROW.id,
+            ctrl,
+            &EMotor {
+                index,
+                is_enabled,
+                speed,
+            },
+        ),
+    };
+    frame.expect("a frame")
+}
+
+impl Model {
+    pub(crate) fn new(bug: Option<Bug>) -> Self {
+        Self {
+            gate: Mutant::new(bug),
+            arm: Arm::Stands,
+            motors: Default::default(),
+            guards: BTreeMap::new(),
+            line: true,
+            open: true,
+            ending: false,
+        }
+    }
+
+    fn happen(&mut self, event: Event) -> Checked {
+        match event {
+            Event::Ask(holder, direction, goes) => {
+                let free = (0..).map(JogId).find(|id| !self.guards.contains_key(id));
+                let id = free.ok_or("a number")?;
+                let guard = Guard {
+                    holder,
+                    direction,
+                    goes,
+                    left: KEEP,
+                    released: false,
+                    stopped: false,
+                    begun: false,
+                };
+                self.guards.insert(id, guard);
+                self.gate.ask(JogRequest {
+                    id,
+                    holder,
+                    direction,
+                });
+            }
+            Event::Keep(id) => self.keep(id, KEEP),
+            Event::Release(id) => {
+                self.guards.get_mut(&id).ok_or("a guard")?.released = true;
+                self.gate.release(id);
+            }
+            Event::Raw(direction) => {
+                if !self.gate.refuses(&jog_frame(direction).frame()) {
+                    self.arm = Arm::Unknown;
+                }
+            }
+            Event::Pass(direction) => {
+                self.gate.gate.passes();
+                self.ending = false;
+                self.arm = Arm::Jogs(None, Holder(9), direction);
+            }
+            Event::Motor(output, turn) => self.turn(output, turn),
+            Event::Stop => {
+                for guard in self.guards.values_mut() {
+                    guard.stopped = true;
+                }
+                let off = self.gate.stop();
+                self.brake();
+                self.switch_off(&off);
+                for motor in &mut self.motors {
+                    motor.waits = None;
+                }
+            }
+            Event::Rested(seen) => {
+                if seen {
+                    self.arm = Arm::Stands;
+                }
+                self.ending = false;
+                self.gate.rested(seen);
+            }
+            Event::Stands => {
+                self.arm = Arm::Stands;
+                self.gate.gate.stands_still();
+            }
+            Event::Moment => {
+                let ids: Vec<_> = self.guards.keys().copied().collect();
+                for id in ids {
+                    let left = self.guards[&id].left.saturating_sub(1);
+                    self.keep(id, left);
+                }
+                self.gate.handle_timeout(0);
+            }
+            Event::LoseLine => {
+                self.line = false;
+                self.gate.gate.lose_line();
+            }
+            Event::FindLine => {
+                self.line = true;
+                if self.ending {
+                    self.brake();
+                }
+            }
+            Event::Close => {
+                self.open = false;
+                let moving = self.motors.iter().any(|motor| motor.waits.is_some());
+                let off = self.gate.held_motors(moving);
+                self.gate.gate.close();
+                self.switch_off(&off);
+                // The driver's last frames stop what moves besides.
+                self.arm = Arm::Stands;
+            }
+        }
+        Ok(())
+    }
+
+    /// Time is how much of it is left: states that go on alike are the same.
+    fn keep(&mut self, id: JogId, left: Micros) {
+        if let Some(guard) = self.guards.get_mut(&id) {
+            guard.left = left;
+        }
+        self.gate.gate.kept(id, left);
+    }
+
+    fn brake(&mut self) {
+        if self.line && self.arm != Arm::Stands {
+            self.arm = Arm::Brakes;
+        }
+    }
+
+    fn turn(&mut self, output: Stepper, turn: Turn) {
+        let at = OUTPUTS.iter().position(|one| *one == output).unwrap_or(0);
+        let motor = &mut self.motors[at];
+        match turn {
+            Turn::On | Turn::Counted => (motor.runs, motor.own) = (true, true),
+            Turn::Off => (motor.runs, motor.own) = (false, false),
+            Turn::QueuedOn => motor.waits = Some(true),
+            Turn::QueuedOff => motor.waits = Some(false),
+            Turn::Foreign => (motor.runs, motor.own) = (true, false),
+        }
+        if turn == Turn::QueuedOn {
+            // The queue runs: it has begun by the time at which anything else happens.
+            (motor.runs, motor.own, motor.waits) = (true, true, None);
+        }
+        if turn != Turn::Foreign {
+            let frame = motor_frame(output, turn);
+            self.gate.gate.sends(&frame.frame());
+            self.gate.gate.answered(&frame.frame());
+        }
+    }
+
+    fn switch_off(&mut self, outputs: &[Stepper]) {
+        for output in outputs {
+            self.turn(*output, Turn::Off);
+        }
+    }
+
+    fn take_effects(&mut self) -> Checked {
+        loop {
+            let effects = self.gate.effects();
+            if effects.is_empty() {
+                return Ok(());
+            }
+            for effect in effects {
+                self.take(effect)?;
+            }
+        }
+    }
+
+    fn take(&mut self, effect: GateEffect) -> Checked {
+        match effect {
+            GateEffect::Begin(id) => {
+                let guard = *self.guards.get(&id).ok_or("a jog of a guard begins")?;
+                must(!guard.released, "what is let go of does not begin")?;
+                must(!guard.stopped, "what a stop ended does not begin")?;
+                must(self.line, "nothing begins without a line")?;
+                let fits = match self.arm {
+                    Arm::Stands => true,
+                    Arm::Jogs(Some(_), holder, direction) => {
+                        holder == guard.holder && direction.axis == guard.direction.axis
+                    }
+                    _ => false,
+                };
+                must(fits, "a jog begins at rest, or reverses on its axis")?;
+                if !guard.goes {
+                    self.gate.not_begun(id);
+                    return Ok(());
+                }
+                self.arm = Arm::Jogs(Some(id), guard.holder, guard.direction);
+                if let Some(guard) = self.guards.get_mut(&id) {
+                    guard.begun = true;
+                }
+                self.keep(id, KEEP);
+            }
+            GateEffect::End(..) => {
+                self.ending = true;
+                self.brake();
+            }
+            GateEffect::Over(id, _, seen) => {
+                must(!seen || self.arm == Arm::Stands, "rest is seen")?;
+                must(self.guards.remove(&id).is_some(), "an end is told once")?;
+            }
+            GateEffect::Refused(id, _) => {
+                let guard = self.guards.remove(&id).ok_or("an end is told once")?;
+                must(!guard.begun, "what has begun is not refused")?;
+            }
+        }
+        Ok(())
+    }
+
+    fn check(&self, event: Event) -> Checked {
+        if self.line && self.open {
+            let held = match self.arm {
+                Arm::Stands | Arm::Brakes | Arm::Jogs(None, ..) => true,
+                Arm::Jogs(Some(id), ..) => self
+                    .guards
+                    .get(&id)
+                    .is_some_and(|guard| !guard.released && guard.left > 0),
+                Arm::Unknown => false,
+            };
+            must(held, "what moves without an end has a holder")?;
+        }
+        if event == Event::Stop {
+            let jogs = matches!(self.arm, Arm::Jogs(..) | Arm::Unknown) && self.line;
+            let turns = self.motors.iter().any(|motor| motor.runs);
+            must(!jogs && !turns, "after a stop nothing runs")?;
+        }
+        if !self.open {
+            let turns = self.motors.iter().any(|motor| motor.runs && motor.own);
+            must(!turns, "a motor ends with its holder")?;
+        }
+        let under_way = self.ending || matches!(self.arm, Arm::Jogs(Some(_), ..)) || !self.line;
+        must(
+            under_way || self.guards.is_empty(),
+            "a guard is told the end of its jog",
+        )
+    }
+}
+
+impl Explored for Model {
+    type Event = Event;
+
+    fn events(&self) -> Vec<Event> {
+        if !self.open {
+            return Vec::new();
+        }
+        let mut out = vec![Event::Stop, Event::Close];
+        if self.ending && self.line {
+            out.extend([Event::Rested(true), Event::Rested(false)]);
+        }
+        if self.arm == Arm::Brakes && !self.ending {
+            out.push(Event::Stands);
+        }
+        if !self.guards.is_empty() {
+            out.push(Event::Moment);
+        }
+        for (id, guard) in &self.guards {
+            if guard.left < KEEP {
+                out.push(Event::Keep(*id));
+            }
+            if !guard.released {
+                out.push(Event::Release(*id));
+            }
+        }
+        let turns = [
+            Turn::On,
+            Turn::Off,
+            Turn::Counted,
+            Turn::QueuedOn,
+            Turn::QueuedOff,
+            Turn::Foreign,
+        ];
+        // The outputs are alike: the first that turns is the first of both.
+        let first = self.motors[0] == Motor::default() && self.motors[1] == Motor::default();
+        for output in OUTPUTS.into_iter().take(if first { 1 } else { 2 }) {
+            out.extend(turns.map(|turn| Event::Motor(output, turn)));
+        }
+        if !self.line {
+            out.push(Event::FindLine);
+            return out;
+        }
+        out.push(Event::LoseLine);
+        out.push(Event::Raw(Axis::X.plus()));
+        out.extend([Axis::X.plus(), Axis::Y.plus()].map(Event::Pass));
+        if self.guards.len() < GUARDS {
+            for holder in [Holder(0), Holder(1)] {
+                for direction in DIRECTIONS {
+                    out.extend([true, false].map(|goes| Event::Ask(holder, direction, goes)));
+                }
+            }
+        }
+        out
+    }
+
+    fn step(&mut self, _: &Self, event: Event) -> Checked {
+        self.happen(event)?;
+        self.take_effects()?;
+        self.check(event)
+    }
+
+    fn key(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        (&self.gate, self.arm, self.motors, &self.guards).hash(&mut hasher);
+        (self.line, self.open, self.ending).hash(&mut hasher);
+        hasher.finish()
+    }
+}

@@ -1,0 +1,149 @@
+//! The gate with a bug planted in it.
+
+use magician_host::connection::Micros;
+use magician_host::gate::{Gate, GateEffect, JogId, JogRequest, OUTPUTS, frame_jogs};
+use magician_protocol::{Frame, Stepper};
+
+/// Planted bug.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Bug {
+    /// A raw jog goes out as it came.
+    RawJog,
+    /// A jog of another axis replaces the one under way.
+    JogOverJog,
+    /// A stop leaves the motors alone.
+    BeltForgotten,
+    /// The end of a connection leaves the motors that it started alone.
+    BeltOutlivesHolder,
+    /// A guard that is dropped does not end its jog.
+    HolderDies,
+    /// A jog that was let go of while the arm came to rest begins.
+    ReleasedBegins,
+    /// A jog that waits begins although a stop came.
+    WaitingOutlivesStop,
+    /// A jog that is not kept up goes on.
+    NoDeadline,
+    /// An arm that was not seen at rest counts as one that was.
+    RestUnseen,
+    /// A reversal that did not go out leaves the jog before without a holder.
+    ReversalLost,
+    /// The guard of a jog is not told that it is over.
+    OverUntold,
+}
+
+const HELD: &str = "what moves without an end has a holder";
+const REST: &str = "a jog begins at rest, or reverses on its axis";
+
+/// Each bug, and the law that it breaks first.
+pub(crate) const BUGS: [(Bug, &str); 11] = [
+    (Bug::RawJog, HELD),
+    (Bug::JogOverJog, REST),
+    (Bug::BeltForgotten, "after a stop nothing runs"),
+    (Bug::BeltOutlivesHolder, "a motor ends with its holder"),
+    (Bug::HolderDies, HELD),
+    (Bug::ReleasedBegins, "what is let go of does not begin"),
+    (Bug::WaitingOutlivesStop, "what a stop ended does not begin"),
+    (Bug::NoDeadline, HELD),
+    (Bug::RestUnseen, REST),
+    (Bug::ReversalLost, HELD),
+    (Bug::OverUntold, "a guard is told the end of its jog"),
+];
+
+/// The methods of [`Gate`], with at most one bug.
+#[derive(Clone, Hash)]
+pub(crate) struct Mutant {
+    pub(crate) gate: Gate,
+    bug: Option<Bug>,
+    waiting: Option<JogRequest>,
+}
+
+impl Mutant {
+    pub(crate) fn new(bug: Option<Bug>) -> Self {
+        Self {
+            gate: Gate::new(),
+            bug,
+            waiting: None,
+        }
+    }
+
+    fn has(&self, bug: Bug) -> bool {
+        self.bug == Some(bug)
+    }
+
+    /// True if the driver refuses the frame.
+    pub(crate) fn refuses(&self, frame: &Frame<'_>) -> bool {
+        frame_jogs(frame) && !self.has(Bug::RawJog)
+    }
+
+    pub(crate) fn ask(&mut self, request: JogRequest) {
+        let before = self.gate.clone();
+        self.gate.ask(request);
+        let waits = before.running().is_some() && self.gate.is_ending();
+        if self.has(Bug::JogOverJog) && waits {
+            self.gate = before;
+            self.gate.close();
+            self.gate.ask(request);
+        }
+        self.waiting = self.gate.is_ending().then_some(request);
+    }
+
+    pub(crate) fn not_begun(&mut self, jog: JogId) {
+        match self.has(Bug::ReversalLost) {
+            true => self.gate.close(),
+            false => self.gate.not_begun(jog),
+        }
+    }
+
+    pub(crate) fn release(&mut self, jog: JogId) {
+        let waits = self.gate.is_ending();
+        match self.bug {
+            Some(Bug::HolderDies) if !waits => {}
+            Some(Bug::ReleasedBegins) if waits => {}
+            _ => self.gate.release(jog),
+        }
+    }
+
+    pub(crate) fn handle_timeout(&mut self, now: Micros) {
+        if !self.has(Bug::NoDeadline) {
+            self.gate.handle_timeout(now);
+        }
+    }
+
+    pub(crate) fn stop(&mut self) -> Vec<Stepper> {
+        self.gate.stop();
+        if let Some(waiting) = self.waiting.filter(|_| self.has(Bug::WaitingOutlivesStop)) {
+            while self.gate.poll_effect().is_some() {}
+            self.gate.ask(waiting);
+        }
+        match self.has(Bug::BeltForgotten) {
+            true => Vec::new(),
+            false => OUTPUTS.to_vec(),
+        }
+    }
+
+    pub(crate) fn rested(&mut self, seen: bool) {
+        self.gate.rested(seen || self.has(Bug::RestUnseen));
+    }
+
+    pub(crate) fn held_motors(&self, moving: bool) -> Vec<Stepper> {
+        match self.has(Bug::BeltOutlivesHolder) {
+            true => Vec::new(),
+            false => self.gate.held_motors(moving).collect(),
+        }
+    }
+
+    /// All effects of an event.
+    pub(crate) fn effects(&mut self) -> Vec<GateEffect> {
+        let mut out = Vec::new();
+        while let Some(effect) = self.gate.poll_effect() {
+            match effect {
+                GateEffect::Over(..) if self.has(Bug::OverUntold) => {}
+                effect => out.push(effect),
+            }
+        }
+        if !self.gate.is_ending() {
+            self.waiting = None;
+        }
+        out
+    }
+}

@@ -1,0 +1,86 @@
+//! Motors and belts: they have no end of their own, so they end with the lease, and with a stop.
+
+use std::time::Duration;
+
+use serde_json::json;
+use tokio::time::sleep;
+
+use crate::bench::{Bench, Tester};
+
+fn motor(speed: i32) -> serde_json::Value {
+    let enabled = u8::from(speed != 0);
+    json!({"command": "EMotor", "fields": {"index": 0, "is_enabled": enabled, "speed": speed}})
+}
+
+fn turns(bench: &Bench) -> bool {
+    let steppers = bench.arms[0].with(|arm| arm.steppers());
+    steppers
+        .iter()
+        .any(|stepper| stepper.pulses_per_second != 0.0)
+}
+
+async fn turning(bench: &Bench) -> (Tester, serde_json::Value) {
+    let mut anna = bench.join("Anna").await;
+    let lease = anna.lease().await;
+    anna.ok("arm.set", motor(1000)).await;
+    assert!(turns(bench));
+    (anna, lease)
+}
+
+#[tokio::test(start_paused = true)]
+async fn stop_switches_a_motor_off() {
+    let bench = Bench::new(1).await;
+    let (_anna, _) = turning(&bench).await;
+    // Anyone may.
+    let mut ben = bench.join("Ben").await;
+    ben.ok("arm.stop", json!({})).await;
+    assert!(!turns(&bench));
+}
+
+#[tokio::test(start_paused = true)]
+async fn motor_ends_with_the_lease_that_is_released_taken_or_left() {
+    for end in 0..3 {
+        let bench = Bench::new(1).await;
+        let (mut anna, lease) = turning(&bench).await;
+        let mut teacher = bench.join_as("T", magician_station::Role::Teacher).await;
+        match end {
+            0 => drop(anna.ok("lease.release", json!({"lease": lease})).await),
+            1 => drop(teacher.ok("lease.take", json!({})).await),
+            _ => {
+                drop(anna);
+                teacher.listen(Duration::from_secs(6)).await;
+            }
+        }
+        sleep(Duration::from_millis(100)).await;
+        assert!(!turns(&bench), "end {end}");
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn motor_that_waits_in_the_queue_does_not_begin_after_the_lease() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    let lease = anna.lease().await;
+    let wait = json!({"command": "WAITCmd", "fields": {"timeout": 2000}});
+    anna.ok("arm.enqueue", wait).await;
+    anna.ok("arm.enqueue", motor(1000)).await;
+    anna.ok("arm.set", json!({"command": "QueuedCmdStartExec"}))
+        .await;
+    anna.ok("lease.release", json!({"lease": lease})).await;
+    sleep(Duration::from_secs(5)).await;
+    assert!(!turns(&bench));
+}
+
+#[tokio::test(start_paused = true)]
+async fn motor_is_not_started_by_post() {
+    let bench = Bench::new(1).await;
+    for method in ["arm.set", "arm.enqueue"] {
+        let answer = bench.once(method, motor(1000)).await;
+        assert_eq!(answer["error"]["code"], json!(-32600), "{answer}");
+    }
+    sleep(Duration::from_millis(100)).await;
+    assert!(!turns(&bench));
+    // Switching it off is for everybody.
+    let answer = bench.once("arm.set", motor(0)).await;
+    assert!(answer.get("error").is_none(), "{answer}");
+}
