@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use magician_host::SettingsPicture;
+use magician_host::ArmPicture;
 use magician_protocol::commands::{
     AlarmsState, Pose, QueuedCmdCurrentIndex, QueuedCmdLeftSpace, QueuedCmdStartExec,
 };
@@ -34,7 +34,7 @@ const NEAR: f64 = 0.05;
 /// What the task has seen pass, for all handles of a connection.
 #[derive(Debug)]
 pub(super) struct Known {
-    settings: SettingsPicture,
+    picture: ArmPicture,
     /// Others may use the line too, and set what they like.
     shared: bool,
     standing: Option<Standing>,
@@ -88,7 +88,7 @@ impl QueueLook {
 impl Known {
     pub(super) fn new(shared: bool) -> Self {
         Self {
-            settings: SettingsPicture::default(),
+            picture: ArmPicture::default(),
             shared,
             standing: None,
             alarms: None,
@@ -102,7 +102,7 @@ impl Known {
 
     /// A request goes out.
     pub(super) fn sends(&mut self, request: &Frame<'_>) {
-        self.settings.sends(request);
+        self.picture.sends(request);
         let ctrl = request.ctrl();
         if ctrl.write() || ctrl.queued() {
             self.look = None;
@@ -131,7 +131,7 @@ impl Known {
 
     /// A request was answered.
     pub(super) fn answered(&mut self, now: Micros, request: &Frame<'_>, reply: &Frame<'_>) {
-        self.settings.answered(now, request, reply);
+        self.picture.answered(now, request, reply);
         let ctrl = request.ctrl();
         if ctrl.queued() {
             if let Ok(QueuedCmdIndex(index)) = reply.read() {
@@ -149,12 +149,12 @@ impl Known {
     /// A program's command was taken.
     pub(super) fn accepted(&mut self, index: u64, command: &Set) {
         self.accounted = self.accounted.max(index);
-        self.settings.accepted(index, command);
+        self.picture.accepted(index, command);
     }
 
     /// The line was lost, or others have used the arm.
     pub(super) fn forget(&mut self) {
-        self.settings.forget();
+        self.picture.forget();
         (self.standing, self.alarms, self.look) = (None, None, None);
     }
 
@@ -210,7 +210,7 @@ impl Arm {
         let now = self.clock();
         let known = {
             let known = self.inner.shared.known();
-            known.settings.get_with(query, known.since(now))
+            known.picture.get_with(query, known.since(now))
         };
         match known {
             Some(value) => Ok(value),

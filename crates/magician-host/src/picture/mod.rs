@@ -23,9 +23,9 @@ const MOST: usize = 48;
 ///
 /// ```
 /// use magician_host::protocol::{EncodeError, Readable};
-/// use magician_host::{Ctrl, FrameBuf, SettingsPicture, commands::PtpCommonParams, words};
+/// use magician_host::{Ctrl, FrameBuf, ArmPicture, commands::PtpCommonParams, words};
 ///
-/// let mut picture = SettingsPicture::default();
+/// let mut picture = ArmPicture::default();
 /// let request = FrameBuf::set(&words::speed(80.0, 60.0), Ctrl::SET)?;
 /// let reply = FrameBuf::new(PtpCommonParams::ROW.id, Ctrl::SET, &[])?;
 /// picture.sends(&request.frame());
@@ -36,7 +36,7 @@ const MOST: usize = 48;
 /// # Ok::<(), EncodeError>(())
 /// ```
 #[derive(Clone, Debug, Default)]
-pub struct SettingsPicture {
+pub struct ArmPicture {
     values: Vec<Value>,
     /// What commands on their way, or in the arm's queue, will change: the last one of each row.
     pending: Vec<Pending>,
@@ -63,7 +63,7 @@ struct Pending {
 }
 
 /// Hear.
-impl SettingsPicture {
+impl ArmPicture {
     /// A request goes out: what it may change is not known any more.
     pub fn sends(&mut self, request: &Frame<'_>) {
         let ctrl = request.ctrl();
@@ -182,7 +182,7 @@ impl SettingsPicture {
 }
 
 /// Look.
-impl SettingsPicture {
+impl ArmPicture {
     /// A value, if it is known and was so at `since` (us) or later.
     #[must_use]
     pub fn get<T: Readable<Query = NoArgs>>(&self, since: Micros) -> Option<T> {
@@ -250,7 +250,7 @@ mod tests {
     };
 
     #[derive(Default)]
-    struct Rig(SettingsPicture);
+    struct Rig(ArmPicture);
 
     impl Rig {
         fn answer(&mut self, request: FrameBuf, params: &[u8]) {
