@@ -37,7 +37,7 @@ pub use magician_motion::{
 pub use magician_protocol::{
     self as protocol, Alarm, AlarmSet, Ctrl, FrameBuf, QueuedCmdIndex as QueueIndex, Set, commands,
 };
-pub use picture::ArmPicture;
+pub use picture::{ArmOutputs, ArmPicture, GripperState};
 pub use remedy::{Act, Action, Given, Remedy, Setting, Voice};
 
 /// Compiles the README's program with the tests.

@@ -1,74 +1,106 @@
-//! What is known of an arm's settings without asking it.
+//! The picture of an arm: settings, tools, laser and speed, known without asking it.
+
+mod laser;
+#[cfg(test)]
+mod law;
+mod pending;
+mod settings;
+mod tools;
 
 use magician_protocol::commands::{
-    PtpJump2Params, PtpJumpParams, QueuedCmdClear, QueuedCmdCurrentIndex, QueuedCmdStartDownload,
+    Pose, QueuedCmdClear, QueuedCmdCurrentIndex, QueuedCmdForceStopExec, QueuedCmdStartDownload,
+    QueuedCmdStopExec,
 };
 use magician_protocol::{
     Ctrl, Effect, Frame, FrameBuf, NoArgs, QueuedCmdIndex, Readable, Row, Set, Writable,
 };
 
-use crate::connection::Micros;
-use crate::preflight::check_numbers;
+use self::laser::{Channels, LaserPicture, Light};
+use self::pending::{Pending, PendingQueue};
+use self::settings::{SettingValues, as_value, changes, reaches};
+use self::tools::ToolPicture;
+pub use self::tools::{ArmOutputs, GripperState};
+use crate::burning::frame_releases_queue;
+use crate::connection::{Failure, Micros};
 
-/// Values that are remembered: more than a check depends on.
-const MOST: usize = 48;
+/// Poses so far apart that are equal are those of an arm that stands, us.
+const APART: Micros = 30_000;
 
-/// The settings of an arm, as they were read or set over one connection: a check that needs them need not read them again.
+/// An arm as far as it is known from what was sent over one connection, and from what the arm has answered.
 ///
-/// A value is forgotten before anything is sent that may change it, and known again when the arm has answered. What was
-/// queued counts when the arm has finished it, and until then nothing read in between is kept. Resets, lost lines and foreign
-/// commands are not seen here: the caller reports them ([`forget`](Self::forget), [`reset`](Self::reset)).
+/// It has two kinds of values:
 ///
-/// It keeps at most 48 values.
+/// * Settings ([`get`](Self::get)): a check that needs them need not read them again. A value is forgotten before anything
+///   is sent that may change it, and known again when the arm has answered. A queued command counts when the arm has
+///   finished it; until then nothing that was read in between is kept. At most 48 values are kept.
+/// * Outputs ([`outputs`](Self::outputs)): tool, laser, suction cup, gripper and speed, to be shown. They stay as they were
+///   until the arm has answered a command, or has finished a queued one by its current index. The laser errs towards
+///   burning: it counts as lit as soon as a command that may burn goes out, and until a command that puts it out was
+///   answered, or has finished in the queue. When `SetEndEffectorLaser` off was answered while the queue is held, what waits
+///   in it does not count before the queue is started again.
+///
+/// Resets, lost lines and commands of other programs are not seen here: the caller reports them ([`forget`](Self::forget),
+/// [`reset`](Self::reset)).
 ///
 /// ```
 /// use magician_host::protocol::{EncodeError, Readable};
-/// use magician_host::{Ctrl, FrameBuf, ArmPicture, commands::PtpCommonParams, words};
+/// use magician_host::{ArmPicture, Ctrl, FrameBuf, commands::PtpCommonParams, words};
 ///
 /// let mut picture = ArmPicture::default();
 /// let request = FrameBuf::set(&words::speed(80.0, 60.0), Ctrl::SET)?;
 /// let reply = FrameBuf::new(PtpCommonParams::ROW.id, Ctrl::SET, &[])?;
-/// picture.sends(&request.frame());
+/// picture.sent(&request.frame());
 /// assert_eq!(picture.get::<PtpCommonParams>(0), None);
 /// picture.answered(5_000, &request.frame(), &reply.frame());
 /// let known: PtpCommonParams = picture.get(0).unwrap();
 /// assert_eq!(known.velocity_ratio, 80.0);
+/// assert_eq!(picture.outputs(true).speed, Some(80.0));
 /// # Ok::<(), EncodeError>(())
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct ArmPicture {
-    values: Vec<Value>,
-    /// What commands on their way, or in the arm's queue, will change: the last one of each row.
-    pending: Vec<Pending>,
+    settings: SettingValues,
+    tools: ToolPicture,
+    laser: LaserPicture,
+    /// Queued commands that change one of these and have not finished.
+    pending: PendingQueue,
+    queue: QueueHold,
+    /// Last pose, and when it was first seen; `None` after anything but a read was sent.
+    pose: Option<(Pose, Micros)>,
+    /// Number of times that a known value became unknown.
+    lapses: u64,
 }
 
-/// What an arm answers to a get.
-#[derive(Clone, Debug)]
-struct Value {
-    id: u8,
-    query: Vec<u8>,
-    params: Vec<u8>,
-    /// When that was so.
-    at: Micros,
-}
-
-/// A queued command that changes something.
-#[derive(Clone, Copy, Debug)]
-struct Pending {
-    row: &'static Row,
-    /// Nothing before the arm has told it.
-    index: Option<u64>,
-    /// What it sets, if that is known.
-    value: Option<FrameBuf>,
+/// State of the queue, as far as stops over this connection tell.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum QueueHold {
+    /// The queue runs, or may run.
+    #[default]
+    Open,
+    /// StopExec was answered; the command under way goes on to its end.
+    Stopping,
+    /// Stopped, and no command is under way.
+    Held,
 }
 
 /// Hear.
 impl ArmPicture {
-    /// A request goes out: what it may change is not known any more.
-    pub fn sends(&mut self, request: &Frame<'_>) {
+    /// A request goes out: the settings that it may change are not known any more.
+    pub fn sent(&mut self, request: &Frame<'_>) {
         let ctrl = request.ctrl();
         if !ctrl.write() && !ctrl.queued() {
             return;
+        }
+        if frame_releases_queue(request) {
+            self.queue = QueueHold::Open;
+            self.pending.release();
+        }
+        self.pose = None;
+        if ctrl.queued() {
+            // From here on the index does not tell what was done before a Clear.
+            while let Some(one) = self.pending.pop_cleared() {
+                self.finish(0, &one);
+            }
         }
         let Some(row) = Row::with_id(request.id()) else {
             return self.forget();
@@ -78,9 +110,13 @@ impl ArmPicture {
             Effect::Queue if row.id == QueuedCmdStartDownload::ROW.id => self.forget(),
             Effect::Store => self.forget(),
             _ if changes(row) => {
-                self.drop_changed(row);
+                self.settings.drop_changed(row);
                 if ctrl.queued() {
-                    self.wait_for(row, None, None);
+                    if let Some(oldest) = self.pending.sent(row, request) {
+                        self.finish(0, &oldest);
+                    }
+                } else if let Some(light) = Light::of(request) {
+                    self.laser.sent(light);
                 }
             }
             _ => {}
@@ -95,37 +131,120 @@ impl ArmPicture {
         let ctrl = request.ctrl();
         if ctrl.queued() {
             if let (true, Ok(QueuedCmdIndex(index))) = (changes(row), reply.read()) {
-                self.wait_for(row, Some(index), as_value(row, request));
+                self.pending.accepted(index, row, request);
             }
         } else if !ctrl.write() {
             self.read(now, row, request, reply);
         } else if row.id == QueuedCmdClear::ROW.id {
-            self.pending.clear();
-        } else if let Some(value) = as_value(row, request) {
-            self.keep(now, row, &[], value.frame().params());
+            self.pending.cleared();
+        } else if row.id == QueuedCmdForceStopExec::ROW.id {
+            self.queue = QueueHold::Held;
+        } else if row.id == QueuedCmdStopExec::ROW.id {
+            if self.queue == QueueHold::Open {
+                self.queue = QueueHold::Stopping;
+            }
+        } else if changes(row) {
+            self.pending.overtaken(row);
+            if let Some(value) = as_value(row, request) {
+                self.keep(now, row, &[], value.frame().params());
+            }
+            if let Some(light) = Light::of(request) {
+                self.laser.set(light);
+                let put_out = light.channels.meet(Channels::BEAM) && !light.burns;
+                if put_out && self.queue == QueueHold::Held {
+                    self.pending.rest();
+                }
+            }
+            self.tools.set(row, request);
         }
     }
 
     /// The arm has taken a command into its queue under this index.
     pub fn accepted(&mut self, index: u64, command: &Set) {
         let row = command.row();
-        if changes(row) {
-            let frame = FrameBuf::set(command, Ctrl::QUEUED).ok();
-            let value = frame.and_then(|frame| as_value(row, &frame.frame()));
-            self.wait_for(row, Some(index), value);
+        if changes(row)
+            && let Ok(frame) = FrameBuf::set(command, Ctrl::QUEUED)
+        {
+            self.pending.accepted(index, row, &frame.frame());
         }
     }
 
-    /// Nothing is known any more: the line was lost, or another program has used the arm. What waits in its queue may
-    /// still do.
+    /// A request was not answered.
+    pub fn failed(&mut self, request: &Frame<'_>, failure: &Failure) {
+        let ctrl = request.ctrl();
+        let row = Row::with_id(request.id()).filter(|row| changes(row));
+        let Some(row) = row.filter(|_| ctrl.write() || ctrl.queued()) else {
+            return;
+        };
+        if ctrl.queued() {
+            // Uncertain: it may be in the queue.
+            if !matches!(failure, Failure::Uncertain { .. } | Failure::NoIndex) {
+                self.pending.withdraw(request);
+            }
+            return;
+        }
+        let done = match failure {
+            Failure::Timeout { sent } => *sent > 0,
+            Failure::Uncertain { .. } | Failure::NoIndex | Failure::Lost => true,
+            Failure::QueueFull
+            | Failure::Refused
+            | Failure::Stopped
+            | Failure::Draining
+            | Failure::Busy => false,
+        };
+        if done {
+            // A laser that was switched off meanwhile may have been lit by this after it.
+            if let Some(light) = Light::of(request) {
+                self.laser.sent(light);
+            }
+            self.doubt(row);
+        }
+    }
+
+    /// Forgets all values: the line was lost, or another program has used the arm. Commands in the queue may still be done,
+    /// and a laser that was lit over this connection counts as lit.
     pub fn forget(&mut self) {
-        self.values.clear();
-        self.pending.iter_mut().for_each(|one| one.value = None);
+        self.settings.clear();
+        self.tools.forget();
+        self.laser.forget();
+        self.pending.doubt();
+        self.lapses += 1;
     }
 
     /// The arm was reset: nothing is known, and nothing waits.
     pub fn reset(&mut self) {
-        *self = Self::default();
+        let mut laser = std::mem::take(&mut self.laser);
+        laser.reset();
+        *self = Self {
+            laser,
+            lapses: self.lapses + 1,
+            ..Self::default()
+        };
+    }
+
+    /// The laser was switched off, and its pins are low.
+    pub fn darkened(&mut self) {
+        if self.queue == QueueHold::Held {
+            self.pending.rest();
+        }
+        self.laser.darkened();
+    }
+
+    /// Laser off, StopExec and Clear were answered on a line that was found again.
+    pub fn cleared(&mut self) {
+        self.pending.cleared();
+        self.pending.rest();
+        self.darkened();
+    }
+
+    /// The laser's pins were read; `None` where the arm does not say.
+    pub fn note_laser_pins(&mut self, high: Option<bool>) {
+        self.laser.note_pins(high);
+    }
+
+    /// Notes whether commands of other programs wait in the queue, which may light the laser and cannot be read.
+    pub fn note_foreign_commands(&mut self, foreign: bool) {
+        self.laser.note_foreign(foreign);
     }
 
     fn read(&mut self, now: Micros, row: &'static Row, request: &Frame<'_>, reply: &Frame<'_>) {
@@ -133,51 +252,68 @@ impl ArmPicture {
             if let Ok(read) = reply.read::<QueuedCmdCurrentIndex>() {
                 self.finished(now, read.queued_cmd_current_index);
             }
+        } else if row.id == <Pose as Readable>::ROW.id {
+            if let Ok(pose) = reply.read::<Pose>() {
+                self.see(now, pose);
+            }
         } else if matches!(row.effect, Effect::Setting | Effect::Laser) {
             self.keep(now, row, request.params(), reply.params());
+            self.tools.read(reply);
+            self.laser.read(reply);
+        }
+    }
+
+    /// The arm is there.
+    fn see(&mut self, now: Micros, pose: Pose) {
+        match self.pose.filter(|(before, _)| *before == pose) {
+            Some((_, since)) if now.saturating_sub(since) >= APART => {
+                if self.queue == QueueHold::Stopping {
+                    self.queue = QueueHold::Held;
+                }
+                self.pending.stands();
+            }
+            Some(_) => {}
+            None => self.pose = Some((pose, now)),
         }
     }
 
     /// The arm has finished the commands of its queue up to this index.
     fn finished(&mut self, now: Micros, current: u64) {
-        let over = |one: &Pending| one.index.is_some_and(|index| index <= current);
-        let done: Vec<Pending> = self.pending.extract_if(.., |one| over(one)).collect();
-        for one in done {
-            self.drop_changed(one.row);
-            if let Some(value) = one.value {
-                self.keep(now, one.row, &[], value.frame().params());
-            }
+        while let Some(one) = self.pending.pop_finished(current) {
+            self.finish(now, &one);
+        }
+        for row in self.pending.settle_clear() {
+            self.doubt(row);
         }
     }
 
-    fn wait_for(&mut self, row: &'static Row, index: Option<u64>, value: Option<FrameBuf>) {
-        self.pending.retain(|one| one.row.id != row.id);
-        self.pending.push(Pending { row, index, value });
+    fn finish(&mut self, now: Micros, one: &Pending) {
+        let request = one.request.frame();
+        self.settings.drop_changed(one.row);
+        // What may not have been done puts no laser out.
+        let light = one.light_at_its_end();
+        if let Some(light) = light.filter(|light| light.burns || one.certain) {
+            self.laser.set(light);
+        }
+        if !one.certain {
+            return self.doubt(one.row);
+        }
+        if let Some(value) = as_value(one.row, &request)
+            && !one.cleared
+        {
+            self.keep(now, one.row, &[], value.frame().params());
+        }
+        self.tools.set(one.row, &request);
+    }
+
+    fn doubt(&mut self, row: &Row) {
+        self.lapses += u64::from(self.tools.doubt(row));
     }
 
     fn keep(&mut self, at: Micros, row: &'static Row, query: &[u8], params: &[u8]) {
-        if self.pending.iter().any(|one| reaches(one.row, row)) {
-            return;
+        if !(self.pending).any(|one| !one.cleared && reaches(one.row, row)) {
+            self.settings.keep(at, row, query, params);
         }
-        let (id, query) = (row.id, query.to_vec());
-        self.values
-            .retain(|value| value.id != id || value.query != query);
-        if self.values.len() >= MOST {
-            self.values.remove(0);
-        }
-        self.values.push(Value {
-            id,
-            query,
-            params: params.to_vec(),
-            at,
-        });
-    }
-
-    fn drop_changed(&mut self, row: &Row) {
-        self.values.retain(|value| {
-            let other = Row::with_id(value.id);
-            !other.is_some_and(|other| reaches(row, other))
-        });
     }
 }
 
@@ -192,53 +328,45 @@ impl ArmPicture {
     /// As [`get`](Self::get), of a value that depends on something.
     #[must_use]
     pub fn get_with<T: Readable>(&self, query: &T::Query, since: Micros) -> Option<T> {
-        let query = FrameBuf::get(query, T::ROW).ok()?;
-        let query = query.frame();
-        let is_it = |value: &&Value| {
-            value.id == T::ROW.id && value.query == query.params() && value.at >= since
+        self.settings.get_with(query, since)
+    }
+
+    /// Tool, laser, suction cup, gripper and speed. `laser_pins`: a laser may be wired to EIO 2 and 4.
+    #[must_use]
+    pub fn outputs(&self, laser_pins: bool) -> ArmOutputs {
+        let of_interest = match laser_pins {
+            true => Channels::ALL,
+            false => Channels::BEAM | Channels::PATH,
         };
-        let value = self.values.iter().find(is_it)?;
-        T::decode(&value.params).ok()
+        let waiting = self.pending.may_light(of_interest);
+        self.tools.outputs(self.laser.told(waiting, laser_pins))
     }
-}
 
-/// Whether a command of this row changes what a get answers.
-fn changes(row: &Row) -> bool {
-    row.may_burn || matches!(row.effect, Effect::Setting | Effect::Laser)
-}
-
-/// Whether a command of `row` changes the value of `other`: its own, the laser of what may burn, and the heights of jumps,
-/// which have two commands (model section 7).
-fn reaches(row: &Row, other: &Row) -> bool {
-    const JUMPS: [u8; 2] = [
-        <PtpJumpParams as Writable>::ROW.id,
-        <PtpJump2Params as Writable>::ROW.id,
-    ];
-    row.id == other.id
-        || row.may_burn && other.effect == Effect::Laser
-        || JUMPS.contains(&row.id) && JUMPS.contains(&other.id)
-}
-
-/// A set whose parameters are what a get answers then: of a row that has one layout for both, in its full form, with numbers
-/// that an arm takes.
-fn as_value(row: &Row, request: &Frame<'_>) -> Option<FrameBuf> {
-    let one_layout = row.value.zip(row.set);
-    let one_layout = one_layout.is_some_and(|(value, set)| value.name == set.name);
-    let asks = row.query.is_some_and(|query| !query.fields.is_empty());
-    if !one_layout || asks {
-        return None;
+    /// True if commands of this connection may have lit the laser, by its pins or otherwise.
+    #[must_use]
+    pub fn may_be_lit(&self) -> bool {
+        self.laser.may_be_lit(Channels::ALL) || self.pending.may_light(Channels::ALL)
     }
-    let command = Set::decode(row.id, request.params()).ok()?;
-    let frame = FrameBuf::set(&command, Ctrl::SET).ok()?;
-    let exact = frame.frame().params() == request.params();
-    (exact && check_numbers(&command).is_ok()).then_some(frame)
+
+    /// True if commands of this connection may have raised one of the laser's pins.
+    #[must_use]
+    pub fn pins_may_be_high(&self) -> bool {
+        self.laser.may_be_lit(Channels::PINS) || self.pending.may_light(Channels::PINS)
+    }
+
+    /// Number of times that a known value became unknown, so that it has to be read again.
+    #[must_use]
+    pub const fn lapses(&self) -> u64 {
+        self.lapses
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use magician_protocol::Flag;
     use magician_protocol::commands::{
-        EndEffectorLaser, IoMultiplexing, PtpCommonParams, QueuedCmdStartExec,
+        EndEffectorLaser, IoMultiplexing, PtpCommonParams, PtpJump2Params, PtpJumpParams,
+        QueuedCmdStartExec,
     };
 
     use super::*;
@@ -256,7 +384,7 @@ mod tests {
         fn answer(&mut self, request: FrameBuf, params: &[u8]) {
             let request = request.frame();
             let reply = FrameBuf::new(request.id(), request.ctrl(), params).unwrap();
-            self.0.sends(&request);
+            self.0.sent(&request);
             self.0.answered(7, &request, &reply.frame());
         }
 
@@ -301,7 +429,7 @@ mod tests {
         rig.reads(&ratio(40.0));
         assert_eq!(rig.ratio(), Some(40.0));
         let request = FrameBuf::set(&ratio(60.0).into(), Ctrl::SET).unwrap();
-        rig.0.sends(&request.frame());
+        rig.0.sent(&request.frame());
         assert_eq!(rig.ratio(), None, "it is unknown whether the arm took it");
         rig.sets(ratio(60.0));
         assert_eq!(rig.ratio(), Some(60.0));
@@ -403,6 +531,6 @@ mod tests {
             let request = FrameBuf::new(row.id, Ctrl::GET, &[query]).unwrap();
             rig.answer(request, &[query, 0]);
         }
-        assert_eq!(rig.0.values.len(), MOST);
+        assert_eq!(rig.0.settings.len(), settings::MOST);
     }
 }

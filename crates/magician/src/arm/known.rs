@@ -2,9 +2,10 @@
 
 use std::time::Duration;
 
-use magician_host::ArmPicture;
+use magician_host::{ArmOutputs, ArmPicture};
 use magician_protocol::commands::{
-    AlarmsState, Pose, QueuedCmdCurrentIndex, QueuedCmdLeftSpace, QueuedCmdStartExec,
+    AlarmsState, EndEffectorGripper, EndEffectorParams, EndEffectorSuctionCup, Pose,
+    PtpCommonParams, QueuedCmdCurrentIndex, QueuedCmdLeftSpace, QueuedCmdStartExec,
 };
 use magician_protocol::{
     AlarmSet, Effect, Frame, NoArgs, QueuedCmdIndex, Readable, Row, Set, Writable,
@@ -14,8 +15,9 @@ use tokio::time::{Instant, sleep};
 use super::Arm;
 use super::driver::micros;
 use super::halt::APART;
+use super::laser::answered;
 use crate::Result;
-use crate::connection::Micros;
+use crate::connection::{Failure, Micros};
 use crate::stream::ArmPace;
 use crate::words::state_at;
 
@@ -34,7 +36,8 @@ const NEAR: f64 = 0.05;
 /// What the task has seen pass, for all handles of a connection.
 #[derive(Debug)]
 pub(super) struct Known {
-    picture: ArmPicture,
+    /// Settings, tools and laser.
+    pub(super) picture: ArmPicture,
     /// Others may use the line too, and set what they like.
     shared: bool,
     standing: Option<Standing>,
@@ -102,7 +105,7 @@ impl Known {
 
     /// A request goes out.
     pub(super) fn sends(&mut self, request: &Frame<'_>) {
-        self.picture.sends(request);
+        self.picture.sent(request);
         let ctrl = request.ctrl();
         if ctrl.write() || ctrl.queued() {
             self.look = None;
@@ -146,6 +149,11 @@ impl Known {
         }
     }
 
+    /// A request was not answered.
+    pub(super) fn failed(&mut self, request: &Frame<'_>, failure: &Failure) {
+        self.picture.failed(request, failure);
+    }
+
     /// A program's command was taken.
     pub(super) fn accepted(&mut self, index: u64, command: &Set) {
         self.accounted = self.accounted.max(index);
@@ -160,9 +168,13 @@ impl Known {
 
     /// The arm was reset.
     pub(super) fn reset(&mut self) {
-        let orders = self.orders;
-        *self = Self::new(self.shared);
-        self.orders = orders;
+        let (orders, mut picture) = (self.orders, std::mem::take(&mut self.picture));
+        picture.reset();
+        *self = Self {
+            orders,
+            picture,
+            ..Self::new(self.shared)
+        };
     }
 
     /// A command has finished that this connection did not put into the queue.
@@ -198,6 +210,39 @@ impl Arm {
         let started = self.in_flight().started() == Some(true);
         let known = self.inner.shared.known();
         started && known.runs && !known.shared
+    }
+
+    /// Returns tool, laser, suction cup, gripper and speed, as they follow from the commands that were sent over this
+    /// connection and from what the arm has answered; each is `None` if not known. No frame is sent.
+    ///
+    /// A queued command counts when the arm has finished it, which shows in the current index. The laser counts as lit as
+    /// soon as a command that may burn goes out, and until one that puts it out was answered or has finished. Outputs that
+    /// another program has switched are seen when they are read: [`read_outputs`](Self::read_outputs).
+    #[must_use]
+    pub fn outputs(&self) -> ArmOutputs {
+        let laser_pins = self.inner.options.laser_pins;
+        self.inner.shared.known().picture.outputs(laser_pins)
+    }
+
+    /// Reads [`outputs`](Self::outputs) and returns them; each is `None` if the arm does not answer.
+    ///
+    /// # Errors
+    /// As [`get`](Self::get), but for answers that some arms do not give.
+    pub async fn read_outputs(&self) -> Result<ArmOutputs> {
+        answered(self.get::<EndEffectorSuctionCup>().await)?;
+        answered(self.get::<EndEffectorGripper>().await)?;
+        answered(self.get::<EndEffectorParams>().await)?;
+        answered(self.get::<PtpCommonParams>().await)?;
+        self.laser().await?;
+        Ok(self.outputs())
+    }
+
+    /// Number of times that [`outputs`](Self::outputs) became unknown: a line was lost, the arm was reset, another program
+    /// has used it, or an answer did not come.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn output_lapses(&self) -> u64 {
+        self.inner.shared.known().picture.lapses()
     }
 
     /// A setting: as it is known, or read.
