@@ -156,6 +156,10 @@ impl LaserPicture {
         self.pins = high;
     }
 
+    pub(super) const fn knows_pins(&self) -> bool {
+        self.pins.is_some()
+    }
+
     pub(super) fn note_foreign(&mut self, foreign: bool) {
         self.foreign = foreign;
     }

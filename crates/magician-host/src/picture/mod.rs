@@ -354,6 +354,12 @@ impl ArmPicture {
         self.laser.may_be_lit(Channels::PINS) || self.pending.may_light(Channels::PINS)
     }
 
+    /// True if the levels of the laser's pins are known.
+    #[must_use]
+    pub const fn knows_laser_pins(&self) -> bool {
+        self.laser.knows_pins()
+    }
+
     /// Number of times that a known value became unknown, so that it has to be read again.
     #[must_use]
     pub const fn lapses(&self) -> u64 {

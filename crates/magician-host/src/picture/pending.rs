@@ -20,6 +20,8 @@ pub(super) struct Pending {
     index: Option<u64>,
     /// What it sets holds once it has finished.
     pub(super) certain: bool,
+    /// One of its kind was done at once while it waited, and it is not known yet which of them came first.
+    overtaken: bool,
     light: Option<Light>,
     /// As long as the queue does not run it cannot burn.
     inert: bool,
@@ -98,8 +100,14 @@ impl PendingQueue {
     /// The next one, in order, that the arm has finished by its current index.
     pub(super) fn pop_finished(&mut self, current: u64) -> Option<Pending> {
         let over = |one: &Pending| one.index.is_some_and(|index| index <= current);
-        let at = self.0.iter().position(over)?;
-        self.0.remove(at)
+        let Some(at) = self.0.iter().position(over) else {
+            // The rest comes after what was answered by now.
+            self.0.iter_mut().for_each(|one| one.overtaken = false);
+            return None;
+        };
+        let one = self.0.remove(at)?;
+        let certain = one.certain && !one.overtaken;
+        Some(Pending { certain, ..one })
     }
 
     /// The next one that was in the queue when it was cleared: whether it was done is not known. A path may be under way, and
@@ -156,10 +164,10 @@ impl PendingQueue {
         }
     }
 
-    /// A command that was done at once may have come before or after those of its kind.
+    /// A command was done at once, before or after those of its kind.
     pub(super) fn overtaken(&mut self, by: &Row) {
         for one in self.0.iter_mut().filter(|one| reaches(by, one.row)) {
-            one.certain = false;
+            one.overtaken = true;
         }
     }
 
@@ -189,6 +197,7 @@ impl PendingQueue {
             request: FrameBuf::from(*request),
             index,
             certain: true,
+            overtaken: false,
             light: Light::of(request),
             inert: false,
             cleared: false,

@@ -234,6 +234,7 @@ impl Arm {
         answered(self.get::<EndEffectorParams>().await)?;
         answered(self.get::<PtpCommonParams>().await)?;
         self.laser().await?;
+        self.learn_laser_pins().await?;
         Ok(self.outputs())
     }
 

@@ -157,12 +157,25 @@ impl Arm {
         if told == Some(true) || !self.inner.options.laser_pins {
             return Ok(told);
         }
-        let high = self.laser_pin_is_high().await?;
-        self.inner.shared.known().picture.note_laser_pins(high);
-        Ok(match high {
+        Ok(match self.read_laser_pins().await? {
             Some(false) => told,
             high => high,
         })
+    }
+
+    /// Reads the laser's pins if their levels are not known: a laser that is on leaves them unread.
+    pub(super) async fn learn_laser_pins(&self) -> Result<()> {
+        let unknown = !self.inner.shared.known().picture.knows_laser_pins();
+        if unknown && self.inner.options.laser_pins {
+            self.read_laser_pins().await?;
+        }
+        Ok(())
+    }
+
+    async fn read_laser_pins(&self) -> Result<Option<bool>> {
+        let high = self.laser_pin_is_high().await?;
+        self.inner.shared.known().picture.note_laser_pins(high);
+        Ok(high)
     }
 
     /// Whether one of the laser's pins is an output and high.
