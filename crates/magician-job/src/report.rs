@@ -360,6 +360,11 @@ pub fn left_on(outputs: &ArmOutputs) -> Vec<Diagnostic> {
         let note = Diagnostic::of_file(gripper);
         left.push(note.remedy(Action::GripperOff, "switches its pump off"));
     }
+    if outputs.pump_is_contested && left.is_empty() {
+        let note = Diagnostic::of_file("suction cup or gripper is still on");
+        let note = note.remedy(Action::SuctionOff, "switches the cup off");
+        left.push(note.remedy(Action::GripperOff, "switches the pump off"));
+    }
     let coded = |note: Diagnostic| note.coded(DiagnosticCode::LeftOn);
     left.into_iter().map(coded).collect()
 }

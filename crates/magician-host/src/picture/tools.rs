@@ -21,6 +21,8 @@ pub struct ArmOutputs {
     pub suction: Option<bool>,
     /// State of the gripper.
     pub gripper: Option<GripperState>,
+    /// True if suction cup and gripper are both switched on, and the arm does not say which of them has the pump.
+    pub pump_is_contested: bool,
     /// Share of the set speed of point-to-point moves, percent.
     pub speed: Option<f32>,
 }
@@ -176,6 +178,7 @@ impl ToolPicture {
             laser,
             suction: self.is_sucking(),
             gripper: self.grips(),
+            pump_is_contested: self.is_contested(),
             speed: self.speed,
         }
     }
@@ -186,10 +189,7 @@ impl ToolPicture {
         }
         let cup = self.suction?;
         let sucks = cup.enabled && cup.on;
-        let gripper_may_have_air = self.gripper.is_some_and(|gripper| gripper.enabled);
-        // Both are switched on, and only one of them has the pump.
-        let unclear = self.air.is_none() && sucks && gripper_may_have_air;
-        (!unclear).then_some(sucks)
+        (!sucks || !self.is_contested()).then_some(sucks)
     }
 
     fn grips(&self) -> Option<GripperState> {
@@ -197,9 +197,13 @@ impl ToolPicture {
             return Some(GripperState::Off);
         }
         let gripper = self.gripper?;
-        let cup_may_have_air = self.suction.is_some_and(|cup| cup.enabled);
-        let unclear = self.air.is_none() && gripper.enabled && cup_may_have_air;
-        (!unclear).then(|| gripper.grips())
+        (!self.is_contested()).then(|| gripper.grips())
+    }
+
+    /// Both are switched on, and only one of them has the pump.
+    fn is_contested(&self) -> bool {
+        let is_enabled = |tool: Option<AirSwitch>| tool.is_some_and(|tool| tool.enabled);
+        self.air.is_none() && is_enabled(self.suction) && is_enabled(self.gripper)
     }
 }
 
