@@ -300,6 +300,8 @@ export interface Methods {
       queue_current_index: number;
       queue_left_space: number;
       laser: boolean | null;
+      suction: boolean | null;
+      gripper: string | null;
       fence: Record<string, unknown> | null;
     };
   };

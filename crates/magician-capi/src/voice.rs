@@ -16,6 +16,8 @@ impl Voice for Vendor {
             Action::Jog => "SetJOGCmd",
             Action::Home => "SetHOMECmd",
             Action::LaserOff => "SetEndEffectorLaser with 0, 0",
+            Action::SuctionOff => "SetEndEffectorSuctionCup with 0, 0",
+            Action::GripperOff => "SetEndEffectorGripper with 0, 0",
             Action::ListPorts => "SearchDobot",
             other => return other.name().to_owned(),
         }

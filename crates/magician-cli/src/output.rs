@@ -5,7 +5,7 @@ use std::io::{self, BufWriter, IsTerminal, Stdout, Write};
 use std::mem;
 
 use clap::builder::StyledStr;
-use magician_job::report::Note;
+use magician_job::report::{Note, advised};
 use magician_program::{Diagnostic, DiagnosticCode, Origin};
 use magician_protocol::visible_lines;
 use serde::Serialize;
@@ -100,11 +100,17 @@ impl Output {
             return;
         };
         let note = Diagnostic::new(Origin::NONE, text).coded(DiagnosticCode::Speed);
+        self.note(&note, json);
+    }
+
+    /// Tells a note, with what to do about it: a person now, a reader of JSON in the next object.
+    pub(crate) fn note(&mut self, note: &Diagnostic, json: bool) {
         match json {
-            true => self.notes.extend(Note::all(&Command, [&note])),
+            true => self.notes.extend(Note::all(&Command, [note])),
             false => {
                 let label = Paint::for_stderr().note("note:");
-                tell(format_args!("{label} {}", visible_lines(&note.message)));
+                let text = advised(&Command, note.message.clone(), note);
+                tell(format_args!("{label} {}", visible_lines(&text)));
             }
         }
     }

@@ -15,6 +15,8 @@ impl Voice for Command {
             Action::Jog => "jog",
             Action::Home => "home",
             Action::LaserOff => "laser off",
+            Action::SuctionOff => "suction off",
+            Action::GripperOff => "gripper off",
             Action::ListPorts => "ports",
             Action::ListCommands => "commands",
             Action::CalibrateSurface => "calibrate surface",

@@ -39,7 +39,7 @@ pub use magician_motion::{
 pub use magician_protocol::{
     self as protocol, Alarm, AlarmSet, Ctrl, FrameBuf, QueuedCmdIndex as QueueIndex, Set, commands,
 };
-pub use picture::SettingsPicture;
+pub use picture::{ArmOutputs, ArmPicture, GripperState};
 pub use preflight::check_power;
 pub use remedy::{Act, Action, Given, Remedy, Setting, Voice};
 

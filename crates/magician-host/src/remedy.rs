@@ -160,6 +160,10 @@ named! {
         Home = "home",
         /// Switch the laser off.
         LaserOff = "laser-off",
+        /// Switch the suction cup off.
+        SuctionOff = "suction-off",
+        /// Switch the gripper's pump off.
+        GripperOff = "gripper-off",
         /// Look for arms.
         ListPorts = "list-ports",
         /// Look at the commands of the protocol.

@@ -5,7 +5,7 @@
 use std::time::Duration;
 
 use magician::report::{ErrorFigures, FenceReport, remedies};
-use magician::{Remedy, Voice};
+use magician::{Action, ArmOutputs, GripperState, Remedy, Voice};
 use magician_program::{
     AppliedPlacement, Diagnostic, DiagnosticCode, Format, PartSummary, RefusedStep,
     RemainingProgram, Report, Setup, WouldFit, would_do_at, would_fit, would_fit_turned,
@@ -341,6 +341,32 @@ pub fn advised(voice: &impl Voice, text: String, problem: &Diagnostic) -> String
         Some(advice) => format!("{text} ({advice})"),
         None => text,
     }
+}
+
+/// Outputs that a stop leaves switched on, each with what switches it off.
+#[must_use]
+pub fn left_on(outputs: &ArmOutputs) -> Vec<Diagnostic> {
+    let mut left = Vec::new();
+    if outputs.suction == Some(true) {
+        let note = Diagnostic::of_file("the suction cup is still on");
+        left.push(note.remedy(Action::SuctionOff, "switches it off"));
+    }
+    let gripper = match outputs.gripper {
+        Some(GripperState::Closed) => Some("the gripper is still closed, and its pump runs"),
+        Some(GripperState::Open) => Some("the gripper's pump still runs"),
+        Some(GripperState::Off) | None => None,
+    };
+    if let Some(gripper) = gripper {
+        let note = Diagnostic::of_file(gripper);
+        left.push(note.remedy(Action::GripperOff, "switches its pump off"));
+    }
+    if outputs.pump_is_contested && left.is_empty() {
+        let note = Diagnostic::of_file("suction cup or gripper is still on");
+        let note = note.remedy(Action::SuctionOff, "switches the cup off");
+        left.push(note.remedy(Action::GripperOff, "switches the pump off"));
+    }
+    let coded = |note: Diagnostic| note.coded(DiagnosticCode::LeftOn);
+    left.into_iter().map(coded).collect()
 }
 
 /// Of a job that is probably a mistake: scaled below a tenth, or more than two hours of work.

@@ -46,11 +46,13 @@ pub enum DiagnosticCode {
     Speed,
     /// It takes very long.
     Long,
+    /// An output of the arm stays switched on.
+    LeftOn,
 }
 
 impl DiagnosticCode {
     /// All of them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Problem,
         Self::LeftOut,
         Self::Assumed,
@@ -59,6 +61,7 @@ impl DiagnosticCode {
         Self::Power,
         Self::Speed,
         Self::Long,
+        Self::LeftOn,
     ];
 
     /// Its name in JSON.
@@ -77,6 +80,7 @@ impl DiagnosticCode {
             Self::Power => "power",
             Self::Speed => "speed",
             Self::Long => "long",
+            Self::LeftOn => "left-on",
         }
     }
 }

@@ -16,6 +16,8 @@ impl Voice for Python {
             Action::Jog => "arm.jog(..)",
             Action::Home => "arm.home()",
             Action::LaserOff => "arm.laser(False)",
+            Action::SuctionOff => "arm.suction(False)",
+            Action::GripperOff => "arm.pump_off()",
             Action::ListPorts => "magician.ports()",
             Action::ListCommands => "magician.commands",
             Action::CalibrateSurface => "magician calibrate surface",

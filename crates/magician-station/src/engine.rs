@@ -14,7 +14,9 @@ use std::pin::Pin;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use magician::{Arm, ErrorCode, Event, Jog, JogOptions, Link, StateOptions, StateWatch};
+use magician::{
+    Arm, ArmOutputs, ErrorCode, Event, Jog, JogOptions, Link, StateOptions, StateWatch,
+};
 use magician_job::Journal;
 use magician_protocol::visible;
 use serde_json::{Value, json};
@@ -81,6 +83,8 @@ impl ArmEngine {
             load: Arc::clone(&load),
             watch: None,
             known: Known::default(),
+            told: None,
+            lapses: 0,
             waiting: VecDeque::new(),
             doing: None,
             stops: 0,
@@ -121,7 +125,8 @@ enum TaskResult {
         Box<Known>,
         Option<Box<crate::ArmReading>>,
     ),
-    Known(Box<Known>),
+    /// Where the arm is on its rail, if it has one.
+    Known(Option<f32>),
     Jog(RequestId, JogId, Result<Jog, magician::Error>),
     Stopped(Option<RequestId>, Result<Value, RpcError>),
     /// The program of a job was read.
@@ -151,6 +156,10 @@ struct Work {
     job: Option<Slot>,
     watch: Option<StateWatch>,
     known: Known,
+    /// What was told of tools and speed last.
+    told: Option<ArmOutputs>,
+    /// Lapses of the driver's picture when it was read last.
+    lapses: u64,
     waiting: VecDeque<Waiting>,
     doing: Option<(RequestId, Doing)>,
     /// Stops under way: nothing begins before they are over.
@@ -169,6 +178,7 @@ impl Work {
         self.learn();
         loop {
             self.begin_next();
+            self.tell_outputs();
             let waiting = self.inbox.len() + self.waiting.len() + self.side.len();
             let load = waiting + usize::from(self.doing.is_some());
             self.load.store(load, Ordering::Relaxed);
@@ -389,6 +399,19 @@ impl Work {
         }
     }
 
+    /// Tells of tools and speed where they have changed, and reads them where they are not known any more.
+    fn tell_outputs(&mut self) {
+        let outputs = self.arm.outputs();
+        if self.told.replace(outputs) != Some(outputs) {
+            let tool = reads::tool(&outputs);
+            let speed = outputs.speed;
+            (self.report)(ArmReport::Outputs { tool, speed });
+        }
+        if self.arm.output_lapses() != self.lapses {
+            self.learn();
+        }
+    }
+
     fn finish(&mut self, request: RequestId, done: Done) {
         if let Some(known) = done.known {
             self.known = known;
@@ -399,6 +422,7 @@ impl Work {
         if let Some(reading) = done.reading {
             (self.report)(ArmReport::Reading(Box::new(reading)));
         }
+        self.tell_outputs();
         let outcome = done.outcome;
         (self.report)(ArmReport::Done { request, outcome });
     }
@@ -424,12 +448,14 @@ impl Work {
     }
 
     fn take(&mut self, side: TaskResult) {
+        // Before the answer of a stop that has changed them.
+        self.tell_outputs();
         match side {
             TaskResult::Report(report) => (self.report)(report),
             TaskResult::Program(job, program) => self.begin_job(job, program),
             TaskResult::JobOver(job) => self.job_is_over(job),
             TaskResult::Nothing => {}
-            TaskResult::Known(known) => self.known = *known,
+            TaskResult::Known(rail) => self.known.rail = rail,
             TaskResult::Read(request, outcome, known, reading) => {
                 self.known = *known;
                 if let Some(reading) = reading {
@@ -460,17 +486,19 @@ impl Work {
 
     /// Reads what is not read each time, beside.
     fn learn(&mut self) {
+        self.lapses = self.arm.output_lapses();
         let arm = self.arm.clone();
-        let before = self.known.clone();
+        let before = self.known.rail;
         self.side.spawn(async move {
-            TaskResult::Known(Box::new(Known::read(&arm).await.unwrap_or(before)))
+            let known = Known::read(&arm).await;
+            TaskResult::Known(known.map_or(before, |known| known.rail))
         });
     }
 
     fn read(&mut self, status: &magician::Status) {
-        let link = status.link == Link::Up;
-        if link {
-            let reading = self.known.reading(status, self.arm.moving());
+        if status.link == Link::Up
+            && let Some(reading) = self.known.reading(status, &self.arm)
+        {
             (self.report)(ArmReport::Reading(Box::new(reading)));
         }
     }

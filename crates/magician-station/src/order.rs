@@ -12,7 +12,7 @@ use serde_json::Value;
 use crate::api::RpcError;
 use crate::control::{JobId, JogEnd, JogId, RequestId};
 use crate::job::Source;
-use crate::reading::ArmReading;
+use crate::reading::{ArmReading, ToolReading};
 
 /// Something that an arm is to do or to tell. Orders are carried out side by side; a stop overtakes all others.
 #[derive(Clone, Debug, PartialEq)]
@@ -334,6 +334,13 @@ pub enum ArmReport {
     },
     /// The arm was read.
     Reading(Box<ArmReading>),
+    /// Its tools, or its speed, have changed since the last reading.
+    Outputs {
+        /// Its tools.
+        tool: ToolReading,
+        /// Share of the set speed of moves, percent; `None` if not known.
+        speed: Option<f32>,
+    },
     /// A jog has ended by itself, or did not begin.
     JogEnded {
         /// The jog.

@@ -10,7 +10,10 @@ use magician_protocol::commands::{
 };
 use magician_protocol::{Alarm, AlarmSet};
 
-use crate::{Act, Arm, Cuboid, Error, ErrorKind, Fence, Given, Link, Remedy, Result, Status};
+use crate::{
+    Act, Arm, ArmOutputs, Cuboid, Error, ErrorKind, Fence, Given, GripperState, Link, Remedy,
+    Result, Status,
+};
 
 /// A pose: the tip's (mm, deg) and the joints' (deg).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -66,12 +69,16 @@ pub struct StatusReport {
     pub link: &'static str,
     /// Whether the laser is on; null where the arm does not say.
     pub laser: Option<bool>,
+    /// Whether the suction cup is on; null if not known.
+    pub suction: Option<bool>,
+    /// `open`, `closed` or `off`; null if not known.
+    pub gripper: Option<&'static str>,
 }
 
 impl StatusReport {
-    /// Of a reading, and what is known of the laser.
+    /// Of a reading, and what is known of laser and tools.
     #[must_use]
-    pub fn new(status: &Status, laser: Option<bool>) -> Self {
+    pub fn new(status: &Status, outputs: &ArmOutputs) -> Self {
         Self {
             pose: PoseReport::from(status.pose),
             current_index: status.current.0,
@@ -82,7 +89,9 @@ impl StatusReport {
                 Link::Lost { .. } => "lost",
                 Link::Closed => "closed",
             },
-            laser,
+            laser: outputs.laser,
+            suction: outputs.suction,
+            gripper: outputs.gripper.map(GripperState::name),
         }
     }
 }
@@ -112,6 +121,10 @@ pub struct ArmInfo {
     pub queue_left_space: u32,
     /// Whether the laser is on; null where the arm does not say.
     pub laser: Option<bool>,
+    /// Whether the suction cup is on; null if not known.
+    pub suction: Option<bool>,
+    /// `open`, `closed` or `off`; null if not known.
+    pub gripper: Option<&'static str>,
     /// The fence that this computer holds it to, if there is one.
     pub fence: Option<FenceReport>,
 }
@@ -130,6 +143,7 @@ impl ArmInfo {
         ];
         let name = arm.get::<DeviceName>().await?.device_name;
         let serial = arm.get::<DeviceSn>().await?.device_sn;
+        let outputs = arm.read_outputs().await?;
         Ok(Self {
             port: arm.name().to_owned(),
             device_name: name.lossy().to_string(),
@@ -141,7 +155,9 @@ impl ArmInfo {
             alarms: arm.alarms().await?.codes().collect(),
             queue_current_index: arm.current_index().await?.0,
             queue_left_space: arm.left_space().await?,
-            laser: arm.laser().await?,
+            laser: outputs.laser,
+            suction: outputs.suction,
+            gripper: outputs.gripper.map(GripperState::name),
             fence: arm.fence().as_ref().map(FenceReport::from),
         })
     }

@@ -12,6 +12,7 @@ use std::time::Duration;
 
 use clap::builder::StyledStr;
 use magician::ErrorKind;
+use magician_program::Diagnostic;
 use tokio::runtime::{Builder, Runtime};
 
 use crate::config::Config;
@@ -122,6 +123,11 @@ impl Context {
             true => self.out.json(value),
             false => text(&mut self.out),
         }
+    }
+
+    /// Tells a note, before the result that it is about.
+    pub(crate) fn note(&mut self, note: &Diagnostic) {
+        self.out.note(note, self.global.json);
     }
 
     /// Shows help that clap has styled.

@@ -33,6 +33,8 @@ impl Info {
             columns.row(["rail", if answer.with_l { "in use" } else { "none" }]);
             columns.row(["alarms", &alarms(&answer.alarms)]);
             columns.row(["laser", laser(answer.laser)]);
+            columns.row(["suction cup", switched(answer.suction)]);
+            columns.row(["gripper", answer.gripper.unwrap_or(UNKNOWN)]);
             if let Some(fence) = &fence {
                 columns.row(["fence", fence]);
             }
@@ -46,12 +48,21 @@ impl Info {
     }
 }
 
+const UNKNOWN: &str = "not known";
+
+fn switched(on: Option<bool>) -> &'static str {
+    match on {
+        Some(true) => "on",
+        Some(false) => "off",
+        None => UNKNOWN,
+    }
+}
+
 /// Whether the laser is on, in words.
 fn laser(on: Option<bool>) -> &'static str {
     match on {
         Some(true) => "ON",
-        Some(false) => "off",
-        None => "not known",
+        on => switched(on),
     }
 }
 

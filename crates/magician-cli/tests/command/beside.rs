@@ -94,6 +94,40 @@ fn belt_that_runs_on_is_named_and_stop_switches_it_off() {
 }
 
 #[test]
+fn stop_says_which_tool_is_left_on_and_info_shows_it() {
+    for (on, off, text, remedies) in [
+        (
+            "suction on",
+            "suction off",
+            "the suction cup is still on (`magician suction off` switches it off)",
+            json!([{"action": "suction-off", "effect": "switches it off"}]),
+        ),
+        (
+            "gripper close",
+            "gripper off",
+            "the gripper is still closed, and its pump runs (`magician gripper off` switches its pump off)",
+            json!([{"action": "gripper-off", "effect": "switches its pump off"}]),
+        ),
+    ] {
+        let run = script(&format!("{on}\nstop\ninfo\n{off}\nstop\ninfo\n"));
+        let answers = run.objects();
+        let note = json!({"code": "left-on", "text": text, "remedies": remedies});
+        assert_eq!(answers[1]["notes"], json!([note]), "{run:?}");
+        let sucks = on == "suction on";
+        let told = |at: usize| {
+            (
+                answers[at]["suction"].clone(),
+                answers[at]["gripper"].clone(),
+            )
+        };
+        let gripper = if sucks { "off" } else { "closed" };
+        assert_eq!(told(2), (json!(sucks), json!(gripper)), "{run:?}");
+        assert!(answers[4].get("notes").is_none(), "{run:?}");
+        assert_eq!(told(5), (json!(false), json!("off")), "{run:?}");
+    }
+}
+
+#[test]
 fn sensors_are_switched_on_and_read() {
     let run = script("sensor color gp2\nsensor infrared gp4\nsensor ir gp4 --off\n");
     assert_eq!(run.status, 0, "{run:?}");

@@ -449,7 +449,10 @@ fn a_laser_that_is_on_is_shown_and_keeps_everything_but_homing_from_moving() {
     let mut lines = std::io::BufReader::new(watch.stdout.take().expect("stdout"));
     std::io::BufRead::read_line(&mut lines, &mut line).expect("a line");
     let seen: Value = serde_json::from_str(&line).expect("an object");
-    assert_eq!(seen["laser"], json!(false));
+    assert_eq!(
+        (&seen["laser"], &seen["suction"], &seen["gripper"]),
+        (&json!(false), &json!(false), &json!("off"))
+    );
     signal("-INT", watch.id());
     let _ = watch.wait();
 }

@@ -1,11 +1,9 @@
 //! What the tools of an arm do.
 
-use magician::commands::{EndEffectorGripper, EndEffectorSuctionCup};
-use magician::{Arm, Result};
+use magician::{Arm, GripperState, Result};
 use magician_program::Grip;
 
 use super::ToolOrder;
-use super::session::known;
 
 /// What the tools were last told or seen to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,27 +28,20 @@ impl Default for ToolState {
 }
 
 impl ToolState {
-    /// Asks an arm. What it does not have is off.
+    /// Asks an arm. What it does not have, or is not known, is off.
     ///
     /// # Errors
     /// As [`Arm::get`], but for an arm that does not know the commands of a tool.
     pub async fn read(arm: &Arm) -> Result<Self> {
-        let suction = known(arm.get::<EndEffectorSuctionCup>().await)?;
-        let gripper = known(arm.get::<EndEffectorGripper>().await)?;
+        let outputs = arm.read_outputs().await?;
         Ok(Self {
-            suction: suction
-                .is_some_and(|cup| cup.is_ctrl_enabled.is_on() && cup.is_sucked.is_on()),
-            gripper: match gripper {
-                Some(gripper) if gripper.is_ctrl_enabled.is_on() => {
-                    if gripper.is_gripped.is_on() {
-                        Grip::Close
-                    } else {
-                        Grip::Open
-                    }
-                }
-                _ => Grip::Off,
+            suction: outputs.suction == Some(true),
+            gripper: match outputs.gripper {
+                Some(GripperState::Closed) => Grip::Close,
+                Some(GripperState::Open) => Grip::Open,
+                Some(GripperState::Off) | None => Grip::Off,
             },
-            laser: arm.laser().await? == Some(true),
+            laser: outputs.laser == Some(true),
         })
     }
 

@@ -18,12 +18,12 @@ pub(super) fn stood(pose: &Pose) -> Value {
 }
 
 /// Does it, and reads the state that it leaves where that is the answer. Dropping the future stops what has begun.
-pub(super) async fn to_the_end(arm: Arm, what: ArmAct, known: Known) -> Done {
-    // A move leaves tools and settings as they are, and what is queued changes them later at the soonest.
-    let stale = matches!(what, ArmAct::Set(_) | ArmAct::Speed(_));
-    let changes = matches!(
+pub(super) async fn to_the_end(arm: Arm, what: ArmAct, mut known: Known) -> Done {
+    // The rail is not read each time.
+    let stale = matches!(what, ArmAct::Set(Set::SetDeviceWithL(_)));
+    let rests = matches!(
         what,
-        ArmAct::Tip(_) | ArmAct::Tool(_) | ArmAct::Home | ArmAct::Step { .. }
+        ArmAct::Move { .. } | ArmAct::Home | ArmAct::Step { .. }
     );
     let on_rail = known.rail.is_some();
     let mut done = Done {
@@ -34,12 +34,14 @@ pub(super) async fn to_the_end(arm: Arm, what: ArmAct, known: Known) -> Done {
     };
     if let Ok(Outcome::State) = done.outcome {
         let read = async {
-            let known = if changes || on_rail {
-                Known::read(&arm).await?
-            } else {
-                known
-            };
-            let reading = reading(&arm, &known).await?;
+            if on_rail {
+                known = Known::read(&arm).await?;
+            }
+            if rests {
+                come_to_rest(&arm).await?;
+                known.rests();
+            }
+            let reading = reading(&arm, &mut known).await?;
             Ok::<_, magician::Error>((known, reading))
         };
         match read.await {
@@ -48,6 +50,15 @@ pub(super) async fn to_the_end(arm: Arm, what: ArmAct, known: Known) -> Done {
         }
     }
     done
+}
+
+/// Waits until the arm stands whose last command has finished: something else may have moved it, a jog that braked.
+async fn come_to_rest(arm: &Arm) -> magician::Result<()> {
+    arm.current_index().await?;
+    match arm.moving() {
+        true => arm.wait_still().await,
+        false => Ok(()),
+    }
 }
 
 /// Does it. Dropping the future stops what has begun, by the rules of the driver.

@@ -1,11 +1,14 @@
 //! What is read of an arm.
 
-use magician::commands::{DeviceWithL, EndEffectorParams, Pose, PoseL, PtpCommonParams};
+use std::time::{Duration, Instant};
+
+use magician::commands::{DeviceWithL, Pose, PoseL};
 use magician::report::{AlarmReport, ArmInfo};
-use magician::{Alarm, AlarmSet, Arm, Ctrl, Level, Pin, Result, Status, ToolBias};
-use magician_job::jog::ToolState;
+use magician::{
+    Alarm, AlarmSet, Arm, ArmOutputs, Ctrl, GripperState, Level, Pin, Result, Status, ToolBias,
+};
 use magician_job::teach::ProgramModel;
-use magician_program::{Grip, Travel};
+use magician_program::Travel;
 use magician_protocol::{Direction, describe};
 use serde_json::{Value, json};
 
@@ -16,61 +19,52 @@ use crate::control::RequestId;
 use crate::order::{ArmRead, Outcome};
 use crate::reading::{ArmReading, ToolReading, to_value};
 
-/// What is not read each time: it changes by commands only, and rarely.
+/// What the engine keeps between two readings.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Known {
-    tool: ToolReading,
-    speed: Option<f32>,
+    /// Where on the rail, mm, if there is one. It is not read each time: it changes by commands only, and rarely.
     pub(super) rail: Option<f32>,
-    /// The pose of the last reading.
-    before: Option<Pose>,
+    /// The pose of the last reading, and when it was read.
+    before: Option<(Pose, Instant)>,
 }
 
 impl Known {
+    /// Reads what is not read each time; tools and speed go into the driver's picture of the arm.
     pub(super) async fn read(arm: &Arm) -> Result<Self> {
-        let tools = ToolState::read(arm).await?;
-        let bias = arm.get::<EndEffectorParams>().await?;
-        let bias = [bias.x_bias, bias.y_bias, bias.z_bias];
+        arm.read_outputs().await?;
         let on_rail = arm.get::<DeviceWithL>().await?.with_l.is_on();
         let rail = if on_rail {
             Some(arm.get::<PoseL>().await?.pose_l)
         } else {
             None
         };
-        Ok(Self {
-            tool: ToolReading {
-                name: tool_name(bias),
-                bias: Some(bias),
-                suction: Some(tools.suction),
-                gripper: Some(match tools.gripper {
-                    Grip::Open => "open",
-                    Grip::Close => "closed",
-                    Grip::Off => "off",
-                }),
-                laser: arm.laser().await?,
-            },
-            speed: Some(arm.get::<PtpCommonParams>().await?.velocity_ratio),
-            rail,
-            before: None,
-        })
+        Ok(Self { rail, before: None })
     }
 
-    /// A reading with what is known beside it.
-    pub(super) fn reading(&mut self, status: &Status, moving: bool) -> ArmReading {
+    /// A reading with what is known beside it; `None` for one that is older than the last.
+    pub(super) fn reading(&mut self, status: &Status, arm: &Arm) -> Option<ArmReading> {
+        let seen = (status.pose, status.at);
+        if self.before.is_some_and(|(_, at)| status.at < at) {
+            return None;
+        }
         // What others set going is seen by the pose alone.
-        let moved = self
-            .before
-            .replace(status.pose)
-            .is_some_and(|before| before != status.pose);
-        self.with(
+        let before = self.before.replace(seen);
+        let moved = before.is_some_and(|(pose, _)| pose != status.pose);
+        Some(self.with(
+            arm,
             status.pose,
             status.current.0,
             status.left_space,
             &status.alarms,
-            moving || moved,
+            arm.moving() || moved,
             &status.pins,
             status.at.elapsed(),
-        )
+        ))
+    }
+
+    /// The arm has come to rest: where it was before does not count.
+    pub(super) fn rests(&mut self) {
+        self.before = None;
     }
 
     #[allow(
@@ -79,14 +73,16 @@ impl Known {
     )]
     fn with(
         &self,
+        arm: &Arm,
         pose: Pose,
         current_index: u64,
         left_space: u32,
         alarms: &AlarmSet,
         moving: bool,
         pins: &[Level],
-        age: std::time::Duration,
+        age: Duration,
     ) -> ArmReading {
+        let outputs = arm.outputs();
         ArmReading {
             age,
             pose,
@@ -99,10 +95,21 @@ impl Known {
             // Alarm 0x00 stands from a reset until homing, or until it is cleared: then it is not known.
             homed: alarms.contains(Alarm::ResetOccurred).then_some(false),
             rail: self.rail,
-            tool: self.tool.clone(),
-            speed: self.speed,
+            tool: tool(&outputs),
+            speed: outputs.speed,
             pins: pins.iter().map(pin).collect(),
         }
+    }
+}
+
+/// Tools as the API has them.
+pub(super) fn tool(outputs: &ArmOutputs) -> ToolReading {
+    ToolReading {
+        name: outputs.tool.and_then(tool_name),
+        bias: outputs.tool,
+        suction: outputs.suction,
+        gripper: outputs.gripper.map(GripperState::name),
+        laser: outputs.laser,
     }
 }
 
@@ -128,21 +135,24 @@ fn pin(level: &Level) -> (&'static str, u8, u16) {
 }
 
 /// Reads the state once.
-pub(super) async fn reading(arm: &Arm, known: &Known) -> Result<ArmReading> {
+pub(super) async fn reading(arm: &Arm, known: &mut Known) -> Result<ArmReading> {
     let current = arm.current_index().await?.0;
     let space = arm.left_space().await?;
     let alarms = arm.alarms().await?;
+    let at = Instant::from(tokio::time::Instant::now());
     let pose = arm.get::<Pose>().await?;
-    let moved = known.before.is_some_and(|before| before != pose);
+    let before = known.before.replace((pose, at));
+    let moved = before.is_some_and(|(before, _)| before != pose);
     let moving = arm.moving() || moved;
     Ok(known.with(
+        arm,
         pose,
         current,
         space,
         &alarms,
         moving,
         &[],
-        std::time::Duration::ZERO,
+        Duration::ZERO,
     ))
 }
 
@@ -155,8 +165,10 @@ pub(super) async fn answer(
 ) -> TaskResult {
     if read == ArmRead::State {
         let outcome = async {
-            let known = Known::read(&arm).await?;
-            let reading = reading(&arm, &known).await?;
+            let before = known.before;
+            let mut known = Known::read(&arm).await?;
+            known.before = before;
+            let reading = reading(&arm, &mut known).await?;
             Ok::<_, magician::Error>((known, reading))
         };
         return match outcome.await {

@@ -346,11 +346,7 @@ impl Station {
         if entry.is_virtual {
             return Ok(true);
         }
-        let least = if self.config.student_laser {
-            Role::Student
-        } else {
-            Role::Teacher
-        };
+        let least = self.config.least_to_burn();
         if let Some(set) = command.filter(|set| burns(set, entry.laser_pins)) {
             if call.grant.role < least {
                 return Err(forbidden(&call.grant, least, set.row().set_name));

@@ -295,11 +295,7 @@ impl Station {
         if self.arm(arm).entry.is_virtual {
             return Ok(());
         }
-        let least = if self.config.student_laser {
-            Role::Student
-        } else {
-            Role::Teacher
-        };
+        let least = self.config.least_to_burn();
         if call.grant.role < least {
             return Err(Box::new(forbidden(&call.grant, least, "a laser")));
         }

@@ -25,6 +25,13 @@ impl Station {
                 self.has_read(now, arm);
                 self.record_reading(now, arm);
             }
+            ArmReport::Outputs { tool, speed } => {
+                let place = self.arm_mut(arm);
+                if let Some(reading) = &mut place.reading {
+                    (reading.tool, reading.speed) = (tool, speed);
+                    place.state = None;
+                }
+            }
             ArmReport::JogEnded { jog, why } => self.control.jog_ended(arm, jog, why),
             ArmReport::Job { job, news } => self.job_news(now, arm, job, news),
             ArmReport::Event { name, fields } => self.event(now, arm, name, fields),

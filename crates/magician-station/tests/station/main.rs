@@ -23,6 +23,7 @@ mod setups;
 mod shelf;
 mod stale;
 mod teach;
+mod told;
 mod tools;
 mod turns;
 mod watching;

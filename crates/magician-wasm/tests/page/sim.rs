@@ -65,6 +65,39 @@ fn subscribers_get_what_they_asked_for_in_text_and_frames() {
     }
 }
 
+/// What a page has been told of the laser last.
+fn told_laser(page: &Page) -> Value {
+    let states = page.noticed(1, "arm.state");
+    let tools = states.iter().filter_map(|told| told["state"].get("tool"));
+    tools
+        .last()
+        .map_or(Value::Null, |tool| tool["laser"].clone())
+}
+
+#[test]
+fn laser_is_told_dark_after_a_stop() {
+    let burns = r#"{"format":"magician-plan","version":1,"steps":[{"move":[220,0,30,0],"by":"line"},
+        {"burn":[220,60,30],"power":60},{"burn":[220,0,30],"power":60},{"laser":false}]}"#;
+    for by_job in [false, true] {
+        let mut page = Page::ready();
+        page.join(1);
+        page.ok(1, "arm.subscribe", &json!({"rate": 20}));
+        page.ok(1, "lease.acquire", &json!({}));
+        if by_job {
+            page.ok(1, "job.start", &json!({"text": burns}));
+        } else {
+            page.ok(1, "arm.tool", &json!({"laser": {"on": true}}));
+        }
+        page.wait(2.0);
+        assert_eq!(told_laser(&page), json!(true), "job: {by_job}");
+        page.ok(1, "arm.stop", &json!({}));
+        let state = page.ok(1, "arm.state", &json!({}));
+        assert_eq!(state["tool"]["laser"], json!(false), "job: {by_job}");
+        page.wait(0.2);
+        assert_eq!(told_laser(&page), json!(false), "job: {by_job}");
+    }
+}
+
 #[test]
 fn a_jog_goes_on_while_it_is_kept_and_ends_by_itself() {
     let mut page = Page::ready();

@@ -1,12 +1,10 @@
 use magician_protocol::commands::{
     JogCmd, QueuedCmdClear, QueuedCmdCurrentIndex, QueuedCmdForceStopExec, QueuedCmdStartExec,
-    QueuedCmdStopExec, SetEndEffectorLaser,
+    QueuedCmdStopExec,
 };
 use magician_protocol::{
-    Ctrl, Frame, FrameBuf, JogCommand, Layout, QueuedCmdIndex, Readable, Row, Set, Writable,
+    Frame, FrameBuf, JogCommand, Layout, QueuedCmdIndex, Readable, Row, Set, Writable,
 };
-
-use magician_host::{LASER_POWER, LASER_SUPPLY, frame_burns, raises_laser_pin};
 
 /// Whether the command of an id moves the arm.
 pub(super) fn moves(id: u8) -> bool {
@@ -36,10 +34,6 @@ pub(super) struct InFlightMotion {
     current: u64,
     /// A motion outside the queue, or one without an end.
     free: bool,
-    /// It may have lit the laser by its own commands.
-    beam: bool,
-    /// It may have lit it by its pins.
-    pins: RaisedPins,
     /// Queued commands that are handed to the connection and have not ended.
     unanswered: u32,
     /// A program runs.
@@ -48,46 +42,6 @@ pub(super) struct InFlightMotion {
     /// last seen to stand.
     stops: u64,
     stood: u64,
-}
-
-/// How the laser's pins may have been raised.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct RaisedPins {
-    supply: bool,
-    power: bool,
-    pulses: bool,
-}
-
-impl RaisedPins {
-    fn any(self) -> bool {
-        self != Self::default()
-    }
-
-    /// A command that raises one of them goes out.
-    fn raise(&mut self, command: &Set) {
-        match command {
-            Set::IoDo(output) if output.address == LASER_SUPPLY => self.supply = true,
-            Set::IoDo(_) => self.power = true,
-            Set::IoPwm(_) => self.pulses = true,
-            // Along its way, whichever of them.
-            _ => (self.supply, self.power) = (true, true),
-        }
-    }
-
-    /// An immediate command was answered, which may have lowered one of them.
-    fn lower(&mut self, command: &Set) {
-        match command {
-            Set::IoDo(output) if !output.level.is_on() => match output.address {
-                LASER_SUPPLY => self.supply = false,
-                LASER_POWER => self.power = false,
-                _ => {}
-            },
-            Set::IoPwm(output) if output.address == LASER_POWER && output.duty_cycle <= 0.0 => {
-                self.pulses = false;
-            }
-            _ => {}
-        }
-    }
 }
 
 impl InFlightMotion {
@@ -142,12 +96,6 @@ impl InFlightMotion {
         if id == QueuedCmdForceStopExec::ROW.id {
             self.brakes();
         }
-        if frame_burns(request, true) {
-            match Set::decode(id, params) {
-                Ok(command) if raises_laser_pin(&command) => self.pins.raise(&command),
-                _ => self.beam = true,
-            }
-        }
         if id == JogCmd::ROW.id {
             self.free |= params.get(1).is_some_and(|cmd| *cmd != 0);
         } else if moves(id) && !ctrl.queued() {
@@ -158,11 +106,6 @@ impl InFlightMotion {
     /// A request was answered.
     pub(super) fn answered(&mut self, request: &Frame<'_>, reply: &FrameBuf) {
         let reply = reply.frame();
-        if request.ctrl() == Ctrl::SET
-            && let Ok(command) = Set::decode(request.id(), request.params())
-        {
-            self.pins.lower(&command);
-        }
         match request.id() {
             id if id == QueuedCmdStartExec::ROW.id => self.started = Some(true),
             id if id == QueuedCmdStopExec::ROW.id => self.started = Some(false),
@@ -174,9 +117,6 @@ impl InFlightMotion {
             id if id == QueuedCmdClear::ROW.id => {
                 let under_way = self.last.filter(|last| *last > self.current);
                 self.last = under_way.map(|_| self.current.saturating_add(1));
-            }
-            id if id == SetEndEffectorLaser::ROW.id && request.ctrl() == Ctrl::SET => {
-                self.beam &= frame_burns(request, true);
             }
             id if id == <QueuedCmdCurrentIndex as Readable>::ROW.id => {
                 if let Ok(read) = QueuedCmdCurrentIndex::decode(reply.params()) {
@@ -228,26 +168,10 @@ impl InFlightMotion {
         self.free || self.program || queued && self.started != Some(false)
     }
 
-    /// The laser's pins were lowered, and the laser was switched off.
-    pub(super) fn darkened(&mut self) {
-        (self.beam, self.pins) = (false, RaisedPins::default());
-    }
-
     /// The queue was held and emptied on a line that was found again; the command under way goes on.
     pub(super) fn cleared(&mut self) {
-        self.darkened();
         self.started = Some(false);
         let under_way = self.last.filter(|last| *last > self.current);
         self.last = under_way.map(|_| self.current.saturating_add(1));
-    }
-
-    /// Whether the laser may burn because of this handle.
-    pub(super) fn laser(&self) -> bool {
-        self.beam || self.pins.any()
-    }
-
-    /// Whether that may be because of its pins.
-    pub(super) fn pins(&self) -> bool {
-        self.pins.any()
     }
 }

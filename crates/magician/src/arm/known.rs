@@ -2,9 +2,10 @@
 
 use std::time::Duration;
 
-use magician_host::SettingsPicture;
+use magician_host::{ArmOutputs, ArmPicture};
 use magician_protocol::commands::{
-    AlarmsState, Pose, QueuedCmdCurrentIndex, QueuedCmdLeftSpace, QueuedCmdStartExec,
+    AlarmsState, EndEffectorGripper, EndEffectorParams, EndEffectorSuctionCup, Pose,
+    PtpCommonParams, QueuedCmdCurrentIndex, QueuedCmdLeftSpace, QueuedCmdStartExec,
 };
 use magician_protocol::{
     AlarmSet, Effect, Frame, NoArgs, QueuedCmdIndex, Readable, Row, Set, Writable,
@@ -14,8 +15,9 @@ use tokio::time::{Instant, sleep};
 use super::Arm;
 use super::driver::micros;
 use super::halt::APART;
+use super::laser::answered;
 use crate::Result;
-use crate::connection::Micros;
+use crate::connection::{Failure, Micros};
 use crate::stream::ArmPace;
 use crate::words::state_at;
 
@@ -34,7 +36,8 @@ const NEAR: f64 = 0.05;
 /// What the task has seen pass, for all handles of a connection.
 #[derive(Debug)]
 pub(super) struct Known {
-    settings: SettingsPicture,
+    /// Settings, tools and laser.
+    pub(super) picture: ArmPicture,
     /// Others may use the line too, and set what they like.
     shared: bool,
     standing: Option<Standing>,
@@ -88,7 +91,7 @@ impl QueueLook {
 impl Known {
     pub(super) fn new(shared: bool) -> Self {
         Self {
-            settings: SettingsPicture::default(),
+            picture: ArmPicture::default(),
             shared,
             standing: None,
             alarms: None,
@@ -102,7 +105,7 @@ impl Known {
 
     /// A request goes out.
     pub(super) fn sends(&mut self, request: &Frame<'_>) {
-        self.settings.sends(request);
+        self.picture.sent(request);
         let ctrl = request.ctrl();
         if ctrl.write() || ctrl.queued() {
             self.look = None;
@@ -131,7 +134,7 @@ impl Known {
 
     /// A request was answered.
     pub(super) fn answered(&mut self, now: Micros, request: &Frame<'_>, reply: &Frame<'_>) {
-        self.settings.answered(now, request, reply);
+        self.picture.answered(now, request, reply);
         let ctrl = request.ctrl();
         if ctrl.queued() {
             if let Ok(QueuedCmdIndex(index)) = reply.read() {
@@ -146,23 +149,32 @@ impl Known {
         }
     }
 
+    /// A request was not answered.
+    pub(super) fn failed(&mut self, request: &Frame<'_>, failure: &Failure) {
+        self.picture.failed(request, failure);
+    }
+
     /// A program's command was taken.
     pub(super) fn accepted(&mut self, index: u64, command: &Set) {
         self.accounted = self.accounted.max(index);
-        self.settings.accepted(index, command);
+        self.picture.accepted(index, command);
     }
 
     /// The line was lost, or others have used the arm.
     pub(super) fn forget(&mut self) {
-        self.settings.forget();
+        self.picture.forget();
         (self.standing, self.alarms, self.look) = (None, None, None);
     }
 
     /// The arm was reset.
     pub(super) fn reset(&mut self) {
-        let orders = self.orders;
-        *self = Self::new(self.shared);
-        self.orders = orders;
+        let (orders, mut picture) = (self.orders, std::mem::take(&mut self.picture));
+        picture.reset();
+        *self = Self {
+            orders,
+            picture,
+            ..Self::new(self.shared)
+        };
     }
 
     /// A command has finished that this connection did not put into the queue.
@@ -200,6 +212,40 @@ impl Arm {
         started && known.runs && !known.shared
     }
 
+    /// Returns tool, laser, suction cup, gripper and speed, as they follow from the commands that were sent over this
+    /// connection and from what the arm has answered; each is `None` if not known. No frame is sent.
+    ///
+    /// A queued command counts when the arm has finished it, which shows in the current index. The laser counts as lit as
+    /// soon as a command that may burn goes out, and until one that puts it out was answered or has finished. Outputs that
+    /// another program has switched are seen when they are read: [`read_outputs`](Self::read_outputs).
+    #[must_use]
+    pub fn outputs(&self) -> ArmOutputs {
+        let laser_pins = self.inner.options.laser_pins;
+        self.inner.shared.known().picture.outputs(laser_pins)
+    }
+
+    /// Reads [`outputs`](Self::outputs) and returns them; each is `None` if the arm does not answer.
+    ///
+    /// # Errors
+    /// As [`get`](Self::get), but for answers that some arms do not give.
+    pub async fn read_outputs(&self) -> Result<ArmOutputs> {
+        answered(self.get::<EndEffectorSuctionCup>().await)?;
+        answered(self.get::<EndEffectorGripper>().await)?;
+        answered(self.get::<EndEffectorParams>().await)?;
+        answered(self.get::<PtpCommonParams>().await)?;
+        self.laser().await?;
+        self.learn_laser_pins().await?;
+        Ok(self.outputs())
+    }
+
+    /// Number of times that [`outputs`](Self::outputs) became unknown: a line was lost, the arm was reset, another program
+    /// has used it, or an answer did not come.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn output_lapses(&self) -> u64 {
+        self.inner.shared.known().picture.lapses()
+    }
+
     /// A setting: as it is known, or read.
     pub(super) async fn setting<T: Readable<Query = NoArgs>>(&self) -> Result<T> {
         self.setting_with(&NoArgs).await
@@ -210,7 +256,7 @@ impl Arm {
         let now = self.clock();
         let known = {
             let known = self.inner.shared.known();
-            known.settings.get_with(query, known.since(now))
+            known.picture.get_with(query, known.since(now))
         };
         match known {
             Some(value) => Ok(value),

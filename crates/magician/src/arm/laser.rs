@@ -151,25 +151,49 @@ impl Arm {
         if told != Some(false) {
             return Ok(told);
         }
-        let foreign = self.foreign_commands(&self.look_at_queue().await?);
-        Ok(told.filter(|_| foreign == 0))
+        let foreign = self.foreign_commands(&self.look_at_queue().await?) > 0;
+        self.inner
+            .shared
+            .known()
+            .picture
+            .note_foreign_commands(foreign);
+        Ok(told.filter(|_| !foreign))
     }
 
     /// The same without a look at the queue.
     pub(super) async fn laser_told(&self) -> Result<Option<bool>> {
-        let lit_here = {
-            let in_flight = self.in_flight();
-            in_flight.laser() && in_flight.moving()
-        };
-        if lit_here {
+        if self.may_have_lit() && self.moving() {
             return Ok(Some(true));
         }
-        let told = known(self.setting::<EndEffectorLaser>().await)?;
+        let told = answered(self.setting::<EndEffectorLaser>().await)?;
         let told = told.map(|laser| laser.is_ctrl_enabled.is_on() && laser.is_on.is_on());
         if told == Some(true) || !self.inner.options.laser_pins {
             return Ok(told);
         }
-        let mut state = told;
+        Ok(match self.read_laser_pins().await? {
+            Some(false) => told,
+            high => high,
+        })
+    }
+
+    /// Reads the laser's pins if their levels are not known: a laser that is on leaves them unread.
+    pub(super) async fn learn_laser_pins(&self) -> Result<()> {
+        let unknown = !self.inner.shared.known().picture.knows_laser_pins();
+        if unknown && self.inner.options.laser_pins {
+            self.read_laser_pins().await?;
+        }
+        Ok(())
+    }
+
+    async fn read_laser_pins(&self) -> Result<Option<bool>> {
+        let high = self.laser_pin_is_high().await?;
+        self.inner.shared.known().picture.note_laser_pins(high);
+        Ok(high)
+    }
+
+    /// Whether one of the laser's pins is an output and high.
+    async fn laser_pin_is_high(&self) -> Result<Option<bool>> {
+        let mut state = Some(false);
         for address in PINS {
             match self.pin_is_high(address).await? {
                 Some(true) => return Ok(Some(true)),
@@ -180,7 +204,12 @@ impl Arm {
         Ok(state)
     }
 
-    /// Whether one of the laser's pins is an output and high.
+    /// True if commands of this connection may have lit the laser.
+    fn may_have_lit(&self) -> bool {
+        self.inner.shared.known().picture.may_be_lit()
+    }
+
+    /// Whether this pin is an output and high.
     async fn pin_is_high(&self, address: u8) -> Result<Option<bool>> {
         let high = match self.function_of(address).await? {
             None => None,
@@ -188,13 +217,13 @@ impl Arm {
                 let query = GetIoDo {
                     address: Some(address),
                 };
-                known(self.get_with::<IoDo>(&query).await)?.map(|pin| pin.level.is_on())
+                answered(self.get_with::<IoDo>(&query).await)?.map(|pin| pin.level.is_on())
             }
             Some(IoFunction::Pwm) => {
                 let query = GetIoPwm {
                     address: Some(address),
                 };
-                known(self.get_with::<IoPwm>(&query).await)?.map(|pin| pin.duty_cycle > 0.0)
+                answered(self.get_with::<IoPwm>(&query).await)?.map(|pin| pin.duty_cycle > 0.0)
             }
             Some(_) => Some(false),
         };
@@ -205,7 +234,7 @@ impl Arm {
         let query = GetIoMultiplexing {
             address: Some(address),
         };
-        let read = known(self.setting_with::<IoMultiplexing>(&query).await)?;
+        let read = answered(self.setting_with::<IoMultiplexing>(&query).await)?;
         Ok(read.map(|read| read.multiplex))
     }
 
@@ -247,7 +276,7 @@ impl Arm {
                 }
             }
         }
-        self.in_flight().darkened();
+        self.inner.shared.known().picture.darkened();
         Ok(())
     }
 
@@ -256,11 +285,10 @@ impl Arm {
     /// # Errors
     /// As [`set`](Self::set).
     pub async fn darken_after(&self) -> Result<()> {
-        let lit = {
-            let in_flight = self.in_flight();
-            in_flight.laser() && !in_flight.moving()
-        };
-        if lit { self.darken().await } else { Ok(()) }
+        match self.may_have_lit() && !self.moving() {
+            true => self.darken().await,
+            false => Ok(()),
+        }
     }
 }
 
@@ -270,7 +298,7 @@ const FREQUENCY: f32 = 1000.0;
 impl Shared {
     /// What has to be said besides to put a laser out whose pins were raised over this connection.
     pub(super) fn lowered_pins(&self) -> Vec<Request> {
-        match self.in_flight().pins() {
+        match self.known().picture.pins_may_be_high() {
             true => lowered_pins(),
             false => Vec::new(),
         }
@@ -292,7 +320,7 @@ fn lowered_pins() -> Vec<Request> {
 }
 
 /// Nothing where an arm has no such thing.
-fn known<T>(answer: Result<T>) -> Result<Option<T>> {
+pub(super) fn answered<T>(answer: Result<T>) -> Result<Option<T>> {
     match answer {
         Ok(answer) => Ok(Some(answer)),
         Err(error) => match error.kind() {

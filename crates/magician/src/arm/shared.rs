@@ -140,6 +140,7 @@ impl Shared {
     pub(super) fn cleared(&self) {
         self.clears.fetch_add(1, Ordering::SeqCst);
         self.in_flight().cleared();
+        self.known().picture.cleared();
     }
 
     /// Ends what is going on; the number of the stop.

@@ -3,8 +3,8 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use magician::Arm;
 use magician::connection::Stats;
+use magician::{Arm, ArmOutputs};
 use magician_job::Polled;
 use magician_job::jog::ToolState;
 
@@ -35,12 +35,12 @@ pub(in crate::verbs) fn around(arm: &Arm) -> Polled<Around> {
     })
 }
 
-/// Reads the laser again and again.
-pub(super) fn laser(arm: &Arm) -> Polled<Option<bool>> {
+/// Reads laser and tools again and again.
+pub(super) fn outputs(arm: &Arm) -> Polled<ArmOutputs> {
     let arm = arm.clone();
     Polled::every(AROUND, move || {
         let arm = arm.clone();
-        async move { arm.laser().await.ok() }
+        async move { arm.read_outputs().await.ok() }
     })
 }
 

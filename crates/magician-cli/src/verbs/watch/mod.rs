@@ -10,7 +10,7 @@ use std::time::Instant;
 use clap::Args;
 use magician::commands::DeviceWithL;
 use magician::report::StatusReport;
-use magician::{Arm, Link};
+use magician::{Arm, ArmOutputs, Link};
 use magician_job::jog::rail_position;
 use ratatui::crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
@@ -55,21 +55,25 @@ impl Watch {
 /// A line a reading.
 async fn lines(arm: &Arm, rate: f64, json: bool, out: &mut Output) -> Result<(), Failure> {
     let mut state = arm.state(rate)?;
-    let mut laser = look::laser(arm);
-    let mut lit = arm.laser().await?;
+    let mut outputs = look::outputs(arm);
+    let mut known = arm.read_outputs().await?;
     loop {
         let status = tokio::select! {
             biased;
-            read = laser.next() => {
-                lit = read;
+            read = outputs.next() => {
+                known = read;
                 continue;
             }
             status = state.changed() => status?,
         };
-        let known = lit.filter(|_| status.link == Link::Up);
+        // While there is no line it is not known what another program switches.
+        let told = match status.link {
+            Link::Up => known,
+            _ => ArmOutputs::default(),
+        };
         match json {
-            true => out.json(&StatusReport::new(&status, known))?,
-            false => out.line(line::plain(&status, known))?,
+            true => out.json(&StatusReport::new(&status, &told))?,
+            false => out.line(line::plain(&status, &told))?,
         }
         out.flush()?;
     }

@@ -92,10 +92,12 @@ impl Driver {
                 self.overhear(reply);
                 self.observe(&request, &reply.frame());
             }
-            Err(Failure::Uncertain { .. }) if request.ctrl().queued() => {
-                InFlightMotion::maybe_queued(&mut self.in_flight());
+            Err(failure) => {
+                if let (Failure::Uncertain { .. }, true) = (failure, request.ctrl().queued()) {
+                    InFlightMotion::maybe_queued(&mut self.in_flight());
+                }
+                self.shared.known().failed(&request, failure);
             }
-            Err(_) => {}
         }
         let result = result.map_err(|failure| match failure {
             Failure::Lost => self.gone(),

@@ -62,10 +62,8 @@ impl Driver {
         if self.shared.detached.load(Ordering::SeqCst) {
             return Vec::new();
         }
-        let (moving, laser) = {
-            let in_flight = self.in_flight();
-            (in_flight.moving(), in_flight.laser())
-        };
+        let moving = self.in_flight().moving();
+        let laser = self.shared.known().picture.may_be_lit();
         let turning = self.shared.held_motors(moving);
         let motors = motors_off().filter(move |(output, _)| turning.contains(output));
         let motors = motors.map(|(_, request)| request);
@@ -88,7 +86,7 @@ impl Driver {
     /// What is said first on a line that was lost and is there again, if the laser may have burnt meanwhile: the laser goes
     /// out, the queue is held, and what waits in it is dropped. Empty if it has not.
     pub(super) fn darkening(&self) -> Vec<Request> {
-        if !self.in_flight().laser() {
+        if !self.shared.known().picture.may_be_lit() {
             return Vec::new();
         }
         let dark = Request::dark().into_iter().flatten();

@@ -1,0 +1,106 @@
+//! Settings, as they were read or set.
+
+use magician_protocol::commands::{
+    PtpJump2Params, PtpJumpParams, SetEndEffectorGripper, SetEndEffectorSuctionCup,
+};
+use magician_protocol::{Ctrl, Effect, Frame, FrameBuf, Readable, Row, Set, Writable};
+
+use crate::connection::Micros;
+use crate::preflight::check_numbers;
+
+/// Values that are remembered: more than a check depends on.
+pub(super) const MOST: usize = 48;
+
+/// Replies that the arm would give now.
+#[derive(Clone, Debug, Default)]
+pub(super) struct SettingValues(Vec<Value>);
+
+/// What an arm answers to a get.
+#[derive(Clone, Debug)]
+struct Value {
+    id: u8,
+    query: Vec<u8>,
+    params: Vec<u8>,
+    /// When that was so.
+    at: Micros,
+}
+
+impl SettingValues {
+    pub(super) fn get_with<T: Readable>(&self, query: &T::Query, since: Micros) -> Option<T> {
+        let query = FrameBuf::get(query, T::ROW).ok()?;
+        let query = query.frame();
+        let is_it = |value: &&Value| {
+            value.id == T::ROW.id && value.query == query.params() && value.at >= since
+        };
+        let value = self.0.iter().find(is_it)?;
+        T::decode(&value.params).ok()
+    }
+
+    pub(super) fn keep(&mut self, at: Micros, row: &Row, query: &[u8], params: &[u8]) {
+        let (id, query) = (row.id, query.to_vec());
+        self.0
+            .retain(|value| value.id != id || value.query != query);
+        if self.0.len() >= MOST {
+            self.0.remove(0);
+        }
+        self.0.push(Value {
+            id,
+            query,
+            params: params.to_vec(),
+            at,
+        });
+    }
+
+    pub(super) fn drop_changed(&mut self, row: &Row) {
+        self.0.retain(|value| {
+            let other = Row::with_id(value.id);
+            !other.is_some_and(|other| reaches(row, other))
+        });
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.0.clear();
+    }
+
+    #[cfg(test)]
+    pub(super) fn len(&self) -> usize {
+        self.0.len()
+    }
+}
+
+/// Whether a command of this row changes what a get answers.
+pub(super) fn changes(row: &Row) -> bool {
+    row.may_burn || matches!(row.effect, Effect::Setting | Effect::Laser)
+}
+
+/// Whether a command of `row` changes the value of `other`: its own, the laser of what may burn, the heights of jumps, which
+/// have two commands (model section 7), and the two tools that share the pump (model section 13).
+pub(super) fn reaches(row: &Row, other: &Row) -> bool {
+    const JUMPS: [u8; 2] = [
+        <PtpJumpParams as Writable>::ROW.id,
+        <PtpJump2Params as Writable>::ROW.id,
+    ];
+    const AIR: [u8; 2] = [
+        SetEndEffectorSuctionCup::ROW.id,
+        SetEndEffectorGripper::ROW.id,
+    ];
+    row.id == other.id
+        || row.may_burn && other.effect == Effect::Laser
+        || JUMPS.contains(&row.id) && JUMPS.contains(&other.id)
+        || AIR.contains(&row.id) && AIR.contains(&other.id)
+}
+
+/// A set whose parameters are what a get answers then: of a row that has one layout for both, in its full form, with numbers
+/// that an arm takes.
+pub(super) fn as_value(row: &Row, request: &Frame<'_>) -> Option<FrameBuf> {
+    let one_layout = row.value.zip(row.set);
+    let one_layout = one_layout.is_some_and(|(value, set)| value.name == set.name);
+    let asks = row.query.is_some_and(|query| !query.fields.is_empty());
+    if !one_layout || asks {
+        return None;
+    }
+    let command = Set::decode(row.id, request.params()).ok()?;
+    let frame = FrameBuf::set(&command, Ctrl::SET).ok()?;
+    let exact = frame.frame().params() == request.params();
+    (exact && check_numbers(&command).is_ok()).then_some(frame)
+}

@@ -1,0 +1,212 @@
+//! Tool, suction cup, gripper and speed, by the commands that the arm has done.
+
+use std::fmt;
+
+use magician_protocol::commands::{
+    EndEffectorGripper, EndEffectorParams, EndEffectorSuctionCup, PtpCommonParams,
+};
+use magician_protocol::{Flag, Frame, Readable, Row, Set, Writable};
+
+use crate::preflight::check_numbers;
+
+/// What the arm was told last of its tools and its speed, each `None` if not known.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct ArmOutputs {
+    /// The tool's tip from the flange, mm.
+    pub tool: Option<[f32; 3]>,
+    /// True as long as the last known command may burn.
+    pub laser: Option<bool>,
+    /// True if the suction cup is on.
+    pub suction: Option<bool>,
+    /// State of the gripper.
+    pub gripper: Option<GripperState>,
+    /// True if suction cup and gripper are both switched on, and the arm does not say which of them has the pump.
+    pub pump_is_contested: bool,
+    /// Share of the set speed of point-to-point moves, percent.
+    pub speed: Option<f32>,
+}
+
+/// State of the gripper.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum GripperState {
+    /// It lets go, and the pump runs.
+    Open,
+    /// It holds.
+    Closed,
+    /// Its pump is off.
+    Off,
+}
+
+impl GripperState {
+    /// The name, as in JSON.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Open => "open",
+            Self::Closed => "closed",
+            Self::Off => "off",
+        }
+    }
+}
+
+impl fmt::Display for GripperState {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// The two flags of a tool that works with air.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct AirSwitch {
+    enabled: bool,
+    on: bool,
+}
+
+impl AirSwitch {
+    fn new(enabled: Flag, on: Flag) -> Self {
+        Self {
+            enabled: enabled.is_on(),
+            on: on.is_on(),
+        }
+    }
+
+    fn grips(self) -> GripperState {
+        match (self.enabled, self.on) {
+            (false, _) => GripperState::Off,
+            (true, false) => GripperState::Open,
+            (true, true) => GripperState::Closed,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum AirTool {
+    Suction,
+    Gripper,
+}
+
+/// See [`ArmOutputs`].
+#[derive(Clone, Debug, Default)]
+pub(super) struct ToolPicture {
+    bias: Option<[f32; 3]>,
+    speed: Option<f32>,
+    suction: Option<AirSwitch>,
+    gripper: Option<AirSwitch>,
+    /// The tool whose command came last has the pump (model section 13). The arm does not say which one that is.
+    air: Option<AirTool>,
+}
+
+impl ToolPicture {
+    /// The arm has done this command.
+    pub(super) fn set(&mut self, row: &Row, request: &Frame<'_>) {
+        let command = Set::decode(row.id, request.params());
+        match command.ok().filter(|set| check_numbers(set).is_ok()) {
+            Some(Set::EndEffectorParams(bias)) => self.bias = Some(tip(&bias)),
+            Some(Set::PtpCommonParams(speed)) => self.speed = Some(speed.velocity_ratio),
+            Some(Set::SetEndEffectorSuctionCup(cup)) => {
+                self.suction = Some(AirSwitch::new(cup.enable_ctrl, cup.suck));
+                self.air = Some(AirTool::Suction);
+            }
+            Some(Set::SetEndEffectorGripper(gripper)) => {
+                self.gripper = Some(AirSwitch::new(gripper.enable_ctrl, gripper.grip));
+                self.air = Some(AirTool::Gripper);
+            }
+            Some(_) => {}
+            // What an arm makes of it is not known.
+            None => {
+                self.doubt(row);
+            }
+        }
+    }
+
+    /// The arm has answered a get.
+    pub(super) fn read(&mut self, reply: &Frame<'_>) {
+        match reply.id() {
+            id if id == <EndEffectorParams as Readable>::ROW.id => {
+                self.bias = reply.read().ok().map(|bias| tip(&bias));
+            }
+            id if id == <PtpCommonParams as Readable>::ROW.id => {
+                let speed = reply.read::<PtpCommonParams>().ok();
+                self.speed = speed.map(|speed| speed.velocity_ratio);
+            }
+            id if id == <EndEffectorSuctionCup as Readable>::ROW.id => {
+                let cup = reply.read::<EndEffectorSuctionCup>().ok();
+                let cup = cup.map(|cup| AirSwitch::new(cup.is_ctrl_enabled, cup.is_sucked));
+                if self.suction.is_some() && self.suction != cup {
+                    // Another program has switched it since.
+                    self.air = Some(AirTool::Suction);
+                }
+                self.suction = cup;
+            }
+            id if id == <EndEffectorGripper as Readable>::ROW.id => {
+                let gripper = reply.read::<EndEffectorGripper>().ok();
+                let gripper = gripper
+                    .map(|gripper| AirSwitch::new(gripper.is_ctrl_enabled, gripper.is_gripped));
+                if self.gripper.is_some() && self.gripper != gripper {
+                    self.air = Some(AirTool::Gripper);
+                }
+                self.gripper = gripper;
+            }
+            _ => {}
+        }
+    }
+
+    /// It is not known whether the arm has done a command of this row; true if something was known.
+    pub(super) fn doubt(&mut self, row: &Row) -> bool {
+        match row.id {
+            id if id == <EndEffectorParams as Writable>::ROW.id => self.bias.take().is_some(),
+            id if id == <PtpCommonParams as Writable>::ROW.id => self.speed.take().is_some(),
+            id if id == <EndEffectorSuctionCup as Readable>::ROW.id
+                || id == <EndEffectorGripper as Readable>::ROW.id =>
+            {
+                let known = self.suction.is_some() || self.gripper.is_some();
+                (self.suction, self.gripper, self.air) = (None, None, None);
+                known
+            }
+            _ => false,
+        }
+    }
+
+    pub(super) fn forget(&mut self) {
+        *self = Self::default();
+    }
+
+    pub(super) fn outputs(&self, laser: Option<bool>) -> ArmOutputs {
+        ArmOutputs {
+            tool: self.bias,
+            laser,
+            suction: self.is_sucking(),
+            gripper: self.grips(),
+            pump_is_contested: self.is_contested(),
+            speed: self.speed,
+        }
+    }
+
+    fn is_sucking(&self) -> Option<bool> {
+        if self.air == Some(AirTool::Gripper) {
+            return Some(false);
+        }
+        let cup = self.suction?;
+        let sucks = cup.enabled && cup.on;
+        (!sucks || !self.is_contested()).then_some(sucks)
+    }
+
+    fn grips(&self) -> Option<GripperState> {
+        if self.air == Some(AirTool::Suction) {
+            return Some(GripperState::Off);
+        }
+        let gripper = self.gripper?;
+        (!self.is_contested()).then(|| gripper.grips())
+    }
+
+    /// Both are switched on, and only one of them has the pump.
+    fn is_contested(&self) -> bool {
+        let is_enabled = |tool: Option<AirSwitch>| tool.is_some_and(|tool| tool.enabled);
+        self.air.is_none() && is_enabled(self.suction) && is_enabled(self.gripper)
+    }
+}
+
+fn tip(bias: &EndEffectorParams) -> [f32; 3] {
+    [bias.x_bias, bias.y_bias, bias.z_bias]
+}
