@@ -310,7 +310,7 @@ pub enum DoubtReason {
     Mixed,
 }
 
-/// How far a run may have come, and why that is not known exactly.
+/// Uncertain progress of a run: its bounds, and the reason.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Doubt {
     /// Steps at least and at most.
@@ -411,7 +411,7 @@ impl Checkpoint {
         }
     }
 
-    /// As many steps as can be finished.
+    /// Bounds of the finished steps by the checkpoint alone.
     fn all(&self) -> StepRange {
         StepRange {
             least: self.finished,

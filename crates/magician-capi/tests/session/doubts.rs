@@ -17,7 +17,7 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::oneshot;
 
-use crate::bench::{clear, connect_v1, fault, home, pose, registry, run};
+use crate::bench::{clear, connect_v1, fault, home, pose, registry, run, with_text};
 
 /// What the bridge does to answers.
 #[derive(Clone, Copy, PartialEq)]
@@ -283,6 +283,8 @@ fn a_jog_may_begin_again_and_can_always_end() {
 fn an_order_that_must_not_be_repeated_leaves_a_doubt_too() {
     let bridge = Bridge::new();
     let registry = bridge.registry();
+    let named = with_text("QueuedCmdStartDownload", |names| registry.allow(names));
+    assert_eq!(named, 0);
     let download = || {
         let start = QueuedCmdStartDownload {
             total_loop: 1,

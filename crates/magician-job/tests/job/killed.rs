@@ -123,7 +123,7 @@ async fn killed_with(
     (killed, ink(&cell).1, rest)
 }
 
-/// What another process comes to that resumes it.
+/// Result of another process that resumes it.
 async fn resumed(
     program: &Program,
     killed: &Killed,
@@ -146,7 +146,7 @@ async fn resumed(
     (cell, arm, outcome, starts)
 }
 
-/// Whether a job that was killed is resumed without a stroke too few or too many; the reason if
+/// Asserts that a job that was killed is resumed without a stroke too few or too many; the reason if
 /// not.
 async fn is_whole(
     program: &Program,
@@ -225,7 +225,7 @@ async fn killed_job_of_another_speed_resumes_from_any_instant() {
     }
 }
 
-/// What an earlier run has left is true until the arm has taken something of this one.
+/// The journal of an earlier run is true until the arm has taken something of this one.
 #[tokio::test(start_paused = true)]
 async fn journal_of_an_earlier_run_ends_before_the_first_command_goes_out() {
     let program = program(Kind::Lines, 1);

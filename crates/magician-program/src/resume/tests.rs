@@ -212,3 +212,81 @@ fn a_run_that_has_said_how_it_ended_is_believed() {
         );
     }
 }
+
+#[test]
+fn index_of_the_first_step_is_known_from_the_index_at_rest() {
+    let mut counter = StepCounter::new(2, false).from_rest(Some(7));
+    assert_eq!(counter.last(), Some((9, 0)));
+    counter.note(1, 8);
+    assert_eq!(
+        counter.last(),
+        Some((9, 0)),
+        "one of two commands ahead was taken"
+    );
+    counter.insert(2);
+    assert_eq!(counter.last(), Some((10, 0)), "another one goes out ahead");
+    counter.note(5, 12);
+    assert_eq!(counter.last(), Some((12, 2)));
+    counter.insert(6);
+    assert_eq!(
+        counter.last(),
+        Some((12, 2)),
+        "behind the first step it shifts nothing"
+    );
+}
+
+#[test]
+fn run_without_an_answer_is_counted_from_the_index_at_rest() {
+    let checkpoint = Checkpoint {
+        handed: 64,
+        clock: 5000,
+        rest: Some(7),
+        index: Some((9, 0)),
+        ..Checkpoint::new("pen", Some(200), false)
+    };
+    let numbering = StepNumbering::default();
+    let told = |current, stands| {
+        let point = checkpoint.resume_point(at(current), &numbering, |_| Some(stands));
+        (
+            point,
+            checkpoint
+                .doubt(at(current), &numbering)
+                .map(|doubt| doubt.why),
+        )
+    };
+    for ahead in 7..=9 {
+        assert_eq!(told(ahead, true), (ResumePoint::After(0), None));
+    }
+    assert_eq!(told(12, true), (ResumePoint::After(3), None));
+    assert_eq!(told(12, false), (ResumePoint::Again(2), None));
+    assert_eq!(told(6, true).1, Some(DoubtReason::Reset));
+    assert_eq!(told(74, true).1, Some(DoubtReason::Others));
+    assert!(checkpoint.is_untouched(at(7)) && !checkpoint.is_untouched(at(8)));
+    let reset = ObservedProgress {
+        current: 7,
+        clock: 4000,
+    };
+    assert_eq!(
+        checkpoint
+            .doubt(Some(reset), &numbering)
+            .map(|doubt| doubt.why),
+        Some(DoubtReason::Reset)
+    );
+    assert_eq!(
+        checkpoint.doubt(None, &numbering).map(|doubt| doubt.why),
+        Some(DoubtReason::NotAsked)
+    );
+    let mixed = Checkpoint {
+        mixed: true,
+        ..checkpoint.clone()
+    };
+    assert_eq!(
+        mixed.resume_point(at(9), &numbering, |_| None),
+        ResumePoint::After(0)
+    );
+    let doubt = mixed.doubt(at(12), &numbering).expect("a doubt");
+    assert_eq!(
+        (doubt.why, doubt.span),
+        (DoubtReason::Mixed, StepRange { least: 0, most: 3 })
+    );
+}
