@@ -611,10 +611,11 @@ export interface Methods {
     };
     result: unknown;
   };
-  /** Stops a jog. */
+  /** Stops a jog, also one whose `jog.start` is not answered yet. */
   "jog.stop": {
     params: {
-      jog: string;
+      arm?: string;
+      jog?: string;
     };
     result: {
       stood: boolean;

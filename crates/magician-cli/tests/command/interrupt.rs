@@ -192,3 +192,30 @@ fn bench_gives_the_path_speeds_back() {
         assert_eq!(place.look(&["queue"])["left_space"], 32, "{only}");
     }
 }
+
+#[test]
+fn signal_switches_off_the_belt_that_a_shell_started() {
+    let place = Place::new();
+    let trace = place.dir.path().join("trace.pcapng");
+    let trace = trace.to_str().expect("UTF-8");
+    let mut child = command()
+        .args(["--port", &place.port(), "--trace", trace, "shell"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the command starts");
+    let mut stdin = child.stdin.take().expect("piped");
+    std::io::Write::write_all(&mut stdin, b"conveyor run 50\n").expect("it reads");
+    let mut said = BufReader::new(child.stdout.take().expect("piped"));
+    let mut line = String::new();
+    said.read_line(&mut line).expect("text");
+    assert_eq!(line.trim(), "conveyor 1: runs at 50 mm/s");
+    assert!(signal("-TERM", child.id()));
+    let ended = child.wait().expect("it ends");
+    assert_eq!(ended.code(), Some(130));
+    drop(stdin);
+    let sent = run(&["decode", trace]).out;
+    let motors = sent.matches("request  SetEMotor\n").count();
+    assert_eq!(motors, 3, "on, and both off: {sent}");
+}
