@@ -17,6 +17,7 @@ pub mod connection;
 mod error;
 #[cfg(any(test, feature = "faults"))]
 pub mod faults;
+mod homing;
 #[cfg(any(test, feature = "pair"))]
 pub mod pair;
 mod picture;
@@ -30,6 +31,7 @@ pub use burning::{
     LASER_POWER, LASER_SUPPLY, burns, frame_burns, frame_releases_queue, raises_laser_pin,
 };
 pub use error::{Error, ErrorCode, ErrorKind, Result};
+pub use homing::HomingTracker;
 pub use magician_motion::{
     ArmModel, ArmState, Breach, Cuboid, Fence, FenceError, FencePart, Geometry, JointAngles,
     Limits, ToolBias, Trajectory, VelocityProfile,

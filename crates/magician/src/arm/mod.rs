@@ -6,6 +6,7 @@ mod fence;
 mod fenced_jog;
 mod flow;
 mod halt;
+mod homing;
 mod in_flight;
 mod jog;
 mod known;
@@ -36,6 +37,7 @@ pub(crate) use driver::SHUTDOWN;
 pub use events::{Event, Events};
 use flow::Flow;
 pub use halt::Stopper;
+pub use homing::{ArmIdentity, ClockRate, HomingRecord};
 pub use in_flight::sets_in_motion;
 pub use jog::{Jog, JogOptions};
 pub use link::Link;
@@ -84,6 +86,8 @@ pub struct Arm {
     inner: Arc<Inner>,
     /// Whether calls of this handle may light the laser of a real arm.
     allows_laser: bool,
+    /// Whether calls of this handle take an arm that is not known to be homed.
+    allows_unhomed: bool,
     /// How long calls of this handle may take, if that is longer than [`Options::timeout`].
     patience: Duration,
 }

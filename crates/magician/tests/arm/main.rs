@@ -12,6 +12,7 @@ mod fence;
 mod fitted;
 mod frames;
 mod holds;
+mod homing;
 mod jogs;
 mod laser;
 mod lines;
