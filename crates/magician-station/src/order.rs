@@ -136,7 +136,7 @@ pub struct JobOrder {
     pub keep: bool,
     /// Whether an arm that was not homed since it was switched on is refused.
     pub require_homed: bool,
-    /// Whether an arm that was not homed may draw.
+    /// True if it runs on an arm that is not known to be homed, too.
     pub unhomed: bool,
     /// Where it began, if it depends on that, mm.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -520,7 +520,7 @@ pub(super) const STATION: &[Method] = &[
             may(
                 "unhomed",
                 Kind::Switch,
-                "whether an arm that was not homed may draw: perhaps in the wrong place",
+                "runs it on an arm that is not known to be homed: perhaps in the wrong place",
             ),
             YES,
             may(

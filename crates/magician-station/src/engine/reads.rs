@@ -2,7 +2,7 @@
 
 use magician::commands::{DeviceWithL, EndEffectorParams, Pose, PoseL, PtpCommonParams};
 use magician::report::{AlarmReport, ArmInfo};
-use magician::{Alarm, AlarmSet, Arm, Ctrl, Level, Pin, Result, Status, ToolBias};
+use magician::{AlarmSet, Arm, Ctrl, Level, Pin, Result, Status, ToolBias};
 use magician_job::jog::ToolState;
 use magician_job::teach::ProgramModel;
 use magician_program::{Grip, Travel};
@@ -28,6 +28,8 @@ pub(super) struct Known {
 
 impl Known {
     pub(super) async fn read(arm: &Arm) -> Result<Self> {
+        // What is remembered of a homing counts from here on.
+        arm.homed().await?;
         let tools = ToolState::read(arm).await?;
         let bias = arm.get::<EndEffectorParams>().await?;
         let bias = [bias.x_bias, bias.y_bias, bias.z_bias];
@@ -67,6 +69,7 @@ impl Known {
             status.current.0,
             status.left_space,
             &status.alarms,
+            status.homed,
             moving || moved,
             &status.pins,
             status.at.elapsed(),
@@ -83,6 +86,7 @@ impl Known {
         current_index: u64,
         left_space: u32,
         alarms: &AlarmSet,
+        homed: Option<bool>,
         moving: bool,
         pins: &[Level],
         age: std::time::Duration,
@@ -96,8 +100,7 @@ impl Known {
             alarm_holds: alarms.blocking(),
             link: true,
             moving,
-            // Alarm 0x00 stands from a reset until homing, or until it is cleared: then it is not known.
-            homed: alarms.contains(Alarm::ResetOccurred).then_some(false),
+            homed,
             rail: self.rail,
             tool: self.tool.clone(),
             speed: self.speed,
@@ -140,6 +143,7 @@ pub(super) async fn reading(arm: &Arm, known: &Known) -> Result<ArmReading> {
         current,
         space,
         &alarms,
+        arm.homed_under(&alarms),
         moving,
         &[],
         std::time::Duration::ZERO,
