@@ -1,4 +1,4 @@
-//! Whether an arm was homed since power-up, as the traffic of one connection shows it.
+//! Homing since power-up, as the traffic of one connection shows it.
 
 use magician_protocol::commands::{HomeCmd, QueuedCmdClear, QueuedCmdForceStopExec};
 use magician_protocol::{Alarm, AlarmSet, Frame, Row, Writable};

@@ -16,7 +16,7 @@ const VERSION: u32 = 1;
 /// Two crystals, the arm's and this computer's, each off by 100 ppm at most: 17 s in a day. An arm that was switched off and on is
 /// further off: it was switched on later by the time that it had been on, which is not less than a homing takes.
 const DRIFT: f64 = 200e-6;
-/// How far off a single reading may be: the arm may take this long to answer, and a computer's clock is set by as much.
+/// Error of a single reading, s: the arm may take this long to answer, and a computer's clock may be set by as much.
 const SLACK: f64 = 2.0;
 
 /// Homings kept in the user's directory for state, for [`Options::homings`](magician::Options::homings). `None` where the system
@@ -45,7 +45,7 @@ struct Homing {
     powered_up: f64,
     /// When its clock was read for that.
     seen: f64,
-    /// How its clock runs against this computer's.
+    /// Rate of its clock against this computer's.
     clock: Clock,
 }
 

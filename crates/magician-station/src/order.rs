@@ -72,6 +72,8 @@ pub enum ArmOrder {
         request: Option<RequestId>,
         /// Whether it tells.
         on: bool,
+        /// True if it tells although the arm is not known to be homed.
+        unhomed: bool,
     },
     /// Something happens in the world of a virtual arm, at once.
     World {
@@ -182,8 +184,13 @@ pub enum ArmRead {
     State,
     /// Where it stands, once it stands.
     Stand,
-    /// Where it stands, once it stands, as a step of a program that is reached so.
-    Capture(Travel),
+    /// Where it stands, once it stands, as a step of a program.
+    Capture {
+        /// How the step is reached.
+        by: Travel,
+        /// True if an arm that is not known to be homed is taken, too.
+        unhomed: bool,
+    },
     /// What answers a frame that the protocol's table does not have.
     Raw {
         /// Id of the command.

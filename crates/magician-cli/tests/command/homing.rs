@@ -108,7 +108,7 @@ impl Place {
         Run::of(&mut self.command(arguments), b"")
     }
 
-    /// It is refused: nothing was written to the arm, and the way out is named.
+    /// Runs a verb that is refused: nothing was written to the arm, and the way out is named.
     fn refuses(&self, arguments: &[&str]) {
         let trace = ["--trace", "frames.pcapng", "--json"];
         let refused = self.run(&[&trace[..], arguments].concat());
@@ -163,7 +163,7 @@ fn serve(path: &std::path::Path) -> Served {
     Served::start(&["--pty", path, "--speed", "max"], 1)
 }
 
-/// What a station answers to a request.
+/// Asks a station, and returns its answer.
 fn rpc(url: &str, method: &str, params: &Value) -> Value {
     let address = url.trim_start_matches("http://");
     let body = json!({"jsonrpc": "2.0", "id": 1, "method": method, "params": params}).to_string();
@@ -371,6 +371,15 @@ fn station_and_what_goes_through_it_are_held_to_the_same() {
         let refused = start(&[]);
         assert_eq!(refused["error"]["data"]["code"], "not-homed", "{refused}");
         assert_eq!(through(&["run", "a.plan.json"]).status, 3);
+        for (method, options) in [
+            ("teach.capture", json!({})),
+            ("teach.guide", json!({"on": true})),
+        ] {
+            let refused = rpc(&url, method, &options);
+            assert_eq!(refused["error"]["data"]["code"], "not-homed", "{refused}");
+        }
+        let taken = rpc(&url, "teach.capture", &json!({"unhomed": true}));
+        assert!(taken["result"]["step"].is_object(), "{taken}");
     }
     let begins = |options: &[(&str, Value)]| {
         let begun = start(options);
@@ -389,6 +398,8 @@ fn station_and_what_goes_through_it_are_held_to_the_same() {
     rpc(&url, "arm.home", &json!({}));
     assert_eq!(homed(), json!(true));
     begins(&[]);
+    let taken = rpc(&url, "teach.capture", &json!({}));
+    assert!(taken["result"]["step"].is_object(), "{taken}");
     let done = through(&["run", "a.plan.json"]);
     assert_eq!(done.status, 0, "{done:?}");
     // What the station saw is remembered by its computer.

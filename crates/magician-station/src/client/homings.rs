@@ -8,7 +8,7 @@ use serde_json::json;
 
 use super::{ClientError, StationClient};
 
-/// Whether an arm of a station is homed, as the station says ([`HomingRecord`]): a driver behind a
+/// Record of homings ([`HomingRecord`]) that a station keeps: a driver behind a
 /// [`StationLine`](super::StationLine) sees only what passes on its own line.
 #[derive(Debug, Default)]
 pub struct StationHomings {

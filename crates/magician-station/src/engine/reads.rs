@@ -186,7 +186,10 @@ async fn value(arm: &Arm, read: ArmRead) -> std::result::Result<Value, RpcError>
             arm.wait_still().await?;
             Ok(stood(&arm.get::<Pose>().await?))
         }
-        ArmRead::Capture(by) => {
+        ArmRead::Capture { by, unhomed } => {
+            if !unhomed {
+                arm.check_homed().await?;
+            }
             arm.wait_still().await?;
             capture(&arm.get::<Pose>().await?, by)
         }

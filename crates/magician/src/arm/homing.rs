@@ -1,4 +1,4 @@
-//! Whether the arm is homed: what this connection has seen of it, and what earlier programs have written down.
+//! The arm's homing: what this connection has seen of it, and the record of earlier connections.
 
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -39,11 +39,11 @@ impl ArmIdentity {
     }
 }
 
-/// How the arm's clock was seen to run against the clock of this computer.
+/// Rate of the arm's clock against the clock of this computer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum ClockRate {
-    /// As a crystal runs, or not measured.
+    /// The rate of a crystal, or not measured.
     #[default]
     Steady,
     /// Faster than any crystal: a virtual arm.
@@ -67,7 +67,7 @@ pub trait HomingRecord: fmt::Debug + Send + Sync {
     fn is_homed(&self, arm: &ArmIdentity, uptime: Duration) -> bool;
 }
 
-/// What was read of an arm for its record.
+/// Readings of an arm for its record.
 #[derive(Debug, Default)]
 pub(super) struct Remembered {
     identity: Option<ArmIdentity>,
@@ -94,7 +94,7 @@ impl Remembered {
 }
 
 impl ClockReading {
-    /// How the clock ran from this reading to a later one.
+    /// Returns the rate from this reading to a later one.
     fn rate_until(&self, later: &Self) -> ClockRate {
         let least = later.asked.saturating_duration_since(self.heard);
         let most = later.heard.saturating_duration_since(self.asked);
@@ -126,7 +126,7 @@ impl Arm {
         }
     }
 
-    /// Whether the arm is homed. Homing seen over this connection counts, and what
+    /// True if the arm is homed. Homing seen over this connection counts, and what
     /// [`Options::homings`](super::Options::homings) remembers of earlier ones; clearing alarm 0x00 does not home an arm. `None`
     /// if it is not known: the protocol has no query for it.
     ///
@@ -141,7 +141,7 @@ impl Arm {
         Ok(self.homed_under(&alarms))
     }
 
-    /// As [`homed`](Self::homed), by what was seen so far, for alarms that were just read.
+    /// Returns what [`homed`](Self::homed) returns, for alarms that were just read and without asking the arm.
     #[must_use]
     pub fn homed_under(&self, alarms: &AlarmSet) -> Option<bool> {
         self.inner.shared.known().homed_under(alarms)

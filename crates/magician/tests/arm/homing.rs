@@ -1,4 +1,4 @@
-//! Whether the arm is homed: what a connection sees of it, and what a record remembers.
+//! Homing: what a connection sees of it, and what a record remembers.
 
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
