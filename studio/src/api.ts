@@ -814,6 +814,7 @@ export interface Methods {
     params: {
       arm?: string;
       by?: "joint" | "linear" | "jump";
+      unhomed?: boolean;
     };
     result: {
       step: {
@@ -828,6 +829,7 @@ export interface Methods {
     params: {
       arm?: string;
       on: boolean;
+      unhomed?: boolean;
     };
     result: null;
   };

@@ -111,6 +111,18 @@ impl Program {
     }
 
     /// True if behind so many steps it homes the arm before anything moves or burns, or does neither.
+    ///
+    /// ```
+    /// use magician_program::{Action, Origin, Plan, Program};
+    ///
+    /// let mut plan = Plan::new("homes in its middle");
+    /// for action in [Action::Wait(10), Action::Home, Action::Path { to: [220.0, 0.0, 20.0] }] {
+    ///     plan.push(action, Origin::NONE);
+    /// }
+    /// let program = Program::new(plan, Some(2));
+    /// let homes = [0, 1, 2, 3].map(|step| program.homes_first(step));
+    /// assert_eq!(homes, [true, true, false, true]);
+    /// ```
     #[must_use]
     pub fn homes_first(&self, step: u64) -> bool {
         let each = self.plan.steps.len();

@@ -140,7 +140,7 @@ class Alarm(OpenEnum):
 
 _NONE = ("unknown to this package", "look it up in the arm's manual")
 _TEXTS = {
-    0x00: ("the controller was reset or switched on", "clear the alarms"),
+    0x00: ("the controller was reset or switched on", "home the arm"),
     0x01: ("a command that the controller does not know", "clear the alarms"),
     0x02: ("the controller's flash memory did not open", "switch the arm off and on"),
     0x03: ("processor and motor logic did not find each other at start-up", "switch the arm off and on"),
