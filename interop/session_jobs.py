@@ -64,7 +64,7 @@ def main():
         home = pathlib.Path(folder)
         os.environ["XDG_STATE_HOME"] = str(home / "state")
         path, steps = plan_file(home)
-        told(program, tcp, "alarms", "--clear")
+        told(program, pty, "home")
         job = Command(program, pty, path)
         job.until("progress", 20)
         job.tell("pause")

@@ -30,7 +30,7 @@ PROMPT, DARK = 0.5, 1.5
 WATCHED = 2.0
 FEED = 200 / 60
 STOPS = ("SetQueuedCmdStopExec", "SetQueuedCmdForceStopExec")
-BURN = "magician engrave burn.gcode --surface -50 --yes"
+BURN = "magician engrave burn.gcode --surface -50 --yes --unhomed"
 
 
 def burning(lab):
@@ -111,7 +111,7 @@ def station(lab):
     return serving(words, lab.environment)
 
 
-START = {"format": "gcode", "setup": {"work": "engrave", "surface": -50}, "yes": True}
+START = {"format": "gcode", "setup": {"work": "engrave", "surface": -50}, "yes": True, "unhomed": True}
 
 
 def starts(client, lab):
@@ -208,7 +208,7 @@ def page_closes(kill):
 def framed(lab):
     """All of it: a frame of what would burn, round once."""
     asked = time.time()
-    done = lab.run("magician frame burn.gcode --tool laser --surface -50 --speed 60")
+    done = lab.run("magician frame burn.gcode --tool laser --surface -50 --speed 60 --unhomed")
     assert done.code == 0, done
     return Deed(asked, stops=False)
 

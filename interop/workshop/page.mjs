@@ -26,7 +26,7 @@ await page.evaluate(async (text) => {
     });
   await call("session.hello", { client: { name: "page" } });
   await call("lease.acquire", { wait_s: 10 });
-  await call("job.start", { text, format: "gcode", setup: { work: "engrave", surface: -50 }, yes: true });
+  await call("job.start", { text, format: "gcode", setup: { work: "engrave", surface: -50 }, yes: true, unhomed: true });
 }, readFileSync(file, "utf8"));
 console.log(`burns ${server.process().pid}`);
 for await (const line of createInterface({ input: process.stdin })) if (line === "close") await page.close();

@@ -817,6 +817,7 @@ export interface Methods {
     params: {
       arm?: string;
       by?: "joint" | "linear" | "jump";
+      unhomed?: boolean;
     };
     result: {
       step: {
@@ -831,6 +832,7 @@ export interface Methods {
     params: {
       arm?: string;
       on: boolean;
+      unhomed?: boolean;
     };
     result: null;
   };

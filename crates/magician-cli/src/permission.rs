@@ -2,7 +2,7 @@
 
 use std::io::{self, IsTerminal, Write};
 
-use magician::{ErrorCode, Set, Target, burns};
+use magician::{Arm, ErrorCode, Set, Target, burns};
 
 use crate::context::{Context, StopPolicy};
 use crate::failure::{Failure, GOGGLES};
@@ -13,6 +13,16 @@ pub(crate) enum Asks {
     AtTheTerminal,
     /// What is on stdin is a file.
     Never,
+}
+
+/// The arm for what needs to know where it is: one that is not known to be homed is refused, or taken with `--unhomed`.
+pub(crate) async fn homed(arm: &Arm, unhomed: bool) -> Result<Arm, Failure> {
+    let arm = match unhomed {
+        true => arm.allowing_unhomed(),
+        false => arm.clone(),
+    };
+    arm.check_homed().await?;
+    Ok(arm)
 }
 
 impl Context {

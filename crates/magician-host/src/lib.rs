@@ -19,6 +19,7 @@ mod error;
 #[cfg(any(test, feature = "faults"))]
 pub mod faults;
 pub mod gate;
+mod homing;
 #[cfg(any(test, feature = "pair"))]
 pub mod pair;
 mod picture;
@@ -32,6 +33,7 @@ pub use burning::{
     LASER_POWER, LASER_SUPPLY, burns, frame_burns, frame_releases_queue, raises_laser_pin,
 };
 pub use error::{Error, ErrorCode, ErrorKind, Result};
+pub use homing::HomingTracker;
 pub use magician_motion::{
     ArmModel, ArmState, Breach, Cuboid, Fence, FenceError, FencePart, Geometry, JointAngles,
     Limits, ToolBias, Trajectory, VelocityProfile,

@@ -28,7 +28,7 @@
 //! # What a job does, in this order
 //!
 //! 1. Checking: nothing moves. Of an earlier run that burnt the laser is switched off and the queue emptied, if it is resumed;
-//!    the arm is homed, ready and dark; settings that ended processes have left changed are restored; the place to begin at is
+//!    the arm is known to be homed ([`Arm::check_homed`](magician::Arm::check_homed)), ready and dark; settings that ended processes have left changed are restored; the place to begin at is
 //!    found; no foreign commands wait; the program is checked from where the arm stands.
 //! 2. Running: the settings that it changes are saved, the journal is written before each step goes out.
 //! 3. Ending: pen up, tool parked, settings restored, the journal removed.
@@ -60,6 +60,8 @@ mod event;
 #[cfg(feature = "files")]
 pub mod files;
 mod handle;
+#[cfg(feature = "files")]
+mod homings;
 pub mod jog;
 mod journal;
 mod observed;
@@ -86,6 +88,8 @@ pub use event::{
     Done, End, JobEvent, JobEvents, JobProgress, JobState, PauseReason, StartsAt, Waits,
 };
 pub use handle::JobHandle;
+#[cfg(feature = "files")]
+pub use homings::homings;
 #[cfg(feature = "files")]
 pub use journal::FileJournal;
 pub use journal::{Journal, JournalError, JournalKey, NoJournal};

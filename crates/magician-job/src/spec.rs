@@ -44,8 +44,6 @@ pub struct JobSpec {
     pub keep: bool,
     /// Refuses an arm that was not homed since it was switched on, by the check before a motion.
     pub require_homed: bool,
-    /// Refuses an arm that has not been homed by its own word: for what would be drawn in the wrong place.
-    pub refuse_unhomed: bool,
     /// Refuses a program of which the arm cannot do all. On at first.
     pub check: bool,
     /// Whether the arm may pass over indices of its queue, besides what the program and the line say of that: above window 1.
@@ -73,7 +71,6 @@ impl JobSpec {
             origin: String::new(),
             keep: false,
             require_homed: false,
-            refuse_unhomed: false,
             check: true,
             passes_over: false,
             begins_here: false,
@@ -121,13 +118,6 @@ impl JobSpec {
     #[must_use]
     pub fn require_homed(mut self, require: bool) -> Self {
         self.require_homed = require;
-        self
-    }
-
-    /// Sets [`refuse_unhomed`](Self::refuse_unhomed).
-    #[must_use]
-    pub fn refuse_unhomed(mut self, refuse: bool) -> Self {
-        self.refuse_unhomed = refuse;
         self
     }
 

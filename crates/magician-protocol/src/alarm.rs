@@ -42,6 +42,7 @@ pub struct Alarm {
 }
 
 const CLEAR: &str = "clear the alarms";
+const HOME: &str = "home the arm";
 const OTHER_TARGET: &str = "choose another target, then clear the alarms";
 const SLOWER: &str = "lower the speed ratio, then clear the alarms";
 const JOG_BACK: &str = "jog the joint back into its range, where the alarm drops; then clear the alarms to release \
@@ -77,7 +78,7 @@ macro_rules! alarms {
 }
 
 alarms! {
-    0x00 ResetOccurred Common "the controller was reset or switched on" CLEAR, stays magician;
+    0x00 ResetOccurred Common "the controller was reset or switched on" HOME, stays magician;
     0x01 UndefinedInstruction Common "a command that the controller does not know" CLEAR, stays magician;
     0x02 FileSystemError Common "the controller's flash memory did not open" POWER, itself magician;
     0x03 McuFpgaCommError Common "processor and motor logic did not find each other at start-up" POWER, itself magician;

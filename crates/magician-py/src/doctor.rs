@@ -85,6 +85,7 @@ async fn examine(
     let looking = async {
         let known = magician::arms::load()?;
         let options = Options::default().timeout(asked.patience);
+        let options = options.homings(magician_job::homings());
         let options = options.for_arm(magician::arms::at(&known, &target));
         let arm = Arm::connect_with(&target, options).await?;
         let serial = matches!(

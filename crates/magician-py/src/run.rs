@@ -291,13 +291,17 @@ impl Core {
             return raise(Error::invalid("steps are counted from 1"));
         };
         let arm = self.burning(py, how.allow_laser)?;
+        let arm = match how.unhomed {
+            true => arm.allowing_unhomed(),
+            false => arm,
+        };
         let (source, is_virtual) = (plan.source.clone(), arm.is_virtual());
         if source.assumed && !is_virtual {
             return raise(Error::invalid(SURFACE_ARGUMENT));
         }
         let mut ending = Ending::default();
         (ending.stay, ending.park) = (how.stay, how.park);
-        ending.drawing = source.needs_homed_arm;
+        ending.drawing = source.is_drawing;
         ending.lift = how.lift.or(source.lift).unwrap_or(ending.lift);
         let stays = how.stay && ending.draws(&plan.plan);
         let program = Program::new(Arc::clone(&plan.plan), Some(1)).pen_stays_down(stays);
@@ -312,7 +316,6 @@ impl Core {
             .origin(source.name.clone().unwrap_or_default())
             .keep(how.keep)
             .require_homed(how.require_homed)
-            .refuse_unhomed(source.needs_homed_arm && !how.unhomed && !is_virtual)
             .check(how.check)
             .passes_over(true)
             .saved(how.restore.then(SavedSettings::default));

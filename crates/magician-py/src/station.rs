@@ -4,9 +4,9 @@ use std::io;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use magician::{Arm, Error, ErrorCode, Options};
+use magician::{Arm, Error, ErrorCode, HomingRecord, Options};
 use magician_station::client::{
-    ClientError, Connection, Notice, StationAddress, StationClient, StationLine,
+    ClientError, Connection, Notice, StationAddress, StationClient, StationHomings, StationLine,
 };
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
@@ -164,12 +164,17 @@ async fn open(
     }
     let is_virtual = client.is_virtual(arm.as_deref()).await;
     let options = options.virtual_arm(is_virtual.map_err(|error| failed(&error))?);
+    let homings = Arc::new(StationHomings::default());
+    let options = options.homings(Arc::clone(&homings) as Arc<dyn HomingRecord>);
     let opener = move || {
         let (client, arm, ends) = (client.clone(), arm.clone(), Arc::clone(&ends));
+        let homings = Arc::clone(&homings);
         async move {
             if *client.connection().borrow() != Connection::Up {
                 return Err(io::Error::other("there is no connection to the station"));
             }
+            let asked = homings.ask(&client, arm.as_deref()).await;
+            asked.map_err(|error| io::Error::other(error.to_string()))?;
             // What burns or is dangerous is decided by this side's own rules, and by the role.
             let (line, end) = StationLine::open(&client, arm.as_deref(), true);
             let mut ends = held(&ends);

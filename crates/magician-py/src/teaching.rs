@@ -80,8 +80,12 @@ async fn gone(arm: &Arm, mut events: Events) -> Error {
 #[pymethods]
 impl Core {
     /// Begins a lesson; points are reached so.
-    fn teach(&self, py: Python<'_>, title: String, by: &str) -> PyResult<Call> {
+    fn teach(&self, py: Python<'_>, title: String, by: &str, unhomed: bool) -> PyResult<Call> {
         let arm = self.arm(py)?;
+        let arm = match unhomed {
+            true => arm.allowing_unhomed(),
+            false => arm,
+        };
         let by = match by {
             "joints" => Travel::Joints,
             "line" => Travel::Line,
@@ -92,6 +96,7 @@ impl Core {
             }
         };
         let begun = async move {
+            arm.check_homed().await?;
             let tool = Tool::from(&arm.get::<EndEffectorParams>().await?);
             let saved = SavedSettings::default();
             let hand = guided_points(&arm, &saved).await?;

@@ -262,3 +262,26 @@ def test_a_refusal_names_the_command_once() -> None:
         arm.run(Plan.path([(210, 0, 20), (500, 0, 20)], by="line"))
     assert str(caught.value).startswith("SetPTPCmd: row 1, step 2: ")
     assert str(caught.value).count("SetPTPCmd") == 1 and caught.value.command == "SetPTPCmd"
+
+
+def test_a_plan_and_a_lesson_need_a_homed_arm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    plan = Plan.path([(220, 0, 20), (240, 0, 20)], by="line")
+    with magician.sim(tcp="127.0.0.1:0", speed="max") as served:
+        with magician.Arm(served.tcp) as arm:
+            for cleared in (False, True):
+                if cleared:
+                    arm.clear_alarms()
+                for begin in (lambda: arm.run(plan), lambda: arm.start(plan).wait(), lambda: arm.teach().__enter__()):
+                    with pytest.raises(InvalidInputError, match="unhomed=True") as caught:
+                        begin()
+                    assert caught.value.code == "not-homed" and caught.value.remedies == ("home", "unhomed")
+            assert arm.current_index() == 0
+            with arm.teach(unhomed=True) as lesson:
+                assert not lesson.points
+            assert arm.run(plan, unhomed=True).steps == 2
+            arm.home()
+            assert arm.run(plan).steps == 2
+        # This computer has seen it.
+        with magician.Arm(served.tcp) as arm, arm.teach():
+            assert arm.run(plan).steps == 2

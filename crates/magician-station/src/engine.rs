@@ -256,7 +256,11 @@ impl Work {
                     self.await_jog();
                 }
             }
-            ArmOrder::Guide { request, on } => self.guide(request, on),
+            ArmOrder::Guide {
+                request,
+                on,
+                unhomed,
+            } => self.guide(request, on, unhomed),
             ArmOrder::World { request, act } => self.change_world(request, act),
             ArmOrder::CheckJob {
                 request,

@@ -175,8 +175,6 @@ pub struct ReadProgram {
     pub setup: Setup,
     /// What becomes of the pen.
     pub ending: Ending,
-    /// Whether a real arm has to be homed for it.
-    pub needs_homed_arm: bool,
     /// Where the tool was, if the program depends on it and it was not given, mm.
     pub start: Option<[f64; 3]>,
     /// What of it was taken in a certain way.
@@ -373,7 +371,6 @@ fn reading(
         program,
         format: file.format,
         ending: file.ending(&setup),
-        needs_homed_arm: file.options.needs_homed_arm(&setup, file.format),
         setup,
         start,
         notes,

@@ -74,6 +74,8 @@ pub enum ArmOrder {
         request: Option<RequestId>,
         /// Whether it tells.
         on: bool,
+        /// True if it tells although the arm is not known to be homed.
+        unhomed: bool,
     },
     /// Something happens in the world of a virtual arm, at once.
     World {
@@ -138,7 +140,7 @@ pub struct JobOrder {
     pub keep: bool,
     /// Whether an arm that was not homed since it was switched on is refused.
     pub require_homed: bool,
-    /// Whether an arm that was not homed may draw.
+    /// True if it runs on an arm that is not known to be homed, too.
     pub unhomed: bool,
     /// Where it began, if it depends on that, mm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -184,8 +186,13 @@ pub enum ArmRead {
     State,
     /// Where it stands, once it stands.
     Stand,
-    /// Where it stands, once it stands, as a step of a program that is reached so.
-    Capture(Travel),
+    /// Where it stands, once it stands, as a step of a program.
+    Capture {
+        /// How the step is reached.
+        by: Travel,
+        /// True if an arm that is not known to be homed is taken, too.
+        unhomed: bool,
+    },
     /// What answers a frame that the protocol's table does not have.
     Raw {
         /// Id of the command.

@@ -82,9 +82,9 @@ mod transport;
 mod virtual_arm;
 
 pub use arm::{
-    Arm, CommandSource, Event, Events, Feeder, Jog, JogOptions, Level, Lifted, Link, Options, Pin,
-    Progress, Ran, Run, RunOptions, Sample, Samples, SettingsBackup, StateOptions, StateWatch,
-    Status, Stopper, Streaming, sets_in_motion,
+    Arm, ArmIdentity, ClockRate, CommandSource, Event, Events, Feeder, HomingRecord, Jog,
+    JogOptions, Level, Lifted, Link, Options, Pin, Progress, Ran, Run, RunOptions, Sample, Samples,
+    SettingsBackup, StateOptions, StateWatch, Status, Stopper, Streaming, sets_in_motion,
 };
 #[cfg(feature = "faults")]
 pub use magician_host::faults;

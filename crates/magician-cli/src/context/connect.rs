@@ -1,11 +1,14 @@
 //! The connection to the arm that is meant, and how it is to behave.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Duration;
 
 use magician::sim::Controller;
 use magician::{Arm, ErrorCode, LineOptions, Options, SimSpeed, Target, Tracer, VirtualArm};
-use magician_station::client::{ClientError, LineEnd, StationAddress, StationClient, StationLine};
+use magician_station::client::{
+    ClientError, LineEnd, StationAddress, StationClient, StationHomings, StationLine,
+};
 use tokio::task::JoinHandle;
 use tokio::time::timeout;
 
@@ -229,12 +232,15 @@ impl Context {
             let message = format!("the station has the arms {}", names.join(", "));
             return Err(Failure::invalid(message).hint("name one: --station http://HOST:PORT/ARM"));
         }
+        let homings = Arc::new(StationHomings::default());
+        homings.ask(&client, address.arm.as_deref()).await?;
         let (line, ends) = StationLine::open(&client, address.arm.as_deref(), self.global.yes);
         let end = line.end();
         let mut options = Options::default();
         // The station waits for the arm, and so do we.
         options.timeout = self.global.timeout.unwrap_or(Duration::from_secs(5));
         options.laser_pins = self.laser_pins()?;
+        options.homings = Some(homings);
         options.virtual_arm = client.is_virtual(address.arm.as_deref()).await?;
         let arm = Arm::over(line, options).await?;
         Ok(Connected {
@@ -263,6 +269,7 @@ impl Context {
         // Between two lines of a shell a cable may come back.
         options.reconnect = self.in_shell;
         options.laser_pins = self.laser_pins()?;
+        options.homings = magician_job::homings();
         options.faults = self.global.faults.unwrap_or_default();
         options.trace = self.tracer()?;
         Ok(options)

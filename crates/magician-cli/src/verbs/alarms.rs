@@ -20,13 +20,25 @@ impl Alarms {
         if self.clear {
             context.permit_queue()?;
         }
-        let list = context.arm(StopPolicy::order_if(self.clear), async |arm, _| {
+        let (list, homed) = context.arm(StopPolicy::order_if(self.clear), async |arm, _| {
+            let mut homed = true;
             if self.clear {
+                // Alarm 0x00 tells that it is not homed, and is gone then.
+                homed = arm.is_virtual() || arm.homed().await? != Some(false);
                 arm.clear_alarms().await?;
             }
-            Ok(AlarmReport::read(arm).await?)
+            Ok((AlarmReport::read(arm).await?, homed))
         })?;
-        context.show(&list, |out| write(&list, self.clear, out))
+        context.show(&list, |out| {
+            write(&list, self.clear, out)?;
+            match homed {
+                true => Ok(()),
+                false => note(
+                    "the arm still does not know where it is: `magician home` homes it",
+                    out,
+                ),
+            }
+        })
     }
 }
 
@@ -58,7 +70,14 @@ fn write(list: &AlarmReport, cleared: bool, out: &mut Output) -> Result<(), Fail
         note(Alarm::TOOL_UNKNOWN, out)?;
     }
     if !cleared {
-        note("`magician alarms --clear` clears them", out)?;
+        let only_reset = alarms
+            .iter()
+            .all(|alarm| alarm.code == Alarm::ResetOccurred);
+        let remedy = match only_reset {
+            true => "`magician home` homes the arm, which clears it",
+            false => "`magician alarms --clear` clears them",
+        };
+        note(remedy, out)?;
     }
     Ok(())
 }

@@ -281,6 +281,7 @@ fn what_cannot_be_is_refused_with_what_to_do() {
 #[cfg(target_os = "linux")]
 mod at_a_terminal {
     use super::*;
+    use crate::magician::homed::as_if_homed;
     use crate::magician::run;
     use crate::magician::served::Served;
     use crate::magician::terminal::Terminal;
@@ -289,7 +290,9 @@ mod at_a_terminal {
     const LEFT: &str = "\x1b[D";
     const BACKSPACE: &str = "\x7f";
 
+    /// At an arm that was homed.
     fn at(place: &Place, served: &Served, arguments: &[&str]) -> Terminal {
+        as_if_homed(place.command(), &served.door("tcp"));
         let mut command = place.command();
         command
             .args(["--port", &served.door("tcp")])

@@ -9,6 +9,7 @@ use ::magician::commands::WaitCmd;
 use serde_json::Value;
 
 use crate::magician::command;
+use crate::magician::homed::as_if_homed;
 use crate::magician::served::Served;
 
 const BEFORE: &str = "restored now: PTPCommonParams";
@@ -84,9 +85,17 @@ impl Place {
         command.spawn().expect("it starts")
     }
 
+    /// The arm at this door counts as homed.
+    fn is_homed(&self, door: &str) {
+        let mut command = command();
+        command.env("XDG_STATE_HOME", self.path("state"));
+        as_if_homed(command, door);
+    }
+
     /// The arm at its usual 77 percent, and a run at 21 that is killed under way.
     fn killed(&mut self, door: &str) {
         self.run(door, &["alarms", "--clear"]);
+        self.is_homed(door);
         let usual = ["velocity_ratio=77", "acceleration_ratio=66"];
         self.run(door, &["set", "PTPCommonParams", usual[0], usual[1]]);
         let program = self.program();
@@ -188,6 +197,7 @@ fn each_arm_has_its_own_debts_and_a_living_process_keeps_its_own() {
     assert!(!err.contains("note:"), "another arm: {err}");
     // The same arm at another port.
     place.run(&two, &["alarms", "--clear"]);
+    place.is_homed(&two);
     let program = place.program();
     let mut child = place.start(&two, &["run", &program]);
     place

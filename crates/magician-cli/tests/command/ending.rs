@@ -115,54 +115,6 @@ fn a_second_signal_moves_nothing() {
 }
 
 #[test]
-fn an_arm_that_was_not_homed_is_not_drawn_with() {
-    let place = Place::new("50");
-    place.write(
-        "pen.gcode",
-        "G21 G90\nG0 X220 Y0 Z10\nG1 Z-40 F900\nG1 X240\nG0 Z10\n",
-    );
-    let burn = "G21 G90\nG0 X220 Y0 Z0\nM3 S0\nG1 X221 F600 S500\nM5\n";
-    place.write("burn.gcode", burn);
-    let plan = r#"{"format":"magician-plan","version":1,"title":"a","steps":[{"move":[220,0,0,0],"by":"joints"}]}"#;
-    place.write("a.plan.json", plan);
-    for arguments in [
-        &["draw", "line.svg", "--surface", "-50"][..],
-        &["run", "line.svg", "--surface", "-50"],
-        &["run", "pen.gcode"],
-        &["run", "burn.gcode", "--yes"],
-        &["draw", "a.plan.json"],
-        &["engrave", "line.svg", "--surface", "-50", "--yes"],
-    ] {
-        let trace = ["--trace", "frames.trace"];
-        let refused = place.run(&[&trace[..], arguments].concat());
-        assert_eq!(refused.status.code(), Some(3), "{refused:?}");
-        let error = error_object(&refused);
-        assert_eq!(error["kind"], "invalid-input");
-        assert_eq!(error["code"], "not-homed");
-        let remedies = serde_json::json!([
-            {"action": "home", "effect": "homes it"},
-            {"option": "unhomed", "value": true, "effect": "goes on anyway"},
-        ]);
-        assert_eq!(error["remedies"], remedies);
-        let sent = place.dir.path().join("frames.trace");
-        let sent = run(&["decode", "--json", sent.to_str().expect("UTF-8")]).objects();
-        assert!(!sent.is_empty());
-        assert!(sent.iter().all(|frame| frame["write"] == false), "{sent:?}");
-    }
-    for arguments in [
-        &["run", "a.plan.json"][..],
-        &["draw", "line.svg", "--surface", "-50", "--check"],
-        &["draw", "line.svg", "--surface", "-50", "--unhomed"],
-        &["run", "pen.gcode", "--unhomed"],
-    ] {
-        let done = place.run(arguments);
-        assert!(done.status.success(), "{done:?}");
-    }
-    assert!(place.run(&["alarms", "--clear"]).status.success());
-    assert!(place.run(&["run", "pen.gcode"]).status.success());
-}
-
-#[test]
 fn a_run_says_how_its_tool_stands() {
     let place = Place::homed("50");
     let end = |arguments: &[&str]| {

@@ -4,6 +4,7 @@
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 
+use crate::magician::homed::as_if_homed;
 use crate::magician::served::Served;
 use crate::magician::{command, run};
 use serde_json::{Value, json};
@@ -31,6 +32,7 @@ impl Place {
             run(&["--port", &place.port(), "alarms", "--clear"]).status,
             0
         );
+        as_if_homed(command(), &place.port());
         place
     }
 

@@ -8,6 +8,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
+use crate::magician::homed::as_if_homed;
 use crate::magician::served::Served;
 use crate::magician::terminal::Terminal;
 use crate::magician::{Run, command, run, run_with};
@@ -34,6 +35,7 @@ impl Place {
             dir,
         };
         assert_eq!(place.run(&["alarms", "--clear"]).status, 0);
+        as_if_homed(command(), &place.port());
         place
     }
 
@@ -106,7 +108,7 @@ impl Place {
 }
 
 /// The frames of a trace by which the host writes.
-fn written(trace: &str) -> Vec<String> {
+pub(crate) fn written(trace: &str) -> Vec<String> {
     let all = run(&["decode", trace, "--json"]).objects();
     let writes = all.iter().filter(|one| one["direction"] == "request");
     let writes = writes.filter(|one| one["write"] == true || one["queued"] == true);

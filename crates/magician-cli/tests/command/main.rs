@@ -17,6 +17,7 @@ mod ending;
 mod floods;
 mod framing;
 mod full_disk;
+mod homing;
 mod hostile;
 mod interrupt;
 mod laser;

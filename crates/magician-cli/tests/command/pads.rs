@@ -5,6 +5,7 @@ use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
+use crate::magician::homed::as_if_homed;
 use crate::magician::served::Served;
 use crate::magician::terminal::Terminal;
 use crate::magician::{command, run, run_with};
@@ -28,6 +29,7 @@ impl Place {
     /// The same in a directory.
     fn within(dir: &Path, arguments: &[&str], shown: &str) -> Self {
         let served = Served::start(&["--tcp", "127.0.0.1:0", "--speed", "1"], 1);
+        as_if_homed(command(), &served.door("tcp"));
         let mut command = command();
         command
             .args(["--port", &served.door("tcp")])
@@ -335,6 +337,7 @@ fn a_hand_that_lets_go_of_the_key_stores_the_place() {
     sim.args(["sim", "--pty", port, "--tui"]);
     let mut sim = Terminal::with_stdout(sim, Some(Stdio::piped()));
     sim.until_seen("from above");
+    as_if_homed(command(), port);
     let mut teach = command();
     teach
         .args(["--port", port, "teach"])

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::magician::homed::as_if_homed;
 use crate::magician::served::Served;
 use crate::magician::{Run, command, run};
 use serde_json::Value;
@@ -26,6 +27,7 @@ impl Place {
         let served = Served::start(&["--tcp", "127.0.0.1:0", "--speed", "1"], 1);
         let place = Self { dir, served };
         assert_eq!(place.arm(&["alarms", "--clear"]).status, 0);
+        as_if_homed(command(), &place.served.door("tcp"));
         place
     }
 

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
 use crate::magician::command;
+use crate::magician::homed::as_if_homed;
 use crate::magician::served::Served;
 use serde_json::Value;
 
@@ -25,7 +26,15 @@ impl Place {
         let door = served.door("tcp");
         let place = Self { dir, served, door };
         assert!(place.run(&["alarms", "--clear"]).status.success());
+        place.is_homed();
         place
+    }
+
+    /// The arm counts as homed.
+    fn is_homed(&self) {
+        let mut command = command();
+        command.env("XDG_STATE_HOME", self.dir.path().join("state"));
+        as_if_homed(command, &self.door);
     }
 
     fn path(&self, name: &str) -> PathBuf {
@@ -210,6 +219,7 @@ fn an_arm_that_was_switched_off_leaves_it_to_the_person() {
     place.served = serve(&[]);
     place.door = place.served.door("tcp");
     assert!(place.run(&["alarms", "--clear"]).status.success());
+    place.is_homed();
     let doubt = place.run(&["run", &program, "--resume"]);
     assert_eq!(doubt.status.code(), Some(9), "{doubt:?}");
     assert_eq!(error(&doubt)["kind"], "uncertain");
@@ -239,6 +249,7 @@ fn an_arm_that_was_reset_meanwhile_does_nothing_twice() {
     let failed = place.run(&["run", &program]);
     assert_eq!(failed.status.code(), Some(9), "{failed:?}");
     assert!(place.run(&["alarms", "--clear"]).status.success());
+    place.is_homed();
     // Its index is 0 again, which does not mean that nothing was done.
     let doubt = place.run(&["run", &program, "--resume"]);
     assert_eq!(doubt.status.code(), Some(9), "{doubt:?}");

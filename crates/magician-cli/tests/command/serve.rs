@@ -9,6 +9,7 @@ use std::process::Command;
 use magician_program::{Action, Origin, Plan, Travel};
 use serde_json::{Value, json};
 
+use crate::magician::homed::as_if_homed;
 use crate::magician::served::Served;
 use crate::magician::{command, run};
 
@@ -222,6 +223,7 @@ fn what_moves_is_stopped_at_the_end() {
     let folder = tempfile::tempdir().unwrap();
     let port = folder.path().join("arm").to_str().unwrap().to_owned();
     let _arm = Served::start(&["--pty", &port], 1);
+    as_if_homed(command(), &port);
     let station = Station::start(&["--port", &port]);
     let slow = json!({"command": "PTPCommonParams", "fields": {"velocity_ratio": 1, "acceleration_ratio": 1}});
     station.call("arm.set", &slow);

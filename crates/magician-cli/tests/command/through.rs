@@ -378,6 +378,27 @@ impl Place {
         }
     }
 
+    /// The same, homed if the verb needs that.
+    fn homed_for(verb: &str, by_station: bool) -> Self {
+        let place = Self::new(by_station);
+        let needs = [
+            "draw",
+            "engrave",
+            "write",
+            "frame",
+            "testgrid",
+            "run",
+            "play",
+            "teach",
+            "calibrate",
+        ];
+        if needs.contains(&verb) {
+            let homed = place.run(&["home"]);
+            assert_eq!(homed.status, 0, "{homed:?}");
+        }
+        place
+    }
+
     fn command(&self, words: &[&str]) -> std::process::Command {
         let mut command = command();
         command.args(&self.way).args(words);
@@ -481,7 +502,7 @@ fn lines_do_the_same_through_a_station() {
         Same(lines) => Some(*lines),
         _ => None,
     }) {
-        let (at_port, through) = (Place::new(false), Place::new(true));
+        let (at_port, through) = (Place::homed_for(verb, false), Place::homed_for(verb, true));
         for words in lines {
             let (here, there) = (at_port.run(words), through.run(words));
             if told(&here) != told(&there) {
@@ -500,7 +521,7 @@ fn pads_do_the_same_through_a_station() {
         Pad(words, keys, end) => Some((*words, *keys, *end)),
         _ => None,
     }) {
-        let (at_port, through) = (Place::new(false), Place::new(true));
+        let (at_port, through) = (Place::homed_for(verb, false), Place::homed_for(verb, true));
         assert_eq!(
             at_port.pad(words, keys, end),
             through.pad(words, keys, end),

@@ -169,6 +169,7 @@ fn doctor_says_what_is_wrong_with_a_station() {
         "arm",
         "lease",
         "alarms",
+        "homed",
         "clock",
     ];
     assert_eq!(names, wanted);

@@ -58,9 +58,6 @@ impl Work {
             arm.stop_gentle().await?;
             arm.clear_queue().await?;
         }
-        if spec.refuse_unhomed {
-            arm.check_homed().await?;
-        }
         self.check_ready().await?;
         let key = self.key().await;
         self.track().is_of(&key, self.passes_over);
@@ -70,6 +67,11 @@ impl Work {
         };
         if spec.begins_here && program.depends_on_start(place.0) {
             return Err(Fault::BeginsElsewhere.into());
+        }
+        // A program that homes first needs no homed arm, but what it sees of its own homing is kept.
+        match program.homes_first(place.0) {
+            true => drop(arm.homed().await?),
+            false => arm.check_homed().await?,
         }
         if spec.saved.is_some() {
             let settled = SavedSettings::settle(arm, Access::Sets).await;

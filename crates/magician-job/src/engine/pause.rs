@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use magician::commands::{DeviceTime, Pose};
-use magician::{Alarm, Error, ErrorKind, Set};
+use magician::{Alarm, Error, ErrorCode, ErrorKind, Set};
 use magician_program::resume::{ResumePoint, StepRange, resume_point_at};
 use magician_program::{PauseCause, RemainingProgram};
 use tokio::time::{Instant, sleep};
@@ -325,6 +325,15 @@ impl Work {
         let Some((from, within)) = place.from else {
             return Err(ResumeError::Unknown);
         };
+        // Clearing the alarm of a reset homes nothing.
+        if !self.spec.program.homes_first(from) {
+            arm.check_homed()
+                .await
+                .map_err(|error| match error.code() {
+                    ErrorCode::NotHomed => ResumeError::Reset,
+                    _ => told(error),
+                })?;
+        }
         arm.wait_still().await.map_err(|error| match error.kind() {
             ErrorKind::Timeout => ResumeError::Busy,
             _ => told(error),

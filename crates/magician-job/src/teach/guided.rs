@@ -15,8 +15,10 @@ const PERIOD: Duration = Duration::from_millis(100);
 /// it cannot. `saved` restores what is changed for that.
 ///
 /// # Errors
-/// When the line is gone, and when the arm does not take the settings.
+/// When the line is gone, when the arm does not take the settings, and for an arm that is not known to be homed
+/// ([`Arm::check_homed`]).
 pub async fn guided_points(arm: &Arm, saved: &SavedSettings) -> Result<Option<Polled<Pose>>> {
+    arm.check_homed().await?;
     let before = async {
         let mode = arm.get::<HhtTrigMode>().await?;
         let enabled = arm.get::<HhtTrigOutputEnabled>().await?;

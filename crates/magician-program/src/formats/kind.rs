@@ -161,10 +161,10 @@ impl Format {
         })
     }
 
-    /// Whether an arm must have been homed for it: drawings, images and G-code say where on a sheet something goes, and come out
-    /// in the wrong place on an arm that does not know where it is. What was taught is what that arm said of itself.
+    /// True for drawings, images and G-code: they say where on a sheet something goes. What was taught is what that arm said of
+    /// itself.
     #[must_use]
-    pub fn needs_homed_arm(self) -> bool {
+    pub fn is_drawing(self) -> bool {
         match self {
             Self::Svg
             | Self::Gcode

@@ -164,7 +164,7 @@ impl FileToLay {
     /// What becomes of the pen and the arm at its end.
     #[must_use]
     pub fn ending(&self, setup: &Setup) -> Ending {
-        let drawing = self.options.needs_homed_arm(setup, self.format);
+        let drawing = self.options.is_drawing(setup, self.format);
         self.options.ending(&self.defaults, drawing)
     }
 }

@@ -87,10 +87,10 @@ impl SetupOptions {
         }
     }
 
-    /// Whether a real arm has to be homed for it.
+    /// True if it is drawn or engraved: the pen or the laser leaves the work at its end.
     #[must_use]
-    pub fn needs_homed_arm(&self, setup: &Setup, format: Format) -> bool {
-        setup.work != Work::Default || setup.framing.is_some() || format.needs_homed_arm()
+    pub fn is_drawing(&self, setup: &Setup, format: Format) -> bool {
+        setup.work != Work::Default || setup.framing.is_some() || format.is_drawing()
     }
 
     /// Lays what was read before the arm.

@@ -18,7 +18,7 @@ mod timetable;
 use std::sync::Arc;
 
 use magician_host::words::Preflight;
-use magician_host::{Ctrl, FrameBuf, Set};
+use magician_host::{Ctrl, FrameBuf, Set, burns};
 
 pub use numbering::StepNumbering;
 pub use remaining::RemainingProgram;
@@ -108,6 +108,32 @@ impl Program {
     pub fn depends_on_start(&self, step: u64) -> bool {
         let nth = step.checked_rem(self.steps_per_iteration()).unwrap_or(0);
         step > 0 && nth < self.leading
+    }
+
+    /// True if behind so many steps it homes the arm before anything moves or burns, or does neither.
+    ///
+    /// ```
+    /// use magician_program::{Action, Origin, Plan, Program};
+    ///
+    /// let mut plan = Plan::new("homes in its middle");
+    /// for action in [Action::Wait(10), Action::Home, Action::Path { to: [220.0, 0.0, 20.0] }] {
+    ///     plan.push(action, Origin::NONE);
+    /// }
+    /// let program = Program::new(plan, Some(2));
+    /// let homes = [0, 1, 2, 3].map(|step| program.homes_first(step));
+    /// assert_eq!(homes, [true, true, false, true]);
+    /// ```
+    #[must_use]
+    pub fn homes_first(&self, step: u64) -> bool {
+        let each = self.plan.steps.len();
+        let nth = usize::try_from(step.checked_rem(self.steps_per_iteration()).unwrap_or(0));
+        let (before, rest) = self.plan.steps.split_at(nth.unwrap_or(0).min(each));
+        let mut commands = { rest.iter().chain(before) }.filter_map(|step| step.action.command());
+        let homes = |command: &Set| matches!(command, Set::HomeCmd(_));
+        let needs_homed = |command: &Set| command.row().effect.moves_arm() || burns(command, true);
+        commands
+            .find(|command| homes(command) || needs_homed(command))
+            .is_none_or(|first| homes(&first))
     }
 
     /// Whether that holds for all of its steps.

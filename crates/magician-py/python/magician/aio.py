@@ -760,7 +760,8 @@ class Arm(Bound):
     # Motion: each of these goes there and waits until it has.
 
     async def home(self, *, wait: bool = True) -> Motion[None]:
-        """Homes the arm, waits until it is done, and clears the alarms: up to half a minute (document 1.6.2)."""
+        """Homes the arm, waits until it is done, and clears the alarms: up to half a minute (document 1.6.2). Until it
+        is switched off, programs on this computer know that it is homed."""
         return await self._go(homing(self._core), wait)
 
     @overload
@@ -1598,8 +1599,8 @@ class Arm(Bound):
         :param check: Whether to refuse a plan that the arm cannot do.
         :param keep: Whether to run first the commands that an earlier program left in the queue.
         :param require_homed: Whether to refuse an arm that was not homed since it was switched on.
-        :param unhomed: Whether to draw or engrave with an arm (a virtual one aside) that was not homed since it was
-            switched on. It may go to the wrong place.
+        :param unhomed: Whether to run on an arm (a virtual one aside) that is not known to be homed since it was switched
+            on. It may go to the wrong place.
         :param stay: Whether the pen stays down at the end, and when the drawing is stopped, instead of going up.
         :param park: The position (x, y, z) to which the tip of the tool goes at the end: up first, then across.
         :param lift: How far the pen goes up, mm; that of :func:`~magician.load`, or 10.
@@ -1792,7 +1793,9 @@ class Arm(Bound):
         """
         return Recording(self._core, None, _recorded(path, rate, tolerance, units, overwrite))
 
-    def teach(self, *, by: Literal["joints", "line", "jump"] = "joints", title: str = "") -> Lesson:
+    def teach(
+        self, *, by: Literal["joints", "line", "jump"] = "joints", title: str = "", unhomed: bool = False
+    ) -> Lesson:
         """Teaches a program by hand while a ``with`` block runs: hold the unlock key on the forearm, lead the arm, and
         let go of the key; each time that is a point.
 
@@ -1803,8 +1806,10 @@ class Arm(Bound):
 
         :param by: How the points are reached: with all joints together, on a straight line, or up, across and down.
         :param title: What the program is called.
+        :param unhomed: Whether to teach an arm (a virtual one aside) that is not known to be homed since it was switched
+            on. Its points may lie in the wrong place.
         """
-        return Lesson(self._core, text("title", title), text("by", by))
+        return Lesson(self._core, text("title", title), text("by", by), **flags(unhomed=unhomed))
 
     async def picture(self) -> Picture:
         """A picture of the arm's present pose, from above and from the side."""
@@ -2203,9 +2208,9 @@ class Lesson(Bound):
     that. Iterated it gives the points that the hand teaches, waiting for each, until :meth:`close`.
     """
 
-    def __init__(self, core: Core, title: str, by: str) -> None:
+    def __init__(self, core: Core, title: str, by: str, unhomed: bool) -> None:
         self._core = core
-        self._how = (title, by)
+        self._how = (title, by, unhomed)
         self._native: NativeLesson | None = None
         self._open = False
         self._given = 0

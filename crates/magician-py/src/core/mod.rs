@@ -74,7 +74,8 @@ pub(crate) fn options(
         .window(window)
         .probe(probe)
         .reconnect(reconnect)
-        .echo(seconds(py, "the echo", echo)?))
+        .echo(seconds(py, "the echo", echo)?)
+        .homings(magician_job::homings()))
 }
 
 /// With the fence that was given instead of the one in the file of settings.

@@ -279,9 +279,7 @@ impl PyPlan {
                 .map(|placed| (placed.scale, placed.turn, placed.at, placed.page)),
             rows: false,
             assumed: (!taught || placed) && setup.surface.is_none(),
-            needs_homed_arm: wanted.work.is_some()
-                || said.frame.is_some()
-                || format.needs_homed_arm(),
+            is_drawing: wanted.work.is_some() || said.frame.is_some() || format.is_drawing(),
             lift: said.lift,
         };
         Ok(Self::of(made.plan, source))

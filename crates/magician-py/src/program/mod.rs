@@ -41,8 +41,8 @@ pub(crate) struct Source {
     pub(crate) rows: bool,
     /// The surface is that of a virtual arm's table: the true height of the paper was not given.
     pub(crate) assumed: bool,
-    /// It goes to a place on a sheet: a drawing, an image, G-code.
-    pub(crate) needs_homed_arm: bool,
+    /// It is drawn or engraved: a drawing, an image, G-code.
+    pub(crate) is_drawing: bool,
     /// How far its pen is lifted, if that was said, mm.
     pub(crate) lift: Option<f64>,
 }
@@ -106,14 +106,12 @@ impl Source {
             self.placed,
             self.rows,
             self.assumed,
-            self.needs_homed_arm,
+            self.is_drawing,
             self.lift,
         )
     }
 
-    fn of_kept(
-        (name, format, notes, placed, rows, assumed, needs_homed_arm, lift): KeptSource,
-    ) -> Self {
+    fn of_kept((name, format, notes, placed, rows, assumed, is_drawing, lift): KeptSource) -> Self {
         let code_of = |name: String| {
             DiagnosticCode::ALL
                 .into_iter()
@@ -140,7 +138,7 @@ impl Source {
             placed,
             rows,
             assumed,
-            needs_homed_arm,
+            is_drawing,
             lift,
         }
     }

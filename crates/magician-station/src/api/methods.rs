@@ -12,6 +12,11 @@ const YES: Param = may(
     Kind::Switch,
     "that it is meant: for what is dangerous or may burn",
 );
+const UNHOMED: Param = may(
+    "unhomed",
+    Kind::Switch,
+    "takes an arm that is not known to be homed: perhaps in the wrong place",
+);
 const TOOL: Kind = Kind::Either(&[
     Kind::Choice(&["none", "suction", "gripper", "pen", "laser"]),
     Kind::Numbers(3, 3),
@@ -520,11 +525,7 @@ pub(super) const STATION: &[Method] = &[
                 Kind::Switch,
                 "whether an arm that was not homed is refused",
             ),
-            may(
-                "unhomed",
-                Kind::Switch,
-                "whether an arm that was not homed may draw: perhaps in the wrong place",
-            ),
+            UNHOMED,
             YES,
             may(
                 "on_lost",
@@ -693,6 +694,7 @@ pub(super) const STATION: &[Method] = &[
                 Kind::Choice(&["joint", "linear", "jump"]),
                 "how the step is reached; joint unless given",
             ),
+            UNHOMED,
         ],
         "A step of a program that leads to where the arm stands.",
         "{step}, as in plan files",
@@ -703,6 +705,7 @@ pub(super) const STATION: &[Method] = &[
         &[
             ARM,
             needed("on", Kind::Switch, "whether it tells; it ends with the lease as well"),
+            UNHOMED,
         ],
         "Has the arm tell where its unlock key is released: each time an event `hand-trigger` with the `step` that leads there.",
         "null",

@@ -1,6 +1,7 @@
 //! A client of a station: requests and notifications over a WebSocket that comes back, and a line to an arm through it.
 
 mod address;
+mod homings;
 mod line;
 mod task;
 mod trust;
@@ -13,6 +14,7 @@ use serde_json::{Value, json};
 use tokio::sync::{broadcast, mpsc, oneshot, watch};
 
 pub use self::address::StationAddress;
+pub use self::homings::StationHomings;
 pub use self::line::{LineEnd, StationLine};
 use self::task::{Order, Task};
 pub use self::trust::Trust;

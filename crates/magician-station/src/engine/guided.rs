@@ -21,6 +21,8 @@ use crate::order::{ArmReport, Outcome};
 #[derive(Default)]
 pub(super) struct Guided {
     wanted: bool,
+    /// It is wanted of an arm that is not known to be homed, too.
+    unhomed: bool,
     now: Now,
     /// Requests that are answered when what is wanted is so.
     asked: Vec<RequestId>,
@@ -61,7 +63,11 @@ impl Guided {
 
     /// Goes on to what is wanted. True when it is so.
     fn turn(&mut self, arm: &Arm) -> bool {
-        let (arm, saved) = (arm.clone(), self.saved.clone());
+        let saved = self.saved.clone();
+        let arm = match self.unhomed {
+            true => arm.allowing_unhomed(),
+            false => arm.clone(),
+        };
         match (&self.now, self.wanted) {
             (Now::Off, false) | (Now::On(_), true) => return true,
             (Now::Begins(_) | Now::Ends(_), _) => {}
@@ -86,8 +92,8 @@ async fn end(arm: Arm, saved: SavedSettings) {
 
 impl Work {
     /// The arm is to be asked, or no more; the request is answered when it is so.
-    pub(super) fn guide(&mut self, request: Option<RequestId>, on: bool) {
-        self.guided.wanted = on;
+    pub(super) fn guide(&mut self, request: Option<RequestId>, on: bool, unhomed: bool) {
+        (self.guided.wanted, self.guided.unhomed) = (on, unhomed);
         self.guided.asked.extend(request);
         self.turn_guided();
     }

@@ -136,6 +136,10 @@ impl Work {
             Ok(()) => self.arm.allowing_laser(),
             Err(_) => self.arm.clone(),
         };
+        let arm = match start.order.unhomed {
+            true => arm.allowing_unhomed(),
+            false => arm,
+        };
         let handle = Job::start(&arm, spec, (self.jobs_with.journal)());
         let Some(slot) = &mut self.job else {
             return;
@@ -206,7 +210,6 @@ impl Work {
             let problem = RpcError::from(magician::Error::from(misfit.clone()));
             return Err(RpcError::new(RpcError::CHECK_FAILED, problem.message));
         }
-        let real = !self.arm.is_virtual();
         Ok(JobSpec::new(whole)
             .ending(program.ending)
             .start(if start.resumes {
@@ -216,8 +219,7 @@ impl Work {
             })
             .overlap(start.overlap)
             .keep(order.keep)
-            .require_homed(order.require_homed)
-            .refuse_unhomed(real && program.needs_homed_arm && !order.unhomed))
+            .require_homed(order.require_homed))
     }
 
     fn never_began(&mut self, job: JobId, state: &'static str, error: Option<RpcError>) {

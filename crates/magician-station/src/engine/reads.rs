@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use magician::commands::{DeviceWithL, Pose, PoseL};
 use magician::report::{AlarmReport, ArmInfo};
 use magician::{
-    Alarm, AlarmSet, Arm, ArmOutputs, Ctrl, GripperState, Level, Pin, Result, Status, ToolBias,
+    AlarmSet, Arm, ArmOutputs, Ctrl, GripperState, Level, Pin, Result, Status, ToolBias,
 };
 use magician_job::teach::ProgramModel;
 use magician_program::Travel;
@@ -31,6 +31,8 @@ pub(super) struct Known {
 impl Known {
     /// Reads what is not read each time; tools and speed go into the driver's picture of the arm.
     pub(super) async fn read(arm: &Arm) -> Result<Self> {
+        // What is remembered of a homing counts from here on.
+        arm.homed().await?;
         arm.read_outputs().await?;
         let on_rail = arm.get::<DeviceWithL>().await?.with_l.is_on();
         let rail = if on_rail {
@@ -56,6 +58,7 @@ impl Known {
             status.current.0,
             status.left_space,
             &status.alarms,
+            status.homed,
             arm.moving() || moved,
             &status.pins,
             status.at.elapsed(),
@@ -78,6 +81,7 @@ impl Known {
         current_index: u64,
         left_space: u32,
         alarms: &AlarmSet,
+        homed: Option<bool>,
         moving: bool,
         pins: &[Level],
         age: Duration,
@@ -92,8 +96,7 @@ impl Known {
             alarm_holds: alarms.blocking(),
             link: true,
             moving,
-            // Alarm 0x00 stands from a reset until homing, or until it is cleared: then it is not known.
-            homed: alarms.contains(Alarm::ResetOccurred).then_some(false),
+            homed,
             rail: self.rail,
             tool: tool(&outputs),
             speed: outputs.speed,
@@ -150,6 +153,7 @@ pub(super) async fn reading(arm: &Arm, known: &mut Known) -> Result<ArmReading> 
         current,
         space,
         &alarms,
+        arm.homed_under(&alarms),
         moving,
         &[],
         Duration::ZERO,
@@ -194,7 +198,10 @@ async fn value(arm: &Arm, read: ArmRead) -> std::result::Result<Value, RpcError>
             arm.wait_still().await?;
             Ok(stood(&arm.get::<Pose>().await?))
         }
-        ArmRead::Capture(by) => {
+        ArmRead::Capture { by, unhomed } => {
+            if !unhomed {
+                arm.check_homed().await?;
+            }
             arm.wait_still().await?;
             capture(&arm.get::<Pose>().await?, by)
         }

@@ -78,7 +78,8 @@ impl Station {
             ("arm.alarms", Some(arm)) => Ok(self.read(call, arm, ArmRead::Alarms)),
             ("arm.state", Some(arm)) => self.state(call, arm),
             ("teach.capture", Some(arm)) => {
-                Ok(self.read(call, arm, ArmRead::Capture(path(call.params))))
+                let (by, unhomed) = (path(call.params), call.params.is_on("unhomed"));
+                Ok(self.read(call, arm, ArmRead::Capture { by, unhomed }))
             }
             ("link.read", Some(arm)) => {
                 let (id, params) = raw(call.params)?;

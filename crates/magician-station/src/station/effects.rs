@@ -90,8 +90,15 @@ impl Station {
                 self.jog_over(now, arm, jog, why);
             }
             Effect::EndGuide { arm } => {
-                let (request, on) = (None, false);
-                self.order(arm, ArmOrder::Guide { request, on });
+                let (request, on, unhomed) = (None, false, false);
+                self.order(
+                    arm,
+                    ArmOrder::Guide {
+                        request,
+                        on,
+                        unhomed,
+                    },
+                );
             }
             Effect::EndMotors { arm } => self.order(arm, ArmOrder::StopMotors),
             Effect::EndWork {

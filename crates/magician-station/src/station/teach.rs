@@ -22,6 +22,7 @@ impl Station {
         kind: WorkKind,
     ) -> Result<Handled, RpcError> {
         let (request, on) = (call.request, call.params.is_on("on"));
+        let unhomed = call.params.is_on("unhomed");
         self.take_lease(call, arm);
         let begun = self
             .control
@@ -29,7 +30,14 @@ impl Station {
         begun.map_err(|refusal| self.refused(arm, refusal))?;
         self.control.guide(arm, on);
         let request = Some(request);
-        self.order(arm, ArmOrder::Guide { request, on });
+        self.order(
+            arm,
+            ArmOrder::Guide {
+                request,
+                on,
+                unhomed,
+            },
+        );
         Ok(Handled::Later(call.request, Awaited::Arm(arm)))
     }
 

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use magician::sim::ExternalEvent;
 use serde_json::{Value, json};
 
 use crate::bench::Bench;
@@ -185,4 +186,30 @@ async fn events_have_numbers_and_can_be_had_later() {
     let earlier =
         later["events"].as_array().unwrap().len() - rest["events"].as_array().unwrap().len();
     assert_eq!(Some(earlier as u64), told[0]["seq"].as_u64());
+}
+
+#[tokio::test(start_paused = true)]
+async fn homed_is_true_from_homing_to_the_next_reset() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    let made = anna.ok("arm.subscribe", json!({"rate": 10})).await;
+    anna.lease().await;
+    let mut asked = Vec::new();
+    for step in ["", "arm.clear_alarms", "arm.home", "reset"] {
+        match step {
+            "" => {}
+            "reset" => bench.arms[0].with(|arm| arm.inject(ExternalEvent::Reset)),
+            method => drop(anna.ok(method, json!({})).await),
+        }
+        anna.listen(Duration::from_secs(1)).await;
+        let state = anna.ok("arm.state", json!({})).await;
+        asked.push(state["homed"].clone());
+    }
+    let course = [json!(false), Value::Null, json!(true), json!(false)];
+    assert_eq!(asked, course);
+    let states = states(&anna.notices, &made["subscription"]);
+    let told: Vec<_> = { states.iter() }
+        .filter_map(|state| state.get("homed"))
+        .collect();
+    assert_eq!(told, course.iter().collect::<Vec<_>>(), "{told:?}");
 }

@@ -160,7 +160,7 @@ impl Arm {
         }
         let (messages, inbox) = mpsc::channel(64);
         let (events, _) = broadcast::channel(KEPT);
-        let shared = Arc::new(Shared::new(&line, &events));
+        let shared = Arc::new(Shared::new(&line, &events, options.homings.clone()));
         let (tried, in_process) = (line.tried, line.in_process);
         #[cfg(feature = "sim")]
         let virtual_arm = line.arm.clone();
@@ -189,6 +189,7 @@ impl Arm {
         let arm = Self {
             allows_laser: inner.options.allow_laser,
             passes_jogs: inner.options.raw_jogs,
+            allows_unhomed: false,
             inner: Arc::new(inner),
             patience: Duration::ZERO,
         };

@@ -2,13 +2,13 @@
 
 use std::time::Duration;
 
-use magician_host::{ArmOutputs, ArmPicture};
+use magician_host::{ArmOutputs, ArmPicture, HomingTracker};
 use magician_protocol::commands::{
-    AlarmsState, EndEffectorGripper, EndEffectorParams, EndEffectorSuctionCup, Pose,
+    AlarmsState, EndEffectorGripper, EndEffectorParams, EndEffectorSuctionCup, HomeCmd, Pose,
     PtpCommonParams, QueuedCmdCurrentIndex, QueuedCmdLeftSpace, QueuedCmdStartExec,
 };
 use magician_protocol::{
-    AlarmSet, Effect, Frame, NoArgs, QueuedCmdIndex, Readable, Row, Set, Writable,
+    Alarm, AlarmSet, Effect, Frame, NoArgs, QueuedCmdIndex, Readable, Row, Set, Writable,
 };
 use tokio::time::{Instant, sleep};
 
@@ -42,6 +42,7 @@ pub(super) struct Known {
     shared: bool,
     standing: Option<Standing>,
     alarms: Option<(AlarmSet, Micros)>,
+    pub(super) homing: HomingTracker,
     /// The last look at the queue, if nothing but reads went out since.
     look: Option<QueueLook>,
     /// Frames so far that were no reads.
@@ -95,6 +96,7 @@ impl Known {
             shared,
             standing: None,
             alarms: None,
+            homing: HomingTracker::default(),
             look: None,
             orders: 0,
             runs: false,
@@ -106,6 +108,7 @@ impl Known {
     /// A request goes out.
     pub(super) fn sends(&mut self, request: &Frame<'_>) {
         self.picture.sent(request);
+        self.homing.sends(request);
         let ctrl = request.ctrl();
         if ctrl.write() || ctrl.queued() {
             self.look = None;
@@ -139,13 +142,22 @@ impl Known {
         if ctrl.queued() {
             if let Ok(QueuedCmdIndex(index)) = reply.read() {
                 self.accounted = self.accounted.max(index);
+                if request.id() == HomeCmd::ROW.id {
+                    self.homing.accepted(index);
+                }
             }
-        } else if !ctrl.write()
-            && request.id() == <AlarmsState as Readable>::ROW.id
+        } else if ctrl.write() {
+            // A write has been answered: only readings tell more.
+        } else if request.id() == <QueuedCmdCurrentIndex as Readable>::ROW.id {
+            if let Ok(read) = reply.read::<QueuedCmdCurrentIndex>() {
+                self.homing.read_current(read.queued_cmd_current_index);
+            }
+        } else if request.id() == <AlarmsState as Readable>::ROW.id
             && let Ok(read) = reply.read::<AlarmsState>()
         {
             self.alarms = Some((read.alarms_state, now));
             self.runs &= !read.alarms_state.blocking();
+            self.homing.read_alarms(read.alarms_state);
         }
     }
 
@@ -158,6 +170,23 @@ impl Known {
     pub(super) fn accepted(&mut self, index: u64, command: &Set) {
         self.accounted = self.accounted.max(index);
         self.picture.accepted(index, command);
+        if matches!(command, Set::HomeCmd(_)) {
+            self.homing.accepted(index);
+        }
+    }
+
+    /// The line was lost: an arm that comes back may be another one, or have been switched off. A record tells.
+    pub(super) fn lost(&mut self) {
+        self.forget();
+        self.homing.forget();
+    }
+
+    /// True if the arm was seen to be homed since power-up, false while it says that it was not, under these alarms.
+    pub(super) fn homed_under(&self, alarms: &AlarmSet) -> Option<bool> {
+        match self.homing.is_homed() {
+            true => Some(true),
+            false => alarms.contains(Alarm::ResetOccurred).then_some(false),
+        }
     }
 
     /// The line was lost, or others have used the arm.

@@ -7,6 +7,7 @@ mod fenced_jog;
 mod flow;
 mod gate;
 mod halt;
+mod homing;
 mod in_flight;
 mod jog;
 mod known;
@@ -37,6 +38,7 @@ pub(crate) use driver::SHUTDOWN;
 pub use events::{Event, Events};
 use flow::Flow;
 pub use halt::Stopper;
+pub use homing::{ArmIdentity, ClockRate, HomingRecord};
 pub use in_flight::sets_in_motion;
 pub use jog::{Jog, JogOptions};
 pub use link::Link;
@@ -88,6 +90,8 @@ pub struct Arm {
     allows_laser: bool,
     /// True if calls of this handle may send a jog that nothing holds.
     passes_jogs: bool,
+    /// Whether calls of this handle take an arm that is not known to be homed.
+    allows_unhomed: bool,
     /// How long calls of this handle may take, if that is longer than [`Options::timeout`].
     patience: Duration,
 }

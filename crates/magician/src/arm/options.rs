@@ -1,7 +1,9 @@
+use std::sync::Arc;
 use std::time::Duration;
 
 use magician_motion::{ArmModel, Fence};
 
+use super::HomingRecord;
 use crate::Result;
 #[cfg(feature = "faults")]
 use crate::faults::Faults;
@@ -63,6 +65,9 @@ pub struct Options {
     /// as fast and even as a jog of the arm's own ([`JogCmd`](crate::commands::JogCmd)), which is refused then, also with
     /// [`raw_jogs`](Self::raw_jogs); along y, r goes with joint 1. Off at first.
     pub bounded_jogs: bool,
+    /// Memory of homings beyond this connection ([`Arm::homed`](crate::Arm::homed)). Without one only homings that this connection
+    /// sees count. It costs a read of the serial number and of the arm's clock at each homing and each look.
+    pub homings: Option<Arc<dyn HomingRecord>>,
     /// What is done to what passes on the line, for tests: not over a stream that the caller opens.
     #[cfg(feature = "faults")]
     pub faults: Faults,
@@ -86,6 +91,7 @@ impl Default for Options {
             model: ArmModel::MAGICIAN,
             fence: None,
             bounded_jogs: false,
+            homings: None,
             #[cfg(feature = "faults")]
             faults: Faults::default(),
             #[cfg(feature = "trace")]
@@ -176,6 +182,13 @@ impl Options {
     #[must_use]
     pub fn bounded_jogs(mut self, bounded: bool) -> Self {
         self.bounded_jogs = bounded;
+        self
+    }
+
+    /// Sets [`homings`](Self::homings).
+    #[must_use]
+    pub fn homings(mut self, homings: impl Into<Option<Arc<dyn HomingRecord>>>) -> Self {
+        self.homings = homings.into();
         self
     }
 

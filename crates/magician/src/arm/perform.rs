@@ -83,6 +83,9 @@ impl Arm {
             let alarms = self.known_alarms().await?;
             self.refuse_alarms(alarms, commands, guards).await?;
         }
+        if (commands.iter()).any(|command| matches!(command, Set::HomeCmd(_))) {
+            self.expect_homing().await;
+        }
         let check = self.preflight_for(commands).await?;
         check_all(check.clone().guards(guards), commands).await?;
         let options = options.unless_stopped_since(stops);
@@ -231,6 +234,7 @@ impl Arm {
         if self.laser_told().await? == Some(true) {
             self.darken().await?;
         }
+        self.expect_homing().await;
         let home = Set::from(HomeCmd { reserved: 0 });
         self.start_with([home], options).wait(|_| {}).await?;
         // Nothing waits that this could let run.

@@ -8,6 +8,7 @@ use tokio::time::{Instant, timeout, timeout_at};
 
 use super::Arm;
 use super::driver::{Message, command_name};
+use super::homing::homes;
 use super::in_flight::InFlightMotion;
 use super::watch::Own;
 use crate::connection::{Request, is_once};
@@ -61,6 +62,9 @@ impl Arm {
 
     pub(super) async fn ask_until(&self, request: Request, deadline: Instant) -> Result<FrameBuf> {
         let stops = self.stops();
+        if homes(&request.frame().frame()) {
+            Box::pin(self.expect_homing()).await;
+        }
         let held = &self.inner.held;
         if held.fence().is_none() {
             return self.asked(request, deadline, stops).await;
@@ -182,6 +186,7 @@ impl Arm {
         if !self.inner.warned.swap(true, Ordering::SeqCst)
             && self.alarms().await?.contains(Alarm::ResetOccurred)
             && !self.is_virtual()
+            && !self.inner.shared.known().homing.is_homed()
         {
             tracing::warn!(
                 "{}: the arm reports a reset that was not cleared since; unless it was homed, its \

@@ -2,12 +2,12 @@
 
 use std::fmt;
 
+use magician_protocol::Set;
 use magician_protocol::commands::Pose;
-use magician_protocol::{Alarm, Set};
 
 use super::{Arm, RunOptions, SettingsBackup};
 use crate::words::{Preflight, line_to, move_to};
-use crate::{Action, Error, ErrorCode, Given, Result, Setting};
+use crate::{Error, ErrorCode, Result};
 
 /// What came of a [`lift`](Arm::lift).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,24 +73,6 @@ impl Arm {
         let way = course.way_to_park(place)?;
         self.retract(course, &way, stops).await?;
         self.get().await
-    }
-
-    /// Whether the arm has been homed since it was switched on, by its own word: alarm 0x00 stands until it is homed or
-    /// cleared.
-    ///
-    /// # Errors
-    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) while alarm 0x00 stands; else as [`get`](Self::get).
-    pub async fn check_homed(&self) -> Result<()> {
-        if !self.alarms().await?.contains(Alarm::ResetOccurred) {
-            return Ok(());
-        }
-        Err(Error::new(
-            ErrorCode::NotHomed,
-            "the arm was not homed since power-up (alarm 0x00), so it may draw or burn in the \
-                wrong place; nothing was sent",
-        )
-        .remedy(Action::Home, "homes it")
-        .remedy((Setting::Unhomed, Given::On), "goes on anyway"))
     }
 
     /// Where the arm stands, for a move of its own: not under an alarm that holds it.

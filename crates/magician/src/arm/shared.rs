@@ -10,6 +10,7 @@ use tokio::time::Instant;
 use super::SettingsBackup;
 use super::events::Event;
 use super::halt::Halts;
+use super::homing::{HomingRecord, Homings, Remembered};
 use super::in_flight::InFlightMotion;
 use super::jog::Life;
 use super::known::Known;
@@ -44,6 +45,7 @@ pub(super) struct Shared {
     jogs: AtomicU64,
     own: Mutex<Own>,
     known: Mutex<Known>,
+    pub(super) homings: Homings,
     queue_fault: Mutex<Option<LastFault>>,
     pub(super) halts: Mutex<Halts>,
     /// The last jog in pieces, and what such a jog has changed of the arm's settings and not given back.
@@ -80,7 +82,11 @@ struct LastFault {
 }
 
 impl Shared {
-    pub(super) fn new(line: &Line, events: &broadcast::Sender<Event>) -> Self {
+    pub(super) fn new(
+        line: &Line,
+        events: &broadcast::Sender<Event>,
+        homings: Option<Arc<dyn HomingRecord>>,
+    ) -> Self {
         Self {
             name: line.name.clone(),
             ordered: line.settings.ordered,
@@ -93,6 +99,7 @@ impl Shared {
             jogs: AtomicU64::new(0),
             own: Mutex::default(),
             known: Mutex::new(Known::new(line.is_shared)),
+            homings: Homings::new(homings),
             queue_fault: Mutex::default(),
             halts: Mutex::default(),
             bounded_jog: Mutex::default(),
@@ -151,7 +158,10 @@ impl Shared {
     /// Ends what is going on as a stop does; the next wait or run tells why.
     pub(super) fn note_fault(&self, queue_fault: QueueFault) {
         match queue_fault {
-            QueueFault::Reset(_) => self.known().reset(),
+            QueueFault::Reset(_) => {
+                self.known().reset();
+                self.remembered().forget();
+            }
             QueueFault::Unaccounted { .. } => self.known().forget(),
         }
         let mut last = held(&self.queue_fault);
@@ -181,6 +191,11 @@ impl Shared {
     /// What is known of the arm without asking it.
     pub(super) fn known(&self) -> MutexGuard<'_, Known> {
         held(&self.known)
+    }
+
+    /// What was read of the arm for the record of its homings.
+    pub(super) fn remembered(&self) -> MutexGuard<'_, Remembered> {
+        self.homings.remembered()
     }
 
     pub(super) fn in_flight(&self) -> MutexGuard<'_, InFlightMotion> {

@@ -30,6 +30,8 @@ pub struct Status {
     pub left_space: u32,
     /// The alarms that stand.
     pub alarms: AlarmSet,
+    /// Whether the arm is homed: [`Arm::homed`], by what was seen so far.
+    pub homed: Option<bool>,
     /// Levels of the watched pins, in no order.
     pub pins: Arc<[Level]>,
     /// Whether there is a line; while there is none the rest is of before.

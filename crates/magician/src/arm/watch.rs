@@ -256,7 +256,9 @@ impl Arm {
     ) -> Result<()> {
         let mut watch = Watch::new(None, self.stops());
         watch.sent(0, Some(index));
-        self.watch_until(index, &mut watch, &mut progress).await
+        self.watch_until(index, &mut watch, &mut progress).await?;
+        self.settle_homing().await;
+        Ok(())
     }
 
     pub(super) async fn watch_until(

@@ -309,6 +309,7 @@ same! {
     lift(height: f64) -> Lifted;
     park(place: [f64; 3]) -> Pose;
     check_homed() -> ();
+    homed() -> Option<bool>;
     laser() -> Option<bool>;
     check_dark() -> ();
     darken() -> ();

@@ -13,6 +13,7 @@ mod fitted;
 mod frames;
 mod gate;
 mod holds;
+mod homing;
 mod jogs;
 mod laser;
 mod lines;

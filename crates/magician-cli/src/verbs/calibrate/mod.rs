@@ -27,6 +27,7 @@ use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
 use crate::mounted::usual_tool;
 use crate::options::number;
+use crate::permission::homed;
 use crate::voice::Command;
 
 #[cfg(test)]
@@ -93,6 +94,9 @@ struct Mounted {
     /// the arm
     #[arg(long, value_name = "NAME|X,Y,Z", allow_hyphen_values = true)]
     tool: Option<Tool>,
+    /// Touch even if the arm is not known to be homed: what is measured may be wrong
+    #[arg(long)]
+    unhomed: bool,
 }
 
 impl Calibrate {
@@ -245,6 +249,7 @@ fn at_the_pad(
     let saved = context.saved.clone();
     let asks = !context.global.yes;
     context.arm_or(AT_SIGHT, StopPolicy::Pad, async |arm, _| {
+        let arm = &homed(arm, mounted.unhomed).await?;
         let tool = tool_in_force(arm, subject, mounted, usual).await?;
         let outcome = session::run(arm, &saved, subject, tool, asks).await?;
         Ok((outcome, tool))

@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
+use magician::Alarm;
 use magician::measure::{Attendant, Diagnosis, Finding};
 use magician_station::client::{ClientError, StationAddress, StationClient, Trust};
 use serde_json::{Value, json};
@@ -208,12 +209,23 @@ async fn arm_of(
             false => Finding::note("alarms", said),
         };
         let code = alarm["code"].as_u64().unwrap_or_default();
-        let finding = finding
-            .value(code)
-            .cure("`magician alarms --clear` through the station clears it");
+        let cure = match code == u64::from(Alarm::ResetOccurred) {
+            true => "`magician home` through the station homes it",
+            false => "`magician alarms --clear` through the station clears it",
+        };
+        let finding = finding.value(code).cure(cure);
         found.add(finding, to)?;
     }
     let state = call(station, "arm.state", this).await?;
+    let homed = match state["homed"].as_bool() {
+        Some(true) => Finding::good("homed", format!("{name}: yes, since power-up")),
+        Some(false) => Finding::note("homed", format!("{name}: no, not since power-up")),
+        None => Finding::note(
+            "homed",
+            format!("{name}: unknown: the station saw no homing"),
+        ),
+    };
+    found.add(homed, to)?;
     clock(found, state["t"].as_f64().unwrap_or_default(), to)
 }
 

@@ -118,7 +118,7 @@ struct Run {
     /// Start the jobs, and leave them to the stations
     #[arg(long)]
     detach: bool,
-    /// Draw or engrave even where an arm was not homed since power-up: it may draw in the wrong place
+    /// Run even where an arm is not known to be homed since power-up: it may go to the wrong place
     #[arg(long)]
     unhomed: bool,
     /// Take flags that are not given from this preset of the stations

@@ -41,8 +41,8 @@ pub(super) struct Drive<'a> {
     /// Whether several commands may be under way on the line at a time.
     pub(super) windowed: bool,
     pub(super) require_homed: bool,
-    /// Whether an arm that was not homed is refused, because of what the program is.
-    pub(super) refuses_unhomed: bool,
+    /// Whether an arm is taken that is not known to be homed.
+    pub(super) unhomed: bool,
     pub(super) record: Option<&'a Path>,
     /// Readings of it for a second of the arm's clock.
     pub(super) rate: f64,
@@ -140,7 +140,6 @@ impl Drive<'_> {
             .origin(made.source.name.clone())
             .keep(self.keep)
             .require_homed(self.require_homed)
-            .refuse_unhomed(self.refuses_unhomed)
             .passes_over(self.windowed)
             .begins_here(made.start.is_some())
             .lasting(self.lasting)
@@ -158,6 +157,8 @@ impl Drive<'_> {
     ) -> Result<Ran, Ended> {
         let control = JobControl::listen()?;
         input.listen();
+        let unhomed = arm.allowing_unhomed();
+        let arm = if self.unhomed { &unhomed } else { arm };
         let job = Job::start(arm, self.spec(saved), FileJournal::new());
         let mut run = UnderWay::of(job, signals, control, input, self.json);
         let (mut recorder, mut unrecorded) = (None, None);

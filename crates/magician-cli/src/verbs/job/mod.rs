@@ -90,8 +90,6 @@ struct Made {
     would_fit: Option<WouldFit>,
     format: Format,
     ending: Ending,
-    /// Whether a real arm has to be homed for it.
-    needs_homed_arm: bool,
     /// How a virtual arm stands when it begins, if it depends on that.
     standing: Option<JointAngles>,
 }
@@ -279,7 +277,7 @@ impl Job {
             }
         };
         let outcome = self.go(
-            &self.drive(made, Some(pace), false, context),
+            &self.drive(made, Some(pace), context),
             JobPolicy::Dark,
             context,
         );
@@ -316,8 +314,7 @@ impl Job {
         } else {
             JobPolicy::Dark
         };
-        let real = !context.is_virtual()?;
-        let done = self.go(&self.drive(made, None, real, context), policy, context)?;
+        let done = self.go(&self.drive(made, None, context), policy, context)?;
         self.tell(&done, made, context)
     }
 
@@ -365,8 +362,7 @@ impl Job {
             true => misfit,
             false => misfit.map_or(Ok(None), |misfit| Err(refused(misfit)))?,
         };
-        let needs_homed_arm = self.options.needs_homed_arm(&setup, format);
-        let ending = self.options.ending(&defaults, needs_homed_arm);
+        let ending = (self.options).ending(&defaults, self.options.is_drawing(&setup, format));
         let loops = match self.repeats {
             true => None,
             false => Some(self.way.loops.unwrap_or(1)).filter(|loops| *loops > 0),
@@ -381,7 +377,6 @@ impl Job {
         }
         Ok(Made {
             ending,
-            needs_homed_arm,
             source,
             setup,
             program,
@@ -448,13 +443,7 @@ impl Job {
         Ok(Some(picture))
     }
 
-    fn drive<'a>(
-        &'a self,
-        made: &'a Made,
-        pace: Option<f64>,
-        real: bool,
-        context: &Context,
-    ) -> Drive<'a> {
+    fn drive<'a>(&'a self, made: &'a Made, pace: Option<f64>, context: &Context) -> Drive<'a> {
         let way = &self.way;
         Drive {
             made,
@@ -464,7 +453,7 @@ impl Job {
             keep: way.keep,
             windowed: context.global.window.is_some_and(|window| window > 1),
             require_homed: way.require_homed,
-            refuses_unhomed: real && made.needs_homed_arm && !way.unhomed,
+            unhomed: way.unhomed,
             record: way.record.as_deref(),
             rate: way.rate.unwrap_or(RATE),
             units: way.units,

@@ -234,7 +234,7 @@ pub(crate) struct RunFlags {
     /// Refuse an arm that was not homed since power-up
     #[arg(long, conflicts_with = "unhomed")]
     pub(super) require_homed: bool,
-    /// Draw or engrave even if the arm was not homed since power-up: it may draw in the wrong place
+    /// Run even if the arm is not known to be homed since power-up: it may go to the wrong place
     #[arg(long)]
     pub(super) unhomed: bool,
     /// Full-screen display during the run: the sheet as it fills up, time left, queue, line

@@ -47,7 +47,7 @@ pub(in crate::verbs) fn examples() -> Vec<Example> {
         "stands 0.0 mm/s",
         "○ suction ○ gripper ○ laser",
         "0x00 ResetOccurred:",
-        "clear the alarms",
+        "home the arm",
         "? all keys",
     ];
     let need = |more: &[&'static str]| [&always[..], more].concat();

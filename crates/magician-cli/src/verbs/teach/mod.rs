@@ -19,6 +19,7 @@ use serde::Serialize;
 
 use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
+use crate::permission::homed;
 use crate::saved::SavedSettings;
 use crate::terminal::Stage;
 use crate::verbs::jog::{AT_SIGHT, Console, End, Happened, Reply, Tone, for_a_person, next_of};
@@ -43,6 +44,9 @@ pub(crate) struct Teach {
     /// Mounted tool: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm; it stays set on the arm
     #[arg(long, value_name = "NAME|X,Y,Z", allow_hyphen_values = true)]
     tool: Option<ToolBias>,
+    /// Teach even if the arm is not known to be homed: the points may lie in the wrong place
+    #[arg(long)]
+    unhomed: bool,
 }
 
 #[derive(Serialize)]
@@ -64,7 +68,8 @@ impl Teach {
         for_a_person("teach", "`magician run FILE` plays what was taught")?;
         let saved = context.saved.clone();
         let answer = context.arm_or(AT_SIGHT, StopPolicy::Pad, async |arm, _| {
-            let mut session = Session::open(arm, &saved, self.file, self.tool, known).await?;
+            let arm = homed(arm, self.unhomed).await?;
+            let mut session = Session::open(&arm, &saved, self.file, self.tool, known).await?;
             let outcome = session.go_on().await;
             session.leave(outcome).await
         })?;

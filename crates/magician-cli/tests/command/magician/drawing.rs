@@ -5,6 +5,7 @@ use std::process::{Command, Output};
 use serde_json::Value;
 
 use super::command;
+use super::homed::as_if_homed;
 use super::served::Served;
 
 /// Height of the paper, mm.
@@ -33,6 +34,9 @@ impl Place {
     pub(crate) fn homed(speed: &str) -> Self {
         let place = Self::new(speed);
         assert!(place.run(&["alarms", "--clear"]).status.success());
+        let mut command = command();
+        command.env("XDG_STATE_HOME", place.dir.path().join("state"));
+        as_if_homed(command, &place.served.door("tcp"));
         place
     }
 

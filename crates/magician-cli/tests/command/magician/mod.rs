@@ -9,6 +9,8 @@ pub(crate) mod device;
 #[cfg(unix)]
 pub(crate) mod drawing;
 #[cfg(unix)]
+pub(crate) mod homed;
+#[cfg(unix)]
 pub(crate) mod served;
 #[cfg(target_os = "linux")]
 pub(crate) mod terminal;

@@ -16,6 +16,7 @@ use super::Driver;
 use super::greeting::Greeting;
 use super::wire::Wire;
 use crate::arm::events::Event;
+use crate::arm::homing::homes;
 use crate::arm::link::Link;
 use crate::connection::{Failure, Micros};
 use crate::transport::Line;
@@ -167,6 +168,9 @@ impl Driver {
             shared.in_flight().sends(&frame.frame());
             shared.gate().sends(&frame.frame());
             shared.known().sends(&frame.frame());
+            if homes(&frame.frame()) {
+                shared.homings.begins();
+            }
         };
         match wire.write(cx, now, &mut self.connection, begins) {
             Ok(wrote) => wrote,
@@ -191,7 +195,8 @@ impl Driver {
             program.stream.interrupt(Failure::Lost);
         }
         self.connection.interrupt();
-        self.shared.known().forget();
+        self.shared.known().lost();
+        self.shared.remembered().forget();
         if first {
             tracing::warn!("{}", self.gone());
         }

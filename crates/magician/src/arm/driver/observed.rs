@@ -148,6 +148,7 @@ impl Driver {
             pose,
             current: QueuedCmdIndex(current),
             left_space,
+            homed: self.shared.known().homed_under(&alarms),
             alarms,
             pins: pins.collect(),
             link: self.shared.link.borrow().clone(),

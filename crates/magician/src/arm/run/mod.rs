@@ -262,6 +262,7 @@ impl<C: CommandSource> Run<C> {
         }
         arm.refused_none(self.ran.last).await?;
         self.note_end(handed.elapsed());
+        arm.settle_homing().await;
         Ok(self.ran)
     }
 

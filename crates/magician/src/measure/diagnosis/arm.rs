@@ -186,6 +186,10 @@ async fn alarms<A: Attendant>(
         let cure = known.map_or("", |alarm| alarm.remedy);
         let finding = finding.value(u64::from(code));
         let finding = match (Alarm::blocks(code), cure) {
+            _ if code == Alarm::ResetOccurred => finding.advise([
+                Part::from(Action::Home),
+                " homes it, which clears the alarm".into(),
+            ]),
             (false, _) | (true, "") => {
                 finding.advise([Part::from(Action::ClearAlarms), " clears it".into()])
             }
@@ -197,17 +201,17 @@ async fn alarms<A: Attendant>(
         };
         report.add(finding, to)?;
     }
-    let finding = match alarms.contains(Alarm::ResetOccurred) {
-        true => Finding::note(
-            "homed",
-            "probably not: the arm was reset, and that alarm was not cleared since",
-        )
-        .advise([
-            Part::from(Action::Home),
-            " corrects its positions; it moves through much of its range".into(),
-        ]),
-        false => Finding::note("homed", "unknown: the arm does not report it"),
+    let finding = match arm.homed().await? {
+        Some(true) => return report.add(Finding::good("homed", "yes, since power-up"), to),
+        Some(false) => "no, not since power-up (alarm 0x00)",
+        None => {
+            "unknown: this computer saw no homing since power-up, and the arm does not report it"
+        }
     };
+    let finding = Finding::note("homed", finding).advise([
+        Part::from(Action::Home),
+        " corrects its positions; it moves through much of its range".into(),
+    ]);
     report.add(finding, to)
 }
 

@@ -43,7 +43,7 @@ pub(in crate::verbs) fn examples() -> Vec<Example> {
         "50 %",
         "stands",
         "0x00 ResetOccurred:",
-        "clear the alarms",
+        "home the arm",
         "touch with the tool pen",
     ];
     let example = |name, subject: Subject, touches: &'static [[f64; 4]], needs: &[&str]| {

@@ -57,7 +57,7 @@ pub(in crate::verbs) fn examples() -> Vec<Example> {
                 "stands",
                 "○ suction ○ gripper ○ laser",
                 "0x00 ResetOccurred:",
-                "clear the alarms",
+                "home the arm",
                 "Enter store",
                 "? all keys",
             ],

@@ -50,7 +50,7 @@ pub(in crate::verbs) fn examples() -> Vec<Example> {
                 "sent 0, again 0",
                 "late 0, noise 0",
                 "0x00 ResetOccurred:",
-                "clear the alarms",
+                "home the arm",
                 "alarm 0x12 is gone",
                 "q quit ? help",
             ],

@@ -1,0 +1,408 @@
+//! An arm that is not known to be homed: what is refused on it at each door, and what ends that.
+#![cfg(target_os = "linux")]
+
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::path::PathBuf;
+use std::process::Command;
+use std::time::Duration;
+
+use serde_json::{Value, json};
+
+use crate::laser::written;
+use crate::magician::served::Served;
+use crate::magician::terminal::Terminal;
+use crate::magician::{Run, command};
+
+/// Verbs that draw, burn or play.
+const RUNS: [&[&str]; 13] = [
+    &["draw", "line.svg", "--surface", "-50"],
+    &["draw", "a.plan.json"],
+    &["write", "ab", "--size", "8", "--surface", "-50"],
+    &["engrave", "line.svg", "--surface", "-50", "--yes"],
+    &["frame", "line.svg", "--surface", "-50"],
+    &[
+        "testgrid",
+        "--power",
+        "50:50:1",
+        "--speed",
+        "40:40:1",
+        "--cell",
+        "2",
+        "--no-labels",
+        "--surface",
+        "-50",
+        "--yes",
+    ],
+    &["run", "line.svg", "--surface", "-50"],
+    &["run", "pen.gcode"],
+    &["run", "burn.gcode", "--yes"],
+    &["run", "a.plan.json"],
+    &["run", "points.csv"],
+    &["run", "taught.playback"],
+    &["play", "taught.playback"],
+];
+/// Verbs at which a person shows the arm something.
+const PADS: [&[&str]; 4] = [
+    &["teach", "new.playback"],
+    &["calibrate", "surface", "--tool", "pen"],
+    &["calibrate", "sheet", "--tool", "pen"],
+    &["calibrate", "tool"],
+];
+
+/// A virtual arm in another process, which counts as a real one.
+struct Place {
+    dir: tempfile::TempDir,
+    served: Served,
+}
+
+impl Place {
+    fn new() -> Self {
+        let dir = tempfile::tempdir().expect("directory");
+        let served = serve(&dir.path().join("arm"));
+        let place = Self { dir, served };
+        place.write(
+            "line.svg",
+            "<svg xmlns='http://www.w3.org/2000/svg' width='20mm' height='20mm' viewBox='0 0 20 20'>\
+             <path d='M2 5 L18 5' fill='none' stroke='black'/></svg>",
+        );
+        place.write(
+            "pen.gcode",
+            "G21 G90\nG0 X220 Y0 Z10\nG1 Z-40 F900\nG1 X240\nG0 Z10\n",
+        );
+        place.write(
+            "burn.gcode",
+            "G21 G90\nG0 X220 Y0 Z0\nM3 S0\nG1 X221 F600 S500\nM5\n",
+        );
+        place.write(
+            "a.plan.json",
+            &plan(r#"{"move":[220,0,0,0],"by":"joints"}"#),
+        );
+        place.write("points.csv", "x,y,z\n220,0,20\n220,10,20\n");
+        let taught = "magician-program/samples/jump_suction_named_v170.playback";
+        let taught = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+            .join("..")
+            .join(taught);
+        std::fs::copy(taught, place.path("taught.playback")).expect("copied");
+        place
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.dir.path().join(name)
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        std::fs::write(self.path(name), text).expect("written");
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = command();
+        command.args(["--port", "./arm"]).args(arguments);
+        command.current_dir(self.dir.path());
+        command.env("XDG_STATE_HOME", self.path("state"));
+        command.env("MAGICIAN_CONFIG", self.path("config.toml"));
+        command
+    }
+
+    fn run(&self, arguments: &[&str]) -> Run {
+        Run::of(&mut self.command(arguments), b"")
+    }
+
+    /// Runs a verb that is refused: nothing was written to the arm, and the way out is named.
+    fn refuses(&self, arguments: &[&str]) {
+        let trace = ["--trace", "frames.pcapng", "--json"];
+        let refused = self.run(&[&trace[..], arguments].concat());
+        assert_eq!(refused.status, 3, "{arguments:?}: {refused:?}");
+        let error = refused.error();
+        let told = (&error["kind"], &error["code"]);
+        assert_eq!(
+            told,
+            (&json!("invalid-input"), &json!("not-homed")),
+            "{arguments:?}"
+        );
+        let remedies = json!([
+            {"action": "home", "effect": "homes it"},
+            {"option": "unhomed", "value": true, "effect": "goes on anyway"},
+        ]);
+        assert_eq!(error["remedies"], remedies);
+        let sent = written(self.path("frames.pcapng").to_str().expect("UTF-8"));
+        assert_eq!(sent, Vec::<String>::new(), "{arguments:?}");
+    }
+
+    fn does(&self, arguments: &[&str]) -> Run {
+        let done = self.run(arguments);
+        assert_eq!(done.status, 0, "{arguments:?}: {done:?}");
+        done
+    }
+
+    fn person(&self, arguments: &[&str]) -> Terminal {
+        Terminal::running(self.command(arguments))
+    }
+
+    /// The arm is switched off and on.
+    fn power_cycle(&mut self) {
+        let _ = self.served.child.kill();
+        let _ = self.served.child.wait();
+        self.served = serve(&self.path("arm"));
+    }
+
+    fn homed(&self) -> String {
+        let found = self.run(&["doctor", "--json", "--count", "1"]).object();
+        let findings = found["checks"].as_array().expect("checks").clone();
+        let homed = findings.iter().find(|one| one["check"] == "homed");
+        homed.expect("it is told")["text"]
+            .as_str()
+            .expect("text")
+            .to_owned()
+    }
+}
+
+fn serve(path: &std::path::Path) -> Served {
+    let _ = std::fs::remove_file(path);
+    let path = path.to_str().expect("UTF-8");
+    Served::start(&["--pty", path, "--speed", "max"], 1)
+}
+
+/// Asks a station, and returns its answer.
+fn rpc(url: &str, method: &str, params: &Value) -> Value {
+    let address = url.trim_start_matches("http://");
+    let body = json!({"jsonrpc": "2.0", "id": 1, "method": method, "params": params}).to_string();
+    let mut stream = TcpStream::connect(address).expect("it listens");
+    write!(
+        stream,
+        "POST /api/v1/rpc HTTP/1.1\r\nhost: {address}\r\nconnection: close\r\n\
+         content-type: application/json\r\ncontent-length: {}\r\n\r\n{body}",
+        body.len()
+    )
+    .expect("it reads");
+    let mut text = String::new();
+    stream.read_to_string(&mut text).expect("an answer");
+    let (_, body) = text.split_once("\r\n\r\n").expect("a body");
+    serde_json::from_str(body).unwrap_or_else(|_| panic!("{text}"))
+}
+
+fn plan(steps: &str) -> String {
+    format!(r#"{{"format":"magician-plan","version":1,"title":"a","steps":[{steps}]}}"#)
+}
+
+#[test]
+fn nothing_is_drawn_burnt_or_played_on_an_arm_that_is_not_known_to_be_homed() {
+    let mut place = Place::new();
+    for cleared in [false, true] {
+        if cleared {
+            let told = place.does(&["alarms", "--clear"]);
+            assert!(
+                told.out.contains("still does not know where it is"),
+                "{told:?}"
+            );
+        }
+        for verb in RUNS {
+            place.refuses(verb);
+        }
+    }
+    for verb in RUNS {
+        place.does(&[verb, &["--unhomed"]].concat());
+    }
+    place.refuses(RUNS[0]);
+    place.does(&["home"]);
+    for verb in RUNS {
+        place.does(verb);
+    }
+    place.power_cycle();
+    place.refuses(RUNS[0]);
+    place.does(&["alarms", "--clear"]);
+    place.refuses(RUNS[0]);
+}
+
+#[test]
+fn nothing_is_taught_or_calibrated_on_an_arm_that_is_not_known_to_be_homed() {
+    let place = Place::new();
+    for cleared in [false, true] {
+        if cleared {
+            place.does(&["alarms", "--clear"]);
+        }
+        for verb in PADS {
+            let mut terminal = place.person(verb);
+            terminal.until("--unhomed goes on anyway");
+            assert_eq!(
+                terminal.child.wait().expect("it ends").code(),
+                Some(3),
+                "{verb:?}"
+            );
+        }
+    }
+    let unhomed = &[PADS[0], &["--unhomed"]].concat();
+    place.person(unhomed).until_drawn("link up");
+    place.does(&["home"]);
+    for verb in PADS {
+        place.person(verb).until_drawn("link up");
+    }
+}
+
+#[test]
+fn looks_and_plain_moves_need_no_homed_arm() {
+    let place = Place::new();
+    place.does(&["draw", "line.svg", "--surface", "-50", "--check"]);
+    place.does(&["move", "220", "0", "20"]);
+    let sim = Run::of(
+        place
+            .command(&["run", "a.plan.json"])
+            .args(["--port", "sim"]),
+        b"",
+    );
+    assert_eq!(sim.status, 0, "{sim:?}");
+}
+
+#[test]
+fn program_that_homes_first_needs_no_homed_arm_and_leaves_one() {
+    let place = Place::new();
+    place.write(
+        "homes.plan.json",
+        &plan(r#"{"home":true},{"move":[220,0,0,0],"by":"joints"}"#),
+    );
+    place.write(
+        "late.plan.json",
+        &plan(r#"{"move":[220,0,0,0],"by":"joints"},{"home":true}"#),
+    );
+    place.refuses(&["run", "late.plan.json"]);
+    place.does(&["run", "homes.plan.json"]);
+    place.does(&["run", "late.plan.json"]);
+    place.does(&["run", "a.plan.json"]);
+}
+
+#[test]
+fn homing_is_remembered_however_the_arm_was_homed() {
+    for way in [&["home"][..], &["shell"], &["jog"]] {
+        let place = Place::new();
+        match way {
+            ["shell"] => {
+                let done = Run::of(&mut place.command(way), b"home\n");
+                assert_eq!(done.status, 0, "{done:?}");
+            }
+            ["jog"] => {
+                let mut terminal = place.person(way);
+                terminal.until_drawn("0x00 ResetOccurred");
+                terminal.types("h");
+                terminal.until_drawn("y/n");
+                terminal.types("y");
+                terminal.until_drawn("no alarm");
+                terminal.types("q");
+                assert!(terminal.child.wait().expect("it ends").success());
+            }
+            way => drop(place.does(way)),
+        }
+        place.does(&["run", "a.plan.json"]);
+    }
+}
+
+#[test]
+fn homing_that_was_broken_off_is_not_remembered() {
+    let place = Place::new();
+    place.does(&["home"]);
+    place.does(&["run", "a.plan.json"]);
+    // It waits in the queue, and is dropped.
+    place.does(&["enqueue", "HOMECmd"]);
+    place.does(&["stop"]);
+    place.refuses(&["run", "a.plan.json"]);
+}
+
+#[test]
+fn two_arms_of_one_serial_number_are_kept_apart() {
+    let (one, mut two) = (Place::new(), Place::new());
+    // What both remember is in one place.
+    let state = one.path("state");
+    one.does(&["home"]);
+    let at = |place: &Place| {
+        let mut command = place.command(&["run", "a.plan.json"]);
+        Run::of(command.env("XDG_STATE_HOME", &state), b"").status
+    };
+    assert_eq!((at(&one), at(&two)), (0, 3));
+    two.power_cycle();
+    assert_eq!((at(&one), at(&two)), (0, 3));
+}
+
+#[test]
+fn doctor_tells_what_is_known() {
+    let place = Place::new();
+    assert!(place.homed().starts_with("no, "));
+    place.does(&["alarms", "--clear"]);
+    assert!(place.homed().starts_with("unknown: "));
+    place.does(&["home"]);
+    assert!(place.homed().starts_with("yes, "));
+    let fresh = Place::new();
+    let alarms = fresh.does(&["alarms"]);
+    assert!(alarms.out.contains("remedy: home the arm"), "{alarms:?}");
+}
+
+#[test]
+fn station_and_what_goes_through_it_are_held_to_the_same() {
+    let place = Place::new();
+    let mut command = command();
+    command.current_dir(place.dir.path());
+    command.env("XDG_STATE_HOME", place.path("state"));
+    let station = Served::of(
+        command,
+        "serve",
+        &["--port", "./arm", "--listen", "127.0.0.1:0"],
+        1,
+    );
+    let address = station.door("http").replace("http:", "");
+    let url = format!("http://{}", address.trim_matches('/'));
+    let through = |arguments: &[&str]| {
+        let mut command = place.command(arguments);
+        // Another computer's memory: the station knows.
+        command.env("XDG_STATE_HOME", place.path("elsewhere"));
+        command.args(["--station", &url]);
+        Run::of(&mut command, b"")
+    };
+    let start = |options: &[(&str, Value)]| -> Value {
+        let mut asked = json!({"text": plan(r#"{"move":[220,0,0,0],"by":"joints"}"#)});
+        for (name, value) in options {
+            asked[*name] = value.clone();
+        }
+        rpc(&url, "job.start", &asked)
+    };
+    let homed = || rpc(&url, "arm.state", &json!({}))["result"]["homed"].clone();
+    for cleared in [false, true] {
+        if cleared {
+            rpc(&url, "arm.clear_alarms", &json!({}));
+        }
+        assert_eq!(homed(), if cleared { Value::Null } else { json!(false) });
+        let refused = start(&[]);
+        assert_eq!(refused["error"]["data"]["code"], "not-homed", "{refused}");
+        assert_eq!(through(&["run", "a.plan.json"]).status, 3);
+        for (method, options) in [
+            ("teach.capture", json!({})),
+            ("teach.guide", json!({"on": true})),
+        ] {
+            let refused = rpc(&url, method, &options);
+            assert_eq!(refused["error"]["data"]["code"], "not-homed", "{refused}");
+        }
+        let taken = rpc(&url, "teach.capture", &json!({"unhomed": true}));
+        assert!(taken["result"]["step"].is_object(), "{taken}");
+    }
+    let begins = |options: &[(&str, Value)]| {
+        let begun = start(options);
+        let job = &begun["result"]["job"];
+        assert!(job.is_string(), "{begun}");
+        for _ in 0..500 {
+            if rpc(&url, "job.get", &json!({"job": job}))["result"]["state"] == "done" {
+                return;
+            }
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        panic!("it is not done");
+    };
+    begins(&[("unhomed", json!(true))]);
+    assert_eq!(through(&["run", "a.plan.json", "--unhomed"]).status, 0);
+    rpc(&url, "arm.home", &json!({}));
+    assert_eq!(homed(), json!(true));
+    begins(&[]);
+    let taken = rpc(&url, "teach.capture", &json!({}));
+    assert!(taken["result"]["step"].is_object(), "{taken}");
+    let done = through(&["run", "a.plan.json"]);
+    assert_eq!(done.status, 0, "{done:?}");
+    // What the station saw is remembered by its computer.
+    station.end("-TERM");
+    place.does(&["run", "a.plan.json"]);
+}

@@ -1,0 +1,265 @@
+//! Homing since power-up, as the traffic of one connection shows it.
+
+use magician_protocol::commands::{HomeCmd, QueuedCmdClear, QueuedCmdForceStopExec};
+use magician_protocol::{Alarm, AlarmSet, Frame, Row, Writable};
+
+/// State of homing of one arm, as a connection sees it. The protocol has no query for it: a homing counts when its command was
+/// seen to finish, and no blocking alarm was raised meanwhile.
+///
+/// Only queued homing can be followed: an immediate one has no index that tells its end.
+///
+/// ```
+/// use magician_host::protocol::AlarmSet;
+/// use magician_host::{Ctrl, FrameBuf, HomingTracker, words};
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let mut homing = HomingTracker::default();
+/// homing.sends(&FrameBuf::set(&words::home(), Ctrl::QUEUED)?.frame());
+/// homing.accepted(7);
+/// homing.read_current(6);
+/// homing.read_alarms(AlarmSet::default());
+/// assert!(!homing.is_homed());
+/// homing.read_current(7);
+/// homing.read_alarms(AlarmSet::default());
+/// assert!(homing.is_homed());
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct HomingTracker {
+    stage: Stage,
+    /// The alarms of the last reading.
+    alarms: Option<AlarmSet>,
+    /// The alarms that stood when homing was sent: homing may run and end under them.
+    before: AlarmSet,
+    /// A homing was seen that nobody has written down.
+    is_new: bool,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Stage {
+    /// No homing was seen, or the arm was reset since.
+    #[default]
+    Unknown,
+    /// A homing command went out; its index is not known.
+    Sent,
+    /// The homing command waits or runs under this index.
+    Queued(u64),
+    /// The homing command has finished; whether an alarm broke it off is not known yet.
+    Ended,
+    /// The arm is homed.
+    Homed,
+}
+
+impl HomingTracker {
+    /// A request goes out.
+    pub fn sends(&mut self, request: &Frame<'_>) {
+        let (ctrl, id) = (request.ctrl(), request.id());
+        if !ctrl.write() {
+            return;
+        }
+        if id == HomeCmd::ROW.id {
+            // Until it has found its switch, an arm that homes does not know its base angle, even if it knew it before.
+            self.before = self.alarms.unwrap_or_default();
+            self.set(Stage::Sent);
+            return;
+        }
+        let drops = [QueuedCmdClear::ROW.id, QueuedCmdForceStopExec::ROW.id].contains(&id);
+        let moves = Row::with_id(id).is_some_and(|row| row.effect.moves_arm());
+        // A stop, and a motion outside the queue, break a homing off; the index then counts it as finished all the same.
+        if self.is_under_way() && (drops || moves && !ctrl.queued()) {
+            self.set(Stage::Unknown);
+        }
+    }
+
+    /// The arm took a queued homing command under this index.
+    pub fn accepted(&mut self, index: u64) {
+        if self.stage == Stage::Sent {
+            self.stage = Stage::Queued(index);
+        }
+    }
+
+    /// The index of the command that finished last was read.
+    pub fn read_current(&mut self, current: u64) {
+        if matches!(self.stage, Stage::Queued(index) if index <= current) {
+            self.stage = Stage::Ended;
+        }
+    }
+
+    /// The alarms were read.
+    pub fn read_alarms(&mut self, alarms: AlarmSet) {
+        let before = self.alarms.replace(alarms);
+        let is_set = |alarms: &AlarmSet| alarms.contains(Alarm::ResetOccurred);
+        // One that stood all along says nothing new: homing does not clear it.
+        if is_set(&alarms) && before.is_some_and(|before| !is_set(&before)) {
+            self.set(Stage::Unknown);
+        }
+        if self.stage != Stage::Ended {
+            return;
+        }
+        let mut raised = alarms.codes().filter(|code| !self.before.contains(*code));
+        if raised.any(Alarm::blocks) {
+            self.set(Stage::Unknown);
+        } else {
+            self.set(Stage::Homed);
+            self.is_new = true;
+        }
+    }
+
+    /// A record from before this connection shows that the arm was homed since power-up.
+    pub fn remembered(&mut self) {
+        if self.stage == Stage::Unknown {
+            self.set(Stage::Homed);
+        }
+    }
+
+    /// The arm was reset, or another arm may be at the line now.
+    pub fn forget(&mut self) {
+        *self = Self::default();
+    }
+
+    /// True if the arm was homed since power-up.
+    #[must_use]
+    pub fn is_homed(&self) -> bool {
+        self.stage == Stage::Homed
+    }
+
+    /// True if a homing has finished and a reading of the alarms decides whether it counts.
+    #[must_use]
+    pub fn needs_alarms(&self) -> bool {
+        self.stage == Stage::Ended
+    }
+
+    /// True once for each homing that was seen.
+    pub fn take_new(&mut self) -> bool {
+        std::mem::take(&mut self.is_new) && self.is_homed()
+    }
+
+    fn is_under_way(&self) -> bool {
+        matches!(self.stage, Stage::Sent | Stage::Queued(_))
+    }
+
+    fn set(&mut self, stage: Stage) {
+        (self.stage, self.is_new) = (stage, false);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use magician_protocol::{Ctrl, FrameBuf, Set};
+
+    use super::*;
+    use crate::words;
+
+    const LOST_STEP: u8 = Alarm::LoseStepAxis1;
+
+    fn alarms(codes: &[u8]) -> AlarmSet {
+        let mut set = AlarmSet::default();
+        codes.iter().for_each(|code| set.insert(*code));
+        set
+    }
+
+    fn sends(homing: &mut HomingTracker, command: impl Into<Set>, ctrl: Ctrl) {
+        let frame = FrameBuf::set(&command.into(), ctrl).unwrap();
+        homing.sends(&frame.frame());
+    }
+
+    /// An arm whose homing is queued under index 3.
+    fn homing_under_way(standing: &[u8]) -> HomingTracker {
+        let mut homing = HomingTracker::default();
+        homing.read_alarms(alarms(standing));
+        sends(&mut homing, words::home(), Ctrl::QUEUED);
+        homing.accepted(3);
+        homing
+    }
+
+    fn ends(mut homing: HomingTracker, standing: &[u8]) -> HomingTracker {
+        homing.read_current(3);
+        assert!(!homing.is_homed());
+        homing.read_alarms(alarms(standing));
+        homing
+    }
+
+    #[test]
+    fn homing_that_ends_under_the_alarms_of_its_start_counts() {
+        for standing in [&[][..], &[0x00], &[LOST_STEP], &[0x00, LOST_STEP]] {
+            let mut homing = ends(homing_under_way(standing), standing);
+            assert!(homing.is_homed(), "{standing:?}");
+            assert!(homing.take_new() && !homing.take_new());
+        }
+    }
+
+    #[test]
+    fn homing_that_raises_a_blocking_alarm_does_not_count() {
+        assert!(!ends(homing_under_way(&[0x00]), &[0x00, LOST_STEP]).is_homed());
+    }
+
+    #[test]
+    fn homing_that_is_broken_off_does_not_count() {
+        use magician_protocol::JogCommand;
+        use magician_protocol::commands::{JogCmd, QueuedCmdStopExec};
+        let jog = JogCmd {
+            is_joint: magician_protocol::Flag::ON,
+            cmd: JogCommand::APositive,
+        };
+        let breaks: [Set; 4] = [
+            QueuedCmdClear {}.into(),
+            QueuedCmdForceStopExec {}.into(),
+            jog.into(),
+            words::move_to(220.0, 0.0, 20.0, 0.0),
+        ];
+        for command in breaks {
+            let mut homing = homing_under_way(&[]);
+            sends(&mut homing, command, Ctrl::SET);
+            assert!(!ends(homing, &[]).is_homed(), "{command:?}");
+        }
+        let mut homing = homing_under_way(&[]);
+        sends(&mut homing, QueuedCmdStopExec {}, Ctrl::SET);
+        sends(
+            &mut homing,
+            words::move_to(220.0, 0.0, 20.0, 0.0),
+            Ctrl::QUEUED,
+        );
+        assert!(ends(homing, &[]).is_homed(), "what waits behind it");
+    }
+
+    #[test]
+    fn homed_arm_that_homes_again_is_not_homed_meanwhile() {
+        let mut homing = ends(homing_under_way(&[]), &[]);
+        sends(&mut homing, words::home(), Ctrl::QUEUED);
+        assert!(!homing.is_homed());
+        sends(&mut homing, QueuedCmdForceStopExec {}, Ctrl::SET);
+        assert!(!homing.is_homed());
+    }
+
+    #[test]
+    fn immediate_homing_never_counts() {
+        let mut homing = HomingTracker::default();
+        sends(&mut homing, words::home(), Ctrl::SET);
+        homing.read_current(9);
+        homing.read_alarms(alarms(&[]));
+        assert!(!homing.is_homed());
+    }
+
+    #[test]
+    fn reset_alarm_that_is_new_ends_it_and_one_that_stood_does_not() {
+        let mut homing = ends(homing_under_way(&[0x00]), &[0x00]);
+        homing.read_alarms(alarms(&[0x00]));
+        assert!(homing.is_homed());
+        homing.read_alarms(alarms(&[]));
+        homing.read_alarms(alarms(&[0x00]));
+        assert!(!homing.is_homed());
+    }
+
+    #[test]
+    fn record_of_before_counts_unless_homing_is_under_way() {
+        let mut homing = HomingTracker::default();
+        homing.remembered();
+        assert!(homing.is_homed() && !homing.take_new());
+        let mut homing = homing_under_way(&[]);
+        homing.remembered();
+        assert!(!homing.is_homed());
+        homing.forget();
+        assert!(!homing.is_homed());
+    }
+}

@@ -1,0 +1,300 @@
+//! Homings that this computer has seen, in files: one for each serial number and port.
+
+use std::ffi::OsString;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, SystemTime};
+
+use magician::{ArmIdentity, ClockRate, HomingRecord};
+use serde::{Deserialize, Serialize};
+use tracing::warn;
+
+/// The form that is written now.
+const VERSION: u32 = 1;
+/// Two crystals, the arm's and this computer's, each off by 100 ppm at most: 17 s in a day. An arm that was switched off and on is
+/// further off: it was switched on later by the time that it had been on, which is not less than a homing takes.
+const DRIFT: f64 = 200e-6;
+/// Error of a single reading, s: the arm may take this long to answer, and a computer's clock may be set by as much.
+const SLACK: f64 = 2.0;
+
+/// Homings kept in the user's directory for state, for [`Options::homings`](magician::Options::homings). `None` where the system
+/// names no such directory.
+#[must_use]
+pub fn homings() -> Option<Arc<dyn HomingRecord>> {
+    let place = crate::dirs::state()?.join("homed");
+    Some(Arc::new(HomingFiles { place }))
+}
+
+/// Files of homings. An arm counts as homed if its serial number and its port are those of a file, and it was switched on when
+/// the file says that it was.
+#[derive(Debug)]
+struct HomingFiles {
+    place: PathBuf,
+}
+
+/// A homing, as a file has it. Times are seconds since 1970.
+#[derive(Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+struct Homing {
+    version: u32,
+    serial: String,
+    port: String,
+    /// When the arm was switched on, by its own clock.
+    powered_up: f64,
+    /// When its clock was read for that.
+    seen: f64,
+    /// Rate of its clock against this computer's.
+    clock: Clock,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+enum Clock {
+    Steady,
+    Faster,
+    Slower,
+}
+
+impl HomingRecord for HomingFiles {
+    fn keep(&self, arm: &ArmIdentity, uptime: Duration, rate: ClockRate) {
+        self.keep_at(arm, uptime, rate, now());
+    }
+
+    fn forget(&self, arm: &ArmIdentity) {
+        let path = self.path(arm);
+        match fs::remove_file(&path) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                warn!(%error, "{} cannot be removed: the arm may count as homed while it is not", path.display());
+            }
+            _ => {}
+        }
+    }
+
+    fn is_homed(&self, arm: &ArmIdentity, uptime: Duration) -> bool {
+        self.is_homed_at(arm, uptime, now())
+    }
+}
+
+impl HomingFiles {
+    fn keep_at(&self, arm: &ArmIdentity, uptime: Duration, rate: ClockRate, now: f64) {
+        if arm.serial.is_empty() {
+            return;
+        }
+        let homing = Homing {
+            version: VERSION,
+            serial: arm.serial.clone(),
+            port: port(arm),
+            powered_up: now - uptime.as_secs_f64(),
+            seen: now,
+            clock: match rate {
+                ClockRate::Faster => Clock::Faster,
+                ClockRate::Slower => Clock::Slower,
+                _ => Clock::Steady,
+            },
+        };
+        if let Err(error) = self.write(&self.path(arm), &homing) {
+            warn!(%error, "the homing cannot be remembered: the next program takes the arm for not homed");
+        }
+    }
+
+    fn is_homed_at(&self, arm: &ArmIdentity, uptime: Duration, now: f64) -> bool {
+        let read = fs::read(self.path(arm)).ok();
+        let homing = read.and_then(|text| serde_json::from_slice::<Homing>(&text).ok());
+        let Some(homing) = homing else {
+            return false;
+        };
+        let same = homing.version == VERSION && homing.serial == arm.serial;
+        if !same || arm.serial.is_empty() || homing.port != port(arm) {
+            return false;
+        }
+        homing.is_of_this_power_up(uptime.as_secs_f64(), now)
+    }
+
+    fn write(&self, path: &Path, homing: &Homing) -> io::Result<()> {
+        crate::files::replace(path, &serde_json::to_string(homing)?)
+    }
+
+    /// The file of an arm: its name tells people which one, and what is in it decides.
+    fn path(&self, arm: &ArmIdentity) -> PathBuf {
+        let name: String = format!("{}-{}", arm.serial, port(arm))
+            .chars()
+            .map(|sign| match sign.is_ascii_alphanumeric() {
+                true => sign,
+                false => '_',
+            })
+            .collect();
+        // The end of a long one tells more than its beginning.
+        let from = name.len().saturating_sub(120);
+        self.place
+            .join(OsString::from(format!("{}.json", &name[from..])))
+    }
+}
+
+impl Homing {
+    /// True if an arm that has been on for `uptime` seconds at `now` was switched on when this one was.
+    fn is_of_this_power_up(&self, uptime: f64, now: f64) -> bool {
+        let passed = now - self.seen;
+        if passed < -SLACK {
+            // The computer's clock was set back: nothing can be said.
+            return false;
+        }
+        let slack = SLACK + passed.max(0.0) * DRIFT;
+        let later = now - uptime - self.powered_up;
+        match self.clock {
+            // A clock that is ahead is another arm's.
+            Clock::Steady => later.abs() <= slack,
+            // Of a virtual arm that runs ahead of time only falling behind shows a new start.
+            Clock::Faster => later <= slack,
+            Clock::Slower => uptime >= self.seen - self.powered_up,
+        }
+    }
+}
+
+/// The port, by the one name that all its names lead to.
+fn port(arm: &ArmIdentity) -> String {
+    match fs::canonicalize(&arm.port) {
+        Ok(path) => path.display().to_string(),
+        Err(_) => arm.port.clone(),
+    }
+}
+
+fn now() -> f64 {
+    let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
+    now.map_or(0.0, |now| now.as_secs_f64())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HOUR: f64 = 3600.0;
+    /// When the arm of these tests was homed, and for how long it had been on by then.
+    const SEEN: f64 = 1.8e9;
+    const UPTIME: f64 = 60.0;
+
+    fn seconds(seconds: f64) -> Duration {
+        Duration::from_secs_f64(seconds)
+    }
+
+    fn files(rate: ClockRate) -> (tempfile::TempDir, HomingFiles, ArmIdentity) {
+        let dir = tempfile::tempdir().expect("directory");
+        let files = HomingFiles {
+            place: dir.path().join("homed"),
+        };
+        let arm = ArmIdentity::new("A1", "tcp:here:1");
+        files.keep_at(&arm, seconds(UPTIME), rate, SEEN);
+        (dir, files, arm)
+    }
+
+    #[test]
+    fn arm_of_the_same_power_up_is_homed_whatever_its_crystal_drifts() {
+        let (_dir, files, arm) = files(ClockRate::Steady);
+        for passed in [0.0, 1.0, HOUR, 24.0 * HOUR, 40.0 * 24.0 * HOUR] {
+            for drift in [-150e-6, 0.0, 150e-6] {
+                let uptime = UPTIME + passed * (1.0 + drift);
+                let homed = files.is_homed_at(&arm, seconds(uptime), SEEN + passed);
+                assert!(homed, "{passed} {drift}");
+            }
+        }
+    }
+
+    #[test]
+    fn arm_that_was_switched_off_and_on_is_not_homed() {
+        let (_dir, files, arm) = files(ClockRate::Steady);
+        for off in [1.0, 20.0, HOUR, 24.0 * HOUR] {
+            for on in [0.5, 30.0, HOUR, 24.0 * HOUR] {
+                let homed = files.is_homed_at(&arm, seconds(on), SEEN + off + on);
+                assert!(!homed, "off for {off} s, on for {on} s");
+            }
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_told_apart_is_not_homed() {
+        let (_dir, files, arm) = files(ClockRate::Steady);
+        let homed = |serial: &str, port: &str, uptime, now| {
+            files.is_homed_at(&ArmIdentity::new(serial, port), seconds(uptime), now)
+        };
+        assert!(homed("A1", "tcp:here:1", UPTIME + 5.0, SEEN + 5.0));
+        assert!(!homed("A1", "tcp:here:2", UPTIME + 5.0, SEEN + 5.0), "port");
+        assert!(
+            !homed("A2", "tcp:here:1", UPTIME + 5.0, SEEN + 5.0),
+            "serial"
+        );
+        assert!(
+            !homed("", "tcp:here:1", UPTIME + 5.0, SEEN + 5.0),
+            "no serial"
+        );
+        assert!(
+            !homed("A1", "tcp:here:1", HOUR, SEEN + 5.0),
+            "on for longer"
+        );
+        assert!(
+            !homed("A1", "tcp:here:1", UPTIME, SEEN - HOUR),
+            "clock set back"
+        );
+        files.keep_at(
+            &ArmIdentity::new("", "tcp:here:3"),
+            seconds(UPTIME),
+            ClockRate::Steady,
+            SEEN,
+        );
+        assert!(
+            !homed("", "tcp:here:3", UPTIME, SEEN),
+            "kept without a serial"
+        );
+        files.forget(&arm);
+        assert!(
+            !homed("A1", "tcp:here:1", UPTIME + 5.0, SEEN + 5.0),
+            "forgotten"
+        );
+    }
+
+    #[test]
+    fn names_that_are_written_alike_are_kept_apart() {
+        let (_dir, files, _) = files(ClockRate::Steady);
+        let alike = ArmIdentity::new("A1", "tcp-here-1");
+        assert!(!files.is_homed_at(&alike, seconds(UPTIME), SEEN));
+    }
+
+    #[test]
+    fn clock_of_a_virtual_arm_shows_a_new_start_by_falling_behind() {
+        let (_dir, fast, arm) = files(ClockRate::Faster);
+        assert!(fast.is_homed_at(&arm, seconds(UPTIME + 20.0 * HOUR), SEEN + HOUR));
+        assert!(fast.is_homed_at(&arm, seconds(UPTIME + HOUR), SEEN + HOUR));
+        assert!(!fast.is_homed_at(&arm, seconds(HOUR), SEEN + HOUR));
+        let (_dir, slow, arm) = files(ClockRate::Slower);
+        assert!(slow.is_homed_at(&arm, seconds(UPTIME + 1.0), SEEN + HOUR));
+        assert!(!slow.is_homed_at(&arm, seconds(UPTIME - 1.0), SEEN + HOUR));
+    }
+
+    #[test]
+    fn damaged_file_is_no_homing() {
+        let (_dir, files, arm) = files(ClockRate::Steady);
+        let path = files.path(&arm);
+        let whole = fs::read_to_string(&path).expect("read");
+        for text in [
+            "",
+            "{}",
+            &whole[..whole.len() / 2],
+            &whole.replace("\"version\":1", "\"version\":2"),
+        ] {
+            fs::write(&path, text).expect("written");
+            assert!(!files.is_homed_at(&arm, seconds(UPTIME), SEEN), "{text}");
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn names_that_lead_to_one_port_are_one_port() {
+        let (dir, files, _) = files(ClockRate::Steady);
+        let (device, link) = (dir.path().join("tty"), dir.path().join("arm"));
+        fs::write(&device, "").expect("written");
+        std::os::unix::fs::symlink(&device, &link).expect("linked");
+        let at = |path: &Path| ArmIdentity::new("A1", path.display().to_string());
+        files.keep_at(&at(&link), seconds(UPTIME), ClockRate::Steady, SEEN);
+        assert!(files.is_homed_at(&at(&device), seconds(UPTIME), SEEN));
+    }
+}

@@ -1,0 +1,47 @@
+//! Homings that a station has seen, for a driver behind it.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use magician::{ArmIdentity, ClockRate, HomingRecord};
+use serde_json::json;
+
+use super::{ClientError, StationClient};
+
+/// Record of homings ([`HomingRecord`]) that a station keeps: a driver behind a
+/// [`StationLine`](super::StationLine) sees only what passes on its own line.
+#[derive(Debug, Default)]
+pub struct StationHomings {
+    is_homed: AtomicBool,
+}
+
+impl StationHomings {
+    /// Asks the station.
+    ///
+    /// # Errors
+    /// As [`StationClient::call`].
+    pub async fn ask(&self, client: &StationClient, arm: Option<&str>) -> Result<(), ClientError> {
+        let asked = arm.map_or_else(|| json!({}), |arm| json!({ "arm": arm }));
+        let state = client.call("arm.state", asked).await?;
+        self.set(state["homed"] == true);
+        Ok(())
+    }
+
+    fn set(&self, is_homed: bool) {
+        self.is_homed.store(is_homed, Ordering::SeqCst);
+    }
+}
+
+impl HomingRecord for StationHomings {
+    fn keep(&self, _: &ArmIdentity, _: Duration, _: ClockRate) {
+        self.set(true);
+    }
+
+    fn forget(&self, _: &ArmIdentity) {
+        self.set(false);
+    }
+
+    fn is_homed(&self, _: &ArmIdentity, _: Duration) -> bool {
+        self.is_homed.load(Ordering::SeqCst)
+    }
+}
