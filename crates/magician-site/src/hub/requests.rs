@@ -141,6 +141,8 @@ impl Hub {
                 self.ask_home(&call, Wants::Answer);
                 Ok(None)
             }
+            // The jog says more than the arm, which need not be named then.
+            "jog.stop" if call.params.contains_key("jog") => self.of_id(call),
             _ if method.takes_arm() => self.of_arm(call, arm.as_deref()),
             _ => self.of_id(call),
         }

@@ -99,6 +99,23 @@ async fn opposite_direction_of_the_same_axis_begins_at_once() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn reversal_passes_each_place_twice_and_goes_on() {
+    // The reads of a position lie otherwise to the turning point in each.
+    for first in (300..500).step_by(10) {
+        let desk = Desk::new();
+        let arm = desk.connect(Options::default()).await;
+        let left = arm.jog(Axis::X.plus()).await.unwrap();
+        for _ in 0..first / 10 {
+            left.keep().unwrap();
+            sleep(Duration::from_millis(10)).await;
+        }
+        let right = arm.jog(Axis::X.minus()).await.unwrap();
+        hold(&right, 1500).await;
+        assert!(desk.moves(), "after {first} ms");
+    }
+}
+
+#[tokio::test(start_paused = true)]
 async fn jog_released_while_the_arm_comes_to_rest_starts_nothing() {
     let desk = Desk::new();
     let arm = desk.connect(Options::default()).await;
@@ -218,7 +235,7 @@ async fn jog_into_the_end_of_its_axis_ends() {
     assert!(!arm.moving());
     // Further out it does not go, back it does.
     let out = arm.jog(Axis::J1.plus()).await.unwrap();
-    for _ in 0..12 {
+    for _ in 0..20 {
         let _ = out.keep();
         sleep(Duration::from_millis(50)).await;
     }

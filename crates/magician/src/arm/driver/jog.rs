@@ -24,12 +24,15 @@ const PATIENCE: Micros = 300_000;
 const APART: Micros = 30_000;
 /// Interval of position reads during a jog under a fence.
 const FENCED_LOOK_INTERVAL: Micros = 40_000;
-/// Interval of position reads during any other jog: a read costs 10 ms of a serial line, and two show an arm that stands at
+/// Interval of position reads during any other jog: a read costs 10 ms of a serial line, and three show an arm that stands at
 /// the end of its axis.
 const LOOK_INTERVAL: Micros = 200_000;
-/// A jog whose places are equal over this time does not move. The controller moves in periods of 20 ms, and the slowest jog (1 %
-/// of 1 mm/s) by more than binary32 resolves.
+/// Shortest time between two reads that are compared. The controller moves in periods of 20 ms, and the slowest jog (1 % of 1 mm/s)
+/// by more than binary32 resolves.
 const STUCK_TIME: Micros = 180_000;
+/// Reads in succession that are equal to the one before when a jog does not move. One is not enough: a jog that turns round
+/// passes each place twice, at equal times before and after its turning point.
+const STUCK_READS: u32 = 2;
 /// A jog that was not answered is kept up for so long at least: its holder cannot keep up what it does not have yet.
 const BEGIN_TIME: Micros = 600_000;
 /// Pause after something that failed at once.
@@ -78,8 +81,10 @@ struct Looks {
     /// When to look next; `None` while a look is out.
     at: Option<Micros>,
     interval: Micros,
-    /// Last position that differed, and when it was read.
+    /// Last position that was compared, and when it was read.
     seen: Option<(Place, Micros)>,
+    /// How many reads in succession were equal to the one before.
+    equal: u32,
 }
 
 /// Position during a jog: the pose, or the position on the rail.
@@ -270,6 +275,7 @@ impl Driver {
             at: Some(now.saturating_add(interval)),
             interval,
             seen: None,
+            equal: 0,
         });
         self.submit(
             start.request,
@@ -385,15 +391,19 @@ impl Driver {
             }
         });
         looks.at = Some(now.saturating_add(looks.interval));
-        if let (Some(place), Some((before, at))) = (place, looks.seen) {
-            if now.saturating_sub(at) >= STUCK_TIME {
-                if place == before {
-                    return self.end_jog(jog, JogEnd::Limit);
-                }
+        match (place, looks.seen) {
+            (Some(place), Some((before, at))) if now.saturating_sub(at) >= STUCK_TIME => {
+                looks.equal = match place == before {
+                    true => looks.equal + 1,
+                    false => 0,
+                };
                 looks.seen = Some((place, now));
             }
-        } else {
-            looks.seen = place.map(|place| (place, now));
+            (Some(place), None) => looks.seen = Some((place, now)),
+            _ => {}
+        }
+        if looks.equal >= STUCK_READS {
+            return self.end_jog(jog, JogEnd::Limit);
         }
         let fence = self.jogging.known.iter().find(|one| one.life.id == jog);
         let Some(fence) = fence.and_then(|known| known.life.fence.as_ref()) else {
