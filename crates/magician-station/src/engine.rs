@@ -246,7 +246,11 @@ impl Work {
                     self.await_jog();
                 }
             }
-            ArmOrder::Guide { request, on, unhomed } => self.guide(request, on, unhomed),
+            ArmOrder::Guide {
+                request,
+                on,
+                unhomed,
+            } => self.guide(request, on, unhomed),
             ArmOrder::World { request, act } => self.change_world(request, act),
             ArmOrder::CheckJob {
                 request,

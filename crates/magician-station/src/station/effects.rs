@@ -91,7 +91,14 @@ impl Station {
             }
             Effect::EndGuide { arm } => {
                 let (request, on, unhomed) = (None, false, false);
-                self.order(arm, ArmOrder::Guide { request, on, unhomed });
+                self.order(
+                    arm,
+                    ArmOrder::Guide {
+                        request,
+                        on,
+                        unhomed,
+                    },
+                );
             }
             Effect::EndWork {
                 arm,

@@ -30,7 +30,14 @@ impl Station {
         begun.map_err(|refusal| self.refused(arm, refusal))?;
         self.control.guide(arm, on);
         let request = Some(request);
-        self.order(arm, ArmOrder::Guide { request, on, unhomed });
+        self.order(
+            arm,
+            ArmOrder::Guide {
+                request,
+                on,
+                unhomed,
+            },
+        );
         Ok(Handled::Later(call.request, Awaited::Arm(arm)))
     }
 
