@@ -200,7 +200,7 @@ mod tests {
         use magician_protocol::commands::{JogCmd, QueuedCmdStopExec};
         let jog = JogCmd {
             is_joint: magician_protocol::Flag::ON,
-            cmd: JogCommand::APositive,
+            cmd: JogCommand::Axis1Plus,
         };
         let breaks: [Set; 4] = [
             QueuedCmdClear {}.into(),

@@ -223,7 +223,6 @@ fn what_moves_is_stopped_at_the_end() {
     let folder = tempfile::tempdir().unwrap();
     let port = folder.path().join("arm").to_str().unwrap().to_owned();
     let _arm = Served::start(&["--pty", &port], 1);
-    as_if_homed(command(), &port);
     let station = Station::start(&["--port", &port]);
     let slow = json!({"command": "PTPCommonParams", "fields": {"velocity_ratio": 1, "acceleration_ratio": 1}});
     station.call("arm.set", &slow);
@@ -429,9 +428,11 @@ fn a_run_goes_on_with_a_job_of_a_station() {
     std::fs::write(&file, plan(12)).unwrap();
     let file = file.to_str().unwrap();
     let _arm = Served::start(&["--pty", &port], 1);
+    as_if_homed(command(), &port);
     let station = Station::start(&["--port", &port]);
     let started = station.call("job.start", &json!({"text": plan(12)}));
     let job = started["result"]["job"].clone();
+    assert!(job.is_string(), "{started}");
     station.until(&job, |job| job["step"].as_u64() >= Some(2));
     let stopped = station.call("job.stop", &json!({"job": job}));
     assert_eq!(stopped["result"]["state"], json!("stopped"), "{stopped}");
