@@ -325,6 +325,7 @@ impl Work {
                 let options = rate.map(|rate| StateOptions::at(f64::from(rate)).pins(pins));
                 // Rates and pins were checked when they were asked for.
                 self.watch = options.and_then(|options| self.arm.state_with(options).ok());
+                self.known.rests();
                 if self.watch.is_some() {
                     self.learn();
                 }

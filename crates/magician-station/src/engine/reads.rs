@@ -65,7 +65,7 @@ impl Known {
         ))
     }
 
-    /// The arm has come to rest: where it was before does not count.
+    /// The arm has come to rest, or was not read for a while: its last pose does not tell whether it moves.
     pub(super) fn rests(&mut self) {
         self.before = None;
     }
@@ -169,9 +169,7 @@ pub(super) async fn answer(
 ) -> TaskResult {
     if read == ArmRead::State {
         let outcome = async {
-            let before = known.before;
             let mut known = Known::read(&arm).await?;
-            known.before = before;
             let reading = reading(&arm, &mut known).await?;
             Ok::<_, magician::Error>((known, reading))
         };

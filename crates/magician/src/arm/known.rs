@@ -258,6 +258,8 @@ impl Arm {
     /// # Errors
     /// As [`get`](Self::get), but for answers that some arms do not give.
     pub async fn read_outputs(&self) -> Result<ArmOutputs> {
+        // Commands of other programs that have finished void what was read before they were seen.
+        self.look_at_queue().await?;
         answered(self.get::<EndEffectorSuctionCup>().await)?;
         answered(self.get::<EndEffectorGripper>().await)?;
         answered(self.get::<EndEffectorParams>().await)?;

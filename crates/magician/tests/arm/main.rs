@@ -18,6 +18,7 @@ mod jogs;
 mod laser;
 mod lines;
 mod onlookers;
+mod outputs;
 mod over;
 mod reconnecting;
 mod runs;
