@@ -1599,8 +1599,8 @@ class Arm(Bound):
         :param check: Whether to refuse a plan that the arm cannot do.
         :param keep: Whether to run first the commands that an earlier program left in the queue.
         :param require_homed: Whether to refuse an arm that was not homed since it was switched on.
-        :param unhomed: Whether to run on an arm (a virtual one aside) that is not known to be homed since it was switched
-            on. It may go to the wrong place.
+        :param unhomed: Whether to run on an arm (a virtual one aside) that is not known to be homed since power-up. It
+            may go to the wrong place.
         :param stay: Whether the pen stays down at the end, and when the drawing is stopped, instead of going up.
         :param park: The position (x, y, z) to which the tip of the tool goes at the end: up first, then across.
         :param lift: How far the pen goes up, mm; that of :func:`~magician.load`, or 10.
@@ -1806,8 +1806,8 @@ class Arm(Bound):
 
         :param by: How the points are reached: with all joints together, on a straight line, or up, across and down.
         :param title: What the program is called.
-        :param unhomed: Whether to teach an arm (a virtual one aside) that is not known to be homed since it was switched
-            on. Its points may lie in the wrong place.
+        :param unhomed: Whether to teach an arm (a virtual one aside) that is not known to be homed since power-up. Its
+            points may lie in the wrong place.
         """
         return Lesson(self._core, text("title", title), text("by", by), **flags(unhomed=unhomed))
 
