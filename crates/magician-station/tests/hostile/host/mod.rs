@@ -242,6 +242,7 @@ impl Life {
                 | ArmOrder::KeepJog(_)
                 | ArmOrder::Guide { request: None, .. }
                 | ArmOrder::EndJog(_)
+                | ArmOrder::StopMotors
                 | ArmOrder::Watch { .. } => continue,
                 _ => {}
             }
