@@ -168,10 +168,10 @@ class Arm(Bound):
     all other calls.
 
     A ``with`` block that ends with an exception stops the arm and its laser. One that ends normally leaves the arm as
-    it is, except that a laser that is still lit without a running program is switched off. Interrupting a call that
-    waits for a motion, with Ctrl-C or by cancelling it, stops the arm before the exception propagates. A connection
-    that is closed, garbage-collected, or still open when the interpreter exits stops the motions that it started,
-    unless :meth:`detach` was called.
+    it is, except that a laser that is still lit without a running program, and a belt or stepper that still runs, are
+    switched off. Interrupting a call that waits for a motion, with Ctrl-C or by cancelling it, stops the arm before the
+    exception propagates. A connection that is closed, garbage-collected, or still open when the interpreter exits stops
+    the motions that it started, unless :meth:`detach` was called.
 
     This is a convenience, not a safety function: the arm has a power switch.
     """
@@ -278,7 +278,7 @@ class Arm(Bound):
             if error is None:
                 await self._settle()
                 if self.link.state == "up":
-                    await until(self._core.darken())
+                    await until(self._core.let_go())
                 self.detach()
             elif self.link.state != "closed":
                 await until_stopped(self._core, error)

@@ -223,10 +223,14 @@ impl Core {
         self.arm.get(py).map(Arm::detach)
     }
 
-    /// Puts out a laser that was lit over this connection, unless what it belongs to is under way.
-    fn darken(&self, py: Python<'_>) -> PyResult<Call> {
+    /// Switches off what would have no holder: a laser that was lit over this connection, unless what it belongs to is under
+    /// way, and motors that it left running.
+    fn let_go(&self, py: Python<'_>) -> PyResult<Call> {
         let arm = self.arm(py)?;
-        Ok(Call::lasting(async move { arm.darken_after().await }))
+        Ok(Call::lasting(async move {
+            arm.darken_after().await?;
+            arm.stop_motors().await
+        }))
     }
 
     /// Whether the laser is on, as far as can be told.
