@@ -65,9 +65,6 @@ impl Studio {
             (_, true) => Shown::AsAddress,
             _ => Shown::InBrowser,
         };
-        if !magician_studio::works_without_server() {
-            tell(format_args!("note: {NO_MODULES}; {BUILD_MODULES}"));
-        }
         if !self.app {
             return self.serve.run(context);
         }
@@ -142,8 +139,12 @@ fn export(folder: &Path, context: &mut Context) -> Result<(), Failure> {
     })
 }
 
-/// Shows the page as it is wanted; where that fails the address is enough.
+/// Shows the page as it is wanted; where that fails the address is enough. A build whose page needs a
+/// server says so once.
 pub(super) fn show(how: Shown, url: &str) {
+    if how != Shown::No && !magician_studio::works_without_server() {
+        tell(format_args!("note: {NO_MODULES}; {BUILD_MODULES}"));
+    }
     let shown = match how {
         Shown::No | Shown::AsAddress => Ok(()),
         Shown::InBrowser => window::open_in_browser(url),
