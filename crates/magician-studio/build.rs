@@ -17,13 +17,19 @@ const SERVICE_WORKER: &str = "sw.js";
 
 fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-changed=page");
-    println!("cargo::rerun-if-changed=modules");
     let root = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?);
     let out = PathBuf::from(env::var("OUT_DIR")?);
 
     let mut plain = BTreeMap::new();
     read(&root.join("page"), "", &mut plain)?;
-    let mut packed = modules(&root.join("modules"))?;
+    // A package that was made without modules has no such folder. Cargo would take one that does not
+    // exist for changed, at every build.
+    let folder = root.join("modules");
+    let mut packed = BTreeMap::new();
+    if folder.exists() {
+        println!("cargo::rerun-if-changed=modules");
+        packed = modules(&folder)?;
+    }
     let template = plain
         .remove(SERVICE_WORKER)
         .ok_or("page/sw.js is missing")?;
