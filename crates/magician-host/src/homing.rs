@@ -1,10 +1,16 @@
 //! Homing since power-up, as the traffic of one connection shows it.
 
-use magician_protocol::commands::{HomeCmd, QueuedCmdClear, QueuedCmdForceStopExec};
+use magician_protocol::commands::{HomeCmd, Pose, QueuedCmdClear, QueuedCmdForceStopExec};
 use magician_protocol::{Alarm, AlarmSet, Frame, Row, Writable};
 
+/// The firmware's home point: J1 to J3, deg (model section 11). J4 is the tool's, which an arm may lack.
+const HOME_JOINTS: [f32; 3] = [0.0, 45.0, 45.0];
+/// Angle from it, deg, within which a homing has ended there: 1 deg is 5 mm at the tip.
+const AT_HOME: f32 = 0.5;
+
 /// State of homing of one arm, as a connection sees it. The protocol has no query for it: a homing counts when its command was
-/// seen to finish, and no blocking alarm was raised meanwhile.
+/// seen to finish, no blocking alarm was raised meanwhile, and the arm stands at its home point then: a stop by another program
+/// makes the index count the command as finished, too. Where other motions were queued behind it, their queue shows such a stop.
 ///
 /// Only queued homing can be followed: an immediate one has no index that tells its end.
 ///
@@ -21,6 +27,8 @@ use magician_protocol::{Alarm, AlarmSet, Frame, Row, Writable};
 /// assert!(!homing.is_homed());
 /// homing.read_current(7);
 /// homing.read_alarms(AlarmSet::default());
+/// assert!(homing.needs_place() && !homing.is_homed());
+/// homing.stood_at_home(true);
 /// assert!(homing.is_homed());
 /// # Ok(())
 /// # }
@@ -34,6 +42,8 @@ pub struct HomingTracker {
     before: AlarmSet,
     /// A homing was seen that nobody has written down.
     is_new: bool,
+    /// Motions were queued behind the homing: where the arm stands then tells nothing of it.
+    followed: bool,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -47,6 +57,8 @@ enum Stage {
     Queued(u64),
     /// The homing command has finished; whether an alarm broke it off is not known yet.
     Ended,
+    /// No alarm broke it off; whether the arm stands at its home point is not known yet.
+    Unplaced,
     /// The arm is homed.
     Homed,
 }
@@ -61,6 +73,7 @@ impl HomingTracker {
         if id == HomeCmd::ROW.id {
             // Until it has found its switch, an arm that homes does not know its base angle, even if it knew it before.
             self.before = self.alarms.unwrap_or_default();
+            self.followed = false;
             self.set(Stage::Sent);
             return;
         }
@@ -70,6 +83,7 @@ impl HomingTracker {
         if self.is_under_way() && (drops || moves && !ctrl.queued()) {
             self.set(Stage::Unknown);
         }
+        self.followed |= moves && ctrl.queued();
     }
 
     /// The arm took a queued homing command under this index.
@@ -101,8 +115,31 @@ impl HomingTracker {
         if raised.any(Alarm::blocks) {
             self.set(Stage::Unknown);
         } else {
-            self.set(Stage::Homed);
-            self.is_new = true;
+            self.set(Stage::Unplaced);
+            if self.followed {
+                self.stood_at_home(true);
+            }
+        }
+    }
+
+    /// The pose was read. An arm at the firmware's home point has come there; one elsewhere may have another home point, which
+    /// [`stood_at_home`](Self::stood_at_home) says.
+    pub fn read_pose(&mut self, pose: &Pose) {
+        let turned = { pose.joint_angle.iter().zip(HOME_JOINTS) }.map(|(joint, home)| joint - home);
+        if { turned }.all(|angle| angle.abs() <= AT_HOME) {
+            self.stood_at_home(true);
+        }
+    }
+
+    /// The arm was seen to stand at its home point behind the homing command, or elsewhere.
+    pub fn stood_at_home(&mut self, at_home: bool) {
+        match (self.stage, at_home) {
+            (Stage::Unplaced, true) => {
+                self.set(Stage::Homed);
+                self.is_new = true;
+            }
+            (Stage::Unplaced, false) => self.set(Stage::Unknown),
+            _ => {}
         }
     }
 
@@ -128,6 +165,12 @@ impl HomingTracker {
     #[must_use]
     pub fn needs_alarms(&self) -> bool {
         self.stage == Stage::Ended
+    }
+
+    /// True if a homing has finished without an alarm, and the place of the arm decides whether it counts.
+    #[must_use]
+    pub fn needs_place(&self) -> bool {
+        self.stage == Stage::Unplaced
     }
 
     /// True once for each homing that was seen.
@@ -177,6 +220,7 @@ mod tests {
         homing.read_current(3);
         assert!(!homing.is_homed());
         homing.read_alarms(alarms(standing));
+        homing.stood_at_home(true);
         homing
     }
 
@@ -187,6 +231,23 @@ mod tests {
             assert!(homing.is_homed(), "{standing:?}");
             assert!(homing.take_new() && !homing.take_new());
         }
+    }
+
+    #[test]
+    fn homing_that_ends_away_from_the_home_point_does_not_count() {
+        let ended = |queue_behind: bool| {
+            let mut homing = homing_under_way(&[]);
+            if queue_behind {
+                let behind = words::move_to(220.0, 0.0, 20.0, 0.0);
+                sends(&mut homing, behind, Ctrl::QUEUED);
+            }
+            homing.read_current(3);
+            homing.read_alarms(alarms(&[]));
+            homing.stood_at_home(false);
+            homing
+        };
+        assert!(!ended(false).is_homed());
+        assert!(ended(true).is_homed(), "it has gone on from there");
     }
 
     #[test]
@@ -238,6 +299,7 @@ mod tests {
         sends(&mut homing, words::home(), Ctrl::SET);
         homing.read_current(9);
         homing.read_alarms(alarms(&[]));
+        homing.stood_at_home(true);
         assert!(!homing.is_homed());
     }
 

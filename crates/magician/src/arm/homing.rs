@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
-use magician_protocol::commands::{DeviceSn, DeviceTime, HomeCmd};
+use magician_protocol::commands::{DeviceSn, DeviceTime, HomeCmd, HomeParams, Pose};
 use magician_protocol::{AlarmSet, Frame, Writable};
 use tokio::time::Instant;
 
@@ -17,6 +17,10 @@ use crate::{Action, Error, ErrorCode, Given, Result, Setting};
 const CRYSTAL: f64 = 10.0;
 /// A reading of the clock may be off by this much more: the controller counts ms, and this program is scheduled.
 const READING: Duration = Duration::from_millis(50);
+
+/// Distance from the home point, mm, within which a homing has ended there. A homed arm was recorded 0.01 mm from it (model
+/// section 11); a homing that was broken off stands some centimetres away.
+const AT_HOME: f32 = 2.0;
 
 /// An arm, as far as it can be told from others.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -184,6 +188,12 @@ impl Arm {
         if self.inner.shared.known().homing.needs_alarms() && self.alarms().await.is_err() {
             return;
         }
+        if self.inner.shared.known().homing.needs_place() {
+            let Ok(at_home) = self.stands_at_home().await else {
+                return;
+            };
+            self.inner.shared.known().homing.stood_at_home(at_home);
+        }
         if !self.inner.shared.known().homing.take_new() || self.is_virtual() {
             return;
         }
@@ -198,6 +208,27 @@ impl Arm {
                 self.name()
             ),
         }
+    }
+
+    /// True if the arm stands at its home point: that of the firmware, or the one that was set.
+    async fn stands_at_home(&self) -> Result<bool> {
+        let pose = self.get::<Pose>().await?;
+        if !self.inner.shared.known().homing.needs_place() {
+            return Ok(true);
+        }
+        let home = self.get::<HomeParams>().await?;
+        let away = [pose.x - home.x, pose.y - home.y, pose.z - home.z];
+        Ok(away.iter().map(|axis| axis * axis).sum::<f32>() <= AT_HOME * AT_HOME)
+    }
+
+    /// Returns an error if the homing that was just waited for did not end at the home point.
+    pub(super) fn check_homing_ended(&self) -> Result<()> {
+        if self.inner.shared.known().homing.is_homed() {
+            return Ok(());
+        }
+        let message = "the arm did not come to its home point: a stop, or another program, broke the \
+            homing off";
+        Err(Error::new(ErrorCode::NotHomed, message).remedy(Action::Home, "homes it"))
     }
 
     /// Looks whether the arm was homed before this connection, and whether it was reset since: its clock tells.

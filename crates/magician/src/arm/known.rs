@@ -152,6 +152,10 @@ impl Known {
             if let Ok(read) = reply.read::<QueuedCmdCurrentIndex>() {
                 self.homing.read_current(read.queued_cmd_current_index);
             }
+        } else if request.id() == <Pose as Readable>::ROW.id {
+            if let Ok(pose) = reply.read::<Pose>() {
+                self.homing.read_pose(&pose);
+            }
         } else if request.id() == <AlarmsState as Readable>::ROW.id
             && let Ok(read) = reply.read::<AlarmsState>()
         {

@@ -228,7 +228,7 @@ impl Arm {
     /// As [`home`](Self::home), with options for what waits in the queue.
     ///
     /// # Errors
-    /// As [`Run::wait`](super::Run::wait).
+    /// As [`Run::wait`](super::Run::wait); [`ErrorCode::NotHomed`](crate::ErrorCode::NotHomed) if the homing was broken off.
     pub async fn home_with(&self, options: RunOptions) -> Result<()> {
         self.inner.warned.store(true, Ordering::SeqCst);
         if self.laser_told().await? == Some(true) {
@@ -237,6 +237,7 @@ impl Arm {
         self.expect_homing().await;
         let home = Set::from(HomeCmd { reserved: 0 });
         self.start_with([home], options).wait(|_| {}).await?;
+        self.check_homing_ended()?;
         // Nothing waits that this could let run.
         self.ask(Request::set(&ClearAlarmsState {})?)
             .await

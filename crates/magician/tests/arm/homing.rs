@@ -201,3 +201,21 @@ async fn watch_shows_what_is_known() {
     arm.home_with(RunOptions::default()).await.unwrap();
     sees(Some(true)).await;
 }
+
+#[tokio::test(start_paused = true)]
+async fn homing_that_another_program_breaks_off_is_an_error_and_does_not_count() {
+    let desk = Desk::new();
+    let memory = Memory::default();
+    let arm = desk.connect(memory.options()).await;
+    let other = desk.connect(Options::default()).await;
+    let homes = arm.clone();
+    let homes = tokio::spawn(async move { homes.home().await });
+    sleep(Duration::from_secs(3)).await;
+    other.stop().await.unwrap();
+    let error = homes.await.unwrap().unwrap_err();
+    assert_eq!(error.code(), ErrorCode::NotHomed, "{error}");
+    assert!(is_refused(&arm).await);
+    assert_eq!(memory.kept(), None);
+    // The alarm of the reset still says so.
+    assert_eq!(arm.homed().await.unwrap(), Some(false));
+}
