@@ -105,7 +105,8 @@ enum Motion {
     Rest,
     /// A jog that is kept up until then.
     Jog(Running, Micros),
-    /// Something that nothing here holds: a jog that was passed on as it came, or an arm that was not seen to come to rest.
+    /// Something that nothing here holds: a jog that was passed on as it came, another motion, or an arm that was not seen to come
+    /// to rest.
     Unheld,
     /// A stop is on its way, or the arm brakes.
     Ending(Option<JogId>, JogEnd),
@@ -261,6 +262,13 @@ impl Gate {
                 self.effects.push_back(refused);
             }
             None => {}
+        }
+    }
+
+    /// The arm may move by something that is no jog, or brake after a stop: the next jog waits until it was seen at rest.
+    pub fn moves(&mut self) {
+        if self.motion == Motion::Rest {
+            self.motion = Motion::Unheld;
         }
     }
 

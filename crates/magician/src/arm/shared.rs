@@ -217,12 +217,6 @@ impl Shared {
         self.in_flight().stood_after(stops);
         self.gate().stands_still();
     }
-
-    /// The arm was seen at rest by two equal poses.
-    pub(super) fn stands_still(&self) {
-        self.in_flight().stands_still();
-        self.gate().stands_still();
-    }
 }
 
 /// A lock whose holder has panicked is still good: no holder leaves a value half changed.

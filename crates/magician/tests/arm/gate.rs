@@ -348,3 +348,44 @@ async fn jogs_keep_to_the_gate_on_a_virtual_arm_in_the_process() {
     let error = arm.set(&jog).await.unwrap_err();
     assert_eq!(error.code(), ErrorCode::Guarded, "{error}");
 }
+
+#[tokio::test(start_paused = true)]
+async fn jog_behind_a_forced_stop_begins_when_the_arm_stands() {
+    let far = words::line_to(220.0, 120.0, 20.0, 0.0);
+    let desk = Desk::new();
+    let arm = desk.connect(Options::default()).await;
+    let mut moving = arm.start([far]);
+    let waited = tokio::spawn(async move { moving.wait(|_| {}).await });
+    sleep(Duration::from_millis(800)).await;
+    let stop = magician::commands::QueuedCmdForceStopExec {};
+    arm.set_any(&Set::from(stop)).await.unwrap();
+    waited.await.unwrap().unwrap_err();
+    assert!(desk.moves(), "it brakes");
+    desk.heard();
+    let held = arm.jog(Axis::Z.plus()).await.unwrap();
+    hold(&held, 200).await;
+    let begun = desk.frames(JOG);
+    let begun = begun.iter().filter(|(params, _)| params[1] != 0);
+    let moved: Vec<_> = begun.map(|(_, moved)| *moved).collect();
+    assert_eq!(moved, [false]);
+    held.stop().await.unwrap();
+}
+
+/// An immediate motion has no index: nothing shows that it is over but the arm's place.
+#[tokio::test(start_paused = true)]
+async fn jog_behind_an_immediate_motion_begins_when_the_arm_stands() {
+    let desk = Desk::new();
+    let arm = desk.connect(Options::default()).await;
+    arm.set_any(&words::line_to(220.0, 60.0, 20.0, 0.0))
+        .await
+        .unwrap();
+    sleep(Duration::from_millis(300)).await;
+    desk.heard();
+    let held = arm.jog(Axis::Z.plus()).await.unwrap();
+    hold(&held, 200).await;
+    let begun = desk.frames(JOG);
+    let begun = begun.iter().filter(|(params, _)| params[1] != 0);
+    let moved: Vec<_> = begun.map(|(_, moved)| *moved).collect();
+    assert_eq!(moved, [false]);
+    held.stop().await.unwrap();
+}

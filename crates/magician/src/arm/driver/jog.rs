@@ -171,6 +171,14 @@ impl Driver {
             life: Arc::clone(&start.life),
             start: Some(start),
         });
+        // The speed of whatever moves the arm would go over to the axis of the jog.
+        let moves = {
+            let in_flight = self.in_flight();
+            in_flight.moving() || in_flight.is_braking()
+        };
+        if moves {
+            self.shared.gate().moves();
+        }
         self.shared.gate().ask(request);
         self.carry_out_gate();
     }
@@ -500,7 +508,8 @@ impl Driver {
 
     fn jog_is_over(&mut self, seen: bool) {
         if seen {
-            self.shared.stands_still();
+            let stops = self.in_flight().stops();
+            self.shared.stood_after(stops);
         }
         self.shared.gate().rested(seen);
         self.carry_out_gate();
