@@ -16,6 +16,8 @@ const VERSION: u32 = 1;
 /// Two crystals, the arm's and this computer's, each off by 100 ppm at most: 17 s in a day. An arm that was switched off and on is
 /// further off: it was switched on later by the time that it had been on, which is not less than a homing takes.
 const DRIFT: f64 = 200e-6;
+/// Longest time, s, over which a record counts: the arm's clock, in ms of 32 bits, begins anew after 49.7 days.
+const LONGEST: f64 = 50.0 * 86400.0;
 /// Error of a single reading, s: the arm may take this long to answer, and a computer's clock may be set by as much.
 const SLACK: f64 = 2.0;
 
@@ -100,7 +102,9 @@ impl HomingFiles {
     }
 
     fn is_homed_at(&self, arm: &ArmIdentity, uptime: Duration, now: f64) -> bool {
-        let read = fs::read(self.path(arm)).ok();
+        let path = self.path(arm);
+        // What is no file, a pipe for one, would be waited for.
+        let read = path.is_file().then(|| fs::read(path).ok()).flatten();
         let homing = read.and_then(|text| serde_json::from_slice::<Homing>(&text).ok());
         let Some(homing) = homing else {
             return false;
@@ -136,8 +140,8 @@ impl Homing {
     /// True if an arm that has been on for `uptime` seconds at `now` was switched on when this one was.
     fn is_of_this_power_up(&self, uptime: f64, now: f64) -> bool {
         let passed = now - self.seen;
-        if passed < -SLACK {
-            // The computer's clock was set back: nothing can be said.
+        if !(-SLACK..=LONGEST).contains(&passed) {
+            // The computer's clock was set back, or the record is no record: nothing can be said.
             return false;
         }
         let slack = SLACK + passed.max(0.0) * DRIFT;
