@@ -284,7 +284,7 @@ impl Work {
             } => self.resume_job(request, job, approach, laser),
             ArmOrder::StopJob(job) => self.stop_job(job),
             // What a job does is paused or stopped by orders of its own.
-            ArmOrder::Stop { request: None } if self.job_drives() => {}
+            ArmOrder::Stop { request: None } if self.job_drives() => self.owe_motors(),
             ArmOrder::Stop { request } => {
                 if request.is_some() {
                     self.halt_job();
@@ -300,9 +300,13 @@ impl Work {
                     TaskResult::Stopped(request, stood.map_err(RpcError::from))
                 });
             }
-            // What a job has running is its own, and its plan's to end.
-            ArmOrder::StopMotors if self.job_drives() => {}
-            ArmOrder::StopMotors => self.stop_motors(),
+            // What a job has running is its own until it pauses or ends.
+            ArmOrder::StopMotors => {
+                self.owe_motors();
+                if !self.job_drives() {
+                    self.stop_motors();
+                }
+            }
             ArmOrder::Fence {
                 request,
                 fence,

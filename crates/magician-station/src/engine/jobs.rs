@@ -1,6 +1,7 @@
 //! Jobs: programs that are read, checked, and run through `magician-job`.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use magician::commands::Pose;
 use magician::{Arm, ErrorCode, ErrorKind};
@@ -42,6 +43,8 @@ pub(super) struct Slot {
     gives_up: Arc<Notify>,
     /// Where the arm stood when it was paused.
     paused: Arc<std::sync::Mutex<Option<Pose>>>,
+    /// True if nobody holds the arm: motors that the job leaves running are switched off when it pauses or ends.
+    owes_motors: Arc<AtomicBool>,
 }
 
 impl Slot {
@@ -54,7 +57,17 @@ impl Slot {
             stopped: false,
             gives_up: Arc::default(),
             paused: Arc::default(),
+            owes_motors: Arc::default(),
         }
+    }
+}
+
+/// Switches motors off that a job has left running, if nobody holds the arm.
+async fn pay_motors(arm: &Arm, owes: &AtomicBool) {
+    if owes.load(Ordering::SeqCst)
+        && let Err(error) = arm.stop_motors().await
+    {
+        tracing::warn!(%error, "a motor may run on after the job");
     }
 }
 
@@ -150,6 +163,7 @@ impl Work {
             (self.report)(ArmReport::Job { job, news });
         }
         let paused = Arc::clone(&slot.paused);
+        let owes_motors = Arc::clone(&slot.owes_motors);
         let pauses = std::mem::take(&mut slot.pauses);
         for (request, reason) in pauses {
             self.pause_job(request, job, reason);
@@ -165,6 +179,7 @@ impl Work {
                         if matches!(state, JobState::Paused { .. }) {
                             let pose = arm.get::<Pose>().await.ok();
                             *lock(&paused) = pose;
+                            pay_motors(&arm, &owes_motors).await;
                         }
                         let text = handle.pause_text();
                         JobNews::State(state, text.map(|text| text.to_string()))
@@ -176,6 +191,7 @@ impl Work {
                 report(ArmReport::Job { job, news });
             }
             let end = Box::new(end_of(&handle.outcome().await, &program));
+            pay_motors(&arm, &owes_motors).await;
             let news = JobNews::Over(end);
             report(ArmReport::Job { job, news });
             TaskResult::JobOver(job)
@@ -281,6 +297,8 @@ impl Work {
             return self.over(Some(request));
         };
         let (arm, paused) = (self.arm.clone(), *lock(&slot.paused));
+        // Whoever resumes it holds the arm.
+        slot.owes_motors.store(false, Ordering::SeqCst);
         self.side.spawn(async move {
             let resumed = async {
                 if let Err(refused) = laser
@@ -357,6 +375,13 @@ impl Work {
         handle.is_some_and(|handle| {
             !matches!(handle.state(), JobState::Paused { .. } | JobState::Ended)
         })
+    }
+
+    /// The lease has ended, or there is none: motors of the job end with it.
+    pub(super) fn owe_motors(&self) {
+        if let Some(slot) = &self.job {
+            slot.owes_motors.store(true, Ordering::SeqCst);
+        }
     }
 
     /// The speed of a job that drives is its own.

@@ -142,6 +142,9 @@ impl Station {
             },
         };
         self.order(arm, ArmOrder::StartJob(Box::new(start)));
+        if self.control.holder(arm).is_none() {
+            self.order(arm, ArmOrder::StopMotors);
+        }
         self.class.from_queue.insert(job, queued);
         self.job_changed(now, arm, job);
     }

@@ -84,3 +84,20 @@ async fn motor_is_not_started_by_post() {
     let answer = bench.once("arm.set", motor(0)).await;
     assert!(answer.get("error").is_none(), "{answer}");
 }
+
+/// A plan that leaves a belt running.
+fn belt_plan() -> String {
+    let belt = json!({"command": "EMotor", "values": {"index": 0, "is_enabled": 1, "speed": 1000}});
+    let wait = json!({"command": "WAITCmd", "values": {"timeout": 500}});
+    json!({"format": "magician-plan", "version": 1, "steps": [belt, wait]}).to_string()
+}
+
+#[tokio::test(start_paused = true)]
+async fn belt_of_a_job_that_nobody_holds_ends_with_the_job() {
+    let bench = Bench::new(1).await;
+    let job = json!({"text": belt_plan(), "format": "plan", "unhomed": true, "yes": true});
+    let answer = bench.once("job.start", job).await;
+    assert!(answer.get("result").is_some(), "{answer}");
+    sleep(Duration::from_secs(5)).await;
+    assert!(!turns(&bench));
+}

@@ -482,9 +482,10 @@ fn port_of(target: &Target) -> String {
     }
 }
 
-/// Stops what moves, motors too, and switches the laser off; whether the arm answered.
+/// Stops what moves, motors too, and switches the laser off, also one that an earlier program left on; whether the arm answered.
 async fn quiet(arm: &Arm) -> bool {
-    let stood = if arm.moving() || !arm.running_motors().is_empty() {
+    let is_lit = arm.outputs().laser == Some(true);
+    let stood = if is_lit || arm.moving() || !arm.running_motors().is_empty() {
         arm.stop().await.is_ok()
     } else {
         true
