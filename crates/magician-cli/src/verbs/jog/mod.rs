@@ -40,7 +40,7 @@ Examples:
   magician jog z 10        up by 10 mm, straight, and wait until it is there
   magician jog j1 -5       the base by 5 deg
 
-On the pad a key press is a checked step; `m` changes to hold mode: the arm moves while a key is held and stops when it is released, when the terminal loses the focus or is closed, and when this program or the line ends. Most terminals report no key releases, only repeats: there a tap moves the arm briefly, and a held key moves it until 0.3 s after the last repeat. This is not a safety function: in an emergency use the arm's power switch.")]
+On the pad a key press is a checked step; `m` changes to hold mode: the arm moves while a key is held and stops when it is released, when the terminal loses the focus or is closed, and when this program ends, unless it is killed (`kill -9`) or the computer or the cable fails: then the arm moves on to the end of its axis. Most terminals report no key releases, only repeats: there a tap moves the arm briefly, and a held key moves it until 0.3 s after the last repeat. This is not a safety function: in an emergency use the arm's power switch.")]
 pub(crate) struct Jog {
     /// Axis: x, y, z, r, j1 to j4, or l for the rail
     #[arg(requires = "distance")]
