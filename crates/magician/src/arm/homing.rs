@@ -245,7 +245,7 @@ impl Arm {
         }
     }
 
-    /// Which arm it is, how long it has been switched on, and how its clock runs.
+    /// Reads identity, uptime and clock rate of the arm.
     async fn meet(&self) -> Result<(ArmIdentity, Duration, ClockRate)> {
         let serial = self.get::<DeviceSn>().await?.device_sn.to_string();
         let identity = ArmIdentity::new(serial.trim(), self.name());

@@ -193,7 +193,7 @@ impl Shared {
         held(&self.known)
     }
 
-    /// What was read of the arm for the record of its homings.
+    /// Readings of the arm for the record of its homings.
     pub(super) fn remembered(&self) -> MutexGuard<'_, Remembered> {
         self.homings.remembered()
     }

@@ -17,7 +17,7 @@ use crate::context::Context;
 use crate::failure::Failure;
 use crate::paint::tell;
 
-/// Said where a page without a server is wanted of a build that cannot make one.
+/// Limits of a page that is built without its WebAssembly modules.
 const NO_MODULES: &str = "this build has no WebAssembly modules: its page works over a station, but has no virtual arm of its own and no Web Serial";
 const BUILD_MODULES: &str =
     "run `cargo xtask generate modules` in a checkout and build again, or take a release";
