@@ -25,9 +25,15 @@ pub(crate) fn above(segment: &JointSegment, geometry: &Geometry, ceiling: f64) -
         geometry,
         curvature: curvature(segment, geometry),
     };
-    let (from, to) = (search.at(0.0), search.at(segment.duration()));
-    let mut highest = from.height.max(to.height);
-    search.raise(&mut highest, from, to, &mut { MOST_SPANS });
+    let mut from = search.at(0.0);
+    let mut highest = from.height.max(search.at(segment.duration()).height);
+    let mut spans_left = MOST_SPANS;
+    for corner in segment.corners() {
+        let to = search.at(corner);
+        highest = highest.max(to.height);
+        search.raise(&mut highest, from, to, &mut spans_left);
+        from = to;
+    }
     let highest = highest + EXACT;
     (highest > ceiling + 2.0 * EXACT).then_some(highest)
 }
@@ -49,7 +55,7 @@ fn bound(segment: &JointSegment, geometry: &Geometry) -> f64 {
 fn curvature(segment: &JointSegment, geometry: &Geometry) -> f64 {
     let [_, rear, fore, _] = &segment.axes;
     let swing = |length: f64, axis: &AxisMotion| {
-        let (velocity, acceleration) = axis.profile().extremes();
+        let (velocity, acceleration) = axis.profile().curve_extremes();
         let turning = velocity / DEGREES_PER_RADIAN;
         length * (turning * turning + acceleration / DEGREES_PER_RADIAN)
     };

@@ -83,7 +83,7 @@ impl Planner {
             along,
             turning,
         });
-        let trajectory = Trajectory::of_segments(&self.geometry, from, [segment]);
+        let trajectory = self.trajectory(from, [segment]);
         Ok(Plan::within(trajectory, &self.limits))
     }
 }

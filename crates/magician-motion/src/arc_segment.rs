@@ -3,9 +3,9 @@
 use crate::angle::atan2;
 use crate::arc::Arc;
 use crate::arc_reach::{Outline, spatial_cuts};
-use crate::tool_path::ToolPath;
+use crate::tool_path::{MOMENTS, ToolPath, moments};
 use crate::velocity_profile::VelocityProfile;
-use crate::wrist::Interval;
+use crate::wrist::{Interval, speeds};
 use crate::{ArmState, Geometry, Limits, Pose};
 
 /// The tool along a circular arc, perhaps several times round, r alongside.
@@ -111,10 +111,8 @@ impl ToolPath for ArcSegment {
         (Some(from.max(to) - j1.0), Some(from.min(to) - j1.1))
     }
 
-    fn corners(&self, _: &Geometry) -> [f64; 5] {
-        let [a, b] = self.along.corners();
-        let [c, d] = self.turning.corners();
-        [a, b, c, d, f64::NAN]
+    fn corners(&self, _: &Geometry) -> [f64; MOMENTS] {
+        moments(&self.along, &self.turning, f64::NAN)
     }
 
     fn j4_rates(&self, geometry: &Geometry, a: f64, b: f64) -> (f64, f64) {
@@ -125,8 +123,9 @@ impl ToolPath for ArcSegment {
         let Some(turning) = outline.turning(&place, geometry.tool.y) else {
             return (f64::NEG_INFINITY, f64::INFINITY);
         };
-        let speed = Interval::over(self.along.velocity(a), self.along.velocity(b));
-        let r = Interval::over(self.turn_rate(a), self.turn_rate(b));
+        let speed = speeds(&self.along, a, b);
+        let r =
+            speeds(&self.turning, a, b).times(&Interval::over(self.turn_sign(), self.turn_sign()));
         Interval::j4(&r, &turning.times(&speed))
     }
 }

@@ -1,5 +1,6 @@
 //! The motion of one axis: a joint, or the carriage of the rail.
 
+use crate::MotionLaw;
 use crate::velocity_profile::VelocityProfile;
 
 /// How one axis goes from where it stands: forwards or backwards by a profile.
@@ -26,15 +27,13 @@ impl AxisMotion {
 
     /// From a velocity of either sign to rest in `duration` seconds.
     #[must_use]
-    pub fn stopping_in(velocity: f64, duration: f64) -> Self {
-        let profile = VelocityProfile::stopping_in(libm::fabs(velocity), duration);
-        Self::new(velocity, profile)
+    pub fn stopping_in(law: MotionLaw, velocity: f64, duration: f64) -> Self {
+        Self::new(velocity, law.stop_in(libm::fabs(velocity), duration))
     }
 
     /// From a velocity of either sign to rest at a steady deceleration.
-    pub(crate) fn stopping(velocity: f64, deceleration: f64) -> Self {
-        let profile = VelocityProfile::stopping(libm::fabs(velocity), deceleration);
-        Self::new(velocity, profile)
+    pub(crate) fn stopping(law: MotionLaw, velocity: f64, deceleration: f64) -> Self {
+        Self::new(velocity, law.stop(libm::fabs(velocity), deceleration))
     }
 
     /// The speed without the direction.
@@ -61,8 +60,10 @@ impl AxisMotion {
         self.sign * self.profile.velocity(t)
     }
 
-    pub(crate) fn acceleration(&self, t: f64) -> f64 {
-        self.sign * self.profile.acceleration(t)
+    /// Offset, velocity and acceleration at `t` of the curve that holds around `around`, with their sign.
+    pub(crate) fn curve(&self, around: f64, t: f64) -> [f64; 3] {
+        let piece = self.profile.piece(around);
+        [piece.position(t), piece.velocity(t), piece.acceleration()].map(|value| self.sign * value)
     }
 
     /// The time it takes, seconds.
@@ -76,8 +77,7 @@ impl AxisMotion {
         Self::new(self.sign, self.profile.stretched(duration))
     }
 
-    pub(crate) fn corners(&self) -> [f64; 3] {
-        let [first, second] = self.profile.corners();
-        [first, second, self.duration()]
+    pub(crate) fn corners(&self) -> impl Iterator<Item = f64> {
+        self.profile.corners().into_iter().chain([self.duration()])
     }
 }

@@ -188,19 +188,20 @@ impl Planner {
         }
         let sign = if jog.positive { 1.0 } else { -1.0 };
         let forwards = sign * entry;
-        let braking = (forwards < 0.0).then(|| {
-            let profile = VelocityProfile::stopping(-forwards, rates.acceleration);
-            self.jog_segment(from, jog.axis, -sign, profile)
-        });
+        let (turn, left) = match forwards < 0.0 {
+            true => self.law.turn(-forwards, rates.acceleration),
+            false => (VelocityProfile::default(), -forwards),
+        };
+        let braking =
+            (turn.duration() > 0.0).then(|| self.jog_segment(from, jog.axis, -sign, turn));
         let start = braking.map_or(*from, |segment| segment.end());
-        let forwards = forwards.max(0.0);
+        let forwards = -left;
         // A jog that is too fast slows down first, and must not be made to do so by the end of the way.
         let slowing = 0.5 * forwards * forwards / rates.acceleration;
         let length = self.way(&start, jog.axis, sign) + slowing;
-        let profile = VelocityProfile::between(length, forwards, rates.velocity, &rates);
+        let profile = self.law.run(length, forwards, &rates);
         let running = self.jog_segment(&start, jog.axis, sign, profile);
-        let segments = braking.into_iter().chain([running]);
-        let whole = Trajectory::of_segments(&self.geometry, from, segments);
+        let whole = self.trajectory(from, braking.into_iter().chain([running]));
         let plan = Plan::within(whole, &self.limits);
         Ok(match plan.crossing {
             Some(crossing) if entry == 0.0 && crossing.progress * length < AT_LIMIT => Plan {
@@ -230,15 +231,15 @@ impl Planner {
                 MoveSegment::Joints(segment) => {
                     let axes = segment
                         .axes
-                        .map(|axis| AxisMotion::stopping(axis.velocity(t), deceleration));
+                        .map(|axis| AxisMotion::stopping(own.law, axis.velocity(t), deceleration));
                     let segment = JointSegment::following(&own.geometry, &from, axes);
-                    Trajectory::of_segments(&own.geometry, &from, [MoveSegment::Joints(segment)])
+                    own.trajectory(&from, [MoveSegment::Joints(segment)])
                 }
                 MoveSegment::Line(segment) if segment.turning.length() == 0.0 => {
                     let rate = segment.tool_rate_at(t);
                     own.line_stop(&from, &rate, deceleration)
                 }
-                _ => jog.braked(at_us, [deceleration; 3]),
+                _ => jog.braked(own.law, at_us, [deceleration; 3]),
             },
             _ => Trajectory::at_rest(&own.geometry, &from),
         };
@@ -250,7 +251,7 @@ impl Planner {
             r: rate.r,
             ..Pose::default()
         });
-        let profile = VelocityProfile::stopping(speed, deceleration);
+        let profile = self.law.stop(speed, deceleration);
         if profile.length() <= 0.0 {
             return Trajectory::at_rest(&self.geometry, from);
         }
@@ -262,7 +263,7 @@ impl Planner {
             r: from.pose.r,
         };
         let segment = self.straight(from, to, profile);
-        Trajectory::of_segments(&self.geometry, from, [segment])
+        self.trajectory(from, [segment])
     }
 
     fn jog_segment(

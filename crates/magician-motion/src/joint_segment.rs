@@ -3,6 +3,7 @@
 use crate::axis_motion::AxisMotion;
 use crate::crossing::{Moments, first_violation};
 use crate::roots::quadratic;
+use crate::velocity_profile::CORNERS;
 use crate::{ArmState, Bound, Geometry, JointAngles, Limits, MotionError};
 
 /// Every joint by a profile of its own.
@@ -84,24 +85,18 @@ impl JointSegment {
             Bound::J4Min | Bound::J4Max => (j4, None),
             Bound::J23Min | Bound::J23Max => (j2, Some(j3)),
         };
-        let less = |of: &dyn Fn(&AxisMotion) -> f64| of(axis) - other.map_or(0.0, of);
-        let mut corners = [f64::NAN; 6];
-        let others = other.map_or([f64::NAN; 3], AxisMotion::corners);
-        for (slot, corner) in corners
-            .iter_mut()
-            .zip(axis.corners().into_iter().chain(others))
-        {
-            *slot = corner;
-        }
-        corners.sort_unstable_by(f64::total_cmp);
         let start = bound.value(&self.from.joints) - angle;
         let mut from = 0.0;
-        for to in corners.into_iter().filter(|t| !t.is_nan()) {
+        for to in corners([axis, other.unwrap_or(axis)]) {
             if to > from {
-                let acceleration = less(&|axis| axis.acceleration(0.5 * (from + to)));
-                let velocity = less(&|axis| axis.velocity(from));
-                let offset = start + less(&|axis| axis.offset(from));
-                for root in quadratic(0.5 * acceleration, velocity, offset) {
+                let around = 0.5 * (from + to);
+                let [offset, velocity, acceleration] = [0, 1, 2].map(|nth| {
+                    let of = |axis: &AxisMotion| {
+                        axis.curve(around, from).get(nth).copied().unwrap_or(0.0)
+                    };
+                    of(axis) - other.map_or(0.0, of)
+                });
+                for root in quadratic(0.5 * acceleration, velocity, start + offset) {
                     if root >= 0.0 && from + root <= to {
                         moments.add(from + root);
                     }
@@ -109,6 +104,12 @@ impl JointSegment {
                 from = to;
             }
         }
+    }
+
+    /// The moments in turn between which every joint follows one curve.
+    pub(crate) fn corners(&self) -> impl Iterator<Item = f64> {
+        let [j1, j2, j3, j4] = &self.axes;
+        corners([j1, j2, j3, j4])
     }
 
     /// The state at `t`; a joint that `stopped_by` names is exactly at that bound.
@@ -132,6 +133,17 @@ impl JointSegment {
         }
         ArmState::at_joints(geometry, &joints)
     }
+}
+
+/// The corners and ends of these axes in turn.
+fn corners<const N: usize>(axes: [&AxisMotion; N]) -> impl Iterator<Item = f64> {
+    let mut corners = [f64::NAN; 4 * (CORNERS + 1)];
+    let all = axes.into_iter().flat_map(AxisMotion::corners);
+    for (slot, corner) in corners.iter_mut().zip(all) {
+        *slot = corner;
+    }
+    corners.sort_unstable_by(f64::total_cmp);
+    corners.into_iter().filter(|t| !t.is_nan())
 }
 
 impl JointSegment {

@@ -1,9 +1,9 @@
 //! The tool of a motion on a straight line, r alongside.
 
 use crate::boundary::{Section, spatial_cuts};
-use crate::tool_path::ToolPath;
+use crate::tool_path::{MOMENTS, ToolPath, moments};
 use crate::velocity_profile::VelocityProfile;
-use crate::wrist::Interval;
+use crate::wrist::{Interval, speeds};
 use crate::{ArmState, Geometry, Limits, Pose};
 
 /// The tool along a straight line, r alongside.
@@ -105,11 +105,9 @@ impl ToolPath for LineSegment {
     }
 
     /// The moments at which something of the segment ceases to be monotone.
-    fn corners(&self, geometry: &Geometry) -> [f64; 5] {
-        let [a, b] = self.along.corners();
-        let [c, d] = self.turning.corners();
+    fn corners(&self, geometry: &Geometry) -> [f64; MOMENTS] {
         let nearest = self.section(geometry).nearest() * self.along.length();
-        [a, b, c, d, self.along.time_at(nearest)]
+        moments(&self.along, &self.turning, self.along.time_at(nearest))
     }
 
     /// The square of the radius and its slope are monotone as well, so that the values at both ends enclose them.
@@ -127,9 +125,18 @@ impl ToolPath for LineSegment {
                 .over_positive(&Interval(libm::sqrt(square.0), libm::sqrt(square.1)))
                 .plus(section.swept())
         };
+        let way = self.along.length();
+        let share_rate = match way > 0.0 {
+            true => speeds(&self.along, a, b).times(&Interval::over(1.0 / way, 1.0 / way)),
+            false => Interval(0.0, 0.0),
+        };
         let j1 = turning
             .over_positive(&square.plus(across * across))
-            .times(&ends(&|t| self.share_rate(t)));
-        Interval::j4(&ends(&|t| self.turn_rate(t)), &j1)
+            .times(&share_rate);
+        let sign = self.turn_sign();
+        Interval::j4(
+            &speeds(&self.turning, a, b).times(&Interval::over(sign, sign)),
+            &j1,
+        )
     }
 }

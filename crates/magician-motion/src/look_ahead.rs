@@ -9,7 +9,7 @@ use crate::move_segment::SHORTEST_MOVE;
 use crate::speeds::positive;
 use crate::trajectory::microseconds;
 use crate::velocity_profile::{KinematicLimits, VelocityProfile};
-use crate::{ArmModel, Ceilings, MotionError, SpeedQuantity};
+use crate::{ArmModel, Ceilings, MotionError, MotionLaw, SpeedQuantity};
 
 /// The settings of a continuous path.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,8 +22,6 @@ pub struct CpSpeeds {
     pub period_s: f64,
     /// Whether every segment is to take a period, without a limit at the corners (`realTimeTrack`).
     pub real_time: bool,
-    /// Whether no segment may take less than a period. Not in real time either is the arm known to do so.
-    pub whole_periods: bool,
 }
 
 impl Default for CpSpeeds {
@@ -81,7 +79,7 @@ impl CpSegment {
 /// use magician_motion::{ArmModel, CpSegment, LookAhead};
 ///
 /// let model = ArmModel::MAGICIAN;
-/// let look_ahead = LookAhead::new(&model.power_up.path, &model.ceilings)?;
+/// let look_ahead = LookAhead::new(&model.power_up.path, &model.ceilings, model.law)?;
 /// let side = CpSegment::between([0.0; 3], [50.0, 0.0, 0.0]);
 /// let on = CpSegment::between([50.0, 0.0, 0.0], [100.0, 0.0, 0.0]);
 /// let round_the_corner = CpSegment::between([50.0, 0.0, 0.0], [50.0, 50.0, 0.0]);
@@ -92,13 +90,14 @@ impl CpSegment {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LookAhead {
+    law: MotionLaw,
     rates: KinematicLimits,
     cruise_squared: f64,
     /// Twice the acceleration, mm/s2.
     braking: f64,
     /// What the square of a corner's speed is, times one less the cosine of its turn.
     corner: f64,
-    /// Periods a second, if segments are to take one at least.
+    /// The most segments a second, if there is such a bound.
     clock: Option<f64>,
 }
 
@@ -108,7 +107,11 @@ impl LookAhead {
     /// # Errors
     ///
     /// [`MotionError::Speed`] for a setting that is NaN, zero or negative.
-    pub fn new(speeds: &CpSpeeds, ceilings: &Ceilings) -> Result<Self, MotionError> {
+    pub fn new(
+        speeds: &CpSpeeds,
+        ceilings: &Ceilings,
+        law: MotionLaw,
+    ) -> Result<Self, MotionError> {
         let rates = ceilings.linear(KinematicLimits {
             velocity: speeds.junction_velocity,
             acceleration: speeds.plan_acceleration,
@@ -116,7 +119,12 @@ impl LookAhead {
         let period = positive(SpeedQuantity::Period, speeds.period_s)?;
         // v = a period / (2 sin(t / 2)), squared, with 2 sin2(t / 2) = 1 - cos(t).
         let straight = rates.acceleration * period;
+        let clocks = [
+            speeds.real_time.then_some(1.0 / period),
+            (!law.is_continuous()).then_some(1.0 / law.period()),
+        ];
         Ok(Self {
+            law,
             rates,
             cruise_squared: rates.velocity * rates.velocity,
             braking: 2.0 * rates.acceleration,
@@ -125,7 +133,7 @@ impl LookAhead {
             } else {
                 0.5 * straight * straight
             },
-            clock: (speeds.real_time || speeds.whole_periods).then_some(1.0 / period),
+            clock: clocks.into_iter().flatten().reduce(f64::min),
         })
     }
 
@@ -140,6 +148,13 @@ impl LookAhead {
             velocity,
             ..self.rates
         }
+    }
+
+    /// The profile of a segment between two speeds.
+    #[must_use]
+    pub fn profile(&self, segment: &CpSegment, entry: f64, exit: f64) -> VelocityProfile {
+        self.law
+            .segment(segment.length, entry, exit, &self.rates(segment))
     }
 
     /// The highest speed with which `running` may end, mm/s, given the segments queued behind it, the next one first:
@@ -202,8 +217,7 @@ impl LookAhead {
                 return 0;
             }
             let exit = libm::sqrt(*exit);
-            let profile =
-                VelocityProfile::between(segment.length, speed, exit, &look_ahead.rates(segment));
+            let profile = look_ahead.profile(segment, speed, exit);
             speed = profile.exit();
             microseconds(profile.duration())
         })

@@ -1,8 +1,8 @@
 //! The numbers of one firmware: its measures, limits, ceilings, homing, and what it knows at power-up.
 
 use crate::{
-    CpSpeeds, Geometry, JointAngles, JumpHeights, KinematicLimits, Limits, Planner, Range, Speeds,
-    ToolBias,
+    CpSpeeds, Geometry, JointAngles, JumpHeights, KinematicLimits, Limits, MotionLaw, Planner,
+    Range, Speeds, ToolBias,
 };
 
 /// The numbers by which one firmware plans motions. Simulator, check and reach take the same value.
@@ -27,6 +27,8 @@ pub struct ArmModel {
     pub guaranteed: Limits,
     /// The highest speeds and accelerations that a motion is planned with.
     pub ceilings: Ceilings,
+    /// How motions are computed.
+    pub law: MotionLaw,
     /// Homing.
     pub homing: Homing,
     /// The settings at power-up.
@@ -116,6 +118,7 @@ impl ArmModel {
             rotation_velocity: 480.0,
             rotation_acceleration: 300.0,
         },
+        law: MotionLaw::MAGICIAN,
         homing: Homing {
             joints: JointAngles::HOME,
             velocity: [30.0, 50.0, 50.0, 50.0],
@@ -162,7 +165,6 @@ impl ArmModel {
                 junction_velocity: 100.0,
                 period_s: 0.02,
                 real_time: false,
-                whole_periods: false,
             },
             jump: JumpHeights::even(20.0, 100.0),
             rail: KinematicLimits {
@@ -193,6 +195,7 @@ impl ArmModel {
             geometry: self.geometry(tool),
             limits: self.limits,
             ceilings: self.ceilings,
+            law: self.law,
             speeds,
         }
     }

@@ -5,6 +5,7 @@ use crate::joint_segment::JointSegment;
 use crate::line_segment::LineSegment;
 use crate::path_segment::PathSegment;
 use crate::tool_path::ToolPath;
+use crate::trajectory::microseconds;
 use crate::velocity_profile::VelocityProfile;
 use crate::{ArmState, Geometry, Limits, MotionError, Pose, apex};
 
@@ -29,6 +30,24 @@ impl MoveSegment {
             Self::Arc(segment) => segment.along.duration(),
             Self::Segment(segment) => segment.along.duration(),
         }
+    }
+
+    /// The moments between start and end, in turn, at which the curve is not smooth, microseconds. A straight way is one
+    /// whatever its speed.
+    pub(crate) fn corners_us(&self) -> impl Iterator<Item = u64> {
+        let joints = match self {
+            Self::Joints(segment) => Some(segment.corners()),
+            Self::Line(_) | Self::Arc(_) | Self::Segment(_) => None,
+        };
+        let arc = match self {
+            Self::Arc(segment) => Some(segment.along.corners()),
+            Self::Joints(_) | Self::Line(_) | Self::Segment(_) => None,
+        };
+        let corners = joints
+            .into_iter()
+            .flatten()
+            .chain(arc.into_iter().flatten());
+        corners.filter(|t| !t.is_nan()).map(microseconds)
     }
 
     pub(crate) fn end(&self) -> ArmState {

@@ -7,8 +7,8 @@ use crate::line_segment::LineSegment;
 use crate::move_segment::{MoveSegment, SHORTEST_MOVE};
 use crate::velocity_profile::{KinematicLimits, VelocityProfile};
 use crate::{
-    ArmState, Ceilings, Geometry, JointAngles, JumpHeights, Limits, MotionError, Pose, Speeds,
-    Trajectory, Transfer, Unreachable,
+    ArmState, Ceilings, Geometry, JointAngles, JumpHeights, Limits, MotionError, MotionLaw, Pose,
+    Speeds, Trajectory, Transfer, Unreachable,
 };
 
 /// Where a motion leads. Increments count from where it starts.
@@ -76,14 +76,17 @@ impl Plan {
                 trajectory,
                 crossing: None,
             },
-            Some((at_us, cause, end)) => Self {
-                trajectory: trajectory.cut(at_us, end),
-                crossing: Some(Crossing {
-                    at_us,
-                    progress: trajectory.progress(at_us),
-                    cause,
-                }),
-            },
+            Some((at_us, cause, end)) => {
+                let cut = trajectory.cut(at_us, end);
+                Self {
+                    trajectory: cut,
+                    crossing: Some(Crossing {
+                        at_us: cut.duration_us(),
+                        progress: trajectory.curve_progress(at_us),
+                        cause,
+                    }),
+                }
+            }
         }
     }
 }
@@ -111,11 +114,22 @@ pub struct Planner {
     pub limits: Limits,
     /// The most that a speed counts as.
     pub ceilings: Ceilings,
+    /// How motions are computed.
+    pub law: MotionLaw,
     /// The speeds set.
     pub speeds: Speeds,
 }
 
 impl Planner {
+    /// The segments in turn, each beginning when the one before has ended.
+    pub(crate) fn trajectory(
+        &self,
+        from: &ArmState,
+        segments: impl IntoIterator<Item = MoveSegment>,
+    ) -> Trajectory {
+        Trajectory::of_segments(&self.geometry, self.law, from, segments)
+    }
+
     /// Plans a motion from rest.
     ///
     /// Targets in space, and the corners of a jump, must be within reach and limits, and are checked here. Lines and
@@ -143,7 +157,7 @@ impl Planner {
             Ok(rates) if factor > 0.0 => factor * rates.acceleration,
             _ => f64::INFINITY,
         };
-        let braked = motion.braked(at_us, [0, 1, 2].map(deceleration));
+        let braked = motion.braked(self.law, at_us, [0, 1, 2].map(deceleration));
         Plan::within(braked, &self.limits)
     }
 
@@ -186,7 +200,7 @@ impl Planner {
             Destination::Pose(_) => self.check(to)?,
         };
         let segment = self.joint_segment(from, &to)?;
-        Ok(Trajectory::of_segment(&self.geometry, from, segment))
+        Ok(self.trajectory(from, [segment]))
     }
 
     fn plan_line(&self, from: &ArmState, to: &Destination) -> Result<Trajectory, MotionError> {
@@ -194,7 +208,7 @@ impl Planner {
             return Ok(self.arrival(from, to));
         }
         let segment = self.line_segment(from, &self.check(to)?)?;
-        Ok(Trajectory::of_segment(&self.geometry, from, segment))
+        Ok(self.trajectory(from, [segment]))
     }
 
     fn plan_jump(
@@ -208,7 +222,7 @@ impl Planner {
         let corners = Corners::between(&self.geometry, &from.pose, &to.pose, heights)?;
         let segments = self.jump_segments(from, &to, &corners, transfer)?;
         let segments = self.lower_corners(from, &to, corners, transfer, segments);
-        Ok(Trajectory::of_segments(&self.geometry, from, segments))
+        Ok(self.trajectory(from, segments))
     }
 
     /// The segments of a jump, changed where joints would swing the tool up through the ceiling between two corners: the
@@ -253,7 +267,7 @@ impl Planner {
     }
 
     fn is_clear(&self, from: &ArmState, segments: [MoveSegment; 3]) -> bool {
-        Trajectory::of_segments(&self.geometry, from, segments)
+        self.trajectory(from, segments)
             .first_crossing(&self.limits)
             .is_none()
     }
@@ -313,8 +327,9 @@ impl Planner {
         }
         let lengths = sweeps.map(libm::fabs);
         let [s1, s2, s3, s4] = sweeps;
-        let [p1, p2, p3, p4] =
-            synchronised(lengths, |joint| self.speeds.joint(joint, &self.ceilings))?;
+        let [p1, p2, p3, p4] = synchronised(self.law, lengths, |joint| {
+            self.speeds.joint(joint, &self.ceilings)
+        })?;
         Ok(MoveSegment::Joints(JointSegment {
             from: *from,
             to: *to,
@@ -333,7 +348,7 @@ impl Planner {
         way: f64,
         turn: f64,
     ) -> Result<[VelocityProfile; 2], MotionError> {
-        synchronised([way, libm::fabs(turn)], |axis| match axis {
+        synchronised(self.law, [way, libm::fabs(turn)], |axis| match axis {
             0 => self.speeds.linear(&self.ceilings),
             _ => self.speeds.rotation(&self.ceilings),
         })
@@ -411,6 +426,7 @@ impl Destination {
 ///
 /// An axis that hardly moves needs no speed of its own; it goes along as gently as it can.
 fn synchronised<const N: usize>(
+    law: MotionLaw,
     lengths: [f64; N],
     rates: impl Fn(usize) -> Result<KinematicLimits, MotionError>,
 ) -> Result<[VelocityProfile; N], MotionError> {
@@ -432,10 +448,8 @@ fn synchronised<const N: usize>(
     let mut profiles = [VelocityProfile::default(); N];
     for (profile, (length, rates)) in profiles.iter_mut().zip(lengths.into_iter().zip(allowed)) {
         *profile = match rates {
-            Some(rates) if duration > 0.0 => {
-                VelocityProfile::trapezoid_in(length, &rates, duration)
-            }
-            _ => VelocityProfile::triangle(length, duration),
+            Some(rates) if duration > 0.0 => law.rest_to_rest_in(length, &rates, duration),
+            _ => law.triangle(length, duration),
         };
     }
     Ok(profiles)

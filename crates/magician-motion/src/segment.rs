@@ -3,7 +3,7 @@
 use crate::move_segment::{MoveSegment, SHORTEST_MOVE};
 use crate::path_segment::PathSegment;
 use crate::speeds::finite_speed;
-use crate::velocity_profile::{KinematicLimits, VelocityProfile};
+use crate::velocity_profile::KinematicLimits;
 use crate::{ArmState, MotionError, Plan, Planner, Pose, SpeedQuantity, Trajectory};
 
 impl Planner {
@@ -43,9 +43,10 @@ impl Planner {
             to,
             length,
             done: 0.0,
-            along: VelocityProfile::between(length, entry, exit, &rates),
+            along: self.law.segment(length, entry, exit, &rates),
         };
-        let trajectory = Trajectory::of_segment(&self.geometry, from, MoveSegment::Segment(path));
+        let segment = MoveSegment::Segment(path);
+        let trajectory = Trajectory::of_segment(&self.geometry, self.law, from, segment);
         Ok(Plan::within(trajectory, &self.limits))
     }
 
@@ -69,11 +70,11 @@ impl Planner {
             return Ok(None);
         };
         let rest = path.rest(t, |length, entry| {
-            VelocityProfile::between(length, entry, exit, &rates)
+            self.law.segment(length, entry, exit, &rates)
         });
         let from = running.sample(at_us);
-        let trajectory =
-            Trajectory::of_segment(running.geometry(), &from, MoveSegment::Segment(rest));
+        let segment = MoveSegment::Segment(rest);
+        let trajectory = Trajectory::of_segment(running.geometry(), self.law, &from, segment);
         Ok(Some(Plan::within(trajectory, &self.limits)))
     }
 

@@ -1,7 +1,25 @@
 //! Motions whose tool follows a path in space, r by a profile of its own: where they leave the limits.
 
 use crate::crossing::{Moments, first_violation};
+use crate::velocity_profile::{CORNERS, VelocityProfile};
 use crate::{ArmState, Bound, Geometry, JointAngles, Limits, MotionError, Pose, wrist};
+
+/// How many moments there are at most between which a path is smooth.
+pub(crate) const MOMENTS: usize = 2 * CORNERS + 1;
+
+/// The corners of both profiles of a path, and one more moment.
+pub(crate) fn moments(
+    along: &VelocityProfile,
+    turning: &VelocityProfile,
+    more: f64,
+) -> [f64; MOMENTS] {
+    let mut moments = [more; MOMENTS];
+    let corners = along.corners().into_iter().chain(turning.corners());
+    for (slot, corner) in moments.iter_mut().zip(corners) {
+        *slot = corner;
+    }
+    moments
+}
 
 /// What it takes to look for limits along the path of a tool.
 pub(crate) trait ToolPath {
@@ -26,7 +44,7 @@ pub(crate) trait ToolPath {
     fn j4_extremes(&self, geometry: &Geometry) -> (Option<f64>, Option<f64>);
 
     /// Moments between which [`j4_rates`](Self::j4_rates) may be asked for, in any order.
-    fn corners(&self, geometry: &Geometry) -> [f64; 5];
+    fn corners(&self, geometry: &Geometry) -> [f64; MOMENTS];
 
     /// Bounds of J4's rate between two moments without a corner in between, deg/s.
     fn j4_rates(&self, geometry: &Geometry, a: f64, b: f64) -> (f64, f64);

@@ -3,12 +3,13 @@
 use crate::axis_motion::AxisMotion;
 use crate::joint_segment::JointSegment;
 use crate::move_segment::MoveSegment;
-use crate::{ArmState, Geometry, MotionError};
+use crate::{ArmState, Geometry, MotionError, MotionLaw};
 
 /// A planned motion: up to three segments, and where it ends. Where two segments meet, the arm is at rest.
 ///
 /// Every question is answered from the start of the motion, in closed form; nothing is stepped or remembered, so
-/// the order and the number of questions do not matter. Time is in whole microseconds from the start.
+/// the order and the number of questions do not matter. Time is in whole microseconds from the start, which in periods is
+/// the end of one: what holds then holds until the next one ends.
 ///
 /// ```
 /// use magician_motion::{ArmModel, ArmState, JointAngles, Move, MoveKind, Pose, Target, ToolBias};
@@ -21,12 +22,13 @@ use crate::{ArmState, Geometry, MotionError};
 ///
 /// let half = motion.time_at_progress(0.5).expect("nothing ends it before");
 /// let gone = motion.sample(half).pose.x - home.pose.x;
-/// assert!((gone - 20.0).abs() < 1e-3 && half < motion.duration_us());
+/// assert!((20.0..22.0).contains(&gone) && half < motion.duration_us());
 /// # Ok::<(), magician_motion::MotionError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trajectory {
     geometry: Geometry,
+    law: MotionLaw,
     segments: [Option<TimedSegment>; 3],
     start: ArmState,
     end: ArmState,
@@ -54,6 +56,7 @@ impl Trajectory {
     pub fn at_rest(geometry: &Geometry, state: &ArmState) -> Self {
         Self {
             geometry: *geometry,
+            law: MotionLaw::CONTINUOUS,
             segments: [None; 3],
             start: *state,
             end: *state,
@@ -64,10 +67,12 @@ impl Trajectory {
     /// The segments in turn, each beginning when the one before has come to rest.
     pub(crate) fn of_segments(
         geometry: &Geometry,
+        law: MotionLaw,
         start: &ArmState,
         segments: impl IntoIterator<Item = MoveSegment>,
     ) -> Self {
         let mut trajectory = Self::at_rest(geometry, start);
+        trajectory.law = law;
         for (slot, segment) in trajectory.segments.iter_mut().zip(segments) {
             *slot = Some(TimedSegment {
                 segment,
@@ -81,9 +86,15 @@ impl Trajectory {
     }
 
     /// One segment that sets off from `start`.
-    pub(crate) fn of_segment(geometry: &Geometry, start: &ArmState, segment: MoveSegment) -> Self {
+    pub(crate) fn of_segment(
+        geometry: &Geometry,
+        law: MotionLaw,
+        start: &ArmState,
+        segment: MoveSegment,
+    ) -> Self {
         Self {
             geometry: *geometry,
+            law,
             start: *start,
             end: segment.end(),
             duration_us: microseconds(segment.duration()),
@@ -98,15 +109,18 @@ impl Trajectory {
         }
     }
 
-    /// The same motion in `least_us`, if it takes less: every segment longer by the same factor. No motion stays none.
+    /// The same motion in `least_us`, if it takes less: every segment longer by the same factor, in periods by whole ones.
+    /// No motion stays none.
     pub(crate) fn lasting(mut self, least_us: u64) -> Self {
-        let total = self.duration_us;
+        let (law, total) = (self.law, self.duration_us);
+        let least_us = law.period_end(least_us);
         if total == 0 || total >= least_us {
             return self;
         }
         let later = |at_us: u64| {
             let product = u128::from(at_us) * u128::from(least_us);
-            u64::try_from(product / u128::from(total)).unwrap_or(least_us)
+            let later_us = u64::try_from(product / u128::from(total)).unwrap_or(least_us);
+            law.period_start(later_us)
         };
         // The last segment ends where the motion does, each other where the next begins.
         let mut end_us = total;
@@ -138,11 +152,11 @@ impl Trajectory {
         })
     }
 
-    /// This motion cut short at `at_us`, where it stops at once in the given state.
+    /// This motion cut short at `at_us`, where it stops at once in the given state; in periods at the end of that one.
     pub(crate) fn cut(self, at_us: u64, end: ArmState) -> Self {
         Self {
             end,
-            duration_us: at_us.min(self.duration_us),
+            duration_us: self.law.period_end(at_us).min(self.duration_us),
             ..self
         }
     }
@@ -187,9 +201,12 @@ impl Trajectory {
         Some((timed, seconds(t_us - timed.start_us)))
     }
 
-    /// The segment under way at a time and the seconds since it began; nothing from the end of the motion on.
+    /// The segment under way at a time and the seconds that its state is of; nothing from the end of the motion on.
     pub(crate) fn under_way(&self, t_us: u64) -> Option<(&MoveSegment, f64)> {
-        let (timed, t) = self.segment_at(t_us).filter(|_| t_us < self.duration_us)?;
+        let ended_us = self.law.period_start(t_us);
+        let (timed, t) = self
+            .segment_at(ended_us)
+            .filter(|_| t_us < self.duration_us)?;
         Some((&timed.segment, t))
     }
 
@@ -215,9 +232,15 @@ impl Trajectory {
         &self.geometry
     }
 
-    /// Joints and pose at a time. From the end of the motion on, exactly its [`end`](Self::end).
+    /// Joints and pose at a time, in periods at the end of the last one by then. From the end of the motion on, exactly
+    /// its [`end`](Self::end).
     #[must_use]
     pub fn sample(&self, t_us: u64) -> ArmState {
+        self.curve(self.law.period_start(t_us))
+    }
+
+    /// Joints and pose at a time on the curve through all that is ever sampled.
+    pub(crate) fn curve(&self, t_us: u64) -> ArmState {
         if t_us >= self.duration_us {
             return self.end;
         }
@@ -241,6 +264,11 @@ impl Trajectory {
     /// Legs count by the distance between their ends. A motion that a limit cuts short does not get to 1.
     #[must_use]
     pub fn progress(&self, t_us: u64) -> f64 {
+        self.curve_progress(self.law.period_start(t_us))
+    }
+
+    /// The same on the curve through all that is ever sampled.
+    pub(crate) fn curve_progress(&self, t_us: u64) -> f64 {
         let t_us = t_us.min(self.duration_us);
         if t_us == self.duration_us && self.last_segment().is_some() {
             // The last microsecond may be a rounding error short of the end.
@@ -282,12 +310,13 @@ impl Trajectory {
                 break;
             }
         }
+        let at_us = self.law.period_end(at_us);
         (at_us <= self.duration_us).then_some(at_us)
     }
 
     /// The emergency stop from a time within this motion: J1 to J3 come to rest together, each along its own way,
     /// in the longest time that one of them needs at the given decelerations (deg/s2); J4 stops at once.
-    pub(crate) fn braked(&self, at_us: u64, decelerations: [f64; 3]) -> Self {
+    pub(crate) fn braked(&self, law: MotionLaw, at_us: u64, decelerations: [f64; 3]) -> Self {
         let from = self.sample(at_us);
         let velocities = self.joint_velocities(at_us);
         if !velocities.iter().all(|velocity| velocity.is_finite()) {
@@ -300,11 +329,12 @@ impl Trajectory {
             .map(|(velocity, deceleration)| libm::fabs(*velocity) / deceleration)
             .fold(0.0, f64::max);
         let [v1, v2, v3, _] = velocities;
-        let [a1, a2, a3] = [v1, v2, v3].map(|velocity| AxisMotion::stopping_in(velocity, duration));
+        let [a1, a2, a3] =
+            [v1, v2, v3].map(|velocity| AxisMotion::stopping_in(law, velocity, duration));
         let axes = [a1, a2, a3, AxisMotion::at_rest()];
         let segment = JointSegment::following(&self.geometry, &from, axes);
         if duration > 0.0 {
-            Self::of_segments(&self.geometry, &from, [MoveSegment::Joints(segment)])
+            Self::of_segments(&self.geometry, law, &from, [MoveSegment::Joints(segment)])
         } else {
             Self::at_rest(&self.geometry, &from)
         }

@@ -1,5 +1,12 @@
 //! The velocity of one axis as a function of time: from rest to rest, between any two speeds, or to rest (model sections 7, 8,
 //! 10 and 14).
+//!
+//! In periods the place after `n` of them is the period times the sum of the speeds at the ends of periods 1 to `n`, and the
+//! last period ends on the length. Those sums are quadratic in `n` on a ramp and linear between ramps, so that one curve
+//! of time, of up to five pieces, goes through all places: limits are looked for on that curve, and only its values at the
+//! ends of periods are ever reported.
+
+use crate::law::{ended_periods, whole_periods};
 
 /// The fastest that an axis may go, in its own unit: per second, and per second squared. Both are positive.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,6 +37,7 @@ impl KinematicLimits {
 /// negative.
 ///
 /// Everything is a closed form of time; nothing is accumulated. The way back from a reversal is a profile of its own.
+/// [`MotionLaw`](crate::MotionLaw) makes those of a controller that computes in periods.
 ///
 /// ```
 /// use magician_motion::{KinematicLimits, VelocityProfile};
@@ -48,6 +56,49 @@ pub struct VelocityProfile {
     exit: f64,
     ramp_in: f64,
     ramp_out: f64,
+    /// The period whose speeds are summed, seconds; 0 where the place is the integral of the speed.
+    period: f64,
+    /// When the ramp to the exit ends by the speeds themselves, seconds; at most a period before the duration.
+    ends: f64,
+}
+
+/// A stretch of the curve: a place that time changes by a velocity and an acceleration.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Piece {
+    /// When it begins, seconds.
+    from: f64,
+    place: f64,
+    velocity: f64,
+    acceleration: f64,
+}
+
+impl Piece {
+    pub(crate) fn position(&self, t: f64) -> f64 {
+        let t = t - self.from;
+        self.place + t * (self.velocity + 0.5 * self.acceleration * t)
+    }
+
+    pub(crate) fn velocity(&self, t: f64) -> f64 {
+        self.velocity + self.acceleration * (t - self.from)
+    }
+
+    pub(crate) fn acceleration(&self) -> f64 {
+        self.acceleration
+    }
+}
+
+/// The numbers of periods, from the start, at which a sum of speeds changes its form.
+#[derive(Clone, Copy)]
+struct Steps {
+    /// The first one, if the curve of the ramp in would begin backwards.
+    started: f64,
+    /// The last one on the ramp in, and the last for which its curve goes forwards.
+    ramped: [f64; 2],
+    /// The last one before the ramp out.
+    cruised: f64,
+    /// The last but one of all, and the last for which the curve of the ramp out goes forwards: in the last one the axis
+    /// goes to the end.
+    last: [f64; 2],
 }
 
 impl VelocityProfile {
@@ -89,6 +140,8 @@ impl VelocityProfile {
             exit: 0.0,
             ramp_in: ramp,
             ramp_out: ramp,
+            period: 0.0,
+            ends: duration,
         }
     }
 
@@ -128,6 +181,8 @@ impl VelocityProfile {
             exit,
             ramp_in,
             ramp_out,
+            period: 0.0,
+            ends: ramp_in + cruising + ramp_out,
         }
     }
 
@@ -148,6 +203,8 @@ impl VelocityProfile {
             exit: 0.0,
             ramp_in: 0.0,
             ramp_out: duration,
+            period: 0.0,
+            ends: duration,
         }
     }
 
@@ -166,6 +223,8 @@ impl VelocityProfile {
             exit,
             ramp_in: 0.0,
             ramp_out: duration,
+            period: 0.0,
+            ends: duration,
         }
     }
 
@@ -181,7 +240,7 @@ impl VelocityProfile {
             velocity: self.peak,
             acceleration: self.slope_out(),
         };
-        Self::trapezoid_in(self.length, &limits, duration.max(self.duration))
+        Self::trapezoid_in(self.length, &limits, duration.max(self.ends)).in_periods(self.period)
     }
 
     /// The distance covered in all.
@@ -202,16 +261,53 @@ impl VelocityProfile {
         self.exit
     }
 
-    /// The times in seconds at which the acceleration changes between start and end.
+    /// The times in seconds at which the acceleration of the curve changes between start and end; in periods its velocity
+    /// changes there as well. What there is not is NaN.
     #[must_use]
-    pub fn corners(&self) -> [f64; 2] {
-        [self.ramp_in, self.duration - self.ramp_out]
+    pub fn corners(&self) -> [f64; CORNERS] {
+        if self.period == 0.0 {
+            let mut corners = [f64::NAN; CORNERS];
+            let [first, second, ..] = &mut corners;
+            (*first, *second) = (self.ramp_in, self.ends - self.ramp_out);
+            return corners;
+        }
+        let Steps {
+            started,
+            ramped: [ramped, bent_in],
+            cruised,
+            last: [last, bent_out],
+        } = self.steps();
+        [started, bent_in, ramped, cruised, bent_out, last].map(|step| step * self.period)
     }
 
     /// The highest velocity and acceleration on the way.
     pub(crate) fn extremes(&self) -> (f64, f64) {
         let steepest = libm::fabs(self.slope_in()).max(self.slope_out());
         (self.entry.max(self.peak), steepest)
+    }
+
+    /// The highest speed that there is.
+    pub(crate) fn highest_speed(&self) -> f64 {
+        if self.period == 0.0 {
+            return self.extremes().0;
+        }
+        let Steps {
+            ramped: [ramped, _],
+            cruised,
+            last: [last, _],
+            ..
+        } = self.steps();
+        let ending = (self.length - self.place(last)) / self.period;
+        [0.0, ramped, cruised, (cruised + 1.0).min(last)]
+            .into_iter()
+            .map(|step| self.step_velocity(step))
+            .fold(ending, f64::max)
+    }
+
+    /// The same of the curve: on a ramp it is ahead of the speeds by half a period.
+    pub(crate) fn curve_extremes(&self) -> (f64, f64) {
+        let (velocity, acceleration) = self.extremes();
+        (velocity + 0.5 * acceleration * self.period, acceleration)
     }
 
     fn slope_in(&self) -> f64 {
@@ -231,6 +327,8 @@ impl VelocityProfile {
             return self.length;
         } else if t <= 0.0 {
             return 0.0;
+        } else if self.period > 0.0 {
+            self.piece(t).position(t)
         } else if t < self.ramp_in {
             t * (self.entry + 0.5 * self.slope_in() * t)
         } else if left < self.ramp_out {
@@ -241,7 +339,8 @@ impl VelocityProfile {
         position.clamp(0.0, self.length)
     }
 
-    /// The velocity after `t` seconds: that of entry before the start, that of exit from the end on.
+    /// The velocity after `t` seconds: that of entry before the start, that of exit from the end on. In periods it is the
+    /// speed of the period that ended last.
     #[must_use]
     pub fn velocity(&self, t: f64) -> f64 {
         let left = self.duration - t;
@@ -249,6 +348,8 @@ impl VelocityProfile {
             self.exit
         } else if t <= 0.0 {
             self.entry
+        } else if self.period > 0.0 {
+            self.step_velocity(ended_periods(t, self.period))
         } else if t < self.ramp_in {
             self.entry + self.slope_in() * t
         } else if left < self.ramp_out {
@@ -258,37 +359,342 @@ impl VelocityProfile {
         }
     }
 
-    /// The acceleration after `t` seconds; where it jumps, the value that follows.
+    /// The acceleration of the curve after `t` seconds; where it jumps, the value that follows.
     #[must_use]
     pub fn acceleration(&self, t: f64) -> f64 {
-        let left = self.duration - t;
-        if t < 0.0 || left <= 0.0 {
-            0.0
+        self.piece(t).acceleration()
+    }
+
+    /// The curve around `t` seconds, between the [`corners`](Self::corners) next to it; nothing moves outside of the profile.
+    pub(crate) fn piece(&self, t: f64) -> Piece {
+        let resting = |place| Piece {
+            from: t,
+            place,
+            velocity: 0.0,
+            acceleration: 0.0,
+        };
+        if t < 0.0 {
+            resting(0.0)
+        } else if t >= self.duration {
+            resting(self.length)
+        } else if self.period > 0.0 {
+            self.summed_piece(t / self.period)
         } else if t < self.ramp_in {
-            self.slope_in()
-        } else if left <= self.ramp_out {
-            -self.slope_out()
+            Piece {
+                from: 0.0,
+                place: 0.0,
+                velocity: self.entry,
+                acceleration: self.slope_in(),
+            }
+        } else if self.duration - t <= self.ramp_out {
+            Piece {
+                from: self.duration,
+                place: self.length,
+                velocity: self.exit,
+                acceleration: -self.slope_out(),
+            }
         } else {
-            0.0
+            Piece {
+                from: self.ramp_in,
+                place: 0.5 * (self.entry + self.peak) * self.ramp_in,
+                velocity: self.peak,
+                acceleration: 0.0,
+            }
         }
     }
 
     /// When the axis has covered `distance`, seconds: the inverse of [`position`](Self::position).
     #[must_use]
     pub fn time_at(&self, distance: f64) -> f64 {
-        let ramped_in = 0.5 * (self.entry + self.peak) * self.ramp_in;
-        let ramped_out = 0.5 * (self.peak + self.exit) * self.ramp_out;
         let left = self.length - distance;
         if distance <= 0.0 {
-            0.0
+            return 0.0;
         } else if left <= 0.0 {
-            self.duration
-        } else if distance < ramped_in {
+            return self.duration;
+        } else if self.period > 0.0 {
+            return self.summed_time_at(distance);
+        }
+        let ramped_in = 0.5 * (self.entry + self.peak) * self.ramp_in;
+        let ramped_out = 0.5 * (self.peak + self.exit) * self.ramp_out;
+        if distance < ramped_in {
             ramp_time(distance, self.entry, self.slope_in())
         } else if left < ramped_out {
             self.duration - ramp_time(left, self.exit, self.slope_out())
         } else {
             self.ramp_in + (distance - ramped_in) / self.peak
+        }
+    }
+}
+
+/// How many corners a profile has at most.
+pub(crate) const CORNERS: usize = 6;
+
+/// In periods.
+impl VelocityProfile {
+    /// This profile from rest to rest in periods, up to the end of the one that it ends in.
+    pub(crate) fn in_periods(mut self, period: f64) -> Self {
+        if period > 0.0 {
+            self.period = period;
+            self.duration = whole_periods(self.ends, period) * period;
+        }
+        self
+    }
+
+    /// This stop in periods: its length is what the speeds add up to.
+    pub(crate) fn stop_in_periods(self, period: f64) -> Self {
+        let mut stop = self.in_periods(period);
+        if period > 0.0 {
+            let Steps {
+                last: [last, _], ..
+            } = stop.steps();
+            stop.length = stop.place(last).max(0.0);
+        }
+        stop
+    }
+
+    /// Whole periods of a stop in which the speed keeps its sign, and the speed that is left after them.
+    pub(crate) fn turn_in_periods(entry: f64, deceleration: f64, period: f64) -> (Self, f64) {
+        let step = deceleration * period;
+        let count = ended_periods(entry / deceleration, period);
+        let left = (entry - step * count).max(0.0);
+        let lasting = count * period;
+        let mut turn = Self {
+            length: 0.0,
+            duration: lasting,
+            entry,
+            peak: left,
+            exit: left,
+            ramp_in: lasting,
+            ramp_out: 0.0,
+            period,
+            ends: lasting,
+        };
+        turn.length = period * count * (entry - 0.5 * step * (count + 1.0));
+        turn.length = turn.length.max(0.0);
+        (turn, left)
+    }
+
+    /// From `entry` to the highest velocity, held until `length` is covered.
+    pub(crate) fn run_in_periods(
+        length: f64,
+        entry: f64,
+        limits: &KinematicLimits,
+        period: f64,
+    ) -> Self {
+        let KinematicLimits {
+            velocity,
+            acceleration,
+        } = *limits;
+        let ramp_in = libm::fabs(velocity - entry) / acceleration;
+        let mut run = Self {
+            length,
+            duration: f64::INFINITY,
+            entry,
+            peak: velocity,
+            exit: velocity,
+            ramp_in,
+            ramp_out: 0.0,
+            period,
+            ends: f64::INFINITY,
+        };
+        let lasting = whole_periods(run.summed_time_at(length), period) * period;
+        run.duration = lasting;
+        run.ends = lasting;
+        run
+    }
+
+    fn steps(&self) -> Steps {
+        let last = whole_periods(self.duration, self.period) - 1.0;
+        let cruised = ended_periods(self.ends - self.ramp_out, self.period).min(last);
+        let ramped = ended_periods(self.ramp_in, self.period).min(cruised);
+        let [gain_in, gain_out] = self.gains();
+        // Half a gain ahead of a speed that is less than that the curve would go back: there it is a straight line.
+        let bent = |is_slow: bool, step: f64, since: f64| match is_slow {
+            true => (step - 1.0).max(since),
+            false => step,
+        };
+        let slow_in = self.entry + gain_in * (ramped + 0.5) < 0.0;
+        let slow_out = self.ramp_out_entry(cruised) - gain_out * (last - cruised + 0.5) < 0.0;
+        Steps {
+            started: if self.entry < 0.0 { 1.0 } else { 0.0 },
+            ramped: [ramped, bent(slow_in, ramped, 0.0)],
+            cruised,
+            last: [last, bent(slow_out, last, cruised)],
+        }
+    }
+
+    /// What a period changes the speed by on the ramp in, and on the ramp out.
+    fn gains(&self) -> [f64; 2] {
+        [
+            self.slope_in() * self.period,
+            self.slope_out() * self.period,
+        ]
+    }
+
+    /// The speed at the end of the last period before the ramp out, as that ramp has it.
+    fn ramp_out_entry(&self, cruised: f64) -> f64 {
+        self.exit + self.slope_out() * (self.ends - cruised * self.period)
+    }
+
+    /// The speed of period `step`.
+    fn step_velocity(&self, step: f64) -> f64 {
+        let Steps {
+            ramped: [ramped, _],
+            cruised,
+            ..
+        } = self.steps();
+        let [gain_in, gain_out] = self.gains();
+        if step <= 0.0 {
+            self.entry
+        } else if step <= ramped {
+            self.entry + gain_in * step
+        } else if step <= cruised {
+            self.peak
+        } else {
+            (self.ramp_out_entry(cruised) - gain_out * (step - cruised)).max(self.exit)
+        }
+    }
+
+    /// The place after so many periods, none of them the last.
+    fn place(&self, step: f64) -> f64 {
+        let Steps {
+            ramped: [ramped, _],
+            cruised,
+            ..
+        } = self.steps();
+        let [gain_in, gain_out] = self.gains();
+        let on_ramp_in = |n: f64| n * (self.entry + 0.5 * gain_in * (n + 1.0));
+        let on_ramp_out = |n: f64| n * (self.ramp_out_entry(cruised) - 0.5 * gain_out * (n + 1.0));
+        let sum = if step <= ramped {
+            on_ramp_in(step)
+        } else if step <= cruised {
+            on_ramp_in(ramped) + self.peak * (step - ramped)
+        } else {
+            on_ramp_in(ramped) + self.peak * (cruised - ramped) + on_ramp_out(step - cruised)
+        };
+        self.period * sum
+    }
+
+    /// The curve around so many periods after the start.
+    fn summed_piece(&self, step: f64) -> Piece {
+        let Steps {
+            started,
+            ramped: [ramped, bent_in],
+            cruised,
+            last: [last, bent_out],
+        } = self.steps();
+        let period = self.period;
+        let [gain_in, gain_out] = self.gains();
+        let straight = |from: f64, to: f64, lasting: f64| Piece {
+            from: from * period,
+            place: self.place(from),
+            velocity: (to - self.place(from)) / (lasting * period),
+            acceleration: 0.0,
+        };
+        if step >= last {
+            straight(last, self.length, 1.0)
+        } else if step < started {
+            straight(0.0, self.place(1.0), 1.0)
+        } else if step < bent_in {
+            Piece {
+                from: 0.0,
+                place: 0.0,
+                velocity: self.entry + 0.5 * gain_in,
+                acceleration: self.slope_in(),
+            }
+        } else if step < ramped {
+            straight(bent_in, self.place(ramped), 1.0)
+        } else if step < cruised {
+            straight(ramped, self.place(ramped) + self.peak * period, 1.0)
+        } else if step < bent_out {
+            Piece {
+                from: cruised * period,
+                place: self.place(cruised),
+                velocity: self.ramp_out_entry(cruised) - 0.5 * gain_out,
+                acceleration: -self.slope_out(),
+            }
+        } else {
+            straight(bent_out, self.place(last), last - bent_out)
+        }
+    }
+
+    /// When the curve is at a distance that is more than nothing and less than the length.
+    fn summed_time_at(&self, distance: f64) -> f64 {
+        let Steps {
+            started,
+            ramped: [ramped, bent_in],
+            cruised,
+            last: [last, bent_out],
+        } = self.steps();
+        // The ends in turn of the stretches that the curve consists of, and what is in the middle of each.
+        let ends = [started, bent_in, ramped, cruised, bent_out, last];
+        let mut from = 0.0;
+        let mut within = last;
+        for to in ends {
+            if to > from && distance <= self.place(to) {
+                within = if to.is_finite() {
+                    0.5 * (from + to)
+                } else {
+                    from
+                };
+                break;
+            }
+            from = to.max(from);
+        }
+        let piece = self.summed_piece(within);
+        piece.from + ramp_time(distance - piece.place, piece.velocity, piece.acceleration)
+    }
+
+    /// This profile of a segment in more time, between the same speeds: with a lower peak, or slower in its middle than at
+    /// its ends.
+    pub(crate) fn slowed_to(self, duration: f64, acceleration: f64) -> Self {
+        let (length, entry, exit) = (self.length, self.entry, self.exit);
+        if duration <= self.duration {
+            return self;
+        }
+        let (high, low) = (entry.max(exit), entry.min(exit));
+        let squares = entry * entry + exit * exit;
+        let rise = acceleration * duration + entry + exit;
+        let root = |b: f64, c: f64| b - libm::sqrt((b * b - c).max(0.0));
+        // Up to a peak and down again: p2 - rise p + (a L + squares / 2) = 0.
+        let mut peak = root(0.5 * rise, acceleration * length + 0.5 * squares);
+        if peak < high {
+            // One ramp, with a stretch of steady speed in it.
+            let ramp = (high - low) / acceleration;
+            if ramp >= duration {
+                return self.evenly_in(duration);
+            }
+            peak = (length - 0.5 * (high + low) * ramp) / (duration - ramp);
+        }
+        if peak < low {
+            // Down to a speed below both: p2 + (a D - entry - exit) p - (a L - squares / 2) = 0.
+            let fall = 0.5 * (acceleration * duration - entry - exit);
+            let rest = acceleration * length - 0.5 * squares;
+            // Not a number where the acceleration is too low for that.
+            peak = libm::sqrt(fall * fall + rest) - fall;
+            if !(0.0..=low).contains(&peak) || peak == 0.0 {
+                return self.evenly_in(duration);
+            }
+        }
+        Self {
+            duration,
+            peak,
+            ramp_in: libm::fabs(peak - entry) / acceleration,
+            ramp_out: libm::fabs(peak - exit) / acceleration,
+            ends: duration,
+            ..self
+        }
+    }
+
+    /// The same way at one speed.
+    fn evenly_in(self, duration: f64) -> Self {
+        Self {
+            duration,
+            peak: self.length / duration,
+            ramp_in: 0.0,
+            ramp_out: 0.0,
+            ends: duration,
+            ..self
         }
     }
 }

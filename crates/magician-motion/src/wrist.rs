@@ -10,6 +10,7 @@
 use crate::angle::DEGREES_PER_RADIAN;
 use crate::roots::bisect;
 use crate::tool_path::ToolPath;
+use crate::velocity_profile::VelocityProfile;
 use crate::{Geometry, LIMIT_TOLERANCE, Limits};
 
 /// No span shorter than this is halved, seconds: a tenth of the unit of time.
@@ -145,6 +146,12 @@ impl<P: ToolPath> Wrist<'_, P> {
             (-most, -least)
         }
     }
+}
+
+/// The speeds of a profile's curve between two moments without a corner in between.
+pub(crate) fn speeds(profile: &VelocityProfile, a: f64, b: f64) -> Interval {
+    let piece = profile.piece(0.5 * (a + b));
+    Interval::over(piece.velocity(a), piece.velocity(b))
 }
 
 /// All numbers from the first to the second.

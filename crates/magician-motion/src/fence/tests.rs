@@ -82,7 +82,7 @@ fn planner(tool: ToolBias) -> Planner {
 /// The deepest place of a way beyond each part, looked at in very many places.
 fn looked_at(fence: &Fence, motion: &Trajectory) -> Vec<(f64, f64, f64)> {
     let depths = |at_us: u64| {
-        let pose = motion.sample(at_us).pose;
+        let pose = motion.curve(at_us).pose;
         let tip = [pose.x, pose.y, pose.z];
         fence
             .parts()

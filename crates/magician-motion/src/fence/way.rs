@@ -9,7 +9,6 @@ use crate::angle::DEGREES_PER_RADIAN;
 use crate::arc_segment::ArcSegment;
 use crate::joint_segment::JointSegment;
 use crate::move_segment::MoveSegment;
-use crate::velocity_profile::VelocityProfile;
 use crate::{Geometry, Trajectory};
 
 /// A line that is so near to its curve tells all, mm.
@@ -84,15 +83,23 @@ impl Fence {
         let limit = limit(start);
         let on_the_way = motion
             .timed_segments()
-            .find_map(|(segment, from_us, to_us)| {
+            .find_map(|(segment, begin_us, end_us)| {
                 let bend = bend(segment, motion.geometry());
-                let stretch = Stretch {
-                    from_us,
-                    to_us,
-                    from: tip(motion, from_us),
-                    to: tip(motion, to_us),
-                };
-                self.search(part, limit, bend, stretch, motion)
+                let mut from_us = begin_us;
+                let corners = segment
+                    .corners_us()
+                    .map(|at_us| (begin_us + at_us).min(end_us));
+                corners.chain([end_us]).find_map(|to_us| {
+                    let stretch = Stretch {
+                        from_us,
+                        to_us,
+                        from: tip(motion, from_us),
+                        to: tip(motion, to_us),
+                    };
+                    from_us = to_us;
+                    (stretch.from_us < to_us)
+                        .then(|| self.search(part, limit, bend, stretch, motion))?
+                })
             });
         on_the_way.or_else(|| (end > end_limit(start)).then(|| motion.duration_us()))
     }
@@ -205,7 +212,7 @@ impl Fence {
 }
 
 fn tip(motion: &Trajectory, at_us: u64) -> [f64; 3] {
-    let pose = motion.sample(at_us).pose;
+    let pose = motion.curve(at_us).pose;
     [pose.x, pose.y, pose.z]
 }
 
@@ -225,7 +232,7 @@ fn arms(geometry: &Geometry) -> [f64; 3] {
 fn rates(segment: &JointSegment) -> [(f64, f64); 3] {
     let [first, second, third, _] = &segment.axes;
     [first, second, third].map(|axis| {
-        let (velocity, acceleration) = axis.profile().extremes();
+        let (velocity, acceleration) = axis.profile().curve_extremes();
         (
             libm::fabs(velocity) / DEGREES_PER_RADIAN,
             libm::fabs(acceleration) / DEGREES_PER_RADIAN,
@@ -238,7 +245,7 @@ fn bend(segment: &MoveSegment, geometry: &Geometry) -> f64 {
     match segment {
         MoveSegment::Line(_) | MoveSegment::Segment(_) => 0.0,
         MoveSegment::Arc(ArcSegment { arc, along, .. }) => {
-            let (velocity, acceleration) = along.extremes();
+            let (velocity, acceleration) = along.curve_extremes();
             libm::fabs(acceleration) + velocity * velocity * arc.curvature()
         }
         MoveSegment::Joints(segment) => {
@@ -254,12 +261,9 @@ fn bend(segment: &MoveSegment, geometry: &Geometry) -> f64 {
 /// No part of a segment is faster, mm/s; exact but for joints.
 fn highest_speed(segment: &MoveSegment, geometry: &Geometry) -> f64 {
     match segment {
-        MoveSegment::Line(segment) => peak(&segment.along),
-        MoveSegment::Segment(segment) => peak(&segment.along),
-        MoveSegment::Arc(segment) => {
-            let [first, _] = segment.along.corners();
-            segment.along.velocity(first)
-        }
+        MoveSegment::Line(segment) => segment.along.highest_speed(),
+        MoveSegment::Segment(segment) => segment.along.highest_speed(),
+        MoveSegment::Arc(segment) => segment.along.highest_speed(),
         MoveSegment::Joints(segment) => {
             let [base, rear, fore] = arms(geometry);
             let [(w1, _), (w2, _), (w3, _)] = rates(segment);
@@ -267,13 +271,6 @@ fn highest_speed(segment: &MoveSegment, geometry: &Geometry) -> f64 {
             libm::sqrt(across * across + along * along)
         }
     }
-}
-
-/// Speeds change evenly between the ends of a profile and its corners.
-fn peak(profile: &VelocityProfile) -> f64 {
-    let [first, second] = profile.corners();
-    let speeds = [0.0, first, second].map(|at| profile.velocity(at));
-    speeds.into_iter().fold(profile.exit(), f64::max)
 }
 
 fn sampled_speed(motion: &Trajectory, from_us: u64, to_us: u64) -> f64 {

@@ -2,8 +2,8 @@
 
 use super::support::*;
 use magician_motion::{
-    ArmModel, ArmState, Ceilings, Geometry, JointAngles, Limits, MotionError, Planner, Pose, Range,
-    SpeedQuantity, Speeds, ToolBias, Unreachable,
+    ArmModel, ArmState, Ceilings, Geometry, JointAngles, Limits, MotionError, MotionLaw, Planner,
+    Pose, Range, SpeedQuantity, Speeds, ToolBias, Unreachable,
 };
 use proptest::prelude::*;
 
@@ -83,7 +83,7 @@ fn level_ring(radius: f64) -> Ring {
 fn arc_planner() -> Planner {
     Planner {
         speeds: ARC_SET,
-        ..Planner::default()
+        ..continuous()
     }
 }
 
@@ -326,7 +326,7 @@ fn ring() -> impl Strategy<Value = Ring> {
 }
 
 fn free_planner() -> impl Strategy<Value = Planner> {
-    planner().prop_map(|planner| Planner {
+    continuous_planner().prop_map(|planner| Planner {
         geometry: Geometry::magician(ToolBias {
             x: planner.geometry.tool.x / 4.0,
             ..planner.geometry.tool
@@ -449,7 +449,7 @@ proptest! {
 
     #[test]
     fn velocities_are_the_slope_of_the_joints_and_a_stop_follows_from_them(
-        ring in ring(), planner in planner(), sweep in 20.0..340.0f64, r in -60.0..60.0f64, share in 0.05..0.95f64,
+        ring in ring(), planner in continuous_planner(), sweep in 20.0..340.0f64, r in -60.0..60.0f64, share in 0.05..0.95f64,
     ) {
         let pose = |share: f64| ring.pose(sweep * share, r * share);
         let Ok(from) = ArmState::at_pose(&planner.geometry, &pose(0.0), &planner.limits) else {
@@ -495,7 +495,7 @@ proptest! {
         let squeezed = |pose: [f64; 4]| Pose::from(if scale == 0.0 { pose } else { pose.map(|value| value.to_bits() as f64 / u64::MAX as f64 * scale) });
         let (via, to) = (squeezed(via), squeezed(to));
         for limits in [ArmModel::MAGICIAN.limits, WITHOUT_LIMITS] {
-            let planner = Planner { geometry, limits, ceilings: Ceilings::default(), speeds: ArmModel::MAGICIAN.power_up.speeds };
+            let planner = Planner { geometry, limits, ceilings: Ceilings::default(), law: MotionLaw::MAGICIAN, speeds: ArmModel::MAGICIAN.power_up.speeds };
             let from = ArmState::at_joints(&geometry, &from);
             for plan in [planner.arc(&from, &via, &to), planner.circle(&from, &via, &to, count)].into_iter().flatten() {
                 let motion = plan.trajectory;

@@ -109,7 +109,7 @@ fn samples_are_found_to_cross_often_enough_to_prove_something() {
     use proptest::strategy::ValueTree;
     use proptest::test_runner::TestRunner;
     let mut runner = TestRunner::deterministic();
-    let planner = Planner::default();
+    let planner = continuous();
     let mut outcomes = [0; 2];
     for _ in 0..500 {
         let places = neighbours().new_tree(&mut runner).expect("a value");
@@ -127,7 +127,7 @@ fn samples_are_found_to_cross_often_enough_to_prove_something() {
 /// ten-millionth of a degree tighter it is not.
 #[test]
 fn arcs_round_the_base_that_hug_a_bound() {
-    let planner = Planner::default();
+    let planner = continuous();
     let places = [-60.0, 10.0, 70.0].map(|j1| state(&planner, [j1, 90.0, 60.0, 0.0]));
     let [from, via, to] = places;
     let plan = planner.arc(&from, &via.pose, &to.pose).expect("planned");
@@ -158,7 +158,7 @@ fn arcs_round_the_base_that_hug_a_bound() {
 
 #[test]
 fn an_arc_ends_exactly_where_it_meets_a_bound() {
-    let planner = Planner::default();
+    let planner = continuous();
     // A level circle of 30 mm round a centre at 130 degrees, from its near side over the outer to the far one: all
     // three points are within, and at 135 degrees the base is at its limit.
     let (distance, radius, z) = (200.0, 30.0, -8.0);

@@ -10,7 +10,7 @@ use proptest::prelude::*;
 fn a_base_at_full_speed_stops_in_the_time_of_the_law() {
     let planner = Planner {
         speeds: full_speed(),
-        ..Planner::default()
+        ..continuous()
     };
     let from = state(&planner, [-130.0, 45.0, 45.0, 0.0]);
     let request = joint_move(Target::JointIncrement(JointAngles::new(
@@ -70,7 +70,7 @@ fn where_no_joint_speed_is_a_number_the_arm_stops_dead() {
                 linear_acceleration: 2.0 * before,
                 ..full_speed()
             },
-            ..Planner::default()
+            ..continuous()
         };
         let pose = Pose::new(20.0, -before, 0.0, 0.0);
         let joints = planner.geometry.inverse(&pose).expect("in reach");
@@ -92,7 +92,7 @@ proptest! {
 
     #[test]
     fn stops_together_without_reversal_within_twice_the_acceleration(
-        from in reachable(), to in reachable(), planner in planner(), straight in any::<bool>(), share in 0.0..1.0f64,
+        from in reachable(), to in reachable(), planner in continuous_planner(), straight in any::<bool>(), share in 0.0..1.0f64,
     ) {
         let from = ArmState::at_joints(&planner.geometry, &from);
         let target = Target::Pose(planner.geometry.forward(&to));

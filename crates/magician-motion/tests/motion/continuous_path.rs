@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use super::support::*;
 use magician_motion::{
     ArmModel, ArmState, CpSegment, CpSpeeds, Geometry, JointAngles, KinematicLimits, LookAhead,
-    MotionError, Planner, Pose, ToolBias, Trajectory, Unreachable,
+    MotionError, MotionLaw, Planner, Pose, ToolBias, Trajectory, Unreachable,
 };
 use proptest::prelude::*;
 
@@ -16,7 +16,6 @@ fn settings() -> impl Strategy<Value = CpSpeeds> {
             junction_velocity,
             period_s,
             real_time,
-            whole_periods: false,
         },
     )
 }
@@ -105,12 +104,17 @@ impl Run {
     fn new(tool: ToolBias, settings: &CpSpeeds) -> Self {
         let planner = Planner {
             geometry: Geometry::magician(tool),
-            ..Planner::default()
+            ..continuous()
         };
         let pose = Pose::new(START[0], START[1], START[2], 20.0);
         Self {
             planner,
-            look_ahead: LookAhead::new(settings, &ArmModel::MAGICIAN.ceilings).expect("speeds"),
+            look_ahead: LookAhead::new(
+                settings,
+                &ArmModel::MAGICIAN.ceilings,
+                MotionLaw::CONTINUOUS,
+            )
+            .expect("speeds"),
             acceleration: settings.plan_acceleration,
             forced: false,
             state: ArmState::at_pose(&planner.geometry, &pose, &planner.limits).expect("in reach"),
@@ -391,7 +395,7 @@ proptest! {
     /// The folded arm's boundary is hollow: a chord of it leaves the limits between two ends that are within.
     #[test]
     fn a_short_excursion_is_not_overlooked(j2 in 3.0..19.0f64, beyond in 1e-4..0.02f64, length in 1.0..20.0f64) {
-        let planner = Planner::default();
+        let planner = continuous();
         let middle = state(&planner, [0.0, j2, j2 + 70.0 + beyond, 0.0]).pose;
         let end = |y| ArmState::at_pose(&planner.geometry, &Pose { y, ..middle }, &planner.limits);
         let (Ok(from), Ok(to)) = (end(-0.5 * length), end(0.5 * length)) else {
@@ -410,7 +414,7 @@ proptest! {
         from in reachable(), tool in prop_oneof![Just(ToolBias::NONE), bias()], step in ([-1.0..1.0f64, -1.0..1.0, -1.0..1.0]),
         scale in prop_oneof![Just(1.0), Just(20.0), Just(100.0)], part in 0.0..1.0f64,
     ) {
-        let planner = Planner { geometry: Geometry::magician(tool), ..Planner::default() };
+        let planner = Planner { geometry: Geometry::magician(tool), ..continuous() };
         let from = ArmState::at_joints(&planner.geometry, &from);
         let solved = planner.geometry.inverse(&from.pose);
         if solved.is_err() || solved.is_ok_and(|joints| (joints.j1 - from.joints.j1).abs() > 1e-6) {
@@ -502,7 +506,7 @@ fn a_fed_queue_is_never_slower_than_its_look_ahead_allows() {
 
 #[test]
 fn the_end_of_a_segment_is_checked() {
-    let planner = Planner::default();
+    let planner = continuous();
     let home = state(&planner, [0.0, 45.0, 45.0, 10.0]);
     let rates = KinematicLimits {
         velocity: 100.0,

@@ -114,7 +114,7 @@ fn samples_are_found_to_cross_often_enough_to_prove_something() {
                 .expect("a value")
                 .current()
         };
-        let planner = Planner::default();
+        let planner = continuous();
         let from = ArmState::at_joints(&planner.geometry, &draw());
         let to = planner.geometry.forward(&draw());
         let request = line(Target::Pose(to));
@@ -131,7 +131,7 @@ fn samples_are_found_to_cross_often_enough_to_prove_something() {
 
 #[test]
 fn a_line_past_the_base_leaves_the_workspace() {
-    let planner = Planner::default();
+    let planner = continuous();
     let from = state(&planner, [-80.0, 45.0, 45.0, 80.0]);
     let to = planner
         .geometry
@@ -155,7 +155,7 @@ fn a_line_past_the_base_leaves_the_workspace() {
 fn without_limits_the_end_of_reach_is_the_end() {
     let planner = Planner {
         limits: WITHOUT_LIMITS,
-        ..Planner::default()
+        ..continuous()
     };
     let from = state(&planner, [0.0, 20.0, 80.0, 0.0]);
     let to = Pose {
@@ -192,7 +192,7 @@ fn without_limits_the_end_of_reach_is_the_end() {
 
 #[test]
 fn joint_motions_run_to_the_limit_exactly() {
-    let planner = Planner::default();
+    let planner = continuous();
     let home = state(&planner, [0.0, 45.0, 45.0, 0.0]);
     let cases = [
         ([170.0, 45.0, 45.0, 0.0], Bound::J1Max, 170.0),
@@ -231,7 +231,7 @@ fn joint_motions_run_to_the_limit_exactly() {
 
 #[test]
 fn from_beyond_a_limit_the_way_is_back_in() {
-    let planner = Planner::default();
+    let planner = continuous();
     let beyond = state(&planner, [140.0, 45.0, 45.0, 0.0]);
     let by = |j1, j2| joint_move(Target::JointIncrement(JointAngles::new(j1, j2, 0.0, 0.0)));
     let plan = |request| planner.plan(&beyond, &request).expect("planned");
@@ -269,7 +269,7 @@ fn a_motion_that_has_come_back_within_a_bound_stops_where_it_would_leave_it_agai
     };
     let planner = Planner {
         limits,
-        ..Planner::default()
+        ..continuous()
     };
     // Round a centre at 43 degrees; seen from the base the circle reaches from 31 to 55 degrees. It is entered where it
     // has just begun to lead inwards.
@@ -318,7 +318,7 @@ fn joints_a_degree_from_those_of_their_pose_begin_no_line() {
         let geometry = Geometry::magician(ToolBias::new(-wrist - behind, 100.0, 0.0));
         let planner = Planner {
             geometry,
-            ..Planner::default()
+            ..continuous()
         };
         let from = ArmState::at_joints(&geometry, &joints);
         let solved = geometry.inverse(&from.pose).expect("joints");

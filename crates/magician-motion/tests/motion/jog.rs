@@ -93,7 +93,7 @@ fn excess(limits: &Limits, state: &ArmState) -> f64 {
 
 #[test]
 fn a_joint_runs_from_home_to_its_limit_in_the_time_of_the_law() {
-    let planner = Planner::default();
+    let planner = continuous();
     let home = state(&planner, [0.0, 45.0, 45.0, 0.0]);
     let rates = KinematicLimits {
         velocity: 15.0,
@@ -133,7 +133,7 @@ fn a_joint_runs_from_home_to_its_limit_in_the_time_of_the_law() {
 
 #[test]
 fn rates_that_are_none_are_refused() {
-    let planner = Planner::default();
+    let planner = continuous();
     let home = state(&planner, [0.0, 45.0, 45.0, 0.0]);
     let refused = |axis, velocity, acceleration, entry| {
         let rates = KinematicLimits {
@@ -177,7 +177,7 @@ fn rates_that_are_none_are_refused() {
 fn without_limits_a_joint_turns_on_and_the_tool_ends_at_the_reach() {
     let planner = Planner {
         limits: WITHOUT_LIMITS,
-        ..Planner::default()
+        ..continuous()
     };
     let home = state(&planner, [0.0, 45.0, 45.0, 0.0]);
     let rates = KinematicLimits {
@@ -205,7 +205,7 @@ fn without_limits_a_joint_turns_on_and_the_tool_ends_at_the_reach() {
 
 #[test]
 fn at_and_beyond_a_limit_only_inwards() {
-    let planner = Planner::default();
+    let planner = continuous();
     let rates = KinematicLimits {
         velocity: 20.0,
         acceleration: 50.0,
@@ -239,7 +239,7 @@ fn at_and_beyond_a_limit_only_inwards() {
 
 #[test]
 fn a_motion_that_is_no_jog_stops_by_its_joints() {
-    let planner = Planner::default();
+    let planner = continuous();
     let home = state(&planner, [0.0, 45.0, 45.0, 0.0]);
     let request = line(magician_motion::Target::PoseIncrement(Pose::new(
         0.0, 80.0, 0.0, 30.0,
@@ -262,7 +262,7 @@ proptest! {
     fn every_axis_runs_to_a_limit_and_never_beyond(
         from in reachable(), tool in bias(), jog in jogs(), rates in rates(),
     ) {
-        let planner = Planner { geometry: Geometry::magician(tool), ..Planner::default() };
+        let planner = Planner { geometry: Geometry::magician(tool), ..continuous() };
         let from = ArmState::at_joints(&planner.geometry, &from);
         // Where the tool's bias is larger than the wrist's way out, a pose has other joints than these.
         let again = planner.geometry.inverse(&from.pose);
@@ -310,7 +310,7 @@ proptest! {
     fn a_stop_takes_its_way_along_the_same_path(
         from in reachable(), tool in bias(), jog in jogs(), rates in rates(), share in 0.0..1.0f64, deceleration in 5.0..300.0f64,
     ) {
-        let planner = Planner { geometry: Geometry::magician(tool), ..Planner::default() };
+        let planner = Planner { geometry: Geometry::magician(tool), ..continuous() };
         let from = ArmState::at_joints(&planner.geometry, &from);
         let motion = planner.jog(&from, jog, rates, 0.0).expect("planned").trajectory;
         let at_us = (motion.duration_us() as f64 * share) as u64;
@@ -343,7 +343,7 @@ proptest! {
     fn a_reversal_passes_through_rest_continuously(
         from in reachable(), tool in bias(), jog in jogs(), rates in rates(), back in rates(), share in 0.0..1.0f64, same in any::<bool>(),
     ) {
-        let planner = Planner { geometry: Geometry::magician(tool), ..Planner::default() };
+        let planner = Planner { geometry: Geometry::magician(tool), ..continuous() };
         let from = ArmState::at_joints(&planner.geometry, &from);
         let motion = planner.jog(&from, jog, rates, 0.0).expect("planned").trajectory;
         let at_us = (motion.duration_us() as f64 * share) as u64;
@@ -408,7 +408,7 @@ fn limits_of_any_width_end_a_jog() {
         let planner = Planner {
             limits,
             geometry: Geometry::magician(ToolBias::SUCTION),
-            ..Planner::default()
+            ..continuous()
         };
         let home = state(&planner, [0.0, 45.0, 45.0, 0.0]);
         for axis in AXES {

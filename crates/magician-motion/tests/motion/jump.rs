@@ -17,7 +17,7 @@ fn jump(target: Target, heights: JumpHeights, transfer: Transfer) -> Move {
 fn suction() -> Planner {
     Planner {
         geometry: Geometry::magician(ToolBias::SUCTION),
-        ..Planner::default()
+        ..continuous()
     }
 }
 

@@ -1,12 +1,15 @@
 //! How fast a continuous path may be at its corners, by hand (model section 8).
 
-use magician_motion::{ArmModel, CpSegment, CpSpeeds, LookAhead, MotionError, SpeedQuantity};
+use magician_motion::{
+    ArmModel, CpSegment, CpSpeeds, LookAhead, MotionError, MotionLaw, SpeedQuantity,
+};
 
 #[test]
 fn corners_count_by_the_closed_form() {
     let look_ahead = LookAhead::new(
         &ArmModel::MAGICIAN.power_up.path,
         &ArmModel::MAGICIAN.ceilings,
+        MotionLaw::CONTINUOUS,
     )
     .expect("speeds");
     let along = CpSegment::between([0.0; 3], [50.0, 0.0, 0.0]);
@@ -52,7 +55,12 @@ fn in_real_time_a_segment_takes_a_period() {
         real_time: true,
         ..ArmModel::MAGICIAN.power_up.path
     };
-    let look_ahead = LookAhead::new(&settings, &ArmModel::MAGICIAN.ceilings).expect("speeds");
+    let look_ahead = LookAhead::new(
+        &settings,
+        &ArmModel::MAGICIAN.ceilings,
+        MotionLaw::CONTINUOUS,
+    )
+    .expect("speeds");
     let piece = |from: f64, to: f64| CpSegment::between([from, 0.0, 0.0], [to, 0.0, 0.0]);
     let path: Vec<CpSegment> = (0..40u32)
         .map(|n| piece(f64::from(n), f64::from(n + 1)))
@@ -66,14 +74,14 @@ fn in_real_time_a_segment_takes_a_period() {
     // No corner limit.
     let aside = CpSegment::between([1.0, 0.0, 0.0], [1.0, 1.0, 0.0]);
     assert_eq!(look_ahead.exit_speed(&path[0], [&aside]), 20.0);
-    // Whole periods, but with corners: the option of the model.
+    // Whole periods, but with corners.
     let look_ahead = LookAhead::new(
         &CpSpeeds {
             real_time: false,
-            whole_periods: true,
             ..settings
         },
         &ArmModel::MAGICIAN.ceilings,
+        MotionLaw::with_period_us(50_000),
     )
     .expect("speeds");
     assert_eq!(look_ahead.rates(&path[0]).velocity, 20.0);
@@ -82,7 +90,11 @@ fn in_real_time_a_segment_takes_a_period() {
 
 #[test]
 fn settings_that_are_none_are_refused() {
-    let refused = |settings| match LookAhead::new(&settings, &ArmModel::MAGICIAN.ceilings) {
+    let refused = |settings| match LookAhead::new(
+        &settings,
+        &ArmModel::MAGICIAN.ceilings,
+        MotionLaw::CONTINUOUS,
+    ) {
         Err(MotionError::Speed { quantity, .. }) => quantity,
         other => panic!("{other:?}"),
     };
@@ -123,6 +135,7 @@ fn settings_that_are_none_are_refused() {
             ..ArmModel::MAGICIAN.power_up.path
         },
         &ArmModel::MAGICIAN.ceilings,
+        MotionLaw::CONTINUOUS,
     )
     .expect("speeds");
     let rates = fast.rates(&CpSegment::between([0.0; 3], [1.0; 3]));

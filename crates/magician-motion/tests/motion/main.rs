@@ -10,6 +10,7 @@ mod crossings;
 mod jog;
 mod jump;
 mod kinematics;
+mod law;
 mod look_ahead;
 mod min_duration;
 mod point_to_point;

@@ -17,7 +17,7 @@ fn seconds(planner: &Planner, from: [f64; 4], request: magician_motion::Move) ->
 
 #[test]
 fn the_times_of_the_model_are_met() {
-    let half = Planner::default();
+    let half = continuous();
     let full = Planner {
         speeds: full_speed(),
         ..half
@@ -68,7 +68,7 @@ fn the_ceilings_hold_whatever_is_set() {
             rotation_acceleration: 1e6,
             ..full_speed()
         },
-        ..Planner::default()
+        ..continuous()
     };
     let from = [-130.0, 45.0, 45.0, -140.0];
     let j1 = joint_move(Target::JointIncrement(JointAngles::new(
@@ -90,7 +90,7 @@ fn the_ceilings_hold_whatever_is_set() {
 
 #[test]
 fn a_speed_that_is_none_is_refused_if_the_motion_needs_it() {
-    let home = state(&Planner::default(), [0.0, 45.0, 45.0, 0.0]);
+    let home = state(&continuous(), [0.0, 45.0, 45.0, 0.0]);
     let turn_base = joint_move(Target::JointIncrement(JointAngles::new(
         10.0, 0.0, 0.0, 0.0,
     )));
@@ -101,7 +101,7 @@ fn a_speed_that_is_none_is_refused_if_the_motion_needs_it() {
         speeds.rotation_acceleration = bad;
         let planner = Planner {
             speeds,
-            ..Planner::default()
+            ..continuous()
         };
         let error = planner.plan(&home, &turn_base).expect_err("refused");
         assert!(matches!(
@@ -116,7 +116,7 @@ fn a_speed_that_is_none_is_refused_if_the_motion_needs_it() {
         speeds.velocity_ratio = bad;
         let planner = Planner {
             speeds,
-            ..Planner::default()
+            ..continuous()
         };
         let error = planner.plan(&home, &up).expect_err("refused");
         assert!(matches!(
@@ -139,7 +139,7 @@ fn a_speed_that_is_none_is_refused_if_the_motion_needs_it() {
 
 #[test]
 fn targets_are_refused_for_what_is_wrong_with_them() {
-    let planner = Planner::default();
+    let planner = continuous();
     let home = state(&planner, [0.0, 45.0, 45.0, 0.0]);
     let refused = |request| planner.plan(&home, &request).expect_err("refused");
     for kind in [joint_move as fn(Target) -> _, line] {
@@ -186,7 +186,7 @@ fn targets_are_refused_for_what_is_wrong_with_them() {
 
 #[test]
 fn a_motion_shorter_than_counts_takes_no_time_and_arrives() {
-    let planner = Planner::default();
+    let planner = continuous();
     let home = state(&planner, [0.0, 45.0, 45.0, 0.0]);
     let target = Pose {
         x: home.pose.x + 5e-5,
@@ -221,7 +221,7 @@ fn with_suction(speeds: Speeds) -> Planner {
     Planner {
         geometry: Geometry::magician(ToolBias::SUCTION),
         speeds,
-        ..Planner::default()
+        ..continuous()
     }
 }
 
@@ -402,7 +402,7 @@ proptest! {
         let planner = Planner {
             geometry: Geometry::magician(tool),
             speeds: if tame { full_speed() } else { speeds },
-            ..Planner::default()
+            ..continuous()
         };
         let target = match which {
             0 => Target::Pose(to.into()),

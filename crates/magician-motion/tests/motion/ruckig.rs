@@ -33,7 +33,7 @@ proptest! {
 
     #[test]
     fn four_joints(from in reachable(), to in reachable(), speeds in speeds()) {
-        let planner = Planner { limits: WITHOUT_LIMITS, speeds, ..Planner::default() };
+        let planner = Planner { limits: WITHOUT_LIMITS, speeds, ..continuous() };
         prop_assert!(ArmModel::MAGICIAN.limits.check(&to).is_ok());
         let start = ArmState::at_joints(&planner.geometry, &from);
         let plan = planner.plan(&start, &joint_move(Target::Joints(to))).expect("planned");

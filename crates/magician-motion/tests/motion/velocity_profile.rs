@@ -20,7 +20,7 @@ fn the_closed_forms() {
     // Half a second up over 25 mm, 50 mm held, half a second down.
     let whole = VelocityProfile::between(100.0, 0.0, 0.0, &limits);
     assert!((whole.duration() - 1.5).abs() < 1e-12);
-    assert_eq!(whole.corners(), [0.5, 1.0]);
+    assert_eq!(whole.corners()[..2], [0.5, 1.0]);
     // Too short for what it is to gain: the square of the speed grows by 2 a s.
     let short = VelocityProfile::between(1.0, 0.0, 90.0, &limits);
     assert!((short.exit() - 20.0).abs() < 1e-12);

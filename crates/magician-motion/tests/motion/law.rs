@@ -1,0 +1,182 @@
+//! The 20 ms law: what recordings of real arms show, and what follows in closed form.
+
+use super::support::*;
+use magician_motion::{
+    ArmModel, ArmState, Geometry, Jog, JogAxis, JointAngles, KinematicLimits, MotionLaw, Move,
+    MoveKind, Planner, Pose, Target, ToolBias, Trajectory, VelocityProfile,
+};
+use proptest::prelude::*;
+
+const PERIOD_US: u64 = 20_000;
+const PERIOD: f64 = 0.02;
+
+/// What a controller adds up period by period: speed first, then place.
+fn added_up(speeds: impl IntoIterator<Item = f64>) -> Vec<f64> {
+    let mut place = 0.0;
+    let places = speeds.into_iter().map(|speed| {
+        place += speed * PERIOD;
+        place
+    });
+    [0.0].into_iter().chain(places).collect()
+}
+
+/// The speeds of a jog that goes for a target from a speed, in turn.
+fn jogged(mut speed: f64, target: f64, acceleration: f64) -> impl Iterator<Item = f64> {
+    std::iter::repeat_with(move || {
+        let most = acceleration * PERIOD;
+        speed += (target - speed).clamp(-most, most);
+        speed
+    })
+}
+
+fn at(profile: &VelocityProfile, step: usize) -> f64 {
+    profile.position(step as f64 * PERIOD)
+}
+
+fn limits() -> impl Strategy<Value = KinematicLimits> {
+    (1.0..300.0f64, 1.0..400.0f64).prop_map(|(velocity, acceleration)| KinematicLimits {
+        velocity,
+        acceleration,
+    })
+}
+
+/// A MOVJ of a ROS 2 driver's log: 0.07200 and 0.43201 degrees after 3 and 8 periods at 30 deg/s2.
+#[test]
+fn a_joint_move_of_a_real_arm() {
+    let limits = KinematicLimits {
+        velocity: 60.0,
+        acceleration: 30.0,
+    };
+    let profile = MotionLaw::MAGICIAN.rest_to_rest(45.0, &limits);
+    assert!((at(&profile, 3) - 0.072).abs() < 1e-9);
+    assert!((at(&profile, 8) - 0.432).abs() < 1e-9);
+}
+
+proptest! {
+    #![proptest_config(cases(1_000))]
+
+    /// The vendor's controller takes the speed that the trapezoid has at the end of each period, and the last one goes to the
+    /// target.
+    #[test]
+    fn from_rest_to_rest_adds_up_the_speeds_of_the_trapezoid(length in 0.001..500.0f64, limits in limits()) {
+        let trapezoid = VelocityProfile::trapezoid(length, &limits);
+        let profile = MotionLaw::MAGICIAN.rest_to_rest(length, &limits);
+        let count = (trapezoid.duration() / PERIOD - 1e-7).ceil() as usize;
+        prop_assert!((profile.duration() - count as f64 * PERIOD).abs() < 1e-9);
+        let places = added_up((1..count).map(|step| trapezoid.velocity(step as f64 * PERIOD)));
+        for (step, place) in places.iter().enumerate() {
+            prop_assert!((at(&profile, step) - place).abs() < 1e-9 * (1.0 + length), "{step}: {} {place}", at(&profile, step));
+        }
+        prop_assert_eq!(at(&profile, count), length);
+        // The curve between the places never goes back, and time_at is its inverse.
+        for nth in 0..100 {
+            let t = profile.duration() * f64::from(nth) / 100.0;
+            let place = profile.position(t);
+            prop_assert!(place <= profile.position(t + 1e-3) + 1e-12, "{place} at {t} of {}: {:?} {}", profile.duration(), profile, profile.position(t+1e-3));
+            prop_assert!((profile.position(profile.time_at(place)) - place).abs() < 1e-9 * (1.0 + length));
+        }
+    }
+
+    #[test]
+    fn a_stop_ends_when_the_speeds_do(speed in 0.0..400.0f64, acceleration in 1.0..400.0f64) {
+        let profile = MotionLaw::MAGICIAN.stop(speed, acceleration);
+        let places = added_up(jogged(speed, 0.0, acceleration).take_while(|speed| *speed > 0.0));
+        for (step, place) in places.iter().enumerate() {
+            prop_assert!((at(&profile, step) - place).abs() < 1e-9);
+        }
+        let length = places.last().copied().unwrap_or(0.0);
+        prop_assert!((profile.length() - length).abs() < 1e-9);
+        prop_assert!(profile.duration() <= (places.len() as f64) * PERIOD + 1e-9);
+    }
+
+    /// Whatever speed there is already, of either sign.
+    #[test]
+    fn a_jog_goes_for_its_speed_by_the_acceleration(
+        entry in -300.0..300.0f64, velocity in 1.0..300.0f64, acceleration in 5.0..400.0f64, backwards in any::<bool>(),
+    ) {
+        let planner = Planner { limits: WITHOUT_LIMITS, ..ArmModel::MAGICIAN.planner(ToolBias::NONE, full_speed()) };
+        let from = ArmState::at_joints(&planner.geometry, &JointAngles::HOME);
+        let jog = Jog { axis: JogAxis::J1, positive: !backwards };
+        let plan = planner.jog(&from, jog, KinematicLimits { velocity, acceleration: acceleration.min(300.0) }, entry);
+        let motion = plan.expect("planned").trajectory;
+        let target = if backwards { -velocity } else { velocity };
+        let speeds: Vec<f64> = jogged(entry, target, acceleration.min(300.0)).take(200).collect();
+        for (step, place) in added_up(speeds.iter().copied()).iter().enumerate() {
+            let at_us = step as u64 * PERIOD_US;
+            let turned = motion.sample(at_us).joints.j1 - from.joints.j1;
+            prop_assert!((turned - place).abs() < 1e-9 * (1.0 + place.abs()), "{step}: {turned} {place}");
+            let speed = if step == 0 { entry } else { speeds[step - 1] };
+            prop_assert!((motion.velocity_along(JogAxis::J1, at_us + 7_000) - speed).abs() < 1e-8, "{step}");
+        }
+    }
+
+    #[test]
+    fn poses_stand_still_between_periods_and_all_ends_are_exact(
+        from in reachable(), to in reachable(), planner in planner(), straight in any::<bool>(), share in 0.0..1.0f64,
+    ) {
+        let planner = Planner { law: MotionLaw::MAGICIAN, ..planner };
+        let from = ArmState::at_joints(&planner.geometry, &from);
+        let target = Target::Pose(planner.geometry.forward(&to));
+        let request = if straight { line(target) } else { joint_move(target) };
+        let plan = planner.plan(&from, &request).expect("planned");
+        let motion = plan.trajectory;
+        prop_assert_eq!(motion.duration_us() % PERIOD_US, 0);
+        let t = (motion.duration_us() as f64 * share) as u64;
+        prop_assert_eq!(motion.sample(t), motion.sample(t - t % PERIOD_US));
+        for bound in planner.limits.violations(&motion.sample(t).joints) {
+            let side = if bound.is_upper() { 1.0 } else { -1.0 };
+            let over = side * (bound.value(&motion.sample(t).joints) - planner.limits.at(bound));
+            prop_assert!(over < 1e-6, "{over} beyond {bound:?}");
+        }
+        let braked = planner.brake(&motion, t, 2.0).trajectory;
+        prop_assert_eq!(braked.sample(0), motion.sample(t));
+        prop_assert_eq!(braked.duration_us() % PERIOD_US, 0);
+    }
+
+    /// A segment of a path keeps its bounds, ends exactly and takes whole periods.
+    #[test]
+    fn a_segment_takes_whole_periods(
+        length in 0.01..50.0f64, entry in 0.0..100.0f64, exit in 0.0..100.0f64, limits in limits(),
+    ) {
+        let fastest = VelocityProfile::between(length, entry, exit, &limits);
+        let profile = MotionLaw::MAGICIAN.segment(length, entry, exit, &limits);
+        let count = profile.duration() / PERIOD;
+        prop_assert!((count - count.round()).abs() < 1e-9 && count.round() >= 1.0);
+        prop_assert!(profile.duration() >= fastest.duration() - 1e-9);
+        prop_assert!(profile.duration() < fastest.duration() + PERIOD + 1e-9);
+        prop_assert_eq!((profile.position(0.0), profile.position(profile.duration())), (0.0, length));
+        prop_assert_eq!(profile.exit(), fastest.exit());
+        let highest = limits.velocity.max(entry).max(fastest.exit()) * (1.0 + 1e-9);
+        for nth in 0..100 {
+            let t = profile.duration() * f64::from(nth) / 100.0;
+            prop_assert!(profile.velocity(t) <= highest, "{} of {highest}", profile.velocity(t));
+            let gone = profile.position(t + 1e-4) - profile.position(t);
+            prop_assert!(gone >= 0.0 && gone <= 1e-4 * highest + 1e-12, "{gone}");
+        }
+    }
+}
+
+fn pose_of(motion: &Trajectory, step: u64) -> Pose {
+    motion.sample(step * PERIOD_US).pose
+}
+
+#[test]
+fn a_line_of_a_real_arm_takes_one_period_more_at_most() {
+    let model = ArmModel::MAGICIAN;
+    let planner = model.planner(ToolBias::SUCTION, model.power_up.speeds);
+    let from = ArmState::at_joints(&planner.geometry, &JointAngles::HOME);
+    let request = Move {
+        target: Target::PoseIncrement(Pose::new(0.0, 100.0, 0.0, 0.0)),
+        kind: MoveKind::Line,
+    };
+    let motion = planner.plan(&from, &request).unwrap().trajectory;
+    // 2 s in continuous time, a whole number of periods.
+    assert_eq!(motion.duration_us(), 2_000_000);
+    // 0.04 mm a step of a step: 100 mm/s2.
+    let gone = |step| pose_of(&motion, step).y - from.pose.y;
+    for (step, mm) in [(1, 0.04), (2, 0.12), (5, 0.6), (10, 2.2)] {
+        assert!((gone(step) - mm).abs() < 1e-9, "{step}: {}", gone(step));
+    }
+    assert_eq!(motion.end().pose.y, from.pose.y + 100.0);
+    let _: Geometry = planner.geometry;
+}
