@@ -239,8 +239,10 @@ impl Trajectory {
         self.curve(self.law.period_start(t_us))
     }
 
-    /// Joints and pose at a time on the curve through all that is ever sampled.
-    pub(crate) fn curve(&self, t_us: u64) -> ArmState {
+    /// Joints and pose at a time on the curve through all samples: where the motors take the arm between the ends of two
+    /// periods. In continuous time it is the sample.
+    #[must_use]
+    pub fn curve(&self, t_us: u64) -> ArmState {
         if t_us >= self.duration_us {
             return self.end;
         }

@@ -50,9 +50,9 @@ pub use observer::Observer;
 pub use pace::{ArmClock, LineTiming, Speed, SpeedError};
 pub use profile::{
     ArcDefaults, Ceilings, CpDefaults, Defaults, FidelityRules, HandTeaching, Homing, Identity,
-    JogDefaults, LimitChoice, LimitSet, LimitSets, LostStepDefaults, Offline, Paths, PinFunctions,
-    Pins, PowerUp, Profile, ProfileError, PtpDefaults, QueueRules, Sliding, Stopping, Tools, Wifi,
-    WifiDefaults,
+    JogAxisChange, JogDefaults, LimitChoice, LimitSet, LimitSets, LostStepDefaults, MotionRules,
+    Offline, Paths, PinFunctions, Pins, PowerUp, Profile, ProfileError, PtpDefaults, QueueRules,
+    Sliding, Stopping, Tools, Wifi, WifiDefaults,
 };
 pub use runner::Runner;
 pub use scenario::{Scenario, ScenarioError};

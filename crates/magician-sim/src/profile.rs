@@ -12,8 +12,8 @@ mod sections;
 mod tool;
 
 pub use arm::{
-    ArcDefaults, Ceilings, CpDefaults, Defaults, Homing, JogDefaults, LimitChoice, LimitSet,
-    LimitSets, Paths, PtpDefaults,
+    ArcDefaults, Ceilings, CpDefaults, Defaults, Homing, JogAxisChange, JogDefaults, LimitChoice,
+    LimitSet, LimitSets, MotionRules, Paths, PtpDefaults,
 };
 pub use sections::{
     FidelityRules, HandTeaching, Identity, LostStepDefaults, Offline, PinFunctions, Pins, PowerUp,
@@ -79,6 +79,8 @@ pub struct Profile {
     pub ceilings: Ceilings,
     /// Homing.
     pub home: Homing,
+    /// How motions are computed.
+    pub motion: MotionRules,
     /// Continuous paths.
     pub path: Paths,
     /// Stopping.
@@ -102,6 +104,19 @@ pub struct Profile {
 }
 
 impl Profile {
+    /// Firmware 3.6.14 in continuous time, where a jog stops before another axis is jogged: simpler than recordings show
+    /// real arms to be, for what closed forms of time are compared with.
+    #[must_use]
+    pub fn continuous() -> Self {
+        Self {
+            motion: MotionRules {
+                period: 0.0,
+                jog_axis_change: JogAxisChange::Stops,
+            },
+            ..Self::default()
+        }
+    }
+
     /// Reads a profile: firmware 3.6.14 but for the values that the text gives.
     ///
     /// ```

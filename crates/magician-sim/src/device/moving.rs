@@ -16,7 +16,7 @@ impl Device {
     /// Begins a motion from where the arm stands. What moved before must have ended.
     pub(super) fn begin(&mut self, start: Start) -> Completion {
         let (kind, lasting) = (start.kind, start.duration());
-        self.motion.begin(self.now, start);
+        (self.motion).begin(self.now, self.firmware.model.law, start);
         self.watch_limits();
         if lasting > 0 {
             self.motion.show_path(self.now, &mut self.world);

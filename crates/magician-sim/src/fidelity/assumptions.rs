@@ -134,8 +134,7 @@ list_assumptions! {
     CpLaw Sibling "8" "segments follow each other without a stop, within planAcc, junctionVel and the limit of corners";
     CpRotation Sibling "8" "J4 stands along a continuous path, so r drifts with J1";
     CpLaser Sibling "8" "the laser has the power of its segment and is off at rest";
-    CpTimes Choice "8" "segments take continuous times, not whole periods"
-        kept "the law is known, this decides only times";
+    CpTimes Sibling "8" "a segment takes a whole number of periods, none less than one";
     CpFollows Choice "8" "a running segment is planned anew as further ones are queued; an empty queue ends it at rest"
         kept "the path is known, this decides only its speed";
     CpStops Choice "14" "after a stop, a clear or an alarm the segment under way ends at its end, at rest"
@@ -146,8 +145,8 @@ list_assumptions! {
         kept "the path is known, this decides only how fast";
     ArcRatio Choice "15a" "ARCCommonParams scale the ARC speeds, 100 at power-up" refused;
     CircleTurns Vendor "9" "a circle makes full turns through its three points and ends where it began";
-    Jog Sibling "10" "a jog accelerates and slows down by the JOG parameters, and turns round through rest";
-    JogAxisChange Choice "10" "a jog of another axis slows the one under way down to rest first" refused;
+    Jog Measured "10" "a jog accelerates and slows down by the JOG parameters, and turns round through zero";
+    JogAxisChange Measured "10" "a jog of another axis takes over the speed of the one under way, with its sign, and then goes for its own";
     UnknownJog Choice "(none)" "a jog command above 10 stops the jog" refused;
     QueuedJog ThirdParty "10" "a queued jog has finished when it begins";
 

@@ -1,7 +1,7 @@
 //! The part of a profile that is the [`ArmModel`]: how it is written in a file.
 
 use magician_motion::{
-    ArmModel, CpSpeeds, JointAngles, JumpHeights, KinematicLimits, Limits, Range, Speeds,
+    ArmModel, CpSpeeds, JointAngles, JumpHeights, KinematicLimits, Limits, MotionLaw, Range, Speeds,
 };
 use serde::{Deserialize, Deserializer, Serialize};
 
@@ -96,8 +96,26 @@ pub struct Homing {
 pub struct Paths {
     /// The interpolation period that limits the speed at corners, s.
     pub period: f64,
-    /// Whether a segment takes whole periods, so that a short one is slow.
-    pub whole_periods: bool,
+}
+
+/// How motions are computed (model section 7).
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct MotionRules {
+    /// The period in which the controller changes the speed and then the place, s; 0 for continuous time.
+    pub period: f64,
+    /// What a jog of another axis does to the one under way.
+    pub jog_axis_change: JogAxisChange,
+}
+
+/// What becomes of a jog when another axis is jogged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum JogAxisChange {
+    /// The other axis takes over the speed with its sign, and then goes for its own.
+    Carries,
+    /// The jog under way slows down to rest first.
+    Stops,
 }
 
 /// What a host reads before it has set anything (model section 6). Kept as the wire has it.
@@ -295,7 +313,15 @@ impl Default for Paths {
         let path = BUILT_IN.power_up.path;
         Self {
             period: path.period_s,
-            whole_periods: path.whole_periods,
+        }
+    }
+}
+
+impl Default for MotionRules {
+    fn default() -> Self {
+        Self {
+            period: f64::from(BUILT_IN.law.period_us()) / 1e6,
+            jog_axis_change: JogAxisChange::Carries,
         }
     }
 }
@@ -393,6 +419,7 @@ impl Profile {
                 rotation_velocity: ceilings.rotation_velocity,
                 rotation_acceleration: ceilings.rotation_acceleration,
             },
+            law: MotionLaw::with_period_us((self.motion.period * 1e6).round() as u32),
             homing: magician_motion::Homing {
                 joints: JointAngles::from(home.joints),
                 velocity: home.velocity,
@@ -454,7 +481,6 @@ impl Profile {
                 junction_velocity: cp.junction_velocity.into(),
                 period_s: self.path.period,
                 real_time: cp.real_time_track,
-                whole_periods: self.path.whole_periods,
             },
             jump: JumpHeights::even(ptp.jump_height.into(), ptp.z_limit.into()),
             rail: rates(ptp.rail_velocity, ptp.rail_acceleration),

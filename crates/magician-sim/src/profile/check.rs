@@ -117,6 +117,13 @@ impl Profile {
             "1 to 65536",
         )?;
         positive("path.period", &[self.path.period])?;
+        let period = self.motion.period;
+        rule(
+            period == 0.0 || (0.001..=1.0).contains(&period),
+            "motion.period",
+            period,
+            "0 or 0.001 to 1",
+        )?;
         positive("stop.force_factor", &[self.stop.force_factor])?;
         positive("rail.length", &[self.rail.length])?;
         positive("rail.home_velocity", &[self.rail.home_velocity])?;

@@ -143,7 +143,7 @@ fn a_day_s_work_needs_no_choice() {
     let mut bench = Bench {
         arm: Controller::new(Profile {
             fidelity: magician_sim::FidelityRules { strict: true },
-            ..Profile::default()
+            ..Profile::continuous()
         }),
     };
     now(&mut bench, &ClearAlarmsState {});

@@ -79,7 +79,7 @@ fn what_is_kept_comes_back_with_the_power_and_nothing_else_does() {
     let before = kept(&mut bench);
     let flash = bench.arm.flash().clone();
     let mut again = Bench {
-        arm: Controller::with_flash(Profile::default(), World::default(), flash.clone()),
+        arm: Controller::with_flash(Profile::continuous(), World::default(), flash.clone()),
     };
     assert_eq!(kept(&mut again), before);
     assert_eq!(again.arm.flash(), &flash);
@@ -113,7 +113,7 @@ fn a_new_flash_is_the_profiles() {
 }
 
 fn bench_profile(name: &str) -> &'static Profile {
-    let mut profile = Profile::default();
+    let mut profile = Profile::continuous();
     profile.identity.name = name.into();
     Box::leak(Box::new(profile))
 }

@@ -12,7 +12,7 @@ use magician_sim::{Controller, Event, ExternalEvent, LimitChoice, Profile, World
 /// An arm that really stands there when it is switched on.
 fn standing_at(joints: [f64; 4]) -> Bench {
     let mut bench = Bench {
-        arm: Controller::default().standing_at(joints.into()),
+        arm: Controller::new(Profile::continuous()).standing_at(joints.into()),
     };
     bench.set(&ClearAlarmsState {});
     bench.start();
@@ -112,7 +112,7 @@ fn it_finds_the_base_wherever_it_stands() {
 fn a_scenario_says_where_the_base_stands() {
     let arm = |text: &str| {
         let scenario = Scenario::from_toml(text).unwrap();
-        Controller::in_world(Profile::default(), World::from_scenario(&scenario)).state()
+        Controller::in_world(Profile::continuous(), World::from_scenario(&scenario)).state()
     };
     let lost = arm("[arm]\nbase_angle = 160");
     assert_eq!((lost.joints.j1, lost.true_joints.j1), (0.0, 160.0));
@@ -126,7 +126,7 @@ fn a_scenario_says_where_the_base_stands() {
 fn a_base_past_its_switch_backs_off_to_it() {
     let scenario = Scenario::from_toml("[arm]\nbase_angle = -160").unwrap();
     let mut bench = Bench {
-        arm: Controller::in_world(Profile::default(), World::from_scenario(&scenario)),
+        arm: Controller::in_world(Profile::continuous(), World::from_scenario(&scenario)),
     };
     bench.set(&home());
     bench.pass(SECOND);

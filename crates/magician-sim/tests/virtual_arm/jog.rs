@@ -1,16 +1,8 @@
 //! Jogging over the wire: ramps, limits, and what the queue makes of it (document 1.9, model section 10).
 
-use super::arm::{Bench, SECOND, arm_with, joints_to, ptp, running_arm, wait};
+use super::arm::{Bench, SECOND, arm_with, jog, joints_to, ptp, running_arm, wait};
 use magician_motion::JointAngles;
 use magician_protocol::commands::*;
-use magician_protocol::{Flag, JogCommand};
-
-fn jog(is_joint: bool, cmd: u8) -> JogCmd {
-    JogCmd {
-        is_joint: Flag::from(is_joint),
-        cmd: JogCommand::from(cmd),
-    }
-}
 
 /// J1 to J4 as 1 to 4, or X to R.
 fn command(axis: u8, positive: bool) -> u8 {

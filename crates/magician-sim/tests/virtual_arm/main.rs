@@ -18,6 +18,7 @@ mod jog;
 mod lost_step;
 mod motion;
 mod offline;
+mod periods;
 mod profile;
 mod properties;
 mod queue;

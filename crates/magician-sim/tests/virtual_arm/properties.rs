@@ -9,6 +9,9 @@ use magician_sim::{
 };
 use proptest::prelude::*;
 
+/// The period in which the arm moves.
+const PERIOD_US: u64 = 20_000;
+
 /// A number as a host, a bad host or chance sends it. Boxed: strategies lie on the stack with all that they may become.
 fn number() -> BoxedStrategy<f32> {
     prop_oneof![
@@ -448,10 +451,11 @@ proptest! {
                 arm.advance(before.now.after_micros(1000).min(until));
                 let now = arm.state();
                 prop_assert!(within_limits(&now), "{now:?}");
-                let seconds = (now.now - before.now).as_secs_f64();
-                // A segment's last microsecond is not a whole one.
+                // No pose between two periods, and no further in one than the speed lets it.
+                let period = before.now.as_micros() / PERIOD_US != now.now.as_micros() / PERIOD_US;
                 let way = now.pose.distance_to(&before.pose);
-                prop_assert!(way <= f64::from(junction_vel) * (seconds + 2e-6) + 1e-9, "{way} mm in {seconds} s");
+                let most = if period { f64::from(junction_vel) * PERIOD_US as f64 / 1e6 } else { 0.0 };
+                prop_assert!(way <= most + 1e-9, "{way} mm at {:?}", now.now);
                 prop_assert!(now.moving || !now.laser, "the laser never burns at rest: {now:?}");
             }
         }

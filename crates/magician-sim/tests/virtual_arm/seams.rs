@@ -1,25 +1,18 @@
 //! Where one kind of motion meets another: what changes under way must not tear the arm from its way, and what is refused
 //! must change nothing.
 
-use super::arm::{Bench, SECOND, arm_with, home, joints_to, ptp, running_arm};
+use super::arm::{Bench, SECOND, arm_with, home, jog, joints_to, ptp, running_arm};
 use magician_motion::Geometry;
 use std::time::Duration;
 
 use magician_protocol::commands::*;
-use magician_protocol::{Alarm, CpMode, Flag, JogCommand};
+use magician_protocol::{Alarm, CpMode, Flag};
 
 /// Segments along x from here are free.
 const START: [f32; 4] = [180.0, 0.0, 0.0, 0.0];
 
 /// Something done to an arm.
 type Act<'a> = &'a dyn Fn(&mut Bench);
-
-fn jog(is_joint: bool, cmd: u8) -> JogCmd {
-    JogCmd {
-        is_joint: Flag::from(is_joint),
-        cmd: JogCommand::from(cmd),
-    }
-}
 
 fn segment(cp_mode: CpMode, x: f32) -> CpCmd {
     CpCmd {

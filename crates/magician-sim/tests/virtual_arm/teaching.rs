@@ -263,7 +263,7 @@ fn what_the_tool_holds_goes_with_the_hand() {
     );
     let world = World::from_scenario(&scenario.unwrap());
     let mut bench = Bench {
-        arm: Controller::in_world(Profile::default(), world),
+        arm: Controller::in_world(Profile::continuous(), world),
     };
     bench.suction_bias();
     bench.set(&ptp(1, [220.0, 0.0, -50.0, 0.0]));

@@ -353,14 +353,14 @@ fn the_tool_at_power_up_is_the_one_that_was_chosen() {
     };
     let in_world = |text: &str| {
         let world = World::from_scenario(&Scenario::from_toml(text).unwrap());
-        Controller::in_world(Profile::default(), world)
+        Controller::in_world(Profile::continuous(), world)
     };
     assert_eq!(bias(Controller::default()), (59.7, 59.7));
     assert_eq!(
         bias(Controller::default().with_tool(ToolBias::NONE)),
         (0.0, 0.0)
     );
-    let mut profile = Profile::default();
+    let mut profile = Profile::continuous();
     profile.power_up.tool = ToolBias::PEN;
     assert_eq!(bias(Controller::new(profile)), (61.0, 61.0));
     assert_eq!(bias(in_world("[tool]\nkind = \"laser\"")), (70.0, 70.0));

@@ -81,6 +81,7 @@ impl ArmView<'_> {
     fn plan_rail_home(&self) -> RailPath {
         if self.settings.has_rail() {
             RailPath::home(
+                self.law(),
                 self.motion.true_pose(self.now).rail,
                 &self.firmware.profile.rail,
             )

@@ -6,6 +6,7 @@ use magician_protocol::JogCommand;
 use super::plan::{NoPlan, alarm_at_limit, alarm_on_a_path};
 use super::{ArmView, Jogged, MotionKind, Outputs, RailPath, Start};
 use crate::Micros;
+use crate::profile::JogAxisChange;
 
 /// What becomes of a jog. Nothing waits for one: its command has finished at once.
 #[derive(Clone, Debug)]
@@ -53,7 +54,8 @@ impl ArmView<'_> {
         }
     }
 
-    /// A jog of another axis slows down to a stop first; on the same axis the speed passes through zero.
+    /// On the same axis the speed passes through zero; another axis takes over the speed with its sign, or waits until
+    /// the one under way rests.
     fn jog_along(&self, jogged: Jogged) -> JogPlan {
         match (jogged, self.motion.kind()) {
             (Jogged::Arm(jog), Some(MotionKind::Jog(running))) if running.axis == jog.axis => {
@@ -61,6 +63,12 @@ impl ArmView<'_> {
             }
             (Jogged::Rail { positive }, Some(MotionKind::RailJog { .. })) => {
                 self.rail_jog(positive)
+            }
+            (
+                Jogged::Arm(jog),
+                Some(MotionKind::Jog(Jog { axis, .. }) | MotionKind::JogStop { axis, .. }),
+            ) if self.firmware.profile.motion.jog_axis_change == JogAxisChange::Carries => {
+                self.plan_jog(jog, self.jog_velocity(axis)).into()
             }
             (
                 _,
@@ -153,8 +161,8 @@ impl ArmView<'_> {
             None => (self.rail(), 0.0),
         };
         let to = if positive { length } else { 0.0 };
-        let path = RailPath::slowing(from, velocity, rates.acceleration, length);
-        self.start_rail_jog(path.then_going(to, &rates), None)
+        let path = RailPath::slowing(self.law(), from, velocity, rates.acceleration, length);
+        self.start_rail_jog(path.then_going(self.law(), to, &rates), None)
     }
 
     /// Ends a jog of the carriage: it comes to rest at the acceleration of the jog, and `then` follows.
@@ -169,7 +177,7 @@ impl ArmView<'_> {
         }
         let (from, velocity) = (path.sample(elapsed), path.velocity(elapsed));
         let length = self.motion.rail.length;
-        let path = RailPath::slowing(from, velocity, deceleration, length);
+        let path = RailPath::slowing(self.law(), from, velocity, deceleration, length);
         self.start_rail_jog(path, then)
     }
 

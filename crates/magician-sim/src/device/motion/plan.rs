@@ -163,7 +163,8 @@ impl ArmView<'_> {
             return Err(NoPlan::RailPlace);
         }
         let (from, to) = (self.rail(), to.clamp(0.0, self.motion.rail.length));
-        RailPath::to_place(from, to, self.settings.rail_rates()).ok_or(NoPlan::RailSpeed)
+        RailPath::to_place(self.law(), from, to, self.settings.rail_rates())
+            .ok_or(NoPlan::RailSpeed)
     }
 
     /// The carriage's end of an emergency stop: by itself, in the time that it needs (model section 14 says it of the
@@ -173,6 +174,7 @@ impl ArmView<'_> {
         let rates = self.settings.rail_rates();
         let deceleration = rates.map_or(f64::INFINITY, |rates| factor * rates.acceleration);
         RailPath::slowing(
+            self.law(),
             path.sample(elapsed),
             path.velocity(elapsed),
             deceleration,
@@ -186,7 +188,7 @@ impl ArmView<'_> {
     /// The law of segments at the speeds that are set now.
     pub(crate) fn look_ahead(&self) -> Result<LookAhead, MotionError> {
         let model = &self.firmware.model;
-        LookAhead::new(&self.settings.cp_speeds(model), &model.ceilings)
+        LookAhead::new(&self.settings.cp_speeds(model), &model.ceilings, model.law)
     }
 
     /// A segment from where the arm is.

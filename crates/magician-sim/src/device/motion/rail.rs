@@ -1,6 +1,6 @@
 //! The carriage on the rail (model sections 10 and 12): it moves with the arm, alone, or is jogged.
 
-use magician_motion::{AxisMotion, KinematicLimits, VelocityProfile};
+use magician_motion::{AxisMotion, KinematicLimits, MotionLaw};
 
 use crate::Micros;
 use crate::device::store::settings::Settings;
@@ -39,6 +39,7 @@ impl Rail {
 /// Either part may be missing. Times are from the start.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RailPath {
+    law: MotionLaw,
     from: f64,
     slowing: AxisMotion,
     /// Where it turns from slowing to going.
@@ -61,6 +62,7 @@ impl RailPath {
     /// No way: the carriage stays where it is.
     pub(crate) fn standing(at: f64) -> Self {
         Self {
+            law: MotionLaw::CONTINUOUS,
             from: at,
             slowing: AxisMotion::at_rest(),
             turn: at,
@@ -71,54 +73,66 @@ impl RailPath {
     }
 
     /// From rest to rest at the rates; a way shorter than [`SHORTEST`] takes no time.
-    pub(super) fn to_place(from: f64, to: f64, rates: Option<KinematicLimits>) -> Option<Self> {
+    pub(super) fn to_place(
+        law: MotionLaw,
+        from: f64,
+        to: f64,
+        rates: Option<KinematicLimits>,
+    ) -> Option<Self> {
         if (to - from).abs() < SHORTEST {
             return Some(Self::standing(to));
         }
-        Some(Self::going(from, to, &rates?, 0))
+        Some(Self::going(law, from, to, &rates?, 0))
     }
 
     /// From rest to rest in no less than `least`.
-    fn going(from: f64, to: f64, rates: &KinematicLimits, least: Micros) -> Self {
+    fn going(law: MotionLaw, from: f64, to: f64, rates: &KinematicLimits, least: Micros) -> Self {
         let length = (to - from).abs();
         if length < SHORTEST {
             return Self::standing(to);
         }
-        let duration = microseconds(rates.least_time(length)).max(least);
+        let lasting = microseconds(rates.least_time(length)).max(least);
+        let profile = law.rest_to_rest_in(length, rates, seconds(lasting));
         Self {
-            going: AxisMotion::new(
-                to - from,
-                VelocityProfile::trapezoid_in(length, rates, seconds(duration)),
-            ),
+            law,
+            going: AxisMotion::new(to - from, profile),
             end: to,
-            duration,
+            duration: microseconds(profile.duration()),
             ..Self::standing(from)
         }
     }
 
     /// To rest at a deceleration, or harder where the rail ends before; at no deceleration it stops dead.
-    pub(super) fn slowing(from: f64, velocity: f64, deceleration: f64, length: f64) -> Self {
+    pub(super) fn slowing(
+        law: MotionLaw,
+        from: f64,
+        velocity: f64,
+        deceleration: f64,
+        length: f64,
+    ) -> Self {
         let room = if velocity < 0.0 { from } else { length - from };
         let speed = velocity.abs();
         let lasting = (speed / deceleration).min(2.0 * room.max(0.0) / speed);
         if !(lasting > 0.0 && lasting.is_finite()) {
             return Self::standing(from);
         }
-        let slowing = AxisMotion::stopping_in(velocity, lasting);
-        let end = (from + slowing.offset(lasting)).clamp(0.0, length);
+        let slowing = AxisMotion::stopping_in(law, velocity, lasting);
+        let end = (from + slowing.offset(slowing.duration())).clamp(0.0, length);
         Self {
+            law,
             slowing,
             turn: end,
             end,
-            duration: microseconds(lasting),
+            duration: microseconds(slowing.duration()),
             ..Self::standing(from)
         }
     }
 
     /// The same, and then on to `to`.
-    pub(super) fn then_going(self, to: f64, rates: &KinematicLimits) -> Self {
-        let on = Self::going(self.end, to, rates, 0);
+    pub(super) fn then_going(self, law: MotionLaw, to: f64, rates: &KinematicLimits) -> Self {
+        let on = Self::going(law, self.end, to, rates, 0);
         Self {
+            law,
             going: on.going,
             end: on.end,
             duration: self.duration.saturating_add(on.duration),
@@ -151,6 +165,11 @@ impl RailPath {
 
     /// Where the carriage is at a time; from the end on exactly where it was to go.
     pub(super) fn sample(&self, t: Micros) -> f64 {
+        self.curve(self.law.period_start(t))
+    }
+
+    /// Where its motor takes it between the ends of two periods.
+    pub(super) fn curve(&self, t: Micros) -> f64 {
         if t >= self.duration {
             return self.end;
         }
@@ -184,25 +203,26 @@ impl RailPath {
     pub(super) fn time_at_progress(&self, share: f64) -> Option<Micros> {
         let going = self.going.profile();
         let at = microseconds(going.time_at(share.clamp(0.0, 1.0) * going.length()));
+        let at = self.law.period_end(at);
         (at <= self.duration).then_some(at)
     }
 }
 
 impl RailPath {
     /// Home, to the end of the rail where it is 0.
-    pub(super) fn home(from: f64, rules: &Sliding) -> Self {
+    pub(super) fn home(law: MotionLaw, from: f64, rules: &Sliding) -> Self {
         let rates = KinematicLimits {
             velocity: rules.home_velocity,
             acceleration: rules.home_acceleration,
         };
-        Self::going(from, 0.0, &rates, 0)
+        Self::going(law, from, 0.0, &rates, 0)
     }
 
     /// The same way together with a motion of the arm that takes so long (model section 7: T is the maximum of both).
     pub(super) fn along(self, arm: Micros, settings: &Settings) -> Self {
         match settings.rail_rates() {
             Some(rates) if self.duration > 0 && arm > self.duration => {
-                Self::going(self.from, self.end, &rates, arm)
+                Self::going(self.law, self.from, self.end, &rates, arm)
             }
             _ => self,
         }

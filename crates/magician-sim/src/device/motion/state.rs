@@ -1,6 +1,6 @@
 //! The arm at rest or on its way, and how it comes from one to the other.
 
-use magician_motion::{ArmState, Geometry, JointAngles, Trajectory};
+use magician_motion::{ArmState, Geometry, JointAngles, MotionLaw, Trajectory};
 use magician_protocol::PoCmd;
 
 use super::outputs::Outputs;
@@ -88,6 +88,18 @@ impl UnderWay {
             return *self.trajectory.end();
         }
         self.trajectory.sample(self.elapsed(now))
+    }
+
+    /// Where the motors take the arm and the carriage between the ends of two periods.
+    fn on_the_way(&self, now: ArmInstant) -> (JointAngles, f64) {
+        if now >= self.ends {
+            return (self.trajectory.end().joints, self.rail.end());
+        }
+        let elapsed = self.elapsed(now);
+        (
+            self.trajectory.curve(elapsed).joints,
+            self.rail.curve(elapsed),
+        )
     }
 
     /// Where the carriage is commanded to be.
@@ -183,6 +195,14 @@ impl Motion {
         self.commanded(now).joints
     }
 
+    /// Where the motors take the arm and the carriage, between the ends of two periods as well.
+    pub(super) fn on_the_way(&self, now: ArmInstant) -> (JointAngles, f64) {
+        match &self.under_way {
+            Some(motion) => motion.on_the_way(now),
+            None => (self.rest.joints, self.rail.rest),
+        }
+    }
+
     /// Where the arm is commanded to be under the measures in force when it began to move.
     fn commanded(&self, now: ArmInstant) -> ArmState {
         match &self.under_way {
@@ -211,8 +231,13 @@ impl Motion {
     }
 
     /// Takes up a motion. What moved before must have ended.
-    pub(crate) fn begin(&mut self, now: ArmInstant, start: Start) {
+    pub(crate) fn begin(&mut self, now: ArmInstant, law: MotionLaw, start: Start) {
         let lasting = start.duration();
+        // In periods it begins with the one under way: the pose of its end is the first that differs.
+        let started = match lasting {
+            0 => now,
+            _ => ArmInstant::from_micros(law.period_start(now.as_micros())),
+        };
         let Start {
             kind,
             trajectory,
@@ -227,8 +252,8 @@ impl Motion {
             kind,
             trajectory,
             rail,
-            started: now,
-            ends: now.after_micros(lasting),
+            started,
+            ends: started.after_micros(lasting),
             alarm,
             outputs,
             leaves_limit: None,

@@ -15,6 +15,15 @@ impl Motion {
         self.true_pose_of(now, self.joints(now))
     }
 
+    /// Where the arm really is on its way, between the ends of two periods as well: what the world sees.
+    fn way(&self, now: ArmInstant) -> JointState {
+        let (joints, rail) = self.on_the_way(now);
+        JointState {
+            rail: self.rail.true_place(rail),
+            ..self.true_pose_of(now, joints)
+        }
+    }
+
     /// Where the arm really is when it is commanded to be there.
     pub(crate) fn true_pose_of(&self, now: ArmInstant, commanded: JointAngles) -> JointState {
         let mut joints = commanded.to_array();
@@ -150,7 +159,7 @@ impl Motion {
             motion.shown = now;
         }
         if let Some(motion) = &self.under_way {
-            let pose = |now| self.true_pose(now);
+            let pose = |now| self.way(now);
             world.begin(&TimedPath::new(motion.shown, motion.ends, &pose));
         }
     }
@@ -159,14 +168,14 @@ impl Motion {
     pub(crate) fn end_path(&self, now: ArmInstant, world: &mut World) {
         if let Some(motion) = &self.under_way {
             let to = now.min(motion.ends);
-            let pose = |now| self.true_pose(now);
+            let pose = |now| self.way(now);
             world.end(&TimedPath::new(motion.shown, to, &pose));
         }
     }
 
     /// What pen and laser have left, with what the motion under way has added.
     pub(crate) fn drawing(&self, now: ArmInstant, world: &World) -> Drawing {
-        let pose = |now| self.true_pose(now);
+        let pose = |now| self.way(now);
         let path = (self.under_way.as_ref())
             .map(|motion| TimedPath::new(motion.shown, motion.ends, &pose));
         world.drawing_at(now, path.as_ref())

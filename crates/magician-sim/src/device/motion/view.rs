@@ -1,6 +1,6 @@
 //! The arm at an instant, as planning sees it.
 
-use magician_motion::{ArmState, Geometry, MotionError, Move, Plan, Planner, Speeds};
+use magician_motion::{ArmState, Geometry, MotionError, MotionLaw, Move, Plan, Planner, Speeds};
 
 use super::Motion;
 use crate::ArmInstant;
@@ -30,6 +30,11 @@ impl ArmView<'_> {
     /// The arm with the tool bias that is set now.
     pub(crate) fn geometry(&self) -> Geometry {
         self.settings.geometry(&self.firmware.model)
+    }
+
+    /// How motions are computed.
+    pub(crate) fn law(&self) -> MotionLaw {
+        self.firmware.model.law
     }
 
     pub(crate) fn planner(&self, speeds: Speeds) -> Planner {

@@ -69,7 +69,6 @@ impl Settings {
                 own.period_s
             },
             real_time,
-            whole_periods: own.whole_periods,
         }
     }
 

@@ -3,7 +3,8 @@
 
 use magician_protocol::commands::*;
 use magician_protocol::{
-    Ctrl, Flag, FrameBuf, IoFunction, Layout, NoArgs, PtpMode, QueuedCmdIndex, Readable, Writable,
+    Ctrl, Flag, FrameBuf, IoFunction, JogCommand, Layout, NoArgs, PtpMode, QueuedCmdIndex,
+    Readable, Writable,
 };
 use magician_sim::scenario::Scenario;
 use magician_sim::{ArmInstant, Controller, ControllerState, Event, LinkId, Profile, World};
@@ -25,9 +26,9 @@ pub fn arm() -> Bench {
     arm_with(|_| ())
 }
 
-/// The same with another profile.
+/// The same with another profile: in continuous time, which closed forms hold for.
 pub fn arm_with(change: impl FnOnce(&mut Profile)) -> Bench {
-    let mut profile = Profile::default();
+    let mut profile = Profile::continuous();
     change(&mut profile);
     profile.check().expect("a sensible profile");
     let mut bench = Bench {
@@ -42,7 +43,7 @@ pub fn arm_in(scenario: &str) -> Bench {
     let scenario = Scenario::from_toml(scenario).expect("a scenario");
     let world = World::from_scenario(&scenario);
     let mut bench = Bench {
-        arm: Controller::in_world(Profile::default(), world),
+        arm: Controller::in_world(Profile::continuous(), world),
     };
     bench.set(&ClearAlarmsState {});
     bench.start();
@@ -225,6 +226,13 @@ pub fn ptp(mode: u8, [x, y, z, r]: [f32; 4]) -> PtpCmd {
         y,
         z,
         r,
+    }
+}
+
+pub fn jog(is_joint: bool, cmd: u8) -> JogCmd {
+    JogCmd {
+        is_joint: Flag::from(is_joint),
+        cmd: JogCommand::from(cmd),
     }
 }
 
