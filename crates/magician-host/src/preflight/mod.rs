@@ -75,6 +75,8 @@ pub struct Preflight {
     home_is_set: bool,
     laser: Laser,
     path: Path,
+    /// How much of a period has passed by then, us: a motion begins with the period that its command comes in.
+    into_period: u64,
 }
 
 /// What a command that passed the check will do.
@@ -114,6 +116,7 @@ impl Preflight {
             home_is_set: false,
             laser: Laser::reported(readings),
             path: Path::default(),
+            into_period: 0,
         }
     }
 
@@ -165,7 +168,28 @@ impl Preflight {
 
     /// What has not been told yet of the path under way, which is taken to end here.
     pub fn rest(&mut self) -> Duration {
-        Duration::from_micros(self.path.end())
+        let rest = self.path.end();
+        Duration::from_micros(self.moved_for(rest))
+    }
+
+    /// How much longer a motion takes that lasts so many whole periods.
+    fn moved_for(&mut self, lasting: u64) -> u64 {
+        match lasting {
+            0 => 0,
+            FOREVER => FOREVER,
+            _ => lasting.saturating_sub(std::mem::take(&mut self.into_period)),
+        }
+    }
+
+    /// The arm stands for so long.
+    fn stood_for(&mut self, lasting: u64) -> u64 {
+        let by_then = self.into_period.saturating_add(lasting);
+        self.into_period = match self.model.law.period_us() {
+            0 => 0,
+            _ if lasting == FOREVER => 0,
+            period => by_then % u64::from(period),
+        };
+        lasting
     }
 
     /// Where the arm is after the commands checked so far, when it is known.
@@ -190,6 +214,11 @@ impl Preflight {
         let path = match command {
             Set::CpCmd(_) | Set::CpLeCmd(_) => 0,
             _ => self.path.end(),
+        };
+        let path = self.moved_for(path);
+        let own = match command {
+            Set::WaitCmd(_) | Set::TrigCmd(_) | Set::EMotorS(_) => self.stood_for(own),
+            _ => self.moved_for(own),
         };
         Ok(Step {
             time: match own.saturating_add(path) {

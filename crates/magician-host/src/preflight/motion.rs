@@ -232,7 +232,11 @@ impl Preflight {
 
     /// A segment of a continuous path: straight, with J4 at rest.
     fn segment(&mut self, mode: CpMode, point: [f32; 3]) -> Result<u64> {
-        let look_ahead = LookAhead::new(&self.now.cp_speeds(&self.model), &self.model.ceilings)?;
+        let look_ahead = LookAhead::new(
+            &self.now.cp_speeds(&self.model),
+            &self.model.ceilings,
+            self.model.law,
+        )?;
         let to = point.map(f64::from);
         let Some(from) = self.at else {
             self.known_start()?;

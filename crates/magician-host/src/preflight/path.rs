@@ -132,5 +132,5 @@ fn next_profile<'a>(
     behind: impl Iterator<Item = &'a CpSegment>,
 ) -> VelocityProfile {
     let exit = look_ahead.exit_speed(segment, behind);
-    VelocityProfile::between(segment.length(), entry, exit, &look_ahead.rates(segment))
+    look_ahead.profile(segment, entry, exit)
 }

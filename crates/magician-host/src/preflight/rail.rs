@@ -1,6 +1,6 @@
 //! The carriage on the rail, as far as a program tells (model section 12).
 
-use magician_motion::{RAIL_LENGTH, VelocityProfile};
+use magician_motion::RAIL_LENGTH;
 use magician_protocol::PtpMode;
 
 use super::Preflight;
@@ -59,7 +59,7 @@ impl Preflight {
                 let rates = self.now.rail_rates().ok_or_else(|| {
                     Error::invalid("speeds on the rail and their ratios must be above 0")
                 })?;
-                let profile = VelocityProfile::trapezoid(way, &rates);
+                let profile = self.model.law.rest_to_rest(way, &rates);
                 Some(microseconds(profile.duration()))
             }
         };

@@ -212,7 +212,6 @@ impl Readings {
                 own.period_s
             },
             real_time,
-            whole_periods: own.whole_periods,
         }
     }
 

@@ -77,7 +77,8 @@ impl PathProfiles {
             return false;
         };
         let way = CpSegment::between(from, to);
-        match LookAhead::new(&self.settings.cp_speeds(&self.model), &self.model.ceilings) {
+        let speeds = self.settings.cp_speeds(&self.model);
+        match LookAhead::new(&speeds, &self.model.ceilings, self.model.law) {
             Ok(look_ahead) if !way.is_empty() => {
                 self.path.add(look_ahead, way);
                 true

@@ -166,7 +166,7 @@ fn between(from: [f32; 3], to: [f32; 3], share: f64) -> [f32; 3] {
 /// After how many mm a segment is to be cut, so that no piece of it is off its mean speed by more than a tenth of the feed.
 /// Faster than the feed counts as the feed.
 fn cuts(profile: &VelocityProfile, feed: f64) -> Vec<f64> {
-    let [ramp_in, cruise] = profile.corners();
+    let [ramp_in, cruise, ..] = profile.corners();
     let end = profile.duration();
     let speed = |time: f64| profile.velocity(time).min(feed);
     let peak = speed(ramp_in);
@@ -222,7 +222,7 @@ fn unreached(steps: &[Step], profiles: &[Option<VelocityProfile>]) -> Option<Dia
     for (at, lit) in each.chain(end) {
         if let Some((feed, profile)) = lit {
             let feed = f64::from(feed);
-            let [peak, _] = profile.corners();
+            let [peak, ..] = profile.corners();
             let speed = profile.velocity(peak).max(profile.velocity(0.0));
             let best = stroke.get_or_insert((at, feed, speed));
             if speed / feed > best.2 / best.1 {

@@ -47,6 +47,7 @@ impl Reach {
             geometry: self.geometry,
             limits: self.limits,
             ceilings: Ceilings::default(),
+            law: ArmModel::MAGICIAN.law,
             speeds: travelling.speeds(),
         };
         let plan = |kind| {

@@ -184,6 +184,7 @@ impl Reach {
             geometry: self.geometry,
             limits: self.limits,
             ceilings: Ceilings::default(),
+            law: ArmModel::MAGICIAN.law,
             speeds: ArmModel::MAGICIAN.power_up.speeds,
         };
         let request = Move {

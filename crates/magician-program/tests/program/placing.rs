@@ -279,6 +279,7 @@ fn the_first_way_never_leads_through_the_paper() {
         geometry,
         limits: ArmModel::MAGICIAN.limits,
         ceilings: Ceilings::default(),
+        law: ArmModel::MAGICIAN.law,
         speeds: ArmModel::MAGICIAN.power_up.speeds,
     };
     let mut tried = 0;

@@ -127,6 +127,7 @@ fn no_circle(from: [f32; 4], via: [f32; 4], to: [f32; 4]) -> Option<&'static str
         geometry: Geometry::default(),
         limits: ArmModel::MAGICIAN.limits,
         ceilings: Ceilings::default(),
+        law: ArmModel::MAGICIAN.law,
         speeds: ArmModel::MAGICIAN.power_up.speeds,
     };
     // Only the three points are asked about: whether the arm gets there depends on its tool, and is for the check.
