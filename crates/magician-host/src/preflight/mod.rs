@@ -48,7 +48,7 @@ const FOREVER: u64 = u64::MAX;
 ///
 /// let mut check = Preflight::at(JointAngles::HOME, ToolBias::SUCTION);
 /// let step = check.check(&words::line_to(250.0, 50.0, 20.0, 0.0))?;
-/// assert_eq!(step.time.as_millis(), 1526);
+/// assert_eq!(step.time.as_millis(), 1540);
 ///
 /// let error = check.check(&words::line_to(400.0, 0.0, 0.0, 0.0)).unwrap_err();
 /// assert_eq!(error.kind(), ErrorKind::Unreachable);

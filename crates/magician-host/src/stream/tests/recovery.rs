@@ -64,7 +64,7 @@ fn several_travel_at_once() {
 
 /// A path of which the arm does eight in the time between two looks, so that four travel at once while it runs.
 fn quick() -> Vec<Item> {
-    path(120, 0.6, 25_000)
+    path(120, 0.48, 20_000)
 }
 
 /// Runs until so many commands are taken, four in flight and more to follow at once, and loses a request or a reply.
