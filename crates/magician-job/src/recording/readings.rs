@@ -12,7 +12,7 @@ use magician_record::{Reading, WriteReadings, mcap};
 
 use super::sink::{Beginning, Format, Sink};
 use super::{RecordError, unwritable};
-use crate::files::create;
+use crate::files::WholeFile;
 
 type File = Box<dyn WriteReadings + Send>;
 
@@ -25,7 +25,7 @@ impl Readings {
         format: Format,
         beginning: &Beginning,
     ) -> Result<Self, RecordError> {
-        let out = BufWriter::new(create(path).map_err(unwritable(path))?);
+        let out = BufWriter::new(WholeFile::grow(path).map_err(unwritable(path))?);
         let file: File = match format {
             Format::Csv => Box::new(Csv::new(
                 out,

@@ -15,7 +15,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use magician::{Arm, Error, Link, Options, Target, Tracer};
-use magician_job::files;
+use magician_job::files::WholeFile;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -100,7 +100,7 @@ pub(crate) fn with_trace(options: Options, trace: Option<PathBuf>) -> PyResult<O
     let Some(path) = trace else {
         return Ok(options);
     };
-    let file = files::create(&path).and_then(Tracer::new);
+    let file = WholeFile::grow(&path).and_then(Tracer::new);
     let tracer = file.map_err(|why| {
         let message = format!("{} cannot be written: {why}", path.display());
         std::io::Error::new(why.kind(), message)
