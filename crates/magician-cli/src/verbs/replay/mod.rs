@@ -154,8 +154,9 @@ impl Replay {
                     let Some(moment) = play.step() else {
                         return Ok(());
                     };
-                    if let Some(saved) = &mut saved {
-                        saved.write(&moment)?;
+                    if let (Some(saved), Some(path)) = (&mut saved, &self.save) {
+                        let written = saved.write(&moment);
+                        written.map_err(|error| Failure::unwritable(path, &error))?;
                     }
                     for difference in &moment.differences {
                         teller.difference(difference)?;
@@ -179,7 +180,8 @@ impl Replay {
         let unwritable = |error| Failure::unwritable(path, &error);
         let mut file = WholeFile::create(path).map_err(unwritable)?;
         let out = Box::new(BufWriter::new(file.writer()));
-        Ok(Some((file, Saved::new(out, session)?)))
+        let saved = Saved::new(out, session).map_err(unwritable)?;
+        Ok(Some((file, saved)))
     }
 
     fn explain(&self, session: &Session<'_>, context: &mut Context) -> Result<(), Failure> {
