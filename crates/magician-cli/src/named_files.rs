@@ -13,7 +13,7 @@ use crate::failure::Failure;
 /// The option that every verb has.
 const TRACE: &str = "trace";
 
-/// What a verb does with the file that an argument names.
+/// Use that a verb makes of the file that an argument names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Role {
     Reads,

@@ -63,7 +63,7 @@ pub fn check_distinct<'p>(
     Ok(())
 }
 
-/// What makes a file the same under two names.
+/// Identity of a file, the same under all of its names.
 #[derive(PartialEq, Eq)]
 enum Identity {
     /// Device and inode of a file that is there.

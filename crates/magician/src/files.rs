@@ -29,8 +29,9 @@ pub fn replace(path: &Path, text: &str) -> io::Result<()> {
     write_whole(path, text.as_bytes())
 }
 
-/// As [`replace`], without waiting for the disk: for a file that is written many times a second. A killed
-/// program leaves the old or the new one; a power failure may leave an empty one on some file systems.
+/// Replaces a file as [`replace`] does, but does not wait for the disk: for one that is written many
+/// times a second. A killed program leaves the old or the new one; a power failure may leave an empty
+/// one on some file systems.
 ///
 /// # Errors
 /// As [`replace`].
@@ -67,7 +68,7 @@ pub fn check_writable(path: &Path) -> io::Result<()> {
     }
 }
 
-/// As [`replace`], a file that its owner alone may read, where the system knows owners.
+/// Replaces a file that its owner alone may read, where the system knows owners.
 ///
 /// # Errors
 /// As [`replace`].
@@ -76,7 +77,7 @@ pub fn replace_private(path: &Path, text: &str) -> io::Result<()> {
     rewrite_private(path, text)
 }
 
-/// As [`replace_private`], in a directory that is there.
+/// Replaces a private file in a directory that is there.
 ///
 /// # Errors
 /// As [`replace`].
@@ -90,7 +91,7 @@ fn make_directory(path: &Path) -> io::Result<()> {
     path.parent().map_or(Ok(()), fs::create_dir_all)
 }
 
-/// Where a path leads when symbolic links are followed.
+/// Target of a path: what its symbolic links lead to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Target {
     /// A plain file, or no file yet. A dangling link leads to the file that it names.
@@ -142,9 +143,9 @@ impl Target {
 #[derive(Debug)]
 pub struct WholeFile {
     file: Arc<File>,
-    /// Where it is written.
+    /// Path that is written.
     at: PathBuf,
-    /// Its name, if it is written elsewhere.
+    /// Path that it gets when it is whole, if another one is written.
     target: Option<PathBuf>,
     grows: bool,
     syncs: bool,
@@ -174,7 +175,7 @@ impl WholeFile {
         Self::created(path, false)
     }
 
-    /// As [`create`](Self::create), for its owner alone, where the system knows owners.
+    /// Begins a file that its owner alone may read, where the system knows owners.
     ///
     /// # Errors
     /// As [`create`](Self::create).
@@ -248,8 +249,8 @@ impl WholeFile {
         Err(io::Error::new(io::ErrorKind::AlreadyExists, many))
     }
 
-    /// As [`grow`](Self::grow), for a program whose end is not heard of, such as one that loads a
-    /// library: the file takes its name with its first bytes.
+    /// Begins a growing file that takes its name with its first bytes: for a library, which is not told
+    /// of the end of its program.
     ///
     /// # Errors
     /// As [`grow`](Self::grow).
@@ -326,7 +327,7 @@ impl WholeFile {
         self.finish_open().map(drop)
     }
 
-    /// As [`finish`](Self::finish), and returns the file, still open and locked if it was.
+    /// Finishes the file and returns it, still open and locked if it was.
     ///
     /// # Errors
     /// As [`finish`](Self::finish).

@@ -11,17 +11,17 @@ use std::process::{Command, Output, Stdio};
 use crate::magician::served::Served;
 use crate::magician::{command, run};
 
-/// What is in a file before it is replaced.
+/// Content of a file before it is replaced.
 const OLD: &str = "the old file";
 /// Room on a small disk: less than any output here.
 const ROOM: u32 = 512;
 
-/// How a verb writes a file.
+/// Way in which a verb writes a file.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
     /// At once, when all is known.
     Whole,
-    /// As it comes. What there is of it after an error is kept.
+    /// Bit by bit. What there is of it after an error is kept.
     Grows,
 }
 
@@ -245,7 +245,7 @@ fn killed_while_it_writes_a_verb_leaves_the_old_file() {
     }
 }
 
-/// As somebody else, whom permissions of files hold for.
+/// Runs as a user for whom the permissions of files hold, unlike the superuser.
 fn as_nobody(words: &[String], home: &Path) -> Output {
     let mut command = command();
     command.args(words).stdin(Stdio::null());

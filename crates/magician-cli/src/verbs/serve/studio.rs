@@ -164,7 +164,7 @@ fn write_pages(
     Ok(exported)
 }
 
-/// Where a file of the page goes.
+/// Returns the path at which a file of the page is written.
 fn place(folder: &Path, file: &PageFile) -> PathBuf {
     folder.join(match file.path {
         "/" => START_PAGE,
