@@ -204,12 +204,13 @@ impl Core {
         let ends = std::mem::take(&mut *self.ends.lock().unwrap_or_else(PoisonError::into_inner));
         Ok(Call::lasting(async move {
             let closing = async {
-                arm.close().await;
+                arm.clone().close().await;
                 for end in ends {
                     let _ = end.await;
                 }
             };
             let _ = tokio::time::timeout(FAREWELL, closing).await;
+            arm.end_trace();
             Ok(())
         }))
     }
