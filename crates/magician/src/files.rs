@@ -323,8 +323,8 @@ impl WholeFile {
     ///
     /// # Errors
     /// What the system reports; then the old file is there.
-    pub fn finish(self) -> io::Result<()> {
-        self.finish_open().map(drop)
+    pub fn finish(mut self) -> io::Result<()> {
+        self.end()
     }
 
     /// Finishes the file and returns it, still open and locked if it was.
