@@ -213,6 +213,8 @@ fn full_disk_leaves_the_old_file_and_no_stump() {
                     );
                     let part = format!("{name}.partial");
                     assert_eq!(err.contains(&part), parts == 1, "{line} {name}: {err}");
+                    let out = String::from_utf8_lossy(&done.stdout);
+                    assert!(!out.contains("record: "), "{line} {name}: {out}");
                 }
             }
         }
