@@ -1,6 +1,6 @@
 //! What to do about an error, in the words of the vendor's interface: its functions.
 
-use magician::{Action, Given, Setting, Voice};
+use magician::{Action, Given, PinUse, Setting, Voice};
 
 /// The voice of the vendor's library.
 pub(crate) struct Vendor;
@@ -29,6 +29,10 @@ impl Voice for Vendor {
             Setting::Port => format!("{} {given}", self.setting(setting)),
             setting => format!("{} {given} in another program", self.setting(setting)),
         }
+    }
+
+    fn set_pin(&self, pin: u8, function: PinUse) -> String {
+        format!("SetIOMultiplexing of {pin} to {}", function.name())
     }
 
     fn setting(&self, setting: Setting) -> String {

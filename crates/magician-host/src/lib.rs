@@ -43,7 +43,7 @@ pub use magician_protocol::{
 };
 pub use picture::{ArmOutputs, ArmPicture, GripperState};
 pub use preflight::check_power;
-pub use remedy::{Act, Action, Given, Remedy, Setting, Voice};
+pub use remedy::{Act, Action, Given, PinUse, Remedy, SET_PIN, Setting, Voice};
 
 /// Compiles the README's program with the tests.
 #[cfg(doctest)]

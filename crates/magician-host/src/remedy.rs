@@ -52,6 +52,28 @@ pub enum Act {
     Omit(Setting),
     /// A command of the operating system, as it is typed.
     System(Cow<'static, str>),
+    /// Give a pin, by its EIO address, this function.
+    SetPin(u8, PinUse),
+}
+
+/// Functions of a pin that is driven.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum PinUse {
+    /// A level.
+    DigitalOutput,
+    /// Pulses.
+    Pwm,
+}
+
+impl PinUse {
+    /// The name, as in JSON.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::DigitalOutput => "digital-output",
+            Self::Pwm => "pwm",
+        }
+    }
 }
 
 impl From<Action> for Act {
@@ -75,9 +97,13 @@ impl fmt::Display for Act {
             Self::Give(setting, given) => write!(f, "{} {given}", setting.name()),
             Self::Omit(setting) => write!(f, "without {}", setting.name()),
             Self::System(line) => f.write_str(line),
+            Self::SetPin(pin, function) => write!(f, "{SET_PIN} {pin} {}", function.name()),
         }
     }
 }
+
+/// Name of [`Act::SetPin`] in JSON.
+pub const SET_PIN: &str = "set-pin";
 
 /// The value of an option.
 #[derive(Clone, Debug, PartialEq)]
@@ -290,6 +316,11 @@ pub trait Voice {
     /// The option without a value: `--raw`, `raw`.
     fn setting(&self, setting: Setting) -> String;
 
+    /// What gives a pin this function: `magician io mux 6 pwm`, `arm.multiplex(6, "pwm")`.
+    fn set_pin(&self, pin: u8, function: PinUse) -> String {
+        Act::SetPin(pin, function).to_string()
+    }
+
     /// The act.
     fn act(&self, act: &Act) -> String {
         match act {
@@ -297,6 +328,7 @@ pub trait Voice {
             Act::Give(setting, given) => self.give(*setting, given),
             Act::Omit(setting) => format!("leave out {}", self.setting(*setting)),
             Act::System(line) => self.system(line),
+            Act::SetPin(pin, function) => self.set_pin(*pin, *function),
         }
     }
 

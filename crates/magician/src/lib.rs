@@ -92,8 +92,8 @@ pub use magician_host::gate;
 #[cfg(any(test, feature = "pair"))]
 pub use magician_host::pair;
 pub use magician_host::{
-    Act, Action, ArmOutputs, Error, ErrorCode, ErrorKind, Given, GripperState, Remedy, Result,
-    Setting, Voice, burns, connection, proxy, stream, words,
+    Act, Action, ArmOutputs, Error, ErrorCode, ErrorKind, Given, GripperState, PinUse, Remedy,
+    Result, Setting, Voice, burns, connection, proxy, stream, words,
 };
 pub use magician_motion::{
     ArmModel, ArmState, Breach, Cuboid, Fence, FenceError, FencePart, Geometry, JointAngles,

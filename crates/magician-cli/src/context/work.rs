@@ -111,7 +111,8 @@ impl Context {
     /// Ends the connection, if there is one: what was set going over it goes on if all ended well, and is stopped if not.
     pub(crate) fn leave(&mut self, outcome: Result<(), Failure>) -> Result<(), Failure> {
         self.disconnect_after(outcome.is_ok());
-        outcome.and_then(|()| match self.untraced() {
+        let untraced = self.untraced();
+        outcome.and_then(|()| match untraced {
             Some(why) => Err(incomplete("trace", &why)),
             None => Ok(()),
         })

@@ -14,6 +14,7 @@ mod debts;
 mod decode;
 mod doctor;
 mod ending;
+mod files;
 mod floods;
 mod framing;
 mod full_disk;

@@ -80,6 +80,35 @@ fn journal() -> Vec<Value> {
 }
 
 #[test]
+fn address_in_use_names_the_station_that_has_it() {
+    let state = tempfile::tempdir().expect("a directory");
+    let with_state = || {
+        let mut command = command();
+        command.env("XDG_STATE_HOME", state.path());
+        command
+    };
+    let station = Station::of(with_state(), &["--port", "sim"]);
+    let url = format!("http://{}/", station.address);
+    for verb in ["serve", "studio"] {
+        let mut second = with_state();
+        second.args([verb, "--port", "sim", "--listen", &station.address]);
+        let refused = crate::magician::Run::of(&mut second, b"");
+        assert_eq!(refused.status, 4, "{refused:?}");
+        for told in ["a station runs there, of arm", &url, "--listen"] {
+            assert!(refused.err.contains(told), "{told}: {refused:?}");
+        }
+    }
+    let other = std::net::TcpListener::bind("127.0.0.1:0").expect("an address");
+    let address = other.local_addr().expect("known").to_string();
+    let refused = run(&["serve", "--port", "sim", "--listen", &address]);
+    assert_eq!(refused.status, 4, "{refused:?}");
+    assert!(
+        refused.err.contains("another program listens there"),
+        "{refused:?}"
+    );
+}
+
+#[test]
 fn an_arm_is_served_moved_and_told_of() {
     let station = Station::start(&["--port", "sim"]);
     let moved = station.call("arm.move", &json!({"to": [220, 30, 50, 0]}));

@@ -1336,20 +1336,25 @@ class Arm(Bound):
         """Sets the level of a digital output (EIO address 1 to 20; document 1.15.2).
 
         :param allow_laser: Whether the laser's pins, EIO 2 and 4, of an arm that is not virtual may be raised.
+        :raises InvalidInputError: The pin is no digital output: :meth:`multiplex` makes it one.
         """
-        await self.set(words.output(address, high), allow_laser=allow_laser)
+        await self._drive(words.output(address, high), allow_laser)
 
     async def pwm(self, address: PinLike, frequency: float, duty_cycle: float, *, allow_laser: bool = False) -> None:
         """Sets a pulse-width output (EIO address 1 to 20): Hz (10 to 1000000), and the percentage of high.
 
         :param allow_laser: Whether the laser's pin, EIO 4, of an arm that is not virtual may be driven.
+        :raises InvalidInputError: The pin is no pulse-width output: :meth:`multiplex` makes it one.
         """
-        await self.set(words.pwm(address, frequency, duty_cycle), allow_laser=allow_laser)
+        await self._drive(words.pwm(address, frequency, duty_cycle), allow_laser)
 
     async def servo(self, address: PinLike, pulse_ms: float) -> None:
         """Turns a hobby servo on a pulse-width pin by the length of its pulses: 1 to 2 ms, 1.5 ms is the middle of
         most."""
-        await self.set(words.servo(address, pulse_ms))
+        await self._drive(words.servo(address, pulse_ms), False)
+
+    async def _drive(self, command: commands.IoDo | commands.IoPwm, allow_laser: bool) -> None:
+        await until(self._core.drive(command, flag("allow_laser", allow_laser)))
 
     async def level_at(self, address: PinLike) -> bool:
         """The level of a digital input (EIO address 1 to 20; document 1.15.4)."""
@@ -2083,7 +2088,8 @@ def _recorded(path: str | os.PathLike[str], rate: float, tolerance: float, units
 class Recording(Bound):
     """An arm on record: see :meth:`Arm.record`. It begins with its ``with`` block, or with :meth:`begin`; at the end of
     the block, or with :meth:`finish`, the file is complete. What was recorded is in the file within a second, whatever
-    becomes of the program.
+    becomes of the program; if it replaces a file, that one stays until the end, and the new one grows beside it as
+    ``NAME.partial``.
     """
 
     def __init__(self, core: Core | None, port: Where, how: _Recorded) -> None:

@@ -254,6 +254,15 @@ impl Arm {
         self.ended().await;
     }
 
+    /// Ends the trace of this connection ([`Options::trace`](super::Options::trace)), and of others that have the same:
+    /// for an owner that keeps the handle after its connection.
+    #[cfg(feature = "trace")]
+    pub fn end_trace(&self) {
+        if let Some(tracer) = &self.inner.options.trace {
+            tracer.end();
+        }
+    }
+
     /// Ends when the connection has; it does not keep it.
     pub(crate) fn ended(&self) -> impl Future<Output = ()> + Send + 'static {
         let mut link = self.inner.shared.link.subscribe();

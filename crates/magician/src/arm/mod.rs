@@ -16,6 +16,7 @@ mod link;
 mod moves;
 mod options;
 mod perform;
+mod pins;
 mod queue;
 mod request;
 mod retract;

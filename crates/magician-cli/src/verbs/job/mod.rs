@@ -486,9 +486,11 @@ impl Job {
             Ran::Done(done) => done,
             Ran::Stopped(stopped) => return stopped.show(context),
         };
-        let files = [("picture", &self.way.picture), ("record", &self.way.record)];
-        let files =
-            files.map(|(name, path)| (name, path.as_ref().map(|path| path.display().to_string())));
+        // One that is not complete is told of as an error; the file of that name may be an older one.
+        let record = self.way.record.as_ref();
+        let record = record.filter(|_| done.unrecorded.is_none());
+        let files = [("picture", self.way.picture.as_ref()), ("record", record)];
+        let files = files.map(|(name, path)| (name, path.map(|path| path.display().to_string())));
         show::done(done, made, &files, context)?;
         match &done.unrecorded {
             Some(why) => Err(incomplete("recording", &why.message)),

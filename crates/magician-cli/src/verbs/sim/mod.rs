@@ -12,7 +12,8 @@ use std::time::Duration;
 use clap::Args;
 use clap::builder::{NonEmptyStringValueParser, PathBufValueParser, TypedValueParser};
 use magician::serve::files::{FlashFileError, load_flash, read_text, save_flash};
-use magician::serve::{self, Discovery, Handle, Server, serve_all};
+use magician::serve::{self, Discovery, Handle, ServeError, Server, serve_all};
+use magician_job::files::WholeFile;
 use magician_motion::ToolBias;
 use magician_sim::world::PictureOptions;
 use magician_sim::{Controller, Flash, Identity, LineTiming, Profile, Scenario, Speed, World};
@@ -21,13 +22,16 @@ use crate::context::Context;
 use crate::failure::Failure;
 use crate::interrupt::Signal;
 use crate::output::Text;
-use crate::serving::{DOORS, create, pty, say_ready};
+use crate::serving::{DOORS, grow, pty, say_ready};
 
 use log::Log;
 use tui::{Dashboard, Feed, Subject};
 
 #[cfg(test)]
 pub(super) use tui::examples;
+
+/// Recordings under way, and the names that people gave them.
+type Recordings = Vec<(PathBuf, WholeFile)>;
 
 /// Serve a virtual arm to other programs
 #[derive(Args, Debug)]
@@ -163,7 +167,8 @@ impl Sim {
         }
         let verbose = (self.tui || !context.global.json).then_some(context.global.verbose);
         let feeds = self.feeds();
-        let servers = self.servers(&profile, &scenario, verbose, &feeds)?;
+        let mut recordings = Vec::new();
+        let servers = self.servers(&profile, &scenario, verbose, &feeds, &mut recordings)?;
         let handles: Vec<_> = servers.iter().map(Server::handle).collect();
         let subjects = self.subjects(&profile, &scenario, feeds, &handles);
         let mut dashboard = Dashboard::begin(subjects)?;
@@ -185,7 +190,15 @@ impl Sim {
                     drawn = picture.write(&handles, self.arms.is_some(), &options).await;
                 }
             };
-            serve_all(servers, end).await.map_err(Failure::from)?;
+            let served = serve_all(servers, end).await;
+            // One that could not be recorded to its end leaves the file of before.
+            if !matches!(served, Err(ServeError::Record(_))) {
+                for (path, file) in recordings {
+                    file.finish()
+                        .map_err(|error| Failure::unwritable(&path, &error))?;
+                }
+            }
+            served.map_err(Failure::from)?;
             drawn?;
             Ok(seen)
         });
@@ -241,6 +254,7 @@ impl Sim {
         scenario: &Scenario,
         verbose: Option<u8>,
         feeds: &[Feed],
+        recordings: &mut Recordings,
     ) -> Result<Vec<Server>, Failure> {
         let mut feeds = feeds.iter();
         let mut log = |number| {
@@ -253,7 +267,7 @@ impl Sim {
         };
         let Some(count) = self.arms else {
             let log = log(None);
-            let server = self.server(profile.clone(), scenario, Path::to_owned)?;
+            let server = self.server(profile.clone(), scenario, recordings, Path::to_owned)?;
             return Ok(vec![self.reporting(server, &profile.identity, log, true)]);
         };
         let numbered = |number| {
@@ -261,7 +275,8 @@ impl Sim {
             profile.identity = profile.identity.numbered(number);
             let identity = profile.identity.clone();
             let own = |path: &Path| serve::numbered(path, number);
-            let server = self.server(profile, scenario, own)?.number(number);
+            let server = self.server(profile, scenario, recordings, own)?;
+            let server = server.number(number);
             Ok(self.reporting(server, &identity, log(Some(number)), number == count))
         };
         (1..=count).map(numbered).collect()
@@ -272,6 +287,7 @@ impl Sim {
         &self,
         profile: Profile,
         scenario: &Scenario,
+        recordings: &mut Recordings,
         own: impl Fn(&Path) -> PathBuf,
     ) -> Result<Server, Failure> {
         let line = LineTiming {
@@ -309,10 +325,13 @@ impl Sim {
             server = server.flash(path);
         }
         if let Some(path) = &self.trace {
-            server = server.trace(BufWriter::new(create(&own(path))?));
+            server = server.trace(BufWriter::new(grow(&own(path))?));
         }
         if let Some(path) = &self.record {
-            server = server.record(create(&own(path))?);
+            let path = own(path);
+            let mut file = grow(&path)?;
+            server = server.record(file.writer());
+            recordings.push((path, file));
         }
         Ok(server)
     }

@@ -208,6 +208,13 @@ impl<C: CommandSource> Run<C> {
         Poll::Ready(next)
     }
 
+    /// True if one of the first commands moves the arm, or others may follow them: a belt alone does not.
+    pub(super) fn may_move_arm(&mut self) -> bool {
+        self.look_ahead(AHEAD);
+        let moves = |planned: &Planned| planned.command().row().effect.moves_arm();
+        !self.ended || self.pending.iter().any(moves)
+    }
+
     /// What the source has by now.
     fn look_ahead(&mut self, count: usize) {
         let mut cx = Context::from_waker(Waker::noop());
