@@ -88,6 +88,7 @@ pub use arm::{
 };
 #[cfg(feature = "faults")]
 pub use magician_host::faults;
+pub use magician_host::admission;
 pub use magician_host::gate;
 #[cfg(any(test, feature = "pair"))]
 pub use magician_host::pair;
