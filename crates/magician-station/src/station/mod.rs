@@ -150,15 +150,6 @@ impl ArmEntry {
 }
 
 impl StationConfig {
-    /// The least role that may light the laser of a real arm.
-    pub(crate) const fn least_to_burn(&self) -> Role {
-        if self.student_laser {
-            Role::Student
-        } else {
-            Role::Teacher
-        }
-    }
-
     /// These arms for anybody who is let in: without tokens, with jobs of the formats that are built in, which are not kept
     /// beyond its end, and a clock that counts from 1970 on.
     #[must_use]
