@@ -185,11 +185,13 @@ impl<K: Copy + Ord> AdmissionTable<K> {
     /// A connection has shown a claim and is served from now on: it gives way to nobody unless claims can be idle. Returns the
     /// connection that gives way to it.
     ///
+    /// Nothing changes for a connection that is not in the table.
+    ///
     /// # Errors
     /// [`NoPlace`]; the connection stands as before.
     pub fn claim(&mut self, now: HostInstant, key: K) -> Result<Option<K>, NoPlace> {
         let Some(origin) = self.places.get(&key).map(|place| place.origin) else {
-            return Err(NoPlace);
+            return Ok(None);
         };
         let gone = self.place_for(now, origin, Some(key))?;
         self.stand(now, key, Standing::Served);
