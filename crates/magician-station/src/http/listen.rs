@@ -27,9 +27,10 @@ use super::tokens::{TokenStore, beside};
 /// The port of a station.
 const PORT: u16 = 8910;
 /// Connections at once. Strangers from elsewhere are as many as the browsers of a class open when all of them load the page,
-/// six each; with the sockets all places together stay below the 1024 descriptors that a process usually has.
+/// six each. A connection that comes has to send its head before as many others come as there are places for strangers: under
+/// a flood they are the time that it has. With the sockets all places stay below the 1024 descriptors that a process usually has.
 const LIMITS: AdmissionLimits = AdmissionLimits {
-    loopback_strangers: 64,
+    loopback_strangers: 192,
     strangers: 384,
     claims: 128,
     kept_for_loopback: 16,

@@ -192,7 +192,9 @@ impl Station {
             let error = self.ended(*arm, crate::control::WorkEnd::Stop(by));
             self.stop_before_found(call.now, *arm, &error);
             let by = self.by(by);
-            self.event(call.now, *arm, "stop", vec![("by", by)]);
+            if self.arm_mut(*arm).events.tells_stop(call.now) {
+                self.event(call.now, *arm, "stop", vec![("by", by)]);
+            }
             #[cfg(feature = "class")]
             self.hold_queue(call.now, *arm);
         }

@@ -58,6 +58,8 @@ const CALLS: &[&str] = &[
     r#""arm.move","params":{"arm":"arm1","to":[200,0,50,0]}"#,
     r#""jog.start","params":{"arm":"arm1","axis":"x+"}"#,
     r#""arm.get","params":{"arm":"arm0","command":"Pose"}"#,
+    r#""arm.stop","params":{"arm":"arm2"}"#,
+    r#""jog.stop","params":{"arm":"arm2"}"#,
 ];
 
 fn deed() -> impl Strategy<Value = Deed> {
@@ -101,7 +103,8 @@ fn hello(name: &str, token: bool) -> String {
 
 impl Scene {
     fn new() -> Self {
-        let arms = ["arm0", "arm1"].map(ArmEntry::simulated).to_vec();
+        // The third is nobody's: anybody may stop it.
+        let arms = ["arm0", "arm1", "arm2"].map(ArmEntry::simulated).to_vec();
         let mut scene = Self {
             station: Station::new(StationConfig::new(arms, "0")),
             now: HostInstant::ZERO,
@@ -125,6 +128,8 @@ impl Scene {
         let job = json!({"arm": "arm0", "text": plan.to_string()});
         let start = json!({"jsonrpc": "2.0", "id": 3, "method": "job.start", "params": job});
         scene.says(&start.to_string());
+        let subscribe = json!({"jsonrpc": "2.0", "id": 5, "method": "arm.subscribe", "params": {"arm": "arm2"}});
+        scene.says(&subscribe.to_string());
         let jog = json!({"arm": "arm1", "axis": "y+", "keep_ms": 250});
         let start = json!({"jsonrpc": "2.0", "id": 4, "method": "jog.start", "params": jog});
         scene.says(&start.to_string());
@@ -167,6 +172,9 @@ impl Scene {
         while let Some((arm, order)) = self.station.poll_order() {
             let done = |request, outcome| ArmReport::Done { request, outcome };
             let report = match order {
+                ArmOrder::Stop {
+                    request: Some(request),
+                } if arm == ArmId(2) => done(request, Ok(Outcome::Value(json!({"stood": true})))),
                 ArmOrder::EndJog(_) | ArmOrder::StopJob(_) | ArmOrder::Stop { .. } => {
                     panic!("{order:?} at {:?}", self.now)
                 }
@@ -363,6 +371,19 @@ fn three_loops_of_hello_and_close_for_ten_seconds_cost_a_listener_less_than_two_
     println!("{} bytes in {} lists", scene.bytes, scene.lists.len());
     assert!(scene.lists.len() <= 51, "{}", scene.lists.len());
     assert!(scene.bytes < 2_000_000, "{} bytes", scene.bytes);
+    scene.end();
+}
+
+#[test]
+fn loop_of_stops_is_obeyed_and_cuts_no_listener_off() {
+    let mut scene = Scene::new();
+    scene.come(true);
+    scene.tell(0, &hello("v", true));
+    for _ in 0..300 {
+        scene.does(Deed::Call(0, r#""arm.stop","params":{"arm":"arm2"}"#, 250));
+        scene.does(Deed::Read(0));
+        scene.does(Deed::Wait(3));
+    }
     scene.end();
 }
 
