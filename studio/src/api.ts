@@ -79,6 +79,7 @@ export type Job = {
   error: {
     message: string;
   } | null;
+  notes: Note[] | null;
 };
 
 export type Field = {
@@ -557,7 +558,7 @@ export interface Methods {
     };
     result: null;
   };
-  /** Gives it back. What the arm has queued goes on. */
+  /** Gives it back. What the arm has queued goes on; a jog, stepper motors and the belt are stopped, and a job pauses unless its `on_lost` says otherwise. */
   "lease.release": {
     params: {
       lease: string;

@@ -520,7 +520,7 @@ impl ReadProgram {
 }
 
 /// The words of the API: names of methods' parameters.
-struct Words;
+pub(crate) struct Words;
 
 impl Voice for Words {
     fn action(&self, action: magician::Action) -> String {

@@ -408,6 +408,8 @@ pub struct JobEnd {
     pub error: Option<RpcError>,
     /// Drawn and travelled, mm, where all was done.
     pub lengths: Option<[f64; 2]>,
+    /// Notes of what it has left switched on, as clients see them.
+    pub notes: Vec<Value>,
 }
 
 impl JobEnd {
@@ -418,6 +420,7 @@ impl JobEnd {
             state,
             error: None,
             lengths: None,
+            notes: Vec::new(),
         }
     }
 }

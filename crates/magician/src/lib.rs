@@ -86,6 +86,7 @@ pub use arm::{
     JogOptions, Level, Lifted, Link, Options, Pin, Progress, Ran, Run, RunOptions, Sample, Samples,
     SettingsBackup, StateOptions, StateWatch, Status, Stopper, Streaming, sets_in_motion,
 };
+pub use magician_host::admission;
 #[cfg(feature = "faults")]
 pub use magician_host::faults;
 pub use magician_host::gate;

@@ -56,6 +56,7 @@ export function JobCard() {
       </div>
       {job.reason === "part" || job.reason === "program" ? <p class="hint">{job.text ?? t(`job.reason.${job.reason}`)}</p> : null}
       {job.error !== null ? <p class="hint bad">{job.error.message}</p> : null}
+      {(job.notes ?? []).map((note) => <p class="hint" key={note.text}>{note.text}</p>)}
       <Why id="job-why" text={off && (pauses || jobs.canResume(job)) ? t(why) : null} />
     </Card>
   );

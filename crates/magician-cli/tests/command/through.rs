@@ -587,7 +587,7 @@ fn a_virtual_arm_of_a_station_is_one() {
 
 /// What the station refuses is said in its words, as a line of the arm's own could not.
 #[test]
-fn who_has_the_arm_is_said() {
+fn who_has_the_arm_is_said_once() {
     let station = Served::verb("serve", &["--port", "sim", "--listen", "127.0.0.1:0"], 1);
     let url = station.door("http").trim_end_matches('/').to_owned();
     let mut holder = command();
@@ -596,9 +596,14 @@ fn who_has_the_arm_is_said() {
     holder.until("laser: on");
     let refused = run(&["--station", &url, "suction", "on", "--json"]);
     assert_eq!(refused.status, 4, "{refused:?}");
-    let error = refused.err.lines().last().unwrap_or_default().to_owned();
-    assert!(error.contains("magician has the lease"), "{refused:?}");
-    assert!(!error.contains("cable"), "{refused:?}");
+    // Once, and with the next step.
+    assert_eq!(refused.err.lines().count(), 1, "{refused:?}");
+    assert!(
+        refused.err.contains("magician has the lease"),
+        "{refused:?}"
+    );
+    assert!(refused.err.contains("lease.ask"), "{refused:?}");
+    assert!(!refused.err.contains("cable"), "{refused:?}");
     assert_eq!(run(&["--station", &url, "stop"]).status, 0);
     holder.types("\x04");
     holder.child.wait().expect("it ends");

@@ -380,7 +380,8 @@ pub(super) const STATION: &[Method] = &[
         "lease.release",
         Student,
         &[needed("lease", Kind::Id(IdKind::Lease), "the lease")],
-        "Gives it back. What the arm has queued goes on.",
+        "Gives it back. What the arm has queued goes on; a jog, stepper motors and the belt are stopped, and a job pauses unless its \
+         `on_lost` says otherwise.",
         "null",
     )
     .of_sessions(),

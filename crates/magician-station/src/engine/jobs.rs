@@ -4,19 +4,21 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use magician::commands::Pose;
-use magician::{Arm, ErrorCode, ErrorKind};
+use magician::{Action, Arm, ErrorCode, ErrorKind};
 use magician_job::beside::beside as in_turns;
+use magician_job::report::{self, Note};
 use magician_job::{
     Fault, Job, JobError, JobEvent, JobHandle, JobOutcome, JobSpec, JobState, Journal, PauseReason,
     ResumeError, Start,
 };
+use magician_program::{Diagnostic, DiagnosticCode};
 use serde_json::{Value, json};
 use tokio::sync::Notify;
 
 use super::{TaskResult, Waiting, Work};
 use crate::api::RpcError;
 use crate::control::{JobId, RequestId};
-use crate::job::{ProgramReading, ReadProgram, Reader, ReadingArm, Source};
+use crate::job::{ProgramReading, ReadProgram, Reader, ReadingArm, Source, Words};
 use crate::order::{ArmAct, ArmReport, JobEnd, JobNews, JobStart, Outcome};
 use crate::reading::{self, to_value};
 
@@ -69,6 +71,20 @@ async fn pay_motors(arm: &Arm, owes: &AtomicBool) {
     {
         tracing::warn!(%error, "a motor may run on after the job");
     }
+}
+
+/// What the arm has switched on when a job is over: its holder has to know.
+fn left_on(arm: &Arm) -> Vec<Value> {
+    let motors = arm.running_motors().into_iter().map(|motor| {
+        let motor = u8::from(motor) + 1;
+        let note = format!("motor {motor} runs on until it is stopped, or the lease ends");
+        Diagnostic::of_file(note)
+            .remedy(Action::Stop, "stops it")
+            .coded(DiagnosticCode::LeftOn)
+    });
+    let left: Vec<_> = motors.chain(report::left_on(&arm.outputs())).collect();
+    let notes = Note::all(&Words, &left).into_iter();
+    notes.filter_map(|note| to_value(&note).ok()).collect()
 }
 
 impl Work {
@@ -190,8 +206,9 @@ impl Work {
                 };
                 report(ArmReport::Job { job, news });
             }
-            let end = Box::new(end_of(&handle.outcome().await, &program));
+            let mut end = Box::new(end_of(&handle.outcome().await, &program));
             pay_motors(&arm, &owes_motors).await;
+            end.notes = left_on(&arm);
             let news = JobNews::Over(end);
             report(ArmReport::Job { job, news });
             TaskResult::JobOver(job)
@@ -243,11 +260,7 @@ impl Work {
         for (request, _) in waiting.into_iter().flatten() {
             self.over(request);
         }
-        let end = Box::new(JobEnd {
-            state,
-            error,
-            lengths: None,
-        });
+        let end = Box::new(over(state, error));
         let news = JobNews::Over(end);
         (self.report)(ArmReport::Job { job, news });
     }
@@ -484,6 +497,7 @@ fn end_of(outcome: &JobOutcome, program: &ReadProgram) -> JobEnd {
             state: "done",
             error: None,
             lengths: Some([done.report.drawn, done.report.travelled].map(rounded)),
+            notes: Vec::new(),
         },
         Err(error) if error.is_stop() => over("stopped", None),
         Err(error) => match &error.fault {
@@ -498,9 +512,8 @@ fn end_of(outcome: &JobOutcome, program: &ReadProgram) -> JobEnd {
 
 fn over(state: &'static str, error: Option<RpcError>) -> JobEnd {
     JobEnd {
-        state,
         error,
-        lengths: None,
+        ..JobEnd::new(state)
     }
 }
 
