@@ -779,7 +779,7 @@ pub(super) const STATION: &[Method] = &[
             ),
         ],
         "The world around a virtual arm. This and its kin are `unsupported` of other arms.",
-        "{objects: [{name, at, turn, size, color, held}], title, table: {height, x, y}, draws: \"pen\" or \"laser\", belt: {start, direction, length, width, height, travel}, drawing: SVG, strokes: [{burnt, points: [[x, y]]}], mark, unlocked, plugged}; `table` and `belt` null where the scenario has no such thing, `draws` null where its tool leaves no lines",
+        "{objects: [{name, at, turn, size, color, held}], title, table: {height, x, y}, draws: \"pen\" or \"laser\", belt: {start, direction, length, width, height, travel}, drawing: SVG, strokes: [{burnt, power, points: [[x, y]]}], mark, unlocked, plugged}; `table` and `belt` null where the scenario has no such thing, `draws` null where its tool leaves no lines; `power` of the laser in percent, 100 of ink",
     ),
     method(
         "world.scenarios",
