@@ -99,16 +99,24 @@ export function Update() {
   );
 }
 
+/** Code of the alarm of an arm that was switched on, or whose controller was reset: nothing is wrong with it. */
+const SWITCHED_ON = 0;
+
 /** The alarms that stand, each with cause and cure. */
 export function Alarms() {
   const alarms = store.alarms.value;
   const holds = store.holds.value;
+  const off = store.why.value !== null;
   return (
     <div role="alert" data-testid="alarm-banner" class={alarms.length > 0 ? `banner alarm ${holds ? "holds" : "notes"}` : "unseen"}>
       {alarms.length > 0 ? (
         <>
           <ul>
-            {alarms.map((alarm) => (
+            {alarms.map((alarm) => alarm.code === SWITCHED_ON ? (
+              <li key={alarm.code} data-testid={`alarm-${alarm.code}`}>
+                <b>{t("alarms.on")}</b> <span>{t("alarms.on.text")}</span>
+              </li>
+            ) : (
               <li key={alarm.code} data-testid={`alarm-${alarm.code}`}>
                 <b>{alarm.name}</b> <span>{told(`alarm.${alarm.code}.cause`, alarm.cause)}.</span>{" "}
                 <span class="cure">{t("alarms.cure")}: {told(`alarm.${alarm.code}.cure`, alarm.cure)}.</span>
@@ -116,6 +124,11 @@ export function Alarms() {
             ))}
           </ul>
           {holds ? <p>{t("alarms.hold")}</p> : null}
+          <div class="banner-do">
+            {alarms.some(({ code }) => code === SWITCHED_ON) ? <Do id="alarm-home" class="small" off={off} why="alarm-why" text={t("home")} press={actions.home} /> : null}
+            {alarms.some(({ code }) => code !== SWITCHED_ON) ? <Do id="alarm-clear" class="small" off={off} why="alarm-why" text={t("alarms.clear")} press={actions.clearAlarms} /> : null}
+            <span id="alarm-why" class="unseen">{off && store.why.value !== null ? t(store.why.value) : ""}</span>
+          </div>
         </>
       ) : null}
     </div>
