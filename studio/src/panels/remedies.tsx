@@ -24,17 +24,17 @@ function Remedy({ of }: { of: actions.Remedy }) {
       await known.press();
       if (check.problem.value !== null) await check.check();
     };
-    return <Do id={`remedy-${of.action}`} class="small" off={store.why.value !== null} text={known.text()} press={press} />;
+    return <Do id={`remedy-${of.action}`} off={store.why.value !== null} text={known.text()} press={press} />;
   }
   const name = of.option ?? of.without;
   const option = check.asked.value.find((option) => option.name === name);
   if (name === undefined || option === undefined) return null;
   const label = labelOf(option);
-  if (of.without !== undefined) return <Do id={`remedy-${name}`} class="small" text={t("remedy.without", { name: label })} press={() => check.setValue(name, "")} />;
+  if (of.without !== undefined) return <Do id={`remedy-${name}`} text={t("remedy.without", { name: label })} press={() => check.setValue(name, "")} />;
   if (of.value === undefined) return <span class="hint">{t("remedy.fill", { name: label })}</span>;
   const value = Array.isArray(of.value) ? of.value.join(" ") : String(of.value);
   const text = of.value === true ? label : t("remedy.set", { name: label, value });
-  return <Do id={`remedy-${name}`} class="small" text={text} press={() => check.setValue(name, value)} />;
+  return <Do id={`remedy-${name}`} text={text} press={() => check.setValue(name, value)} />;
 }
 
 export function Remedies({ of }: { of: readonly actions.Remedy[] }) {

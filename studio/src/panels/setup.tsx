@@ -176,7 +176,7 @@ export function Unseen() {
   return (
     <div class="check note" role="status" data-testid="run-bare">
       <p>{t("run.draws.none", { tool: told(`tools.${tool}`, tool).toLowerCase() })}</p>
-      <Do id="run-scenario" class="small" off={off} why="run-scenario-why" text={t("run.draws.load", { name: told(`scenario.${wanted}`, t(`scenario.${wanted}`)) })} press={load} />
+      <Do id="run-scenario" off={off} why="run-scenario-why" text={t("run.draws.load", { name: told(`scenario.${wanted}`, t(`scenario.${wanted}`)) })} press={load} />
       <span id="run-scenario-why" class="unseen">{off ? t(store.why.value ?? "world.teacher") : ""}</span>
     </div>
   );

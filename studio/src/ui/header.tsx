@@ -99,9 +99,6 @@ export function Update() {
   );
 }
 
-/** Code of the alarm of an arm that was switched on, or whose controller was reset: nothing is wrong with it. */
-const SWITCHED_ON = 0;
-
 /** The alarms that stand, each with cause and cure. */
 export function Alarms() {
   const alarms = store.alarms.value;
@@ -112,7 +109,7 @@ export function Alarms() {
       {alarms.length > 0 ? (
         <>
           <ul>
-            {alarms.map((alarm) => alarm.code === SWITCHED_ON ? (
+            {alarms.map((alarm) => alarm.code === store.SWITCHED_ON ? (
               <li key={alarm.code} data-testid={`alarm-${alarm.code}`}>
                 <b>{t("alarms.on")}</b> <span>{t("alarms.on.text")}</span>
               </li>
@@ -125,8 +122,8 @@ export function Alarms() {
           </ul>
           {holds ? <p>{t("alarms.hold")}</p> : null}
           <div class="banner-do">
-            {alarms.some(({ code }) => code === SWITCHED_ON) ? <Do id="alarm-home" class="small" off={off} why="alarm-why" text={t("home")} press={actions.home} /> : null}
-            {alarms.some(({ code }) => code !== SWITCHED_ON) ? <Do id="alarm-clear" class="small" off={off} why="alarm-why" text={t("alarms.clear")} press={actions.clearAlarms} /> : null}
+            {alarms.some(({ code }) => code === store.SWITCHED_ON) ? <Do id="alarm-home" off={off} why="alarm-why" text={t("home")} press={actions.home} /> : null}
+            {alarms.some(({ code }) => code !== store.SWITCHED_ON) ? <Do id="alarm-clear" off={off} why="alarm-why" text={t("alarms.clear")} press={actions.clearAlarms} /> : null}
             <span id="alarm-why" class="unseen">{off && store.why.value !== null ? t(store.why.value) : ""}</span>
           </div>
         </>
