@@ -9,8 +9,7 @@ import { JogPad } from "./jogpad";
 import { Problem } from "./remedies";
 
 /** Takes the height from where the tool is. */
-export function TouchOff({ tool = "pen" }: { tool?: "pen" | "laser" }) {
-  useEffect(surface.follow, []);
+function TouchOff({ tool = "pen" }: { tool?: "pen" | "laser" }) {
   const why = store.why.value;
   const off = why !== null;
   return (
@@ -31,8 +30,15 @@ export function TouchOff({ tool = "pen" }: { tool?: "pen" | "laser" }) {
   );
 }
 
+/** The same for a page that shows the jog pad anyway. */
+export function Surface() {
+  useEffect(surface.follow, []);
+  return <TouchOff />;
+}
+
 /** What a person needs where a program does not know how high its surface lies: the button, and the pad. */
 export function Height({ tool = "pen" }: { tool?: "pen" | "laser" }) {
+  useEffect(surface.follow, []);
   const isUnknown = check.problem.value?.remedies.some((remedy) => remedy.action === "touch-off") === true;
   if (!isUnknown && surface.height.value === null) return null;
   return (
