@@ -8,12 +8,12 @@ import { Do } from "../ui/parts";
 
 /** What a remedy does, and what its button is called. Those without one are done elsewhere. */
 const DONE: Record<string, { text: () => string; press: () => Promise<unknown> }> = {
-  home: { text: () => t("home"), press: actions.home },
-  "clear-alarms": { text: () => t("alarms.clear"), press: actions.clearAlarms },
+  home: { text: () => t("alarms.home"), press: actions.home },
+  "clear-alarms": { text: () => t("alarms.these"), press: actions.clearAlarms },
   "laser-off": { text: () => t("remedy.laser-off"), press: () => actions.laser(false) },
   "suction-off": { text: () => t("remedy.suction-off"), press: () => actions.tool({ suction: false }) },
   "gripper-off": { text: () => t("remedy.gripper-off"), press: () => actions.tool({ gripper: "off" }) },
-  stop: { text: () => t("stop"), press: () => actions.stop() },
+  stop: { text: () => t("remedy.stop"), press: () => actions.stop() },
 };
 
 /** What is done by itself, or by an option that this page asks. */

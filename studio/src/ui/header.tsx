@@ -122,8 +122,8 @@ export function Alarms() {
           </ul>
           {holds ? <p>{t("alarms.hold")}</p> : null}
           <div class="banner-do">
-            {alarms.some(({ code }) => code === store.SWITCHED_ON) ? <Do id="alarm-home" off={off} why="alarm-why" text={t("home")} press={actions.home} /> : null}
-            {alarms.some(({ code }) => code !== store.SWITCHED_ON) ? <Do id="alarm-clear" off={off} why="alarm-why" text={t("alarms.clear")} press={actions.clearAlarms} /> : null}
+            {alarms.some(({ code }) => code === store.SWITCHED_ON) ? <Do id="alarm-home" off={off} why="alarm-why" text={t("alarms.home")} press={actions.home} /> : null}
+            {alarms.some(({ code }) => code !== store.SWITCHED_ON) ? <Do id="alarm-clear" off={off} why="alarm-why" text={t("alarms.these")} press={actions.clearAlarms} /> : null}
             <span id="alarm-why" class="unseen">{off && store.why.value !== null ? t(store.why.value) : ""}</span>
           </div>
         </>
