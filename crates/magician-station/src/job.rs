@@ -139,7 +139,7 @@ pub struct ReadingArm {
     pub begun: Option<[f64; 3]>,
     /// How the arm stands, where the program depends on that.
     pub stands: Option<Preflight>,
-    /// What is known of the work surface under it.
+    /// Knowledge of the work surface under it.
     pub surface: KnownSurface,
 }
 

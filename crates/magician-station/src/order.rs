@@ -182,7 +182,7 @@ pub enum ArmRead {
     Io,
     /// Its alarms.
     Alarms,
-    /// What is known of the work surface under it.
+    /// Height of the work surface under it.
     Surface,
     /// Its state.
     State,

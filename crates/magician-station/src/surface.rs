@@ -13,16 +13,16 @@ use crate::ArmEntry;
 use crate::api::RpcError;
 use crate::engine::beside;
 
-/// What is known of the work surface under an arm.
+/// Knowledge of the work surface under an arm.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum KnownSurface {
-    /// Nothing was touched: the settings of the [`Reader`](crate::Reader) count.
+    /// No touch: the settings of the [`Reader`](crate::Reader) count.
     #[default]
     BySettings,
-    /// Its height is not known.
+    /// Unknown height.
     Unknown,
-    /// It is level, at this height, mm.
+    /// Level surface at this height, mm.
     Level(f64),
 }
 
@@ -40,7 +40,7 @@ impl KnownSurface {
 /// Keeps the heights of work surfaces that were touched. It may take its time: it is asked beside
 /// what the arm does.
 pub trait SurfaceStore: Send + Sync {
-    /// What is known of the surface under an arm.
+    /// Returns the knowledge of the surface under an arm.
     ///
     /// # Errors
     /// What keeps it from being read.
@@ -96,13 +96,13 @@ impl ArmSurface {
         Self { entry, store }
     }
 
-    /// What is known of it.
+    /// Reads the knowledge of it from the store.
     pub(crate) async fn known(&self) -> std::result::Result<KnownSurface, RpcError> {
         let this = self.clone();
         Ok(beside(move || this.store.surface(&this.entry)).await??)
     }
 
-    /// The answer that tells what is known of it.
+    /// Returns the answer of `surface.get`.
     pub(crate) async fn shown(&self) -> std::result::Result<Value, RpcError> {
         Ok(match self.known().await? {
             KnownSurface::Level(height) => level([0.0, 0.0], height),

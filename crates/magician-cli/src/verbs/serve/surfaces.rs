@@ -13,7 +13,7 @@ pub(super) struct Surfaces {
 }
 
 impl Surfaces {
-    /// Those under these arms.
+    /// Creates the store for these arms.
     pub(super) fn under(arms: &[ArmEntry]) -> Self {
         let real = arms.iter().filter(|arm| !arm.is_virtual).count();
         Self {
