@@ -813,6 +813,40 @@ export interface Methods {
     };
     result: null;
   };
+  /** Takes the height of the level work surface from where the tool touches it, and keeps it for drawings, engravings and what else lies on it. The arm has to stand, with the laser off. */
+  "surface.touch": {
+    params: {
+      arm?: string;
+      forget?: boolean;
+      unhomed?: boolean;
+    };
+    result: {
+      touches: number;
+      plane: {
+        at: number[];
+        z: number;
+        slope_x: number;
+        slope_y: number;
+      } | null;
+      residual: number | null;
+    };
+  };
+  /** The height of the work surface that was touched. */
+  "surface.get": {
+    params: {
+      arm?: string;
+    };
+    result: {
+      touches: number;
+      plane: {
+        at: number[];
+        z: number;
+        slope_x: number;
+        slope_y: number;
+      } | null;
+      residual: number | null;
+    };
+  };
   /** A step of a program that leads to where the arm stands. */
   "teach.capture": {
     params: {
@@ -917,6 +951,7 @@ export interface Methods {
       drawing: string | null;
       strokes: Array<{
         burnt: boolean;
+        power: number;
         points: number[][];
       }> | null;
       mark: string;

@@ -19,7 +19,7 @@ impl Voice for Command {
             Action::GripperOff => "gripper off",
             Action::ListPorts => "ports",
             Action::ListCommands => "commands",
-            Action::CalibrateSurface => "calibrate surface",
+            Action::CalibrateSurface | Action::TouchOff => "calibrate surface",
             other => return other.name().to_owned(),
         };
         format!("`magician {verb}`")

@@ -196,6 +196,8 @@ named! {
         ListCommands = "list-commands",
         /// Measure where the work surface is.
         CalibrateSurface = "calibrate-surface",
+        /// Take the height of the work surface from where the tool touches it now.
+        TouchOff = "touch-off",
     }
 }
 
@@ -332,13 +334,22 @@ pub trait Voice {
         }
     }
 
-    /// All of them in one sentence: `--fit shrinks it; --scale 0.5 fits there`. None if there is nothing to do.
+    /// All of them in one sentence: `--fit shrinks it; --scale 0.5 fits there`. None if there is nothing to do. Acts
+    /// that are the same in these words are said once.
     fn remedies(&self, remedies: &[Remedy]) -> Option<String> {
-        let said = |remedy: &Remedy| match remedy.effect.is_empty() {
-            true => self.act(&remedy.act),
-            false => format!("{} {}", self.act(&remedy.act), remedy.effect),
-        };
-        let all: Vec<String> = remedies.iter().map(said).collect();
+        let mut acts: Vec<String> = Vec::new();
+        let mut all = Vec::new();
+        for remedy in remedies {
+            let act = self.act(&remedy.act);
+            if acts.contains(&act) {
+                continue;
+            }
+            all.push(match remedy.effect.is_empty() {
+                true => act.clone(),
+                false => format!("{act} {}", remedy.effect),
+            });
+            acts.push(act);
+        }
         (!all.is_empty()).then(|| all.join("; "))
     }
 }

@@ -79,6 +79,7 @@ mod saved;
 pub mod settings;
 mod spec;
 pub mod teach;
+mod touch;
 
 pub use engine::Job;
 pub use error::{
@@ -97,6 +98,9 @@ pub use observed::{ObservedState, Speeds};
 pub use polled::Polled;
 pub use saved::{Access, SavedSettings, Settled};
 pub use spec::{JobSpec, Start};
+pub use touch::{Touch, touch_off};
+#[cfg(feature = "settings")]
+pub use touch::{keep_surface, kept_surface};
 
 /// Compiles the README's program with the tests.
 #[cfg(doctest)]

@@ -412,6 +412,7 @@ impl Setup {
         self.known_surface().ok_or_else(|| {
             Diagnostic::of_file("work surface height unknown")
                 .remedy(Action::CalibrateSurface, "measures it")
+                .remedy(Action::TouchOff, "takes it from where the tool touches")
                 .remedy(
                     (Setting::Surface, Given::Any("Z")),
                     "sets it: the z of the pose when the tool touches it",

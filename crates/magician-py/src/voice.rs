@@ -21,6 +21,7 @@ impl Voice for Python {
             Action::ListPorts => "magician.ports()",
             Action::ListCommands => "magician.commands",
             Action::CalibrateSurface => "magician calibrate surface",
+            Action::TouchOff => "arm.touch_off()",
             other => return other.name().to_owned(),
         };
         format!("`{call}`")

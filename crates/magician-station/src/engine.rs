@@ -30,7 +30,8 @@ use self::reads::Known;
 use crate::api::RpcError;
 use crate::control::{JobId, JogEnd, JogId, RequestId};
 use crate::job::{ReadProgram, Reader};
-use crate::order::{ArmAct, ArmOrder, ArmReport, JobStart, Outcome};
+use crate::order::{ArmAct, ArmOrder, ArmRead, ArmReport, JobStart, Outcome};
+use crate::surface::ArmSurface;
 
 /// An action on its way: what it comes to, with what was read behind it.
 type Doing = Pin<Box<dyn Future<Output = Done> + Send>>;
@@ -46,6 +47,18 @@ struct Done {
     stale: bool,
 }
 
+impl Done {
+    /// An action that reads and changes nothing of the arm.
+    fn of(outcome: Result<Value, RpcError>) -> Self {
+        Self {
+            outcome: outcome.map(Outcome::Value),
+            known: None,
+            reading: None,
+            stale: false,
+        }
+    }
+}
+
 /// An arm that carries out the orders of a station: reads side by side, what moves or sets it one after the other, and
 /// stops at once, before everything else.
 ///
@@ -58,14 +71,15 @@ pub struct ArmEngine {
 }
 
 impl ArmEngine {
-    /// Starts one on the present tokio runtime; `report` gets what the arm reports. Programs are read by `reader`, and
-    /// `journal` gives the journals of jobs.
+    /// Starts one on the present tokio runtime; `report` gets what the arm reports. Programs are read by `reader` and laid
+    /// on `surface`, and `journal` gives the journals of jobs.
     ///
     /// # Panics
     /// Outside of a tokio runtime.
     pub fn start(
         arm: &Arm,
         reader: Arc<dyn Reader>,
+        surface: ArmSurface,
         journal: impl Fn() -> Box<dyn Journal> + Send + Sync + 'static,
         report: impl Fn(ArmReport) + Send + Sync + 'static,
     ) -> Self {
@@ -76,6 +90,7 @@ impl ArmEngine {
             report: Arc::new(report),
             jobs_with: JobContext {
                 reader,
+                surface,
                 journal: Box::new(journal),
             },
             job: None,
@@ -213,6 +228,16 @@ impl Work {
 
     fn obey(&mut self, order: ArmOrder) {
         match order {
+            ArmOrder::Read {
+                request,
+                read: ArmRead::Surface,
+            } => {
+                let surface = self.jobs_with.surface.clone();
+                self.side.spawn(async move {
+                    let outcome = surface.shown().await.map(Outcome::Value);
+                    TaskResult::Report(ArmReport::Done { request, outcome })
+                });
+            }
             ArmOrder::Read { request, read } => {
                 let (arm, known) = (self.arm.clone(), self.known.clone());
                 self.side.spawn(reads::answer(arm, known, request, read));
@@ -400,11 +425,27 @@ impl Work {
                 } else {
                     self.arm.clone()
                 };
-                let doing = acts::to_the_end(arm, *act, self.known.clone());
-                self.doing = Some((request, Box::pin(doing)));
+                self.doing = Some((request, self.doing_of(arm, *act)));
             }
             Some(Waiting::Job(start)) => self.read_job(*start),
             None => {}
+        }
+    }
+
+    /// An action as it is carried out.
+    fn doing_of(&self, arm: Arm, act: ArmAct) -> Doing {
+        let surface = self.jobs_with.surface.clone();
+        match act {
+            ArmAct::Touch { unhomed } => {
+                let draws = self.jobs_with.reader.usual_tool();
+                let arm = match unhomed {
+                    true => arm.allowing_unhomed(),
+                    false => arm,
+                };
+                Box::pin(async move { Done::of(surface.touch(arm, draws).await) })
+            }
+            ArmAct::ForgetSurface => Box::pin(async move { Done::of(surface.forget().await) }),
+            act => Box::pin(acts::to_the_end(arm, act, self.known.clone())),
         }
     }
 

@@ -17,7 +17,7 @@ use magician_program::preview::Outline;
 use magician_program::{
     AppliedPlacement, Begins, Conversion, ConversionError, Diagnostic, DiagnosticCode, Ending,
     FileToLay, Format, LaidProgram, Laying, Origin, PartSummary, Program, RemainingProgram, Report,
-    Setup, SetupDefaults, SetupOptions, Surface, WouldFit, tip,
+    Setup, SetupDefaults, SetupOptions, Surface, Tool, WouldFit, tip,
 };
 use magician_protocol::visible;
 use serde::{Deserialize, Serialize};
@@ -28,6 +28,7 @@ use crate::files::{FileLayer, LaidFile, LayHere};
 use crate::library::{self, LibraryError, NoPrograms, ProgramName, ProgramStore};
 use crate::presets;
 use crate::reading::to_value;
+use crate::surface::KnownSurface;
 
 /// Points of a preview, at most.
 const PREVIEWED: usize = 20_000;
@@ -138,6 +139,8 @@ pub struct ReadingArm {
     pub begun: Option<[f64; 3]>,
     /// How the arm stands, where the program depends on that.
     pub stands: Option<Preflight>,
+    /// Knowledge of the work surface under it.
+    pub surface: KnownSurface,
 }
 
 /// What comes of what is done elsewhere.
@@ -196,6 +199,11 @@ pub trait Reader: Send + Sync {
     /// # Errors
     /// What is wrong with it, as it is answered.
     fn read(&self, source: &Source, arm: &ReadingArm) -> Result<ProgramReading, RpcError>;
+
+    /// The tool that draws where nothing else is said.
+    fn usual_tool(&self) -> Tool {
+        Tool::Pen
+    }
 
     /// Makes a file of this name of one: its bytes, and what is answered.
     ///
@@ -384,12 +392,17 @@ fn reading(
 impl Reader for FormatReader {
     fn read(&self, source: &Source, arm: &ReadingArm) -> Result<ProgramReading, RpcError> {
         let mut defaults = self.defaults.clone();
+        defaults.surface = arm.surface.or(defaults.surface);
         if arm.is_virtual {
             defaults.surface = defaults.surface.or(Some(Surface::VIRTUAL));
         }
         let (file, told) = self.file(source, arm, defaults, false)?;
         let done = |file: FileToLay, laying| reading(&file, laying, told);
         self.lay(file, done, ProgramReading::ToCome)
+    }
+
+    fn usual_tool(&self) -> Tool {
+        self.defaults.tool.unwrap_or(Tool::Pen)
     }
 
     fn convert(&self, source: &Source, to: &str) -> Result<Converting, RpcError> {

@@ -33,6 +33,7 @@ mod recording;
 mod running;
 mod secret;
 mod station;
+mod surface;
 
 pub use api::Role;
 pub use engine::ArmEngine;
@@ -62,6 +63,7 @@ pub use station::{
     Outgoing, Pace, Peer, RATE, SOCKETS, SocketId, Station, StationConfig, StationSize, Throttle,
     UNDER_WAY,
 };
+pub use surface::{ArmSurface, KnownSurface, MemorySurfaces, SurfaceStore};
 
 /// Compiles the README's program with the tests.
 #[cfg(doctest)]

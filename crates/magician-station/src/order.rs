@@ -182,6 +182,8 @@ pub enum ArmRead {
     Io,
     /// Its alarms.
     Alarms,
+    /// Height of the work surface under it.
+    Surface,
     /// Its state.
     State,
     /// Where it stands, once it stands.
@@ -249,6 +251,13 @@ pub enum ArmAct {
     Home,
     /// The alarms are cleared.
     ClearAlarms,
+    /// The height of the work surface is taken from where the tool touches it.
+    Touch {
+        /// True if an arm that is not known to be homed is taken, too.
+        unhomed: bool,
+    },
+    /// The height of the work surface is forgotten.
+    ForgetSurface,
     /// The tool whose tip is so far from the flange, mm.
     Tip(ToolBias),
     /// Something of the tools.

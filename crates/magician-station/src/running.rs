@@ -23,6 +23,7 @@ use crate::recording::{Recorder, RecordingStore};
 use crate::station::{
     Grant, JournalLine, Outgoing, Peer, SocketId, Station, StationConfig, StationSize,
 };
+use crate::surface::ArmSurface;
 
 /// Takes the lines of a journal.
 pub type JournalSink = Box<dyn Fn(JournalLine) + Send + Sync>;
@@ -113,11 +114,13 @@ impl RunningStation {
         let shared = Arc::new_cyclic(|shared: &Weak<Shared>| {
             let reader = Arc::clone(&config.reader);
             let store = Arc::clone(&config.jobs);
+            let (entries, surfaces) = (config.arms.clone(), Arc::clone(&config.surfaces));
             let engine = |(at, arm): (usize, &Arm)| {
                 let (shared, id) = (Weak::clone(shared), ArmId(at as u64));
+                let surface = ArmSurface::new(entries[at].clone(), Arc::clone(&surfaces));
                 let store = Arc::clone(&store);
                 let journal = move || store.journal();
-                ArmEngine::start(arm, Arc::clone(&reader), journal, move |report| {
+                ArmEngine::start(arm, Arc::clone(&reader), surface, journal, move |report| {
                     if let Some(shared) = shared.upgrade() {
                         shared.report(id, report);
                     }

@@ -53,7 +53,7 @@ from .errors import ClosedError, Error, InvalidInputError, ResponseTimeoutError,
 from .kinematics import JointArray, Mask, PoseArray
 from .pins import FunctionLike, PinLike, PortLike, StepperLike, VersionLike, pins
 from .places import Belt, Point, Poses, meeting, picking, placing
-from .programs import Plan, Report
+from .programs import Plan, Report, Surface
 from .readings import Color, Info, Joints, Link, Position, Progress, Ran, Stats, Status
 from .running import PlanProgress, RunResult, Watcher
 from .words import Direction, Four, Tool
@@ -763,6 +763,23 @@ class Arm(Bound):
         """Homes the arm, waits until it is done, and clears the alarms: up to half a minute (document 1.6.2). Until it
         is switched off, programs on this computer know that it is homed."""
         return await self._go(homing(self._core), wait)
+
+    async def touch_off(self, *, unhomed: bool = False) -> Surface:
+        """Takes the height of the level work surface from where the tool touches it now, and moves nothing::
+
+            arm.line_to(220, 0, -55)      # down to the paper, by small steps
+            plan = magician.load("house.svg", surface=arm.touch_off())
+
+        The height of a real arm is kept in the settings file, as ``magician calibrate surface`` keeps it: the command
+        and a station use it from then on, and :func:`magician.calibrate.saved` reads it back.
+
+        :param unhomed: Whether to take an arm (a virtual one aside) that is not known to be homed since power-up. The
+            height may be wrong then.
+        :raises InvalidInputError: The arm moves, its laser is on, it is not known to be homed, or its poses are for a
+            tool that ends at another height than the one that draws; or the settings keep a sheet, whose height takes
+            precedence.
+        """
+        return Surface(await until(self._core.touch_off(flag("unhomed", unhomed))))
 
     @overload
     async def move_to(

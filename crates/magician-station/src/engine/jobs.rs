@@ -21,6 +21,7 @@ use crate::control::{JobId, RequestId};
 use crate::job::{ProgramReading, ReadProgram, Reader, ReadingArm, Source, Words};
 use crate::order::{ArmAct, ArmReport, JobEnd, JobNews, JobStart, Outcome};
 use crate::reading::{self, to_value};
+use crate::surface::ArmSurface;
 
 /// As far apart may be where a job was paused and where it goes on without an approach, mm and deg.
 const APART: f32 = 0.5;
@@ -28,6 +29,7 @@ const APART: f32 = 0.5;
 /// What jobs need beside the arm.
 pub(super) struct JobContext {
     pub(super) reader: Arc<dyn Reader>,
+    pub(super) surface: ArmSurface,
     pub(super) journal: Box<dyn Fn() -> Box<dyn Journal> + Send + Sync>,
 }
 
@@ -91,9 +93,10 @@ impl Work {
     /// Reads a program and checks it from where the arm stands.
     pub(super) fn check_job(&mut self, request: RequestId, source: Source, preview: bool) {
         let (arm, reader) = (self.arm.clone(), Arc::clone(&self.jobs_with.reader));
+        let surface = self.jobs_with.surface.clone();
         self.side.spawn(async move {
             let found = async {
-                let program = read(&arm, reader, source, None, &Notify::new()).await?;
+                let program = read(&arm, reader, &surface, source, None, &Notify::new()).await?;
                 let kinds = program.program(Some(1)).kinds();
                 let start = arm.preflight_for(&kinds).await?;
                 let program = Arc::new(program);
@@ -122,6 +125,7 @@ impl Work {
     pub(super) fn read_job(&mut self, start: JobStart) {
         let job = start.job;
         let (arm, reader) = (self.arm.clone(), Arc::clone(&self.jobs_with.reader));
+        let surface = self.jobs_with.surface.clone();
         let (source, begun) = (start.order.source.clone(), start.order.start);
         let mut gives_up = Arc::default();
         if let Some(slot) = self.job.as_mut().filter(|slot| slot.id == job) {
@@ -129,7 +133,7 @@ impl Work {
             gives_up = Arc::clone(&slot.gives_up);
         }
         self.side.spawn(async move {
-            let program = read(&arm, reader, source, begun, &gives_up).await;
+            let program = read(&arm, reader, &surface, source, begun, &gives_up).await;
             TaskResult::Program(job, program.map(Box::new))
         });
     }
@@ -241,7 +245,12 @@ impl Work {
         }
         if let Some(misfit) = &program.misfit {
             let problem = RpcError::from(magician::Error::from(misfit.clone()));
-            return Err(RpcError::new(RpcError::CHECK_FAILED, problem.message));
+            let failed = RpcError::new(RpcError::CHECK_FAILED, problem.message);
+            let remedies = problem.data.get("remedies").cloned();
+            return Err(match remedies {
+                Some(remedies) => failed.with("remedies", remedies),
+                None => failed,
+            });
         }
         Ok(JobSpec::new(whole)
             .ending(program.ending)
@@ -449,6 +458,7 @@ async fn stands_there(arm: &Arm, expected: Option<Pose>) -> Result<(), RpcError>
 async fn read(
     arm: &Arm,
     reader: Arc<dyn Reader>,
+    surface: &ArmSurface,
     source: Source,
     begun: Option<[f64; 3]>,
     gives_up: &Notify,
@@ -457,6 +467,7 @@ async fn read(
         is_virtual: arm.is_virtual(),
         fence: arm.fence(),
         begun,
+        surface: surface.known().await?,
         ..ReadingArm::default()
     };
     loop {

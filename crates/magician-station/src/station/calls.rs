@@ -77,6 +77,7 @@ impl Station {
             ("arm.fence", Some(arm)) => self.fence(call, arm),
             ("arm.alarms", Some(arm)) => Ok(self.read(call, arm, ArmRead::Alarms)),
             ("arm.state", Some(arm)) => self.state(call, arm),
+            ("surface.get", Some(arm)) => Ok(self.read(call, arm, ArmRead::Surface)),
             ("teach.capture", Some(arm)) => {
                 let (by, unhomed) = (path(call.params), call.params.is_on("unhomed"));
                 Ok(self.read(call, arm, ArmRead::Capture { by, unhomed }))
@@ -425,6 +426,10 @@ fn act_of(name: &str, call: &Call<'_>) -> Result<ArmAct, RpcError> {
         "link.start" => Ok(ArmAct::StartEmptyQueue),
         "arm.home" => Ok(ArmAct::Home),
         "arm.clear_alarms" => Ok(ArmAct::ClearAlarms),
+        "surface.touch" if params.is_on("forget") => Ok(ArmAct::ForgetSurface),
+        "surface.touch" => Ok(ArmAct::Touch {
+            unhomed: params.is_on("unhomed"),
+        }),
         "arm.speed" => tools::speed(call),
         "arm.tool" => tools::tool(call),
         "arm.move" => {

@@ -66,6 +66,7 @@ use crate::library::{LibraryOrder, NoPrograms, ProgramStore};
 use crate::order::{ArmOrder, ArmReport};
 use crate::reading::{ArmReading, StateContext};
 use crate::recording::{NoRecordings, RecordOrder, RecordingStore};
+use crate::surface::{MemorySurfaces, SurfaceStore};
 
 /// A connection of a client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -113,6 +114,8 @@ pub struct StationConfig {
     pub reader: Arc<dyn Reader>,
     /// Keeps jobs.
     pub jobs: Arc<dyn JobStore>,
+    /// Keeps the heights of work surfaces that were touched.
+    pub surfaces: Arc<dyn SurfaceStore>,
     /// Keeps recordings.
     pub recordings: Arc<dyn RecordingStore>,
     /// How often an arm is read for the last ten minutes, at most, 1/s; 0 for what others have read alone.
@@ -174,6 +177,7 @@ impl StationConfig {
             student_laser: false,
             reader,
             jobs: Arc::new(NoStore),
+            surfaces: Arc::new(MemorySurfaces::default()),
             recordings: Arc::new(NoRecordings),
             ring: 0,
             save_on_alarm: true,

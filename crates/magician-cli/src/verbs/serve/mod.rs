@@ -5,6 +5,7 @@ mod holder;
 mod link;
 mod site;
 mod studio;
+mod surfaces;
 mod window;
 
 use std::collections::BTreeSet;
@@ -357,6 +358,7 @@ impl Serve {
         config.student_laser = student_laser;
         (config.class, config.schedule) = (class, schedule);
         config.reader = Arc::new(reader);
+        config.surfaces = Arc::new(surfaces::Surfaces::under(&entries));
         config.presets = presets;
         config.ring = ring.rate;
         config.save_on_alarm = ring.save_on_alarm;
