@@ -187,6 +187,8 @@ named! {
         Crop = "crop",
         /// Draw once what is there twice.
         Dedupe = "dedupe",
+        /// What becomes of depths below the surface.
+        Depths = "depths",
         /// The size of specks, mm.
         Despeckle = "despeckle",
         /// How G-code is to be understood.

@@ -385,7 +385,7 @@ impl Reader for FormatReader {
     fn read(&self, source: &Source, arm: &ReadingArm) -> Result<ProgramReading, RpcError> {
         let mut defaults = self.defaults.clone();
         if arm.is_virtual {
-            defaults.surface = defaults.surface.or(Some(Surface::VIRTUAL));
+            defaults.assumed_surface = Some(Surface::VIRTUAL);
         }
         let (file, told) = self.file(source, arm, defaults, false)?;
         let done = |file: FileToLay, laying| reading(&file, laying, told);
@@ -398,7 +398,7 @@ impl Reader for FormatReader {
             RpcError::param("to", why)
         })?;
         let mut defaults = self.defaults.clone();
-        defaults.surface = defaults.surface.or(Some(Surface::VIRTUAL));
+        defaults.assumed_surface = Some(Surface::VIRTUAL);
         // What is converted is not burnt yet: a run of it has this then.
         defaults.engrave_power = None;
         let (file, told) = self.file(source, &ReadingArm::default(), defaults, true)?;

@@ -139,7 +139,9 @@ impl Setup {
     /// A [`Diagnostic`] if there is nothing to place or nowhere, or a surface is needed and not known. A drawing that does not
     /// fit is not an error: [`misfit`](Prepared::misfit) holds the reason, so that the plan can still be previewed.
     pub fn plan(&self, format: Format, content: Content) -> Result<Prepared, Diagnostic> {
-        let (setup, page) = self.sized(&content)?.on_page(format, &content)?;
+        let mut depth_notes = Vec::new();
+        let (setup, content, depths) = self.flattened(format, content, &mut depth_notes);
+        let (setup, page) = setup.sized(&content)?.on_page(format, &content)?;
         let (content, reordered) = setup.lines_of(content)?;
         // What others were asked for lies where it would with all of them.
         let whole = whole(&content);
@@ -174,6 +176,8 @@ impl Setup {
             notes.extend(fitted_note(scale / setup.placement.scale, turned));
         }
         notes.extend(laid);
+        notes.extend(depth_notes);
+        notes.extend(depths.iter().flat_map(|depths| depths.notes(scale)));
         if let Some(page) = &page {
             notes.extend(page.notes(&plan, self.placement.grid, self.placement.fit));
         }
