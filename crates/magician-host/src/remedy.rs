@@ -168,6 +168,8 @@ named! {
         ListPorts = "list-ports",
         /// Look at the commands of the protocol.
         ListCommands = "list-commands",
+        /// Tell the arm that it stands on a rail.
+        UseRail = "use-rail",
         /// Measure where the work surface is.
         CalibrateSurface = "calibrate-surface",
     }
@@ -187,7 +189,7 @@ named! {
         Crop = "crop",
         /// Draw once what is there twice.
         Dedupe = "dedupe",
-        /// What becomes of depths below the surface.
+        /// Treatment of depths below the surface.
         Depths = "depths",
         /// The size of specks, mm.
         Despeckle = "despeckle",

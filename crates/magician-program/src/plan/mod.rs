@@ -58,6 +58,15 @@ impl Plan {
         }
     }
 
+    /// True if it goes to places on a rail.
+    pub(crate) fn uses_rail(&self) -> bool {
+        let on_rail = |step: &Step| {
+            matches!(&step.action, Action::Command(command)
+                if matches!(**command, Set::PtpWithLCmd(_) | Set::PtpPoWithLCmd(_)))
+        };
+        self.steps.iter().any(on_rail)
+    }
+
     /// Adds a step.
     pub fn push(&mut self, action: impl Into<Action>, origin: Origin) {
         self.steps.push(Step::new(action, origin));

@@ -124,7 +124,9 @@ impl PlacedPlan {
 
 /// What the check says of a plan, once the arm has come to where it begins.
 pub(crate) fn report(plan: &Plan, fence: Option<Fence>) -> Report {
-    let start = Preflight::at(JointAngles::HOME, UNSAID).guards(Guards::NONE.reach(true));
+    let start = Preflight::at(JointAngles::HOME, UNSAID)
+        .on_rail(0.0)
+        .guards(Guards::NONE.reach(true));
     // How fast it goes does not depend on how large it is.
     let fence = fence.map(|fence| fence.in_space()).unwrap_or_default();
     check(plan, &start.fence(fence))
