@@ -19,6 +19,7 @@ impl Voice for Vendor {
             Action::SuctionOff => "SetEndEffectorSuctionCup with 0, 0",
             Action::GripperOff => "SetEndEffectorGripper with 0, 0",
             Action::ListPorts => "SearchDobot",
+            Action::UseRail => "SetDeviceWithL",
             other => return other.name().to_owned(),
         }
         .to_owned()

@@ -20,6 +20,7 @@ impl Voice for Command {
             Action::ListPorts => "ports",
             Action::ListCommands => "commands",
             Action::CalibrateSurface | Action::TouchOff => "calibrate surface",
+            Action::UseRail => "rail on",
             other => return other.name().to_owned(),
         };
         format!("`magician {verb}`")

@@ -194,6 +194,8 @@ named! {
         ListPorts = "list-ports",
         /// Look at the commands of the protocol.
         ListCommands = "list-commands",
+        /// Tell the arm that it stands on a rail.
+        UseRail = "use-rail",
         /// Measure where the work surface is.
         CalibrateSurface = "calibrate-surface",
         /// Take the height of the work surface from where the tool touches it now.
@@ -215,6 +217,8 @@ named! {
         Crop = "crop",
         /// Draw once what is there twice.
         Dedupe = "dedupe",
+        /// Treatment of depths below the surface.
+        Depths = "depths",
         /// The size of specks, mm.
         Despeckle = "despeckle",
         /// How G-code is to be understood.

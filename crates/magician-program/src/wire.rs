@@ -311,7 +311,7 @@ fields! {
     Sheet { corner, rotation, surface, size }
     Cuboid { min, max }
     SetupDefaults {
-        tool, sheet, surface, draw_speed, draw_travel_speed, draw_lift, engrave_speed, engrave_power, park,
+        tool, sheet, surface, assumed_surface, draw_speed, draw_travel_speed, draw_lift, engrave_speed, engrave_power, park,
     }
 }
 

@@ -20,6 +20,7 @@ impl Voice for Python {
             Action::GripperOff => "arm.pump_off()",
             Action::ListPorts => "magician.ports()",
             Action::ListCommands => "magician.commands",
+            Action::UseRail => "arm.rail(True, ..)",
             Action::CalibrateSurface => "magician calibrate surface",
             Action::TouchOff => "arm.touch_off()",
             other => return other.name().to_owned(),

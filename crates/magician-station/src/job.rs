@@ -394,7 +394,7 @@ impl Reader for FormatReader {
         let mut defaults = self.defaults.clone();
         defaults.surface = arm.surface.or(defaults.surface);
         if arm.is_virtual {
-            defaults.surface = defaults.surface.or(Some(Surface::VIRTUAL));
+            defaults.assumed_surface = Some(Surface::VIRTUAL);
         }
         let (file, told) = self.file(source, arm, defaults, false)?;
         let done = |file: FileToLay, laying| reading(&file, laying, told);
@@ -411,7 +411,7 @@ impl Reader for FormatReader {
             RpcError::param("to", why)
         })?;
         let mut defaults = self.defaults.clone();
-        defaults.surface = defaults.surface.or(Some(Surface::VIRTUAL));
+        defaults.assumed_surface = Some(Surface::VIRTUAL);
         // What is converted is not burnt yet: a run of it has this then.
         defaults.engrave_power = None;
         let (file, told) = self.file(source, &ReadingArm::default(), defaults, true)?;

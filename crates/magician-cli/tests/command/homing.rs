@@ -186,6 +186,25 @@ fn plan(steps: &str) -> String {
 }
 
 #[test]
+fn homing_is_told_before_an_unknown_surface() {
+    let place = Place::new();
+    place.refuses(&["draw", "line.svg"]);
+    let surface = |arguments: &[&str]| {
+        let refused = place.run(arguments);
+        assert_eq!(refused.status, 3, "{refused:?}");
+        assert!(
+            refused.err.contains("work surface height unknown"),
+            "{refused:?}"
+        );
+    };
+    surface(&["draw", "line.svg", "--unhomed"]);
+    // What is only looked at needs no homed arm.
+    surface(&["draw", "line.svg", "--check"]);
+    place.does(&["home"]);
+    surface(&["draw", "line.svg"]);
+}
+
+#[test]
 fn nothing_is_drawn_burnt_or_played_on_an_arm_that_is_not_known_to_be_homed() {
     let mut place = Place::new();
     for cleared in [false, true] {

@@ -411,7 +411,7 @@ fn a_real_arm_is_not_told_to_guess_how_high_the_paper_lies() {
     assert_eq!(refused.status.code(), Some(3), "{refused:?}");
     let mut told = command();
     let told = told
-        .args(["--port", &place.door, "draw", &file])
+        .args(["--port", &place.door, "draw", &file, "--unhomed"])
         .output()
         .expect("it runs");
     let text = String::from_utf8_lossy(&told.stderr);

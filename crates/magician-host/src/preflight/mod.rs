@@ -147,6 +147,20 @@ impl Preflight {
         self
     }
 
+    /// Puts the arm on a rail that is in use, its carriage at this place, mm.
+    #[must_use]
+    pub fn on_rail(mut self, at: f64) -> Self {
+        self.now.with_rail = true;
+        self.rail = Some(at);
+        self
+    }
+
+    /// True if the arm stands on a rail that is in use, as far as the commands checked so far tell.
+    #[must_use]
+    pub fn is_on_rail(&self) -> bool {
+        self.now.with_rail
+    }
+
     /// Sets what is refused.
     #[must_use]
     pub fn guards(mut self, guards: Guards) -> Self {

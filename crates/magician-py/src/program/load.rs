@@ -29,6 +29,7 @@ struct Wanted {
     place: bool,
     raw: bool,
     pen_z: Option<f64>,
+    depths: Option<String>,
     at: Option<[f64; 2]>,
     page: Option<String>,
     margin: Option<f64>,
@@ -124,6 +125,8 @@ impl Wanted {
         (options.s_max, options.resample) = (self.s_max, self.resample);
         (options.place, options.raw) = (self.place, self.raw);
         (options.pen_z, options.start) = (self.pen_z, self.start);
+        let depths = self.depths.as_deref().filter(|depths| *depths != "flatten");
+        options.depths = depths.map(str::parse).transpose()?;
         (options.at, options.by) = (self.at, Some(self.by).filter(|by| *by != [0.0; 3]));
         let page = self.page.as_deref().map(str::parse::<Paper>);
         options.page = page.transpose().map_err(|wrong| format!("page: {wrong}"))?;
@@ -219,7 +222,7 @@ impl Wanted {
     /// How it is to be done: with a surface on a slope and a sheet, which have no flags.
     fn setup(&self, options: &SetupOptions) -> Setup {
         let mut defaults = SetupDefaults::default();
-        defaults.surface = Some(Surface::VIRTUAL);
+        defaults.assumed_surface = Some(Surface::VIRTUAL);
         let mut setup = options.setup(&defaults);
         setup.surface = surface(self.surface).or(setup.surface);
         setup.sheet = self.sheet.map(|(x, y, rotation, size)| Sheet {

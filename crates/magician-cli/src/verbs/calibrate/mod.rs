@@ -170,6 +170,7 @@ fn find(
                 .filter(|name| config.says(name).is_some())
                 .collect();
         }
+        answer.sheet_counts = subject == Subject::Surface && config.says("sheet").is_some();
         answer.file = config.path().map(|path| path.display().to_string());
     }
     if let (Found::Tip(tip), true) = (&found, tell) {

@@ -40,7 +40,7 @@ use crate::context::{Context, JobPolicy, StopPolicy};
 use crate::diagnostics::Severity;
 use crate::failure::{Failure, Kind, incomplete};
 use crate::paint::Paint;
-use crate::permission::Asks;
+use crate::permission::{Asks, homed};
 use crate::source::Source;
 use crate::terminal;
 use crate::verbs::preset;
@@ -353,7 +353,19 @@ impl Job {
             }
             failure
         };
-        let mut laid = self.options.lay(&setup, file).map_err(refused)?;
+        let laid = self.options.lay(&setup, file);
+        let runs = matches!(place, Where::Arm) && !self.look.is_wanted();
+        if let Err(problem) = &laid
+            && problem.lacks_surface()
+            && runs
+        {
+            // A surface is found with an arm that is homed: that comes first.
+            let unhomed = self.way.unhomed;
+            context.arm(StopPolicy::Look, async |arm, _| {
+                homed(arm, unhomed).await.map(drop)
+            })?;
+        }
+        let mut laid = laid.map_err(refused)?;
         notes(&source, &laid.notes, context);
         told.append(&mut laid.notes);
         let (placed, would_fit) = (laid.placed, laid.would_fit);

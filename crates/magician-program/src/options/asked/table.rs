@@ -5,7 +5,8 @@ use crate::WorkOption;
 use crate::fill::FillMode;
 use crate::raster::{ImageStyle, Trace};
 use crate::{
-    Align, BundledFont, Format, FrameShape, Framing, PartMode, SystemFonts, TextLines, White,
+    Align, BundledFont, Depths, Format, FrameShape, Framing, PartMode, SystemFonts, TextLines,
+    White,
 };
 
 use AskedGroup::{Fill, Image, Laser, More, Parts, Pen, Place, Text};
@@ -376,7 +377,7 @@ const FRAME: [AskedOption; 2] = [
         .with("frame", FrameShape::NAMES),
 ];
 
-const PEN: [AskedOption; 4] = [
+const PEN: [AskedOption; 5] = [
     number("lift", "mm", Pen, "Pen lift between lines").above(0.0),
     number("hop", "mm", Pen, "Least pen lift, on short ways").above(0.0),
     number("travel_speed", "mm/s", Pen, "Speed between lines").above(0.0),
@@ -384,6 +385,12 @@ const PEN: [AskedOption; 4] = [
         "stay",
         Pen,
         "The pen stays down at the end and after a stop",
+    ),
+    first_of(
+        "depths",
+        Depths::NAMES,
+        Pen,
+        "What the pen makes of depths below the surface",
     ),
 ];
 const LINES: [AskedOption; 4] = [
