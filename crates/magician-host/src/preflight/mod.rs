@@ -28,6 +28,7 @@ use path::Path;
 pub use readings::{Needs, Readings, governs_motion, pose_of, state_at};
 pub use retract::Lift;
 pub use speeds::PathProfiles;
+pub use way::Stopping;
 
 use crate::Result;
 

@@ -10,6 +10,7 @@ use magician_program::turns::Turns;
 use magician_program::{Diagnostic, Program, RemainingProgram, Report, Timetable};
 use tokio::time::{Instant, sleep};
 
+use super::burn::{NOTICEABLE, goes_on_dark};
 use super::pause::by_pose;
 use super::{Begun, Work};
 use crate::beside::{BesideTurns, beside};
@@ -54,7 +55,9 @@ impl Work {
         let resumes = spec.start == Start::Resume;
         if resumes && program.plan().burns() {
             // A run that died may have left it burning.
-            arm.darken().await?;
+            // Where that finds an arm that moves, the burn goes on.
+            let (dark, _) = tokio::join!(arm.darken(), arm.get::<Pose>());
+            dark?;
             arm.stop_gentle().await?;
             arm.clear_queue().await?;
         }
@@ -116,6 +119,7 @@ impl Work {
                 within: within.is_some(),
                 again: false,
                 burnt_twice: 0.0,
+                at_most: false,
                 nothing_queued: false,
             };
             self.shared.tell(JobEvent::Starts(starts));
@@ -196,28 +200,50 @@ impl Work {
         let stopped = matches!(resume_point, ResumePoint::Again(_)) && checkpoint.ended.is_none();
         let standing = whole.as_ref().filter(|_| stopped);
         let standing = standing.and_then(|whole| whole.goes_on(resume_point, &pose));
-        let (steps, within) = match (resume_point, standing) {
-            (_, Some((steps, Some(place)))) => (steps, Some(place)),
+        let dark = whole.as_ref().zip(arm.lights_out());
+        let dark = dark.filter(|_| program.plan().burns() && checkpoint.ended.is_none());
+        let span = match resume_point {
+            ResumePoint::After(steps) => Some((steps, steps)),
+            ResumePoint::Again(steps) => Some((steps + 1, steps + 1)),
+            ResumePoint::Doubt(_) => None,
+        };
+        let dark = dark
+            .zip(span)
+            .and_then(|((whole, dark), span)| goes_on_dark(whole, span, &dark, &pose));
+        let (steps, within, kept_twice) = match (resume_point, standing) {
+            (ResumePoint::After(_) | ResumePoint::Again(_), _) if let Some(place) = dark => {
+                (place.steps, place.within, place.twice)
+            }
+            (_, Some((steps, Some(place)))) => {
+                let whole = whole.as_ref().filter(|_| program.plan().burns());
+                match whole.and_then(|whole| whole.before_braking((steps, place))) {
+                    Some(place) => (place.steps, place.within, place.twice),
+                    None => (steps, Some(place), 0.0),
+                }
+            }
             (ResumePoint::After(steps) | ResumePoint::Again(steps), _) => {
-                (steps, checkpoint.place_after(steps))
+                (steps, checkpoint.place_after(steps), checkpoint.twice)
             }
             (ResumePoint::Doubt(span), _) => {
                 let why = doubt.map_or(DoubtReason::Mixed, |doubt| doubt.why);
                 return Err(Fault::Doubt { span, why }.into());
             }
         };
-        let again = within.is_none() && matches!(resume_point, ResumePoint::Again(_));
+        let again =
+            within.is_none() && kept_twice == 0.0 && matches!(resume_point, ResumePoint::Again(_));
         let (steps, within, burnt_twice) = match &whole {
             // Where it stopped is not known: up to its end, perhaps.
             Some(whole) if again => (steps, within, whole.burn_after(steps).unwrap_or(0.0)),
             Some(whole) => whole.overlapped((steps, within), self.spec.overlap),
             None => (steps, within, 0.0),
         };
+        let burnt_twice = burnt_twice + kept_twice;
         let starts = StartsAt {
             steps,
             within: within.is_some(),
             again,
             burnt_twice,
+            at_most: again || kept_twice >= NOTICEABLE,
             nothing_queued: checkpoint.is_untouched(seen),
         };
         self.shared.tell(JobEvent::Starts(starts));

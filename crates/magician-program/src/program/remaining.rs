@@ -7,7 +7,7 @@ use magician_host::commands::Pose;
 use magician_host::words::{Guards, Preflight};
 
 use super::{Program, StepNumbering, Timetable};
-use crate::plan::within;
+use crate::plan::{lights, within};
 use crate::resume::{ResumePoint, StepCounter};
 use crate::turns::{AtOnce, SLICE, Turns, at_once};
 use crate::{Action, Diagnostic, Part, Pause, Plan, Report, Step};
@@ -39,6 +39,17 @@ pub struct RemainingProgram {
     start: Preflight,
     /// The start when the arm has been told the settings.
     pub(super) told: Preflight,
+}
+
+/// The place where a burn goes on that ended before its end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BurnPlace {
+    /// Steps that are finished.
+    pub steps: u64,
+    /// The place within the next step (x, y, z); `None` at its beginning.
+    pub within: Option<[f64; 3]>,
+    /// Largest length from there on that has been burnt already, mm.
+    pub twice: f64,
 }
 
 impl RemainingProgram {
@@ -369,6 +380,51 @@ impl RemainingProgram {
         }
         let (passed, at) = within::place_on(&mut course, slots, pose)?;
         Some((steps + passed, at))
+    }
+
+    /// Where a burn goes on whose light was out when the arm was at this pose, and went out so much before at most. Between
+    /// `least` and `most` steps are finished, the one under way counted as one of them. `None` if the pose is on none of their
+    /// lines.
+    #[must_use]
+    pub fn dark_at(
+        &self,
+        (least, most): (u64, u64),
+        pose: &Pose,
+        late: Duration,
+    ) -> Option<BurnPlace> {
+        let under_way = least.checked_sub(1).filter(|step| *step >= self.from);
+        let under_way = self.slots_before(under_way.unwrap_or(self.from))?;
+        let last = self.slots_before(most.max(self.from))?;
+        let place = self.lines(last).dark_at(under_way, pose, late)?;
+        Some(self.burn_place(place))
+    }
+
+    /// Where a burn goes on that was stopped at a place within a step, when it is not known where its light went out: a braking
+    /// way before that place.
+    #[must_use]
+    pub fn before_braking(&self, (steps, at): (u64, [f64; 3])) -> Option<BurnPlace> {
+        let slot = self.slots_before(steps)?;
+        let place = self.lines(slot).before_braking(slot, at)?;
+        Some(self.burn_place(place))
+    }
+
+    fn lines(&self, last: usize) -> lights::Lines {
+        let mut course = self.start.clone().guards(Guards::NONE);
+        let lead = usize::try_from(self.lead()).unwrap_or(usize::MAX);
+        lights::Lines::of(&mut course, self.slots(), lead, last)
+    }
+
+    fn burn_place(&self, place: lights::Place) -> BurnPlace {
+        let steps = (place.passed as u64)
+            .saturating_sub(self.lead())
+            .saturating_add(self.from);
+        // What is left of the first step begins within it.
+        let first = self.within.filter(|_| steps == self.from);
+        BurnPlace {
+            steps,
+            within: place.at.or(first),
+            twice: place.twice,
+        }
     }
 
     /// Where a burn goes on that is to overlap by so many mm what was burnt before it stopped: the steps that are finished, the place
