@@ -10,7 +10,7 @@ use magician_program::resume::{ResumePoint, StepRange, resume_point_at};
 use tokio::time::timeout;
 
 use super::Work;
-use super::burn::goes_on_dark;
+use super::burn::{cut_short, goes_on_dark};
 use super::inbox::{Inbox, Stopped};
 use super::pause::{AtPause, by_pose};
 use super::track::Track;
@@ -225,8 +225,13 @@ impl Work {
         // Where indices were passed over the pose decides, unless a command may have come twice.
         if let (true, false, Some(rest)) = (least < most, uncertain, &track.rest)
             && let Some((resume_point, (steps, within))) = by_pose(rest, (least, most), &stood.pose)
+                .or_else(|| {
+                    let burns = self.burns;
+                    burns.then(|| cut_short(rest, least, &stood.pose))?
+                })
         {
-            return track.ends_at(resume_point, within.map(|place| (steps, place)), self.burns);
+            let within = within.map(|place| (steps, place));
+            return track.ends_at(resume_point, within, (self.burns, &stood.pose));
         }
         let resume_point = if least == most {
             resume_point_at(least, |steps| {
@@ -238,11 +243,10 @@ impl Work {
         };
         let goes_on =
             (track.rest.as_ref()).and_then(|rest| rest.goes_on(resume_point, &stood.pose));
-        match goes_on {
-            Some((steps, Some(place))) => {
-                track.ends_at(ResumePoint::Again(steps), Some((steps, place)), self.burns);
-            }
-            _ => track.ends(resume_point, None),
-        }
+        let (resume_point, within) = match goes_on {
+            Some((steps, Some(place))) => (ResumePoint::Again(steps), Some((steps, place))),
+            _ => (resume_point, None),
+        };
+        track.ends_at(resume_point, within, (self.burns, &stood.pose));
     }
 }

@@ -10,7 +10,7 @@ use magician_program::turns::Turns;
 use magician_program::{Diagnostic, Program, RemainingProgram, Report, Timetable};
 use tokio::time::{Instant, sleep};
 
-use super::burn::{NOTICEABLE, goes_on_dark};
+use super::burn::{NOTICEABLE, cut_short, goes_on_dark};
 use super::pause::by_pose;
 use super::{Begun, Work};
 use crate::beside::{BesideTurns, beside};
@@ -193,34 +193,31 @@ impl Work {
         let told = mixed.zip(whole.as_ref()).and_then(|(doubt, whole)| {
             let StepRange { least, most } = doubt.span;
             let least = least.max(whole.first_motion()?);
-            (least <= most).then(|| by_pose(whole, (least, most), &pose))?
+            let found = (least <= most).then(|| by_pose(whole, (least, most), &pose))?;
+            let burns = program.plan().burns();
+            found.or_else(|| burns.then(|| cut_short(whole, least, &pose))?)
         });
         let resume_point = told.map_or(resume_point, |(told, _)| told);
         // An arm that was stopped and has said nothing of it stands where it was stopped still, if it stands on that line.
         let stopped = matches!(resume_point, ResumePoint::Again(_)) && checkpoint.ended.is_none();
         let standing = whole.as_ref().filter(|_| stopped);
         let standing = standing.and_then(|whole| whole.goes_on(resume_point, &pose));
-        let dark = whole.as_ref().zip(arm.lights_out());
-        let dark = dark.filter(|_| program.plan().burns() && checkpoint.ended.is_none());
-        let span = match resume_point {
-            ResumePoint::After(steps) => Some((steps, steps)),
-            ResumePoint::Again(steps) => Some((steps + 1, steps + 1)),
-            ResumePoint::Doubt(_) => None,
-        };
-        let dark = dark
-            .zip(span)
-            .and_then(|((whole, dark), span)| goes_on_dark(whole, span, &dark, &pose));
+        let standing = standing.and_then(|(steps, place)| Some((steps, place?)));
+        let burns = program.plan().burns() && checkpoint.ended.is_none();
+        let burn = whole.as_ref().filter(|_| burns);
+        let burn = burn.and_then(|whole| {
+            let span = match resume_point {
+                ResumePoint::After(steps) => (steps, steps),
+                ResumePoint::Again(steps) => (steps + 1, steps + 1),
+                ResumePoint::Doubt(_) => return None,
+            };
+            let dark = arm.lights_out();
+            dark.and_then(|dark| goes_on_dark(whole, span, &dark, &pose))
+                .or_else(|| whole.before_braking(resume_point, standing, &pose))
+        });
         let (steps, within, kept_twice) = match (resume_point, standing) {
-            (ResumePoint::After(_) | ResumePoint::Again(_), _) if let Some(place) = dark => {
-                (place.steps, place.within, place.twice)
-            }
-            (_, Some((steps, Some(place)))) => {
-                let whole = whole.as_ref().filter(|_| program.plan().burns());
-                match whole.and_then(|whole| whole.before_braking((steps, place))) {
-                    Some(place) => (place.steps, place.within, place.twice),
-                    None => (steps, Some(place), 0.0),
-                }
-            }
+            _ if let Some(place) = burn => (place.steps, place.within, place.twice),
+            (_, Some((steps, place))) => (steps, Some(place), 0.0),
             (ResumePoint::After(steps) | ResumePoint::Again(steps), _) => {
                 (steps, checkpoint.place_after(steps), checkpoint.twice)
             }

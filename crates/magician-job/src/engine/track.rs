@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use magician::commands::Pose;
 use magician_program::resume::{Checkpoint, ResumePoint, StepCounter, StepRange};
 use magician_program::{BurnPlace, RemainingProgram};
 use tokio::time::Instant;
@@ -184,17 +185,16 @@ impl Track {
         self.close();
     }
 
-    /// As [`ends`](Self::ends), for an arm that was stopped at that place. What `burns` goes on a braking way before it: where
-    /// its light went out is not known.
+    /// As [`ends`](Self::ends), for an arm that was stopped at this pose. What `burns` goes on a braking way before it: where its
+    /// light went out is not known.
     pub(super) fn ends_at(
         &mut self,
         resume_point: ResumePoint,
         within: Option<(u64, [f64; 3])>,
-        burns: bool,
+        (burns, pose): (bool, &Pose),
     ) {
-        let place = within.filter(|_| burns);
-        let rest = self.rest.as_ref();
-        match place.and_then(|place| rest?.before_braking(place)) {
+        let rest = self.rest.as_ref().filter(|_| burns);
+        match rest.and_then(|rest| rest.before_braking(resume_point, within, pose)) {
             Some(place) => self.ends_burning(place),
             None => self.ends(resume_point, within),
         }

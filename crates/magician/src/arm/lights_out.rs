@@ -2,19 +2,23 @@
 
 use std::time::Duration;
 
-use magician_protocol::commands::{EndEffectorLaser, Pose};
-use magician_protocol::{Frame, Readable, Set};
+use magician_protocol::commands::{EndEffectorLaser, Pose, QueuedCmdForceStopExec};
+use magician_protocol::{Frame, Readable, Set, Writable};
 
 use super::Arm;
 use crate::connection::Micros;
 
-/// The first pose that the arm told after the frame that put its laser out.
+/// The first pose that the arm told after the frame that put its laser out, or stopped it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct LightsOut {
-    /// The pose. The laser went out there or before.
+    /// The pose.
     pub pose: Pose,
-    /// The longest time by which it went out before: from the frame to the answer with the pose.
+    /// The longest time by which the laser may have gone out before: from the frame to the answer with the pose.
     pub late: Duration,
+    /// True if the frame stopped the arm. Otherwise the arm went on with what was under way, and perhaps with its laser: it is
+    /// not known whether every firmware puts out the laser of a path before its end.
+    pub stopped: bool,
 }
 
 /// What is known of it so far.
@@ -24,15 +28,18 @@ pub(super) struct Darkness {
     sent: Micros,
     /// The pose was asked for since.
     asked: bool,
+    /// It was a forced stop.
+    stopped: bool,
     seen: Option<LightsOut>,
 }
 
 impl Darkness {
-    /// One that begins with a frame which goes out now.
-    pub(super) const fn begins(now: Micros) -> Self {
+    /// One that begins with a frame which goes out now: a forced stop, or one that only puts the laser out.
+    pub(super) const fn begins(now: Micros, stopped: bool) -> Self {
         Self {
             sent: now,
             asked: false,
+            stopped,
             seen: None,
         }
     }
@@ -48,7 +55,7 @@ impl Darkness {
                 asked: known.asked || request.id() == <Pose as Readable>::ROW.id,
                 ..known
             }),
-            None => puts_out(request).then(|| Self::begins(now)),
+            None => puts_out(request).map(|stopped| Self::begins(now, stopped)),
         }
     }
 
@@ -56,7 +63,12 @@ impl Darkness {
     pub(super) fn sees(&mut self, now: Micros, pose: Pose) {
         if self.asked && self.seen.is_none() {
             let late = Duration::from_micros(now.saturating_sub(self.sent));
-            self.seen = Some(LightsOut { pose, late });
+            let stopped = self.stopped;
+            self.seen = Some(LightsOut {
+                pose,
+                late,
+                stopped,
+            });
         }
     }
 
@@ -71,20 +83,28 @@ impl Darkness {
     }
 }
 
-/// True if a frame puts the laser out at once.
-fn puts_out(request: &Frame<'_>) -> bool {
-    if request.id() != <EndEffectorLaser as Readable>::ROW.id || !request.ctrl().write() {
-        return false;
+/// True for a forced stop, false for another frame that puts the laser out at once, `None` for all else.
+fn puts_out(request: &Frame<'_>) -> Option<bool> {
+    if !request.ctrl().write() {
+        return None;
+    }
+    if request.id() == QueuedCmdForceStopExec::ROW.id {
+        return Some(true);
+    }
+    if request.id() != <EndEffectorLaser as Readable>::ROW.id {
+        return None;
     }
     match Set::decode(request.id(), request.params()) {
-        Ok(Set::SetEndEffectorLaser(laser)) => !(laser.enable_ctrl.is_on() && laser.on.is_on()),
-        _ => false,
+        Ok(Set::SetEndEffectorLaser(laser)) => {
+            (!(laser.enable_ctrl.is_on() && laser.on.is_on())).then_some(false)
+        }
+        _ => None,
     }
 }
 
 impl Arm {
     /// Returns where the arm was when this connection put its laser out, if no command was queued since and the arm has told
-    /// its pose. A stop asks for the pose directly behind the frame that puts the laser out; no frame is sent here.
+    /// its pose. A stop of an arm that may burn asks for the pose as soon as it goes out; no frame is sent here.
     #[must_use]
     pub fn lights_out(&self) -> Option<LightsOut> {
         let darkness = self.inner.shared.known().darkness;

@@ -94,8 +94,36 @@ impl Lines {
     }
 
     /// The place where the light went out that was out at this pose, and so much before at most. `under_way` is the slot that
-    /// the arm did not finish, or was the last to finish; of several that the pose is on, the nearest to that counts.
-    pub(crate) fn dark_at(&self, under_way: usize, pose: &Pose, late: Duration) -> Option<Place> {
+    /// the arm did not finish, or was the last to finish. The arm may have burnt on `until` another pose.
+    pub(crate) fn dark_at(
+        &self,
+        under_way: usize,
+        pose: &Pose,
+        late: Duration,
+        until: Option<&Pose>,
+    ) -> Option<Place> {
+        let (off, slot, share) = self.nearest(under_way, pose)?;
+        if off > BESIDE {
+            return None;
+        }
+        let stopping = self.line(slot)?.stopping;
+        let speed = stopping.map_or(0.0, |stopping| stopping.speed);
+        let mut place = self.before(slot, share, speed * late.as_secs_f64());
+        if let Some((_, end, there)) = until.and_then(|until| self.nearest(slot, until)) {
+            for nth in slot..=end {
+                let from = if nth == slot { share } else { 0.0 };
+                let to = if nth == end { there } else { 1.0 };
+                if let Some(line) = self.line(nth).filter(|line| line.burns) {
+                    place.twice += (to - from).max(0.0) * line.way.length();
+                }
+            }
+        }
+        Some(place)
+    }
+
+    /// The line that a pose is on: how far beside it the pose is, its slot, and the share of it up to there. Of several lines
+    /// the nearest to the slot under way counts.
+    fn nearest(&self, under_way: usize, pose: &Pose) -> Option<(f64, usize, f64)> {
         let place = [pose.x, pose.y, pose.z].map(f64::from);
         let last = self.first + self.lines.len();
         let earlier = (under_way.saturating_sub(EARLIER)..under_way).rev();
@@ -105,19 +133,13 @@ impl Lines {
             let share = share.clamp(0.0, 1.0);
             Some((distance(line.way.at(share), place), slot, share))
         };
-        let all = (under_way..last).chain(earlier);
-        let all: Vec<_> = all.filter_map(nearest).collect();
+        let all: Vec<_> = (under_way..last)
+            .chain(earlier)
+            .filter_map(nearest)
+            .collect();
         let on = all.iter().find(|(off, ..)| *off <= ON_LINE);
         let best = all.iter().min_by(|one, other| one.0.total_cmp(&other.0));
-        let (off, slot, share) = *on.or(best)?;
-        if off > BESIDE {
-            return None;
-        }
-        let speed = self
-            .line(slot)?
-            .stopping
-            .map_or(0.0, |stopping| stopping.speed);
-        Some(self.before(slot, share, speed * late.as_secs_f64()))
+        on.or(best).copied()
     }
 
     /// The place a braking way before one where the arm stands: the light went out between the two.

@@ -7,7 +7,7 @@ use magician_protocol::{Layout, NoArgs};
 
 use super::wire::Wire;
 use crate::arm::lights_out::Darkness;
-use crate::connection::{Connection, Event, Micros, Request, Settings, Ticket};
+use crate::connection::{Connection, Event, Micros, Priority, Request, Settings, Ticket};
 use crate::transport::Line;
 
 /// How long it may take to identify itself.
@@ -47,7 +47,7 @@ impl Greeting {
             wire: Wire::new(line.transport),
             connection: Connection::new(settings),
             darkens: !dark.is_empty(),
-            darkness: (!dark.is_empty()).then(|| Darkness::begins(now).asks()),
+            darkness: (!dark.is_empty()).then(|| Darkness::begins(now, false).asks()),
             pose: None,
             dark: Vec::new(),
             asks: Some(ask_serial),
@@ -59,7 +59,9 @@ impl Greeting {
             .map(|request| greeting.connection.submit(request.deadline(until(now))))
             .collect();
         if greeting.darkens {
+            // Behind them, in the lane that waits for nothing else.
             let pose = Request::get::<Pose>(&NoArgs).ok();
+            let pose = pose.map(|pose| pose.priority(Priority::Stop));
             greeting.pose = pose.map(|pose| greeting.connection.submit(pose.deadline(until(now))));
         }
         greeting.ask(now);
