@@ -1,4 +1,4 @@
-//! Where a burn goes on that ended before its end.
+//! Place where a burn is resumed that was cut short.
 
 use magician::LightsOut;
 use magician::commands::Pose;
@@ -13,8 +13,8 @@ const MOVED: f32 = 0.001;
 /// A shorter length that is burnt twice is not worth telling, mm.
 pub(super) const NOTICEABLE: f64 = 0.05;
 
-/// Where an arm goes on that stands within the last of the steps that it has certainly finished: it counts one that was cut
-/// short as finished.
+/// Resume point of an arm that stands within the last step that it has certainly finished: it counts a step that was cut short
+/// as finished.
 pub(super) fn cut_short(rest: &RemainingProgram, least: u64, pose: &Pose) -> Option<Goes> {
     let resume_point = ResumePoint::Again(least.checked_sub(1)?);
     let place = rest.goes_on(resume_point, pose)?;

@@ -44,7 +44,7 @@ fn at(mut along: f64) -> [f64; 2] {
     CORNERS[CORNERS.len() - 1]
 }
 
-/// How far along the burn a place on it is.
+/// Distance from the beginning of the burn to a place on it, mm.
 fn along(place: [f64; 2]) -> f64 {
     let (mut before, mut best) = (0.0, (f64::MAX, 0.0));
     for side in CORNERS.windows(2) {
@@ -113,7 +113,7 @@ fn burn(speed: f32) -> Program {
     Program::new(plan, Some(1))
 }
 
-/// What was burnt: the longest part of the path that was left out, and how much was burnt more than once, mm.
+/// Longest part of the path that was not burnt, and the length that was burnt more than once, mm.
 fn burnt(cell: &VirtualArm) -> (f64, f64) {
     let mut parts: Vec<[f64; 2]> = Vec::new();
     for stroke in ink(cell).0.strokes() {
@@ -132,7 +132,7 @@ fn burnt(cell: &VirtualArm) -> (f64, f64) {
     (gap.max(whole() - until), twice)
 }
 
-/// Resumes a burn; what it says is burnt twice, mm.
+/// Resumes a burn. Returns the length that it says is burnt twice, mm.
 async fn resume(arm: &Arm, spec: JobSpec, journal: impl Journal + 'static) -> f64 {
     tried(arm, spec, journal).await.expect("it goes on")
 }
@@ -160,7 +160,7 @@ async fn tried(arm: &Arm, spec: JobSpec, journal: impl Journal + 'static) -> Opt
     Some(twice.expect("it tells where it starts"))
 }
 
-/// What ends a burn before its end.
+/// Cause of an early end.
 #[derive(Clone, Copy, Debug)]
 enum Cause {
     /// The job is stopped.
@@ -206,7 +206,7 @@ async fn ended(cause: Cause, program: &Program, after: Duration) -> (VirtualArm,
     (cell, arm, journal)
 }
 
-/// Instants that differ from run to run of nothing: a small generator with a fixed seed.
+/// Pseudo-random instants with a fixed seed, seconds.
 fn instants(seed: u64, until: f64) -> impl Iterator<Item = f64> {
     let mut state = seed;
     std::iter::from_fn(move || {

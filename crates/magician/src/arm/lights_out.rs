@@ -1,4 +1,4 @@
-//! Where the arm was when this connection put its laser out: a burn that ends before its end goes on there.
+//! Pose of the arm when this connection put its laser out. A burn that is cut short is resumed there.
 
 use std::time::Duration;
 
@@ -21,20 +21,20 @@ pub struct LightsOut {
     pub stopped: bool,
 }
 
-/// What is known of it so far.
+/// State of the connection since it put the laser out.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Darkness {
     /// When the first frame that puts the laser out began to go out, since the last command for the queue.
     sent: Micros,
-    /// The pose was asked for since.
+    /// True if the pose was requested since.
     asked: bool,
-    /// It was a forced stop.
+    /// True if that frame was a forced stop.
     stopped: bool,
     seen: Option<LightsOut>,
 }
 
 impl Darkness {
-    /// One that begins with a frame which goes out now: a forced stop, or one that only puts the laser out.
+    /// Begins with a frame that goes out now: a forced stop, or one that only puts the laser out.
     pub(super) const fn begins(now: Micros, stopped: bool) -> Self {
         Self {
             sent: now,

@@ -1,4 +1,4 @@
-//! What is transparent is never burnt and never drawn, whatever is made of the image.
+//! Transparent pixels are never burnt nor drawn, with any options.
 
 use std::io::Cursor;
 
@@ -80,7 +80,7 @@ fn laid(bytes: &[u8], said: Value) -> Result<Plan, Diagnostic> {
     }
 }
 
-/// What is burnt or drawn: from where to where, and the power.
+/// Segments that are burnt or drawn: both ends, and the power.
 fn marks(plan: &Plan) -> Vec<([f64; 2], [f64; 2], f64)> {
     let (mut at, mut marks) = ([0.0; 3], Vec::new());
     for step in &plan.steps {
@@ -102,7 +102,7 @@ fn marks(plan: &Plan) -> Vec<([f64; 2], [f64; 2], f64)> {
     marks
 }
 
-/// How far beyond the square that is not transparent something lies, mm.
+/// Distance of a place from the square that is not transparent, mm; 0 within it.
 fn beyond([x, y]: [f64; 2]) -> f64 {
     let half = SIZE * f64::from(SIDE - 2 * BORDER) / f64::from(SIDE) / 2.0;
     let off = [x - CENTRE[0], y - CENTRE[1]].map(|off| (off.abs() - half).max(0.0));
