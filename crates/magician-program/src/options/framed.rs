@@ -68,8 +68,10 @@ mod tests {
             frame: Some(FrameShape::Box),
             ..SetupOptions::default()
         };
-        let mut defaults = SetupDefaults::default();
-        defaults.tool = usual;
+        let defaults = SetupDefaults {
+            tool: usual,
+            ..SetupDefaults::default()
+        };
         let note = options.frame_for(&defaults, in_force);
         (options.work, note.expect("a note").message)
     }
