@@ -103,7 +103,7 @@ pub use plan::{
     Tool, Travel,
 };
 pub use power::Power;
-pub use program::{Program, RemainingProgram, StepNumbering, Timetable};
+pub use program::{BurnPlace, Program, RemainingProgram, StepNumbering, Timetable};
 pub use raster::Raster;
 pub use reach::{Fit, Reach, SheetTransform};
 pub use recording::{CaptureMode, PoseReading, Recording};

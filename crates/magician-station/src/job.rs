@@ -137,6 +137,8 @@ pub struct ReadingArm {
     pub fence: Option<Fence>,
     /// Where the program began when it was read before, mm.
     pub begun: Option<[f64; 3]>,
+    /// The tool in force, where something is framed.
+    pub tool: Option<Tool>,
     /// How the arm stands, where the program depends on that.
     pub stands: Option<Preflight>,
     /// Knowledge of the work surface under it.
@@ -291,14 +293,14 @@ impl FormatReader {
         Ok(preset.told())
     }
 
-    /// The file of a program, to be laid before an arm, and what its preset tells people; for one that is not there it begins where a virtual one stands.
+    /// The file of a program, to be laid before an arm, and what people are told first: what is framed, and what its preset says; for one that is not there it begins where a virtual one stands.
     fn file(
         &self,
         source: &Source,
         arm: &ReadingArm,
         defaults: SetupDefaults,
         nowhere: bool,
-    ) -> Result<(FileToLay, Option<Diagnostic>), RpcError> {
+    ) -> Result<(FileToLay, Vec<Diagnostic>), RpcError> {
         let bytes = source.bytes(&*self.library)?;
         let format = match &source.format {
             Some(format) => format
@@ -316,6 +318,8 @@ impl FormatReader {
         let told = self.by_preset(source, format, &mut file.options)?;
         file.options.start = file.options.start.or(arm.begun);
         file.defaults = defaults;
+        let framed = file.options.frame_for(&file.defaults, arm.tool);
+        let told = framed.into_iter().chain(told).collect();
         file.fence = arm.fence;
         if !source.bytes.name().is_empty() {
             file.title = Format::title(source.bytes.name()).to_owned();
@@ -348,11 +352,11 @@ impl FormatReader {
     }
 }
 
-/// What was laid as it is run; `by_preset` is what its preset tells people.
+/// What was laid as it is run; `before` is what people are told first.
 fn reading(
     file: &FileToLay,
     laying: Laying,
-    by_preset: Option<Diagnostic>,
+    before: Vec<Diagnostic>,
 ) -> Result<ProgramReading, RpcError> {
     let laid = match laying {
         Laying::Done(laid) => *laid,
@@ -372,7 +376,7 @@ fn reading(
         return Err(RpcError::arm(magician::ErrorKind::InvalidInput, why));
     }
     let begins = start.map(begins_at);
-    let mut notes: Vec<_> = by_preset.into_iter().chain(begins).collect();
+    let mut notes: Vec<_> = before.into_iter().chain(begins).collect();
     notes.append(&mut told);
     let setup = file.setup();
     Ok(ProgramReading::Done(Box::new(ReadProgram {

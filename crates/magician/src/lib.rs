@@ -83,8 +83,9 @@ mod virtual_arm;
 
 pub use arm::{
     Arm, ArmIdentity, ClockRate, CommandSource, Event, Events, Feeder, HomingRecord, Jog,
-    JogOptions, Level, Lifted, Link, Options, Pin, Progress, Ran, Run, RunOptions, Sample, Samples,
-    SettingsBackup, StateOptions, StateWatch, Status, Stopper, Streaming, sets_in_motion,
+    JogOptions, Level, Lifted, LightsOut, Link, Options, Pin, Progress, Ran, Run, RunOptions,
+    Sample, Samples, SettingsBackup, StateOptions, StateWatch, Status, Stopper, Streaming,
+    sets_in_motion,
 };
 pub use magician_host::admission;
 #[cfg(feature = "faults")]

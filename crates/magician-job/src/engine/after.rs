@@ -10,6 +10,7 @@ use magician_program::resume::{ResumePoint, StepRange, resume_point_at};
 use tokio::time::timeout;
 
 use super::Work;
+use super::burn::{cut_short, goes_on_dark};
 use super::inbox::{Inbox, Stopped};
 use super::pause::{AtPause, by_pose};
 use super::track::Track;
@@ -40,7 +41,11 @@ impl Work {
         error.fault = Fault::Stopped { twice: true };
         error.left = error.left.or(self.left());
         error.pose = match timeout(AFTERMATH, self.stand()).await {
-            Ok(Ok((stood, _))) => Some(stood.pose),
+            Ok(Ok((stood, _))) => {
+                self.keep(false, Some(&stood));
+                error.left = error.left.or(self.left());
+                Some(stood.pose)
+            }
             _ => None,
         };
         error
@@ -211,11 +216,22 @@ impl Work {
         };
         let from = track.from();
         let (least, most) = (from + span.least, from + span.most);
+        if let (true, Some(rest)) = (self.burns, &track.rest)
+            && let Some(dark) = self.arm.lights_out()
+            && let Some(place) = goes_on_dark(rest, (least, most), &dark, &stood.pose)
+        {
+            return track.ends_burning(place);
+        }
         // Where indices were passed over the pose decides, unless a command may have come twice.
         if let (true, false, Some(rest)) = (least < most, uncertain, &track.rest)
             && let Some((resume_point, (steps, within))) = by_pose(rest, (least, most), &stood.pose)
+                .or_else(|| {
+                    let burns = self.burns;
+                    burns.then(|| cut_short(rest, least, &stood.pose))?
+                })
         {
-            return track.ends(resume_point, within.map(|place| (steps, place)));
+            let within = within.map(|place| (steps, place));
+            return track.ends_at(resume_point, within, (self.burns, &stood.pose));
         }
         let resume_point = if least == most {
             resume_point_at(least, |steps| {
@@ -227,11 +243,10 @@ impl Work {
         };
         let goes_on =
             (track.rest.as_ref()).and_then(|rest| rest.goes_on(resume_point, &stood.pose));
-        match goes_on {
-            Some((steps, Some(place))) => {
-                track.ends(ResumePoint::Again(steps), Some((steps, place)))
-            }
-            _ => track.ends(resume_point, None),
-        }
+        let (resume_point, within) = match goes_on {
+            Some((steps, Some(place))) => (ResumePoint::Again(steps), Some((steps, place))),
+            _ => (resume_point, None),
+        };
+        track.ends_at(resume_point, within, (self.burns, &stood.pose));
     }
 }

@@ -1,6 +1,7 @@
 //! The engine: one job from its check to its end.
 
 mod after;
+mod burn;
 mod inbox;
 mod look;
 mod pace;

@@ -2,6 +2,7 @@
 
 mod place;
 
+mod burns;
 mod killed;
 mod life;
 mod pauses;

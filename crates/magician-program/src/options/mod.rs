@@ -3,6 +3,7 @@
 
 mod asked;
 mod fields;
+mod framed;
 mod grid;
 mod laying;
 mod pens;

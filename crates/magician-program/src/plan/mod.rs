@@ -22,7 +22,7 @@ use magician_protocol::Set;
 pub use action::{Action, Grip, Travel};
 pub use file::PLAN_SCHEMA;
 pub use from::Continuation;
-pub(crate) use from::within;
+pub(crate) use from::{lights, within};
 pub(crate) use hold::Raised;
 pub use pallet::Pallet;
 pub use part::{Color, Part, Pause, PauseCause};

@@ -99,7 +99,7 @@ struct Wanted {
 impl Wanted {
     /// # Errors
     /// What cannot be meant, in a sentence.
-    fn options(&self, format: Format) -> Result<(SetupOptions, Option<Diagnostic>), String> {
+    fn options(&self, format: Format) -> Result<(SetupOptions, Vec<Diagnostic>), String> {
         let mut options = SetupOptions::default();
         options.mode = match self.mode.as_deref() {
             _ if self.work.as_deref() == Some("draw") => None,
@@ -196,11 +196,12 @@ impl Wanted {
             (None, _) => Some(WorkOption::ByFile),
         };
         options.check().map_err(|error| error.message)?;
+        let framed = options.frame_for(&SetupDefaults::default(), None);
         // No power at all is one, too: it burns nothing.
         if let Some([least, most]) = self.power {
             options.power = Some(Power::new(least, most)?);
         }
-        Ok((options, note.flatten()))
+        Ok((options, framed.into_iter().chain(note.flatten()).collect()))
     }
 
     /// With what the preset says where the arguments say nothing; what it tells people, if there is one.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use magician::commands::Pose;
+use magician::commands::{EndEffectorParams, Pose};
 use magician::{Action, Arm, ErrorCode, ErrorKind};
 use magician_job::beside::beside as in_turns;
 use magician_job::report::{self, Note};
@@ -11,7 +11,7 @@ use magician_job::{
     Fault, Job, JobError, JobEvent, JobHandle, JobOutcome, JobSpec, JobState, Journal, PauseReason,
     ResumeError, Start,
 };
-use magician_program::{Diagnostic, DiagnosticCode};
+use magician_program::{Diagnostic, DiagnosticCode, Tool};
 use serde_json::{Value, json};
 use tokio::sync::Notify;
 
@@ -470,6 +470,11 @@ async fn read(
         surface: surface.known().await?,
         ..ReadingArm::default()
     };
+    // A frame goes by the tool in force, unless it was told what it frames.
+    let framed = source.setup.as_ref().filter(|setup| setup.frame.is_some());
+    if framed.is_some_and(|setup| setup.work.is_none() && setup.tool.is_none()) {
+        here.tool = Some(Tool::from(&arm.get::<EndEffectorParams>().await?));
+    }
     loop {
         let (with, source, arm_here) = (Arc::clone(&reader), source.clone(), here.clone());
         let mut read = beside(move || with.read(&source, &arm_here)).await??;

@@ -115,6 +115,34 @@ async fn a_frame_is_a_job_like_any_other_and_marks_nothing() {
     assert_eq!(report["power"], json!({"most": 2.0, "least": 2.0}));
 }
 
+#[tokio::test(start_paused = true)]
+async fn frame_goes_by_the_tool_in_force_and_a_refusal_names_an_unknown_one() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    anna.lease().await;
+    for (bias, height, told) in [
+        (70.0, -60.0, "the arm has the laser"),
+        (61.0, -50.0, "the arm has the pen"),
+        (0.0, -50.0, "the tool of the arm is unknown"),
+    ] {
+        let fields = json!({"x_bias": bias, "y_bias": 0.0, "z_bias": 0.0});
+        let tool = json!({"command": "EndEffectorParams", "fields": fields});
+        anna.ok("arm.set", tool).await;
+        let setup = json!({"at": [220, 30], "frame": "box"});
+        let report = checked(&mut anna, setup).await;
+        assert_eq!(report["travel_bounds"]["z"][0], json!(height), "{report}");
+        let first = report["notes"][0].to_string();
+        assert!(first.contains(told), "{first}");
+    }
+    let there = json!({"x": 320.0, "y": 0.0, "z": 20.0});
+    let refused = anna.call("arm.move", there).await.unwrap_err();
+    let message = refused["message"].as_str().unwrap();
+    assert!(
+        message.contains("the tool is unknown to the arm"),
+        "{refused}"
+    );
+}
+
 /// Two layers, of which the second has two lines.
 const LAYERS: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='40mm' height='40mm' viewBox='0 0 40 40' fill='none'>\
     <g id='one' stroke='red'><path d='M5 5H35'/></g>\

@@ -35,7 +35,7 @@ pub(super) struct Drive<'a> {
     pub(super) made: &'a Made,
     pub(super) from: Option<u64>,
     pub(super) resume: bool,
-    /// How far a burn that is resumed begins before the place where it stopped, mm.
+    /// How far a burn that is resumed begins before the place where its light went out, mm.
     pub(super) overlap: f64,
     pub(super) keep: bool,
     /// Whether several commands may be under way on the line at a time.
@@ -299,17 +299,28 @@ impl Drive<'_> {
             // Output without a reader is no reason to stop.
             let _ = out.event(&starts).and_then(|()| out.flush());
         }
-        let text = match (starts.again, starts.within && self.resume, twice > 0.0) {
+        let burns = self.made.program.plan().burns();
+        let within = starts.within && self.resume;
+        let text = match (starts.again, within, twice >= 0.05) {
             (true, _, false) => {
                 format!("step {step} was cut short, or its end is unknown: it is repeated")
             }
             (true, _, true) => format!(
                 "step {step} was cut short, or its end is unknown: it is repeated, and up to {twice:.1} mm are burnt twice"
             ),
+            (false, _, true) if starts.at_most => {
+                format!(
+                    "it is not known exactly where the light went out: it continues in step {step}, before where it \
+                     stopped, and up to {twice:.1} mm are burnt twice"
+                )
+            }
             (false, _, true) => {
                 format!(
-                    "it continues in step {step}, before where it stopped: {twice:.1} mm are burnt twice"
+                    "it continues in step {step}, before where the light went out: {twice:.1} mm are burnt twice"
                 )
+            }
+            (false, true, false) if burns => {
+                format!("step {step} was cut short: it continues where the light went out")
             }
             (false, true, false) => {
                 format!("step {step} was cut short: it continues where it stopped")

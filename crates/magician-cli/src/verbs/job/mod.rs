@@ -21,6 +21,7 @@ mod wording;
 use std::io::{self, Write};
 use std::path::Path;
 
+use magician::commands::EndEffectorParams;
 use magician::sim::Controller;
 use magician::sim::world::PictureOptions;
 use magician::words::Preflight;
@@ -28,8 +29,8 @@ use magician::{JointAngles, Options, SimSpeed, Target, VirtualArm, blocking, bur
 use magician_job::report::advised;
 use magician_program::rehearse::{RehearseOptions, stage};
 use magician_program::{
-    AppliedPlacement, Diagnostic, Ending, Format, Plan, Program, Setup, SetupOptions, WorkOption,
-    WouldFit,
+    AppliedPlacement, Diagnostic, Ending, Format, Plan, Program, Setup, SetupOptions, Tool,
+    WorkOption, WouldFit,
 };
 use magician_protocol::visible_lines;
 
@@ -72,6 +73,8 @@ pub(crate) struct Job {
     pub(crate) repeats: bool,
     /// What its preset tells people.
     preset_note: Option<Diagnostic>,
+    /// What is told before all else.
+    told_first: Vec<Diagnostic>,
 }
 
 /// What has become of a file.
@@ -128,6 +131,7 @@ impl Job {
             runs: true,
             repeats: false,
             preset_note: None,
+            told_first: Vec::new(),
         }
     }
 
@@ -171,6 +175,10 @@ impl Job {
                 return Err(no_arm);
             }
         };
+        let framed = self.framed(&place, context)?;
+        let framed: Vec<_> = framed.into_iter().collect();
+        notes(&opened.source, &framed, context);
+        self.told_first = framed;
         let read = self.read(opened, &place, context)?;
         let picture = self.picture(&place, context)?;
         let made = self.made(read, &place, context)?;
@@ -318,6 +326,29 @@ impl Job {
         self.tell(&done, made, context)
     }
 
+    /// Decides what a frame goes round, by the tool in force on the arm; what has to be said of it.
+    fn framed(
+        &mut self,
+        place: &Where,
+        context: &mut Context,
+    ) -> Result<Option<Diagnostic>, Failure> {
+        if self.options.frame.is_none() || self.options.work.is_some() {
+            return Ok(None);
+        }
+        let config = context.config()?;
+        let defaults = place.defaults(&config, self.runs)?;
+        let in_force = match place {
+            Where::Arm if self.options.tool.is_none() => {
+                let tool = context.arm(StopPolicy::Look, async |arm, _| {
+                    Ok(arm.get::<EndEffectorParams>().await?)
+                })?;
+                Some(Tool::from(&tool))
+            }
+            _ => None,
+        };
+        Ok(self.options.frame_for(&defaults, in_force))
+    }
+
     /// What flags and settings say of how the file is to be done.
     fn setup(&self, place: &Where, context: &mut Context) -> Result<Setup, Failure> {
         let config = context.config()?;
@@ -335,7 +366,8 @@ impl Job {
         let format = file.format;
         let of_preset: Vec<_> = self.preset_note.iter().cloned().collect();
         notes(&source, &of_preset, context);
-        let mut told = of_preset;
+        let mut told = self.told_first.clone();
+        told.extend(of_preset);
         told.append(&mut file.notes);
         let start = (file.begun.as_ref())
             .filter(|begun| !begun.said)

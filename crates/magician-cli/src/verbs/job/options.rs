@@ -213,7 +213,7 @@ pub(crate) struct RunFlags {
     /// Resume the last run of this file where it was interrupted
     #[arg(long, conflicts_with = "from")]
     pub(super) resume: bool,
-    /// With --resume: begin MM before the place where a burn stopped, along its line [default: 0]
+    /// With --resume: begin MM before the place where the light of a burn went out, along its line [default: 0]
     #[arg(long, value_name = "MM", requires = "resume", value_parser = from_zero)]
     pub(super) overlap: Option<f64>,
     /// Record the run to a .mcap, .csv or .jsonl file; more in `magician record --help`. If writing fails, the run goes

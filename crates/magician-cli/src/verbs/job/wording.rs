@@ -122,11 +122,17 @@ impl Wording<'_> {
     fn advice(&self, resume_point: ResumePoint, within: bool, command: &str) -> String {
         let of = self.of();
         match resume_point {
-            ResumePoint::Again(steps) if within => format!(
-                "{steps}{of} steps are done and the next was cut short; {command} continues where \
-                    it stopped, in step {}",
-                steps + 1
-            ),
+            ResumePoint::Again(steps) if within => {
+                let place = match self.made.program.plan().burns() {
+                    true => "the light went out",
+                    false => "it stopped",
+                };
+                format!(
+                    "{steps}{of} steps are done and the next was cut short; {command} continues where \
+                        {place}, in step {}",
+                    steps + 1
+                )
+            }
             ResumePoint::After(steps) => format!(
                 "{steps}{of} steps are done; {command} continues with step {}",
                 steps + 1

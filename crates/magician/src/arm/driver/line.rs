@@ -167,7 +167,7 @@ impl Driver {
             tracing::trace!(frame = ?frame, "to {}", shared.name);
             shared.in_flight().sends(&frame.frame());
             shared.gate().sends(&frame.frame());
-            shared.known().sends(&frame.frame());
+            shared.known().sends(now, &frame.frame());
             if homes(&frame.frame()) {
                 shared.homings.begins();
             }
