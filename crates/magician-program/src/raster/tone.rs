@@ -50,7 +50,7 @@ pub(super) fn levels(cells: &mut [u8], opacity: &[u8], columns: usize, engrave: 
             false => dark,
             true => match (opaque(at) - dark, opaque(at)) {
                 // Rounding of the two, where it is not opaque.
-                (1, 0..u8::MAX) => 0,
+                (1, opaque) if opaque < u8::MAX => 0,
                 (light, _) => light,
             },
         };
