@@ -185,6 +185,7 @@ impl Arm {
             held: super::fence::Held::new(options.fence),
             options,
             warned: AtomicBool::new(false),
+            asked: AtomicBool::new(false),
         };
         let arm = Self {
             allows_laser: inner.options.allow_laser,

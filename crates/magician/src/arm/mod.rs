@@ -117,4 +117,6 @@ struct Inner {
     timeout: AtomicU64,
     /// The warning that the arm may not be homed was given.
     warned: AtomicBool,
+    /// True if a program has read the alarms before its first command.
+    asked: AtomicBool,
 }

@@ -210,7 +210,10 @@ impl<C: CommandSource> Run<C> {
 
     /// True if one of the first commands moves the arm, or others may follow them: a belt alone does not.
     pub(super) fn may_move_arm(&mut self) -> bool {
-        self.look_ahead(AHEAD);
+        // A source that is planned already keeps what it has not given: its speed may still change.
+        if !self.planned {
+            self.look_ahead(AHEAD);
+        }
         let moves = |planned: &Planned| planned.command().row().effect.moves_arm();
         !self.ended || self.pending.iter().any(moves)
     }
