@@ -14,10 +14,12 @@ use super::inbox::{Inbox, Stopped};
 use super::pause::{AtPause, by_pose};
 use super::track::Track;
 use crate::error::{Fault, JobError, PauseError, PenLift, Stood};
-use crate::event::{JobEvent, JobState, Waits};
+use crate::event::{Done, JobEvent, JobState, Waits};
 
 /// How long an arm is asked how it stands, and may take to take its settings.
 const AFTERMATH: Duration = Duration::from_secs(3);
+/// The same after a second stop, whose caller waits: a line that is well needs a tenth of it.
+const AT_ONCE: Duration = Duration::from_millis(800);
 /// How long a pen may take to go up.
 const LIFT: Duration = Duration::from_secs(4);
 /// How long a line that broke while the laser burnt is waited for.
@@ -34,12 +36,9 @@ impl Work {
             return error;
         }
         // A second stop: nothing moves after it.
-        if let Some(saved) = &self.spec.saved {
-            saved.leave();
-        }
         error.fault = Fault::Stopped { twice: true };
         error.left = error.left.or(self.left());
-        error.pose = match timeout(AFTERMATH, self.stand()).await {
+        error.pose = match timeout(AT_ONCE, self.stand()).await {
             Ok(Ok((stood, _))) => Some(stood.pose),
             _ => None,
         };
@@ -55,9 +54,6 @@ impl Work {
         self.keep(false, error.stood.as_ref());
         error.left = self.left();
         let Some(stood) = error.stood else {
-            if let Some(saved) = &self.spec.saved {
-                saved.leave();
-            }
             return;
         };
         error.pose = Some(stood.pose);
@@ -81,6 +77,23 @@ impl Work {
             Ok(Err(why)) => error.unconfirmed = Some(why),
             Err(_) => error.pose = None,
         }
+    }
+
+    /// However a job ends, what it owes the arm is restored: also what a second stop, an error or a slow arm has kept from it
+    /// until now. What the arm does not take in time is left to the next program.
+    pub(super) async fn restores_settings(&self, outcome: &Result<Done, JobError>) {
+        let Some(saved) = self.spec.saved.as_ref().filter(|saved| !saved.is_empty()) else {
+            return;
+        };
+        let stands = matches!(outcome, Err(error) if error.pose.is_some());
+        let restoring = async {
+            match stands {
+                true => drop(saved.restore(&self.arm).await),
+                false => saved.restore_after_failure(&self.arm).await,
+            }
+        };
+        let _ = timeout(AT_ONCE, restoring).await;
+        saved.leave();
     }
 
     /// It has failed: the arm is stopped and asked how far it came, if it can be.
@@ -152,7 +165,7 @@ impl Work {
             return PenLift::Stays;
         }
         let height = {
-            let mut track = self.track();
+            let track = self.track();
             let Track { rest, counter, .. } = &*track;
             let moved = |rest: &RemainingProgram| rest.has_moved(counter, stood.index, &stood.pose);
             // A pen that was moved before the job began is not the job's.
@@ -160,7 +173,7 @@ impl Work {
             if !moved {
                 return PenLift::None;
             }
-            track.lift.take()
+            track.lift
         };
         let Some(height) = height else {
             let ending = &self.spec.ending;
@@ -170,7 +183,10 @@ impl Work {
                 PenLift::None
             };
         };
-        match self.arm.lift(height).await {
+        let lifted = self.arm.lift(height).await;
+        // Only now: a stop that ends a pause on its way up finds a pen that still has to go up.
+        self.track().lift = None;
+        match lifted {
             Ok(lifted) => PenLift::Lifted(lifted),
             Err(error) => PenLift::Failed(error.into()),
         }

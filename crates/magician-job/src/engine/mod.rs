@@ -75,6 +75,7 @@ impl Job {
             let ends = ends;
             let mut inbox = Inbox::new(requests);
             let outcome = work.to_the_end(&mut inbox).await;
+            work.restores_settings(&outcome).await;
             inbox.answer_pauses(|| Err(PauseError::Ended));
             // Before the end is reported: the waiting process may exit at once.
             drop(work);

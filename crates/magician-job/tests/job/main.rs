@@ -2,6 +2,7 @@
 
 mod place;
 
+mod ends;
 mod killed;
 mod life;
 mod pauses;
