@@ -197,7 +197,7 @@ impl Sim {
         finished?;
         match signal {
             Some(Signal::Interrupt) => Err(Failure::interrupted()),
-            Some(Signal::Terminate) | None => Ok(()),
+            _ => Ok(()),
         }
     }
 
