@@ -11,8 +11,8 @@ mod world;
 use std::collections::VecDeque;
 use std::future::Future;
 use std::pin::Pin;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 
 use magician::{
     Arm, ArmOutputs, ErrorCode, Event, Jog, JogOptions, Link, StateOptions, StateWatch,
@@ -25,7 +25,7 @@ use tokio::task::{AbortHandle, JoinSet};
 
 use self::guided::Guided;
 pub(crate) use self::jobs::beside;
-use self::jobs::{JobContext, Slot};
+use self::jobs::{JobContext, RunningJob, Slot};
 use self::reads::Known;
 use crate::api::RpcError;
 use crate::control::{JobId, JogEnd, JogId, RequestId};
@@ -54,6 +54,7 @@ struct Done {
 pub struct ArmEngine {
     orders: mpsc::UnboundedSender<ArmOrder>,
     load: Arc<AtomicUsize>,
+    running: Arc<Mutex<RunningJob>>,
     task: AbortHandle,
 }
 
@@ -71,6 +72,7 @@ impl ArmEngine {
     ) -> Self {
         let (orders, inbox) = mpsc::unbounded_channel();
         let load = Arc::new(AtomicUsize::new(0));
+        let running = Arc::default();
         let work = Work {
             arm: arm.clone(),
             report: Arc::new(report),
@@ -79,6 +81,7 @@ impl ArmEngine {
                 journal: Box::new(journal),
             },
             job: None,
+            running: Arc::clone(&running),
             inbox,
             load: Arc::clone(&load),
             watch: None,
@@ -94,12 +97,29 @@ impl ArmEngine {
             guided: Guided::default(),
         };
         let task = tokio::spawn(work.run()).abort_handle();
-        Self { orders, load, task }
+        Self {
+            orders,
+            load,
+            running,
+            task,
+        }
     }
 
     /// Orders that are not done, and what is read beside: when it looked last.
     pub(crate) fn load(&self) -> usize {
         self.load.load(Ordering::Relaxed)
+    }
+
+    /// Stops the job under way for the end of the program, and lets no other begin: the pen goes up, settings are restored. The
+    /// future is over with the job.
+    pub(crate) fn end_job(&self) -> impl Future<Output = ()> + Send + use<> {
+        let handle = RunningJob::close(&self.running);
+        async move {
+            if let Some(handle) = handle {
+                handle.stop();
+                let _ = handle.outcome().await;
+            }
+        }
     }
 
     /// Gives it an order.
@@ -154,6 +174,8 @@ struct Work {
     load: Arc<AtomicUsize>,
     jobs_with: JobContext,
     job: Option<Slot>,
+    /// What the end of the program needs of the job.
+    running: Arc<Mutex<RunningJob>>,
     watch: Option<StateWatch>,
     known: Known,
     /// What was told of tools and speed last.

@@ -10,7 +10,8 @@ use super::served::Served;
 
 /// Height of the paper, mm.
 pub(crate) const PAPER: f64 = -50.0;
-const SVG: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='80mm' height='20mm' viewBox='0 0 80 20'>\
+/// What is drawn.
+pub(crate) const SVG: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='80mm' height='20mm' viewBox='0 0 80 20'>\
                    <path d='M2 5 L78 5 L2 15' fill='none' stroke='black'/></svg>";
 
 /// The arm, and a directory of its own with a drawing.
