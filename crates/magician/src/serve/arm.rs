@@ -27,6 +27,12 @@ impl Arm {
     pub(super) fn open(server: Server, house: WakeSet) -> Result<Self, ServeError> {
         let runner = Runner::new(server.controller, server.speed, server.line);
         let mut hub = SharedArm::new(runner, server.on_notice);
+        let listeners = spec::open_all(&server.specs, &server.discovery, server.number, &mut hub)?;
+        if let Some(place) = spec::place(&listeners) {
+            // Before the trace and the recording begin, which name the arm.
+            let controller = hub.runner_mut().controller_mut();
+            controller.identify_at(&place, server.number);
+        }
         #[cfg(feature = "trace")]
         if let Some(writer) = server.trace {
             hub.trace(writer).map_err(ServeError::Trace)?;
@@ -40,7 +46,7 @@ impl Arm {
         }
         let bell = WakeFlag::new(house);
         Ok(Self {
-            listeners: spec::open_all(&server.specs, &server.discovery, server.number, &mut hub)?,
+            listeners,
             hub,
             timer: Timer::new().map_err(ServeError::Timer)?,
             waker: Waker::from(Arc::clone(&bell)),
