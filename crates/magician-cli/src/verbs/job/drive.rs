@@ -250,6 +250,9 @@ impl Drive<'_> {
             match run.next(None).await {
                 Next::Event(event) => match event {
                     JobEvent::Settled(settled) => out.settled(&settled, self.json),
+                    JobEvent::Unfinished(finished) => {
+                        out.note(&self.wording().unfinished(finished), self.json);
+                    }
                     JobEvent::Starts(starts) => {
                         from = starts.steps;
                         self.tell_start(starts, out);
