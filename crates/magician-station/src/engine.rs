@@ -13,15 +13,17 @@ use std::future::Future;
 use std::pin::Pin;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 use magician::{
     Arm, ArmOutputs, ErrorCode, Event, Jog, JogOptions, Link, StateOptions, StateWatch,
 };
-use magician_job::Journal;
+use magician_job::{Access, Journal, SavedSettings, Settled};
 use magician_protocol::visible;
 use serde_json::{Value, json};
 use tokio::sync::mpsc;
 use tokio::task::{AbortHandle, JoinSet};
+use tokio::time::sleep;
 
 use self::guided::Guided;
 pub(crate) use self::jobs::beside;
@@ -31,6 +33,11 @@ use crate::api::RpcError;
 use crate::control::{JobId, JogEnd, JogId, RequestId};
 use crate::job::{ReadProgram, Reader};
 use crate::order::{ArmAct, ArmOrder, ArmReport, JobStart, Outcome};
+
+/// How often an arm is looked at whose line was lost under a job, until its queue is empty: two seconds of motion are in it, or one
+/// long command.
+const LOOKS_AFTER_JOB: u32 = 30;
+const LOOK_AFTER_JOB: Duration = Duration::from_secs(1);
 
 /// An action on its way: what it comes to, with what was read behind it.
 type Doing = Pin<Box<dyn Future<Output = Done> + Send>>;
@@ -555,6 +562,7 @@ impl Work {
                         restored.map(|()| Value::Null).map_err(RpcError::from),
                     )
                 });
+                self.side.spawn(restore_after_job(self.arm.clone()));
                 self.learn();
             }
             Event::Reset { .. } => {
@@ -565,6 +573,17 @@ impl Work {
             other => tracing::debug!(event = %visible(&format!("{other:?}")), "unknown event"),
         }
     }
+}
+
+/// Restores what a job has changed that the line was lost under, once the arm has done what it had of it.
+async fn restore_after_job(arm: Arm) -> TaskResult {
+    for _ in 0..LOOKS_AFTER_JOB {
+        match SavedSettings::settle(&arm, Access::Sets).await {
+            Settled::Later(_) => sleep(LOOK_AFTER_JOB).await,
+            _ => break,
+        }
+    }
+    TaskResult::Nothing
 }
 
 /// What the action under way comes to; never without one.

@@ -268,6 +268,28 @@ fn a_station_that_ends_lifts_the_pen_of_its_job_and_restores_settings() {
 }
 
 #[test]
+fn a_station_restores_settings_of_a_job_whose_line_was_lost_and_found() {
+    let place = Place::homed("5");
+    let before = place.settings();
+    let line = place.dir.path().join("line").display().to_string();
+    let proxy = || Served::verb("proxy", &["--port", &place.door(), "--pty", &line], 2);
+    let mut lost = proxy();
+    let mut serve = command();
+    serve.env("XDG_STATE_HOME", place.dir.path().join("state"));
+    let station = Station::of(serve, &["--port", &line]);
+    let setup = json!({"surface": PAPER, "speed": 10});
+    let job = json!({"text": SVG, "format": "svg", "setup": setup, "unhomed": true});
+    let started = station.call("job.start", &job);
+    assert!(started["result"]["job"].is_string(), "{started}");
+    place.until_drawn(2.0);
+    lost.child.kill().expect("killed");
+    lost.child.wait().expect("it ends");
+    let _found = proxy();
+    let restored = (0..1_000).any(|_| place.settings() == before);
+    assert!(restored, "{:?}", place.settings());
+}
+
+#[test]
 fn a_port_that_is_served_names_its_station() {
     let folder = tempfile::tempdir().unwrap();
     let port = folder.path().join("arm").to_str().unwrap().to_owned();
