@@ -11,7 +11,7 @@ use std::time::Duration;
 /// person who sees that the arm still moves takes longer.
 pub const SECOND_STOP_DELAY: Duration = Duration::from_millis(500);
 
-/// What asks for a run to end.
+/// Signal, or request of a person, that a run is to end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum StopSignal {
@@ -25,7 +25,7 @@ pub enum StopSignal {
     Request,
 }
 
-/// What a run does about a [`StopSignal`].
+/// Order that a run gets because of a [`StopSignal`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum StopOrder {

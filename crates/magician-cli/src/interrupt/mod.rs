@@ -38,7 +38,7 @@ impl Signals {
         })
     }
 
-    /// As [`listen`](Self::listen), after a signal that was the first stop.
+    /// Begins to catch them after a signal that was the first stop.
     pub(crate) fn listen_after(first: Signal) -> io::Result<Self> {
         let mut signals = Self::listen()?;
         signals.hears(first);
@@ -51,7 +51,7 @@ impl Signals {
         self.next_order().await.0
     }
 
-    /// As [`next`](Self::next), with the order.
+    /// Waits for the next stop, and returns its signal and its order.
     pub(crate) async fn next_order(&mut self) -> (Signal, StopOrder) {
         loop {
             let signal = self.caught.next().await;

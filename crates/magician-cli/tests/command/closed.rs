@@ -5,10 +5,10 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::magician::command;
 use crate::magician::drawing::{PAPER, Place};
 use crate::magician::served::Served;
 use crate::magician::terminal::Terminal;
+use crate::magician::{command, run};
 
 /// Commands that draw from this directory, under whatever shell.
 fn drawings(dir: &Path) -> Vec<u32> {
@@ -132,7 +132,7 @@ fn hang_ups_that_go_on_never_stop_the_lift() {
 fn a_bash_whose_terminal_is_closed_lifts_the_pen() {
     let place = Place::homed("5");
     let before = place.settings();
-    for (nth, more) in [&[][..], &["--verbose"], &["--json"]]
+    for (nth, more) in [&[][..], &["--verbose"], &["--json"], &["--tui"]]
         .into_iter()
         .enumerate()
     {
@@ -140,6 +140,30 @@ fn a_bash_whose_terminal_is_closed_lifts_the_pen() {
         place.until_drawn(2.0 + 5.0 * nth as f64);
         bash.closes();
         ends_well(&place, &before, &format!("a closed terminal, {more:?}"));
+    }
+}
+
+/// The signal and the end of the input come in either order.
+#[test]
+fn a_shell_whose_terminal_is_closed_switches_its_belt_off() {
+    let place = Place::homed("5");
+    let trace = place.dir.path().join("trace.pcapng");
+    let trace = trace.to_str().expect("UTF-8");
+    let shell_of_ours = place.command(&["--trace", trace, "shell"]);
+    let words = [
+        &["setsid", "--ctty", env!("CARGO_BIN_EXE_magician")][..],
+        &["--port", &place.door(), "--trace", trace, "shell"],
+    ];
+    for _ in 0..4 {
+        let mut terminal = Terminal::running(shell(&shell_of_ours, &words.concat()));
+        terminal.types("conveyor run 50\r");
+        terminal.until_seen("runs at 50 mm/s");
+        terminal.closes();
+        let status = terminal.child.wait().expect("it ends");
+        assert_eq!(status.code(), Some(130));
+        let sent = run(&["decode", trace]).out;
+        let motors = sent.matches("request  SetEMotor\n").count();
+        assert_eq!(motors, 3, "on, and both off: {sent}");
     }
 }
 
@@ -157,7 +181,7 @@ fn a_script_whose_terminal_is_closed_lifts_the_pen() {
     ends_well(&place, &before, "a script");
 }
 
-/// It is continued because its terminal closes, and does not go on with the drawing.
+/// The kernel continues it because its terminal closes; the drawing does not go on.
 #[test]
 fn a_suspended_drawing_whose_terminal_is_closed_stays_up_and_restores_settings() {
     let place = Place::homed("5");

@@ -36,7 +36,7 @@ impl Seeded {
     }
 }
 
-/// How a run is ended.
+/// Way to end a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum How {
     /// By up to four signals within a tenth of a second.

@@ -10,7 +10,7 @@ use super::served::Served;
 
 /// Height of the paper, mm.
 pub(crate) const PAPER: f64 = -50.0;
-/// What is drawn.
+/// Drawing of two long lines.
 pub(crate) const SVG: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='80mm' height='20mm' viewBox='0 0 80 20'>\
                    <path d='M2 5 L78 5 L2 15' fill='none' stroke='black'/></svg>";
 
@@ -45,7 +45,7 @@ impl Place {
         std::fs::write(self.dir.path().join(name), text).expect("written");
     }
 
-    /// Where the arm is.
+    /// Port of the arm.
     pub(crate) fn door(&self) -> String {
         self.served.door("tcp")
     }
