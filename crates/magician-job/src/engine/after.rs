@@ -3,10 +3,11 @@
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use magician::commands::{DeviceTime, Pose};
+use magician::commands::{DeviceTime, Pose, PtpCommonParams};
 use magician::{Error, ErrorKind};
 use magician_program::RemainingProgram;
 use magician_program::resume::{ResumePoint, StepRange, resume_point_at};
+use magician_protocol::Readable;
 use tokio::time::timeout;
 
 use super::Work;
@@ -183,12 +184,25 @@ impl Work {
                 PenLift::None
             };
         };
+        self.saves_speed().await;
         let lifted = self.arm.lift(height).await;
         // Only now: a stop that ends a pause on its way up finds a pen that still has to go up.
         self.track().lift = None;
         match lifted {
             Ok(lifted) => PenLift::Lifted(lifted),
             Err(error) => PenLift::Failed(error.into()),
+        }
+    }
+
+    /// Has the speed of moves restored: a lift has one of its own, which the driver restores after it, unless a stop drops the lift.
+    pub(super) async fn saves_speed(&self) {
+        let Some(saved) = &self.spec.saved else {
+            return;
+        };
+        if !saved.has(PtpCommonParams::ROW.id)
+            && let Ok(speed) = self.arm.get::<PtpCommonParams>().await
+        {
+            saved.save(&self.arm, speed).await;
         }
     }
 

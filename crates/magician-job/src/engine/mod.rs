@@ -243,6 +243,9 @@ impl Work {
         let up = ending.after_done(plan, [pose.x, pose.y, pose.z].map(f64::from));
         // A stop from here on finds a pen that has to go up so far only.
         self.track().lift = up;
+        if up.is_some() || ending.park.is_some() {
+            self.saves_speed().await;
+        }
         if let Some(up) = up {
             pose = arm.lift(up).await?.pose;
             self.track().lift = None;

@@ -103,6 +103,13 @@ impl SavedSettings {
         let _ = arm;
     }
 
+    /// True if a setting of this kind is to be restored.
+    pub(crate) fn has(&self, id: u8) -> bool {
+        let saved = self.lock();
+        let mut settings = saved.settings.settings().iter();
+        settings.any(|setting| setting.row().id == id)
+    }
+
     /// Whether nothing has to be restored.
     #[must_use]
     pub fn is_empty(&self) -> bool {

@@ -27,12 +27,6 @@ impl Arm {
     pub(super) fn open(server: Server, house: WakeSet) -> Result<Self, ServeError> {
         let runner = Runner::new(server.controller, server.speed, server.line);
         let mut hub = SharedArm::new(runner, server.on_notice);
-        let listeners = spec::open_all(&server.specs, &server.discovery, server.number, &mut hub)?;
-        if let Some(place) = spec::place(&listeners) {
-            // Before the trace and the recording begin, which name the arm.
-            let controller = hub.runner_mut().controller_mut();
-            controller.identify_at(&place, server.number);
-        }
         #[cfg(feature = "trace")]
         if let Some(writer) = server.trace {
             hub.trace(writer).map_err(ServeError::Trace)?;
@@ -43,6 +37,12 @@ impl Arm {
         #[cfg(feature = "record")]
         if let Some(writer) = server.recording {
             hub.record(writer, server.speed)?;
+        }
+        // After the trace has begun: it tells who was there from the first.
+        let listeners = spec::open_all(&server.specs, &server.discovery, server.number, &mut hub)?;
+        if let Some(place) = spec::place(&listeners) {
+            let controller = hub.runner_mut().controller_mut();
+            controller.identify_at(&place, server.number);
         }
         let bell = WakeFlag::new(house);
         Ok(Self {
