@@ -118,10 +118,15 @@ impl Controller {
     /// assert_ne!(serial("/tmp/arm"), serial("/tmp/other"));
     /// ```
     pub fn identify_at(&mut self, place: &str, number: Option<u32>) {
+        self.identify_as(serial_at(place), number);
+    }
+
+    /// Gives the arm this serial number under the rule of [`identify_at`](Self::identify_at).
+    pub fn identify_as(&mut self, serial: String, number: Option<u32>) {
         let usual = Identity::default();
         let usual = number.map_or(usual.clone(), |number| usual.numbered(number));
         if self.serial() == usual.serial {
-            self.device.had_serial(serial_at(place));
+            self.device.had_serial(serial);
         }
     }
 
