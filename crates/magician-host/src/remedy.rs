@@ -265,6 +265,8 @@ named! {
         Raw = "raw",
         /// The least distance of points, mm.
         Resample = "resample",
+        /// Go on where an earlier run ended.
+        Resume = "resume",
         /// Turn it, degrees.
         Rotate = "rotate",
         /// The S of full power.

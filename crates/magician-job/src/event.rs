@@ -133,6 +133,9 @@ pub enum JobEvent {
     Progress(JobProgress),
     /// What became of settings that ended processes have left changed.
     Settled(Settled),
+    /// An earlier run of the same program at this arm was cut off (its process was killed, the computer failed), and this job does
+    /// not resume it: the earlier one has finished at least so many steps.
+    Unfinished(u64),
     /// Where it begins, if that is not the first step, once all is checked.
     Starts(StartsAt),
     /// It waits.

@@ -34,7 +34,7 @@
 //! 3. Ending: pen up, tool parked, settings restored, the journal removed.
 //!
 //! After a stop or an error the arm is stopped, what is known is kept *before* anything moves, then the pen goes up and the
-//! settings are restored.
+//! settings are restored. Which signals are such a stop, and which a second one that moves nothing, is a [`StopRule`].
 //!
 //! # By hand
 //!
@@ -77,6 +77,7 @@ pub mod report;
 mod saved;
 #[cfg(feature = "settings")]
 pub mod settings;
+mod signals;
 mod spec;
 pub mod teach;
 mod touch;
@@ -97,6 +98,7 @@ pub use journal::{Journal, JournalError, JournalKey, NoJournal};
 pub use observed::{ObservedState, Speeds};
 pub use polled::Polled;
 pub use saved::{Access, SavedSettings, Settled};
+pub use signals::{SECOND_STOP_DELAY, StopOrder, StopRule, StopSignal};
 pub use spec::{JobSpec, Start};
 pub use touch::{Touch, touch_off};
 #[cfg(feature = "settings")]

@@ -11,27 +11,34 @@ mod world;
 use std::collections::VecDeque;
 use std::future::Future;
 use std::pin::Pin;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 use magician::{
     Arm, ArmOutputs, ErrorCode, Event, Jog, JogOptions, Link, StateOptions, StateWatch,
 };
-use magician_job::Journal;
+use magician_job::{Access, Journal, SavedSettings, Settled};
 use magician_protocol::visible;
 use serde_json::{Value, json};
 use tokio::sync::mpsc;
 use tokio::task::{AbortHandle, JoinSet};
+use tokio::time::sleep;
 
 use self::guided::Guided;
 pub(crate) use self::jobs::beside;
-use self::jobs::{JobContext, Slot};
+use self::jobs::{JobContext, RunningJob, Slot};
 use self::reads::Known;
 use crate::api::RpcError;
 use crate::control::{JobId, JogEnd, JogId, RequestId};
 use crate::job::{ReadProgram, Reader};
 use crate::order::{ArmAct, ArmOrder, ArmRead, ArmReport, JobStart, Outcome};
 use crate::surface::ArmSurface;
+
+/// How often an arm is looked at whose line was lost under a job, until its queue is empty: two seconds of motion are in it, or one
+/// long command.
+const LOOKS_AFTER_JOB: u32 = 30;
+const LOOK_AFTER_JOB: Duration = Duration::from_secs(1);
 
 /// An action on its way: what it comes to, with what was read behind it.
 type Doing = Pin<Box<dyn Future<Output = Done> + Send>>;
@@ -67,6 +74,7 @@ impl Done {
 pub struct ArmEngine {
     orders: mpsc::UnboundedSender<ArmOrder>,
     load: Arc<AtomicUsize>,
+    running: Arc<Mutex<RunningJob>>,
     task: AbortHandle,
 }
 
@@ -85,6 +93,7 @@ impl ArmEngine {
     ) -> Self {
         let (orders, inbox) = mpsc::unbounded_channel();
         let load = Arc::new(AtomicUsize::new(0));
+        let running = Arc::default();
         let work = Work {
             arm: arm.clone(),
             report: Arc::new(report),
@@ -94,6 +103,7 @@ impl ArmEngine {
                 journal: Box::new(journal),
             },
             job: None,
+            running: Arc::clone(&running),
             inbox,
             load: Arc::clone(&load),
             watch: None,
@@ -109,12 +119,29 @@ impl ArmEngine {
             guided: Guided::default(),
         };
         let task = tokio::spawn(work.run()).abort_handle();
-        Self { orders, load, task }
+        Self {
+            orders,
+            load,
+            running,
+            task,
+        }
     }
 
     /// Orders that are not done, and what is read beside: when it looked last.
     pub(crate) fn load(&self) -> usize {
         self.load.load(Ordering::Relaxed)
+    }
+
+    /// Stops the job under way for the end of the program, and lets no other begin: the pen goes up, settings are restored. The
+    /// future is over with the job.
+    pub(crate) fn end_job(&self) -> impl Future<Output = ()> + Send + use<> {
+        let handle = RunningJob::close(&self.running);
+        async move {
+            if let Some(handle) = handle {
+                handle.stop();
+                let _ = handle.outcome().await;
+            }
+        }
     }
 
     /// Gives it an order.
@@ -169,6 +196,8 @@ struct Work {
     load: Arc<AtomicUsize>,
     jobs_with: JobContext,
     job: Option<Slot>,
+    /// What the end of the program needs of the job.
+    running: Arc<Mutex<RunningJob>>,
     watch: Option<StateWatch>,
     known: Known,
     /// What was told of tools and speed last.
@@ -574,6 +603,7 @@ impl Work {
                         restored.map(|()| Value::Null).map_err(RpcError::from),
                     )
                 });
+                self.side.spawn(restore_after_job(self.arm.clone()));
                 self.learn();
             }
             Event::Reset { .. } => {
@@ -584,6 +614,17 @@ impl Work {
             other => tracing::debug!(event = %visible(&format!("{other:?}")), "unknown event"),
         }
     }
+}
+
+/// Restores what a job has changed that the line was lost under, once the arm has done what it had of it.
+async fn restore_after_job(arm: Arm) -> TaskResult {
+    for _ in 0..LOOKS_AFTER_JOB {
+        match SavedSettings::settle(&arm, Access::Sets).await {
+            Settled::Later(_) => sleep(LOOK_AFTER_JOB).await,
+            _ => break,
+        }
+    }
+    TaskResult::Nothing
 }
 
 /// What the action under way comes to; never without one.

@@ -273,6 +273,19 @@ impl RunningStation {
         self.shared.lock().station.tokens()
     }
 
+    /// Stops the jobs under way for the end of the program, as a person would: pens go up, settings are restored, and no other job
+    /// begins. Called once more, it stops them at once. Bound the wait: an arm may be deaf.
+    pub async fn end_jobs(&self) {
+        let ends: Vec<_> = self.shared.with(|inner, _| {
+            #[cfg(feature = "class")]
+            inner.station.close_queue();
+            inner.engines.iter().map(ArmEngine::end_job).collect()
+        });
+        for end in ends {
+            end.await;
+        }
+    }
+
     /// Completes the files of recordings under way: for the end of the program.
     pub async fn close_recordings(&self) {
         let closed = self.shared.lock().recorder.close();

@@ -7,6 +7,7 @@ mod magician;
 mod arm;
 mod beside;
 mod calibrate;
+mod closed;
 mod config;
 mod conform;
 mod dashboard;

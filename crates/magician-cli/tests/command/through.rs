@@ -447,12 +447,12 @@ fn told(run: &Run) -> (i32, Vec<Value>, String, Value) {
             Ok(Value::Object(object))
                 if object.get("event").is_some_and(|event| event == "progress") => {}
             Ok(Value::Object(mut object)) => {
-                for name in ["uptime_ms", "seconds", "readings", "port"] {
+                for name in ["uptime_ms", "seconds", "readings", "port", "device_sn"] {
                     object.remove(name);
                 }
                 objects.push(Value::Object(object));
             }
-            _ if ["port ", "switched on"]
+            _ if ["port ", "serial number", "switched on"]
                 .iter()
                 .any(|name| line.starts_with(name)) => {}
             // "done in 0:04: 2 steps": how long it took is the clock's.

@@ -65,7 +65,10 @@ impl Work {
         let key = self.key().await;
         self.track().is_of(&key, self.passes_over);
         let place = match spec.start {
-            Start::Step(step) => (step, None),
+            Start::Step(step) => {
+                self.tell_unfinished();
+                (step, None)
+            }
             Start::Resume => self.resumed().await?,
         };
         if spec.begins_here && program.depends_on_start(place.0) {
@@ -85,6 +88,18 @@ impl Work {
             arm.start([]).wait(|_| {}).await?;
         }
         Ok(place)
+    }
+
+    /// Tells of a run that was cut off, which this one is about to forget.
+    fn tell_unfinished(&self) {
+        let left = self.track().journal.left();
+        // One that ended in order has said so itself.
+        let cut_off = left
+            .ok()
+            .filter(|left| left.ended.is_none() && left.handed > 0);
+        if let Some(left) = cut_off.filter(|_| self.lasting) {
+            self.shared.tell(JobEvent::Unfinished(left.finished));
+        }
     }
 
     pub(super) async fn check_ready(&self) -> Result<(), Error> {

@@ -3,6 +3,7 @@
 mod place;
 
 mod burns;
+mod ends;
 mod killed;
 mod life;
 mod pauses;

@@ -37,6 +37,7 @@ from ._native import (
     until_ended,
     until_moment,
     until_next,
+    until_over,
     until_settled,
     until_steps,
     until_stopped,
@@ -1609,7 +1610,8 @@ class Arm(Bound):
         The queue is kept just full enough that the arm never waits for the next command: at most two seconds of motion
         go on if this program dies. If the wait ends early (Ctrl-C, a cancelled task, an exception in ``progress``), the
         arm stops first, and lifts the pen of a drawing; notes on the exception say so, and how many steps are done. A
-        second Ctrl-C stops the arm at once and moves nothing.
+        second Ctrl-C, at least 0.5 s later, stops the arm at once and moves nothing. Settings are restored all the
+        same.
 
         :param program: A :class:`~magician.Plan`, or commands as :mod:`magician.words` makes them.
         :param progress: ``True`` shows a line on stderr; a function is called with a :class:`~magician.PlanProgress` up
@@ -2069,7 +2071,8 @@ class Job(Bound):
         except GeneratorExit:
             raise
         except BaseException as error:
-            telling.broken(error, await until_done(self._job.over(), self._core))
+            self._job.interrupted()
+            telling.broken(error, await until_over(self._job))
             raise
         return telling.ended(found)
 

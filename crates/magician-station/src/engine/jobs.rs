@@ -1,7 +1,7 @@
 //! Jobs: programs that are read, checked, and run through `magician-job`.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 
 use magician::commands::{EndEffectorParams, Pose};
 use magician::{Action, Arm, ErrorCode, ErrorKind};
@@ -49,6 +49,32 @@ pub(super) struct Slot {
     paused: Arc<std::sync::Mutex<Option<Pose>>>,
     /// True if nobody holds the arm: motors that the job leaves running are switched off when it pauses or ends.
     owes_motors: Arc<AtomicBool>,
+}
+
+/// The job under way, as the end of the program sees it.
+#[derive(Debug, Default)]
+pub(super) struct RunningJob {
+    handle: Option<JobHandle>,
+    /// True once the program ends: no job begins any more.
+    closed: bool,
+}
+
+impl RunningJob {
+    /// Starts a job, unless the program ends.
+    fn start(running: &Mutex<Self>, start: impl FnOnce() -> JobHandle) -> Option<JobHandle> {
+        let mut running = lock(running);
+        if running.closed {
+            return None;
+        }
+        Some(running.handle.insert(start()).clone())
+    }
+
+    /// Lets no job begin any more; the one under way.
+    pub(super) fn close(running: &Mutex<Self>) -> Option<JobHandle> {
+        let mut running = lock(running);
+        running.closed = true;
+        running.handle.clone()
+    }
 }
 
 impl Slot {
@@ -173,7 +199,11 @@ impl Work {
             true => arm.allowing_unhomed(),
             false => arm,
         };
-        let handle = Job::start(&arm, spec, (self.jobs_with.journal)());
+        let journal = &self.jobs_with.journal;
+        let started = RunningJob::start(&self.running, || Job::start(&arm, spec, journal()));
+        let Some(handle) = started else {
+            return self.never_began(job, "stopped", None);
+        };
         let Some(slot) = &mut self.job else {
             return;
         };
@@ -388,6 +418,7 @@ impl Work {
 
     pub(super) fn job_is_over(&mut self, job: JobId) {
         self.job.take_if(|slot| slot.id == job);
+        lock(&self.running).handle = None;
         self.learn();
     }
 

@@ -8,7 +8,7 @@ use magician::{Arm, ErrorKind};
 use magician_job::recording::{Clock, Options, Recorder};
 use magician_job::{
     FileJournal, Job, JobEvent, JobHandle, JobOutcome, JobSpec, JobState, PauseReason, ResumeError,
-    SpeedError, Start, StartsAt,
+    SpeedError, Start, StartsAt, StopOrder,
 };
 use magician_program::Tool;
 use serde::Serialize;
@@ -250,6 +250,9 @@ impl Drive<'_> {
             match run.next(None).await {
                 Next::Event(event) => match event {
                     JobEvent::Settled(settled) => out.settled(&settled, self.json),
+                    JobEvent::Unfinished(finished) => {
+                        out.note(&self.wording().unfinished(finished), self.json);
+                    }
                     JobEvent::Starts(starts) => {
                         from = starts.steps;
                         self.tell_start(starts, out);
@@ -260,8 +263,10 @@ impl Drive<'_> {
                     JobEvent::State(JobState::Ended) => return None,
                     other => run.hears(&other),
                 },
-                Next::Stop => {
-                    if run.stop() {
+                Next::Stop(None) | Next::Pressed(_) => {}
+                Next::Stop(Some(order)) => {
+                    run.stop();
+                    if order == StopOrder::AtOnce {
                         return None;
                     }
                 }
@@ -401,10 +406,12 @@ impl Drive<'_> {
                     }
                 }
                 Next::Event(event) => run.hears(&event),
-                Next::Stop => {
-                    if run.stop() {
+                Next::Stop(None) | Next::Pressed(_) => {}
+                Next::Stop(Some(order)) => {
+                    run.stop();
+                    if order == StopOrder::AtOnce {
                         return Attended {
-                            outcome: run.stopped_again().await,
+                            outcome: run.stopped_at_once().await,
                             unrecorded,
                         };
                     }

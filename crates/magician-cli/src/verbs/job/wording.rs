@@ -1,8 +1,9 @@
 //! Why a job did not come to its end, and how to go on, in the words of the command.
 
-use magician::ErrorKind;
+use magician::{ErrorKind, Given, Setting};
 use magician_job::{Fault, JobError, JournalError, Left, PenLift, ResumeError};
 use magician_program::resume::{ResumePoint, StepRange};
+use magician_program::{Diagnostic, Origin};
 
 use super::{Made, needs_start, report};
 use crate::context::{not_confirmed, place};
@@ -33,6 +34,16 @@ impl Wording<'_> {
             failure.message = format!("{}; {said}", failure.message);
         }
         self.with_advice(failure, error)
+    }
+
+    /// A run of the same that was cut off, and is not resumed by this one.
+    pub(super) fn unfinished(&self, finished: u64) -> Diagnostic {
+        let of = self.of();
+        let text = format!(
+            "an earlier run of this was cut off after at least {finished}{of} steps; this one begins anew"
+        );
+        let goes_on = "goes on where that one ended";
+        Diagnostic::new(Origin::NONE, text).remedy((Setting::Resume, Given::On), goes_on)
     }
 
     /// A job that was stopped, and whether the arm is known to stand.

@@ -129,7 +129,7 @@ impl Proxy {
         })?;
         match signal {
             Signal::Interrupt => Err(Failure::interrupted()),
-            Signal::Terminate => Ok(()),
+            _ => Ok(()),
         }
     }
 

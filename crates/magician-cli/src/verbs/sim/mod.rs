@@ -49,6 +49,8 @@ Programs discover an arm by a broadcast to UDP port 48899 and then use port 8899
 
 --arms N serves N arms that differ in name, serial number and device id, at PATH.1 to PATH.N and on N consecutive ports; port 0 is any free port for each. A trace, a recording or a flash becomes N files, FILE.1 to FILE.N, a picture x.1.svg to x.N.svg. Discovery finds the arm on port 8899.
 
+The serial number follows from the first path or address that the arm is served at, so that what programs keep of it (settings to be restored, runs to be resumed) is of this arm; one in --profile or --flash stays.
+
 --speed scales the arm's clock only. At `max` motion, WAIT and homing take no time: a queued command has finished \
 before the next request is read. While the arm is idle its clock runs at the usual speed, with \
     belts and the events of a scenario.
@@ -210,7 +212,7 @@ impl Sim {
         finished?;
         match signal {
             Some(Signal::Interrupt) => Err(Failure::interrupted()),
-            Some(Signal::Terminate) | None => Ok(()),
+            _ => Ok(()),
         }
     }
 
