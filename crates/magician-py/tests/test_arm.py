@@ -115,7 +115,10 @@ def test_tools_and_pins(arm: Arm) -> None:
 
 
 def test_pin_is_driven_only_as_what_it_is(arm: Arm) -> None:
-    way_out = r'EIO 6 has no function, it has to be a digital output; .*`arm\.multiplex\(6, "digital-output"\)` gives it'
+    way_out = (
+        r"EIO 6 has no function, it has to be a digital output; "
+        r'.*`arm\.multiplex\(6, "digital-output"\)` gives it'
+    )
     with pytest.raises(errors.InvalidInputError, match=way_out):
         arm.output(6, True)
     arm.multiplex(6, "digital-output")
