@@ -134,7 +134,7 @@ async fn frame_goes_by_the_tool_in_force_and_a_refusal_names_an_unknown_one() {
         let first = report["notes"][0].to_string();
         assert!(first.contains(told), "{first}");
     }
-    let there = json!({"x": 320.0, "y": 0.0, "z": 20.0});
+    let there = json!({"to": [320, 0, 20, 0]});
     let refused = anna.call("arm.move", there).await.unwrap_err();
     let message = refused["message"].as_str().unwrap();
     assert!(
