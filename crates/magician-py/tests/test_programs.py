@@ -192,7 +192,7 @@ def test_gcode_is_placed_or_taken_as_it_stands(samples: Path) -> None:
         ({"pen_z": 1, "depths": "keep"}, -51),
         ({"move": (0, 0, -5), "depths": "keep"}, -55),
     ):
-        bounds = magician.load(file, surface=-50, **options).check().bounds  # type: ignore[arg-type]
+        bounds = magician.load(file, surface=-50, **options).check().bounds
         assert bounds is not None and bounds[0][2] == pytest.approx(lowest), options
     with pytest.raises(InvalidInputError, match="depths is 'flatten' or 'keep', not 'deep'"):
         magician.load(file, depths="deep")  # type: ignore[arg-type]
