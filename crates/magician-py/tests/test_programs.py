@@ -186,12 +186,13 @@ def test_gcode_is_placed_or_taken_as_it_stands(samples: Path) -> None:
         help = placed.notes[0].help or ""
         assert "raw=True" in help and "pen_z=" in help
     # A pen never goes below the surface, but where the depths of the file are kept.
-    for options, lowest in (
+    cases: list[tuple[dict[str, Any], float]] = [
         ({"pen_z": 1}, -50),
         ({"move": (0, 0, -5)}, -50),
         ({"pen_z": 1, "depths": "keep"}, -51),
         ({"move": (0, 0, -5), "depths": "keep"}, -55),
-    ):
+    ]
+    for options, lowest in cases:
         bounds = magician.load(file, surface=-50, **options).check().bounds
         assert bounds is not None and bounds[0][2] == pytest.approx(lowest), options
     with pytest.raises(InvalidInputError, match="depths is 'flatten' or 'keep', not 'deep'"):
