@@ -12,12 +12,12 @@ use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use magician::admission::AdmissionLimits;
 use tokio::io::{AsyncRead, AsyncWrite};
-use tokio::net::TcpListener;
+use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tower::ServiceExt;
 
-use super::places::Places;
+use super::places::{Place, Places};
 use super::routes::{HttpOptions, router};
 use super::security::Ends;
 use super::served::Served;
@@ -241,20 +241,8 @@ async fn accept(
     mut over: watch::Receiver<bool>,
 ) {
     let mut connections = JoinSet::new();
-    loop {
-        let accepted = tokio::select! {
-            accepted = listener.accept() => accepted,
-            () = ended(&mut over) => break,
-        };
+    while let Some((stream, peer, place)) = next(&listener, &places, &mut over).await {
         while connections.try_join_next().is_some() {}
-        let (stream, peer) = match accepted {
-            Ok(accepted) => accepted,
-            Err(error) => {
-                recover(&error, &places).await;
-                continue;
-            }
-        };
-        let place = places.enter(peer.ip());
         let (station, options, over) = (station.clone(), Arc::clone(&options), over.clone());
         let tls = tls.clone();
         connections.spawn(async move {
@@ -292,8 +280,26 @@ async fn accept(
     let _ = tokio::time::timeout(Duration::from_secs(2), farewell).await;
 }
 
+/// Accepts the next connection, which gets a place at once; `None` when the listener is to end.
+pub(crate) async fn next(
+    listener: &TcpListener,
+    places: &Places,
+    over: &mut watch::Receiver<bool>,
+) -> Option<(TcpStream, SocketAddr, Place)> {
+    loop {
+        let accepted = tokio::select! {
+            accepted = listener.accept() => accepted,
+            () = ended(over) => return None,
+        };
+        match accepted {
+            Ok((stream, peer)) => return Some((stream, peer, places.enter(peer.ip()))),
+            Err(error) => recover(&error, places).await,
+        }
+    }
+}
+
 /// Makes room after a connection could not be accepted.
-pub(crate) async fn recover(error: &io::Error, places: &Places) {
+async fn recover(error: &io::Error, places: &Places) {
     match error.kind() {
         // It was gone before it was taken.
         io::ErrorKind::ConnectionAborted | io::ErrorKind::ConnectionReset => {}

@@ -23,7 +23,7 @@ pub use jobs::JobFile;
 pub use journal::JournalFile;
 pub use listen::{ListenError, Listener};
 #[cfg(feature = "link")]
-pub(crate) use listen::{Wanted, ended, recover};
+pub(crate) use listen::{Wanted, ended, next};
 pub use pages::{PageFile, Pages};
 #[cfg(feature = "link")]
 pub(crate) use places::{Place, Places};

@@ -19,7 +19,7 @@ use tokio_tungstenite::{WebSocketStream, accept_hdr_async_with_config};
 
 use super::{Heard, LinkService};
 use crate::http::{
-    Admission, Ends, ListenError, Listener, Place, Places, READ_BUFFER, Wanted, recover,
+    Admission, Ends, ListenError, Listener, Place, Places, READ_BUFFER, Wanted, next,
 };
 use crate::station::{MESSAGE, SOCKETS};
 
@@ -157,20 +157,8 @@ async fn accept(
     mut over: watch::Receiver<bool>,
 ) {
     let mut programs = JoinSet::new();
-    loop {
+    while let Some((stream, peer, place)) = next(&listener, &places, &mut over).await {
         while programs.try_join_next().is_some() {}
-        let accepted = tokio::select! {
-            accepted = listener.accept() => accepted,
-            () = crate::http::ended(&mut over) => break,
-        };
-        let (stream, peer) = match accepted {
-            Ok(accepted) => accepted,
-            Err(error) => {
-                recover(&error, &places).await;
-                continue;
-            }
-        };
-        let place = places.enter(peer.ip());
         let (talk, admission, over) = (talk.clone(), admission.clone(), over.clone());
         programs.spawn(async move {
             let served = async {
