@@ -72,6 +72,10 @@ impl Hall {
         self.present.keys().nth(at % count).copied()
     }
 
+    fn is_known(&mut self, key: u32, known: Known) {
+        self.present.entry(key).and_modify(|one| one.1 = known);
+    }
+
     /// Lets something happen; holds what gives way to the laws.
     fn live(&mut self, event: Event) {
         self.now += Duration::from_millis(1);
@@ -93,9 +97,7 @@ impl Hall {
             Event::Begin(at) => match self.nth(at) {
                 Some(key) => {
                     let gone = self.table.begin(self.now, key);
-                    self.present
-                        .entry(key)
-                        .and_modify(|one| one.1 = Known::Slow);
+                    self.is_known(key, Known::Slow);
                     (Some(key), gone)
                 }
                 None => (None, None),
@@ -103,9 +105,7 @@ impl Hall {
             Event::Claim(at) => match self.nth(at) {
                 Some(key) => match self.table.claim(self.now, key) {
                     Ok(gone) => {
-                        self.present
-                            .entry(key)
-                            .and_modify(|one| one.1 = Known::Served);
+                        self.is_known(key, Known::Served);
                         (Some(key), gone)
                     }
                     Err(NoPlace) => (Some(key), None),
@@ -115,9 +115,7 @@ impl Hall {
             Event::EndRequest(at) => match self.nth(at) {
                 Some(key) => {
                     let gone = self.table.end_request(self.now, key);
-                    self.present
-                        .entry(key)
-                        .and_modify(|one| one.1 = Known::Stranger);
+                    self.is_known(key, Known::Stranger);
                     (Some(key), gone)
                 }
                 None => (None, None),
