@@ -1,6 +1,7 @@
 """Promises about a job under way, as a person at a terminal or a program with `--json` meets them."""
 
 import os
+import re
 import signal
 import time
 
@@ -288,14 +289,16 @@ def first_interrupt_lifts(lab):
 
 
 def second_interrupt_moves_nothing(lab):
-    lab.arm("1")
-    terminal = Terminal(lab, DRAW)
+    lab.arm("0.5")
+    terminal = Terminal(lab, f"{DRAW} --lift 60")
     terminal.until(r"step 4")
     terminal.types("\x03")
-    time.sleep(0.05)
+    # One that comes sooner is a bounce.
+    time.sleep(0.55)
     terminal.types("\x03")
     assert terminal.ended() == 130
     pose = at_rest(lab)
+    assert pose["z"] < PAPER + 59, pose
     return f"z {pose['z']}"
 
 
@@ -318,7 +321,7 @@ def goes_on_after_a_stop(lab):
     at_rest(lab)
     done = lab.run(f"{BURN} --resume --overlap 2 </dev/null")
     assert done.code == 0, done
-    assert "2.0 mm are burnt twice" in done.err, done
+    assert re.search(r"2\.\d mm are burnt twice", done.err), done
 
 
 space_stops, s_stops = stops_with(" "), stops_with("s")

@@ -142,7 +142,9 @@ export function classes(test, { browser, program, shots }) {
     await mixed.start();
     try {
       for (const [name, text] of [["line.plan.json", LINE], ["burns.plan.json", BURNS]]) await mixed.call("program.put", { name, text });
-      for (const arm of ["toy", "left", "right"]) await mixed.call("arm.clear_alarms", { arm }).catch(() => {});
+      await mixed.call("arm.clear_alarms", { arm: "toy" });
+      // No program runs on a real arm that was not homed.
+      await Promise.all(["left", "right"].map((arm) => mixed.call("arm.home", { arm })));
       const page = await browser.connected(`${mixed.url}#/arms`, TABLET);
       const begun = async () => {
         const lists = await Promise.all(["toy", "left", "right"].map((arm) => mixed.call("job.list", { arm })));

@@ -24,8 +24,11 @@ export function drawing(test, bench) {
     await page.getByTestId("world-scenario-open").setInputFiles(file(`${tool}.toml`, world(tool)));
     await page.getByText("The arm restarted in the new world").waitFor();
     await page.goto(`${bench.url()}#/move`);
-    await is(page, "alarm", "true");
-    await page.getByTestId("clear-alarms").click();
+    // The page's own station homes its arm in a new world.
+    if ((await page.evaluate(() => document.body.dataset.backend)) === "station") {
+      await is(page, "alarm", "true");
+      await page.getByTestId("clear-alarms").click();
+    }
     await is(page, "alarm", "false");
     await page.goto(`${bench.url()}#/${route}`);
     await is(page, "route", route);

@@ -179,6 +179,34 @@ export function onSim(tests, bench, folder) {
     await closed(page);
   });
 
+  test("files: a scenario homes its arm as the first start does, and a stopped laser is not said to be on", async () => {
+    const page = await browser.inControl(files.url);
+    await page.goto(`${files.url}#/world`);
+    await page.getByTestId("world-scenario").selectOption("engraving");
+    await page.getByText("The arm restarted in the new world").waitFor();
+    await sim.until("is homed", (state) => state.homed !== false && state.alarms.length === 0 && !state.moving);
+    await is(page, "alarm", "false");
+    // Control, and what hears of the arm, is as before.
+    await is(page, "lease", "mine");
+    await page.goto(`${files.url}#/move`);
+    await page.getByTestId("tool-laser").click();
+    await page.getByTestId("header-laser").waitFor();
+    await page.getByTestId("stop").click();
+    await page.getByTestId("header-laser").waitFor({ state: "detached" });
+    assert.equal((await sim.pose()).tool.laser, false);
+    // And while something burns along its way.
+    await page.goto(`${files.url}#/engrave`);
+    await page.getByTestId("draw-text").fill("Laser");
+    await page.getByText("The arm can do it").waitFor();
+    await page.getByTestId("laser-arm").click();
+    await page.getByTestId("draw-start").click();
+    await page.getByTestId("header-laser").waitFor({ timeout: 30_000 });
+    await page.getByTestId("stop").click();
+    await is(page, "job", "stopped");
+    await page.getByTestId("header-laser").waitFor({ state: "detached" });
+    await closed(page);
+  });
+
   for (const [name, body] of [...tests]) {
     if (SHARED.includes(name)) test(`files: ${name}`, body);
   }

@@ -101,6 +101,10 @@ export function worlds(test, { browser, station, shots, closed }) {
     await is(page, "link", "up");
     await page.getByTestId("world-alarm").click();
     await page.getByTestId("alarm-64").waitFor();
+    const { alarms } = await station.call("arm.alarms");
+    const said = await page.getByTestId("alarm-64").textContent();
+    for (const part of ["name", "cause", "cure"]) assert.ok(said.includes(alarms.find(({ code }) => code === 64)[part]), `${part}: ${said}`);
+    assert.ok(await page.getByTestId("alarm-clear").isEnabled());
     await page.goto(`${station.url}#/move`);
     await page.getByTestId("clear-alarms").click();
     await is(page, "alarm", "false");

@@ -24,6 +24,26 @@ export function inWords({ code, message }: RpcError): string {
   return kind === "" ? message : `${kind}: ${message}`;
 }
 
+/** What to do about an error, as the station says it: an action, or an option with its value, or to leave one out. */
+export interface Remedy {
+  action?: string;
+  option?: string;
+  value?: unknown;
+  without?: string;
+  effect?: string;
+}
+/** What keeps something from being done, and what to do about it. */
+export interface Problem {
+  text: string;
+  remedies: readonly Remedy[];
+}
+
+export function problemOf(error: unknown): Problem {
+  if (!(error instanceof RpcError)) return { text: String((error as Error).message), remedies: [] };
+  const remedies = error.data["remedies"];
+  return { text: inWords(error), remedies: Array.isArray(remedies) ? (remedies as Remedy[]) : [] };
+}
+
 /** Stops the shown arm, or all of the station, and whatever the page holds. Never refused, never asked. */
 export async function stop(all = false): Promise<void> {
   endJog("stopped");

@@ -79,6 +79,7 @@ export type Job = {
   error: {
     message: string;
   } | null;
+  notes: Note[] | null;
 };
 
 export type Field = {
@@ -557,7 +558,7 @@ export interface Methods {
     };
     result: null;
   };
-  /** Gives it back. What the arm has queued goes on. */
+  /** Gives it back. What the arm has queued goes on; a jog, stepper motors and the belt are stopped, and a job pauses unless its `on_lost` says otherwise. */
   "lease.release": {
     params: {
       lease: string;
@@ -812,6 +813,40 @@ export interface Methods {
     };
     result: null;
   };
+  /** Takes the height of the level work surface from where the tool touches it, and keeps it for drawings, engravings and what else lies on it. The arm has to stand, with the laser off. */
+  "surface.touch": {
+    params: {
+      arm?: string;
+      forget?: boolean;
+      unhomed?: boolean;
+    };
+    result: {
+      touches: number;
+      plane: {
+        at: number[];
+        z: number;
+        slope_x: number;
+        slope_y: number;
+      } | null;
+      residual: number | null;
+    };
+  };
+  /** The height of the work surface that was touched. */
+  "surface.get": {
+    params: {
+      arm?: string;
+    };
+    result: {
+      touches: number;
+      plane: {
+        at: number[];
+        z: number;
+        slope_x: number;
+        slope_y: number;
+      } | null;
+      residual: number | null;
+    };
+  };
   /** A step of a program that leads to where the arm stands. */
   "teach.capture": {
     params: {
@@ -916,6 +951,7 @@ export interface Methods {
       drawing: string | null;
       strokes: Array<{
         burnt: boolean;
+        power: number;
         points: number[][];
       }> | null;
       mark: string;

@@ -324,7 +324,7 @@ function told(event: Record<string, unknown>): void {
   const kind = String(event["event"]);
   if (kind === "lease" || kind === "job" || kind === "command-finished") return;
   const code = event["code"];
-  const known = store.alarms.value.find((alarm) => alarm.code === code)?.name;
+  const known = code === store.SWITCHED_ON ? t("alarms.on") : store.alarms.value.find((alarm) => alarm.code === code)?.name;
   const more = [code === undefined ? null : (known ?? `0x${Number(code).toString(16)}`), event["axis"], event["why"]];
   log([kind, ...more.filter((part) => typeof part === "string")].join(" "));
 }

@@ -15,6 +15,8 @@ export interface Hearer {
 const SESSIONS = 65535;
 /** One that the page does not know: it readies the arm, and fills the library. */
 const OWN = 1;
+/** Id of the request that homes an arm in a new world: no page's own. */
+const HOMED = -1;
 /** A virtual arm is ready for the page this soon, ms of its clock: homing is over then. */
 const READY = 120_000;
 /** A real arm has answered by then, ms: the driver asks for three seconds. */
@@ -33,6 +35,8 @@ export class WorkerStation {
   private traced: ((file: Uint8Array) => void) | null = null;
   /** Control was taken: what moves then is this page's doing. */
   private hasControlled = false;
+  /** The request that loads a scenario, by its session. */
+  private loads: { session: number; id: Wire["id"] } | null = null;
 
   private constructor(
     private readonly station: Station,
@@ -139,6 +143,7 @@ export class WorkerStation {
   send(session: number, message: Wire): void {
     if (message.method?.startsWith("lease.")) this.hasControlled = true;
     this.kept.asked(session, message);
+    if (message.method === "world.scenario" && this.line === null) this.loads = { session, id: message.id };
     this.station.rpc(session, JSON.stringify(message));
     this.turns();
   }
@@ -180,8 +185,9 @@ export class WorkerStation {
       if (out.kind === "text") {
         const message = JSON.parse(out.payload) as Wire;
         this.kept.answered(out.session, message, (name) => this.station.programOut(name));
-        if (out.session === 0) this.answers.push(message);
+        if (out.session === 0 || message.id === HOMED) this.answers.push(message);
         else hearer?.heard(message);
+        this.loaded(out.session, message);
       } else if (out.kind === "file") {
         this.files.read(out.payload);
       } else if (out.kind === "close") {
@@ -208,6 +214,17 @@ export class WorkerStation {
       else await new Promise((done) => setTimeout(done, left));
     }
     throw new Error("the arm does not become ready");
+  }
+
+  /** The arm was switched on in the world of a scenario: its session has it homed, as at the start. */
+  private loaded(session: number, { id, error }: Wire): void {
+    if (this.loads === null || session !== this.loads.session || id !== this.loads.id) return;
+    this.loads = null;
+    if (error) return;
+    this.answers = [];
+    this.station.rpc(session, JSON.stringify({ jsonrpc: "2.0", id: HOMED, method: "arm.home" }));
+    // Behind what the module is at.
+    queueMicrotask(() => void this.until(() => this.answers.find((message) => message.id === HOMED)).catch(() => {}).finally(() => this.turns()));
   }
 
   private own(message: Wire): void {

@@ -159,7 +159,8 @@ export async function send(arms: readonly string[], source: Source, title: strin
     return true;
   });
   if (refused.size === 0) return begun;
-  const why = [...refused].map(([arm, message]) => `${arm}: ${message}`).join(" ");
+  // In the order of the arms, whichever answered first.
+  const why = arms.flatMap((arm) => (refused.has(arm) ? [`${arm}: ${refused.get(arm)}`] : [])).join(" ");
   if (!(await store.ask(t("run.burns"), why, t("run.burns")))) return begun;
   return begun + (await each([...refused.keys()], (arm) => start(arm, { ...source, yes: true }, title)));
 }

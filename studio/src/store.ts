@@ -43,6 +43,8 @@ export const heardAt = signal(0);
 export const stale = signal(true);
 export const model = signal<Model | null>(null);
 export const alarms = signal<Alarm[]>([]);
+/** Code of the alarm of an arm that was switched on, or whose controller was reset: nothing is wrong with it. */
+export const SWITCHED_ON = 0;
 export const fence = signal<Fence>(null);
 export const jobState = signal<string>("none");
 /** Those who ask for control. */

@@ -39,12 +39,12 @@ JSON-RPC's own: -32700 no JSON, -32600 no request, -32601 unknown method, -32602
 | -32003 | `busy` | a job or a jog has the arm | `job` or `jog` |
 | -32004 | `check-failed` | the arm cannot do all of a program; nothing was sent | `report`, as `run --check --json` |
 | -32005 | `dangerous` | it is dangerous or may burn, and `\"yes\": true` was not given | `command`; `danger`: `laser` or `arm` |
-| -32006 | `too-many` | more than a socket may send, subscribe to, or wait for | `limit` |
+| -32006 | `too-many` | more than a socket may send, subscribe to, or wait for, or than there are sessions | `limit` |
 | -32007 | `stopped` | a stop came first | `by` |
 | -32008 | `frozen` | a teacher has frozen the arm | `arm` |
 
-A socket is closed with 4400 (no good hello), 4401 (no or wrong token), 4403 (token revoked), 4408 (no hello within 5 s), 4409 (its session has another socket),
-4413 (it reads too slowly), 4429 (too many messages for five seconds), 1003 (a binary message), 1007 (no UTF-8), 1009 (more than 1 MiB), 1001 (the station ends).
+A socket is closed with 4400 (no good hello), 4401 (no or wrong token), 4403 (token revoked), 4408 (no hello within 5 s, from another machine
+2 s, or a newer socket took the place of one that had said none), 4409 (its session has another socket), 4413 (it reads too slowly), 4429 (too many messages for five seconds), 1003 (a binary message), 1007 (no UTF-8), 1009 (more than 1 MiB), 1001 (the station ends).
 
 ## Methods
 ";

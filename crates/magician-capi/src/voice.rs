@@ -1,6 +1,6 @@
 //! What to do about an error, in the words of the vendor's interface: its functions.
 
-use magician::{Action, Given, Setting, Voice};
+use magician::{Action, Given, PinUse, Setting, Voice};
 
 /// The voice of the vendor's library.
 pub(crate) struct Vendor;
@@ -19,6 +19,7 @@ impl Voice for Vendor {
             Action::SuctionOff => "SetEndEffectorSuctionCup with 0, 0",
             Action::GripperOff => "SetEndEffectorGripper with 0, 0",
             Action::ListPorts => "SearchDobot",
+            Action::UseRail => "SetDeviceWithL",
             other => return other.name().to_owned(),
         }
         .to_owned()
@@ -29,6 +30,10 @@ impl Voice for Vendor {
             Setting::Port => format!("{} {given}", self.setting(setting)),
             setting => format!("{} {given} in another program", self.setting(setting)),
         }
+    }
+
+    fn set_pin(&self, pin: u8, function: PinUse) -> String {
+        format!("SetIOMultiplexing of {pin} to {}", function.name())
     }
 
     fn setting(&self, setting: Setting) -> String {
@@ -51,7 +56,11 @@ mod tests {
             let said = Vendor.action(*action);
             let function = said.split(' ').next().unwrap_or_default();
             let known = crate::FUNCTIONS.iter().any(|known| known.name == function);
-            let absent = [Action::ListCommands, Action::CalibrateSurface];
+            let absent = [
+                Action::ListCommands,
+                Action::CalibrateSurface,
+                Action::TouchOff,
+            ];
             assert!(known || absent.contains(action), "{said}");
         }
     }

@@ -9,6 +9,7 @@ use magician_motion::ToolBias;
 
 use crate::context::{CommandLine, Context};
 use crate::failure::{Failure, Kind};
+use crate::named_files::NamedFiles;
 use crate::options::{Global, TOOL};
 use crate::output::{Output, Text};
 use crate::verbs::{
@@ -55,6 +56,9 @@ pub(crate) struct Cli {
 
     #[command(subcommand)]
     pub(crate) verb: Option<Verb>,
+
+    #[arg(skip)]
+    files: NamedFiles,
 }
 
 /// What verbs have of the command line as a whole.
@@ -72,6 +76,7 @@ impl Cli {
 
     /// Does the command line and keeps the connection.
     fn follow(self, context: &mut Context) -> Result<(), Failure> {
+        self.check_files()?;
         context.begins(self.global);
         let outcome = match self.verb {
             _ if self.version => version::run(context),
@@ -79,6 +84,11 @@ impl Cli {
             None => Err(Failure::usage("no verb given").hint("`magician --help` lists them")),
         };
         outcome.and(context.out.flush())
+    }
+
+    /// Refuses to write a file over one that the same command line names.
+    pub(crate) fn check_files(&self) -> Result<(), Failure> {
+        self.files.check(self.global.trace.as_deref())
     }
 
     /// Reads a command line; the first argument is the program's name.
@@ -101,6 +111,7 @@ impl Cli {
         let verb = matches.subcommand().map(|(_, verb)| verb);
         let tool = verb.and_then(|verb| verb.try_get_one::<ToolBias>(VIRTUAL_TOOL).ok().flatten());
         cli.global.virtual_tool = tool.copied();
+        cli.files = NamedFiles::of(&matches);
         Ok(cli)
     }
 

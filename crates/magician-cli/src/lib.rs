@@ -19,6 +19,7 @@ mod json;
 mod log;
 mod mdns;
 mod mounted;
+mod named_files;
 mod options;
 mod output;
 mod paint;

@@ -1,12 +1,11 @@
 //! What the verbs that serve others have in common: `sim` and `proxy`.
 
-use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use magician::serve::{Endpoint, ServeError};
-use magician_job::files;
+use magician_job::files::WholeFile;
 
 use crate::failure::{Failure, Kind};
 
@@ -35,9 +34,9 @@ pub(crate) fn serving(endpoint: &Endpoint) -> String {
     }
 }
 
-/// A file to write from its beginning; one that another program is writing stays as it is.
-pub(crate) fn create(path: &Path) -> Result<File, Failure> {
-    files::create(path).map_err(|error| Failure::unwritable(path, &error))
+/// A trace or recording of the person's that begins; one that another program is writing stays as it is.
+pub(crate) fn grow(path: &Path) -> Result<WholeFile, Failure> {
+    WholeFile::grow(path).map_err(|error| Failure::unwritable(path, &error))
 }
 
 /// A parent that does not listen is no reason to stop serving.

@@ -1,6 +1,6 @@
 //! What to do about an error or a note, in the words of the command: verbs and flags.
 
-use magician::{Action, Given, Setting, Voice};
+use magician::{Action, Given, PinUse, Setting, Voice};
 
 /// The command's voice.
 pub(crate) struct Command;
@@ -19,7 +19,8 @@ impl Voice for Command {
             Action::GripperOff => "gripper off",
             Action::ListPorts => "ports",
             Action::ListCommands => "commands",
-            Action::CalibrateSurface => "calibrate surface",
+            Action::CalibrateSurface | Action::TouchOff => "calibrate surface",
+            Action::UseRail => "rail on",
             other => return other.name().to_owned(),
         };
         format!("`magician {verb}`")
@@ -31,6 +32,10 @@ impl Voice for Command {
             Given::Off => self.setting(setting).replacen("--", "--no-", 1),
             given => format!("{} {given}", self.setting(setting)),
         }
+    }
+
+    fn set_pin(&self, pin: u8, function: PinUse) -> String {
+        format!("`magician io mux {pin} {}`", function.name())
     }
 
     fn system(&self, line: &str) -> String {
@@ -153,6 +158,11 @@ mod tests {
             let words = line.trim_matches('`').split(' ');
             let parsed = Cli::command().try_get_matches_from(words);
             assert!(parsed.is_ok(), "{line}: {}", parsed.unwrap_err());
+        }
+        for function in [PinUse::DigitalOutput, PinUse::Pwm] {
+            let line = Command.set_pin(6, function);
+            let words = line.trim_matches('`').split(' ');
+            assert!(Cli::command().try_get_matches_from(words).is_ok(), "{line}");
         }
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! * [`connection`] sends requests and tells which answer is whose; [`stream`] keeps any number of queued commands flowing over
 //!   it; [`proxy`] gives several programs one arm.
+//! * [`admission`] decides which connection gives way when a listener has more than it can keep.
 //! * [`words`] makes commands of intentions, and checks them before a byte is sent.
 //! * [`gate`] decides when a jog may begin, and knows which motors run: what moves without an end of its own.
 //! * [`faults`] (feature) is what a bad line does, from a seed; [`pair`] (feature) a host and a virtual arm on one virtual clock.
@@ -13,6 +14,7 @@
 #![cfg_attr(docsrs, feature(doc_cfg))]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
+pub mod admission;
 mod burning;
 pub mod connection;
 mod error;
@@ -43,7 +45,7 @@ pub use magician_protocol::{
 };
 pub use picture::{ArmOutputs, ArmPicture, GripperState};
 pub use preflight::check_power;
-pub use remedy::{Act, Action, Given, Remedy, Setting, Voice};
+pub use remedy::{Act, Action, Given, PinUse, Remedy, SET_PIN, Setting, Voice};
 
 /// Compiles the README's program with the tests.
 #[cfg(doctest)]

@@ -52,6 +52,28 @@ pub enum Act {
     Omit(Setting),
     /// A command of the operating system, as it is typed.
     System(Cow<'static, str>),
+    /// Give a pin, by its EIO address, this function.
+    SetPin(u8, PinUse),
+}
+
+/// Functions of a pin that is driven.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum PinUse {
+    /// A level.
+    DigitalOutput,
+    /// Pulses.
+    Pwm,
+}
+
+impl PinUse {
+    /// The name, as in JSON.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::DigitalOutput => "digital-output",
+            Self::Pwm => "pwm",
+        }
+    }
 }
 
 impl From<Action> for Act {
@@ -75,9 +97,13 @@ impl fmt::Display for Act {
             Self::Give(setting, given) => write!(f, "{} {given}", setting.name()),
             Self::Omit(setting) => write!(f, "without {}", setting.name()),
             Self::System(line) => f.write_str(line),
+            Self::SetPin(pin, function) => write!(f, "{SET_PIN} {pin} {}", function.name()),
         }
     }
 }
+
+/// Name of [`Act::SetPin`] in JSON.
+pub const SET_PIN: &str = "set-pin";
 
 /// The value of an option.
 #[derive(Clone, Debug, PartialEq)]
@@ -168,8 +194,12 @@ named! {
         ListPorts = "list-ports",
         /// Look at the commands of the protocol.
         ListCommands = "list-commands",
+        /// Tell the arm that it stands on a rail.
+        UseRail = "use-rail",
         /// Measure where the work surface is.
         CalibrateSurface = "calibrate-surface",
+        /// Take the height of the work surface from where the tool touches it now.
+        TouchOff = "touch-off",
     }
 }
 
@@ -187,6 +217,8 @@ named! {
         Crop = "crop",
         /// Draw once what is there twice.
         Dedupe = "dedupe",
+        /// Treatment of depths below the surface.
+        Depths = "depths",
         /// The size of specks, mm.
         Despeckle = "despeckle",
         /// How G-code is to be understood.
@@ -233,6 +265,8 @@ named! {
         Raw = "raw",
         /// The least distance of points, mm.
         Resample = "resample",
+        /// Go on where an earlier run ended.
+        Resume = "resume",
         /// Turn it, degrees.
         Rotate = "rotate",
         /// The S of full power.
@@ -290,6 +324,11 @@ pub trait Voice {
     /// The option without a value: `--raw`, `raw`.
     fn setting(&self, setting: Setting) -> String;
 
+    /// What gives a pin this function: `magician io mux 6 pwm`, `arm.multiplex(6, "pwm")`.
+    fn set_pin(&self, pin: u8, function: PinUse) -> String {
+        Act::SetPin(pin, function).to_string()
+    }
+
     /// The act.
     fn act(&self, act: &Act) -> String {
         match act {
@@ -297,16 +336,26 @@ pub trait Voice {
             Act::Give(setting, given) => self.give(*setting, given),
             Act::Omit(setting) => format!("leave out {}", self.setting(*setting)),
             Act::System(line) => self.system(line),
+            Act::SetPin(pin, function) => self.set_pin(*pin, *function),
         }
     }
 
-    /// All of them in one sentence: `--fit shrinks it; --scale 0.5 fits there`. None if there is nothing to do.
+    /// All of them in one sentence: `--fit shrinks it; --scale 0.5 fits there`. None if there is nothing to do. Acts
+    /// that are the same in these words are said once.
     fn remedies(&self, remedies: &[Remedy]) -> Option<String> {
-        let said = |remedy: &Remedy| match remedy.effect.is_empty() {
-            true => self.act(&remedy.act),
-            false => format!("{} {}", self.act(&remedy.act), remedy.effect),
-        };
-        let all: Vec<String> = remedies.iter().map(said).collect();
+        let mut acts: Vec<String> = Vec::new();
+        let mut all = Vec::new();
+        for remedy in remedies {
+            let act = self.act(&remedy.act);
+            if acts.contains(&act) {
+                continue;
+            }
+            all.push(match remedy.effect.is_empty() {
+                true => act.clone(),
+                false => format!("{act} {}", remedy.effect),
+            });
+            acts.push(act);
+        }
         (!all.is_empty()).then(|| all.join("; "))
     }
 }

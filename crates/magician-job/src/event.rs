@@ -103,8 +103,10 @@ pub struct StartsAt {
     pub within: bool,
     /// The next was cut short, or its end is unknown: it is repeated from its beginning.
     pub again: bool,
-    /// How many mm are burnt twice; at most so many where it is repeated.
+    /// Length that is burnt twice, mm.
     pub burnt_twice: f64,
+    /// True if that is the most: the step is repeated, or it is not known exactly where the light went out.
+    pub at_most: bool,
     /// Nothing of the earlier job had come to the arm's queue.
     pub nothing_queued: bool,
 }
@@ -131,6 +133,9 @@ pub enum JobEvent {
     Progress(JobProgress),
     /// What became of settings that ended processes have left changed.
     Settled(Settled),
+    /// An earlier run of the same program at this arm was cut off (its process was killed, the computer failed), and this job does
+    /// not resume it: the earlier one has finished at least so many steps.
+    Unfinished(u64),
     /// Where it begins, if that is not the first step, once all is checked.
     Starts(StartsAt),
     /// It waits.

@@ -1,51 +1,147 @@
-//! Files that others may be reading or writing.
+//! Files that people name: written whole or not at all, and never over one that is read.
 
-use std::fs::{File, TryLockError};
+use std::fmt;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-pub use magician::files::{check_writable, replace, replace_private, write_whole};
+use magician::files::Target;
+pub use magician::files::{
+    WholeFile, check_writable, replace, replace_private, replace_unsynced, write_whole,
+};
 
-/// A file to write from its beginning, locked; one that another program is writing stays as it is.
+/// A file that a command would write over one that it reads, or write twice.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+pub struct SameFile {
+    /// The output.
+    pub output: PathBuf,
+    /// The other name of the same file.
+    pub other: PathBuf,
+    /// True if the other one is read, false if it is written.
+    pub is_input: bool,
+}
+
+impl fmt::Display for SameFile {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (output, other) = (self.output.display(), self.other.display());
+        match (self.is_input, self.output == self.other) {
+            (true, true) => write!(f, "{output} is both read and written"),
+            (true, false) => write!(f, "{output} would be written over {other}, which is read"),
+            (false, true) => write!(f, "{output} is written twice"),
+            (false, false) => write!(f, "{output} and {other} are one file, written twice"),
+        }
+    }
+}
+
+impl std::error::Error for SameFile {}
+
+/// Checks that every output of a command is a file of its own: none of its inputs and no other output,
+/// by whatever name, symbolic or hard link. Pipes and devices may be named twice.
 ///
 /// # Errors
-/// What the system reports, and [`io::ErrorKind::ResourceBusy`] for one that is locked.
-pub fn create(path: &Path) -> io::Result<File> {
-    let mut options = File::options();
-    options.write(true).create(true).truncate(false);
-    let file = options.open(path)?;
-    if file.metadata().is_ok_and(|metadata| metadata.is_file()) {
-        match file.try_lock() {
-            Err(TryLockError::WouldBlock) => {
-                let busy = io::ErrorKind::ResourceBusy;
-                return Err(io::Error::new(busy, "another program is writing to it"));
-            }
-            // Some file systems know no locks.
-            Ok(()) | Err(TryLockError::Error(_)) => {}
+/// [`SameFile`] for the first output that is not.
+pub fn check_distinct<'p>(
+    inputs: impl IntoIterator<Item = &'p Path>,
+    outputs: impl IntoIterator<Item = &'p Path>,
+) -> Result<(), SameFile> {
+    let mut known: Vec<(Identity, &Path, bool)> = Vec::new();
+    let inputs = inputs.into_iter().map(|path| (path, true));
+    for (path, is_input) in inputs.chain(outputs.into_iter().map(|path| (path, false))) {
+        let Some(identity) = Identity::of(path) else {
+            continue;
+        };
+        let same = known.iter().find(|(other, ..)| *other == identity);
+        if let (Some((_, other, is_read)), false) = (same, is_input) {
+            return Err(SameFile {
+                output: path.to_path_buf(),
+                other: other.to_path_buf(),
+                is_input: *is_read,
+            });
         }
-        file.set_len(0)?;
+        known.push((identity, path, is_input));
     }
-    Ok(file)
+    Ok(())
+}
+
+/// Identity of a file, the same under all of its names.
+#[derive(PartialEq, Eq)]
+enum Identity {
+    /// Device and inode of a file that is there.
+    #[cfg(unix)]
+    Node(u64, u64),
+    /// Path without links, of a file that may not be there yet.
+    Path(PathBuf),
+}
+
+impl Identity {
+    /// `None` for what is no plain file, or cannot be written anyway.
+    fn of(path: &Path) -> Option<Self> {
+        let Target::File(path) = Target::of(path).ok()? else {
+            return None;
+        };
+        #[cfg(unix)]
+        if let Ok(there) = path.metadata() {
+            use std::os::unix::fs::MetadataExt as _;
+            return Some(Self::Node(there.dev(), there.ino()));
+        }
+        Self::canonical(&path).ok()
+    }
+
+    fn canonical(path: &Path) -> io::Result<Self> {
+        if let Ok(path) = path.canonicalize() {
+            return Ok(Self::Path(path));
+        }
+        let folder = match path.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder,
+            _ => Path::new("."),
+        };
+        let name = path.file_name().unwrap_or_default();
+        Ok(Self::Path(folder.canonicalize()?.join(name)))
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use std::fs;
-    use std::io::Write as _;
 
     use super::*;
 
     #[test]
-    fn a_file_that_is_being_written_is_left_alone() {
+    fn output_that_is_an_input_or_another_output_is_found_by_any_name() {
         let place = tempfile::tempdir().expect("a directory");
-        let path = place.path().join("a.csv");
-        let mut first = create(&path).expect("made");
-        first.write_all(b"one").expect("written");
-        let error = create(&path).expect_err("locked");
-        assert_eq!(error.kind(), io::ErrorKind::ResourceBusy);
-        assert_eq!(fs::read(&path).expect("read"), b"one");
-        drop(first);
-        drop(create(&path).expect("free"));
-        assert_eq!(fs::read(&path).expect("read"), b"");
+        let at = |name: &str| place.path().join(name);
+        fs::create_dir(at("folder")).expect("made");
+        fs::write(at("a.svg"), "a").expect("written");
+        fs::write(at("b.svg"), "a").expect("written");
+        let mut same = vec![
+            ("a.svg", "a.svg"),
+            ("a.svg", "folder/../a.svg"),
+            ("new.svg", "./folder/../new.svg"),
+        ];
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink("a.svg", at("link.svg")).expect("linked");
+            std::os::unix::fs::symlink("new.svg", at("dangling.svg")).expect("linked");
+            fs::hard_link(at("a.svg"), at("hard.svg")).expect("linked");
+            same.extend([
+                ("a.svg", "link.svg"),
+                ("hard.svg", "link.svg"),
+                ("new.svg", "dangling.svg"),
+            ]);
+        }
+        for (one, other) in same {
+            let (one, other) = (at(one), at(other));
+            for (one, other) in [(&*one, &*other), (&other, &one)] {
+                let found = check_distinct([one], [other]).expect_err("the same");
+                assert!(found.is_input && found.output == other && found.other == one);
+                let found = check_distinct([], [one, other]).expect_err("the same");
+                assert!(!found.is_input && found.output == other);
+                assert_eq!(check_distinct([one, other], []), Ok(()));
+            }
+        }
+        let [a, b, new] = ["a.svg", "b.svg", "new.svg"].map(at);
+        assert_eq!(check_distinct([&*a], [&*b, &new]), Ok(()));
+        let null = Path::new("/dev/null");
+        assert_eq!(check_distinct([null], [null, null]), Ok(()));
     }
 }

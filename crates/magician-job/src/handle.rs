@@ -282,8 +282,8 @@ impl JobHandle {
     }
 
     /// Stops it: the arm stops at once, the laser is off, what is known is kept, the pen goes up and the settings are restored.
-    /// A second stop ends that: the arm stops again, and nothing moves after it. The call returns at once;
-    /// [`outcome`](Self::outcome) tells the end.
+    /// A second stop ends that: the arm stops again, and nothing moves after it; the settings are restored all the same. The call
+    /// returns at once; [`outcome`](Self::outcome) tells the end. [`StopRule`](crate::StopRule) says which signals are a second stop.
     pub fn stop(&self) {
         // What is over is stopped.
         let _ = self.0.requests.send(Request::Stop);

@@ -34,7 +34,7 @@
 //! 3. Ending: pen up, tool parked, settings restored, the journal removed.
 //!
 //! After a stop or an error the arm is stopped, what is known is kept *before* anything moves, then the pen goes up and the
-//! settings are restored.
+//! settings are restored. Which signals are such a stop, and which a second one that moves nothing, is a [`StopRule`].
 //!
 //! # By hand
 //!
@@ -77,8 +77,10 @@ pub mod report;
 mod saved;
 #[cfg(feature = "settings")]
 pub mod settings;
+mod signals;
 mod spec;
 pub mod teach;
+mod touch;
 
 pub use engine::Job;
 pub use error::{
@@ -96,7 +98,11 @@ pub use journal::{Journal, JournalError, JournalKey, NoJournal};
 pub use observed::{ObservedState, Speeds};
 pub use polled::Polled;
 pub use saved::{Access, SavedSettings, Settled};
+pub use signals::{SECOND_STOP_DELAY, StopOrder, StopRule, StopSignal};
 pub use spec::{JobSpec, Start};
+pub use touch::{Touch, touch_off};
+#[cfg(feature = "settings")]
+pub use touch::{keep_surface, kept_surface};
 
 /// Compiles the README's program with the tests.
 #[cfg(doctest)]

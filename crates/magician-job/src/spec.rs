@@ -34,7 +34,7 @@ pub struct JobSpec {
     pub ending: Ending,
     /// Where it begins.
     pub start: Start,
-    /// How far before the place where it was stopped a resumed burn begins, along its line, mm.
+    /// How far before the place where its light went out a resumed burn begins, along its line, mm.
     pub overlap: f64,
     /// Name of the work, for people: the plan's title at first.
     pub name: String,

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use magician_host::words::Preflight;
-use magician_host::{Error, Geometry, Set};
+use magician_host::{Action as Deed, Error, Geometry, Set};
 
 use crate::turns::{AtOnce, SLICE, Turns, at_once};
 use crate::{Action, Diagnostic, DiagnosticCode, Origin, Part, Plan};
@@ -285,11 +285,31 @@ impl CheckRun {
         self.report.refuse(plan, step, error, geometry);
     }
 
+    /// Refuses a place on a rail that is not in use: the arm would ignore it, and go to the right pose at the wrong place.
+    fn check_rail(&self, command: &Set) -> Result<(), Error> {
+        let l = match command {
+            Set::PtpWithLCmd(ptp) => ptp.l,
+            Set::PtpPoWithLCmd(ptp) => ptp.l,
+            _ => return Ok(()),
+        };
+        if self.arm.is_on_rail() {
+            return Ok(());
+        }
+        let message =
+            format!("needs a rail, for its place at {l} mm, and the arm is not told of one");
+        let error = Error::invalid(message).with_command(command.row().set_name);
+        Err(error.remedy(
+            Deed::UseRail,
+            "tells the arm that it is on a rail; home it then",
+        ))
+    }
+
     fn follow(&mut self, step: usize, command: &Set) -> Result<(), Error> {
         let before = self.arm.arm().copied();
         if !command.row().queueable {
             return Err(Error::invalid("cannot be queued").with_command(command.row().set_name));
         }
+        self.check_rail(command)?;
         let done = self.arm.check(command)?;
         self.time = self.time.filter(|_| done.time < Duration::MAX);
         self.time = self.time.map(|time| time.saturating_add(done.time));

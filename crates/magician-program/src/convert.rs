@@ -3,6 +3,8 @@
 use std::fmt::Write as _;
 
 use magician_host::Result as HostResult;
+use magician_protocol::Set;
+use magician_protocol::commands::{PtpCmd, PtpWithLCmd};
 use magician_sim::world::{Drawing, PictureOptions};
 
 #[cfg(not(feature = "picture"))]
@@ -134,14 +136,21 @@ fn png(_: &Drawing) -> Result<Vec<u8>, Diagnostic> {
 
 /// Each step with the point that it leads to.
 fn points(plan: &Plan) -> String {
-    let mut text = "step,action,x,y,z,r,line,name\n".to_owned();
+    // A program that moves along a rail has a column for its positions.
+    let on_rail = plan.uses_rail();
+    let mut text = "step,action,x,y,z,r,line,name".to_owned();
+    text.push_str(if on_rail { ",l\n" } else { "\n" });
     for (nth, step) in plan.steps.iter().enumerate() {
-        let point = step
-            .action
+        let rail = without_rail(&step.action);
+        let (action, l) = match &rail {
+            Some((action, l)) => (action, l.to_string()),
+            None => (&step.action, String::new()),
+        };
+        let point = action
             .target()
             .map(|point| point.map(|value| value.to_string()));
         let [x, y, z] = point.unwrap_or_default();
-        let r = match &step.action {
+        let r = match action {
             Action::Move { to: [.., r], .. } | Action::Arc { to: [.., r], .. } => r.to_string(),
             _ => String::new(),
         };
@@ -150,11 +159,41 @@ fn points(plan: &Plan) -> String {
             line => line.to_string(),
         };
         let name = plan.name_of(&step.origin).map(quoted).unwrap_or_default();
-        let word = word(&step.action);
+        let word = word(action);
         // Writing to a string cannot fail.
-        let _ = writeln!(text, "{},{word},{x},{y},{z},{r},{line},{name}", nth + 1);
+        let _ = write!(text, "{},{word},{x},{y},{z},{r},{line},{name}", nth + 1);
+        if on_rail {
+            let _ = write!(text, ",{l}");
+        }
+        text.push('\n');
     }
     text
+}
+
+/// A move that takes the rail along as the same move without it, and the position on the rail.
+fn without_rail(action: &Action) -> Option<(Action, f32)> {
+    let Action::Command(command) = action else {
+        return None;
+    };
+    let Set::PtpWithLCmd(ptp) = **command else {
+        return None;
+    };
+    let PtpWithLCmd {
+        ptp_mode,
+        x,
+        y,
+        z,
+        r,
+        l,
+    } = ptp;
+    let alone = PtpCmd {
+        ptp_mode,
+        x,
+        y,
+        z,
+        r,
+    };
+    Some((Action::from(Set::from(alone)), l))
 }
 
 fn word(action: &Action) -> &'static str {

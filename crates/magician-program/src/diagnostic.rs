@@ -1,7 +1,7 @@
 use std::borrow::Cow;
 use std::fmt;
 
-use magician_host::{Act, Remedy, Voice};
+use magician_host::{Act, Action, Remedy, Voice};
 use magician_protocol::{visible, visible_lines};
 
 use crate::Origin;
@@ -165,6 +165,13 @@ impl Diagnostic {
     pub fn with(mut self, remedy: Remedy) -> Self {
         self.remedies.push(remedy);
         self
+    }
+
+    /// True if the height of the work surface is missing, which is measured with an arm that is homed.
+    #[must_use]
+    pub fn lacks_surface(&self) -> bool {
+        let measures = Act::Do(Action::CalibrateSurface);
+        self.remedies.iter().any(|remedy| remedy.act == measures)
     }
 
     /// All that there is to do about it, in the words of a door.

@@ -3,7 +3,7 @@
 use magician_host::words::move_to;
 use magician_host::{Error, Result};
 
-use crate::{Plan, RemainingProgram};
+use crate::{Depths, Plan, RemainingProgram, Surface};
 
 /// What becomes of pen and arm at the end of a program. What needs the arm is the driver's:
 /// `Arm::lift` and `Arm::park`.
@@ -29,6 +29,8 @@ pub struct Ending {
     pub park: Option<[f64; 3]>,
     /// The program was made of a drawing, an image or G-code: a tool that it does not name draws.
     pub drawing: bool,
+    /// Treatment of depths below the surface: a pen is not parked there either, unless they are kept.
+    pub depths: Depths,
 }
 
 impl Default for Ending {
@@ -39,6 +41,7 @@ impl Default for Ending {
             stay: false,
             park: None,
             drawing: false,
+            depths: Depths::default(),
         }
     }
 }
@@ -72,9 +75,15 @@ impl Ending {
         up.filter(|up| *up > 0.0)
     }
 
+    /// True if the tool is a pen that never goes below its surface.
+    fn is_held(&self, plan: &Plan) -> bool {
+        self.depths == Depths::Flatten && self.draws(plan)
+    }
+
     /// Whether the arm gets to where it is parked from where the program ends.
     ///
     /// # Errors
+    /// [`ErrorKind::InvalidInput`](magician_host::ErrorKind::InvalidInput) for a pen that would be parked below the surface.
     /// [`ErrorKind::Unreachable`](magician_host::ErrorKind::Unreachable) with value and limit if it does not.
     pub fn check(&self, rest: &RemainingProgram) -> Result<()> {
         let Some(place) = self.park else {
@@ -84,13 +93,16 @@ impl Ending {
             let [x, y, z] = place;
             error.retold(format!("the tool cannot be parked at {x},{y},{z}: {error}"))
         };
+        let whole = rest.whole();
+        if let Some(surface) = whole.surface.filter(|_| self.is_held(whole)) {
+            above(place, surface).map_err(refused)?;
+        }
         let mut arm = rest.end();
         let Some(at) = arm.arm().map(|at| at.pose) else {
             let [x, y, z] = place.map(|value| value as f32);
             let there = arm.check(&move_to(x, y, z, 0.0));
             return there.map(drop).map_err(refused);
         };
-        let whole = rest.whole();
         if let Some(up) = self.after_done(whole, [at.x, at.y, at.z]) {
             let lift = arm.lift(up).map_err(refused)?;
             for command in &lift.commands {
@@ -99,4 +111,17 @@ impl Ending {
         }
         arm.way_to_park(place).map(drop).map_err(refused)
     }
+}
+
+/// That a pen is not parked below its surface.
+fn above([x, y, z]: [f64; 3], surface: Surface) -> Result<()> {
+    /// What lies lower by less is on the surface: places are rounded, mm.
+    const ROUNDING: f64 = 0.01;
+    let deep = surface.at([x, y]) - z;
+    if deep <= ROUNDING {
+        return Ok(());
+    }
+    Err(Error::invalid(format!(
+        "that is {deep:.1} mm below the surface"
+    )))
 }

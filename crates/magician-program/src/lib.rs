@@ -103,13 +103,13 @@ pub use plan::{
     Tool, Travel,
 };
 pub use power::Power;
-pub use program::{Program, RemainingProgram, StepNumbering, Timetable};
+pub use program::{BurnPlace, Program, RemainingProgram, StepNumbering, Timetable};
 pub use raster::Raster;
 pub use reach::{Fit, Reach, SheetTransform};
 pub use recording::{CaptureMode, PoseReading, Recording};
 pub use setup::{
-    AppliedPlacement, Frame, Page, PartMatch, PartMode, PartRule, PartSummary, Placement, Prepared,
-    Setup, Work, tip,
+    AppliedPlacement, Depths, Frame, Page, PartMatch, PartMode, PartRule, PartSummary, Placement,
+    Prepared, Setup, Work, tip,
 };
 pub use surface::Surface;
 pub use testgrid::{Series, TestCell, TestGrid, TestGridOptions};

@@ -256,6 +256,9 @@ pub struct Checkpoint {
     /// Where the step behind so many goes on, if not at its beginning: x, y, z.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub within: Option<(u64, [f64; 3])>,
+    /// Largest length from where it goes on that has been burnt already, mm.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub twice: f64,
     /// The run has ended and said so: `finished` is exact.
     pub ended: Option<RunEnd>,
 }
@@ -541,6 +544,11 @@ pub fn resume_point_at(
         Some(false) if finished > 0 => ResumePoint::Again(finished - 1),
         _ => ResumePoint::After(finished),
     }
+}
+
+/// True if nothing is burnt twice.
+fn is_zero(mm: &f64) -> bool {
+    *mm == 0.0
 }
 
 /// One step in doubt is done again; more are for a person to decide.

@@ -6,6 +6,7 @@ use magician_motion::{ArmModel, Fence, ToolBias};
 
 use crate::artwork::{FitFailure, Layout, Marking, Sheet, Tidy};
 use crate::fill::Filling;
+use crate::plan::Raised;
 use crate::raster::{Adjust, Engrave, Size, Trace};
 use crate::{
     Content, Diagnostic, DiagnosticCode, Fit, Format, Framing, Grid, Plan, Power, Reach,
@@ -27,6 +28,9 @@ pub struct Setup {
     pub surface: Option<Surface>,
     /// The surface that drawings and images lie on, by default.
     pub default_surface: Option<Surface>,
+    /// The surface of drawings and images where none was said or measured: the table of a virtual arm. It bounds nothing
+    /// that is in the arm's coordinates.
+    pub assumed_surface: Option<Surface>,
     /// The sheet that drawings lie on, where it is known.
     pub sheet: Option<Sheet>,
     /// Where it goes.
@@ -69,8 +73,11 @@ pub struct Setup {
     pub fence: Option<Fence>,
     /// Going round what would be marked, instead of marking it.
     pub framing: Option<Framing>,
+    /// Treatment of depths below the surface.
+    pub depths: Depths,
 }
 
+mod depths;
 mod drawing;
 mod fitting;
 mod image;
@@ -81,6 +88,7 @@ mod placed;
 mod testgrid;
 mod work_lines;
 
+pub use depths::Depths;
 use fitting::PlacedPlan;
 pub(crate) use fitting::report;
 pub use fitting::{AppliedPlacement, Prepared};
@@ -169,6 +177,7 @@ impl Default for Setup {
             default_tool: None,
             surface: None,
             default_surface: None,
+            assumed_surface: None,
             sheet: None,
             placement: Placement::default(),
             pen: Marking::pen(),
@@ -190,14 +199,21 @@ impl Default for Setup {
             no_pause: false,
             fence: None,
             framing: None,
+            depths: Depths::default(),
         }
     }
 }
 
 impl Setup {
-    /// The surface, as far as anybody has said one.
+    /// The surface that was said or measured, else the assumed one.
     #[must_use]
     pub fn known_surface(&self) -> Option<Surface> {
+        self.measured_surface().or(self.assumed_surface)
+    }
+
+    /// The surface that was said or measured.
+    #[must_use]
+    pub fn measured_surface(&self) -> Option<Surface> {
         let sheet = self.sheet.map(|sheet| sheet.surface);
         self.surface.or(sheet).or(self.default_surface)
     }
@@ -272,12 +288,30 @@ impl Setup {
         if format == Format::Gcode {
             placed::raised(&mut plan, self.pen.lift);
         }
-        let (plan, scale) = self.placed(plan)?;
+        let (mut plan, scale) = self.placed(plan)?;
+        if let Some(surface) = self.bound_of(format, &plan) {
+            notes.extend(plan.hold_above(surface)?.map(Raised::note));
+            // Moved down, a plan takes the surface that it names along; the real one stays where it is.
+            let first = plan.steps.iter().find_map(|step| step.action.target());
+            if let (Some(named), Some([x, y, _])) = (&mut plan.surface, first) {
+                let at = [x, y].map(f64::from);
+                if named.at(at) < surface.at(at) {
+                    *named = surface;
+                }
+            }
+        }
         Ok(Laid {
             plan: self.powered(self.tidied_program(plan, notes), notes)?,
             scale,
             misfit: None,
         })
+    }
+
+    /// The surface that a plan in the arm's coordinates never goes below, because a pen draws it.
+    pub(crate) fn bound_of(&self, format: Format, plan: &Plan) -> Option<Surface> {
+        let drawing = format.is_drawing() || self.work != Work::Default;
+        let is_held = self.depths == Depths::Flatten && plan.draws(drawing) && !plan.handles();
+        self.measured_surface().filter(|_| is_held)
     }
 
     /// With the powers that are wanted.
@@ -412,6 +446,7 @@ impl Setup {
         self.known_surface().ok_or_else(|| {
             Diagnostic::of_file("work surface height unknown")
                 .remedy(Action::CalibrateSurface, "measures it")
+                .remedy(Action::TouchOff, "takes it from where the tool touches")
                 .remedy(
                     (Setting::Surface, Given::Any("Z")),
                     "sets it: the z of the pose when the tool touches it",
@@ -419,8 +454,16 @@ impl Setup {
         })
     }
 
-    fn pushed(&self, plan: Plan) -> Result<Plan, Diagnostic> {
-        match self.placement.by {
+    /// Moved on over its surface, and above it; a pen never below.
+    fn pushed(&self, plan: Plan, notes: &mut Vec<Diagnostic>) -> Result<Plan, Diagnostic> {
+        let [x, y, mut z] = self.placement.by;
+        let slope = plan.surface.map_or([0.0; 2], |surface| surface.slope);
+        let burns = plan.steps.iter().any(|step| step.action.is_of_a_laser());
+        if z < 0.0 && !burns && self.depths == Depths::Flatten {
+            notes.push(Raised::new(-z).note());
+            z = 0.0;
+        }
+        match [x, y, z + slope[0] * x + slope[1] * y] {
             [0.0, 0.0, 0.0] => Ok(plan),
             by => plan.moved(by),
         }

@@ -9,7 +9,7 @@ mod codec;
 
 use std::fmt;
 
-use magician_host::{Act, Action as Deed, Given, Remedy, Setting};
+use magician_host::{Act, Action as Deed, Given, PinUse, Remedy, Setting};
 use magician_motion::{Cuboid, Fence};
 use magician_protocol::{MAX_PARAMS, Set, Writer};
 
@@ -311,7 +311,7 @@ fields! {
     Sheet { corner, rotation, surface, size }
     Cuboid { min, max }
     SetupDefaults {
-        tool, sheet, surface, draw_speed, draw_travel_speed, draw_lift, engrave_speed, engrave_power, park,
+        tool, sheet, surface, assumed_surface, draw_speed, draw_travel_speed, draw_lift, engrave_speed, engrave_power, park,
     }
 }
 
@@ -415,7 +415,8 @@ kinds! {
     Tool { 0 = None, 1 = Suction, 2 = Gripper, 3 = Pen, 4 = Laser, 5 = Bias(bias) }
     Missing { 0 = Start, 1 = Feature(feature) }
     Begins { 0 = Ask, 1 = At(at), 2 = Unknown, 3 = OnStage }
-    Act { 0 = Do(deed), 1 = Give(setting, given), 2 = Omit(setting), 3 = System(line) }
+    Act { 0 = Do(deed), 1 = Give(setting, given), 2 = Omit(setting), 3 = System(line), 4 = SetPin(pin, function) }
+    PinUse { 0 = DigitalOutput, 1 = Pwm }
     Given { 0 = On, 1 = Off, 2 = Number(number), 3 = Point(x, y), 4 = Word(word), 5 = Any(word) }
 }
 

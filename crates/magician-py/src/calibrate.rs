@@ -104,12 +104,24 @@ pub(crate) fn kept_settings(
         Ok((sheet, file.value::<f64>("surface")?, tool))
     };
     let (sheet, surface, tool) = py.detach(read).map_err(|error| unkept(py, &error))?;
+    let tool = tool_of(py, tool)?.map(|tool| tool.to_string());
+    Ok((sheet.map(|sheet| parts(&sheet)), surface, tool))
+}
+
+/// The tool that draws where nothing else is said, if the environment or the file of settings says one.
+pub(crate) fn kept_tool(py: Python<'_>) -> PyResult<Option<Tool>> {
+    let read = || SettingsFile::load()?.value::<String>("tool");
+    let tool = py.detach(read).map_err(|error| unkept(py, &error))?;
+    tool_of(py, tool)
+}
+
+/// The tool of the file of settings; that of `MAGICIAN_TOOL` goes before it.
+fn tool_of(py: Python<'_>, tool: Option<String>) -> PyResult<Option<Tool>> {
     let environment = std::env::var("MAGICIAN_TOOL").ok();
     let tool = environment.filter(|tool| !tool.is_empty()).or(tool);
-    let tool = tool.map(|tool| tool.parse::<Tool>().map(|known| known.to_string()));
-    let tool = tool.transpose().map_err(|why| {
+    let tool = tool.map(|tool| tool.parse::<Tool>());
+    tool.transpose().map_err(|why| {
         let message = format!("the tool of the settings: {why}");
         errors::raise(py, &Error::invalid(message))
-    })?;
-    Ok((sheet.map(|sheet| parts(&sheet)), surface, tool))
+    })
 }

@@ -2,9 +2,24 @@
 
 use std::path::PathBuf;
 
+use magician::Error;
 use magician_job::files;
 use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
+
+use crate::errors;
+
+/// Refuses an output that is one of the inputs, or another output.
+#[pyfunction]
+pub(crate) fn check_distinct(
+    py: Python<'_>,
+    inputs: Vec<PathBuf>,
+    outputs: Vec<PathBuf>,
+) -> PyResult<()> {
+    let [reads, writes] = [&inputs, &outputs].map(|paths| paths.iter().map(PathBuf::as_path));
+    files::check_distinct(reads, writes)
+        .map_err(|same| errors::raise(py, &Error::invalid(same.to_string())))
+}
 
 /// Writes a file so that it is whole or, after an error, as it was.
 #[pyfunction]

@@ -79,7 +79,7 @@ mod _magician {
     #[pymodule_export]
     use crate::errors::every_error;
     #[pymodule_export]
-    use crate::files::write_whole;
+    use crate::files::{check_distinct, write_whole};
     #[pymodule_export]
     use crate::frames::command_id;
     #[pymodule_export]

@@ -7,7 +7,7 @@ use std::time::SystemTime;
 
 use magician::sim::{Controller, Profile, Speed, World};
 use magician::{Arm, Error, ErrorCode};
-use magician_job::files;
+use magician_job::files::WholeFile;
 use magician_job::recording::{Clock, Options, RecordError, Recorder, Summary, Tally};
 use magician_record::replay::{Difference, Replay, ReplayWriter, Tolerances, What};
 use pyo3::IntoPyObjectExt;
@@ -240,11 +240,12 @@ impl How {
 pub(crate) fn replay(py: Python<'_>, trace: &[u8], how: How) -> PyResult<Py<PyAny>> {
     let mut arm = how.arm(py)?;
     let session = how.session(py, trace)?;
-    let mut saved = match &how.save {
-        Some(path) => Some(ReplayWriter::new(
-            BufWriter::new(files::create(path)?),
-            &session,
-        )?),
+    let mut file = match &how.save {
+        Some(path) => Some(WholeFile::create(path)?),
+        None => None,
+    };
+    let mut saved = match &mut file {
+        Some(file) => Some(ReplayWriter::new(BufWriter::new(file.writer()), &session)?),
         None => None,
     };
     let mut play = session.play(&mut arm);
@@ -265,7 +266,11 @@ pub(crate) fn replay(py: Python<'_>, trace: &[u8], how: How) -> PyResult<Py<PyAn
         }
         py.check_signals()?;
     }
-    let report = py.detach(|| play.finish());
+    drop(saved);
+    let report = py.detach(|| {
+        let whole = file.map_or(Ok(()), WholeFile::finish);
+        whole.map(|()| play.finish())
+    })?;
     let class = py.import("magician.replaying")?.getattr("Difference")?;
     let differences = PyList::empty(py);
     for difference in &report.differences {

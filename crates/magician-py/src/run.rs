@@ -1,13 +1,13 @@
 //! Plans run on an arm: jobs of the engine, in Python's words.
 
-use std::sync::Arc;
-use std::time::Duration;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use magician::{Action, Error, ErrorCode};
 use magician_job::{
     Done, Fault, FileJournal, JobError, JobEvent, JobHandle, JobProgress, JobSpec, JobState,
     JournalError, NoJournal, PauseError, PauseReason, PenLift, ResumeError, SavedSettings,
-    SpeedError, Start as StartsWhere,
+    SpeedError, Start as StartsWhere, StopOrder, StopRule, StopSignal,
 };
 use magician_program::{Ending, Program};
 use pyo3::prelude::*;
@@ -51,6 +51,9 @@ struct Inner {
     handle: JobHandle,
     source: Source,
     is_virtual: bool,
+    /// Which interruptions of a wait stop it, and when it began.
+    stops: Mutex<StopRule>,
+    begun: Instant,
 }
 
 /// Steps that are finished, seconds left, and seconds without an answer.
@@ -233,6 +236,19 @@ impl Job {
         Ok(Call::start(resume, |py, ()| Ok(py.None())))
     }
 
+    /// The wait for it, or for its end, was interrupted (Ctrl-C): a second one of these stops it at once, unless it comes too soon
+    /// to be meant.
+    fn interrupted(&self, py: Python<'_>) -> PyResult<()> {
+        let inner = self.inner.get(py)?;
+        let mut stops = inner.stops.lock().unwrap_or_else(PoisonError::into_inner);
+        let order = stops.hears(StopSignal::Interrupt, inner.begun.elapsed());
+        // The first one has stopped it already: it let go of the wait.
+        if order == Some(StopOrder::AtOnce) {
+            inner.handle.stop();
+        }
+        Ok(())
+    }
+
     /// Stops it.
     fn stop(&self, py: Python<'_>) -> PyResult<()> {
         self.inner.get(py)?.handle.stop();
@@ -333,6 +349,8 @@ impl Core {
             handle,
             source,
             is_virtual,
+            stops: Mutex::default(),
+            begun: Instant::now(),
         };
         Ok(Job {
             inner: Local::new(inner),

@@ -13,7 +13,7 @@ use magician::serve::{
 };
 use magician::sim::Speed;
 use magician::{Error, ErrorCode, ErrorKind, LineOptions, RawLine, SimSpeed, Target, VirtualArm};
-use magician_job::files::create;
+use magician_job::files::WholeFile;
 use pyo3::prelude::*;
 use tokio::sync::oneshot;
 use tracing::{info, warn};
@@ -227,7 +227,7 @@ pub(crate) fn serve_proxy(
                 let message = format!("{} cannot be written: {error}", path.display());
                 Broken::File(io::Error::new(error.kind(), message))
             };
-            let file = BufWriter::new(create(&path).map_err(named)?);
+            let file = BufWriter::new(WholeFile::grow(&path).map_err(named)?);
             proxy = proxy.traced(file).map_err(named)?;
         }
         let endpoints = proxy.endpoints();

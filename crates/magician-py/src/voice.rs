@@ -1,6 +1,6 @@
 //! What to do about an error or a note, in the words of Python: methods and arguments.
 
-use magician::{Action, Given, Setting, Voice};
+use magician::{Action, Given, PinUse, Setting, Voice};
 
 /// Python's voice.
 pub(crate) struct Python;
@@ -20,7 +20,9 @@ impl Voice for Python {
             Action::GripperOff => "arm.pump_off()",
             Action::ListPorts => "magician.ports()",
             Action::ListCommands => "magician.commands",
+            Action::UseRail => "arm.rail(True, ..)",
             Action::CalibrateSurface => "magician calibrate surface",
+            Action::TouchOff => "arm.touch_off()",
             other => return other.name().to_owned(),
         };
         format!("`{call}`")
@@ -45,6 +47,10 @@ impl Voice for Python {
             Given::Any(name) => name.to_lowercase().replace('/', "_per_"),
         };
         format!("{}={value}", self.setting(setting))
+    }
+
+    fn set_pin(&self, pin: u8, function: PinUse) -> String {
+        format!("`arm.multiplex({pin}, \"{}\")`", function.name())
     }
 
     fn system(&self, line: &str) -> String {

@@ -114,6 +114,29 @@ def test_tools_and_pins(arm: Arm) -> None:
     arm.wait_at_least(12, 0)
 
 
+def test_pin_is_driven_only_as_what_it_is(arm: Arm) -> None:
+    way_out = (
+        r"EIO 6 has no function, it has to be a digital output; "
+        r'.*`arm\.multiplex\(6, "digital-output"\)` gives it'
+    )
+    with pytest.raises(errors.InvalidInputError, match=way_out):
+        arm.output(6, True)
+    arm.multiplex(6, "digital-output")
+    arm.output(6, True)
+    other = r"EIO 6 has another function, .* a pulse-width output"
+    with pytest.raises(errors.InvalidInputError, match=other):
+        arm.pwm(6, 1000, 25)
+    with pytest.raises(errors.InvalidInputError, match=other):
+        arm.servo(6, 1.5)
+
+
+def test_belt_is_not_told_to_run_faster_than_it_can(arm: Arm) -> None:
+    with pytest.raises(errors.InvalidInputError, match=r"mm_per_s is .* from -120 to 120"):
+        arm.conveyor(Stepper.STEPPER1, 500)
+    with pytest.raises(errors.InvalidInputError, match=r"mm_per_s is .* from -120 to 120"):
+        arm.conveyor_by(Stepper.STEPPER1, 10, 121)
+
+
 def test_belts_and_sensors(arm: Arm) -> None:
     arm.motor(Stepper.STEPPER1, 1000)
     arm.motor(Stepper.STEPPER1, 0)

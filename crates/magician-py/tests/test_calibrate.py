@@ -101,3 +101,17 @@ def test_what_is_kept_is_read_by_the_command_and_here(tmp_path: Path, monkeypatc
     path.write_text("window = ", encoding="utf-8")
     with pytest.raises(errors.InvalidInputError, match=r"config\.toml"):
         calibrate.saved()
+
+
+def test_the_height_is_taken_from_where_the_tool_touches(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MAGICIAN_CONFIG", str(tmp_path / "config.toml"))
+    with VirtualArm().arm() as arm:
+        arm.move_to(220, 30, -52.5)
+        surface = arm.touch_off()
+        assert surface.height == pytest.approx(-52.5, abs=0.01) and surface.slope == (0.0, 0.0)
+        # The table of a virtual arm says nothing about a real one.
+        assert calibrate.saved().surface is None
+        arm.laser(True)
+        with pytest.raises(errors.InvalidInputError, match="laser is on") as told:
+            arm.touch_off()
+        assert told.value.code == "laser-on"

@@ -185,8 +185,18 @@ def test_gcode_is_placed_or_taken_as_it_stands(samples: Path) -> None:
         assert "on the surface at z = -50.0" in str(placed.notes[0])
         help = placed.notes[0].help or ""
         assert "raw=True" in help and "pen_z=" in help
-    pressed = magician.load(file, surface=-50, pen_z=1).check().bounds
-    assert pressed is not None and pressed[0][2] == pytest.approx(-51)
+    # A pen never goes below the surface, but where the depths of the file are kept.
+    cases: list[tuple[dict[str, Any], float]] = [
+        ({"pen_z": 1}, -50),
+        ({"move": (0, 0, -5)}, -50),
+        ({"pen_z": 1, "depths": "keep"}, -51),
+        ({"move": (0, 0, -5), "depths": "keep"}, -55),
+    ]
+    for options, lowest in cases:
+        bounds = magician.load(file, surface=-50, **options).check().bounds
+        assert bounds is not None and bounds[0][2] == pytest.approx(lowest), options
+    with pytest.raises(InvalidInputError, match="depths is 'flatten' or 'keep', not 'deep'"):
+        magician.load(file, depths="deep")  # type: ignore[arg-type]
     with pytest.raises(InvalidInputError, match="nothing is drawn at or below Z -2"):
         magician.load(file, surface=-50, pen_z=-2)
     assert magician.load(file, place=True).surface_is_assumed

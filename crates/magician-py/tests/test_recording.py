@@ -113,9 +113,23 @@ def test_a_file_that_is_there_is_replaced_only_if_that_is_wanted(tmp_path: Path)
         with pytest.raises(FileExistsError, match=r"overwrite=True"), arm.record(path):
             pass
         assert path.read_text(encoding="utf-8") == "mine"
-        with arm.record(path, overwrite=True):
-            pass
+        with arm.record(path, overwrite=True) as recording:
+            seen(recording)
+            # It stays until the new one is whole.
+            assert path.read_text(encoding="utf-8") == "mine"
+            assert path.with_name("day.csv.partial").exists()
     assert rows(path)
+    assert [file.name for file in tmp_path.iterdir()] == ["day.csv"]
+
+
+def test_a_trace_replaces_a_file_when_the_arm_is_closed(tmp_path: Path) -> None:
+    path = tmp_path / "session.pcapng"
+    path.write_text("mine", encoding="utf-8")
+    with magician.Arm(VirtualArm(), trace=path) as arm:
+        arm.pose()
+        assert path.read_text(encoding="utf-8") == "mine"
+    assert any(piece.ok for piece in magician.decode(path))
+    assert [file.name for file in tmp_path.iterdir()] == ["session.pcapng"]
 
 
 def test_units_are_a_second_line_and_are_read_back(tmp_path: Path) -> None:
@@ -238,7 +252,12 @@ def test_what_cannot_be_replayed_is_said(tmp_path: Path) -> None:
         magician.replay(b"none")
     with pytest.raises(TypeError, match=r"names in a list"):
         magician.replay(path, ignore="GetPose")
-    with pytest.raises(FileExistsError):
+    with pytest.raises(errors.InvalidInputError, match=r"both read and written"):
         magician.replay(path, save=path)
+    scenario = tmp_path / "new.toml"
+    scenario.write_text("[table]\n", encoding="utf-8")
+    with pytest.raises(errors.InvalidInputError, match=r"both read and written"):
+        magician.replay(path, scenario=scenario, save=scenario)
+    assert scenario.read_text(encoding="utf-8") == "[table]\n"
     with pytest.raises(OSError):
         magician.Arm(VirtualArm(), trace=tmp_path / "none" / "a.pcapng")

@@ -6,6 +6,7 @@ import _thread
 import asyncio
 import io
 import os
+import signal
 import threading
 from pathlib import Path
 from typing import Any
@@ -122,6 +123,35 @@ def test_ctrl_c_lifts_the_pen_of_a_drawing() -> None:
         assert not cell.moving and cell.waiting == 0
         assert cell.position[2] == pytest.approx(-60 + up, abs=0.1)
         assert ("the pen is up by 20.0 mm" in notes(caught.value)) == (up > 0)
+
+
+def test_interrupts_in_quick_succession_lift_the_pen_and_restore_settings() -> None:
+    """A shell forwards the Ctrl-C that the terminal has sent already: that is nobody who wants the lift to end."""
+    cell = VirtualArm(speed=5.0)
+    arm, plan = drawing(cell)
+    before = arm.get(commands.CpParams)
+    calls: list[int] = []
+
+    def handler(number: int, _: object) -> None:
+        calls.append(number)
+        if len(calls) < 4:
+            signal.raise_signal(signal.SIGINT)  # Heard while the end of the job is waited for.
+        raise KeyboardInterrupt
+
+    def interrupt(progress: PlanProgress) -> None:
+        if progress.done >= 6 and cell.position[2] < -59.9 and not calls:
+            signal.raise_signal(signal.SIGINT)
+
+    known = signal.signal(signal.SIGINT, handler)
+    try:
+        with pytest.raises(KeyboardInterrupt) as caught:
+            arm.run(plan, progress=interrupt)
+    finally:
+        signal.signal(signal.SIGINT, known)
+    assert len(calls) >= 2 and not cell.moving and cell.waiting == 0
+    assert cell.position[2] == pytest.approx(-50, abs=0.1)
+    assert "the pen is up by 10.0 mm" in notes(caught.value)
+    assert arm.get(commands.CpParams) == before
 
 
 def test_a_stop_by_others_moves_nothing() -> None:

@@ -70,7 +70,7 @@ def test_belts() -> None:
     assert words.conveyor(Stepper.STEPPER1, 0) == commands.EMotor(Stepper.STEPPER1, False, 0)
     back = words.conveyor_by(Stepper.STEPPER2, -100, 50)
     assert (back.speed, back.distance, back.index) == (-7490, 14979, 1)
-    for wrong in (math.nan, math.inf, 7000):
+    for wrong in (math.nan, math.inf, 121, -500):
         with pytest.raises(errors.InvalidInputError):
             words.conveyor(Stepper.STEPPER1, wrong)
     with pytest.raises(errors.InvalidInputError):

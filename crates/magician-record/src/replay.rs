@@ -308,6 +308,18 @@ impl<'a> Replay<'a> {
         Some(ArmInstant::from_micros(uptime))
     }
 
+    /// Serial number of the recorded arm, if that was a virtual one that had it from its path or address.
+    fn virtual_serial(&self) -> Option<String> {
+        let row = commands::DeviceSn::ROW;
+        self.packets.iter().find_map(|packet| {
+            let frame = Frame::new(packet.bytes)?;
+            let reply = packet.direction == Some(Direction::Reply) && frame.id() == row.id;
+            let read = reply.then(|| commands::DeviceSn::decode(frame.params()))?;
+            let serial = read.ok()?.device_sn.to_string();
+            serial.starts_with("SIM").then_some(serial)
+        })
+    }
+
     /// Begins to replay on this arm, for callers that look on as it goes.
     pub fn play<'r>(&'r self, arm: &'r mut Controller) -> Play<'r, 'a> {
         Play::new(self, arm)

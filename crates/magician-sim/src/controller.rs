@@ -8,7 +8,7 @@ use crate::event::Event;
 use crate::fidelity::{Assumption, Fidelity};
 use crate::link::{Link, Links};
 use crate::observer::{self, Observer, SampleBudget};
-use crate::profile::PINS;
+use crate::profile::{Identity, PINS, serial_at};
 use crate::world::{Drawing, ExternalEvent, Press, WorldView};
 use crate::{
     ArmInstant, ControllerState, Flash, LineState, LinkId, PinState, Profile, StepperState, World,
@@ -101,6 +101,39 @@ impl Controller {
     pub fn with_tool(mut self, tool: ToolBias) -> Self {
         self.device.had_tool(tool);
         self
+    }
+
+    /// Tells the arm apart from those at other places: its serial number follows from the place, unless its profile, its flash or
+    /// a host has given it one of its own. `number` is the arm's among [several](crate::Identity::numbered), if it is one of several.
+    ///
+    /// ```
+    /// use magician_sim::Controller;
+    ///
+    /// let serial = |place: &str| {
+    ///     let mut arm = Controller::default();
+    ///     arm.identify_at(place, None);
+    ///     arm.serial()
+    /// };
+    /// assert_eq!(serial("/tmp/arm"), serial("/tmp/arm"));
+    /// assert_ne!(serial("/tmp/arm"), serial("/tmp/other"));
+    /// ```
+    pub fn identify_at(&mut self, place: &str, number: Option<u32>) {
+        self.identify_as(serial_at(place), number);
+    }
+
+    /// Gives the arm this serial number under the rule of [`identify_at`](Self::identify_at).
+    pub fn identify_as(&mut self, serial: String, number: Option<u32>) {
+        let usual = Identity::default();
+        let usual = number.map_or(usual.clone(), |number| usual.numbered(number));
+        if self.serial() == usual.serial {
+            self.device.had_serial(serial);
+        }
+    }
+
+    /// Its serial number.
+    #[must_use]
+    pub fn serial(&self) -> String {
+        self.flash().serial.device_sn.to_string()
     }
 
     /// The same arm, but switched on while it really stood there, deg: J1 reads what it reads at power-up wherever the

@@ -11,6 +11,8 @@ mod pattern;
 mod sections;
 mod tool;
 
+pub(crate) use numbered::serial_at;
+
 pub use arm::{
     ArcDefaults, Ceilings, CpDefaults, Defaults, Homing, JogAxisChange, JogDefaults, LimitChoice,
     LimitSet, LimitSets, MotionRules, Paths, PtpDefaults,

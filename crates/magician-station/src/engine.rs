@@ -11,26 +11,34 @@ mod world;
 use std::collections::VecDeque;
 use std::future::Future;
 use std::pin::Pin;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 use magician::{
     Arm, ArmOutputs, ErrorCode, Event, Jog, JogOptions, Link, StateOptions, StateWatch,
 };
-use magician_job::Journal;
+use magician_job::{Access, Journal, SavedSettings, Settled};
 use magician_protocol::visible;
 use serde_json::{Value, json};
 use tokio::sync::mpsc;
 use tokio::task::{AbortHandle, JoinSet};
+use tokio::time::sleep;
 
 use self::guided::Guided;
 pub(crate) use self::jobs::beside;
-use self::jobs::{JobContext, Slot};
+use self::jobs::{JobContext, RunningJob, Slot};
 use self::reads::Known;
 use crate::api::RpcError;
 use crate::control::{JobId, JogEnd, JogId, RequestId};
 use crate::job::{ReadProgram, Reader};
-use crate::order::{ArmAct, ArmOrder, ArmReport, JobStart, Outcome};
+use crate::order::{ArmAct, ArmOrder, ArmRead, ArmReport, JobStart, Outcome};
+use crate::surface::ArmSurface;
+
+/// How often an arm is looked at whose line was lost under a job, until its queue is empty: two seconds of motion are in it, or one
+/// long command.
+const LOOKS_AFTER_JOB: u32 = 30;
+const LOOK_AFTER_JOB: Duration = Duration::from_secs(1);
 
 /// An action on its way: what it comes to, with what was read behind it.
 type Doing = Pin<Box<dyn Future<Output = Done> + Send>>;
@@ -46,6 +54,18 @@ struct Done {
     stale: bool,
 }
 
+impl Done {
+    /// An action that reads and changes nothing of the arm.
+    fn of(outcome: Result<Value, RpcError>) -> Self {
+        Self {
+            outcome: outcome.map(Outcome::Value),
+            known: None,
+            reading: None,
+            stale: false,
+        }
+    }
+}
+
 /// An arm that carries out the orders of a station: reads side by side, what moves or sets it one after the other, and
 /// stops at once, before everything else.
 ///
@@ -54,31 +74,36 @@ struct Done {
 pub struct ArmEngine {
     orders: mpsc::UnboundedSender<ArmOrder>,
     load: Arc<AtomicUsize>,
+    running: Arc<Mutex<RunningJob>>,
     task: AbortHandle,
 }
 
 impl ArmEngine {
-    /// Starts one on the present tokio runtime; `report` gets what the arm reports. Programs are read by `reader`, and
-    /// `journal` gives the journals of jobs.
+    /// Starts one on the present tokio runtime; `report` gets what the arm reports. Programs are read by `reader` and laid
+    /// on `surface`, and `journal` gives the journals of jobs.
     ///
     /// # Panics
     /// Outside of a tokio runtime.
     pub fn start(
         arm: &Arm,
         reader: Arc<dyn Reader>,
+        surface: ArmSurface,
         journal: impl Fn() -> Box<dyn Journal> + Send + Sync + 'static,
         report: impl Fn(ArmReport) + Send + Sync + 'static,
     ) -> Self {
         let (orders, inbox) = mpsc::unbounded_channel();
         let load = Arc::new(AtomicUsize::new(0));
+        let running = Arc::default();
         let work = Work {
             arm: arm.clone(),
             report: Arc::new(report),
             jobs_with: JobContext {
                 reader,
+                surface,
                 journal: Box::new(journal),
             },
             job: None,
+            running: Arc::clone(&running),
             inbox,
             load: Arc::clone(&load),
             watch: None,
@@ -94,12 +119,29 @@ impl ArmEngine {
             guided: Guided::default(),
         };
         let task = tokio::spawn(work.run()).abort_handle();
-        Self { orders, load, task }
+        Self {
+            orders,
+            load,
+            running,
+            task,
+        }
     }
 
     /// Orders that are not done, and what is read beside: when it looked last.
     pub(crate) fn load(&self) -> usize {
         self.load.load(Ordering::Relaxed)
+    }
+
+    /// Stops the job under way for the end of the program, and lets no other begin: the pen goes up, settings are restored. The
+    /// future is over with the job.
+    pub(crate) fn end_job(&self) -> impl Future<Output = ()> + Send + use<> {
+        let handle = RunningJob::close(&self.running);
+        async move {
+            if let Some(handle) = handle {
+                handle.stop();
+                let _ = handle.outcome().await;
+            }
+        }
     }
 
     /// Gives it an order.
@@ -154,6 +196,8 @@ struct Work {
     load: Arc<AtomicUsize>,
     jobs_with: JobContext,
     job: Option<Slot>,
+    /// What the end of the program needs of the job.
+    running: Arc<Mutex<RunningJob>>,
     watch: Option<StateWatch>,
     known: Known,
     /// What was told of tools and speed last.
@@ -213,6 +257,16 @@ impl Work {
 
     fn obey(&mut self, order: ArmOrder) {
         match order {
+            ArmOrder::Read {
+                request,
+                read: ArmRead::Surface,
+            } => {
+                let surface = self.jobs_with.surface.clone();
+                self.side.spawn(async move {
+                    let outcome = surface.shown().await.map(Outcome::Value);
+                    TaskResult::Report(ArmReport::Done { request, outcome })
+                });
+            }
             ArmOrder::Read { request, read } => {
                 let (arm, known) = (self.arm.clone(), self.known.clone());
                 self.side.spawn(reads::answer(arm, known, request, read));
@@ -400,11 +454,27 @@ impl Work {
                 } else {
                     self.arm.clone()
                 };
-                let doing = acts::to_the_end(arm, *act, self.known.clone());
-                self.doing = Some((request, Box::pin(doing)));
+                self.doing = Some((request, self.doing_of(arm, *act)));
             }
             Some(Waiting::Job(start)) => self.read_job(*start),
             None => {}
+        }
+    }
+
+    /// An action as it is carried out.
+    fn doing_of(&self, arm: Arm, act: ArmAct) -> Doing {
+        let surface = self.jobs_with.surface.clone();
+        match act {
+            ArmAct::Touch { unhomed } => {
+                let draws = self.jobs_with.reader.usual_tool();
+                let arm = match unhomed {
+                    true => arm.allowing_unhomed(),
+                    false => arm,
+                };
+                Box::pin(async move { Done::of(surface.touch(arm, draws).await) })
+            }
+            ArmAct::ForgetSurface => Box::pin(async move { Done::of(surface.forget().await) }),
+            act => Box::pin(acts::to_the_end(arm, act, self.known.clone())),
         }
     }
 
@@ -533,6 +603,7 @@ impl Work {
                         restored.map(|()| Value::Null).map_err(RpcError::from),
                     )
                 });
+                self.side.spawn(restore_after_job(self.arm.clone()));
                 self.learn();
             }
             Event::Reset { .. } => {
@@ -543,6 +614,17 @@ impl Work {
             other => tracing::debug!(event = %visible(&format!("{other:?}")), "unknown event"),
         }
     }
+}
+
+/// Restores what a job has changed that the line was lost under, once the arm has done what it had of it.
+async fn restore_after_job(arm: Arm) -> TaskResult {
+    for _ in 0..LOOKS_AFTER_JOB {
+        match SavedSettings::settle(&arm, Access::Sets).await {
+            Settled::Later(_) => sleep(LOOK_AFTER_JOB).await,
+            _ => break,
+        }
+    }
+    TaskResult::Nothing
 }
 
 /// What the action under way comes to; never without one.

@@ -17,7 +17,7 @@ use magician_program::preview::Outline;
 use magician_program::{
     AppliedPlacement, Begins, Conversion, ConversionError, Diagnostic, DiagnosticCode, Ending,
     FileToLay, Format, LaidProgram, Laying, Origin, PartSummary, Program, RemainingProgram, Report,
-    Setup, SetupDefaults, SetupOptions, Surface, WouldFit, tip,
+    Setup, SetupDefaults, SetupOptions, Surface, Tool, WouldFit, tip,
 };
 use magician_protocol::visible;
 use serde::{Deserialize, Serialize};
@@ -28,6 +28,7 @@ use crate::files::{FileLayer, LaidFile, LayHere};
 use crate::library::{self, LibraryError, NoPrograms, ProgramName, ProgramStore};
 use crate::presets;
 use crate::reading::to_value;
+use crate::surface::KnownSurface;
 
 /// Points of a preview, at most.
 const PREVIEWED: usize = 20_000;
@@ -136,8 +137,12 @@ pub struct ReadingArm {
     pub fence: Option<Fence>,
     /// Where the program began when it was read before, mm.
     pub begun: Option<[f64; 3]>,
+    /// The tool in force, where something is framed.
+    pub tool: Option<Tool>,
     /// How the arm stands, where the program depends on that.
     pub stands: Option<Preflight>,
+    /// Knowledge of the work surface under it.
+    pub surface: KnownSurface,
 }
 
 /// What comes of what is done elsewhere.
@@ -196,6 +201,11 @@ pub trait Reader: Send + Sync {
     /// # Errors
     /// What is wrong with it, as it is answered.
     fn read(&self, source: &Source, arm: &ReadingArm) -> Result<ProgramReading, RpcError>;
+
+    /// The tool that draws where nothing else is said.
+    fn usual_tool(&self) -> Tool {
+        Tool::Pen
+    }
 
     /// Makes a file of this name of one: its bytes, and what is answered.
     ///
@@ -283,14 +293,14 @@ impl FormatReader {
         Ok(preset.told())
     }
 
-    /// The file of a program, to be laid before an arm, and what its preset tells people; for one that is not there it begins where a virtual one stands.
+    /// The file of a program, to be laid before an arm, and what people are told first: what is framed, and what its preset says; for one that is not there it begins where a virtual one stands.
     fn file(
         &self,
         source: &Source,
         arm: &ReadingArm,
         defaults: SetupDefaults,
         nowhere: bool,
-    ) -> Result<(FileToLay, Option<Diagnostic>), RpcError> {
+    ) -> Result<(FileToLay, Vec<Diagnostic>), RpcError> {
         let bytes = source.bytes(&*self.library)?;
         let format = match &source.format {
             Some(format) => format
@@ -308,6 +318,8 @@ impl FormatReader {
         let told = self.by_preset(source, format, &mut file.options)?;
         file.options.start = file.options.start.or(arm.begun);
         file.defaults = defaults;
+        let framed = file.options.frame_for(&file.defaults, arm.tool);
+        let told = framed.into_iter().chain(told).collect();
         file.fence = arm.fence;
         if !source.bytes.name().is_empty() {
             file.title = Format::title(source.bytes.name()).to_owned();
@@ -340,11 +352,11 @@ impl FormatReader {
     }
 }
 
-/// What was laid as it is run; `by_preset` is what its preset tells people.
+/// What was laid as it is run; `before` is what people are told first.
 fn reading(
     file: &FileToLay,
     laying: Laying,
-    by_preset: Option<Diagnostic>,
+    before: Vec<Diagnostic>,
 ) -> Result<ProgramReading, RpcError> {
     let laid = match laying {
         Laying::Done(laid) => *laid,
@@ -364,7 +376,7 @@ fn reading(
         return Err(RpcError::arm(magician::ErrorKind::InvalidInput, why));
     }
     let begins = start.map(begins_at);
-    let mut notes: Vec<_> = by_preset.into_iter().chain(begins).collect();
+    let mut notes: Vec<_> = before.into_iter().chain(begins).collect();
     notes.append(&mut told);
     let setup = file.setup();
     Ok(ProgramReading::Done(Box::new(ReadProgram {
@@ -384,12 +396,17 @@ fn reading(
 impl Reader for FormatReader {
     fn read(&self, source: &Source, arm: &ReadingArm) -> Result<ProgramReading, RpcError> {
         let mut defaults = self.defaults.clone();
+        defaults.surface = arm.surface.or(defaults.surface);
         if arm.is_virtual {
-            defaults.surface = defaults.surface.or(Some(Surface::VIRTUAL));
+            defaults.assumed_surface = Some(Surface::VIRTUAL);
         }
         let (file, told) = self.file(source, arm, defaults, false)?;
         let done = |file: FileToLay, laying| reading(&file, laying, told);
         self.lay(file, done, ProgramReading::ToCome)
+    }
+
+    fn usual_tool(&self) -> Tool {
+        self.defaults.tool.unwrap_or(Tool::Pen)
     }
 
     fn convert(&self, source: &Source, to: &str) -> Result<Converting, RpcError> {
@@ -398,7 +415,7 @@ impl Reader for FormatReader {
             RpcError::param("to", why)
         })?;
         let mut defaults = self.defaults.clone();
-        defaults.surface = defaults.surface.or(Some(Surface::VIRTUAL));
+        defaults.assumed_surface = Some(Surface::VIRTUAL);
         // What is converted is not burnt yet: a run of it has this then.
         defaults.engrave_power = None;
         let (file, told) = self.file(source, &ReadingArm::default(), defaults, true)?;
@@ -520,7 +537,7 @@ impl ReadProgram {
 }
 
 /// The words of the API: names of methods' parameters.
-struct Words;
+pub(crate) struct Words;
 
 impl Voice for Words {
     fn action(&self, action: magician::Action) -> String {

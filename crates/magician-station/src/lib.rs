@@ -33,6 +33,7 @@ mod recording;
 mod running;
 mod secret;
 mod station;
+mod surface;
 
 pub use api::Role;
 pub use engine::ArmEngine;
@@ -58,9 +59,11 @@ pub use recording::{
 };
 pub use running::{Client, JournalSink, RunningStation};
 pub use station::{
-    ArmEntry, CloseCode, Grant, JobsToKeep, JournalLine, MESSAGE, Next, Outbox, Outgoing, Pace,
-    Peer, RATE, SOCKETS, SocketId, Station, StationConfig, StationSize, Throttle, UNDER_WAY,
+    ArmEntry, CloseCode, Grant, JobsToKeep, JournalLine, LIST_INTERVAL, MESSAGE, Next, Outbox,
+    Outgoing, Pace, Peer, RATE, SOCKETS, SocketId, Station, StationConfig, StationSize, Throttle,
+    UNDER_WAY,
 };
+pub use surface::{ArmSurface, KnownSurface, MemorySurfaces, SurfaceStore};
 
 /// Compiles the README's program with the tests.
 #[cfg(doctest)]

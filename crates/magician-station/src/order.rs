@@ -1,4 +1,4 @@
-//! What a station orders of its arms, and what they report: the border between its decisions and the driver.
+//! Orders of a station to its arms, and their reports: the border between its decisions and the driver.
 
 use std::time::Duration;
 
@@ -22,27 +22,27 @@ pub enum ArmOrder {
     Read {
         /// The request that is answered with it.
         request: RequestId,
-        /// What.
+        /// Reading that is taken.
         read: ArmRead,
     },
     /// Something is to be done. One after the other.
     Act {
         /// The request that is answered when it is done.
         request: RequestId,
-        /// What.
+        /// Action that is carried out.
         act: Box<ArmAct>,
-        /// Whether the laser may burn by it.
+        /// True if the laser may burn by it.
         laser: bool,
     },
     /// A jog begins.
     StartJog {
         /// The request that is answered when it has begun.
         request: RequestId,
-        /// Its id.
+        /// Id of the jog.
         jog: JogId,
-        /// Which way.
+        /// Axis and direction.
         direction: JogDirection,
-        /// It ends by itself when it was not kept up for so long.
+        /// Longest time between two keeps; then it ends by itself.
         keep: Duration,
         /// Share of the set jog speed, percent.
         percent: Option<f32>,
@@ -65,14 +65,14 @@ pub enum ArmOrder {
         request: RequestId,
         /// The fence; none removes it.
         fence: Box<Option<Fence>>,
-        /// Whether what is under way has to end: it was checked against the earlier one.
+        /// True if what is under way has to end, because it was checked against the earlier fence.
         stops: bool,
     },
     /// The arm tells where its unlock key is released, or no more, beside all else.
     Guide {
         /// The request that is answered when it is so; none where the lease under which it told has ended.
         request: Option<RequestId>,
-        /// Whether it tells.
+        /// True if it tells.
         on: bool,
         /// True if it tells although the arm is not known to be homed.
         unhomed: bool,
@@ -81,7 +81,7 @@ pub enum ArmOrder {
     World {
         /// The request that is answered when it has happened.
         request: RequestId,
-        /// What.
+        /// Event that happens.
         act: WorldAct,
     },
     /// A program is checked.
@@ -90,7 +90,7 @@ pub enum ArmOrder {
         request: RequestId,
         /// The program.
         source: Box<Source>,
-        /// Whether what it leaves is told as well.
+        /// True if what it leaves is told, too.
         preview: bool,
     },
     /// A job begins, behind what the arm is at.
@@ -110,9 +110,9 @@ pub enum ArmOrder {
         request: RequestId,
         /// The job.
         job: JobId,
-        /// Whether it may be that the arm was moved since.
+        /// True if the arm may have been moved since.
         approach: bool,
-        /// What is answered if it would burn and must not.
+        /// Refusal if it would burn and must not.
         laser: Result<(), Box<RpcError>>,
     },
     /// A job stops, and its pen goes up.
@@ -126,19 +126,19 @@ pub enum ArmOrder {
     },
 }
 
-/// What a job is to do.
+/// Task of a job.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct JobOrder {
     /// The program.
     pub source: Source,
-    /// How often; without end if none.
+    /// Number of times; `None` without end.
     pub loops: Option<u64>,
     /// The first step, from 0 over all loops.
     pub from: u64,
-    /// Whether what is in the arm's queue comes first.
+    /// True if what is in the arm's queue comes first.
     pub keep: bool,
-    /// Whether an arm that was not homed since it was switched on is refused.
+    /// True if an arm that was not homed since it was switched on is refused.
     pub require_homed: bool,
     /// True if it runs on an arm that is not known to be homed, too.
     pub unhomed: bool,
@@ -159,7 +159,7 @@ pub struct JobStart {
     pub resumes: bool,
     /// How far before that place it begins, along the line of a burn, mm.
     pub overlap: f64,
-    /// What is answered if it would burn and must not.
+    /// Refusal if it would burn and must not.
     pub laser: Result<(), Box<RpcError>>,
     /// What is answered if it holds a command that is dangerous.
     pub danger: Result<(), Box<RpcError>>,
@@ -182,6 +182,8 @@ pub enum ArmRead {
     Io,
     /// Its alarms.
     Alarms,
+    /// Height of the work surface under it.
+    Surface,
     /// Its state.
     State,
     /// Where it stands, once it stands.
@@ -249,6 +251,13 @@ pub enum ArmAct {
     Home,
     /// The alarms are cleared.
     ClearAlarms,
+    /// The height of the work surface is taken from where the tool touches it.
+    Touch {
+        /// True if an arm that is not known to be homed is taken, too.
+        unhomed: bool,
+    },
+    /// The height of the work surface is forgotten.
+    ForgetSurface,
     /// The tool whose tip is so far from the flange, mm.
     Tip(ToolBias),
     /// Something of the tools.
@@ -408,6 +417,8 @@ pub struct JobEnd {
     pub error: Option<RpcError>,
     /// Drawn and travelled, mm, where all was done.
     pub lengths: Option<[f64; 2]>,
+    /// Notes of what it has left switched on, as clients see them.
+    pub notes: Vec<Value>,
 }
 
 impl JobEnd {
@@ -418,6 +429,7 @@ impl JobEnd {
             state,
             error: None,
             lengths: None,
+            notes: Vec::new(),
         }
     }
 }

@@ -21,8 +21,9 @@ use crate::library::{LibraryOrder, ProgramStore};
 use crate::order::ArmReport;
 use crate::recording::{Recorder, RecordingStore};
 use crate::station::{
-    Grant, JournalLine, Outgoing, Peer, SOCKETS, SocketId, Station, StationConfig, StationSize,
+    Grant, JournalLine, Outgoing, Peer, SocketId, Station, StationConfig, StationSize,
 };
+use crate::surface::ArmSurface;
 
 /// Takes the lines of a journal.
 pub type JournalSink = Box<dyn Fn(JournalLine) + Send + Sync>;
@@ -32,6 +33,7 @@ pub type JournalSink = Box<dyn Fn(JournalLine) + Send + Sync>;
 ///
 /// ```
 /// use magician::Arm;
+/// use magician::admission::Origin;
 /// use magician_station::{ArmEntry, Grant, Outgoing, Peer, Role, RunningStation, StationConfig};
 ///
 /// # #[tokio::main(flavor = "current_thread")]
@@ -40,7 +42,8 @@ pub type JournalSink = Box<dyn Fn(JournalLine) + Send + Sync>;
 /// let config = StationConfig::new(vec![ArmEntry::simulated("arm")], "1");
 /// let station = RunningStation::start(config, vec![arm], Box::new(|_| {}));
 /// let grant = Some(Grant { role: Role::Teacher, token: None });
-/// let peer = Peer { grant, address: "here".into(), secret: "0123456789abcdef".into() };
+/// let origin = Origin::Loopback;
+/// let peer = Peer { grant, origin, address: "here".into(), secret: "0123456789abcdef".into() };
 /// let client = station.connect(peer);
 /// client.send(r#"{"jsonrpc":"2.0","id":1,"method":"session.hello","params":{"client":{"name":"doc"}}}"#);
 /// client.send(r#"{"jsonrpc":"2.0","id":2,"method":"arm.state"}"#);
@@ -111,11 +114,13 @@ impl RunningStation {
         let shared = Arc::new_cyclic(|shared: &Weak<Shared>| {
             let reader = Arc::clone(&config.reader);
             let store = Arc::clone(&config.jobs);
+            let (entries, surfaces) = (config.arms.clone(), Arc::clone(&config.surfaces));
             let engine = |(at, arm): (usize, &Arm)| {
                 let (shared, id) = (Weak::clone(shared), ArmId(at as u64));
+                let surface = ArmSurface::new(entries[at].clone(), Arc::clone(&surfaces));
                 let store = Arc::clone(&store);
                 let journal = move || store.journal();
-                ArmEngine::start(arm, Arc::clone(&reader), journal, move |report| {
+                ArmEngine::start(arm, Arc::clone(&reader), surface, journal, move |report| {
                     if let Some(shared) = shared.upgrade() {
                         shared.report(id, report);
                     }
@@ -165,16 +170,16 @@ impl RunningStation {
     /// A client connects.
     #[must_use]
     pub fn connect(&self, peer: Peer) -> Client {
-        self.join(|station, now| station.open(now, peer))
+        self.shared.with(|inner, now| {
+            let socket = inner.station.open(now, peer);
+            self.client(inner, socket)
+        })
     }
 
-    fn join(&self, open: impl FnOnce(&mut Station, HostInstant) -> SocketId) -> Client {
+    /// The client of a socket that was opened just now.
+    fn client(&self, inner: &mut Inner, socket: SocketId) -> Client {
         let awake = Arc::new(Notify::new());
-        let socket = self.shared.with(|inner, now| {
-            let socket = open(&mut inner.station, now);
-            inner.sockets.insert(socket, Arc::clone(&awake));
-            socket
-        });
+        inner.sockets.insert(socket, Arc::clone(&awake));
         Client {
             shared: Arc::clone(&self.shared),
             socket,
@@ -185,17 +190,24 @@ impl RunningStation {
     /// A program of DobotLink connects.
     #[cfg(feature = "link")]
     pub(crate) fn connect_link(&self, peer: Peer) -> Client {
-        self.join(|station, now| station.open_link(now, peer))
+        self.shared.with(|inner, now| {
+            let socket = inner.station.open_link(now, peer);
+            self.client(inner, socket)
+        })
     }
 
-    /// As [`connect`](Self::connect); `None` where the station has all the sockets that it takes.
+    /// As [`connect`](Self::connect), for a client of a listener; `None` if there are as many sessions as the station takes
+    /// ([`Station::admit`]).
     #[must_use]
     pub fn try_connect(&self, peer: Peer) -> Option<Client> {
-        let full = self.shared.lock().sockets.len() >= SOCKETS;
-        (!full).then(|| {
+        let client = self.shared.with(|inner, now| {
+            let socket = inner.station.admit(now, peer)?;
+            Some(self.client(inner, socket))
+        });
+        if client.is_some() {
             self.shared.visits.fetch_add(1, Ordering::SeqCst);
-            self.connect(peer)
-        })
+        }
+        client
     }
 
     /// Carries out one request, as a session of its own that lasts as long: the lease that it needs is taken when it is free.
@@ -259,6 +271,19 @@ impl RunningStation {
     #[must_use]
     pub fn tokens(&self) -> BTreeSet<String> {
         self.shared.lock().station.tokens()
+    }
+
+    /// Stops the jobs under way for the end of the program, as a person would: pens go up, settings are restored, and no other job
+    /// begins. Called once more, it stops them at once. Bound the wait: an arm may be deaf.
+    pub async fn end_jobs(&self) {
+        let ends: Vec<_> = self.shared.with(|inner, _| {
+            #[cfg(feature = "class")]
+            inner.station.close_queue();
+            inner.engines.iter().map(ArmEngine::end_job).collect()
+        });
+        for end in ends {
+            end.await;
+        }
     }
 
     /// Completes the files of recordings under way: for the end of the program.

@@ -8,6 +8,7 @@ use std::io::Read;
 use std::ops::Bound;
 use std::sync::Arc;
 
+use magician::admission::Origin;
 use magician::{Arm, Options, Tracer};
 use magician_job::beside;
 use magician_job::presets::{PresetStore, Presets};
@@ -254,6 +255,7 @@ impl PageStation {
                         role: self.role,
                         token: None,
                     }),
+                    origin: Origin::Loopback,
                     address: "page".to_owned(),
                     secret: secret(),
                 };

@@ -83,17 +83,19 @@ mod virtual_arm;
 
 pub use arm::{
     Arm, ArmIdentity, ClockRate, CommandSource, Event, Events, Feeder, HomingRecord, Jog,
-    JogOptions, Level, Lifted, Link, Options, Pin, Progress, Ran, Run, RunOptions, Sample, Samples,
-    SettingsBackup, StateOptions, StateWatch, Status, Stopper, Streaming, sets_in_motion,
+    JogOptions, Level, Lifted, LightsOut, Link, Options, Pin, Progress, Ran, Run, RunOptions,
+    Sample, Samples, SettingsBackup, StateOptions, StateWatch, Status, Stopper, Streaming,
+    sets_in_motion,
 };
+pub use magician_host::admission;
 #[cfg(feature = "faults")]
 pub use magician_host::faults;
 pub use magician_host::gate;
 #[cfg(any(test, feature = "pair"))]
 pub use magician_host::pair;
 pub use magician_host::{
-    Act, Action, ArmOutputs, Error, ErrorCode, ErrorKind, Given, GripperState, Remedy, Result,
-    Setting, Voice, burns, connection, proxy, stream, words,
+    Act, Action, ArmOutputs, Error, ErrorCode, ErrorKind, Given, GripperState, PinUse, Remedy,
+    Result, Setting, Voice, burns, connection, proxy, stream, words,
 };
 pub use magician_motion::{
     ArmModel, ArmState, Breach, Cuboid, Fence, FenceError, FencePart, Geometry, JointAngles,

@@ -343,6 +343,11 @@ impl Serialize for Told<'_> {
             }
             Act::Omit(setting) => map.serialize_entry("without", setting.name())?,
             Act::System(line) => map.serialize_entry("system", line)?,
+            Act::SetPin(pin, function) => {
+                map.serialize_entry("action", magician_host::SET_PIN)?;
+                map.serialize_entry("pin", pin)?;
+                map.serialize_entry("function", function.name())?;
+            }
         }
         if !self.0.effect.is_empty() {
             map.serialize_entry("effect", &self.0.effect)?;

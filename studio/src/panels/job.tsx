@@ -4,7 +4,9 @@ import { clock } from "../log";
 import type { Job } from "../api";
 import * as jobs from "../run/jobs";
 import * as store from "../store";
+import type { Remedy } from "../actions";
 import { Card, Do, Heads, Why } from "../ui/parts";
+import { Remedies } from "./remedies";
 
 const stateOf = (job: Job) => t(`job.${job.state}` as "job.running");
 
@@ -56,6 +58,8 @@ export function JobCard() {
       </div>
       {job.reason === "part" || job.reason === "program" ? <p class="hint">{job.text ?? t(`job.reason.${job.reason}`)}</p> : null}
       {job.error !== null ? <p class="hint bad">{job.error.message}</p> : null}
+      {job.error !== null ? <Remedies of={(job.error as { remedies?: Remedy[] }).remedies ?? []} /> : null}
+      {(job.notes ?? []).map((note) => <p class="hint" key={note.text}>{note.text}</p>)}
       <Why id="job-why" text={off && (pauses || jobs.canResume(job)) ? t(why) : null} />
     </Card>
   );

@@ -6,6 +6,7 @@ import { JogPad } from "./jogpad";
 import { FirstSteps } from "./first";
 import { Pose } from "./pose";
 import { ArmCard } from "./tools";
+import { Surface } from "./touch";
 
 export function Move() {
   const isEmpty = store.backend.value === "none" || store.refused.value !== null;
@@ -19,6 +20,7 @@ export function Move() {
       </div>
       <div class="move-do" aria-label={t("nav.move")} role="group">
         <JogPad />
+        <Surface />
         <ArmCard />
       </div>
     </div>

@@ -9,6 +9,7 @@ import { Card, Do, Times, Why } from "../ui/parts";
 import { JobCard, PastJobs } from "./job";
 import { Pose } from "./pose";
 import { formatOf, Programs, size } from "./programs";
+import { Height } from "./touch";
 import { about, Found, Options, Picture, Unseen, usePrograms } from "./setup";
 
 const loops = signal(1);
@@ -59,6 +60,7 @@ export function Run() {
       <div class="move-do" aria-label={t("nav.run")} role="group">
         <Programs />
         <Selected />
+        <Height />
         <PastJobs />
       </div>
     </div>

@@ -7,20 +7,16 @@ import { t, told } from "../i18n";
 import * as check from "../run/check";
 import * as jobs from "../run/jobs";
 import * as library from "../run/programs";
-import { language } from "../settings";
+import { labelOf, named } from "../run/words";
 import * as store from "../store";
-import { Pick, TextField } from "../ui/parts";
-import { world } from "../view/seen";
+import { Do, Pick, TextField } from "../ui/parts";
+import { loadBuiltIn, world } from "../view/seen";
+import { Problem } from "./remedies";
 import "./run.css";
-import texts from "./setup.words.json";
-
-/** What an option, a choice or a group is called. Those that are seldom set come with this panel. */
-const WORDS: Record<string, Record<string, string>> = texts;
-const named = (key: string, or: string) => told(`setup.${key}`, WORDS[language.value]?.[key] ?? WORDS["en"]?.[key] ?? or);
 
 function Asked({ option }: { option: Option }) {
   const { name, kind, unit, choices, usual, about } = option;
-  const label = named(name, about);
+  const label = labelOf(option);
   const value = check.values.value[name] ?? "";
   const set = (to: string) => check.setValue(name, to);
   if (kind === "switch") {
@@ -152,7 +148,7 @@ export function Found() {
   const program = check.entry.value;
   const report = check.report.value;
   if (check.isChecking.value) return <p class="check busy">{t("run.checking")}</p>;
-  if (check.problem.value !== null) return <p class="check bad" role="alert">{check.problem.value}</p>;
+  if (check.problem.value !== null) return <Problem of={check.problem.value} />;
   if (program?.format === null) return <p class="check bad">{t("run.unknown")}</p>;
   if (report === null) return <p class="hint">{t("run.unchecked")}</p>;
   return (
@@ -174,10 +170,15 @@ export function Unseen() {
   if (around === null || store.arm.value?.virtual !== true || !((check.report.value?.drawn_mm ?? 0) > 0)) return null;
   const tool = check.valueOf("tool") || (around.draws ?? "pen");
   if (tool === around.draws) return null;
+  const wanted = tool === "laser" ? "engraving" : "drawing";
+  const off = store.why.value !== null || store.role.value !== "teacher";
+  const load = () => tried(async () => ((await loadBuiltIn(wanted)) ? check.check() : undefined));
   return (
-    <p class="check note" role="status" data-testid="run-bare">
-      {t("run.draws.none", { tool: told(`tools.${tool}`, tool).toLowerCase() })}
-    </p>
+    <div class="check note" role="status" data-testid="run-bare">
+      <p>{t("run.draws.none", { tool: told(`tools.${tool}`, tool).toLowerCase() })}</p>
+      <Do id="run-scenario" off={off} why="run-scenario-why" text={t("run.draws.load", { name: told(`scenario.${wanted}`, t(`scenario.${wanted}`)) })} press={load} />
+      <span id="run-scenario-why" class="unseen">{off ? t(store.why.value ?? "world.teacher") : ""}</span>
+    </div>
   );
 }
 

@@ -14,11 +14,12 @@ export function ArmCard() {
   const mounted = tool?.name ?? (tool?.bias ? "custom" : "unknown");
   const isOther = mounted === "custom" || mounted === "unknown";
   const speed = state?.speed ?? null;
+  const isOn = store.alarms.value.some(({ code }) => code === store.SWITCHED_ON);
   return (
     <Card title={t("arm.title")} class="arm-card">
       <div class="buttons">
-        <Do id="home" off={off} why="jog-why" text={t("home")} press={actions.home} />
-        <Do id="clear-alarms" class={store.alarms.value.length > 0 ? "primary" : ""} off={off} why="jog-why" text={t("alarms.clear")} press={actions.clearAlarms} />
+        <Do id="home" class={isOn ? "primary" : ""} off={off} why="jog-why" text={t("home")} press={actions.home} />
+        <Do id="clear-alarms" class={store.alarms.value.some(({ code }) => code !== store.SWITCHED_ON) ? "primary" : ""} off={off} why="jog-why" text={t("alarms.clear")} press={actions.clearAlarms} />
       </div>
       {state?.homed === false ? <p class="hint">{t("home.unknown")}</p> : null}
       <Field label={<>{t("arm.speed")} <b class="number">{speed === null ? "–" : `${Math.round(speed)} %`}</b></>}>

@@ -15,6 +15,7 @@ import { Presets } from "./presets";
 import { ACCEPT, formatOf } from "./programs";
 import { about, Found, Options, Unseen, usePrograms } from "./setup";
 import { Sheet } from "./sheet";
+import { Height } from "./touch";
 
 /** What has lines of its own that can lie anywhere. */
 const FORMATS = ["svg", "dxf", "hpgl", "image", "text", "gcode"];
@@ -110,6 +111,7 @@ export function Workshop({ tool, name, hint, first, because = null, before, chil
           </div>
           <p id="draw-why" class="hint" role="status">{reason === null ? "" : t(reason)}</p>
         </Card>
+        <Height tool={tool} />
         <JobCard />
         {check.asked.value.length === 0 ? null : <Card title={t("setup.title")} class="options-card"><Options first={first} /></Card>}
         <PartsCard />

@@ -10,7 +10,7 @@ import * as store from "../store";
 import { Card, Do, Field, NumberInput, OpenFile, Pick, Range, Switch } from "../ui/parts";
 import { boundsOf, pathOf, UP, viewBox } from "../view/flat";
 import { hand } from "../view/layers";
-import { drawn, look, world, worldless } from "../view/seen";
+import { begin, darkness, drawn, look, type Stroke, world, worldless } from "../view/seen";
 import { ArmView } from "../view/view";
 import "./world.css";
 
@@ -26,9 +26,9 @@ async function done(work: () => Promise<unknown>): Promise<void> {
   void look();
 }
 const place = (name: string, x: number, y: number) => done(() => call("world.place", { ...shown(), name, at: [x, y, ABOVE] }));
-const begin = (text: string) =>
+const load = (text: string) =>
   done(async () => {
-    const { objects } = await call("world.scenario", { ...shown(), text });
+    const objects = await begin(text);
     store.say(t("world.begun", { n: objects.length }));
   });
 
@@ -56,10 +56,10 @@ function Scenario({ off }: { off: boolean }) {
           why={off ? WHY : "world-note"}
           choose={(name) => {
             const wanted = all.value.find((one) => one.name === name);
-            if (name === "" || wanted) void begin(wanted?.text ?? "");
+            if (name === "" || wanted) void load(wanted?.text ?? "");
           }}
         />
-        <OpenFile id="world-scenario-open" accept=".toml" off={off || noTeacher} why={off ? WHY : "world-note"} text={t("world.open")} open={async ([file]) => file && begin(await file.text())} />
+        <OpenFile id="world-scenario-open" accept=".toml" off={off || noTeacher} why={off ? WHY : "world-note"} text={t("world.open")} open={async ([file]) => file && load(await file.text())} />
       </div>
       <p class="hint" id="world-note">{t(noTeacher ? "world.teacher" : "world.note")}</p>
     </Card>
@@ -103,6 +103,13 @@ function Paper() {
   const table = world.value?.table;
   const corners = table == null ? [] : [[table.x[0] ?? 0, table.y[0] ?? 0], [table.x[1] ?? 0, table.y[1] ?? 0]];
   const kept = [...corners, ...strokes.flatMap((stroke) => stroke.points)].filter((point) => point.every((value) => Math.abs(value) < 500));
+  const lines = new Map<string, { of: Stroke; data: string[] }>();
+  for (const stroke of strokes) {
+    const look = `${stroke.burnt} ${darkness(stroke)} ${stroke.points.length === 1}`;
+    const line = lines.get(look) ?? { of: stroke, data: [] };
+    line.data.push(pathOf(stroke.points));
+    lines.set(look, line);
+  }
   const frame = kept.length === 0 ? { x: 150, y: -150, width: 150, height: 300 } : boundsOf(kept, 5);
   return (
     <Card
@@ -116,8 +123,8 @@ function Paper() {
       <svg class={`paper ${strokes.length === 0 ? "blank" : ""}`} data-testid="world-paper" role="img" aria-label={t("world.paper.text", { n: strokes.length })} viewBox={viewBox(frame)}>
         <g transform={UP}>
           {table == null ? null : <rect {...boundsOf(kept)} />}
-          {(["ink", "burnt"] as const).map((kind) => (
-            <path key={kind} class={kind} d={strokes.filter((stroke) => stroke.burnt === (kind === "burnt")).map((stroke) => pathOf(stroke.points)).join("")} />
+          {[...lines].map(([look, { of: { burnt, points }, data }]) => (
+            <path key={look} class={`${burnt ? "burnt" : "ink"} ${points.length === 1 ? "dot" : ""}`} stroke-opacity={look.split(" ")[1]} d={data.join("")} />
           ))}
         </g>
       </svg>

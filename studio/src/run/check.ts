@@ -1,6 +1,6 @@
 // What a program would do: asked of the station, shown in the picture before anything moves.
 import { computed, effect, signal } from "@preact/signals";
-import { complain, inWords, tried } from "../actions";
+import { complain, type Problem, problemOf, tried } from "../actions";
 import type { Option, Report } from "../api";
 import { type Params, RpcError } from "../client";
 import { call, shown } from "../session";
@@ -8,6 +8,7 @@ import * as store from "../store";
 import { type Lines, show } from "../view/layers";
 import * as jobs from "./jobs";
 import { type Entry, nameOf, programs, put } from "./programs";
+import { height } from "./surface";
 
 /** What is checked and run: a program of the library, or what a person has typed. */
 export type Source = Pick<Params<"job.start">, "program" | "text" | "format">;
@@ -23,8 +24,8 @@ export const entry = computed<Entry | null>(() => programs.value.find((program) 
 export const options = signal<Option[]>([]);
 export const values = signal<Record<string, string>>({});
 export const report = signal<Report | null>(null);
-/** What keeps it from being checked at all: one sentence. */
-export const problem = signal<string | null>(null);
+/** What keeps it from being checked at all. */
+export const problem = signal<Problem | null>(null);
 export const isChecking = signal(false);
 export const isShown = signal(false);
 let checks = 0;
@@ -35,18 +36,22 @@ let newest: Promise<boolean> = Promise.resolve(false);
 export const fixed = signal<Record<string, unknown>>({});
 /** What an option comes to; nothing where the station decides. */
 export const valueOf = (name: string): string => {
+  // It is not asked: the tool says it.
+  if (name === "work" && !(name in fixed.value)) return valueOf("tool") === "laser" ? "engrave" : "draw";
   const option = options.value.find((one) => one.name === name);
   return String(fixed.value[name] ?? (values.value[name] || (option?.default ?? "")));
 };
 export const setValue = (name: string, to: string): void => void (values.value = { ...values.value, [name]: to });
 
-/** Whether an option counts, as the others are set. */
-function counts({ name, with: other, when }: Option): boolean {
-  if (name in fixed.value) return false;
-  return other === null || (when.length === 0 ? valueOf(other) === "true" : when.includes(valueOf(other)));
+/** Whether an option counts, as the others are set: what it counts with has to count itself. */
+function counts({ with: name, when }: Option): boolean {
+  if (name === null) return true;
+  const other = options.value.find((one) => one.name === name);
+  if (other !== undefined && !counts(other)) return false;
+  return when.length === 0 ? valueOf(name) === "true" : when.includes(valueOf(name));
 }
-/** What a person is asked. */
-export const asked = computed(() => options.value.filter(counts));
+/** What a person is asked: what counts, and the open route does not say itself. */
+export const asked = computed(() => options.value.filter((option) => !(option.name in fixed.value) && counts(option)));
 
 /** What is set, as the station takes it; nothing where nothing is. */
 export const setup = computed<Record<string, unknown> | undefined>(() => {
@@ -138,7 +143,7 @@ async function checked(): Promise<boolean> {
 export function refuse(error: unknown): void {
   const found = error instanceof RpcError && error.code === CHECK_FAILED ? (error.data["report"] as Report | undefined) : undefined;
   if (found !== undefined) report.value = found;
-  else problem.value = error instanceof RpcError ? inWords(error) : String((error as Error).message);
+  else problem.value = problemOf(error);
 }
 
 export function draw(found: Report | null): void {
@@ -176,6 +181,7 @@ export function checkAlong(most = AT_ONCE): () => void {
     const found = entry.value;
     const isIdle = store.isUp.value && !jobs.busy.value;
     void setup.value;
+    void height.value;
     clearTimeout(due);
     if (chosen.value === null || found?.format === null) return;
     if (found !== null && found.bytes > most) forget();

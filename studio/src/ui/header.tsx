@@ -103,12 +103,17 @@ export function Update() {
 export function Alarms() {
   const alarms = store.alarms.value;
   const holds = store.holds.value;
+  const off = store.why.value !== null;
   return (
     <div role="alert" data-testid="alarm-banner" class={alarms.length > 0 ? `banner alarm ${holds ? "holds" : "notes"}` : "unseen"}>
       {alarms.length > 0 ? (
         <>
           <ul>
-            {alarms.map((alarm) => (
+            {alarms.map((alarm) => alarm.code === store.SWITCHED_ON ? (
+              <li key={alarm.code} data-testid={`alarm-${alarm.code}`}>
+                <b>{t("alarms.on")}</b> <span>{t("alarms.on.text")}</span>
+              </li>
+            ) : (
               <li key={alarm.code} data-testid={`alarm-${alarm.code}`}>
                 <b>{alarm.name}</b> <span>{told(`alarm.${alarm.code}.cause`, alarm.cause)}.</span>{" "}
                 <span class="cure">{t("alarms.cure")}: {told(`alarm.${alarm.code}.cure`, alarm.cure)}.</span>
@@ -116,6 +121,11 @@ export function Alarms() {
             ))}
           </ul>
           {holds ? <p>{t("alarms.hold")}</p> : null}
+          <div class="banner-do">
+            {alarms.some(({ code }) => code === store.SWITCHED_ON) ? <Do id="alarm-home" off={off} why="alarm-why" text={t("alarms.home")} press={actions.home} /> : null}
+            {alarms.some(({ code }) => code !== store.SWITCHED_ON) ? <Do id="alarm-clear" off={off} why="alarm-why" text={t("alarms.these")} press={actions.clearAlarms} /> : null}
+            <span id="alarm-why" class="unseen">{off && store.why.value !== null ? t(store.why.value) : ""}</span>
+          </div>
         </>
       ) : null}
     </div>

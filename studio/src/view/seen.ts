@@ -49,6 +49,23 @@ export async function look(): Promise<void> {
   if (watchers > 0) timer = setTimeout(() => void look(), moves ? PAUSES.moving : store.route.value === "world" ? PAUSES.own : PAUSES.other);
 }
 
+/** Switches the arm on in the world of a scenario; the names of what stands in it. The page's own arm is homed at once. */
+export async function begin(text: string): Promise<string[]> {
+  const { objects } = await call("world.scenario", { ...shown(), text });
+  void look();
+  return objects;
+}
+
+/** The same for a scenario that needs no file; false if there is none of this name. */
+export async function loadBuiltIn(name: string): Promise<boolean> {
+  const { scenarios } = await call("world.scenarios", shown());
+  const found = scenarios.find((one) => one.name === name);
+  if (found === undefined) return false;
+  await begin(found.text);
+  await look();
+  return true;
+}
+
 function forget(arm: string): void {
   seenOf = arm;
   world.value = null;
@@ -61,6 +78,9 @@ function take(seen: World): void {
   if (JSON.stringify(seen) !== JSON.stringify(world.value)) world.value = seen;
 }
 
+/** How dark a stroke is, in tenths of one: what was burnt, by its power. */
+export const darkness = ({ burnt, power }: Stroke): number => (burnt ? Math.max(1, Math.round(power / 10)) / 10 : 1);
+
 const within = ([least = -FAR, most = FAR]: number[]): [number, number] => [Math.max(-FAR, least), Math.min(FAR, most)];
 
 effect(() => {
@@ -68,8 +88,9 @@ effect(() => {
   const height = table?.height ?? store.model.value?.links[0]?.at[2] ?? 0;
   const [x, y] = [within(table?.x ?? []), within(table?.y ?? [])];
   const sheet = [[x[0], y[0]], [x[1], y[0]], [x[1], y[1]], [x[0], y[1]]].map((corner) => [...corner, height]);
-  const lines = drawn.value.strokes.map(({ burnt, points }): Lines => {
-    return { points: points.map(([px = 0, py = 0]) => [px, py, height + 0.5]), color: burnt ? "--burnt" : "--ink", dots: points.length === 1 };
+  const lines = drawn.value.strokes.map((stroke): Lines => {
+    const { burnt, points } = stroke;
+    return { points: points.map(([px = 0, py = 0]) => [px, py, height + 0.5]), color: burnt ? "--burnt" : "--ink", dots: points.length === 1, opacity: darkness(stroke) };
   });
   const size = [x[1] - x[0], y[1] - y[0], 2];
   const top = { at: [(x[0] + x[1]) / 2, (y[0] + y[1]) / 2, height - 2.5], size, color: "--sheet", opacity: 0.55 };

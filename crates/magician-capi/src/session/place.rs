@@ -1,10 +1,11 @@
 //! Where the name of a port leads.
 
-use std::fs::File;
 use std::net::{IpAddr, Ipv4Addr};
+use std::path::Path;
 use std::time::Duration;
 
 use magician::discovery::Search;
+use magician::files::WholeFile;
 use magician::{Error, Port, Target, Tracer};
 
 /// Where the arm is, if a program does not say.
@@ -81,7 +82,9 @@ impl Surroundings {
     /// The trace that `MAGICIAN_TRACE` asks for.
     pub(super) fn tracer(&self) -> Option<Tracer> {
         let path = (self.variable)(TRACE)?;
-        let tracer = File::create(&path).and_then(Tracer::new);
+        // A program may end without a word to the library.
+        let file = WholeFile::grow_in_place(Path::new(&path));
+        let tracer = file.and_then(Tracer::new);
         tracer
             .inspect_err(|error| tracing::warn!("{TRACE}={path} cannot be written: {error}"))
             .ok()

@@ -16,7 +16,7 @@ use super::policy::{Rules, UnderWay};
 use super::{Context, FAREWELL};
 use crate::failure::{Failure, Kind};
 use crate::paint::tell;
-use crate::serving::create;
+use crate::serving::grow;
 use crate::verbs::serve::url_of;
 
 /// How a verb treats the virtual arm in this process.
@@ -292,7 +292,7 @@ impl Context {
             return Ok(tracer.clone().ok());
         }
         // A full disk costs the trace, not what is traced.
-        let tracer = Tracer::new(create(path)?).map_err(|error| {
+        let tracer = Tracer::new(grow(path)?).map_err(|error| {
             tracing::warn!(%error, "the trace cannot be written and stops here");
             error.to_string()
         });
@@ -300,11 +300,14 @@ impl Context {
         Ok(tracer.ok())
     }
 
-    /// Why the trace is not whole, if it is not.
+    /// Ends the trace; why it is not whole, if it is not.
     pub(super) fn untraced(&self) -> Option<String> {
         let failed = self.trace.as_ref().map(|(_, trace)| trace);
         match failed? {
-            Ok(tracer) => tracer.failed(),
+            Ok(tracer) => {
+                tracer.end();
+                tracer.failed()
+            }
             Err(why) => Some(why.clone()),
         }
     }

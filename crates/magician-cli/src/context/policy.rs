@@ -4,8 +4,8 @@
 //!
 //! * **Ctrl-C, SIGTERM, SIGHUP**: the work is dropped. If the arm moves because of this connection ([`Arm::moving`]), a motor runs
 //!   because of it, or because of what is noted in [`UnderWay`], it is stopped: motion, queue, laser, motors; changed settings are
-//!   restored, and the program waits until the arm stands. A second signal stops it at once and waits no longer. A shell keeps its connection and goes on, but for
-//!   SIGTERM.
+//!   restored, and the program waits until the arm stands. A second stop ([`StopRule`]) moves nothing more; settings are restored
+//!   all the same. A shell keeps its connection and goes on, but for SIGTERM and SIGHUP.
 //! * **An error**: changed settings are restored. When the connection ends (a shell's ends with the shell) it stops what it has set going
 //!   and switches the laser off.
 //! * **The good end**: what was set going goes on. A laser that this connection lit is switched off once nothing of it moves. A
@@ -16,6 +16,7 @@
 //! is not in the list.
 //!
 //! [`Arm::moving`]: magician::Arm::moving
+//! [`StopRule`]: magician_job::StopRule
 
 use super::Context;
 use crate::saved::Access;

@@ -6,7 +6,6 @@ use tokio::time::timeout;
 
 use super::{FAREWELL, STAND_BY};
 use crate::failure::Failure;
-use crate::interrupt::Signals;
 use crate::saved::SavedSettings;
 
 /// Stops the arm, gives its settings back, and tells where it stands.
@@ -20,15 +19,14 @@ pub(crate) async fn stop(arm: &Arm, saved: &SavedSettings) -> Result<String, Str
     Ok(format!("interrupted: {}; queue empty", place(&pose)))
 }
 
-/// Stops what a first stop has begun to do: nothing more is moved. A further signal does not wait for that.
-pub(super) async fn stop_again(arm: &Arm, signals: &mut Signals) -> Result<String, String> {
+/// Stops what a first stop has begun to do: nothing more is moved. Settings are restored, which moves nothing. Ends soon,
+/// whatever the arm does.
+pub(super) async fn stop_again(arm: &Arm, saved: &SavedSettings) -> Result<String, String> {
     let unknown = "interrupted twice: the arm may still be moving";
-    let stood = tokio::select! {
-        biased;
-        _ = signals.next() => None,
-        stood = timeout(FAREWELL, stand(arm)) => stood.ok().and_then(Result::ok),
-    };
-    let pose = stood.ok_or(unknown)?;
+    let stood = timeout(FAREWELL, stand(arm)).await;
+    let pose = stood.ok().and_then(Result::ok).ok_or(unknown)?;
+    // What an arm does not take in time is left to the next command.
+    let _ = timeout(FAREWELL, saved.restore(arm)).await;
     Ok(format!("interrupted twice: {}; queue empty", place(&pose)))
 }
 

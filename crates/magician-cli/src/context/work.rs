@@ -4,13 +4,14 @@ use std::future::Future;
 use std::pin::{Pin, pin};
 
 use magician::Arm;
+use tokio::time::timeout;
 
 use super::connect::Sim;
 use super::policy::{Burns, End, Rules, StopPolicy, ToldPolicy};
 use super::stop::{stop, stop_again};
-use super::{Context, FAREWELL};
+use super::{Context, FAREWELL, STAND_BY};
 use crate::failure::{Failure, Kind, incomplete};
-use crate::interrupt::Signals;
+use crate::interrupt::{Signal, Signals};
 use crate::output::Output;
 use crate::paint::tell;
 use crate::progress::attended;
@@ -93,10 +94,10 @@ impl Context {
     }
 
     /// A signal while nothing is done: what was set going before is stopped.
-    pub(crate) fn interrupt(&mut self) -> Result<Failure, Failure> {
+    pub(crate) fn interrupt(&mut self, signal: Signal) -> Result<Failure, Failure> {
         let runtime = self.runtime()?;
         runtime.block_on(async {
-            let mut signals = Signals::listen()?;
+            let mut signals = Signals::listen_after(signal)?;
             Ok(self.halt(&mut signals).await)
         })
     }
@@ -111,7 +112,8 @@ impl Context {
     /// Ends the connection, if there is one: what was set going over it goes on if all ended well, and is stopped if not.
     pub(crate) fn leave(&mut self, outcome: Result<(), Failure>) -> Result<(), Failure> {
         self.disconnect_after(outcome.is_ok());
-        outcome.and_then(|()| match self.untraced() {
+        let untraced = self.untraced();
+        outcome.and_then(|()| match untraced {
             Some(why) => Err(incomplete("trace", &why)),
             None => Ok(()),
         })
@@ -189,22 +191,25 @@ impl Context {
         })
     }
 
-    /// After a failure settings are given back, unless a signal comes first.
+    /// After a failure settings are restored. A signal bounds that and does not end it.
     async fn make_good(&mut self, failure: Failure, signals: &mut Signals) -> Failure {
         let Some(connected) = &self.connected else {
             return failure;
         };
         let failure = connected.meant(failure);
-        tokio::select! {
-            () = self.saved.restore_after_failure(&connected.arm) => failure,
-            _ = signals.next() => {
-                self.connected = None;
-                Failure::interrupted()
+        let restored = {
+            let mut restoring = pin!(self.saved.restore_after_failure(&connected.arm));
+            tokio::select! {
+                () = &mut restoring => return failure,
+                _ = signals.next() => timeout(STAND_BY, restoring).await.is_ok(),
             }
-        }
+        };
+        self.saved.leave();
+        self.interrupted(restored).await;
+        Failure::interrupted()
     }
 
-    /// Stops what was set going, and waits until the arm stands. A second signal stops the arm at once.
+    /// Stops what was set going, and waits until the arm stands. A second stop moves nothing more.
     pub(super) async fn halt(&mut self, signals: &mut Signals) -> Failure {
         let failure = match &self.connected {
             Some(open) if open.needs_stop() => {
@@ -217,7 +222,7 @@ impl Context {
                 };
                 let ended = match ended {
                     Some(ended) => ended,
-                    None => stop_again(arm, signals).await,
+                    None => stop_again(arm, &self.saved).await,
                 };
                 self.ends(End::Stopped);
                 ended

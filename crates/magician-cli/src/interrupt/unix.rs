@@ -73,7 +73,7 @@ impl Signals {
         tokio::select! {
             _ = self.interrupt.recv() => Signal::Interrupt,
             _ = self.terminate.recv() => Signal::Terminate,
-            _ = hung_up => Signal::Terminate,
+            _ = hung_up => Signal::HangUp,
         }
     }
 }

@@ -31,8 +31,8 @@ impl Signals {
         tokio::select! {
             _ = self.interrupt.recv() => Signal::Interrupt,
             _ = self.brake.recv() => Signal::Terminate,
-            _ = self.close.recv() => Signal::Terminate,
-            _ = self.shutdown.recv() => Signal::Terminate,
+            _ = self.close.recv() => Signal::HangUp,
+            _ = self.shutdown.recv() => Signal::HangUp,
         }
     }
 }

@@ -221,7 +221,9 @@ pub(crate) struct LogWriter;
 impl Write for LogWriter {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         if !TAKEN.load(Ordering::SeqCst) {
-            return io::stderr().write(bytes);
+            // The log panics over what cannot be written, and a terminal that was closed takes nothing.
+            let _ = io::stderr().write_all(bytes);
+            return Ok(bytes.len());
         }
         let mut log = log();
         if log.len() + bytes.len() <= LOG_KEPT {
@@ -231,6 +233,6 @@ impl Write for LogWriter {
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        io::stderr().flush()
+        Ok(())
     }
 }

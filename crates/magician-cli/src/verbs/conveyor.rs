@@ -1,7 +1,7 @@
 //! `conveyor`: the belt that one of the arm's motor outputs drives.
 
 use clap::{Args, Subcommand};
-use magician::words::{CONVEYOR_FARTHEST, CONVEYOR_FASTEST};
+use magician::words::{CONVEYOR_FARTHEST, conveyor_speed};
 use magician::{Set, words};
 use magician_protocol::Stepper;
 use serde::Serialize;
@@ -30,7 +30,7 @@ pub(crate) struct Conveyor {
 enum Action {
     /// Run the belt until it is stopped
     Run {
-        /// Speed, mm/s; its sign is the direction
+        /// Speed, mm/s, to 120; its sign is the direction
         #[arg(allow_negative_numbers = true, value_parser = number::<f32>)]
         speed: f32,
     },
@@ -39,7 +39,7 @@ enum Action {
         /// Distance, mm; its sign is the direction
         #[arg(allow_negative_numbers = true, value_parser = number::<f32>)]
         distance: f32,
-        /// Speed, mm/s
+        /// Speed, mm/s, to 120
         #[arg(long, value_name = "MM/S", default_value_t = 50.0, value_parser = number::<f32>)]
         speed: f32,
     },
@@ -62,7 +62,7 @@ impl Conveyor {
         let output = Stepper::from(motor.saturating_sub(1));
         let answer = match self.action {
             Action::Run { speed } => {
-                let speed = within(speed, CONVEYOR_FASTEST, "mm/s")?;
+                let speed = conveyor_speed(speed)?;
                 if speed != 0.0 && context.global.station.is_some() && !context.in_shell() {
                     let message = "a belt at a station stops with the lease, and this command's \
                         ends at once; nothing was sent";
@@ -74,12 +74,11 @@ impl Conveyor {
             }
             Action::Stop => turn(context, motor, output, 0.0)?,
             Action::By { distance, speed } => {
-                if within(speed, CONVEYOR_FASTEST, "mm/s")? <= 0.0 {
+                if conveyor_speed(speed)? <= 0.0 {
                     let message = format!("the speed is {speed} mm/s, it must be above 0");
                     return Err(Failure::invalid(message));
                 }
-                let command =
-                    words::conveyor_by(output, within(distance, CONVEYOR_FARTHEST, "mm")?, speed);
+                let command = words::conveyor_by(output, within(distance)?, speed);
                 let quiet = context.global.json;
                 context.arm(StopPolicy::Move, async |arm, _| {
                     advance(arm, command, quiet).await
@@ -103,12 +102,12 @@ impl Conveyor {
     }
 }
 
-/// A speed or a way that a belt can be told.
-fn within(value: f32, most: f64, unit: &'static str) -> Result<f32, Failure> {
-    match f64::from(value).abs() <= most {
-        true => Ok(value),
+/// A distance that a belt can be told.
+fn within(distance: f32) -> Result<f32, Failure> {
+    match f64::from(distance).abs() <= CONVEYOR_FARTHEST {
+        true => Ok(distance),
         false => Err(Failure::invalid(format!(
-            "{value} {unit}: limit {most:.0} {unit} in either direction"
+            "{distance} mm: limit {CONVEYOR_FARTHEST:.0} mm in either direction"
         ))),
     }
 }

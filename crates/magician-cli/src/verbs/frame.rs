@@ -21,9 +21,9 @@ Examples:
   magician frame house.svg --tool pen --shape hull           10 mm above the paper
   magician frame logo.svg --tool laser --shape outline --preview out.svg
 
-It takes the flags of `magician draw` and `magician engrave`: with the same ones it goes round the same place. With the laser (--tool laser, or \
-`magician config set tool laser`) it goes as `magician engrave`, at the height of the work with the laser off; with any other tool as `magician draw`, --lift \
-above the paper.
+It takes the flags of `magician draw` and `magician engrave`: with the same ones it goes round the same place. It goes by --tool, else by the tool in force on the \
+arm, else by `magician config set tool`, and its first line says so: with the laser as `magician engrave`, at the height of the work with the laser off; with the pen, \
+and where the tool is unknown, as `magician draw`, --lift above the paper.
 
 `box` is the smallest box along the arm's X and Y; `hull` a rubber band round all lines; `outline` the outer contours, where lines less than 4 mm apart count as one \
 shape. Where the corners of the box, or the outline, are out of reach, it goes round the hull and says so.

@@ -236,7 +236,7 @@ async fn act(arm: &Arm, action: Action) -> Result<Vec<Pin>, Failure> {
         Action::Get { pin } => pin,
         Action::Set { pin, .. } | Action::Pwm { pin, .. } => {
             if let Some(command) = action.command() {
-                arm.set_any(&command).await?;
+                arm.drive(&command).await?;
             }
             pin
         }

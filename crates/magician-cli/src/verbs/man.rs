@@ -1,7 +1,9 @@
-use std::io::Write;
-use std::path::PathBuf;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, Command};
+use clap_mangen::Man as Page;
+use magician_job::files::write_whole;
 
 use crate::context::Context;
 use crate::failure::Failure;
@@ -20,14 +22,14 @@ impl Man {
         let description = (context.command_line.description)();
         let Some(dir) = self.dir else {
             let mut page = Vec::new();
-            clap_mangen::Man::new(description).render(&mut page)?;
+            Page::new(description).render(&mut page)?;
             let page = String::from_utf8_lossy(&page).into_owned();
             return context.show(&Text::from(page.clone()), |out| {
                 Ok(out.write_all(page.as_bytes())?)
             });
         };
         std::fs::create_dir_all(&dir)
-            .and_then(|()| clap_mangen::generate_to(description, &dir))
+            .and_then(|()| write_pages(description, &dir))
             .map_err(|error| {
                 let dir = dir.display();
                 Failure::invalid(format!("the pages cannot be written into {dir}: {error}"))
@@ -35,4 +37,16 @@ impl Man {
         let told = format!("pages written into {}", dir.display());
         context.show(&Text::from(told.clone()), |out| out.line(&told))
     }
+}
+
+/// Writes a page for a command and each below it.
+fn write_pages(command: Command, dir: &Path) -> io::Result<()> {
+    let mut command = command.disable_help_subcommand(true);
+    command.build();
+    let below = command.get_subcommands().filter(|verb| !verb.is_hide_set());
+    below.cloned().try_for_each(|verb| write_pages(verb, dir))?;
+    let page = Page::new(command);
+    let mut text = Vec::new();
+    page.render(&mut text)?;
+    write_whole(&dir.join(page.get_filename()), &text)
 }

@@ -34,7 +34,7 @@ and space, alarms; .mcap and .jsonl also have alarms and breaks of the line); .p
     program that repeats the motion at its own speed and with its pauses, .playback the same for \
     DobotStudio, with a stop at each point.
 
-It only reads: move the arm by hand, by its own keys, or from another program through `magician proxy`. A recording that is killed lacks its last second at most.")]
+It only reads: move the arm by hand, by its own keys, or from another program through `magician proxy`. A recording that is killed lacks its last second at most. One that replaces a file (--yes) grows in FILE.partial until its end.")]
 pub(crate) struct Record {
     /// File to write
     #[arg(value_hint = ValueHint::FilePath)]

@@ -55,6 +55,64 @@ fn the_belt_runs_moves_and_stops() {
 }
 
 #[test]
+fn belt_is_not_told_to_run_faster_than_it_can() {
+    for line in [
+        "conveyor run 121\n",
+        "conveyor run -500\n",
+        "conveyor by 10 --speed 200\n",
+    ] {
+        let run = script(line);
+        assert_eq!((run.status, run.out.as_str()), (3, ""), "{line}: {run:?}");
+        assert!(run.err.contains("the belt reaches 120 mm/s"), "{run:?}");
+    }
+    assert_eq!(script("conveyor run -120\nconveyor stop\n").status, 0);
+}
+
+#[test]
+fn moving_the_belt_warns_of_no_homing_and_moving_the_arm_does() {
+    let dir = tempfile::tempdir().expect("directory");
+    let arm = dir.path().join("arm");
+    let arm = arm.to_str().expect("UTF-8");
+    let _arm = Served::start(&["--pty", arm, "--speed", "max"], 1);
+    let belt = run(&["--port", arm, "conveyor", "by", "120"]);
+    assert_eq!((belt.status, belt.err.as_str()), (0, ""), "{belt:?}");
+    let moved = run(&["--port", arm, "move", "220", "0", "20"]);
+    assert!(moved.err.contains("home it"), "{moved:?}");
+}
+
+#[test]
+fn pin_is_driven_only_as_what_it_is() {
+    for (line, told) in [
+        (
+            "io set 6 high\n",
+            "EIO 6 has no function, it has to be a digital output; nothing was sent",
+        ),
+        (
+            "io mux 6 digital-input\nio set 6 low\n",
+            "EIO 6 has another function, it has to be a digital output; nothing was sent",
+        ),
+        (
+            "io mux 8 digital-output\nio pwm 8 1000 20\n",
+            "EIO 8 has another function, it has to be a pulse-width output; nothing was sent",
+        ),
+    ] {
+        let run = run_with(&["--port", "sim", "shell"], line.as_bytes());
+        assert_eq!(run.status, 3, "{line}: {run:?}");
+        assert!(run.err.contains(told), "{line}: {run:?}");
+        let pin = if line.contains("pwm") {
+            "8 pwm"
+        } else {
+            "6 digital-output"
+        };
+        let way_out = format!("`magician io mux {pin}` gives it that function");
+        assert!(run.err.contains(&way_out), "{line}: {run:?}");
+    }
+    let run = script("io mux 6 digital-output\nio set 6 high\nio mux 8 pwm\nio pwm 8 1000 20\n");
+    assert_eq!(run.status, 0, "{run:?}");
+    assert_eq!(run.objects()[1]["level"], json!(1), "{run:?}");
+}
+
+#[test]
 fn belt_that_runs_on_is_named_and_stop_switches_it_off() {
     let dir = tempfile::tempdir().expect("directory");
     let path = |name: &str| dir.path().join(name).to_str().expect("UTF-8").to_owned();

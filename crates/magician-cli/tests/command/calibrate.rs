@@ -16,6 +16,7 @@ struct Place {
 }
 
 /// What a run left.
+#[derive(Debug)]
 struct Ran {
     status: i32,
     out: String,
@@ -175,7 +176,15 @@ fn settings_keep_the_rest_of_the_file_as_it_was() {
         assert!(text.starts_with(mine), "{text}");
         assert_eq!(text.matches("[sheet]").count(), 1, "{text}");
     }
-    place.run(&["calibrate", "surface", "--height", "-60.5", "--yes"]);
+    let beside = place.run(&["calibrate", "surface", "--height", "-60.5", "--yes"]);
+    assert!(!beside.out.contains("take it as the height"), "{beside:?}");
+    assert!(
+        beside
+            .out
+            .contains("but the sheet's height takes precedence")
+            && beside.out.contains("`magician calibrate forget sheet`"),
+        "{beside:?}"
+    );
     let known = place.run(&["--json", "calibrate", "show"]).object();
     assert_eq!(known["sheet"]["corner"], serde_json::json!([150.0, -105.0]));
     assert_eq!(known["surface"], -60.5);
@@ -187,6 +196,8 @@ fn settings_keep_the_rest_of_the_file_as_it_was() {
             .out
             .contains("deleted: sheet")
     );
+    let alone = place.run(&["calibrate", "surface", "--height", "-60.5", "--yes"]);
+    assert!(alone.out.contains("take it as the height"), "{alone:?}");
     let ran = place.run(&["calibrate", "forget"]);
     assert_eq!(ran.out, "deleted: surface\n");
     assert_eq!(place.text("config.toml").trim_end(), mine.trim_end());

@@ -214,6 +214,95 @@ fn each_arm_has_its_own_debts_and_a_living_process_keeps_its_own() {
 }
 
 #[test]
+fn virtual_arms_at_two_places_keep_their_own_settings_and_runs() {
+    let mut place = Place::new(&["--pty", "DIR/arm"], 1);
+    let [one, two] = ["arm", "other"].map(|name| place.path(name).display().to_string());
+    let _other = Served::start(&["--pty", &two, "--speed", "2"], 1);
+    place.killed(&one);
+    place.run(&one, &["stop"]);
+    let (_, err) = place.run(&two, &["alarms", "--clear"]);
+    assert!(!err.contains("note:"), "another arm: {err}");
+    let (_, err) = place.run(&two, &["suction", "off"]);
+    assert!(!err.contains("note:"), "another arm: {err}");
+    place.is_homed(&two);
+    let resumed = place
+        .command(&two, &["run", &place.program(), "--resume"])
+        .output();
+    let resumed = resumed.expect("it runs");
+    assert_eq!(resumed.status.code(), Some(3), "another arm: {resumed:?}");
+    let (_, err) = place.run(&one, &["suction", "off"]);
+    assert!(err.contains(BEFORE), "{err}");
+    assert_eq!((place.ratio(&one), place.files()), (77.0, 0));
+}
+
+/// The serial number that an arm tells.
+fn serial(door: &str) -> String {
+    let info = command().args(["--port", door, "info", "--json"]).output();
+    let info: Value = serde_json::from_slice(&info.expect("it runs").stdout).expect("JSON");
+    info["device_sn"].as_str().expect("text").to_owned()
+}
+
+#[test]
+fn virtual_arm_has_the_serial_number_of_its_place_at_each_start() {
+    let dir = tempfile::tempdir().expect("directory");
+    let path = |name: &str| dir.path().join(name).display().to_string();
+    let (one, two) = (path("one"), path("two"));
+    let told = |door: &str, more: &[&str]| {
+        let _arm = Served::start(&[&["--pty", door], more].concat(), 1);
+        serial(door)
+    };
+    let first = told(&one, &[]);
+    assert!(first.starts_with("SIM"), "{first}");
+    assert_eq!(told(&one, &[]), first, "another start");
+    assert_ne!(told(&two, &[]), first, "another place");
+    let profile = path("profile.toml");
+    std::fs::write(&profile, "[identity]\nserial = \"DT7\"\n").expect("written");
+    assert_eq!(told(&one, &["--profile", &profile]), "DT7");
+    let flash = path("flash");
+    assert_eq!(told(&one, &["--flash", &flash]), first);
+    // A title and a door each.
+    let several = Served::start(&["--arms", "3", "--tcp", "127.0.0.1:0"], 5);
+    let doors = several.doors.iter();
+    let doors: Vec<_> = doors
+        .filter_map(|line| line.split_once("serving "))
+        .collect();
+    let mut serials: Vec<_> = doors.iter().map(|(_, door)| serial(door)).collect();
+    serials.sort();
+    serials.dedup();
+    assert_eq!(serials.len(), 3, "{serials:?}");
+}
+
+#[test]
+fn killed_run_that_is_begun_anew_names_the_way_to_go_on() {
+    let mut place = Place::new(&["--tcp", "127.0.0.1:0"], 1);
+    let door = place.served.door("tcp");
+    place.killed(&door);
+    place.run(&door, &["stop"]);
+    let program = place.program();
+    let mut child = place.command(&door, &["run", &program]);
+    let mut child = child.stderr(Stdio::piped()).spawn().expect("it starts");
+    place
+        .served
+        .until(|line| line.ends_with(" WAITCmd finished"));
+    let id = child.id().to_string();
+    let kill = Command::new("kill").args(["-INT", &id]).status();
+    assert!(kill.expect("kill runs").success());
+    let mut err = String::new();
+    let mut stderr = child.stderr.take().expect("piped");
+    std::io::Read::read_to_string(&mut stderr, &mut err).expect("UTF-8");
+    child.wait().expect("it ends");
+    let said = "an earlier run of this was cut off after at least";
+    assert!(err.contains(said), "{err}");
+    assert!(
+        err.contains("--resume goes on where that one ended"),
+        "{err}"
+    );
+    // That one said itself how to go on.
+    let (_, err) = place.run(&door, &["run", &program, "--from", "80"]);
+    assert!(!err.contains(said), "{err}");
+}
+
+#[test]
 fn a_run_is_done_also_where_nothing_can_be_kept() {
     let place = Place::new(&["--tcp", "127.0.0.1:0"], 1);
     let door = place.served.door("tcp");

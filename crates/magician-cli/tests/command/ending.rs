@@ -13,20 +13,9 @@ fn drawing(place: &Place, more: &[&str]) -> Child {
     draw.arg("--json");
     draw.stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut child = draw.spawn().expect("it starts");
-    let mut began = None;
-    for _ in 0..10_000 {
-        let pose = last(&place.run(&["pose"]));
-        let [x, y, z] = ["x", "y", "z"].map(|axis| pose[axis].as_f64().expect("a number"));
-        let down = z < PAPER + 0.1;
-        let went = |(from_x, from_y): (f64, f64)| (x - from_x).hypot(y - from_y);
-        // An arm that has hardly moved counts as one that stands where it did.
-        if down && began.is_some_and(|began| went(began) > 2.0) {
-            return child;
-        }
-        began = down.then_some(began.unwrap_or((x, y)));
-        assert!(child.try_wait().expect("a child").is_none(), "{more:?}");
-    }
-    panic!("the pen is never down");
+    place.until_drawn(2.0);
+    assert!(child.try_wait().expect("a child").is_none(), "{more:?}");
+    child
 }
 
 fn error(output: &Output) -> (Value, String) {
@@ -89,13 +78,14 @@ fn the_first_signal_lifts_the_pen_and_resuming_goes_on() {
 }
 
 #[test]
-fn a_second_signal_moves_nothing() {
-    let place = Place::homed("0.5");
-    let child = drawing(&place, &["--lift", "60"]);
-    signal("-INT", &child);
-    // The lift has begun.
-    while place.number("pose", "z") < PAPER + 0.5 {}
-    signal("-INT", &child);
+fn a_second_signal_moves_nothing_and_settings_are_restored() {
+    let place = Place::homed("0.3");
+    let before = place.settings();
+    let mut child = drawing(&place, &["--lift", "60"]);
+    // The first one stops it, those of half a second after it change nothing, and the next one counts: the lift takes seconds.
+    while child.try_wait().expect("a child").is_none() {
+        signal("-INT", &child);
+    }
     let output = child.wait_with_output().expect("it ends");
     assert_eq!(output.status.code(), Some(130), "{output:?}");
     let (kind, message) = error(&output);
@@ -103,6 +93,8 @@ fn a_second_signal_moves_nothing() {
     assert!(message.starts_with("interrupted twice: "), "{message}");
     let stands = place.number("pose", "z");
     assert!(stands < PAPER + 59.0, "{stands}");
+    assert_eq!(place.settings(), before);
+    assert_eq!(place.debts(), 0, "nothing is left to the next command");
     assert_eq!(place.number("pose", "z"), stands);
     assert_eq!(last(&place.run(&["queue"]))["left_space"], 32);
     // It goes on from there all the same.

@@ -226,3 +226,72 @@ fn a_grid_is_written_as_a_plan_that_runs_alike() {
         assert_eq!(refused.status, 2, "{refused:?}");
     }
 }
+
+/// Extent in x of what a check tells under this name.
+fn extent(report: &Value, name: &str) -> [f64; 2] {
+    [0, 1].map(|end| report[name]["x"][end].as_f64().expect("a number"))
+}
+
+#[test]
+fn frame_goes_round_what_the_tool_in_force_would_make_and_says_so_first() {
+    let place = Place::homed("100");
+    let checked = |arguments: &[&str]| {
+        let more = ["--surface", "-50", "--check", "--json"];
+        let done = place.command(&[arguments, &more].concat()).output();
+        let done = done.expect("it runs");
+        assert!(done.status.success(), "{done:?}");
+        last(&done)
+    };
+    for (bias, verb, made, other) in [
+        (
+            "70",
+            "engrave",
+            "engraved: the arm has the laser",
+            "tool pen",
+        ),
+        ("61", "draw", "drawn: the arm has the pen", "tool laser"),
+        (
+            "0",
+            "draw",
+            "drawn: the tool of the arm is unknown",
+            "tool laser",
+        ),
+    ] {
+        let bias = format!("x_bias={bias}");
+        let set = ["set", "EndEffectorParams", &bias, "y_bias=0", "z_bias=0"];
+        assert!(place.run(&set).status.success());
+        let frame = checked(&["frame", "line.svg"]);
+        let work = checked(&[verb, "line.svg"]);
+        let [frame_x, work_x] = [extent(&frame, "travel_bounds"), extent(&work, "bounds")];
+        let off = (frame_x[0] - work_x[0])
+            .abs()
+            .max((frame_x[1] - work_x[1]).abs());
+        assert!(off < 0.1, "{frame_x:?} {work_x:?}");
+        let first = frame["notes"][0].to_string();
+        assert!(first.contains(made) && first.contains(other), "{first}");
+    }
+    let told = checked(&["frame", "line.svg", "--tool", "laser"]);
+    let notes = told["notes"].to_string();
+    assert!(!notes.contains("the frame goes round"), "{notes}");
+}
+
+#[test]
+fn move_out_of_reach_names_an_unknown_tool_and_its_flag() {
+    let place = Place::homed("100");
+    let set = [
+        "set",
+        "EndEffectorParams",
+        "x_bias=0",
+        "y_bias=0",
+        "z_bias=0",
+    ];
+    assert!(place.run(&set).status.success());
+    let refused = place.command(&["move", "320", "0", "20"]).output();
+    let refused = String::from_utf8(refused.expect("it runs").stderr).expect("UTF-8");
+    assert!(refused.contains("out of reach"), "{refused}");
+    assert!(
+        refused.contains("the tool is unknown to the arm"),
+        "{refused}"
+    );
+    assert!(refused.contains("--tool NAME"), "{refused}");
+}

@@ -186,6 +186,25 @@ fn plan(steps: &str) -> String {
 }
 
 #[test]
+fn homing_is_told_before_an_unknown_surface() {
+    let place = Place::new();
+    place.refuses(&["draw", "line.svg"]);
+    let surface = |arguments: &[&str]| {
+        let refused = place.run(arguments);
+        assert_eq!(refused.status, 3, "{refused:?}");
+        assert!(
+            refused.err.contains("work surface height unknown"),
+            "{refused:?}"
+        );
+    };
+    surface(&["draw", "line.svg", "--unhomed"]);
+    // What is only looked at needs no homed arm.
+    surface(&["draw", "line.svg", "--check"]);
+    place.does(&["home"]);
+    surface(&["draw", "line.svg"]);
+}
+
+#[test]
 fn nothing_is_drawn_burnt_or_played_on_an_arm_that_is_not_known_to_be_homed() {
     let mut place = Place::new();
     for cleared in [false, true] {
@@ -405,4 +424,61 @@ fn station_and_what_goes_through_it_are_held_to_the_same() {
     // What the station saw is remembered by its computer.
     station.end("-TERM");
     place.does(&["run", "a.plan.json"]);
+}
+
+#[test]
+fn height_that_a_page_takes_from_the_arm_is_that_of_every_door() {
+    let place = Place::new();
+    let mut command = place.command(&[]);
+    command.env("MAGICIAN_TOKEN", "");
+    let served = Served::of(command, "serve", &["--listen", "127.0.0.1:0"], 1);
+    let url = served.door("http");
+    let call = |method: &str, params: Value| rpc(url.trim_end_matches('/'), method, &params);
+    let drawing = || {
+        let text = std::fs::read_to_string(place.path("line.svg")).expect("a file");
+        json!({"text": text, "setup": {"work": "draw"}, "preview": true})
+    };
+
+    // What to do about an unknown height is data, as on the command line.
+    let unknown = call("job.check", drawing());
+    let told = place
+        .run(&["draw", "line.svg", "--check", "--json"])
+        .error();
+    assert_eq!(unknown["error"]["data"]["remedies"], told["remedies"]);
+    let acts = |action: &str| {
+        let remedies = told["remedies"].as_array().expect("remedies").clone();
+        remedies.iter().any(|remedy| remedy["action"] == action)
+    };
+    assert!(acts("touch-off") && acts("calibrate-surface"), "{told}");
+
+    // An arm that does not know where it is measures nothing.
+    let unhomed = call("surface.touch", json!({}));
+    assert_eq!(
+        unhomed["error"]["data"]["code"],
+        json!("not-homed"),
+        "{unhomed}"
+    );
+    assert_eq!(
+        unhomed["error"]["data"]["remedies"][0]["action"],
+        json!("home")
+    );
+
+    call("arm.home", json!({}));
+    let down = call("arm.move", json!({"to": [220, 0, -52.5, 0]}));
+    assert!(down.get("error").is_none(), "{down}");
+    let touched = call("surface.touch", json!({}));
+    let z = touched["result"]["plane"]["z"].as_f64().expect("a height");
+    assert!((z + 52.5).abs() < 0.02, "{touched}");
+    let checked = call("job.check", drawing());
+    assert_eq!(checked["result"]["ok"], json!(true), "{checked}");
+    drop(served);
+
+    let config = std::fs::read_to_string(place.path("config.toml")).expect("settings");
+    assert_eq!(config, format!("surface = {z}\n"));
+    let shown = place.does(&["calibrate", "show", "--json"]).object();
+    assert_eq!(shown["surface"].as_f64(), Some(z));
+    let report = place
+        .does(&["draw", "line.svg", "--check", "--json"])
+        .object();
+    assert_eq!(report["ok"], json!(true), "{report}");
 }

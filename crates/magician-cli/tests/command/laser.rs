@@ -244,8 +244,8 @@ fn nothing_burns_on_a_real_arm_without_yes() {
     for arguments in [
         &["laser", "off"][..],
         &["set", "EndEffectorLaser", "enable_ctrl=1", "on=0"],
-        &["io", "set", "4", "off"],
-        &["io", "set", "3", "on"],
+        &["set", "IODO", "address=4", "level=0"],
+        &["set", "IODO", "address=3", "level=1"],
         &[
             "set",
             "IOPWM",
@@ -259,7 +259,10 @@ fn nothing_burns_on_a_real_arm_without_yes() {
     }
     // Nor on a virtual arm in the process.
     for arguments in BURNING {
-        let done = run(&[&["--port", "sim"], arguments].concat());
+        let line = arguments.join(" ");
+        // A pin is driven as what it is.
+        let lines = format!("io mux 2 digital-output\nio mux 4 pwm\n{line}\n");
+        let done = run_with(&["--port", "sim", "shell"], lines.as_bytes());
         assert_eq!(done.status, 0, "{arguments:?}: {done:?}");
     }
 }
@@ -299,6 +302,7 @@ fn an_arm_without_a_laser_has_its_pins_for_itself() {
             .status
             .code()
     };
+    assert_eq!(with(&["io", "mux", "4", "digital-output"]), Some(0));
     assert_eq!(with(&["io", "set", "4", "on"]), Some(0));
     assert_eq!(
         with(&["set", "EndEffectorLaser", "enable_ctrl=1", "on=1"]),

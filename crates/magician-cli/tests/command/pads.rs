@@ -156,6 +156,22 @@ fn a_pad_that_is_left_leaves_the_laser_dark() {
 }
 
 #[test]
+fn pad_that_is_left_with_a_cup_that_sucks_says_so() {
+    for (pad, keys, status) in [("jog", "q", 0), ("jog", "\x03", 130), ("teach", "q", 0)] {
+        let mut place = Place::at(&[pad], "x 259.10");
+        place.shows("p", "suction on");
+        place.terminal.types(keys);
+        let note = "the suction cup is still on (`magician suction off` switches it off)";
+        place.terminal.until_seen(note);
+        assert_eq!(
+            place.look(&["get", "EndEffectorSuctionCup"])["is_sucked"],
+            1
+        );
+        place.ends_with(status);
+    }
+}
+
+#[test]
 fn ctrl_c_and_signals_stop_the_arm() {
     for signal in [None, Some("-TERM"), Some("-HUP")] {
         let mut place = Place::at(&["jog"], "x 259.10");

@@ -204,7 +204,11 @@ fn an_alarm_ends_a_run_and_once_cleared_it_goes_on() {
 
 #[test]
 fn an_arm_that_was_switched_off_leaves_it_to_the_person() {
-    let mut place = Place::new(&[]);
+    // At another port, a virtual arm has another serial number but for one of its own.
+    let profile = tempfile::NamedTempFile::new().expect("a file");
+    std::fs::write(&profile, "[identity]\nserial = \"DT7\"\n").expect("written");
+    let own = ["--profile", profile.path().to_str().expect("UTF-8")];
+    let mut place = Place::new(&own);
     let program = place.program("0.03");
     let child = place.start(&["run", &program]);
     until_waits(&mut place.served, 4);
@@ -216,7 +220,7 @@ fn an_arm_that_was_switched_off_leaves_it_to_the_person() {
     );
     assert_eq!(place.journals(), 1);
     // Another arm, with the same serial number and nothing behind it.
-    place.served = serve(&[]);
+    place.served = serve(&own);
     place.door = place.served.door("tcp");
     assert!(place.run(&["alarms", "--clear"]).status.success());
     place.is_homed();
@@ -411,7 +415,7 @@ fn a_real_arm_is_not_told_to_guess_how_high_the_paper_lies() {
     assert_eq!(refused.status.code(), Some(3), "{refused:?}");
     let mut told = command();
     let told = told
-        .args(["--port", &place.door, "draw", &file])
+        .args(["--port", &place.door, "draw", &file, "--unhomed"])
         .output()
         .expect("it runs");
     let text = String::from_utf8_lossy(&told.stderr);

@@ -802,6 +802,60 @@ fn moves(arguments: &[&str]) -> Vec<Value> {
 }
 
 #[test]
+fn no_flag_takes_a_pen_below_the_calibrated_surface() {
+    let place = Place::new();
+    let two = "G0 Z5\nG0 X205 Y5\nG1 Z-0.2 F900\nX235\nG0 Z5\nG0 X200 Y0\nG1 Z-3\nX240\nG0 Z5\n";
+    let two = place.write("two.nc", two);
+    let raw = "G0 X220 Y0 Z-30\nG1 Z-62 F900\nX240\nG0 Z-30\n";
+    let raw = place.write("raw.gcode", raw);
+    let plan = place.write(
+        "p.plan.json",
+        "{\"format\":\"magician-plan\",\"version\":1,\"title\":\"p\",\"tool\":\"pen\",\"steps\":[\
+            {\"move\":[220,0,-30,0],\"by\":\"line\"},{\"path\":[220,0,-70]},{\"path\":[240,0,-70]}]}",
+    );
+    let config = place.write("config.toml", "surface = -58\n");
+    let lowest = |arguments: &[&str]| {
+        let all = [&["--port", "sim"], arguments, &["--dry-run", "--json"]].concat();
+        let answer = Run::of(command().env("MAGICIAN_CONFIG", &config).args(&all), b"");
+        let heights = answer.objects().into_iter();
+        let heights = heights.filter_map(|object| object["params"]["z"].as_f64());
+        let lowest = heights.reduce(f64::min);
+        lowest.unwrap_or_else(|| panic!("{arguments:?}: {answer:?}"))
+    };
+    let house = sample("house.svg");
+    for arguments in [
+        &["run", &two, "--place"][..],
+        &["run", &two, "--pen-z", "-0.2", "--place"],
+        &["draw", &two, "--pen-z", "2", "--move", "0,0,-9"],
+        &["run", &raw],
+        &["run", &raw, "--raw", "--move", "0,0,-9"],
+        &["run", &plan],
+        &["run", &plan, "--place", "--move", "0,0,-9"],
+        &["play", &plan],
+        &["draw", &house, "--move", "0,0,-9"],
+        &["frame", &house, "--tool", "pen", "--move", "0,0,-99"],
+    ] {
+        let held = lowest(arguments);
+        assert!(held >= -58.0001, "{arguments:?}: {held}");
+    }
+    for arguments in [
+        &["run", &two, "--place", "--depths", "keep"][..],
+        &["run", &raw, "--depths", "keep"],
+        &["run", &plan, "--depths", "keep"],
+        &["draw", &house, "--move", "0,0,-9", "--depths", "keep"],
+    ] {
+        assert!(lowest(arguments) < -60.0, "{arguments:?}");
+    }
+    let parked = ["--port", "sim", "draw", &house, "--park", "220,0,-80"];
+    let refused = Run::of(command().env("MAGICIAN_CONFIG", &config).args(parked), b"");
+    assert_eq!(refused.status, 3, "{refused:?}");
+    assert!(
+        refused.err.contains("22.0 mm below the surface"),
+        "{refused:?}"
+    );
+}
+
+#[test]
 fn a_program_lifts_first_where_the_arm_stands() {
     let place = Place::new();
     let program = "G21 G90\nG0 Z50\nG0 X230 Y40\nG1 Z20 F1500\nG1 X240\nM2\n";
@@ -883,12 +937,18 @@ fn placed_gcode_lies_on_the_surface_and_begins_at_its_own_zero() {
             "{way:?}: {answer}"
         );
     }
-    // The Z of touching is the lowest that draws, or what is said.
+    // The Z of touching is the first that draws, or what is said; what is deeper lies on the surface.
     let deep = place.write(
         "deep.gcode",
         "G0 Z5\nG0 X0 Y0\nG1 Z-1 F900\nG1 X40\nG0 Z5\nG0 X0 Y20\nG1 Z0\nG1 X40\nG0 Z5\n",
     );
-    for (more, least) in [(&[][..], -50.0), (&["--pen-z", "0"], -51.0)] {
+    for (more, least) in [
+        (&[][..], -50.0),
+        (&["--pen-z", "0"], -50.0),
+        (&["--move", "0,0,-5"], -50.0),
+        (&["--depths", "keep"], -51.0),
+        (&["--pen-z", "0", "--depths", "keep"], -51.0),
+    ] {
         let way = [
             &["run", &deep, "--estimate", "--json", "--surface", "-50"][..],
             more,

@@ -9,6 +9,7 @@ use std::process::Command;
 use magician_program::{Action, Origin, Plan, Travel};
 use serde_json::{Value, json};
 
+use crate::magician::drawing::{PAPER, Place, SVG};
 use crate::magician::homed::as_if_homed;
 use crate::magician::served::Served;
 use crate::magician::{command, run};
@@ -77,6 +78,35 @@ fn journal() -> Vec<Value> {
     text.lines()
         .map(|line| serde_json::from_str(line).expect("JSON"))
         .collect()
+}
+
+#[test]
+fn address_in_use_names_the_station_that_has_it() {
+    let state = tempfile::tempdir().expect("a directory");
+    let with_state = || {
+        let mut command = command();
+        command.env("XDG_STATE_HOME", state.path());
+        command
+    };
+    let station = Station::of(with_state(), &["--port", "sim"]);
+    let url = format!("http://{}/", station.address);
+    for verb in ["serve", "studio"] {
+        let mut second = with_state();
+        second.args([verb, "--port", "sim", "--listen", &station.address]);
+        let refused = crate::magician::Run::of(&mut second, b"");
+        assert_eq!(refused.status, 4, "{refused:?}");
+        for told in ["a station runs there, of arm", &url, "--listen"] {
+            assert!(refused.err.contains(told), "{told}: {refused:?}");
+        }
+    }
+    let other = std::net::TcpListener::bind("127.0.0.1:0").expect("an address");
+    let address = other.local_addr().expect("known").to_string();
+    let refused = run(&["serve", "--port", "sim", "--listen", &address]);
+    assert_eq!(refused.status, 4, "{refused:?}");
+    assert!(
+        refused.err.contains("another program listens there"),
+        "{refused:?}"
+    );
 }
 
 #[test]
@@ -237,6 +267,55 @@ fn what_moves_is_stopped_at_the_end() {
         before,
         "{queue}"
     );
+}
+
+#[test]
+fn a_station_that_ends_lifts_the_pen_of_its_job_and_restores_settings() {
+    let place = Place::homed("5");
+    let before = place.settings();
+    for signals in [&["-TERM"][..], &["-HUP", "-HUP"], &["-INT", "-INT"]] {
+        let mut serve = command();
+        serve.env("XDG_STATE_HOME", place.dir.path().join("state"));
+        let mut station = Station::of(serve, &["--port", &place.door()]);
+        let setup = json!({"surface": PAPER, "speed": 10});
+        let job = json!({"text": SVG, "format": "svg", "setup": setup});
+        let started = station.call("job.start", &job);
+        assert!(started["result"]["job"].is_string(), "{started}");
+        place.until_drawn(2.0);
+        for signal in signals {
+            let id = station.served.child.id().to_string();
+            let kill = Command::new("kill").args([*signal, &id]).status();
+            assert!(kill.expect("kill runs").success());
+        }
+        let status = station.served.child.wait().expect("it ends");
+        assert_eq!(status.code(), Some(0), "{signals:?}");
+        let up = place.number("pose", "z") - PAPER;
+        assert!((up - 10.0).abs() < 0.5, "{signals:?}: {up} mm");
+        assert_eq!(place.settings(), before, "{signals:?}");
+        assert_eq!(place.debts(), 0, "{signals:?}");
+    }
+}
+
+#[test]
+fn a_station_restores_settings_of_a_job_whose_line_was_lost_and_found() {
+    let place = Place::homed("5");
+    let before = place.settings();
+    let line = place.dir.path().join("line").display().to_string();
+    let proxy = || Served::verb("proxy", &["--port", &place.door(), "--pty", &line], 2);
+    let mut lost = proxy();
+    let mut serve = command();
+    serve.env("XDG_STATE_HOME", place.dir.path().join("state"));
+    let station = Station::of(serve, &["--port", &line]);
+    let setup = json!({"surface": PAPER, "speed": 10});
+    let job = json!({"text": SVG, "format": "svg", "setup": setup, "unhomed": true});
+    let started = station.call("job.start", &job);
+    assert!(started["result"]["job"].is_string(), "{started}");
+    place.until_drawn(2.0);
+    lost.child.kill().expect("killed");
+    lost.child.wait().expect("it ends");
+    let _found = proxy();
+    let restored = (0..1_000).any(|_| place.settings() == before);
+    assert!(restored, "{:?}", place.settings());
 }
 
 #[test]

@@ -282,6 +282,21 @@ impl Error {
         error
     }
 
+    /// The same error, of an arm whose tool bias is 0: what is out of reach may be within reach of its tool. Other errors stay as
+    /// they are.
+    #[must_use]
+    pub fn of_unknown_tool(mut self) -> Self {
+        if self.0.code != ErrorCode::OutOfReach {
+            return self;
+        }
+        self.0.message += "; ";
+        self.0.message += Alarm::TOOL_UNKNOWN;
+        self.remedy(
+            (Setting::Tool, Given::Any("NAME")),
+            "tells the arm its tool",
+        )
+    }
+
     /// A copy for another waiting caller, without the system's error.
     #[must_use]
     pub fn copy(&self) -> Self {

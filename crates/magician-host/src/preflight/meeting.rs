@@ -124,6 +124,9 @@ fn missed(
     refusal: Option<Error>,
 ) -> Error {
     let [x, y, z] = target.position;
+    let remedies = refusal
+        .as_ref()
+        .map_or(Vec::new(), |refusal| refusal.remedies().to_vec());
     let why = match (reached, refusal) {
         (Some((until, takes)), _) => format!(
             "it is within reach until {until:.2} s from now, and the arm needs {:.2} s to be there",
@@ -135,7 +138,11 @@ fn missed(
         (None, None) => "no place on its way is within reach".to_owned(),
     };
     let message = format!("the target at {x:.1}, {y:.1}, {z:.1} cannot be met: {why}");
-    Error::new(ErrorCode::OutOfReach, message)
+    let error = Error::new(ErrorCode::OutOfReach, message);
+    let remedies = remedies.into_iter();
+    remedies.fold(error, |error, remedy| {
+        error.remedy(remedy.act, remedy.effect)
+    })
 }
 
 #[cfg(test)]

@@ -22,12 +22,14 @@ use magician_protocol::commands::EndEffectorParams;
 pub use guards::{Guards, refuse};
 use laser::Laser;
 pub use meeting::{Meeting, MovingTarget};
+use motion::depends_on_tool;
 pub(crate) use numbers::check as check_numbers;
 pub use numbers::check_power;
 use path::Path;
 pub use readings::{Needs, Readings, governs_motion, pose_of, state_at};
 pub use retract::Lift;
 pub use speeds::PathProfiles;
+pub use way::Stopping;
 
 use crate::Result;
 
@@ -150,6 +152,20 @@ impl Preflight {
         self
     }
 
+    /// Puts the arm on a rail that is in use, its carriage at this place, mm.
+    #[must_use]
+    pub fn on_rail(mut self, at: f64) -> Self {
+        self.now.with_rail = true;
+        self.rail = Some(at);
+        self
+    }
+
+    /// True if the arm stands on a rail that is in use, as far as the commands checked so far tell.
+    #[must_use]
+    pub fn is_on_rail(&self) -> bool {
+        self.now.with_rail
+    }
+
     /// Sets what is refused.
     #[must_use]
     pub fn guards(mut self, guards: Guards) -> Self {
@@ -209,7 +225,13 @@ impl Preflight {
             .and_then(|()| self.laser.check(command, self.guards.laser))
             .and_then(|()| self.check_fence(command))
             .and_then(|()| self.follow(command));
-        let own = passed.map_err(|error| error.with_command(command.row().set_name))?;
+        let own = passed.map_err(|error| {
+            let named = error.with_command(command.row().set_name);
+            match self.now.tool.is_zero() && depends_on_tool(command) {
+                true => named.of_unknown_tool(),
+                false => named,
+            }
+        })?;
         self.laser = self.laser.after(command);
         let path = match command {
             Set::CpCmd(_) | Set::CpLeCmd(_) => 0,
@@ -291,5 +313,41 @@ impl Preflight {
         whole.path = Path::default();
         *self = whole;
         Ok(sum)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use magician_protocol::Alarm;
+
+    use super::*;
+    use crate::{Act, ErrorKind, Setting, words};
+
+    #[test]
+    fn refusal_for_reach_names_an_unknown_tool_where_the_tool_decides() {
+        for (tool, told) in [(ToolBias::NONE, true), (ToolBias::SUCTION, false)] {
+            let mut check = Preflight::at(JointAngles::HOME, tool);
+            for command in [
+                words::move_to(400.0, 0.0, 20.0, 0.0),
+                words::line_to(400.0, 0.0, 20.0, 0.0),
+                words::jump_to(400.0, 0.0, 20.0, 0.0),
+                words::path_to(400.0, 0.0, 20.0),
+            ] {
+                let error = check.check(&command).unwrap_err();
+                assert_eq!(error.kind(), ErrorKind::Unreachable);
+                assert_eq!(
+                    error.message().contains(Alarm::TOOL_UNKNOWN),
+                    told,
+                    "{error}"
+                );
+                let mut acts = error.remedies().iter().map(|remedy| &remedy.act);
+                let named = acts.any(|act| matches!(act, Act::Give(Setting::Tool, _)));
+                assert_eq!(named, told, "{error}");
+            }
+            let error = check
+                .check(&words::move_joints(200.0, 0.0, 0.0, 0.0))
+                .unwrap_err();
+            assert!(!error.message().contains(Alarm::TOOL_UNKNOWN), "{error}");
+        }
     }
 }

@@ -32,6 +32,16 @@ impl Ptp {
     }
 }
 
+/// True if the tool bias decides whether the arm can do a command: what is given in joint angles it does not.
+pub(super) fn depends_on_tool(command: &Set) -> bool {
+    ptp_of(command).is_none_or(|ptp| {
+        !matches!(
+            ptp.mode,
+            PtpMode::JumpAngle | PtpMode::MovjAngle | PtpMode::MovlAngle | PtpMode::MovjAngleInc
+        )
+    })
+}
+
 /// The move that a command asks for.
 pub(super) fn ptp_of(command: &Set) -> Option<Ptp> {
     macro_rules! ptp {

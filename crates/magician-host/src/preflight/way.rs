@@ -1,12 +1,89 @@
 //! The path itself, for drawing it.
 
-use magician_motion::{ArmState, Geometry, Trajectory};
-use magician_protocol::Set;
+use magician_motion::{ArmState, CpSegment, Geometry, LookAhead, Trajectory};
+use magician_protocol::{CpMode, Set};
 
 use super::Preflight;
 use super::motion::ptp_of;
 
+/// How many times the acceleration in force the arm brakes with at a forced stop (model section 14).
+const FORCED_STOP: f64 = 2.0;
+/// Instants of a motion at which its braking way is looked at.
+const LOOKS: u64 = 8;
+
+/// Speed and braking way of a motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stopping {
+    /// Largest speed of the tool, mm/s.
+    pub speed: f64,
+    /// Longest way from where a forced stop finds the tool to where it stands, mm.
+    pub braking: f64,
+}
+
 impl Preflight {
+    /// Speed and braking way of a straight command from where the arm is, at the speeds in force after the commands checked so
+    /// far. A segment of a path counts as if it were at full speed all along. `None` for a command without a way, and where the
+    /// arm's place is not known.
+    ///
+    /// ```
+    /// use magician_host::words::{self, Preflight};
+    /// use magician_host::{JointAngles, ToolBias};
+    ///
+    /// let mut course = Preflight::at(JointAngles::HOME, ToolBias::LASER);
+    /// course.check(&words::path_speed(60.0, 100.0))?;
+    /// course.check(&words::line_to(220.0, -40.0, 0.0, 0.0))?;
+    /// let stopping = course.stopping(&words::engrave_to(220.0, 40.0, 0.0, 50.0)).unwrap();
+    /// assert_eq!(stopping.speed, 60.0);
+    /// assert!((1.0..4.0).contains(&stopping.braking));
+    /// # Ok::<(), magician_host::Error>(())
+    /// ```
+    #[must_use]
+    pub fn stopping(&self, command: &Set) -> Option<Stopping> {
+        let from = self.at?;
+        let planner = self.planner(self.now.ptp_speeds());
+        let (mode, point) = match command {
+            Set::CpCmd(cp) => (cp.cp_mode, [cp.x, cp.y, cp.z]),
+            Set::CpLeCmd(cp) => (cp.cp_mode, [cp.x, cp.y, cp.z]),
+            _ => return self.stopping_of(&self.way(&from, command)?),
+        };
+        let start = [from.pose.x, from.pose.y, from.pose.z];
+        let to = match mode {
+            CpMode::Relative => [0, 1, 2].map(|axis| start[axis] + f64::from(point[axis])),
+            _ => point.map(f64::from),
+        };
+        let way = CpSegment::between(start, to);
+        let look_ahead = LookAhead::new(&self.now.cp_speeds(&self.model), &self.model.ceilings);
+        let rates = look_ahead.ok()?.rates(&way);
+        let plan = planner.segment(&from, to, rates.velocity, rates.velocity, rates);
+        let stopping = self.stopping_of(&plan.ok()?.trajectory)?;
+        Some(Stopping {
+            speed: rates.velocity,
+            ..stopping
+        })
+    }
+
+    fn stopping_of(&self, motion: &Trajectory) -> Option<Stopping> {
+        let planner = self.planner(self.now.ptp_speeds());
+        let all = motion.duration_us();
+        if all == 0 {
+            return None;
+        }
+        let at = |nth: u64| all * nth / LOOKS;
+        let (mut speed, mut braking) = (0.0_f64, 0.0_f64);
+        for nth in 0..LOOKS {
+            let [before, after] = [nth, nth + 1].map(|nth| motion.sample(at(nth)).pose);
+            let seconds = (at(nth + 1) - at(nth)) as f64 / 1e6;
+            speed = speed.max(before.distance_to(&after) / seconds.max(1e-6));
+            let stands = planner
+                .brake(motion, at(nth), FORCED_STOP)
+                .trajectory
+                .end()
+                .pose;
+            braking = braking.max(before.distance_to(&stands));
+        }
+        Some(Stopping { speed, braking })
+    }
+
     /// The arm's measures, with the tool bias in force after the commands checked so far.
     #[must_use]
     pub fn geometry(&self) -> Geometry {

@@ -3,12 +3,15 @@
 use magician_protocol::commands::{EMotor, EMotorS};
 use magician_protocol::{Flag, Set, Stepper};
 
+use crate::{Error, Result};
+
 /// Pulses that move the vendor's belt by 1 mm: 16,000 for a turn of its roller, which is 34 mm across
 /// (model section 13; the vendor's own demonstration has a figure that runs 1.9 times too far).
 pub const CONVEYOR_PULSES_PER_MM: f64 = 16_000.0 / (34.0 * std::f64::consts::PI);
 
-/// The fastest that a belt is told to run, mm/s: far beyond what it keeps up with.
-pub const CONVEYOR_FASTEST: f64 = FASTEST / CONVEYOR_PULSES_PER_MM;
+/// Highest speed of the kit's belt, mm/s (model section 13): above it the motor loses steps and stalls.
+/// Commands that run a belt faster are refused by who takes the speed from a person or program.
+pub const CONVEYOR_FASTEST: f64 = 120.0;
 
 /// The longest way that a belt is told to move, mm: about 28 km.
 pub const CONVEYOR_FARTHEST: f64 = u32::MAX as f64 / CONVEYOR_PULSES_PER_MM;
@@ -41,9 +44,9 @@ pub fn motor_by(index: Stepper, speed: i32, distance: u32) -> Set {
     .into()
 }
 
-/// Runs the conveyor belt on this motor output at so many mm/s (to about 6,600 either way, far beyond
-/// what it keeps up with); the sign is the direction, 0 stops it, and so does what is not a number. It runs on until it
-/// is told otherwise, and the queue goes on at once.
+/// Runs the conveyor belt on this motor output at so many mm/s; the sign is the direction, 0 stops it, and so does what
+/// is not a number. The belt keeps up with [`CONVEYOR_FASTEST`] either way, which [`conveyor_speed`] checks. It runs on
+/// until it is told otherwise, and the queue goes on at once.
 ///
 /// ```
 /// use magician_host::protocol::Stepper;
@@ -71,6 +74,20 @@ pub fn conveyor_by(index: Stepper, mm: f32, mm_per_s: f32) -> Set {
     // A cast of a float saturates, and takes NaN to 0.
     let distance = (f64::from(mm).abs() * CONVEYOR_PULSES_PER_MM).round() as u32;
     motor_by(index, speed, distance)
+}
+
+/// Checks a speed of the belt, mm/s.
+///
+/// # Errors
+/// [`InvalidInput`](crate::ErrorKind::InvalidInput) above [`CONVEYOR_FASTEST`] in either direction, and for what is not a
+/// number.
+pub fn conveyor_speed(mm_per_s: f32) -> Result<f32> {
+    match f64::from(mm_per_s).abs() <= CONVEYOR_FASTEST {
+        true => Ok(mm_per_s),
+        false => Err(Error::invalid(format!(
+            "{mm_per_s} mm/s: the belt reaches {CONVEYOR_FASTEST:.0} mm/s in either direction; above it its motor stalls"
+        ))),
+    }
 }
 
 fn pulse_rate(mm_per_s: f32) -> i32 {

@@ -28,7 +28,7 @@ mod speed;
 mod tool;
 
 pub use crate::preflight::{
-    Guards, Lift, Meeting, MovingTarget, Needs, PathProfiles, Preflight, Readings, Step,
+    Guards, Lift, Meeting, MovingTarget, Needs, PathProfiles, Preflight, Readings, Step, Stopping,
     governs_motion, pose_of, refuse, state_at,
 };
 pub use conveyor::*;

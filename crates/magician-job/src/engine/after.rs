@@ -3,21 +3,25 @@
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use magician::commands::{DeviceTime, Pose};
+use magician::commands::{DeviceTime, Pose, PtpCommonParams};
 use magician::{Error, ErrorKind};
 use magician_program::RemainingProgram;
 use magician_program::resume::{ResumePoint, StepRange, resume_point_at};
+use magician_protocol::Readable;
 use tokio::time::timeout;
 
 use super::Work;
+use super::burn::{cut_short, goes_on_dark};
 use super::inbox::{Inbox, Stopped};
 use super::pause::{AtPause, by_pose};
 use super::track::Track;
 use crate::error::{Fault, JobError, PauseError, PenLift, Stood};
-use crate::event::{JobEvent, JobState, Waits};
+use crate::event::{Done, JobEvent, JobState, Waits};
 
 /// How long an arm is asked how it stands, and may take to take its settings.
 const AFTERMATH: Duration = Duration::from_secs(3);
+/// The same after a second stop, whose caller waits: a line that is well needs a tenth of it.
+const AT_ONCE: Duration = Duration::from_millis(800);
 /// How long a pen may take to go up.
 const LIFT: Duration = Duration::from_secs(4);
 /// How long a line that broke while the laser burnt is waited for.
@@ -34,13 +38,14 @@ impl Work {
             return error;
         }
         // A second stop: nothing moves after it.
-        if let Some(saved) = &self.spec.saved {
-            saved.leave();
-        }
         error.fault = Fault::Stopped { twice: true };
         error.left = error.left.or(self.left());
-        error.pose = match timeout(AFTERMATH, self.stand()).await {
-            Ok(Ok((stood, _))) => Some(stood.pose),
+        error.pose = match timeout(AT_ONCE, self.stand()).await {
+            Ok(Ok((stood, _))) => {
+                self.keep(false, Some(&stood));
+                error.left = error.left.or(self.left());
+                Some(stood.pose)
+            }
             _ => None,
         };
         error
@@ -55,9 +60,6 @@ impl Work {
         self.keep(false, error.stood.as_ref());
         error.left = self.left();
         let Some(stood) = error.stood else {
-            if let Some(saved) = &self.spec.saved {
-                saved.leave();
-            }
             return;
         };
         error.pose = Some(stood.pose);
@@ -81,6 +83,23 @@ impl Work {
             Ok(Err(why)) => error.unconfirmed = Some(why),
             Err(_) => error.pose = None,
         }
+    }
+
+    /// However a job ends, what it owes the arm is restored: also what a second stop, an error or a slow arm has kept from it
+    /// until now. What the arm does not take in time is left to the next program.
+    pub(super) async fn restores_settings(&self, outcome: &Result<Done, JobError>) {
+        let Some(saved) = self.spec.saved.as_ref().filter(|saved| !saved.is_empty()) else {
+            return;
+        };
+        let stands = matches!(outcome, Err(error) if error.pose.is_some());
+        let restoring = async {
+            match stands {
+                true => drop(saved.restore(&self.arm).await),
+                false => saved.restore_after_failure(&self.arm).await,
+            }
+        };
+        let _ = timeout(AT_ONCE, restoring).await;
+        saved.leave();
     }
 
     /// It has failed: the arm is stopped and asked how far it came, if it can be.
@@ -152,7 +171,7 @@ impl Work {
             return PenLift::Stays;
         }
         let height = {
-            let mut track = self.track();
+            let track = self.track();
             let Track { rest, counter, .. } = &*track;
             let moved = |rest: &RemainingProgram| rest.has_moved(counter, stood.index, &stood.pose);
             // A pen that was moved before the job began is not the job's.
@@ -160,7 +179,7 @@ impl Work {
             if !moved {
                 return PenLift::None;
             }
-            track.lift.take()
+            track.lift
         };
         let Some(height) = height else {
             let ending = &self.spec.ending;
@@ -170,9 +189,25 @@ impl Work {
                 PenLift::None
             };
         };
-        match self.arm.lift(height).await {
+        self.saves_speed().await;
+        let lifted = self.arm.lift(height).await;
+        // Only now: a stop that ends a pause on its way up finds a pen that still has to go up.
+        self.track().lift = None;
+        match lifted {
             Ok(lifted) => PenLift::Lifted(lifted),
             Err(error) => PenLift::Failed(error.into()),
+        }
+    }
+
+    /// Has the speed of moves restored: a lift has one of its own, which the driver restores after it, unless a stop drops the lift.
+    pub(super) async fn saves_speed(&self) {
+        let Some(saved) = &self.spec.saved else {
+            return;
+        };
+        if !saved.has(PtpCommonParams::ROW.id)
+            && let Ok(speed) = self.arm.get::<PtpCommonParams>().await
+        {
+            saved.save(&self.arm, speed).await;
         }
     }
 
@@ -211,11 +246,22 @@ impl Work {
         };
         let from = track.from();
         let (least, most) = (from + span.least, from + span.most);
+        if let (true, Some(rest)) = (self.burns, &track.rest)
+            && let Some(dark) = self.arm.lights_out()
+            && let Some(place) = goes_on_dark(rest, (least, most), &dark, &stood.pose)
+        {
+            return track.ends_burning(place);
+        }
         // Where indices were passed over the pose decides, unless a command may have come twice.
         if let (true, false, Some(rest)) = (least < most, uncertain, &track.rest)
             && let Some((resume_point, (steps, within))) = by_pose(rest, (least, most), &stood.pose)
+                .or_else(|| {
+                    let burns = self.burns;
+                    burns.then(|| cut_short(rest, least, &stood.pose))?
+                })
         {
-            return track.ends(resume_point, within.map(|place| (steps, place)));
+            let within = within.map(|place| (steps, place));
+            return track.ends_at(resume_point, within, (self.burns, &stood.pose));
         }
         let resume_point = if least == most {
             resume_point_at(least, |steps| {
@@ -227,11 +273,10 @@ impl Work {
         };
         let goes_on =
             (track.rest.as_ref()).and_then(|rest| rest.goes_on(resume_point, &stood.pose));
-        match goes_on {
-            Some((steps, Some(place))) => {
-                track.ends(ResumePoint::Again(steps), Some((steps, place)))
-            }
-            _ => track.ends(resume_point, None),
-        }
+        let (resume_point, within) = match goes_on {
+            Some((steps, Some(place))) => (ResumePoint::Again(steps), Some((steps, place))),
+            _ => (resume_point, None),
+        };
+        track.ends_at(resume_point, within, (self.burns, &stood.pose));
     }
 }

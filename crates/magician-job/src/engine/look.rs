@@ -10,6 +10,7 @@ use magician_program::turns::Turns;
 use magician_program::{Diagnostic, Program, RemainingProgram, Report, Timetable};
 use tokio::time::{Instant, sleep};
 
+use super::burn::{NOTICEABLE, cut_short, goes_on_dark};
 use super::pause::by_pose;
 use super::{Begun, Work};
 use crate::beside::{BesideTurns, beside};
@@ -54,7 +55,9 @@ impl Work {
         let resumes = spec.start == Start::Resume;
         if resumes && program.plan().burns() {
             // A run that died may have left it burning.
-            arm.darken().await?;
+            // Where that finds an arm that moves, the burn goes on.
+            let (dark, _) = tokio::join!(arm.darken(), arm.get::<Pose>());
+            dark?;
             arm.stop_gentle().await?;
             arm.clear_queue().await?;
         }
@@ -62,7 +65,10 @@ impl Work {
         let key = self.key().await;
         self.track().is_of(&key, self.passes_over);
         let place = match spec.start {
-            Start::Step(step) => (step, None),
+            Start::Step(step) => {
+                self.tell_unfinished();
+                (step, None)
+            }
             Start::Resume => self.resumed().await?,
         };
         if spec.begins_here && program.depends_on_start(place.0) {
@@ -82,6 +88,18 @@ impl Work {
             arm.start([]).wait(|_| {}).await?;
         }
         Ok(place)
+    }
+
+    /// Tells of a run that was cut off, which this one is about to forget.
+    fn tell_unfinished(&self) {
+        let left = self.track().journal.left();
+        // One that ended in order has said so itself.
+        let cut_off = left
+            .ok()
+            .filter(|left| left.ended.is_none() && left.handed > 0);
+        if let Some(left) = cut_off.filter(|_| self.lasting) {
+            self.shared.tell(JobEvent::Unfinished(left.finished));
+        }
     }
 
     pub(super) async fn check_ready(&self) -> Result<(), Error> {
@@ -116,6 +134,7 @@ impl Work {
                 within: within.is_some(),
                 again: false,
                 burnt_twice: 0.0,
+                at_most: false,
                 nothing_queued: false,
             };
             self.shared.tell(JobEvent::Starts(starts));
@@ -189,35 +208,54 @@ impl Work {
         let told = mixed.zip(whole.as_ref()).and_then(|(doubt, whole)| {
             let StepRange { least, most } = doubt.span;
             let least = least.max(whole.first_motion()?);
-            (least <= most).then(|| by_pose(whole, (least, most), &pose))?
+            let found = (least <= most).then(|| by_pose(whole, (least, most), &pose))?;
+            let burns = program.plan().burns();
+            found.or_else(|| burns.then(|| cut_short(whole, least, &pose))?)
         });
         let resume_point = told.map_or(resume_point, |(told, _)| told);
         // An arm that was stopped and has said nothing of it stands where it was stopped still, if it stands on that line.
         let stopped = matches!(resume_point, ResumePoint::Again(_)) && checkpoint.ended.is_none();
         let standing = whole.as_ref().filter(|_| stopped);
         let standing = standing.and_then(|whole| whole.goes_on(resume_point, &pose));
-        let (steps, within) = match (resume_point, standing) {
-            (_, Some((steps, Some(place)))) => (steps, Some(place)),
+        let standing = standing.and_then(|(steps, place)| Some((steps, place?)));
+        let burns = program.plan().burns() && checkpoint.ended.is_none();
+        let burn = whole.as_ref().filter(|_| burns);
+        let burn = burn.and_then(|whole| {
+            let span = match resume_point {
+                ResumePoint::After(steps) => (steps, steps),
+                ResumePoint::Again(steps) => (steps + 1, steps + 1),
+                ResumePoint::Doubt(_) => return None,
+            };
+            let dark = arm.lights_out();
+            dark.and_then(|dark| goes_on_dark(whole, span, &dark, &pose))
+                .or_else(|| whole.before_braking(resume_point, standing, &pose))
+        });
+        let (steps, within, kept_twice) = match (resume_point, standing) {
+            _ if let Some(place) = burn => (place.steps, place.within, place.twice),
+            (_, Some((steps, place))) => (steps, Some(place), 0.0),
             (ResumePoint::After(steps) | ResumePoint::Again(steps), _) => {
-                (steps, checkpoint.place_after(steps))
+                (steps, checkpoint.place_after(steps), checkpoint.twice)
             }
             (ResumePoint::Doubt(span), _) => {
                 let why = doubt.map_or(DoubtReason::Mixed, |doubt| doubt.why);
                 return Err(Fault::Doubt { span, why }.into());
             }
         };
-        let again = within.is_none() && matches!(resume_point, ResumePoint::Again(_));
+        let again =
+            within.is_none() && kept_twice == 0.0 && matches!(resume_point, ResumePoint::Again(_));
         let (steps, within, burnt_twice) = match &whole {
             // Where it stopped is not known: up to its end, perhaps.
             Some(whole) if again => (steps, within, whole.burn_after(steps).unwrap_or(0.0)),
             Some(whole) => whole.overlapped((steps, within), self.spec.overlap),
             None => (steps, within, 0.0),
         };
+        let burnt_twice = burnt_twice + kept_twice;
         let starts = StartsAt {
             steps,
             within: within.is_some(),
             again,
             burnt_twice,
+            at_most: again || kept_twice >= NOTICEABLE,
             nothing_queued: checkpoint.is_untouched(seen),
         };
         self.shared.tell(JobEvent::Starts(starts));

@@ -1,6 +1,7 @@
 //! The engine: one job from its check to its end.
 
 mod after;
+mod burn;
 mod inbox;
 mod look;
 mod pace;
@@ -75,6 +76,7 @@ impl Job {
             let ends = ends;
             let mut inbox = Inbox::new(requests);
             let outcome = work.to_the_end(&mut inbox).await;
+            work.restores_settings(&outcome).await;
             inbox.answer_pauses(|| Err(PauseError::Ended));
             // Before the end is reported: the waiting process may exit at once.
             drop(work);
@@ -242,6 +244,9 @@ impl Work {
         let up = ending.after_done(plan, [pose.x, pose.y, pose.z].map(f64::from));
         // A stop from here on finds a pen that has to go up so far only.
         self.track().lift = up;
+        if up.is_some() || ending.park.is_some() {
+            self.saves_speed().await;
+        }
         if let Some(up) = up {
             pose = arm.lift(up).await?.pose;
             self.track().lift = None;

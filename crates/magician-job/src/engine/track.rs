@@ -2,8 +2,9 @@
 
 use std::time::Duration;
 
-use magician_program::RemainingProgram;
+use magician::commands::Pose;
 use magician_program::resume::{Checkpoint, ResumePoint, StepCounter, StepRange};
+use magician_program::{BurnPlace, RemainingProgram};
 use tokio::time::Instant;
 
 use crate::error::Left;
@@ -79,7 +80,7 @@ impl Track {
         let from = rest.from();
         let checkpoint = &mut self.checkpoint;
         (checkpoint.finished, checkpoint.handed) = (from, from);
-        checkpoint.within = within.map(|place| (from, place));
+        (checkpoint.within, checkpoint.twice) = (within.map(|place| (from, place)), 0.0);
         (checkpoint.clock, checkpoint.rest) = (clock, rests_at);
         checkpoint.ended = None;
         self.counter = rest.counter(passes_over).from_rest(rests_at);
@@ -182,6 +183,31 @@ impl Track {
             within: within.is_some(),
         });
         self.close();
+    }
+
+    /// As [`ends`](Self::ends), for an arm that was stopped at this pose. What `burns` goes on a braking way before it: where its
+    /// light went out is not known.
+    pub(super) fn ends_at(
+        &mut self,
+        resume_point: ResumePoint,
+        within: Option<(u64, [f64; 3])>,
+        (burns, pose): (bool, &Pose),
+    ) {
+        let rest = self.rest.as_ref().filter(|_| burns);
+        match rest.and_then(|rest| rest.before_braking(resume_point, within, pose)) {
+            Some(place) => self.ends_burning(place),
+            None => self.ends(resume_point, within),
+        }
+    }
+
+    /// It is over before its end, and what burns goes on there.
+    pub(super) fn ends_burning(&mut self, place: BurnPlace) {
+        let resume_point = match place.within {
+            Some(_) => ResumePoint::Again(place.steps),
+            None => ResumePoint::After(place.steps),
+        };
+        self.checkpoint.twice = place.twice;
+        self.ends(resume_point, place.within.map(|at| (place.steps, at)));
     }
 
     /// It is over, and how far it came is not known yet.

@@ -8,6 +8,7 @@ use tracing::debug;
 
 use super::{Journal, JournalError, JournalKey};
 use crate::dirs;
+use crate::files::replace_unsynced;
 
 /// A [`Journal`] in the user's directory for state (`runs/KEY-ARM.json`), which all programs share: what one has left another
 /// goes on with.
@@ -68,10 +69,7 @@ impl Journal for FileJournal {
         };
         let written = (|| {
             let text = serde_json::to_string(checkpoint)?;
-            fs::create_dir_all(path.parent().unwrap_or(path))?;
-            let fresh = path.with_extension(format!("{}.new", std::process::id()));
-            fs::write(&fresh, text)?;
-            fs::rename(&fresh, path)
+            replace_unsynced(path, &text)
         })();
         if let Err(error) = written {
             debug!(%error, "{} cannot be written", path.display());

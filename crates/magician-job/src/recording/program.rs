@@ -10,11 +10,13 @@ use magician_record::Reading;
 use super::counted::recounted;
 use super::sink::{Beginning, Format, Sink};
 use super::{RecordError, unwritable};
-use crate::files::replace;
+use crate::files::WholeFile;
 
-/// The file is replaced as a whole each time: what lies there can be run.
+/// The file is rewritten as a whole each time: what a killed program leaves can be run.
 pub(super) struct Program {
     path: PathBuf,
+    /// `None` once it is complete.
+    file: Option<WholeFile>,
     format: Format,
     /// The one that the program is for.
     tool: Tool,
@@ -30,8 +32,10 @@ impl Program {
         format: Format,
         beginning: &Beginning,
     ) -> Result<Self, RecordError> {
-        let program = Self {
+        let file = WholeFile::grow(path).map_err(unwritable(path))?;
+        let mut program = Self {
             path: path.to_owned(),
+            file: Some(file),
             format,
             tool: beginning.tool,
             tolerance: beginning.tolerance,
@@ -58,7 +62,7 @@ impl Program {
     }
 
     /// Writes it; its steps.
-    fn save(&self) -> Result<usize, RecordError> {
+    fn save(&mut self) -> Result<usize, RecordError> {
         let plan = self.plan();
         let text = match self.format {
             Format::Playback => Playback::from_plan(&plan)
@@ -70,8 +74,12 @@ impl Program {
         Ok(plan.steps.len())
     }
 
-    fn write(&self, text: &str) -> Result<(), RecordError> {
-        replace(&self.path, text).map_err(unwritable(&self.path))
+    fn write(&mut self, text: &str) -> Result<(), RecordError> {
+        let Some(file) = &mut self.file else {
+            return Ok(());
+        };
+        let written = file.rewrite(text.as_bytes());
+        written.map_err(unwritable(&self.path))
     }
 }
 
@@ -104,6 +112,10 @@ impl Sink for Program {
     }
 
     fn finish(&mut self) -> Result<Option<usize>, RecordError> {
-        self.save().map(Some)
+        let steps = self.save()?;
+        if let Some(file) = self.file.take() {
+            file.finish().map_err(unwritable(&self.path))?;
+        }
+        Ok(Some(steps))
     }
 }

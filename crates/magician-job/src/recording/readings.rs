@@ -12,12 +12,12 @@ use magician_record::{Reading, WriteReadings, mcap};
 
 use super::sink::{Beginning, Format, Sink};
 use super::{RecordError, unwritable};
-use crate::files::create;
+use crate::files::WholeFile;
 
-type File = Box<dyn WriteReadings + Send>;
+type Writer = Box<dyn WriteReadings + Send>;
 
-/// The file, until it is complete.
-pub(super) struct Readings(Option<File>);
+/// The file, until it is complete. One that is not completed does not replace another.
+pub(super) struct Readings(Option<(Writer, WholeFile)>);
 
 impl Readings {
     pub(super) fn open(
@@ -25,8 +25,9 @@ impl Readings {
         format: Format,
         beginning: &Beginning,
     ) -> Result<Self, RecordError> {
-        let out = BufWriter::new(create(path).map_err(unwritable(path))?);
-        let file: File = match format {
+        let mut file = WholeFile::grow(path).map_err(unwritable(path))?;
+        let out = BufWriter::new(file.writer());
+        let writer: Writer = match format {
             Format::Csv => Box::new(Csv::new(
                 out,
                 beginning.began,
@@ -45,12 +46,14 @@ impl Readings {
                 })
             }
         };
-        Ok(Self(Some(file)))
+        Ok(Self(Some((writer, file))))
     }
 
-    fn file(&mut self) -> io::Result<&mut File> {
-        let file = self.0.as_mut();
-        file.ok_or_else(|| io::ErrorKind::BrokenPipe.into())
+    fn writer(&mut self) -> io::Result<&mut Writer> {
+        match &mut self.0 {
+            Some((writer, _)) => Ok(writer),
+            None => Err(io::ErrorKind::BrokenPipe.into()),
+        }
     }
 }
 
@@ -64,7 +67,7 @@ fn unix(time: SystemTime) -> u64 {
 
 impl Sink for Readings {
     fn write(&mut self, reading: &Reading, _: Tool) -> Result<(), RecordError> {
-        Ok(self.file()?.write(reading)?)
+        Ok(self.writer()?.write(reading)?)
     }
 
     fn note(&mut self, t: f64, event: &Event) -> Result<(), RecordError> {
@@ -75,15 +78,16 @@ impl Sink for Readings {
                 | Event::Reset { .. }
                 | Event::Missed { .. }
         );
-        Ok(self.file()?.note(t, warning, &event.to_string())?)
+        Ok(self.writer()?.note(t, warning, &event.to_string())?)
     }
 
     fn flush(&mut self) -> Result<(), RecordError> {
-        Ok(self.file()?.flush()?)
+        Ok(self.writer()?.flush()?)
     }
 
     fn finish(&mut self) -> Result<Option<usize>, RecordError> {
-        if let Some(file) = self.0.take() {
+        if let Some((writer, file)) = self.0.take() {
+            writer.finish()?;
             file.finish()?;
         }
         Ok(None)

@@ -14,6 +14,8 @@ use magician::{Ctrl, FrameBuf, Set, SettingsBackup};
 use magician_protocol::Row;
 use serde::{Deserialize, Serialize};
 
+use crate::files::WholeFile;
+
 /// The form that is written now.
 const VERSION: u32 = 1;
 /// No file of ours is as long.
@@ -102,11 +104,10 @@ impl Ledger {
             settings: settings.iter().map(Line::of).collect::<io::Result<_>>()?,
         };
         fs::create_dir_all(&self.0)?;
-        let fresh = path.with_extension("new");
-        let mut lock = File::create(&fresh)?;
-        lock.try_lock()?;
-        lock.write_all(&serde_json::to_vec(&page)?)?;
-        fs::rename(&fresh, &path)?;
+        let mut file = WholeFile::create(&path)?;
+        file.try_lock()?;
+        file.write_all(&serde_json::to_vec(&page)?)?;
+        let lock = file.finish_open()?;
         Ok(Entry {
             path,
             serial: serial.to_owned(),

@@ -103,6 +103,13 @@ impl SavedSettings {
         let _ = arm;
     }
 
+    /// True if a setting of this kind is to be restored.
+    pub(crate) fn has(&self, id: u8) -> bool {
+        let saved = self.lock();
+        let mut settings = saved.settings.settings().iter();
+        settings.any(|setting| setting.row().id == id)
+    }
+
     /// Whether nothing has to be restored.
     #[must_use]
     pub fn is_empty(&self) -> bool {
@@ -133,13 +140,19 @@ impl SavedSettings {
         self.take();
     }
 
-    /// Restores them.
+    /// Restores them. If the future is dropped before its end nothing is forgotten, and all of them can be restored once more.
     ///
     /// # Errors
     /// As [`Arm::set`], at the first setting that the arm does not take; the others are not restored then.
     pub async fn restore(&self, arm: &Arm) -> Result<()> {
-        let mut saved = self.take();
-        saved.settings.restore(arm).await?;
+        let restoring = Restoring {
+            of: self,
+            saved: Some(self.take()),
+        };
+        let mut settings = restoring.settings();
+        let restored = settings.restore(arm).await;
+        let saved = restoring.over();
+        restored?;
         saved.remove();
         Ok(())
     }
@@ -165,7 +178,45 @@ impl SavedSettings {
     }
 }
 
+/// Settings on their way to the arm. Dropped before they are there, it gives them back: a stop may end the wait for them.
+struct Restoring<'a> {
+    of: &'a SavedSettings,
+    saved: Option<Saved>,
+}
+
+impl Restoring<'_> {
+    fn settings(&self) -> SettingsBackup {
+        let saved = self.saved.as_ref();
+        saved.map_or_else(SettingsBackup::default, |saved| saved.settings.clone())
+    }
+
+    /// What was saved: it is not given back any more.
+    fn over(mut self) -> Saved {
+        self.saved.take().unwrap_or_default()
+    }
+}
+
+impl Drop for Restoring<'_> {
+    fn drop(&mut self) {
+        if let Some(saved) = self.saved.take() {
+            self.of.lock().gets_back(saved);
+        }
+    }
+}
+
 impl Saved {
+    /// Has what was saved before as well.
+    fn gets_back(&mut self, before: Self) {
+        let since = std::mem::replace(self, before);
+        // Restored in order: what was there first is restored last.
+        let first = std::mem::replace(&mut self.settings, since.settings);
+        self.settings.append(first);
+        #[cfg(feature = "files")]
+        if self.kept.is_none() {
+            self.kept = since.kept;
+        }
+    }
+
     fn remove(self) {
         #[cfg(feature = "files")]
         remove(self.kept);

@@ -17,14 +17,14 @@ use tokio::time::sleep;
 use super::place::{KINDS, Kind, ink, place, program};
 
 /// An arm and a journal as a process that is killed leaves them.
-struct Killed {
-    arm: Controller,
-    journal: Option<Checkpoint>,
+pub(super) struct Killed {
+    pub(super) arm: Controller,
+    pub(super) journal: Option<Checkpoint>,
 }
 
 /// A journal that keeps what a kill just before and just behind each write leaves.
 #[derive(Clone, Default)]
-struct Watched(Arc<Mutex<Inner>>);
+pub(super) struct Watched(Arc<Mutex<Inner>>);
 
 #[derive(Default)]
 struct Inner {
@@ -34,6 +34,13 @@ struct Inner {
 }
 
 impl Watched {
+    /// The journal that a killed process has left.
+    pub(super) fn left_by(killed: &Killed) -> Self {
+        let watched = Self::default();
+        watched.0.lock().unwrap().now = killed.journal.clone();
+        watched
+    }
+
     fn of(cell: &VirtualArm, before: Option<Checkpoint>) -> Self {
         let watched = Self::default();
         {
@@ -87,7 +94,7 @@ async fn used(program: &Program) -> (VirtualArm, Arm, u64) {
 }
 
 /// Runs a program to its end; the arms and journals that a kill would have left on the way.
-async fn killed(
+pub(super) async fn killed(
     program: &Program,
     speed: u8,
     before: Option<Checkpoint>,
@@ -131,8 +138,7 @@ async fn resumed(
     let cell = VirtualArm::new(killed.arm.clone(), SimSpeed::Times(1.0));
     let arm = Arm::simulated(cell.clone(), Options::default()).await;
     let arm = arm.expect("a virtual arm");
-    let journal = Watched::default();
-    journal.0.lock().unwrap().now = killed.journal.clone();
+    let journal = Watched::left_by(killed);
     let spec = JobSpec::new(program.clone()).lasting(true);
     let job = Job::start(&arm, spec.start(Start::Resume), journal);
     let mut events = job.events();

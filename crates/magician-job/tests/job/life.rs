@@ -36,10 +36,10 @@ fn paused(job: &JobHandle) -> bool {
 
 /// A journal in memory.
 #[derive(Clone, Default)]
-struct Memory(Arc<Mutex<Vec<Option<Checkpoint>>>>);
+pub(super) struct Memory(Arc<Mutex<Vec<Option<Checkpoint>>>>);
 
 impl Memory {
-    fn last(&self) -> Option<Checkpoint> {
+    pub(super) fn last(&self) -> Option<Checkpoint> {
         self.0.lock().unwrap().last().cloned().flatten()
     }
 }

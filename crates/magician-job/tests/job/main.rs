@@ -2,6 +2,8 @@
 
 mod place;
 
+mod burns;
+mod ends;
 mod killed;
 mod life;
 mod pauses;

@@ -18,6 +18,7 @@ mod notes;
 pub mod playback;
 #[cfg(feature = "read-points")]
 mod points;
+mod rail;
 #[cfg(any(feature = "read-gcode", feature = "read-hpgl"))]
 mod span;
 #[cfg(feature = "read-svg")]

@@ -2,6 +2,8 @@
 
 mod table;
 
+pub(super) use table::OF_WORK;
+
 use serde::Serialize;
 
 use super::SetupOptions;
@@ -27,7 +29,8 @@ pub struct AskedOption {
     pub above: Option<f64>,
     /// The greatest number.
     pub most: Option<f64>,
-    /// The option with which alone it counts; without one it counts always.
+    /// The option with which alone it counts; without one it counts always. `work` is not asked: the
+    /// tool decides it where it is not given, the laser engraves and every other tool draws.
     pub with: Option<&'static str>,
     /// The values of that option with which this one counts; if there are none, that one must be on.
     pub when: &'static [&'static str],

@@ -4,6 +4,7 @@ use std::fmt;
 
 use serde_json::{Map, Value};
 
+use super::asked::OF_WORK;
 use super::{SetupOptions, WorkOption};
 use crate::Framing;
 use crate::fill::{FillMode, LEAST_SPACING};
@@ -245,6 +246,20 @@ impl SetupOptions {
         Ok(())
     }
 
+    /// True if an option of one kind of work is given.
+    fn gives(&self, key: &str) -> bool {
+        match key {
+            "mode" => self.mode.is_some(),
+            "one_way" => self.one_way,
+            "overscan" => self.overscan.is_some(),
+            "image" => self.image.is_some(),
+            "levels" => self.levels.is_some(),
+            "despeckle" => self.despeckle.is_some(),
+            "pen_width" => self.pen_width.is_some(),
+            _ => false,
+        }
+    }
+
     fn contradictions(&self) -> Result<(), OptionError> {
         let both = [
             ("raw", self.raw, "place", self.place),
@@ -299,27 +314,14 @@ impl SetupOptions {
         if self.turn == Some(false) && !self.fit {
             return Err(OptionError::new("turn", "turn counts with fit alone"));
         }
-        let engraving = [
-            ("mode", self.mode.is_some()),
-            ("one_way", self.one_way),
-            ("overscan", self.overscan.is_some()),
-        ];
-        for (key, given) in engraving {
-            if given && self.work == Some(WorkOption::Draw) {
-                let message = format!("{key} counts where the laser engraves: work is draw");
-                return Err(OptionError::new(key, message));
-            }
-        }
-        let drawing = [
-            ("image", self.image.is_some()),
-            ("levels", self.levels.is_some()),
-            ("despeckle", self.despeckle.is_some()),
-            ("pen_width", self.pen_width.is_some()),
-        ];
-        for (key, given) in drawing {
-            if given && self.work == Some(WorkOption::Engrave) {
-                let message = format!("{key} counts where the pen draws: work is engrave");
-                return Err(OptionError::new(key, message));
+        for (key, work) in OF_WORK {
+            let said = match (self.work, work) {
+                (Some(WorkOption::Draw), WorkOption::Engrave) => "the laser engraves: work is draw",
+                (Some(WorkOption::Engrave), WorkOption::Draw) => "the pen draws: work is engrave",
+                _ => continue,
+            };
+            if self.gives(key) {
+                return Err(OptionError::new(key, format!("{key} counts where {said}")));
             }
         }
         if self.levels.is_some() && !self.image.is_some_and(ImageStyle::has_levels) {

@@ -3,6 +3,7 @@
 
 mod asked;
 mod fields;
+mod framed;
 mod grid;
 mod laying;
 mod pens;
@@ -24,8 +25,8 @@ use crate::formats::Dialect;
 use crate::lettering::{Align, FontChoice, TextOptions};
 use crate::raster::{Adjust, Engrave, ImageStyle, Size, Tone, Trace};
 use crate::{
-    Action, Ending, Fills, Frame, FrameShape, Framing, Page, Paper, PartMode, PartRule, Placement,
-    Plan, Power, ReadOptions, Setup, Surface, SystemFonts, TextLines, Tool, White, Work,
+    Action, Depths, Ending, Fills, Frame, FrameShape, Framing, Page, Paper, PartMode, PartRule,
+    Placement, Plan, Power, ReadOptions, Setup, Surface, SystemFonts, TextLines, Tool, White, Work,
 };
 
 /// Acceleration along paths when a speed is asked for, as at power-up, mm/s2.
@@ -107,6 +108,9 @@ pub struct SetupOptions {
     pub raw: bool,
     /// Z at which the pen of placed G-code touches.
     pub pen_z: Option<f64>,
+    /// Treatment of depths below the surface; a pen draws them on it unless given.
+    #[serde(with = "fields::text")]
+    pub depths: Option<Depths>,
     /// Where its centre goes.
     pub at: Option<[f64; 2]>,
     /// The page of paper that it lies on, its centre on the centre of the page.
@@ -248,6 +252,8 @@ pub struct SetupDefaults {
     pub sheet: Option<Sheet>,
     /// The surface that drawings and images lie on.
     pub surface: Option<Surface>,
+    /// The surface that is assumed where none is known: the table of a virtual arm.
+    pub assumed_surface: Option<Surface>,
     /// Speed of the pen.
     pub draw_speed: Option<f64>,
     /// Speed of the pen between lines.
@@ -299,6 +305,7 @@ impl SetupOptions {
             default_tool: defaults.tool,
             surface: self.surface.map(Surface::level),
             default_surface: defaults.surface,
+            assumed_surface: defaults.assumed_surface,
             sheet: defaults.sheet,
             placement,
             pen: Marking {
@@ -332,6 +339,7 @@ impl SetupOptions {
                 power: self.frame_power,
                 ..Framing::of(shape)
             }),
+            depths: self.depths.unwrap_or_default(),
         }
     }
 
@@ -405,6 +413,7 @@ impl SetupOptions {
             stay: self.stay,
             drawing,
             park: self.park.or(defaults.park).filter(|_| !self.stay),
+            depths: self.depths.unwrap_or_default(),
         }
     }
 

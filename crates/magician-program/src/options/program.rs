@@ -7,7 +7,7 @@ use super::SetupOptions;
 use crate::rehearse::{RehearseOptions, stands};
 use crate::{
     AppliedPlacement, Content, Diagnostic, Ending, Format, Missing, Origin, Parsed, Plan, Prepared,
-    Program, ReadOptions, Setup, Work, WouldFit, tip,
+    Program, ReadOptions, Setup, Surface, Work, WouldFit, tip,
 };
 
 /// What came of reading a file.
@@ -115,6 +115,7 @@ impl SetupOptions {
             would_fit,
             ..
         } = setup.plan(format, content)?;
+        let bound = setup.bound_of(format, &plan);
         Ok(LaidFile {
             plan,
             notes,
@@ -124,6 +125,7 @@ impl SetupOptions {
             taught,
             depends: begun.is_some(),
             anywhere: anywhere.and_then(Result::ok).map(|made| made.plan),
+            bound: bound.filter(|_| taught),
         })
     }
 }
@@ -225,6 +227,8 @@ pub struct LaidFile {
     taught: bool,
     depends: bool,
     anywhere: Option<Plan>,
+    /// The surface that a pen never goes below, wherever it is repeated.
+    bound: Option<Surface>,
 }
 
 impl LaidFile {
@@ -240,7 +244,13 @@ impl LaidFile {
         loops: Option<u64>,
     ) -> Result<Program, Diagnostic> {
         let mut plan = match options.grid {
-            Some(grid) => self.plan.placed_on(&grid.pallet())?,
+            Some(grid) => {
+                let mut all = self.plan.placed_on(&grid.pallet())?;
+                if let Some(surface) = self.bound {
+                    all.hold_above(surface)?;
+                }
+                all
+            }
             None => self.plan,
         };
         if rest > 0 {

@@ -1,5 +1,6 @@
 //! A plan from one of its steps on: to begin later, or to go on after a stop.
 
+pub(crate) mod lights;
 mod settings;
 pub(crate) mod within;
 

@@ -3,6 +3,7 @@
 mod action;
 pub(crate) mod file;
 mod from;
+mod hold;
 mod join;
 pub(crate) mod json;
 mod pallet;
@@ -21,7 +22,8 @@ use magician_protocol::Set;
 pub use action::{Action, Grip, Travel};
 pub use file::PLAN_SCHEMA;
 pub use from::Continuation;
-pub(crate) use from::within;
+pub(crate) use from::{lights, within};
+pub(crate) use hold::Raised;
 pub use pallet::Pallet;
 pub use part::{Color, Part, Pause, PauseCause};
 pub use step::{Step, Tool};
@@ -54,6 +56,15 @@ impl Plan {
             title: title.into(),
             ..Self::default()
         }
+    }
+
+    /// True if it goes to places on a rail.
+    pub(crate) fn uses_rail(&self) -> bool {
+        let on_rail = |step: &Step| {
+            matches!(&step.action, Action::Command(command)
+                if matches!(**command, Set::PtpWithLCmd(_) | Set::PtpPoWithLCmd(_)))
+        };
+        self.steps.iter().any(on_rail)
     }
 
     /// Adds a step.

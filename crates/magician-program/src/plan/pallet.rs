@@ -70,7 +70,8 @@ impl Pallet {
 }
 
 impl Plan {
-    /// The plan at each place of a pallet, one after the other. As it stands it is for the first.
+    /// The plan at each place of a pallet, one after the other. As it stands it is for the first. One whose surface is
+    /// tilted follows it from place to place.
     ///
     /// ```
     /// use magician_program::{Action, Origin, Pallet, Plan, Travel};
@@ -99,7 +100,11 @@ impl Plan {
             .and_then(|places| u32::try_from(places).ok());
         match places {
             Some(places) if places > 0 => {
-                let way = |place: u32| pallet.way_to(place as usize);
+                let slope = self.surface.map_or([0.0; 2], |surface| surface.slope);
+                let way = |place: u32| {
+                    let [x, y, z] = pallet.way_to(place as usize);
+                    [x, y, z + slope[0] * x + slope[1] * y]
+                };
                 self.at_each(places as usize, (0..places).map(way))
             }
             _ => Err(Diagnostic::of_file(format!(

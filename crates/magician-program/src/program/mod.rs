@@ -21,7 +21,7 @@ use magician_host::words::Preflight;
 use magician_host::{Ctrl, FrameBuf, Set, burns};
 
 pub use numbering::StepNumbering;
-pub use remaining::RemainingProgram;
+pub use remaining::{BurnPlace, RemainingProgram};
 pub use timetable::Timetable;
 
 use crate::turns::{AtOnce, SLICE, Turns, at_once};

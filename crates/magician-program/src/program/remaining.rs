@@ -7,7 +7,7 @@ use magician_host::commands::Pose;
 use magician_host::words::{Guards, Preflight};
 
 use super::{Program, StepNumbering, Timetable};
-use crate::plan::within;
+use crate::plan::{lights, within};
 use crate::resume::{ResumePoint, StepCounter};
 use crate::turns::{AtOnce, SLICE, Turns, at_once};
 use crate::{Action, Diagnostic, Part, Pause, Plan, Report, Step};
@@ -15,6 +15,8 @@ use crate::{Action, Diagnostic, Part, Pause, Plan, Report, Step};
 /// How far from where it should an arm may stand, mm: no further than a gap in a line may be, for what was cut off so near
 /// its end counts as done.
 const NEAR: f64 = 0.2;
+/// An arm that came to the end of a step by itself stands this near to it, mm: rounding of the arm's numbers and of the plan's.
+const EXACT: f64 = 0.01;
 /// A joint that has turned by less has not moved, deg.
 const STILL: f64 = 0.02;
 
@@ -39,6 +41,17 @@ pub struct RemainingProgram {
     start: Preflight,
     /// The start when the arm has been told the settings.
     pub(super) told: Preflight,
+}
+
+/// The place where a burn goes on that ended before its end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BurnPlace {
+    /// Steps that are finished.
+    pub steps: u64,
+    /// The place within the next step (x, y, z); `None` at its beginning.
+    pub within: Option<[f64; 3]>,
+    /// Largest length from there on that has been burnt already, mm.
+    pub twice: f64,
 }
 
 impl RemainingProgram {
@@ -371,6 +384,67 @@ impl RemainingProgram {
         Some((steps + passed, at))
     }
 
+    /// Where a burn goes on whose light was out when the arm was at this pose, and went out so much before at most. Between
+    /// `least` and `most` steps are finished, the one under way counted as one of them. The laser may have burnt on `until` another
+    /// pose. `None` if the pose is on none of their lines.
+    #[must_use]
+    pub fn dark_at(
+        &self,
+        (least, most): (u64, u64),
+        pose: &Pose,
+        late: Duration,
+        until: Option<&Pose>,
+    ) -> Option<BurnPlace> {
+        let under_way = least.checked_sub(1).filter(|step| *step >= self.from);
+        let under_way = self.slots_before(under_way.unwrap_or(self.from))?;
+        let last = self.slots_before(most.max(self.from))?;
+        let place = self.lines(last).dark_at(under_way, pose, late, until)?;
+        Some(self.burn_place(place))
+    }
+
+    /// Where a burn goes on that was stopped, if it is not known where its light went out: a braking way before the place where
+    /// it stands, which is `within` a step, or near the end of so many steps. `None` if nothing burns there, or the arm came to
+    /// that end by itself.
+    #[must_use]
+    pub fn before_braking(
+        &self,
+        resume_point: ResumePoint,
+        within: Option<(u64, [f64; 3])>,
+        pose: &Pose,
+    ) -> Option<BurnPlace> {
+        let (steps, at) = match (within, resume_point) {
+            (Some(within), _) => within,
+            (None, ResumePoint::After(steps)) if steps > self.from => {
+                // What ends by itself ends exactly.
+                self.off_end(steps, pose).1.filter(|off| *off > EXACT)?;
+                (steps - 1, [pose.x, pose.y, pose.z].map(f64::from))
+            }
+            _ => return None,
+        };
+        let slot = self.slots_before(steps)?;
+        let place = self.lines(slot).before_braking(slot, at)?;
+        (place.twice > 0.0).then(|| self.burn_place(place))
+    }
+
+    fn lines(&self, last: usize) -> lights::Lines {
+        let mut course = self.start.clone().guards(Guards::NONE);
+        let lead = usize::try_from(self.lead()).unwrap_or(usize::MAX);
+        lights::Lines::of(&mut course, self.slots(), lead, last)
+    }
+
+    fn burn_place(&self, place: lights::Place) -> BurnPlace {
+        let steps = (place.passed as u64)
+            .saturating_sub(self.lead())
+            .saturating_add(self.from);
+        // What is left of the first step begins within it.
+        let first = self.within.filter(|_| steps == self.from);
+        BurnPlace {
+            steps,
+            within: place.at.or(first),
+            twice: place.twice,
+        }
+    }
+
     /// Where a burn goes on that is to overlap by so many mm what was burnt before it stopped: the steps that are finished, the place
     /// within the next, and how many mm are burnt twice. It stops where the burn began.
     #[must_use]
@@ -421,22 +495,32 @@ impl RemainingProgram {
     /// trigger was cut short then, wherever the arm stands.
     #[must_use]
     pub fn stands_after(&self, steps: u64, pose: &Pose, stopped: bool) -> Option<bool> {
+        match self.off_end(steps, pose) {
+            (Some(Set::WaitCmd(_) | Set::TrigCmd(_)), _) if stopped => Some(false),
+            (_, off) => Some(off? <= NEAR),
+        }
+    }
+
+    /// The last command of so many finished steps, and how far from their end an arm stands, mm, where that is known.
+    fn off_end(&self, steps: u64, pose: &Pose) -> (Option<Set>, Option<f64>) {
+        let mut last = None;
+        let off = self.off_end_of(steps, pose, &mut last);
+        (last, off)
+    }
+
+    fn off_end_of(&self, steps: u64, pose: &Pose, last: &mut Option<Set>) -> Option<f64> {
         let done = steps.checked_sub(self.from).filter(|done| *done > 0)?;
         let count = usize::try_from(done.saturating_add(self.lead())).ok()?;
         let mut course = self.start.clone().guards(Guards::NONE);
-        let mut last = None;
         for command in self.slots().take(count).flatten() {
             // What could not be checked was not sent.
             let _ = course.check(&command);
-            last = Some(command);
-        }
-        if stopped && matches!(last, Some(Set::WaitCmd(_) | Set::TrigCmd(_))) {
-            return Some(false);
+            *last = Some(command);
         }
         let at = course.arm()?.pose;
         let [x, y, z] = [pose.x, pose.y, pose.z].map(f64::from);
         let off = [x - at.x, y - at.y, z - at.z];
-        Some(off.iter().map(|off| off * off).sum::<f64>() <= NEAR * NEAR)
+        Some(off.iter().map(|off| off * off).sum::<f64>().sqrt())
     }
 }
 

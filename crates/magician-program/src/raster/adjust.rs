@@ -46,6 +46,18 @@ impl Adjust {
     }
 }
 
+/// The darkness of a pixel of this opacity that shows so dark over white.
+pub(super) fn own_darkness(seen: u8, opacity: u8) -> u8 {
+    let (seen, opacity) = (u32::from(seen), u32::from(opacity));
+    let own = (seen * 255 + opacity / 2).checked_div(opacity).unwrap_or(0);
+    u8::try_from(own).unwrap_or(u8::MAX)
+}
+
+/// How dark a pixel of this opacity shows over white that is so dark itself.
+pub(super) fn seen(own: u8, opacity: u8) -> u8 {
+    u8::try_from((u32::from(own) * u32::from(opacity) + 127) / 255).unwrap_or(u8::MAX)
+}
+
 impl Raster {
     /// The image with other greys.
     ///
@@ -62,10 +74,18 @@ impl Raster {
     /// ```
     #[must_use]
     pub fn adjusted(mut self, adjust: &Adjust) -> Self {
-        if *adjust != Adjust::default() {
-            let table = adjust.table();
-            let greys = self.grey.iter_mut();
-            greys.for_each(|grey| *grey = table[usize::from(*grey)]);
+        if *adjust == Adjust::default() {
+            return self;
+        }
+        let table = adjust.table();
+        let Self { grey, opacity, .. } = &mut self;
+        if opacity.is_empty() {
+            grey.iter_mut()
+                .for_each(|grey| *grey = table[usize::from(*grey)]);
+        }
+        for (grey, opacity) in grey.iter_mut().zip(opacity) {
+            let own = 255 - own_darkness(255 - *grey, *opacity);
+            *grey = 255 - seen(255 - table[usize::from(own)], *opacity);
         }
         self
     }

@@ -23,7 +23,7 @@ pub struct Engrave {
     pub tone: Tone,
     /// Exponent of the darkness (0 to 1) before it becomes power; above 1 spares the light parts, 1 is linear.
     pub gamma: f64,
-    /// White burns and black does not.
+    /// White burns and black does not. What is transparent never does.
     pub invert: bool,
     /// Every other line is burnt on the way back. Without it all go the same way: slower, and free of play in the gears.
     pub both_directions: bool,
@@ -202,10 +202,19 @@ impl Raster {
         engrave.validate()?;
         let [columns, rows] = cells(grid, engrave.spacing)?;
         let mut cells = resample::resample(self, columns, rows);
-        levels(&mut cells, columns, engrave);
+        let opacity = resample::resample_opacity(self, columns, rows);
+        levels(&mut cells, &opacity, columns, engrave);
         if cells.iter().all(|level| *level == 0) {
+            if !opacity.is_empty() && opacity.iter().all(|opacity| *opacity == 0) {
+                let message = "nothing to burn: all of it is transparent";
+                return Err(Diagnostic::of_file(message));
+            }
+            let inverted = match opacity.is_empty() {
+                true => "burns the white parts",
+                false => "burns the white parts, and nothing where it is transparent",
+            };
             return Err(Diagnostic::of_file("nothing to burn: all of it is white")
-                .remedy((Setting::Invert, Given::On), "burns the white parts")
+                .remedy((Setting::Invert, Given::On), inverted)
                 .remedy(
                     (Setting::Threshold, Given::Any("N")),
                     "sets what counts as dark",

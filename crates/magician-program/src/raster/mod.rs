@@ -47,8 +47,11 @@ pub struct Raster {
     pub width: usize,
     /// Pixels down.
     pub height: usize,
-    /// Row by row from the top, 0 black to 255 white; what is transparent is white.
+    /// Row by row from the top, 0 black to 255 white, as it shows over white paper: what is transparent is white.
     pub grey: Vec<u8>,
+    /// In the same order, 0 transparent to 255 opaque; empty if all of it is opaque. What is transparent is never drawn nor
+    /// burnt, and half of it half as much, however the greys are changed.
+    pub opacity: Vec<u8>,
     /// Width and height of a pixel, mm, where the file says so.
     pub pixel: Option<[f64; 2]>,
 }
@@ -87,6 +90,14 @@ impl Raster {
                 self.width,
                 self.height,
                 self.grey.len()
+            )));
+        }
+        if !self.opacity.is_empty() && self.opacity.len() != self.grey.len() {
+            return Err(Diagnostic::of_file(format!(
+                "an image of {} by {} pixels cannot have {} opacities",
+                self.width,
+                self.height,
+                self.opacity.len()
             )));
         }
         Ok(())

@@ -33,8 +33,21 @@ impl SourceSpan {
 
 /// The image in so many columns and rows, each cell the mean of the area it covers; of the grey values as they are stored.
 pub(super) fn resample(image: &Raster, columns: usize, rows: usize) -> Vec<u8> {
+    resample_plane(&image.grey, image, columns, rows)
+}
+
+/// The opacity of the same cells; empty if all of it is opaque. Greys are those over white, so that what shows of a pixel counts by
+/// its opacity.
+pub(super) fn resample_opacity(image: &Raster, columns: usize, rows: usize) -> Vec<u8> {
+    match image.opacity.is_empty() {
+        true => Vec::new(),
+        false => resample_plane(&image.opacity, image, columns, rows),
+    }
+}
+
+fn resample_plane(plane: &[u8], image: &Raster, columns: usize, rows: usize) -> Vec<u8> {
     if (columns, rows) == (image.width, image.height) {
-        return image.grey.clone();
+        return plane.to_vec();
     }
     let spans: Vec<SourceSpan> = (0..columns)
         .map(|nth| SourceSpan::new(nth, columns, image.width))
@@ -47,7 +60,7 @@ pub(super) fn resample(image: &Raster, columns: usize, rows: usize) -> Vec<u8> {
         sums.fill(0.0);
         for source in span.first..=span.last {
             let share = span.share(source);
-            let narrowed = line.of(image, source, &spans);
+            let narrowed = line.of((plane, image.width), source, &spans);
             for (sum, value) in sums.iter_mut().zip(narrowed) {
                 *sum += value * share;
             }
@@ -65,13 +78,10 @@ struct SampledRow {
 }
 
 impl SampledRow {
-    fn of(&mut self, image: &Raster, row: usize, spans: &[SourceSpan]) -> &[f64] {
+    fn of(&mut self, (plane, width): (&[u8], usize), row: usize, spans: &[SourceSpan]) -> &[f64] {
         if self.row != Some(row) {
-            let start = row * image.width;
-            let source = image
-                .grey
-                .get(start..start + image.width)
-                .unwrap_or_default();
+            let start = row * width;
+            let source = plane.get(start..start + width).unwrap_or_default();
             self.narrowed.clear();
             self.narrowed
                 .extend(spans.iter().map(|span| mean(source, span)));

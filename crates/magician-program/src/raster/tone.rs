@@ -39,32 +39,62 @@ impl Powers {
     }
 }
 
-/// Turns grey into levels of power, in place.
-pub(super) fn levels(cells: &mut [u8], columns: usize, engrave: &Engrave) {
-    let darkness = |grey: u8| if engrave.invert { grey } else { 255 - grey };
+/// Turns grey into levels of power, in place, by the opacity of each cell: none of what is transparent. No `opacity` is given
+/// if all is opaque.
+pub(super) fn levels(cells: &mut [u8], opacity: &[u8], columns: usize, engrave: &Engrave) {
+    let opaque = |at: usize| opacity.get(at).copied().unwrap_or(u8::MAX);
+    // How dark it shows over white.
+    for (at, cell) in cells.iter_mut().enumerate() {
+        let dark = (255 - *cell).min(opaque(at));
+        *cell = match engrave.invert {
+            false => dark,
+            true => match (opaque(at) - dark, opaque(at)) {
+                // Rounding of the two, where it is not opaque.
+                (1, opaque) if opaque < u8::MAX => 0,
+                (light, _) => light,
+            },
+        };
+    }
+    // The darkness of a cell itself has the gamma, and its opacity the share of the power.
+    let share = |dark: u8, opaque: u8| match opaque {
+        0 => 0.0,
+        _ => {
+            let own = f64::from(dark) / f64::from(opaque);
+            libm::pow(own, engrave.gamma) * f64::from(opaque) / 255.0
+        }
+    };
     match engrave.tone {
         Tone::Grey => {
-            let table = table(engrave, |share| {
-                1 + (share * f64::from(LEVELS)).round() as u8
-            });
-            map(cells, |grey| table[usize::from(darkness(grey))]);
+            let table = table(|dark| grey_level(share(dark, u8::MAX)));
+            for (at, cell) in cells.iter_mut().enumerate() {
+                *cell = match (*cell, opaque(at)) {
+                    (0, _) => 0,
+                    (dark, u8::MAX) => table[usize::from(dark)],
+                    (dark, opaque) => grey_level(share(dark, opaque)),
+                };
+            }
             if engrave.power[0] <= 0.0 {
                 map(cells, |level| if level == 1 { 0 } else { level });
             }
         }
-        Tone::Threshold(level) => map(cells, |grey| {
-            if 255 - darkness(grey) < level {
-                FULL
-            } else {
-                0
-            }
-        }),
+        Tone::Threshold(level) => map(cells, |dark| if 255 - dark < level { FULL } else { 0 }),
         Tone::Dither => {
-            let table = table(engrave, |share| (share * 255.0).round() as u8);
-            map(cells, |grey| table[usize::from(darkness(grey))]);
-            diffuse(cells, columns);
+            let dots = |share: f64| (share * 255.0).round() as u8;
+            let table = table(|dark| dots(share(dark, u8::MAX)));
+            for (at, cell) in cells.iter_mut().enumerate() {
+                *cell = match (*cell, opaque(at)) {
+                    (dark, u8::MAX) => table[usize::from(dark)],
+                    (dark, opaque) => dots(share(dark, opaque)),
+                };
+            }
+            diffuse(cells, opacity, columns);
         }
     }
+}
+
+/// The level of a share of the power.
+fn grey_level(share: f64) -> u8 {
+    1 + (share * f64::from(LEVELS)).round() as u8
 }
 
 fn map(cells: &mut [u8], make: impl Fn(u8) -> u8) {
@@ -72,17 +102,18 @@ fn map(cells: &mut [u8], make: impl Fn(u8) -> u8) {
 }
 
 /// For each darkness what is made of it; of none, nothing.
-fn table(engrave: &Engrave, make: impl Fn(f64) -> u8) -> [u8; 256] {
+fn table(make: impl Fn(u8) -> u8) -> [u8; 256] {
     let mut table = [0; 256];
-    for (darkness, made) in table.iter_mut().enumerate().skip(1) {
-        *made = make(libm::pow(darkness as f64 / 255.0, engrave.gamma));
+    for dark in 1..=u8::MAX {
+        table[usize::from(dark)] = make(dark);
     }
     table
 }
 
 /// Black or white for each darkness, what that is off by spread over the neighbours to come: 7/16 to the next, 3, 5 and 1/16
-/// to those below. Every other row goes backwards, so that no pattern leans to one side.
-fn diffuse(cells: &mut [u8], columns: usize) {
+/// to those below. Every other row goes backwards, so that no pattern leans to one side. What goes to a transparent cell ends
+/// there.
+fn diffuse(cells: &mut [u8], opacity: &[u8], columns: usize) {
     // One more on either side, for what goes over the edge.
     let mut here = vec![0_i32; columns + 2];
     let mut below = here.clone();
@@ -93,6 +124,10 @@ fn diffuse(cells: &mut [u8], columns: usize) {
                 0 => (step, 1),
                 _ => (columns - 1 - step, -1),
             };
+            if opacity.get(nth * columns + at) == Some(&0) {
+                row[at] = 0;
+                continue;
+            }
             let wanted = i32::from(row[at]) * 16 + here[at + 1];
             let full = wanted >= 128 * 16;
             row[at] = if full { FULL } else { 0 };

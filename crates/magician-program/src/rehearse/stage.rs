@@ -5,8 +5,8 @@ use std::time::Duration;
 use magician_host::words::{self, Preflight};
 use magician_host::{Error, FrameBuf, Geometry, JointAngles, Set};
 use magician_motion::{ArmModel, Pose};
-use magician_protocol::Ctrl;
 use magician_protocol::commands::ClearAllAlarmsState;
+use magician_protocol::{Ctrl, RailVersion};
 use magician_sim::{Controller, Profile, Scenario, World};
 
 use super::HOST;
@@ -74,6 +74,8 @@ impl RehearseOptions {
 /// A virtual arm that is ready for a plan: without an alarm, its tool mounted and told of, a level table under it. It
 /// stands at its home point and has been homed; where its tool would be in the table there, it stands above the table.
 ///
+/// A plan that goes to places on a rail has the arm on one.
+///
 /// A plan without a tool gets the one that its steps need: a laser for what burns, cup or gripper for what they hold, else
 /// a pen. A surface that is not level is stood for by a table at its highest point, and a tool that gives way as far as
 /// it is lower elsewhere.
@@ -91,7 +93,8 @@ pub fn stage(plan: &Plan, options: &RehearseOptions) -> Result<Controller, Error
         Set::ClearAllAlarmsState(ClearAllAlarmsState {}),
         words::tool(tool.bias()),
     ];
-    for command in &told {
+    let rail = { plan.uses_rail() }.then(|| words::rail(true, RailVersion::V2));
+    for command in told.iter().chain(&rail) {
         tell(&mut arm, command, Ctrl::SET)?;
     }
     Ok(arm)
@@ -119,7 +122,11 @@ fn above(table: f64, tool: Tool) -> Option<JointAngles> {
 #[must_use]
 pub fn start_of(arm: &Controller) -> Preflight {
     let state = arm.state();
-    Preflight::at(state.joints, state.tool)
+    let start = Preflight::at(state.joints, state.tool);
+    match state.rail {
+        Some(l) => start.on_rail(l),
+        None => start,
+    }
 }
 
 /// Where a check begins that is to hold for the arm of a [`stage`], without making one.
@@ -129,7 +136,11 @@ pub fn start_of(arm: &Controller) -> Preflight {
 pub fn stands(plan: &Plan, options: &RehearseOptions) -> Result<Preflight, Error> {
     let tool = tool_of(plan, options);
     let joints = raised(plan, options, tool)?.unwrap_or(JointAngles::HOME);
-    Ok(Preflight::at(joints, tool.bias()))
+    let start = Preflight::at(joints, tool.bias());
+    Ok(match plan.uses_rail() {
+        true => start.on_rail(0.0),
+        false => start,
+    })
 }
 
 /// Where the arm stands, if not at home.

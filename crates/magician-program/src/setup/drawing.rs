@@ -140,7 +140,7 @@ impl Setup {
         let (placed, misfit) = artwork.laid(&layout, &marking)?;
         let plan = placed.plan(&marking);
         Ok(Laid {
-            plan: self.pushed(plan)?,
+            plan: self.pushed(plan, notes)?,
             scale: placed.scale,
             misfit,
         })
@@ -177,7 +177,7 @@ impl Setup {
         }
         let plan = placed.plan(&marking);
         Ok(Laid {
-            plan: self.pushed(plan)?,
+            plan: self.pushed(plan, notes)?,
             scale: placed.scale,
             misfit,
         })

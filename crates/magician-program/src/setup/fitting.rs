@@ -124,7 +124,9 @@ impl PlacedPlan {
 
 /// What the check says of a plan, once the arm has come to where it begins.
 pub(crate) fn report(plan: &Plan, fence: Option<Fence>) -> Report {
-    let start = Preflight::at(JointAngles::HOME, UNSAID).guards(Guards::NONE.reach(true));
+    let start = Preflight::at(JointAngles::HOME, UNSAID)
+        .on_rail(0.0)
+        .guards(Guards::NONE.reach(true));
     // How fast it goes does not depend on how large it is.
     let fence = fence.map(|fence| fence.in_space()).unwrap_or_default();
     check(plan, &start.fence(fence))
@@ -139,7 +141,9 @@ impl Setup {
     /// A [`Diagnostic`] if there is nothing to place or nowhere, or a surface is needed and not known. A drawing that does not
     /// fit is not an error: [`misfit`](Prepared::misfit) holds the reason, so that the plan can still be previewed.
     pub fn plan(&self, format: Format, content: Content) -> Result<Prepared, Diagnostic> {
-        let (setup, page) = self.sized(&content)?.on_page(format, &content)?;
+        let mut depth_notes = Vec::new();
+        let (setup, content, depths) = self.flattened(format, content, &mut depth_notes);
+        let (setup, page) = setup.sized(&content)?.on_page(format, &content)?;
         let (content, reordered) = setup.lines_of(content)?;
         // What others were asked for lies where it would with all of them.
         let whole = whole(&content);
@@ -174,6 +178,8 @@ impl Setup {
             notes.extend(fitted_note(scale / setup.placement.scale, turned));
         }
         notes.extend(laid);
+        notes.extend(depth_notes);
+        notes.extend(depths.iter().flat_map(|depths| depths.notes(scale)));
         if let Some(page) = &page {
             notes.extend(page.notes(&plan, self.placement.grid, self.placement.fit));
         }

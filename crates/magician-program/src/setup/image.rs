@@ -21,7 +21,7 @@ impl Setup {
         plan.tool = Some(tool);
         let [width, _] = grid.size();
         Ok(Laid {
-            plan: self.pushed(plan)?,
+            plan: self.pushed(plan, &mut Vec::new())?,
             scale: width / natural[0],
             misfit: None,
         })

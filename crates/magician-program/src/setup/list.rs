@@ -58,7 +58,9 @@ impl Setup {
         if let Ok(laid) = laid
             && laid.misfit.is_none()
         {
-            let start = Preflight::at(JointAngles::HOME, UNSAID).guards(Guards::NONE.reach(true));
+            let start = Preflight::at(JointAngles::HOME, UNSAID)
+                .on_rail(0.0)
+                .guards(Guards::NONE.reach(true));
             PartSummary::measure(&mut listed, &check(&laid.plan, &start));
             if fills {
                 PartSummary::count(&mut listed, &laid.plan);

@@ -4,11 +4,12 @@ mod guide;
 
 use magician_host::{Given, Remedy, Setting};
 
+use super::depths::{DepthSurvey, DepthTally, Flat, kept};
 use super::work_lines::WorkLines;
-use super::{Laid, Setup, fitted, middle};
+use super::{Depths, Laid, Setup, fitted, middle};
 use crate::artwork::{Layout, Marking, Sheet, rotated};
 use crate::formats::GcodeOptions;
-use crate::{Artwork, Diagnostic, DiagnosticCode, Fit, Plan, Surface, Tool, Work};
+use crate::{Artwork, Content, Diagnostic, DiagnosticCode, Fit, Format, Plan, Surface, Tool, Work};
 use guide::Guide;
 
 /// What is larger than its sheet by no more than this is not, mm.
@@ -82,6 +83,39 @@ impl Setup {
         Ok(())
     }
 
+    /// Placed G-code of a pen with all its depths at the first one, and how it is laid then; with what to tell about them
+    /// when its size is known.
+    pub(super) fn flattened(
+        &self,
+        format: Format,
+        content: Content,
+        notes: &mut Vec<Diagnostic>,
+    ) -> (Self, Content, Option<DepthTally>) {
+        let mut setup = self.clone();
+        let plan = match content {
+            Content::Plan(plan) if format == Format::Gcode && self.places() => plan,
+            content => return (setup, content, None),
+        };
+        let pen_z = self.placement.pen_z;
+        if plan.steps.iter().any(|step| step.action.is_of_a_laser()) {
+            return (setup, Content::Plan(plan), None);
+        }
+        if self.depths == Depths::Keep {
+            if let Some(survey) = DepthSurvey::of(&plan, pen_z) {
+                setup.placement.pen_z = Some(survey.first);
+                notes.extend(kept(&survey));
+            }
+            return (setup, Content::Plan(plan), None);
+        }
+        match Flat::of(&plan, pen_z, self.pen.lift) {
+            Some(flat) => {
+                setup.placement.pen_z = Some(flat.touch);
+                (setup, Content::Plan(flat.plan), Some(flat.tally))
+            }
+            None => (setup, Content::Plan(plan), None),
+        }
+    }
+
     /// G-code in its own coordinates, laid where it belongs: the lowest Z at which it draws, or the one that was said, on the
     /// surface.
     pub(super) fn laid(&self, plan: Plan, notes: &mut Vec<Diagnostic>) -> Result<Laid, Diagnostic> {
@@ -119,14 +153,17 @@ impl Setup {
             scale: placed.scale,
             at: placed.middle,
             touch: marks.touch,
-            deepest: self.placement.pen_z.map_or(0.0, |_| f64::NEG_INFINITY),
+            deepest: match self.depths {
+                Depths::Flatten => 0.0,
+                Depths::Keep => f64::NEG_INFINITY,
+            },
         };
         let mut plan = Guide::new(plan, &course, surface, &marking).lead();
         (plan.tool, plan.surface) = (Some(tool), Some(surface));
         if let Some(speed) = self.speed {
             plan.path_at(speed);
         }
-        let plan = self.tidied_program(self.pushed(plan)?, notes);
+        let plan = self.tidied_program(self.pushed(plan, notes)?, notes);
         Ok(Laid {
             plan: self.powered(plan, notes)?,
             scale: placed.scale,
@@ -215,7 +252,7 @@ struct ProgramTransform {
     scale: f64,
     at: [f64; 2],
     touch: f64,
-    /// No hole goes deeper than this above the surface; where the Z of touching was said, that is the person's.
+    /// No hole goes deeper than this above the surface.
     deepest: f64,
 }
 

@@ -41,7 +41,7 @@ impl Setup {
             }
         }
         Ok(Laid {
-            plan: self.pushed(plan)?,
+            plan: self.pushed(plan, &mut Vec::new())?,
             scale,
             misfit: None,
         })

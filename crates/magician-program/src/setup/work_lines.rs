@@ -73,21 +73,39 @@ impl WorkLines {
 }
 
 /// A way of the tool at work.
-struct Segment {
-    from: [f64; 3],
-    via: Option<[f64; 3]>,
-    to: [f64; 3],
+pub(super) struct Segment {
+    pub(super) from: [f64; 3],
+    pub(super) via: Option<[f64; 3]>,
+    pub(super) to: [f64; 3],
     lit: bool,
     origin: crate::Origin,
 }
 
 impl Segment {
-    fn goes_across(&self) -> bool {
+    /// The way of a step that leads from one place to another.
+    pub(super) fn of(step: &crate::Step, from: [f64; 3], to: [f64; 3]) -> Self {
+        let (via, lit) = match &step.action {
+            Action::Arc {
+                via: [x, y, z, _], ..
+            } => (Some([*x, *y, *z].map(f64::from)), false),
+            Action::Burn { power, .. } => (None, *power > 0.0),
+            _ => (None, false),
+        };
+        Self {
+            from,
+            via,
+            to,
+            lit,
+            origin: step.origin,
+        }
+    }
+
+    pub(super) fn goes_across(&self) -> bool {
         let [a, b] = [self.from, self.to].map(|[x, y, _]| [x, y]);
         self.via.is_some() || distance(a, b) > STILL
     }
 
-    fn low(&self) -> f64 {
+    pub(super) fn low(&self) -> f64 {
         self.from[2].min(self.to[2])
     }
 
@@ -97,7 +115,7 @@ impl Segment {
         touches(self.to[2]) && (touches(self.from[2]) || !self.goes_across())
     }
 
-    fn points(&self) -> Vec<[f64; 2]> {
+    pub(super) fn points(&self) -> Vec<[f64; 2]> {
         let [from, to] = [self.from, self.to].map(|[x, y, _]| [x, y]);
         let Some([x, y, _]) = self.via else {
             return match self.goes_across() {
@@ -131,19 +149,6 @@ fn segments(plan: &Plan) -> impl Iterator<Item = Segment> + '_ {
     plan.steps.iter().filter_map(move |step| {
         let to = step.action.target()?.map(f64::from);
         let from = at.replace(to).filter(|_| step.action.marks())?;
-        let (via, lit) = match &step.action {
-            Action::Arc {
-                via: [x, y, z, _], ..
-            } => (Some([*x, *y, *z].map(f64::from)), false),
-            Action::Burn { power, .. } => (None, *power > 0.0),
-            _ => (None, false),
-        };
-        Some(Segment {
-            from,
-            via,
-            to,
-            lit,
-            origin: step.origin,
-        })
+        Some(Segment::of(step, from, to))
     })
 }

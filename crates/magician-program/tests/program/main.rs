@@ -11,6 +11,7 @@ mod fills;
 mod fit;
 mod framed;
 mod gcode;
+mod held;
 mod hops;
 mod hpgl;
 mod lossy;

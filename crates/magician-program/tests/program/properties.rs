@@ -37,7 +37,7 @@ enum Fate {
 fn planned(format: Format, text: &str, fit: bool) -> Result<Plan, Diagnostic> {
     let content = read(format, text.as_bytes(), &ReadOptions::default())?.content;
     let mut setup = Setup::default();
-    setup.default_surface = Some(Surface::level(-60.0));
+    setup.assumed_surface = Some(Surface::level(-60.0));
     setup.placement.fit = fit;
     Ok(setup.plan(format, content)?.fitting()?.plan)
 }

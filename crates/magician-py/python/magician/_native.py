@@ -12,7 +12,7 @@ from typing import Any, Protocol, TypeVar, cast, overload
 
 from . import _magician
 from ._arguments import flags, not_a_file, seconds, whole
-from ._magician import Call, Core
+from ._magician import Call, Core, Job
 from ._motions import Ended, Going, Steps, doubt
 from .errors import Error, ResponseTimeoutError
 
@@ -146,6 +146,18 @@ def wait_left(call: Call[T], left: Call[None], listener: Listener | None = None)
         raise
 
 
+def wait_over(job: Job) -> str | None:
+    """Waits in this thread until nothing of a job that was stopped is left to do. An interrupt meanwhile may stop it at
+    once, and ends no wait: the job keeps that short.
+    """
+    while True:
+        over = job.over()
+        try:
+            return over.wait()
+        except KeyboardInterrupt:
+            job.interrupted()
+
+
 def wait_steps(steps: Steps, core: Core) -> Any:
     """Waits in this thread for calls, one after the other."""
     try:
@@ -243,6 +255,17 @@ async def until_left(call: Call[T], left: Call[None], listener: Listener | None 
         if not call.taken():
             await _until(left, None)
         raise
+
+
+async def until_over(job: Job) -> str | None:
+    """Waits in the running event loop until nothing of a job that was stopped is left to do, as :func:`wait_over`."""
+    from asyncio import CancelledError
+
+    while True:
+        try:
+            return await _until(job.over(), None)
+        except (CancelledError, KeyboardInterrupt):
+            job.interrupted()
 
 
 async def until_steps(steps: Steps, core: Core) -> Any:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal
+from typing import Literal, cast
 
 from . import words
 from ._arguments import number, numbers
 from .errors import InvalidInputError
 
-__all__ = ["clock_speed", "scenario_text", "tool_bias"]
+__all__ = ["clock_speed", "scenario_file", "scenario_text", "tool_bias"]
 
 
 def clock_speed(speed: float | Literal["max"]) -> float:
@@ -32,10 +32,16 @@ def tool_bias(tool: words.Tool | Sequence[float] | None) -> tuple[float, float, 
     return x, y, z
 
 
+def scenario_file(scenario: str | os.PathLike[str] | None) -> str | None:
+    """The file of a scenario; ``None`` for a text."""
+    if scenario is None or (isinstance(scenario, str) and ("\n" in scenario or "=" in scenario)):
+        return None
+    return os.fspath(scenario)
+
+
 def scenario_text(scenario: str | os.PathLike[str] | None) -> str | None:
     """The text of a scenario, which may be a file's name."""
-    if scenario is None:
-        return None
-    if isinstance(scenario, str) and ("\n" in scenario or "=" in scenario):
-        return scenario
-    return Path(scenario).read_text(encoding="utf-8")
+    file = scenario_file(scenario)
+    if file is None:
+        return cast("str | None", scenario)
+    return Path(file).read_text(encoding="utf-8")

@@ -37,6 +37,7 @@ from ._native import (
     until_ended,
     until_moment,
     until_next,
+    until_over,
     until_settled,
     until_steps,
     until_stopped,
@@ -53,7 +54,7 @@ from .errors import ClosedError, Error, InvalidInputError, ResponseTimeoutError,
 from .kinematics import JointArray, Mask, PoseArray
 from .pins import FunctionLike, PinLike, PortLike, StepperLike, VersionLike, pins
 from .places import Belt, Point, Poses, meeting, picking, placing
-from .programs import Plan, Report
+from .programs import Plan, Report, Surface
 from .readings import Color, Info, Joints, Link, Position, Progress, Ran, Stats, Status
 from .running import PlanProgress, RunResult, Watcher
 from .words import Direction, Four, Tool
@@ -764,6 +765,23 @@ class Arm(Bound):
         is switched off, programs on this computer know that it is homed."""
         return await self._go(homing(self._core), wait)
 
+    async def touch_off(self, *, unhomed: bool = False) -> Surface:
+        """Takes the height of the level work surface from where the tool touches it now, and moves nothing::
+
+            arm.line_to(220, 0, -55)      # down to the paper, by small steps
+            plan = magician.load("house.svg", surface=arm.touch_off())
+
+        The height of a real arm is kept in the settings file, as ``magician calibrate surface`` keeps it: the command
+        and a station use it from then on, and :func:`magician.calibrate.saved` reads it back.
+
+        :param unhomed: Whether to take an arm (a virtual one aside) that is not known to be homed since power-up. The
+            height may be wrong then.
+        :raises InvalidInputError: The arm moves, its laser is on, it is not known to be homed, or its poses are for a
+            tool that ends at another height than the one that draws; or the settings keep a sheet, whose height takes
+            precedence.
+        """
+        return Surface(await until(self._core.touch_off(flag("unhomed", unhomed))))
+
     @overload
     async def move_to(
         self,
@@ -1336,20 +1354,25 @@ class Arm(Bound):
         """Sets the level of a digital output (EIO address 1 to 20; document 1.15.2).
 
         :param allow_laser: Whether the laser's pins, EIO 2 and 4, of an arm that is not virtual may be raised.
+        :raises InvalidInputError: The pin is no digital output: :meth:`multiplex` makes it one.
         """
-        await self.set(words.output(address, high), allow_laser=allow_laser)
+        await self._drive(words.output(address, high), allow_laser)
 
     async def pwm(self, address: PinLike, frequency: float, duty_cycle: float, *, allow_laser: bool = False) -> None:
         """Sets a pulse-width output (EIO address 1 to 20): Hz (10 to 1000000), and the percentage of high.
 
         :param allow_laser: Whether the laser's pin, EIO 4, of an arm that is not virtual may be driven.
+        :raises InvalidInputError: The pin is no pulse-width output: :meth:`multiplex` makes it one.
         """
-        await self.set(words.pwm(address, frequency, duty_cycle), allow_laser=allow_laser)
+        await self._drive(words.pwm(address, frequency, duty_cycle), allow_laser)
 
     async def servo(self, address: PinLike, pulse_ms: float) -> None:
         """Turns a hobby servo on a pulse-width pin by the length of its pulses: 1 to 2 ms, 1.5 ms is the middle of
         most."""
-        await self.set(words.servo(address, pulse_ms))
+        await self._drive(words.servo(address, pulse_ms), False)
+
+    async def _drive(self, command: commands.IoDo | commands.IoPwm, allow_laser: bool) -> None:
+        await until(self._core.drive(command, flag("allow_laser", allow_laser)))
 
     async def level_at(self, address: PinLike) -> bool:
         """The level of a digital input (EIO address 1 to 20; document 1.15.4)."""
@@ -1587,7 +1610,8 @@ class Arm(Bound):
         The queue is kept just full enough that the arm never waits for the next command: at most two seconds of motion
         go on if this program dies. If the wait ends early (Ctrl-C, a cancelled task, an exception in ``progress``), the
         arm stops first, and lifts the pen of a drawing; notes on the exception say so, and how many steps are done. A
-        second Ctrl-C stops the arm at once and moves nothing.
+        second Ctrl-C, at least 0.5 s later, stops the arm at once and moves nothing. Settings are restored all the
+        same.
 
         :param program: A :class:`~magician.Plan`, or commands as :mod:`magician.words` makes them.
         :param progress: ``True`` shows a line on stderr; a function is called with a :class:`~magician.PlanProgress` up
@@ -2047,7 +2071,8 @@ class Job(Bound):
         except GeneratorExit:
             raise
         except BaseException as error:
-            telling.broken(error, await until_done(self._job.over(), self._core))
+            self._job.interrupted()
+            telling.broken(error, await until_over(self._job))
             raise
         return telling.ended(found)
 
@@ -2083,7 +2108,8 @@ def _recorded(path: str | os.PathLike[str], rate: float, tolerance: float, units
 class Recording(Bound):
     """An arm on record: see :meth:`Arm.record`. It begins with its ``with`` block, or with :meth:`begin`; at the end of
     the block, or with :meth:`finish`, the file is complete. What was recorded is in the file within a second, whatever
-    becomes of the program.
+    becomes of the program; if it replaces a file, that one stays until the end, and the new one grows beside it as
+    ``NAME.partial``.
     """
 
     def __init__(self, core: Core | None, port: Where, how: _Recorded) -> None:

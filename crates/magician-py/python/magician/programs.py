@@ -543,6 +543,7 @@ def load(
     place: bool = False,
     raw: bool = False,
     pen_z: float | None = None,
+    depths: Literal["flatten", "keep"] = "flatten",
     at: tuple[float, float] | None = None,
     page: str | None = None,
     margin: float | None = None,
@@ -621,7 +622,9 @@ def load(
         it draws goes to ``at``, else onto the sheet, else to where there is room, and what G-code draws lies on the
         surface. ``at``, ``page``, ``fit``, ``surface`` and ``work`` imply it.
     :param raw: Whether its coordinates are the arm's, as they stand.
-    :param pen_z: The Z of placed G-code at which its pen touches, mm; the lowest at which it draws if left out.
+    :param pen_z: The Z of placed G-code at which its pen touches, mm; the first depth at which it draws if left out.
+    :param depths: Depths below the surface: ``"flatten"`` draws them on the surface, a pen never goes below it;
+        ``"keep"`` takes the pen down to them.
     :param at: Where its middle goes, x and y, mm.
     :param page: The page of paper that it lies on, its middle on the middle of the page: ``"a3"``, ``"a4"``, ``"a5"``,
         ``"a6"`` or ``"letter"``, each also with ``-landscape``, or its width and height in mm, such as ``"200x150"``.
@@ -730,6 +733,7 @@ def load(
         "sheet": None if sheet is None else _sheet(sheet),
         "start": None if start is None else _three("start", start),
         "pen_z": number("pen_z", pen_z, unit="mm"),
+        "depths": string("depths", depths),
         "at": None if at is None else _two("at", at),
         "page": string("page", page),
         "margin": number("margin", margin, least=0, unit="mm"),

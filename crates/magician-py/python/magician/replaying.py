@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from . import _magician
 from ._arguments import number, whole
-from ._scenarios import clock_speed, scenario_text
+from ._scenarios import clock_speed, scenario_file, scenario_text
 from ._values import Value
 
 __all__ = ["Difference", "Replay", "replay"]
@@ -105,19 +105,21 @@ def replay(
     :param time_tolerance: The same of the arm's clock between two readings, ms.
     :param scenario: The world around the virtual arm, as for :class:`VirtualArm`.
     :param profile: A firmware profile: its file, or its text.
-    :param save: A file for the new session, a trace as well.
+    :param save: A file for the new session, a trace as well; not one of those that are read.
     :raises InvalidInputError: It is no trace or damaged; there is no such link or field; a mistake in the scenario or
-        the profile.
+        the profile; ``save`` is one of the files that are read.
     :raises OSError: A file cannot be read, or not be written.
     """
     if isinstance(ignore, str):
         raise TypeError(f"ignore is {ignore!r}; it takes names in a list: [{ignore!r}]")
+    inputs = [scenario_file(scenario), scenario_file(profile)]
     if isinstance(trace, (bytes, bytearray, memoryview)):
         data = bytes(trace)
     else:
         data = Path(trace).read_bytes()
-        if save is not None and os.path.exists(save) and os.path.samefile(save, trace):
-            raise FileExistsError(f"{os.fspath(save)} is the trace that is replayed")
+        inputs.append(os.fspath(trace))
+    if save is not None:
+        _magician.check_distinct([file for file in inputs if file is not None], [os.fspath(save)])
     how: dict[str, Any] = {
         "link": link,
         "clock": clock_speed(clock),

@@ -157,7 +157,7 @@ CONVEYOR_PULSES_PER_MM = _magician.CONVEYOR_PULSES_PER_MM
 """Pulses that move the vendor's belt by 1 mm: 16,000 for a turn of its roller, which is 34 mm across."""
 
 CONVEYOR_FASTEST = _magician.CONVEYOR_FASTEST
-"""The fastest that a belt is told to run, mm/s: far beyond what it keeps up with."""
+"""Highest speed of the kit's belt, mm/s: above it its motor stalls."""
 
 CONVEYOR_FARTHEST = _magician.CONVEYOR_FARTHEST
 """The longest way that a belt is told to move, mm: about 28 km."""
@@ -698,7 +698,7 @@ def motor_by(index: StepperLike, speed: int, distance: int) -> commands.EMotorS:
 
 
 def conveyor(index: StepperLike, mm_per_s: float) -> commands.EMotor:
-    """Runs the conveyor belt on this motor output at a speed in mm/s (to about 6,600 either way).
+    """Runs the conveyor belt on this motor output at a speed in mm/s (to 120 either way; above it its motor stalls).
 
     The sign is the direction, 0 stops it. It runs until the next command for it, and the queue goes on at once.
 

@@ -15,7 +15,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use magician::{Arm, Error, Link, Options, Target, Tracer};
-use magician_job::files;
+use magician_job::files::WholeFile;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -100,7 +100,7 @@ pub(crate) fn with_trace(options: Options, trace: Option<PathBuf>) -> PyResult<O
     let Some(path) = trace else {
         return Ok(options);
     };
-    let file = files::create(&path).and_then(Tracer::new);
+    let file = WholeFile::grow(&path).and_then(Tracer::new);
     let tracer = file.map_err(|why| {
         let message = format!("{} cannot be written: {why}", path.display());
         std::io::Error::new(why.kind(), message)
@@ -204,12 +204,13 @@ impl Core {
         let ends = std::mem::take(&mut *self.ends.lock().unwrap_or_else(PoisonError::into_inner));
         Ok(Call::lasting(async move {
             let closing = async {
-                arm.close().await;
+                arm.clone().close().await;
                 for end in ends {
                     let _ = end.await;
                 }
             };
             let _ = tokio::time::timeout(FAREWELL, closing).await;
+            arm.end_trace();
             Ok(())
         }))
     }

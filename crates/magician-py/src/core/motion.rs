@@ -4,6 +4,8 @@ use std::time::Duration;
 
 use magician::words::{Guards, Preflight};
 use magician::{Error, ErrorCode, Progress, QueueIndex, Ran, RunOptions, Set};
+use magician_job::{keep_surface, touch_off};
+use magician_program::Tool;
 use pyo3::prelude::*;
 
 use super::Core;
@@ -122,6 +124,27 @@ impl Core {
         let homing = arm.clone();
         let task = |_| async move { homing.home().await };
         Ok(Call::moving(&arm, task, |py, ()| Ok(py.None())))
+    }
+
+    /// The height of the surface that the tool touches now; that of a real arm is kept.
+    fn touch_off(&self, py: Python<'_>, unhomed: bool) -> PyResult<Call> {
+        let arm = self.arm(py)?;
+        let arm = match unhomed {
+            true => arm.allowing_unhomed(),
+            false => arm,
+        };
+        let draws = crate::calibrate::kept_tool(py)?.unwrap_or(Tool::Pen);
+        let touch = async move {
+            let touch = touch_off(&arm, draws).await?;
+            // The table of a virtual arm says nothing about a real one.
+            if !arm.is_virtual() {
+                keep_surface(Some(touch.height))?;
+            }
+            Ok::<_, magician::Error>(touch.height)
+        };
+        Ok(Call::start(touch, |py, height| {
+            Ok(height.into_pyobject(py)?.into_any().unbind())
+        }))
     }
 
     /// Waits until a queued command has finished.

@@ -91,6 +91,13 @@ impl Core {
         Ok(Call::plain(async move { arm.set_any(&command).await }))
     }
 
+    /// Drives a pin that has the function for it.
+    fn drive(&self, command: &Bound<'_, PyAny>, allow_laser: bool) -> PyResult<Call> {
+        let arm = self.burning(command.py(), allow_laser)?;
+        let command = values::command(command)?;
+        Ok(Call::plain(async move { arm.drive(&command).await }))
+    }
+
     /// Puts a command into the arm's queue and tells its index.
     fn enqueue(&self, command: &Bound<'_, PyAny>, allow_laser: bool) -> PyResult<Call> {
         let arm = self.burning(command.py(), allow_laser)?;

@@ -29,6 +29,7 @@ struct Wanted {
     place: bool,
     raw: bool,
     pen_z: Option<f64>,
+    depths: Option<String>,
     at: Option<[f64; 2]>,
     page: Option<String>,
     margin: Option<f64>,
@@ -98,7 +99,7 @@ struct Wanted {
 impl Wanted {
     /// # Errors
     /// What cannot be meant, in a sentence.
-    fn options(&self, format: Format) -> Result<(SetupOptions, Option<Diagnostic>), String> {
+    fn options(&self, format: Format) -> Result<(SetupOptions, Vec<Diagnostic>), String> {
         let mut options = SetupOptions::default();
         options.mode = match self.mode.as_deref() {
             _ if self.work.as_deref() == Some("draw") => None,
@@ -124,6 +125,8 @@ impl Wanted {
         (options.s_max, options.resample) = (self.s_max, self.resample);
         (options.place, options.raw) = (self.place, self.raw);
         (options.pen_z, options.start) = (self.pen_z, self.start);
+        let depths = self.depths.as_deref().filter(|depths| *depths != "flatten");
+        options.depths = depths.map(str::parse).transpose()?;
         (options.at, options.by) = (self.at, Some(self.by).filter(|by| *by != [0.0; 3]));
         let page = self.page.as_deref().map(str::parse::<Paper>);
         options.page = page.transpose().map_err(|wrong| format!("page: {wrong}"))?;
@@ -193,11 +196,12 @@ impl Wanted {
             (None, _) => Some(WorkOption::ByFile),
         };
         options.check().map_err(|error| error.message)?;
+        let framed = options.frame_for(&SetupDefaults::default(), None);
         // No power at all is one, too: it burns nothing.
         if let Some([least, most]) = self.power {
             options.power = Some(Power::new(least, most)?);
         }
-        Ok((options, note.flatten()))
+        Ok((options, framed.into_iter().chain(note.flatten()).collect()))
     }
 
     /// With what the preset says where the arguments say nothing; what it tells people, if there is one.
@@ -219,7 +223,7 @@ impl Wanted {
     /// How it is to be done: with a surface on a slope and a sheet, which have no flags.
     fn setup(&self, options: &SetupOptions) -> Setup {
         let mut defaults = SetupDefaults::default();
-        defaults.surface = Some(Surface::VIRTUAL);
+        defaults.assumed_surface = Some(Surface::VIRTUAL);
         let mut setup = options.setup(&defaults);
         setup.surface = surface(self.surface).or(setup.surface);
         setup.sheet = self.sheet.map(|(x, y, rotation, size)| Sheet {

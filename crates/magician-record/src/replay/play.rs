@@ -77,6 +77,9 @@ impl<'r, 'a> Play<'r, 'a> {
         if let Some(uptime) = replay.uptime().filter(|uptime| *uptime <= LONGEST_UPTIME) {
             arm.advance(uptime);
         }
+        if let Some(serial) = replay.virtual_serial() {
+            arm.identify_as(serial, None);
+        }
         let replies = |packet: &Packet<'_>| packet.direction == Some(Direction::Reply);
         Self {
             clock: ArmClock::new(replay.clock, arm.now()),

@@ -1,6 +1,8 @@
 //! What happens to the controller from outside its protocol: keys, hands, faults, power.
 
 use magician_motion::{JointAngles, Range, ToolBias};
+use magician_protocol::Text;
+use magician_protocol::commands::DeviceSn;
 
 use super::Device;
 use super::effect::Completion;
@@ -159,6 +161,13 @@ impl Device {
     pub(crate) fn had_tool(&mut self, tool: ToolBias) {
         self.firmware.profile.power_up.tool = tool;
         self.store.settings.bias = tool_to_wire(tool);
+    }
+
+    /// Another serial number was in the flash before the controller was switched on.
+    pub(crate) fn had_serial(&mut self, serial: String) {
+        let device_sn = Text::new(&serial).unwrap_or_default();
+        self.store.begins_with_serial(DeviceSn { device_sn });
+        self.firmware.profile.identity.serial = serial;
     }
 
     /// The controller was switched on while the arm really stood there.

@@ -22,6 +22,16 @@ impl Identity {
     }
 }
 
+/// Serial number of the virtual arm at a place (the path of a pseudo-terminal, the address of a socket): the same at each start,
+/// and unlike those of arms at other places. What hosts keep of an arm they keep by its serial number.
+pub(crate) fn serial_at(place: &str) -> String {
+    // FNV-1a: short, and the same on every machine and in every version.
+    let hash = place.bytes().fold(0x811c_9dc5_u32, |hash, byte| {
+        (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193)
+    });
+    format!("SIM{hash:08X}")
+}
+
 fn name(first: &str, number: u32) -> String {
     let end = format!(" #{number}");
     let mut kept = first.to_owned();
@@ -63,6 +73,19 @@ mod tests {
             assert_eq!(serial(first, 3, 2), third);
             assert!(third.len() <= MAX_SERIAL);
         }
+    }
+
+    #[test]
+    fn serial_number_of_a_place_is_short_stable_and_its_own() {
+        assert_eq!(serial_at(""), "SIM811C9DC5");
+        assert_eq!(
+            serial_at("tcp:127.0.0.1:9000"),
+            serial_at("tcp:127.0.0.1:9000")
+        );
+        let places = (0..2_000).map(|port| serial_at(&format!("tcp:127.0.0.1:{port}")));
+        let serials: std::collections::BTreeSet<_> = places.collect();
+        assert_eq!(serials.len(), 2_000);
+        assert!(serials.iter().all(|serial| serial.len() <= MAX_SERIAL));
     }
 
     #[test]

@@ -103,11 +103,12 @@ impl Scenario {
     /// }
     /// # Ok::<(), magician_sim::ScenarioError>(())
     /// ```
-    pub const BUILT_IN: [(&str, &str); 4] = [
+    pub const BUILT_IN: [(&str, &str); 5] = [
         ("cubes", include_str!("../../scenarios/cubes.toml")),
         ("drawing", include_str!("../../scenarios/drawing.toml")),
         ("pick_and_sort", Self::PICK_AND_SORT),
         ("faults", include_str!("../../scenarios/faults.toml")),
+        ("engraving", include_str!("../../scenarios/engraving.toml")),
     ];
 
     /// Reads a scenario.

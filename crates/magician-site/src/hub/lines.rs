@@ -297,7 +297,7 @@ impl Hub {
             open.outbox.notice(notification("jog.ended", &params));
             self.awake.insert(lost.socket);
         }
-        self.sessions_changed(lost.socket);
+        self.sessions_changed(now, lost.socket);
     }
 
     /// When a line is opened again.
@@ -337,7 +337,7 @@ impl Hub {
         match message.get("method").and_then(Value::as_str) {
             Some("session.changed") => {
                 self.sessions = message["params"]["sessions"].clone();
-                self.sessions_changed(socket);
+                self.sessions_changed(now, socket);
             }
             Some(_) => {
                 if let Some(open) = self.sockets.get_mut(&socket) {
@@ -587,7 +587,7 @@ impl Hub {
             "arm.state" => return self.hears_state(line, params),
             "session.changed" => {
                 open.sessions = params["sessions"].take();
-                return self.sessions_changed(socket);
+                return self.sessions_changed(now, socket);
             }
             "turn.changed" => {
                 self.hears_turns(now, line, params);

@@ -22,7 +22,7 @@ use std::time::Duration;
 
 use magician_protocol::HostInstant;
 use magician_station::api::{MessageId, Role, RpcError, answer_due, notification};
-use magician_station::{Next, Outgoing};
+use magician_station::{LIST_INTERVAL, Next, Outgoing, SOCKETS};
 use serde_json::Value;
 
 use self::names::Names;
@@ -110,6 +110,8 @@ struct Person {
     /// Where it has a session: the secret to come back with, and its id there.
     at: BTreeMap<StationId, (String, String)>,
     gone: Option<HostInstant>,
+    /// The role of the socket that it left with.
+    left_as: Option<Role>,
 }
 
 /// All arms of a site for many clients.
@@ -298,6 +300,23 @@ impl Hub {
             && let Some(person) = self.people.get_mut(&session)
         {
             person.gone = Some(now);
+            person.left_as = Some(gone.role);
+            self.bound_gone();
+        }
+    }
+
+    /// Bounds those who may come back, as a station does: the least role ends first, and of it who left first.
+    fn bound_gone(&mut self) {
+        let gone = self.people.iter().filter_map(|(id, person)| {
+            let gone = person.gone?;
+            Some((person.left_as, gone, id.clone()))
+        });
+        let gone: Vec<_> = gone.collect();
+        if gone.len() > SOCKETS
+            && let Some((_, _, first)) = gone.into_iter().min()
+        {
+            self.people.remove(&first);
+            self.names.forget(&first);
         }
     }
 
@@ -372,6 +391,11 @@ impl Hub {
             self.lose_line(now, line, RpcError::arm(magician::ErrorKind::Port, why));
         }
         self.open_again(now);
+        let due = |socket: &Socket| list_due(socket).is_some_and(|due| due <= now);
+        let due = self.sockets.iter().filter(|(_, socket)| due(socket));
+        for socket in due.map(|(id, _)| *id).collect::<Vec<_>>() {
+            self.tell_sessions(now, socket);
+        }
         let over = |person: &Person| person.gone.is_some_and(|gone| gone + RESUMES <= now);
         let over = self.people.iter().filter(|(_, person)| over(person));
         for session in over.map(|(id, _)| id.clone()).collect::<Vec<_>>() {
@@ -400,6 +424,7 @@ impl Hub {
             .chain(self.opens_at())
             .chain(people)
             .chain(arms)
+            .chain(self.sockets.values().filter_map(list_due))
             .min()
     }
 
@@ -452,15 +477,32 @@ impl Hub {
         }
     }
 
-    /// The sessions have changed: a client hears of it once, however often they did.
-    fn sessions_changed(&mut self, socket: SocketId) {
+    /// The sessions have changed: a client hears of it once, however often they did, and five times a second at most.
+    fn sessions_changed(&mut self, now: HostInstant, socket: SocketId) {
         if let Some(open) = self.sockets.get_mut(&socket)
             && open.session.is_some()
-            && open.outbox.state_due(SESSIONS)
         {
-            self.awake.insert(socket);
+            open.list_waits = true;
+            if list_due(open).is_some_and(|due| due <= now) {
+                self.tell_sessions(now, socket);
+            }
         }
     }
+
+    fn tell_sessions(&mut self, now: HostInstant, socket: SocketId) {
+        if let Some(open) = self.sockets.get_mut(&socket) {
+            (open.list_waits, open.listed) = (false, Some(now));
+            if open.outbox.state_due(SESSIONS) {
+                self.awake.insert(socket);
+            }
+        }
+    }
+}
+
+/// When a client is to be sent the list of sessions. `None` if it has the newest.
+fn list_due(socket: &Socket) -> Option<HostInstant> {
+    let next = socket.listed.map(|listed| listed + LIST_INTERVAL);
+    socket.list_waits.then(|| next.unwrap_or(HostInstant::ZERO))
 }
 
 /// In place of a subscription, whose numbers begin with 1: the list of sessions is due.

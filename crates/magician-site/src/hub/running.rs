@@ -9,7 +9,7 @@ use magician_station::api::{Message, RpcError, answer};
 use magician_station::http::{Served, ServedClient};
 use magician_station::{
     Client, Grant, JournalSink, NoRecordings, Outgoing, Peer, ProgramStore, RecordingStore, Role,
-    RunningStation, SOCKETS, StationConfig,
+    RunningStation, StationConfig,
 };
 use tokio::runtime::Handle;
 use tokio::sync::Notify;
@@ -145,7 +145,12 @@ impl RunningHub {
     /// A client connects, with the token of its request if it has one.
     #[must_use]
     pub fn connect(&self, peer: Peer, token: Option<String>) -> HubClient {
-        let client = Arc::new(self.shared.home.connect(peer));
+        self.join(self.shared.home.connect(peer), token)
+    }
+
+    /// The client whose session at home this is.
+    fn join(&self, client: Client, token: Option<String>) -> HubClient {
+        let client = Arc::new(client);
         let pump = Arc::clone(&client);
         let made = self
             .shared
@@ -179,7 +184,9 @@ impl Served for RunningHub {
     type Client = HubClient;
 
     fn try_connect(&self, peer: Peer, token: Option<String>) -> Option<HubClient> {
-        (self.clients() < SOCKETS).then(|| self.connect(peer, token))
+        // Home counts, and knows who has said hello.
+        let client = self.shared.home.try_connect(peer)?;
+        Some(self.join(client, token))
     }
 
     async fn call(&self, peer: Peer, token: Option<String>, text: &str) -> Option<String> {

@@ -72,6 +72,10 @@ pub(super) struct Socket {
     pub(super) signing: Option<(super::requests::Call, Option<RpcError>)>,
     /// It wants to know of turns.
     pub(super) turns: bool,
+    /// When it was sent a list of sessions last.
+    pub(super) listed: Option<HostInstant>,
+    /// The sessions have changed since.
+    pub(super) list_waits: bool,
     /// Its session, by the id of the hub.
     pub(super) session: Option<String>,
     pub(super) role: Role,
@@ -98,6 +102,8 @@ impl Socket {
             signing: None,
             turns: false,
             session: None,
+            listed: None,
+            list_waits: false,
             role,
             once,
             wide: false,

@@ -1,6 +1,7 @@
 //! Errors of the API as data: a code, a sentence, and what they are about.
 
 use magician::ErrorKind;
+use magician::report::ErrorFigures;
 use serde_json::{Map, Value, json};
 
 use super::Role;
@@ -210,27 +211,11 @@ const fn kind(code: i32) -> Option<&'static str> {
 }
 
 impl From<&magician::Error> for RpcError {
-    /// With the figures that `--json` has.
+    /// With the figures that `--json` has, and what to do about it.
     fn from(error: &magician::Error) -> Self {
         let mut out = Self::arm(error.kind(), error.to_string());
-        let figures = [
-            ("code", Some(json!(error.code().name()))),
-            ("step", error.step().map(|step| json!(step + 1))),
-            ("command", error.command().map(|name| json!(name))),
-            ("value", error.value().map(|value| json!(value))),
-            ("limit", error.limit().map(|limit| json!(limit))),
-            ("unit", error.unit().map(|unit| json!(unit))),
-            (
-                "fence",
-                error.breach().map(|breach| json!(breach.part.name())),
-            ),
-            ("from", error.from_index().map(|index| json!(index))),
-            ("to", error.to_index().map(|index| json!(index))),
-        ];
-        for (name, value) in figures {
-            if let Some(value) = value {
-                out = out.with(name, value);
-            }
+        if let Ok(Value::Object(figures)) = serde_json::to_value(ErrorFigures::of(error)) {
+            out.data.extend(figures);
         }
         out
     }

@@ -380,7 +380,8 @@ pub(super) const STATION: &[Method] = &[
         "lease.release",
         Student,
         &[needed("lease", Kind::Id(IdKind::Lease), "the lease")],
-        "Gives it back. What the arm has queued goes on.",
+        "Gives it back. What the arm has queued goes on; a jog, stepper motors and the belt are stopped, and a job pauses unless its \
+         `on_lost` says otherwise.",
         "null",
     )
     .of_sessions(),
@@ -642,7 +643,7 @@ pub(super) const STATION: &[Method] = &[
             may("all", Kind::Switch, "whether all options come that count for it, not only the usual ones"),
         ],
         "What a person is asked before a program of this format is done: members of `setup`, the usual ones first.",
-        "{options: [Option]}: the range of a number is `least` or `above` to `most`; `default` holds where it is not given, null if that depends; with `with` it counts only where that other option has one of the values `when`, or is on where `when` is empty; `group` is for folding them",
+        "{options: [Option]}: the range of a number is `least` or `above` to `most`; `default` holds where it is not given, null if that depends; with `with` it counts only where that other option has one of the values `when`, or is on where `when` is empty, and that one counts itself; `work` is no option of this list: where it is not given the laser engraves and every other tool draws; `group` is for folding them",
     ),
     method(
         "program.delete",
@@ -683,6 +684,29 @@ pub(super) const STATION: &[Method] = &[
         &[PRESET],
         "Removes a preset that was kept; one that comes with this program stays.",
         "null",
+    ),
+    method(
+        "surface.touch",
+        Student,
+        &[
+            ARM,
+            may(
+                "forget",
+                Kind::Switch,
+                "forgets the height instead of taking it",
+            ),
+            UNHOMED,
+        ],
+        "Takes the height of the level work surface from where the tool touches it, and keeps it for drawings, engravings and what else lies on it. The arm has to stand, with the laser off.",
+        "{touches, plane: {at, z, slope_x, slope_y}, residual}: the surface has the height `z` (mm) at `at` [x, y], and rises by `slope_x` and `slope_y` per mm; `plane` and `residual` are null after `forget`",
+    )
+    .leased(Setting),
+    method(
+        "surface.get",
+        Viewer,
+        &[ARM],
+        "The height of the work surface that was touched.",
+        "as `surface.touch`; `plane` null if none was",
     ),
     method(
         "teach.capture",
@@ -756,7 +780,7 @@ pub(super) const STATION: &[Method] = &[
             ),
         ],
         "The world around a virtual arm. This and its kin are `unsupported` of other arms.",
-        "{objects: [{name, at, turn, size, color, held}], title, table: {height, x, y}, draws: \"pen\" or \"laser\", belt: {start, direction, length, width, height, travel}, drawing: SVG, strokes: [{burnt, points: [[x, y]]}], mark, unlocked, plugged}; `table` and `belt` null where the scenario has no such thing, `draws` null where its tool leaves no lines",
+        "{objects: [{name, at, turn, size, color, held}], title, table: {height, x, y}, draws: \"pen\" or \"laser\", belt: {start, direction, length, width, height, travel}, drawing: SVG, strokes: [{burnt, power, points: [[x, y]]}], mark, unlocked, plugged}; `table` and `belt` null where the scenario has no such thing, `draws` null where its tool leaves no lines; `power` of the laser in percent, 100 of ink",
     ),
     method(
         "world.scenarios",

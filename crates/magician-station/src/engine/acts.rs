@@ -115,6 +115,9 @@ async fn act(arm: Arm, act: ArmAct, on_rail: bool) -> Result<Outcome, RpcError> 
             arm.clear_alarms().await?;
             Ok(Outcome::State)
         }
+        ArmAct::Touch { .. } | ArmAct::ForgetSurface => {
+            Err(RpcError::internal("a surface is touched elsewhere"))
+        }
         ArmAct::Tip(bias) => {
             arm.set_any(&words::tool(bias)).await?;
             Ok(Outcome::State)

@@ -1,24 +1,27 @@
 //! Jobs: programs that are read, checked, and run through `magician-job`.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 
-use magician::commands::Pose;
-use magician::{Arm, ErrorCode, ErrorKind};
+use magician::commands::{EndEffectorParams, Pose};
+use magician::{Action, Arm, ErrorCode, ErrorKind};
 use magician_job::beside::beside as in_turns;
+use magician_job::report::{self, Note};
 use magician_job::{
     Fault, Job, JobError, JobEvent, JobHandle, JobOutcome, JobSpec, JobState, Journal, PauseReason,
     ResumeError, Start,
 };
+use magician_program::{Diagnostic, DiagnosticCode, Tool};
 use serde_json::{Value, json};
 use tokio::sync::Notify;
 
 use super::{TaskResult, Waiting, Work};
 use crate::api::RpcError;
 use crate::control::{JobId, RequestId};
-use crate::job::{ProgramReading, ReadProgram, Reader, ReadingArm, Source};
+use crate::job::{ProgramReading, ReadProgram, Reader, ReadingArm, Source, Words};
 use crate::order::{ArmAct, ArmReport, JobEnd, JobNews, JobStart, Outcome};
 use crate::reading::{self, to_value};
+use crate::surface::ArmSurface;
 
 /// As far apart may be where a job was paused and where it goes on without an approach, mm and deg.
 const APART: f32 = 0.5;
@@ -26,6 +29,7 @@ const APART: f32 = 0.5;
 /// What jobs need beside the arm.
 pub(super) struct JobContext {
     pub(super) reader: Arc<dyn Reader>,
+    pub(super) surface: ArmSurface,
     pub(super) journal: Box<dyn Fn() -> Box<dyn Journal> + Send + Sync>,
 }
 
@@ -45,6 +49,32 @@ pub(super) struct Slot {
     paused: Arc<std::sync::Mutex<Option<Pose>>>,
     /// True if nobody holds the arm: motors that the job leaves running are switched off when it pauses or ends.
     owes_motors: Arc<AtomicBool>,
+}
+
+/// The job under way, as the end of the program sees it.
+#[derive(Debug, Default)]
+pub(super) struct RunningJob {
+    handle: Option<JobHandle>,
+    /// True once the program ends: no job begins any more.
+    closed: bool,
+}
+
+impl RunningJob {
+    /// Starts a job, unless the program ends.
+    fn start(running: &Mutex<Self>, start: impl FnOnce() -> JobHandle) -> Option<JobHandle> {
+        let mut running = lock(running);
+        if running.closed {
+            return None;
+        }
+        Some(running.handle.insert(start()).clone())
+    }
+
+    /// Lets no job begin any more; the one under way.
+    pub(super) fn close(running: &Mutex<Self>) -> Option<JobHandle> {
+        let mut running = lock(running);
+        running.closed = true;
+        running.handle.clone()
+    }
 }
 
 impl Slot {
@@ -71,13 +101,28 @@ async fn pay_motors(arm: &Arm, owes: &AtomicBool) {
     }
 }
 
+/// What the arm has switched on when a job is over: its holder has to know.
+fn left_on(arm: &Arm) -> Vec<Value> {
+    let motors = arm.running_motors().into_iter().map(|motor| {
+        let motor = u8::from(motor) + 1;
+        let note = format!("motor {motor} runs on until it is stopped, or the lease ends");
+        Diagnostic::of_file(note)
+            .remedy(Action::Stop, "stops it")
+            .coded(DiagnosticCode::LeftOn)
+    });
+    let left: Vec<_> = motors.chain(report::left_on(&arm.outputs())).collect();
+    let notes = Note::all(&Words, &left).into_iter();
+    notes.filter_map(|note| to_value(&note).ok()).collect()
+}
+
 impl Work {
     /// Reads a program and checks it from where the arm stands.
     pub(super) fn check_job(&mut self, request: RequestId, source: Source, preview: bool) {
         let (arm, reader) = (self.arm.clone(), Arc::clone(&self.jobs_with.reader));
+        let surface = self.jobs_with.surface.clone();
         self.side.spawn(async move {
             let found = async {
-                let program = read(&arm, reader, source, None, &Notify::new()).await?;
+                let program = read(&arm, reader, &surface, source, None, &Notify::new()).await?;
                 let kinds = program.program(Some(1)).kinds();
                 let start = arm.preflight_for(&kinds).await?;
                 let program = Arc::new(program);
@@ -106,6 +151,7 @@ impl Work {
     pub(super) fn read_job(&mut self, start: JobStart) {
         let job = start.job;
         let (arm, reader) = (self.arm.clone(), Arc::clone(&self.jobs_with.reader));
+        let surface = self.jobs_with.surface.clone();
         let (source, begun) = (start.order.source.clone(), start.order.start);
         let mut gives_up = Arc::default();
         if let Some(slot) = self.job.as_mut().filter(|slot| slot.id == job) {
@@ -113,7 +159,7 @@ impl Work {
             gives_up = Arc::clone(&slot.gives_up);
         }
         self.side.spawn(async move {
-            let program = read(&arm, reader, source, begun, &gives_up).await;
+            let program = read(&arm, reader, &surface, source, begun, &gives_up).await;
             TaskResult::Program(job, program.map(Box::new))
         });
     }
@@ -153,7 +199,11 @@ impl Work {
             true => arm.allowing_unhomed(),
             false => arm,
         };
-        let handle = Job::start(&arm, spec, (self.jobs_with.journal)());
+        let journal = &self.jobs_with.journal;
+        let started = RunningJob::start(&self.running, || Job::start(&arm, spec, journal()));
+        let Some(handle) = started else {
+            return self.never_began(job, "stopped", None);
+        };
         let Some(slot) = &mut self.job else {
             return;
         };
@@ -190,8 +240,9 @@ impl Work {
                 };
                 report(ArmReport::Job { job, news });
             }
-            let end = Box::new(end_of(&handle.outcome().await, &program));
+            let mut end = Box::new(end_of(&handle.outcome().await, &program));
             pay_motors(&arm, &owes_motors).await;
+            end.notes = left_on(&arm);
             let news = JobNews::Over(end);
             report(ArmReport::Job { job, news });
             TaskResult::JobOver(job)
@@ -224,7 +275,12 @@ impl Work {
         }
         if let Some(misfit) = &program.misfit {
             let problem = RpcError::from(magician::Error::from(misfit.clone()));
-            return Err(RpcError::new(RpcError::CHECK_FAILED, problem.message));
+            let failed = RpcError::new(RpcError::CHECK_FAILED, problem.message);
+            let remedies = problem.data.get("remedies").cloned();
+            return Err(match remedies {
+                Some(remedies) => failed.with("remedies", remedies),
+                None => failed,
+            });
         }
         Ok(JobSpec::new(whole)
             .ending(program.ending)
@@ -243,11 +299,7 @@ impl Work {
         for (request, _) in waiting.into_iter().flatten() {
             self.over(request);
         }
-        let end = Box::new(JobEnd {
-            state,
-            error,
-            lengths: None,
-        });
+        let end = Box::new(over(state, error));
         let news = JobNews::Over(end);
         (self.report)(ArmReport::Job { job, news });
     }
@@ -366,6 +418,7 @@ impl Work {
 
     pub(super) fn job_is_over(&mut self, job: JobId) {
         self.job.take_if(|slot| slot.id == job);
+        lock(&self.running).handle = None;
         self.learn();
     }
 
@@ -436,6 +489,7 @@ async fn stands_there(arm: &Arm, expected: Option<Pose>) -> Result<(), RpcError>
 async fn read(
     arm: &Arm,
     reader: Arc<dyn Reader>,
+    surface: &ArmSurface,
     source: Source,
     begun: Option<[f64; 3]>,
     gives_up: &Notify,
@@ -444,8 +498,14 @@ async fn read(
         is_virtual: arm.is_virtual(),
         fence: arm.fence(),
         begun,
+        surface: surface.known().await?,
         ..ReadingArm::default()
     };
+    // A frame goes by the tool in force, unless it was told what it frames.
+    let framed = source.setup.as_ref().filter(|setup| setup.frame.is_some());
+    if framed.is_some_and(|setup| setup.work.is_none() && setup.tool.is_none()) {
+        here.tool = Some(Tool::from(&arm.get::<EndEffectorParams>().await?));
+    }
     loop {
         let (with, source, arm_here) = (Arc::clone(&reader), source.clone(), here.clone());
         let mut read = beside(move || with.read(&source, &arm_here)).await??;
@@ -484,6 +544,7 @@ fn end_of(outcome: &JobOutcome, program: &ReadProgram) -> JobEnd {
             state: "done",
             error: None,
             lengths: Some([done.report.drawn, done.report.travelled].map(rounded)),
+            notes: Vec::new(),
         },
         Err(error) if error.is_stop() => over("stopped", None),
         Err(error) => match &error.fault {
@@ -498,9 +559,8 @@ fn end_of(outcome: &JobOutcome, program: &ReadProgram) -> JobEnd {
 
 fn over(state: &'static str, error: Option<RpcError>) -> JobEnd {
     JobEnd {
-        state,
         error,
-        lengths: None,
+        ..JobEnd::new(state)
     }
 }
 

@@ -214,6 +214,7 @@ async fn value(arm: &Arm, read: ArmRead) -> std::result::Result<Value, RpcError>
             let reply = arm.raw(id, Ctrl::GET, &params).await?;
             Ok(json!({"params": hex(reply.frame().params())}))
         }
+        ArmRead::Surface => Err(RpcError::internal("a surface is no reading of the arm")),
         ArmRead::State => Err(RpcError::internal("a state is a reading")),
     }
 }

@@ -232,5 +232,6 @@ fn stroke_of(stroke: &Stroke, each: usize) -> Value {
     {
         points.push(last);
     }
-    json!({"burnt": stroke.kind == StrokeKind::Burn, "points": points})
+    let power = (stroke.power * 10.0).round() / 10.0;
+    json!({"burnt": stroke.kind == StrokeKind::Burn, "power": power, "points": points})
 }

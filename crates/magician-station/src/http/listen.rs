@@ -10,12 +10,14 @@ use axum::Router;
 use hyper::body::Incoming;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
+use magician::admission::AdmissionLimits;
 use tokio::io::{AsyncRead, AsyncWrite};
-use tokio::net::TcpListener;
-use tokio::sync::{Semaphore, watch};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tower::ServiceExt;
 
+use super::places::{Place, Places};
 use super::routes::{HttpOptions, router};
 use super::security::Ends;
 use super::served::Served;
@@ -24,8 +26,16 @@ use super::tokens::{TokenStore, beside};
 
 /// The port of a station.
 const PORT: u16 = 8910;
-/// Connections at once, of whatever kind: more have to wait in the system's queue.
-const CONNECTIONS: usize = 256;
+/// Connections at once. Strangers from elsewhere are as many as the browsers of a class open when all of them load the page,
+/// six each. A connection that comes has to send its head before as many others come as there are places for strangers: under
+/// a flood they are the time that it has. With the sockets all places stay below the 1024 descriptors that a process usually has.
+const LIMITS: AdmissionLimits = AdmissionLimits {
+    loopback_strangers: 192,
+    strangers: 384,
+    claims: 128,
+    kept_for_loopback: 16,
+    idle: None,
+};
 /// The file of tokens is looked at so often.
 const FOLLOWS: Duration = Duration::from_millis(500);
 /// A request's head has to be there within this time.
@@ -209,12 +219,12 @@ impl Listener {
         over: watch::Receiver<bool>,
     ) {
         let options = Arc::new(options);
-        let places = Arc::new(Semaphore::new(CONNECTIONS));
+        let places = Places::new(LIMITS);
         let follows = tokio::spawn(follow(options.tokens.clone(), station.clone()));
         let mut accepting = JoinSet::new();
         for listener in self.listeners {
             let (station, options) = (station.clone(), Arc::clone(&options));
-            let (places, over) = (Arc::clone(&places), over.clone());
+            let (places, over) = (places.clone(), over.clone());
             let door = (listener, self.tls.clone());
             accepting.spawn(accept(door, station, options, places, over));
         }
@@ -227,28 +237,15 @@ async fn accept(
     (listener, tls): (TcpListener, Option<Tls>),
     station: impl Served,
     options: Arc<HttpOptions>,
-    places: Arc<Semaphore>,
+    places: Places,
     mut over: watch::Receiver<bool>,
 ) {
     let mut connections = JoinSet::new();
-    loop {
-        let Ok(place) = Arc::clone(&places).acquire_owned().await else {
-            return;
-        };
-        let accepted = tokio::select! {
-            accepted = listener.accept() => accepted,
-            () = ended(&mut over) => break,
-        };
+    while let Some((stream, peer, place)) = next(&listener, &places, &mut over).await {
         while connections.try_join_next().is_some() {}
-        let Ok((stream, peer)) = accepted else {
-            // Out of files: one that ends makes room.
-            tokio::time::sleep(Duration::from_millis(100)).await;
-            continue;
-        };
         let (station, options, over) = (station.clone(), Arc::clone(&options), over.clone());
         let tls = tls.clone();
         connections.spawn(async move {
-            let _place = place;
             let Ok(local) = stream.local_addr() else {
                 return;
             };
@@ -259,21 +256,58 @@ async fn accept(
                 peer,
                 tls: tls.is_some(),
             };
-            let service = router(station, options, ends, over.clone());
-            match tls {
-                None => carry(stream, service, over).await,
-                // A client that does not go on has a place as long as one that sends no head, and keeps no other waiting.
-                Some(tls) => {
-                    if let Ok(Ok(stream)) = tokio::time::timeout(HEAD, tls.accept(stream)).await {
-                        carry(stream, service, over).await;
+            let service = router(station, options, ends, over.clone(), place.clone());
+            let served = async {
+                match tls {
+                    None => carry(stream, service, over).await,
+                    // A client that does not go on has a place as long as one that sends no head, and gives way alike.
+                    Some(tls) => {
+                        let agreed = tokio::time::timeout(HEAD, tls.accept(stream)).await;
+                        if let Ok(Ok(stream)) = agreed {
+                            carry(stream, service, over).await;
+                        }
                     }
                 }
+            };
+            tokio::select! {
+                () = served => {}
+                () = place.gives_way() => {}
             }
         });
     }
     // Sockets say goodbye; what goes on after that is cut.
     let farewell = async { while connections.join_next().await.is_some() {} };
     let _ = tokio::time::timeout(Duration::from_secs(2), farewell).await;
+}
+
+/// Accepts the next connection, which gets a place at once; `None` when the listener is to end.
+pub(crate) async fn next(
+    listener: &TcpListener,
+    places: &Places,
+    over: &mut watch::Receiver<bool>,
+) -> Option<(TcpStream, SocketAddr, Place)> {
+    loop {
+        let accepted = tokio::select! {
+            accepted = listener.accept() => accepted,
+            () = ended(over) => return None,
+        };
+        match accepted {
+            Ok((stream, peer)) => return Some((stream, peer, places.enter(peer.ip()))),
+            Err(error) => recover(&error, places).await,
+        }
+    }
+}
+
+/// Makes room after a connection could not be accepted.
+async fn recover(error: &io::Error, places: &Places) {
+    match error.kind() {
+        // It was gone before it was taken.
+        io::ErrorKind::ConnectionAborted | io::ErrorKind::ConnectionReset => {}
+        // Out of descriptors: a stranger gives way, and its socket is closed by the next turn.
+        _ if places.shed() => tokio::task::yield_now().await,
+        // Without strangers a connection that ends makes room.
+        _ => tokio::time::sleep(Duration::from_millis(100)).await,
+    }
 }
 
 /// One connection to its end.

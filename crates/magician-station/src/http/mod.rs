@@ -8,6 +8,7 @@ mod jobs;
 mod journal;
 mod listen;
 mod pages;
+mod places;
 mod programs;
 mod recordings;
 mod routes;
@@ -22,8 +23,10 @@ pub use jobs::JobFile;
 pub use journal::JournalFile;
 pub use listen::{ListenError, Listener};
 #[cfg(feature = "link")]
-pub(crate) use listen::{Wanted, ended};
+pub(crate) use listen::{Wanted, ended, next};
 pub use pages::{PageFile, Pages};
+#[cfg(feature = "link")]
+pub(crate) use places::{Place, Places};
 pub use programs::Uploads;
 pub use recordings::RecordingFolder;
 pub use routes::{HttpOptions, LinkCalls, ROUTES, Route, RouteNeeds, Tries};

@@ -11,17 +11,20 @@ use axum::extract::{FromRequestParts, Request};
 use axum::http::header::{ALLOW, CONTENT_TYPE, RETRY_AFTER, UPGRADE, VARY, WWW_AUTHENTICATE};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode};
 use axum::response::{IntoResponse, Response};
+use magician::admission::Origin;
 use serde_json::{Value, json};
 use tokio::sync::watch;
 use tokio::time::Instant;
 
 use super::pages::Pages;
+use super::places::Place;
 use super::programs::{self, Uploads};
 use super::security::{Admission, Admitted, Ends, Refused};
 use super::served::Served;
 use super::tokens::{TokenStore, beside};
 use super::{READ_BUFFER, recordings, socket};
 use crate::Role;
+use crate::api::{Message, Method as ApiMethod};
 use crate::station::{Grant, Peer};
 
 /// Bytes of a request's body, at most.
@@ -215,6 +218,7 @@ struct Here<S> {
     options: Arc<HttpOptions>,
     ends: Ends,
     over: watch::Receiver<bool>,
+    place: Place,
 }
 
 /// The service of one connection.
@@ -223,12 +227,14 @@ pub(super) fn router(
     options: Arc<HttpOptions>,
     ends: Ends,
     over: watch::Receiver<bool>,
+    place: Place,
 ) -> Router {
     let here = Here {
         station,
         options,
         ends,
         over,
+        place,
     };
     // One way in: nothing is reached but through the door.
     Router::new().fallback(move |request: Request| door(here.clone(), request))
@@ -236,6 +242,7 @@ pub(super) fn router(
 
 /// Lets a request in and finds its route; every answer has the headers of safety.
 async fn door<S: Served>(here: Here<S>, request: Request) -> Response {
+    here.place.heard();
     let (parts, body) = request.into_parts();
     let admitted = here.options.admission.admit(&parts, here.ends);
     let foreign = admitted
@@ -263,7 +270,7 @@ async fn door<S: Served>(here: Here<S>, request: Request) -> Response {
         headers.insert("access-control-allow-origin", origin);
         headers.insert(VARY, HeaderValue::from_static("Origin"));
     }
-    response
+    here.place.until_taken(response)
 }
 
 /// What every answer says.
@@ -355,7 +362,7 @@ async fn results<S: Served>(here: &Here<S>, admitted: &Admitted, route: &Route) 
         Ok(()) => granted(here, admitted).await,
         Err(refused) => Err(refused),
     };
-    let peer = match grant.and_then(|grant| peer(here, grant)) {
+    let peer = match grant.and_then(|grant| peer(here, admitted, grant)) {
         Ok(peer) => peer,
         Err(refused) => return refusal(&refused),
     };
@@ -440,6 +447,7 @@ async fn entitled<S: Served>(
         let why = format!("this is for the role {}, not {}", needs.name(), role.name());
         return Err(Refused::new(StatusCode::FORBIDDEN, why));
     }
+    here.place.begin();
     Ok(())
 }
 
@@ -460,9 +468,13 @@ async fn granted<S: Served>(here: &Here<S>, admitted: &Admitted) -> Result<Optio
     }
 }
 
-fn peer<S>(here: &Here<S>, grant: Option<Grant>) -> Result<Peer, Refused> {
-    Peer::elsewhere(grant, here.ends.peer.to_string())
-        .map_err(|error| Refused::new(StatusCode::INTERNAL_SERVER_ERROR, error.to_string()))
+fn peer<S>(here: &Here<S>, admitted: &Admitted, grant: Option<Grant>) -> Result<Peer, Refused> {
+    let mut peer = Peer::elsewhere(grant, here.ends.peer.to_string())
+        .map_err(|error| Refused::new(StatusCode::INTERNAL_SERVER_ERROR, error.to_string()))?;
+    if admitted.loopback {
+        peer.origin = Origin::Loopback;
+    }
+    Ok(peer)
 }
 
 async fn upgrade<S: Served>(here: &Here<S>, request: Request, admitted: &Admitted) -> Response {
@@ -479,7 +491,7 @@ async fn upgrade<S: Served>(here: &Here<S>, request: Request, admitted: &Admitte
         Err(rejection) => return rejection.into_response(),
     };
     let granted = granted(here, admitted).await;
-    let peer = match granted.and_then(|grant| peer(here, grant)) {
+    let peer = match granted.and_then(|grant| peer(here, admitted, grant)) {
         Ok(peer) => peer,
         Err(refused) => return refusal(&refused),
     };
@@ -524,21 +536,35 @@ async fn rpc<S: Served>(here: &Here<S>, request: Request, admitted: &Admitted) -
             StatusCode::UNAUTHORIZED,
             "a token is needed from this address",
         )),
-        Ok(grant) => peer(here, grant),
+        Ok(grant) => peer(here, admitted, grant),
         Err(refused) => Err(refused),
     };
     let peer = match peer {
         Ok(peer) => peer,
         Err(refused) => return refusal(&refused),
     };
+    // Until all of it is there it gives way to others: a slow body keeps no stop out.
+    here.place.begin();
     let text = match body(request).await {
         Ok(text) => text,
         Err(refused) => return refusal(&refused),
     };
+    // A stop is carried out however many requests are under way.
+    if here.place.claim().is_err() && !is_stop(&text) {
+        let why = "the station has as many requests as it takes";
+        return self::text(StatusCode::SERVICE_UNAVAILABLE, why);
+    }
     let Some(answer) = here.station.call(peer, admitted.token.clone(), &text).await else {
         return StatusCode::NO_CONTENT.into_response();
     };
     ([(CONTENT_TYPE, "application/json")], answer).into_response()
+}
+
+/// True if a request is one of those that the station obeys in any number.
+fn is_stop(text: &str) -> bool {
+    let message = Message::parse(text).ok();
+    let method = message.and_then(|message| ApiMethod::named(&message.method));
+    method.is_some_and(|method| method.always)
 }
 
 async fn pair<S: Served>(here: &Here<S>, request: Request) -> Response {

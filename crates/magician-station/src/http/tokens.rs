@@ -6,6 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use magician::admission::Origin;
 use magician_job::files::replace_private;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -365,6 +366,7 @@ impl Peer {
     pub fn elsewhere(grant: Option<Grant>, address: String) -> Result<Self, TokenError> {
         Ok(Self {
             grant,
+            origin: Origin::Elsewhere,
             address,
             secret: secret()?,
         })

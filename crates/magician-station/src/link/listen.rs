@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use axum::http::{Request, Response, StatusCode};
 use futures_util::{SinkExt, StreamExt};
+use magician::admission::AdmissionLimits;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::watch;
 use tokio::task::JoinSet;
@@ -17,13 +18,24 @@ use tokio_tungstenite::tungstenite::{Error, Message};
 use tokio_tungstenite::{WebSocketStream, accept_hdr_async_with_config};
 
 use super::{Heard, LinkService};
-use crate::http::{Admission, Ends, ListenError, Listener, READ_BUFFER, Wanted};
+use crate::http::{
+    Admission, Ends, ListenError, Listener, Place, Places, READ_BUFFER, Wanted, next,
+};
 use crate::station::{MESSAGE, SOCKETS};
 
 /// The port of DobotLink.
 const PORT: u16 = 9090;
 /// The port at which DobotEDU waits for a helper with a camera.
 const IMAGE: u16 = 10001;
+/// Programs at once. One is a stranger until its first message: it gives way to a new one where there are as many as this.
+const LIMITS: AdmissionLimits = AdmissionLimits {
+    loopback_strangers: SOCKETS,
+    // None are let in.
+    strangers: 1,
+    claims: SOCKETS,
+    kept_for_loopback: SOCKETS,
+    idle: None,
+};
 /// The head of a request has to be there within this time.
 const HEAD: Duration = Duration::from_secs(5);
 /// A program is pinged so often; its answer is a sign of life.
@@ -93,10 +105,11 @@ impl Talk {
         self,
         mut socket: WebSocketStream<TcpStream>,
         peer: SocketAddr,
+        place: &Place,
         mut over: watch::Receiver<bool>,
     ) {
         match self {
-            Self::Link(service) => talk(socket, &service, peer, over).await,
+            Self::Link(service) => talk(socket, &service, peer, place, over).await,
             Self::Nothing => {
                 let silence = async { while let Some(Ok(_)) = socket.next().await {} };
                 tokio::select! {
@@ -121,10 +134,17 @@ async fn at_home(address: Option<&str>, usual: u16) -> Result<Listener, ListenEr
 
 async fn serve(listeners: Listener, talk: Talk, admission: Admission, over: watch::Receiver<bool>) {
     let admission = Arc::new(admission);
+    let places = Places::new(LIMITS);
     let mut accepting = JoinSet::new();
     for listener in listeners.listeners {
         let (talk, admission) = (talk.clone(), admission.clone());
-        accepting.spawn(accept(listener, talk, admission, over.clone()));
+        accepting.spawn(accept(
+            listener,
+            talk,
+            admission,
+            places.clone(),
+            over.clone(),
+        ));
     }
     accepting.join_all().await;
 }
@@ -133,25 +153,23 @@ async fn accept(
     listener: TcpListener,
     talk: Talk,
     admission: Arc<Admission>,
+    places: Places,
     mut over: watch::Receiver<bool>,
 ) {
     let mut programs = JoinSet::new();
-    loop {
+    while let Some((stream, peer, place)) = next(&listener, &places, &mut over).await {
         while programs.try_join_next().is_some() {}
-        let accepted = tokio::select! {
-            accepted = listener.accept(), if programs.len() < SOCKETS => accepted,
-            Some(_) = programs.join_next() => continue,
-            () = crate::http::ended(&mut over) => break,
-        };
-        let Ok((stream, peer)) = accepted else {
-            // Out of files: one that ends makes room.
-            tokio::time::sleep(Duration::from_millis(100)).await;
-            continue;
-        };
         let (talk, admission, over) = (talk.clone(), admission.clone(), over.clone());
         programs.spawn(async move {
-            if let Ok(Some(socket)) = timeout(HEAD, open(stream, peer, &admission)).await {
-                talk.with(socket, peer, over).await;
+            let served = async {
+                if let Ok(Some(socket)) = timeout(HEAD, open(stream, peer, &admission)).await {
+                    place.heard();
+                    talk.with(socket, peer, &place, over).await;
+                }
+            };
+            tokio::select! {
+                () = served => {}
+                () = place.gives_way() => {}
             }
         });
     }
@@ -198,12 +216,20 @@ async fn talk(
     socket: WebSocketStream<TcpStream>,
     service: &LinkService,
     peer: SocketAddr,
+    place: &Place,
     mut over: watch::Receiver<bool>,
 ) {
     let (said, mut told) = service.connect("DobotLink", &peer.to_string()).split();
     let (mut sink, mut stream) = socket.split();
     let reader = async {
+        let mut claimed = false;
         while let Some(message) = stream.next().await {
+            if !claimed && matches!(message, Ok(Message::Text(_))) {
+                claimed = true;
+                if place.claim().is_err() {
+                    return Some((CloseCode::Again, "the link has all its programs"));
+                }
+            }
             let heard = match message {
                 Ok(Message::Text(text)) => Heard::Text(text.as_str().to_owned()),
                 Ok(Message::Pong(_)) => Heard::Pong,

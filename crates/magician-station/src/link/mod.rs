@@ -5,6 +5,7 @@ mod listen;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
+use magician::admission::Origin;
 pub use magician_link::LinkOptions;
 use magician_link::{Link, LinkReport};
 use magician_protocol::HostInstant;
@@ -83,6 +84,7 @@ impl LinkService {
                 role: Role::Teacher,
                 token: None,
             }),
+            origin: Origin::Loopback,
             address,
             // It does not come back to its session.
             secret: String::new(),

@@ -9,7 +9,7 @@ use magician_protocol::Row;
 use serde_json::{Map, Value, json};
 
 use super::dispatch::{Call, Handled, forbidden};
-use super::{Awaited, Station, tools};
+use super::{Awaited, Grant, Station, tools};
 use crate::api::{Danger, Method, Needs, Params, Role, RpcError, encode};
 use crate::control::{ArmId, JogId, WorkKind};
 use crate::library::folder_of;
@@ -77,6 +77,7 @@ impl Station {
             ("arm.fence", Some(arm)) => self.fence(call, arm),
             ("arm.alarms", Some(arm)) => Ok(self.read(call, arm, ArmRead::Alarms)),
             ("arm.state", Some(arm)) => self.state(call, arm),
+            ("surface.get", Some(arm)) => Ok(self.read(call, arm, ArmRead::Surface)),
             ("teach.capture", Some(arm)) => {
                 let (by, unhomed) = (path(call.params), call.params.is_on("unhomed"));
                 Ok(self.read(call, arm, ArmRead::Capture { by, unhomed }))
@@ -192,7 +193,9 @@ impl Station {
             let error = self.ended(*arm, crate::control::WorkEnd::Stop(by));
             self.stop_before_found(call.now, *arm, &error);
             let by = self.by(by);
-            self.event(call.now, *arm, "stop", vec![("by", by)]);
+            if self.arm_mut(*arm).events.tells_stop(call.now) {
+                self.event(call.now, *arm, "stop", vec![("by", by)]);
+            }
             #[cfg(feature = "class")]
             self.hold_queue(call.now, *arm);
         }
@@ -347,16 +350,28 @@ impl Station {
         if entry.is_virtual {
             return Ok(true);
         }
-        let least = self.config.least_to_burn();
         if let Some(set) = command.filter(|set| burns(set, entry.laser_pins)) {
-            if call.grant.role < least {
-                return Err(forbidden(&call.grant, least, set.row().set_name));
-            }
+            self.may_burn(&call.grant, set.row().set_name)?;
             if !call.yes() {
                 return Err(dangerous(set, Danger::Laser));
             }
         }
-        Ok(call.yes() && call.grant.role >= least)
+        Ok(call.yes() && self.may_burn(&call.grant, "a laser").is_ok())
+    }
+
+    /// The role that lighting the laser of a real arm takes; the only place that says so.
+    ///
+    /// # Errors
+    /// The refusal of `what` to this role.
+    pub(super) fn may_burn(&self, grant: &Grant, what: &str) -> Result<(), RpcError> {
+        let least = match self.config.student_laser {
+            true => Role::Student,
+            false => Role::Teacher,
+        };
+        match grant.role < least {
+            true => Err(forbidden(grant, least, what)),
+            false => Ok(()),
+        }
     }
 }
 
@@ -411,6 +426,10 @@ fn act_of(name: &str, call: &Call<'_>) -> Result<ArmAct, RpcError> {
         "link.start" => Ok(ArmAct::StartEmptyQueue),
         "arm.home" => Ok(ArmAct::Home),
         "arm.clear_alarms" => Ok(ArmAct::ClearAlarms),
+        "surface.touch" if params.is_on("forget") => Ok(ArmAct::ForgetSurface),
+        "surface.touch" => Ok(ArmAct::Touch {
+            unhomed: params.is_on("unhomed"),
+        }),
         "arm.speed" => tools::speed(call),
         "arm.tool" => tools::tool(call),
         "arm.move" => {

@@ -39,6 +39,8 @@ pub(super) struct Class {
     /// The fence that each arm has now.
     pub(super) fences: Vec<Option<Fence>>,
     pub(super) queue: Vec<QueuedJob>,
+    /// True once the program ends: the queue waits for its next start.
+    pub(super) closed: bool,
     /// Jobs that run and came from the queue.
     pub(super) from_queue: BTreeMap<JobId, QueuedJob>,
     pub(super) results: Vec<Value>,

@@ -392,13 +392,21 @@ impl Station {
     }
 
     pub(super) fn needs_lease(&self, arm: ArmId, holder: Option<SessionId>) -> RpcError {
-        let name = &self.arm(arm).entry.name;
-        let known = holder.and_then(|holder| self.sessions.get(&holder));
-        let message = match known {
-            Some(holder) => format!("{} has the lease of {name}", holder.name),
-            None => format!("moving {name} needs its lease: acquire it first"),
-        };
+        let message = self.held_by_another(arm, holder).unwrap_or_else(|| {
+            let name = &self.arm(arm).entry.name;
+            format!("moving {name} needs its lease: lease.acquire gets it")
+        });
         RpcError::new(RpcError::LEASE, message).with("holder", self.name_of(holder))
+    }
+
+    /// Who has the lease of an arm, and how to get it. `None` without a holder.
+    pub(super) fn held_by_another(&self, arm: ArmId, holder: Option<SessionId>) -> Option<String> {
+        let holder = self.sessions.get(&holder?)?;
+        let arm = &self.arm(arm).entry.name;
+        Some(format!(
+            "{} has the lease of {arm}: lease.ask asks for it",
+            holder.name
+        ))
     }
 
     /// All arms, or the one that is meant.

@@ -43,11 +43,13 @@ impl Station {
                 let outcome = match pending.waits {
                     Awaited::Lease { asked: true } => Ok(json!({"granted": false})),
                     _ => {
-                        let name = holder.and_then(|id| self.sessions.get(&id));
-                        let why = match name {
+                        let line = pending.line.as_ref().and_then(|line| line.arm.as_deref());
+                        let held = self.arm_named(line).ok();
+                        let held = held.and_then(|arm| self.held_by_another(arm, holder));
+                        let why = match held {
                             #[cfg(feature = "class")]
                             _ if not_admitted.is_some() => not_admitted.unwrap_or_default(),
-                            Some(holder) => format!("{} has the lease", holder.name),
+                            Some(held) => held,
                             None => "the lease was not granted".to_owned(),
                         };
                         let error = RpcError::new(RpcError::LEASE, why);

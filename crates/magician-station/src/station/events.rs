@@ -1,16 +1,23 @@
 //! The last events of an arm, each with its number.
 
 use std::collections::VecDeque;
+use std::time::Duration;
 
+use magician_protocol::HostInstant;
 use serde_json::{Map, Value, json};
 
 /// Events that are kept, and given at once.
 const KEPT: usize = 1000;
+/// Stops are obeyed in any number; of those that come within this time one is told. A loop of stops would push all other
+/// events out of the log, and its listeners off their sockets.
+const STOP_INTERVAL: Duration = Duration::from_millis(50);
 
 #[derive(Debug, Default)]
 pub(super) struct EventLog {
     seq: u64,
     events: VecDeque<(u64, Value)>,
+    /// When a stop was told last.
+    stopped: Option<HostInstant>,
 }
 
 impl EventLog {
@@ -41,6 +48,15 @@ impl EventLog {
         }
         self.events.push_back((self.seq, event.clone()));
         event
+    }
+
+    /// True if a stop is to be told: none was a moment ago.
+    pub(super) fn tells_stop(&mut self, now: HostInstant) -> bool {
+        let due = self.stopped.is_none_or(|told| now - told >= STOP_INTERVAL);
+        if due {
+            self.stopped = Some(now);
+        }
+        due
     }
 
     /// Those that happened from then on, Unix seconds.

@@ -295,10 +295,7 @@ impl Station {
         if self.arm(arm).entry.is_virtual {
             return Ok(());
         }
-        let least = self.config.least_to_burn();
-        if call.grant.role < least {
-            return Err(Box::new(forbidden(&call.grant, least, "a laser")));
-        }
+        self.may_burn(&call.grant, "a laser")?;
         if call.yes() {
             return Ok(());
         }

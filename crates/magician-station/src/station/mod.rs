@@ -37,6 +37,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt;
 use std::sync::Arc;
 
+use magician::admission::AdmissionTable;
 use magician_job::presets::Presets;
 use magician_protocol::HostInstant;
 use serde_json::Value;
@@ -45,16 +46,16 @@ use self::events::EventLog;
 use self::jobs::Wants;
 pub use self::journal::JournalLine;
 use self::lengthy::LengthyWork;
+use self::outbox::SESSION_LIST;
 pub use self::outbox::{Next, Outbox};
 use self::recordings::{ArmRecordings, Recorded};
 pub use self::records::JobsToKeep;
 use self::records::Records;
-pub use self::sessions::MESSAGE;
-pub use self::sessions::SOCKETS;
-use self::sessions::Session;
+use self::sessions::{LIMITS, ListTelling, Session};
+pub use self::sessions::{LIST_INTERVAL, MESSAGE, SOCKETS};
 pub use self::size::StationSize;
+use self::socket::Socket;
 pub use self::socket::{CloseCode, Outgoing, Peer, RATE, UNDER_WAY};
-use self::socket::{HELLO, Socket};
 use self::state::SharedState;
 pub use self::throttle::{Pace, Throttle};
 use crate::api::{Message, MessageId, Params, Role, RpcError, notification};
@@ -65,6 +66,7 @@ use crate::library::{LibraryOrder, NoPrograms, ProgramStore};
 use crate::order::{ArmOrder, ArmReport};
 use crate::reading::{ArmReading, StateContext};
 use crate::recording::{NoRecordings, RecordOrder, RecordingStore};
+use crate::surface::{MemorySurfaces, SurfaceStore};
 
 /// A connection of a client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -112,6 +114,8 @@ pub struct StationConfig {
     pub reader: Arc<dyn Reader>,
     /// Keeps jobs.
     pub jobs: Arc<dyn JobStore>,
+    /// Keeps the heights of work surfaces that were touched.
+    pub surfaces: Arc<dyn SurfaceStore>,
     /// Keeps recordings.
     pub recordings: Arc<dyn RecordingStore>,
     /// How often an arm is read for the last ten minutes, at most, 1/s; 0 for what others have read alone.
@@ -150,15 +154,6 @@ impl ArmEntry {
 }
 
 impl StationConfig {
-    /// The least role that may light the laser of a real arm.
-    pub(crate) const fn least_to_burn(&self) -> Role {
-        if self.student_laser {
-            Role::Student
-        } else {
-            Role::Teacher
-        }
-    }
-
     /// These arms for anybody who is let in: without tokens, with jobs of the formats that are built in, which are not kept
     /// beyond its end, and a clock that counts from 1970 on.
     #[must_use]
@@ -182,6 +177,7 @@ impl StationConfig {
             student_laser: false,
             reader,
             jobs: Arc::new(NoStore),
+            surfaces: Arc::new(MemorySurfaces::default()),
             recordings: Arc::new(NoRecordings),
             ring: 0,
             save_on_alarm: true,
@@ -268,13 +264,15 @@ struct ArmPlace {
 /// [`handle_timeout`](Self::handle_timeout) is due.
 ///
 /// ```
+/// use magician::admission::Origin;
 /// use magician_protocol::HostInstant;
 /// use magician_station::{ArmEntry, Grant, Outgoing, Peer, Role, Station, StationConfig};
 ///
 /// let arms = vec![ArmEntry::simulated("arm")];
 /// let mut station = Station::new(StationConfig::new(arms, "1"));
 /// let grant = Some(Grant { role: Role::Teacher, token: None });
-/// let peer = Peer { grant, address: "127.0.0.1".into(), secret: "0123456789abcdef".into() };
+/// let origin = Origin::Loopback;
+/// let peer = Peer { grant, origin, address: "127.0.0.1".into(), secret: "0123456789abcdef".into() };
 /// let now = HostInstant::ZERO;
 /// let socket = station.open(now, peer);
 /// station.receive(now, socket, r#"{"jsonrpc":"2.0","id":1,"method":"session.hello","params":{"client":{"name":"doc"}}}"#);
@@ -287,6 +285,9 @@ pub struct Station {
     arms: Vec<ArmPlace>,
     sockets: BTreeMap<SocketId, Socket>,
     sessions: BTreeMap<SessionId, Session>,
+    /// Sockets of listeners, and which of them gives way.
+    admission: AdmissionTable<SocketId>,
+    list: ListTelling,
     pending: BTreeMap<RequestId, Pending>,
     orders: VecDeque<(ArmId, ArmOrder)>,
     record_orders: VecDeque<(ArmId, RecordOrder)>,
@@ -336,6 +337,8 @@ impl Station {
             config,
             sockets: BTreeMap::new(),
             sessions: BTreeMap::new(),
+            admission: AdmissionTable::new(LIMITS),
+            list: ListTelling::default(),
             pending: BTreeMap::new(),
             orders: VecDeque::new(),
             record_orders: VecDeque::new(),
@@ -357,7 +360,21 @@ impl Station {
         &self.config.arms
     }
 
-    /// A client connects.
+    /// A client connects to a listener. Until it says hello it has no claim to a place: of those that are silent the oldest
+    /// gives way to a new one. `None` if there are as many sessions as the station takes.
+    pub fn admit(&mut self, now: HostInstant, peer: Peer) -> Option<SocketId> {
+        let origin = peer.origin;
+        if !self.admission.has_room(now, origin) {
+            return None;
+        }
+        let socket = self.open(now, peer);
+        if let Some(silent) = self.admission.open(now, socket, origin) {
+            self.end_socket(silent, CloseCode::LATE);
+        }
+        Some(socket)
+    }
+
+    /// A client of this process connects, or of a listener that bounds its clients itself.
     pub fn open(&mut self, now: HostInstant, peer: Peer) -> SocketId {
         let id = SocketId(self.next_id());
         self.sockets.insert(id, Socket::new(now, peer));
@@ -435,6 +452,7 @@ impl Station {
         let Some(gone) = self.sockets.remove(&socket) else {
             return;
         };
+        self.admission.close(socket);
         let unanswered = self
             .pending
             .values()
@@ -464,7 +482,7 @@ impl Station {
         self.class_timeout(now);
         self.control.handle_timeout(now);
         self.save_for_alarms(now);
-        let late = |socket: &Socket| socket.session.is_none() && now - socket.opened >= HELLO;
+        let late = |socket: &Socket| socket.session.is_none() && now >= socket.hello_due();
         let late: Vec<_> = { self.sockets.iter() }
             .filter(|(_, socket)| late(socket) && !socket.outbox.is_closing())
             .map(|(id, _)| *id)
@@ -480,11 +498,12 @@ impl Station {
     pub fn poll_timeout(&self) -> Option<HostInstant> {
         let hellos = self.sockets.values().filter_map(|socket| {
             let waits = socket.session.is_none() && !socket.outbox.is_closing();
-            waits.then(|| socket.opened + HELLO)
+            waits.then(|| socket.hello_due())
         });
         let saves = self.arms.iter().filter_map(|place| place.recordings.due());
         let due = (hellos.chain(self.control.poll_timeout()))
             .chain(saves)
+            .chain(self.list.due())
             .min();
         #[cfg(feature = "class")]
         let due = due.into_iter().chain(self.class.next()).min();
@@ -537,6 +556,7 @@ impl Station {
             match self.sockets.get_mut(&socket)?.outbox.pop()? {
                 Next::Text(text) => return Some(Outgoing::Text(text)),
                 Next::Close(code) => return Some(Outgoing::Close(code)),
+                Next::State(SESSION_LIST) => return Some(Outgoing::Text(self.session_list())),
                 Next::State(subscription) => {
                     if let Some(state) = self.state_for(socket, subscription) {
                         return Some(state);
@@ -551,6 +571,7 @@ impl Station {
         while let Some(effect) = self.control.poll_effect() {
             self.carry_out(now, effect);
         }
+        self.tell_sessions(now);
         #[cfg(feature = "class")]
         {
             self.put_fences();

@@ -9,6 +9,9 @@ const NOTICES: usize = 256 * 1024;
 /// Unsent answers, bytes.
 const ANSWERS: usize = 8 * 1024 * 1024;
 
+/// In place of a subscription, whose numbers begin with 1: the list of sessions.
+pub(super) const SESSION_LIST: u16 = 0;
+
 #[derive(Debug)]
 enum Waiting {
     Answer(String),

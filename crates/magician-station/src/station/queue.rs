@@ -90,9 +90,17 @@ impl Station {
         self.sessions.get(&call.session)?.pupil.clone()
     }
 
+    /// Lets no job of the queue begin any more: it waits for the next start of the station.
+    pub(crate) fn close_queue(&mut self) {
+        self.class.closed = true;
+    }
+
     /// Begins jobs whose arm is free; whether one began.
     pub(super) fn begin_queued(&mut self, now: HostInstant) -> bool {
         let mut begun = false;
+        if self.class.closed {
+            return false;
+        }
         for arm in self.arm_ids() {
             let may = |job: &QueuedJob| {
                 job.arm == arm

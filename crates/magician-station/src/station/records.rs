@@ -42,6 +42,9 @@ pub(super) struct JobRecord {
     #[serde(default)]
     pub(super) place: Option<u64>,
     pub(super) error: Value,
+    /// What it has left switched on. `None` if nothing is.
+    #[serde(default)]
+    pub(super) notes: Option<Vec<Value>>,
     /// What it does; for the file alone.
     #[serde(skip)]
     pub(super) order: Option<Arc<JobOrder>>,
@@ -85,6 +88,7 @@ impl JobRecord {
             text: None,
             place: None,
             error: Value::Null,
+            notes: None,
             order: Some(Arc::new(order)),
             number: Some(number),
             on_lost: OnLost::default(),
@@ -100,6 +104,7 @@ impl JobRecord {
         "checking".clone_into(&mut self.state);
         self.started.get_or_insert(t);
         (self.ended, self.error, self.holder) = (None, Value::Null, holder);
+        self.notes = None;
     }
 
     /// So many steps are done, over all loops. It never goes back.
@@ -123,6 +128,7 @@ impl JobRecord {
         (self.reason, self.part, self.text) = (None, None, None);
         self.seconds_left = None;
         self.ended = Some(t);
+        self.notes = Some(end.notes.clone()).filter(|notes| !notes.is_empty());
         if let Some([drawn, travelled]) = end.lengths {
             (self.drawn_mm, self.travel_mm) = (Some(drawn), Some(travelled));
         }

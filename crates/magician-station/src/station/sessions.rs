@@ -1,21 +1,53 @@
 //! Sessions: hello, coming back, and who is there.
 
 use std::collections::BTreeSet;
+use std::time::Duration;
 
+use magician::admission::{AdmissionLimits, NoPlace};
 use magician_protocol::HostInstant;
 use serde_json::{Map, Value, json};
 
 use super::journal::JournalLine;
 use super::socket::{CloseCode, RATE};
-use super::{Grant, SocketId, Station};
-use crate::api::{Params, Role, RpcError};
+use super::{Grant, SESSION_LIST, SocketId, Station};
+use crate::api::{Params, Role, RpcError, notification};
 use crate::control::SessionId;
 use crate::secret::same_secret;
 
 /// Bytes of a message, at most.
 pub const MESSAGE: usize = 1024 * 1024;
-/// Sockets of a station, at most.
+/// Sockets of a station that have said hello, at most.
 pub const SOCKETS: usize = 64;
+/// Sockets of listeners. Sixteen that have not said hello are enough for a class that comes back together, each for the time
+/// of one message; loopback keeps room for a teacher's page and programs, before and after hello.
+pub(super) const LIMITS: AdmissionLimits = AdmissionLimits {
+    loopback_strangers: 4,
+    strangers: 12,
+    claims: SOCKETS,
+    kept_for_loopback: 4,
+    idle: None,
+};
+/// Sessions without a socket that may come back, at most, beside those with a lease: a whole class whose access point fails.
+const KEPT: usize = SOCKETS;
+/// Bytes of a session's name. The list of all sessions goes to each of them.
+const NAME: usize = 96;
+/// Least time from one list of sessions to the next for a client, as people cannot read it faster.
+pub const LIST_INTERVAL: Duration = Duration::from_millis(200);
+
+/// When sessions are told who is there: all that has changed meanwhile is in one list.
+#[derive(Debug, Default)]
+pub(super) struct ListTelling {
+    has_changed: bool,
+    told: Option<HostInstant>,
+}
+
+impl ListTelling {
+    /// When the next list goes out. `None` if nothing has changed.
+    pub(super) fn due(&self) -> Option<HostInstant> {
+        let next = self.told.map(|told| told + LIST_INTERVAL);
+        self.has_changed.then(|| next.unwrap_or(HostInstant::ZERO))
+    }
+}
 
 /// A client with a name.
 #[derive(Debug)]
@@ -26,6 +58,8 @@ pub(super) struct Session {
     secret: String,
     pub(super) since: HostInstant,
     pub(super) socket: Option<SocketId>,
+    /// When its socket ended.
+    left: Option<HostInstant>,
     pub(super) address: String,
     /// It lasts for one request, and other sessions are not told of it.
     pub(super) one_shot: bool,
@@ -89,6 +123,11 @@ impl Station {
             .and_then(|secret| self.resumed(secret, &grant));
         #[cfg(feature = "class")]
         let back = back.filter(|session| self.sessions[session].pupil == pupil);
+        if self.admission.claim(now, socket) == Err(NoPlace) {
+            self.end_socket(socket, CloseCode::TOO_MANY);
+            let error = RpcError::new(RpcError::TOO_MANY, "the station has all its sessions");
+            return Err(error.with("limit", SOCKETS));
+        }
         let (session, resumed) = match back {
             Some(session) => {
                 self.control.rejoin(now, session);
@@ -112,6 +151,7 @@ impl Station {
                 secret: peer.secret.clone(),
                 since,
                 socket: Some(socket),
+                left: None,
                 address: peer.address,
                 one_shot: false,
                 #[cfg(feature = "class")]
@@ -132,7 +172,7 @@ impl Station {
         }
         #[cfg(feature = "class")]
         self.identify(now, session);
-        self.tell_sessions();
+        self.list.has_changed = true;
         let arms: Vec<_> = self.arms.iter().map(|arm| arm.entry.name.clone()).collect();
         Ok(json!({
             "session": self.session_id(session),
@@ -171,6 +211,7 @@ impl Station {
                 since: now,
                 // Nothing is told to it but its answer.
                 socket: None,
+                left: None,
                 address: peer.address,
                 one_shot: true,
                 #[cfg(feature = "class")]
@@ -208,18 +249,36 @@ impl Station {
     pub(super) fn left(&mut self, now: HostInstant, session: SessionId) {
         if let Some(gone) = self.sessions.get_mut(&session) {
             gone.socket = None;
+            gone.left = Some(now);
         }
         self.control.leave(now, session);
+        self.bound_kept(now);
         let mut line = self.line(now, Some(session), "session.end", Value::Null);
         "ok".clone_into(&mut line.result);
         self.lines.push_back(line);
+    }
+
+    /// Bounds the sessions that may come back: who comes and goes in a loop keeps nobody else's. Those of the least role end
+    /// first, and of these the one that left first; a lease lasts its time.
+    fn bound_kept(&mut self, now: HostInstant) {
+        let kept = self.sessions.iter().filter_map(|(id, session)| {
+            let left = session.left.filter(|_| session.socket.is_none())?;
+            let holds = self.control.held_by(*id).next().is_some();
+            (!holds).then_some((session.grant.role, left, *id))
+        });
+        let kept: Vec<_> = kept.collect();
+        if kept.len() > KEPT
+            && let Some((_, _, first)) = kept.into_iter().min()
+        {
+            self.control.expel(now, first);
+        }
     }
 
     /// A session is over for good.
     pub(super) fn session_over(&mut self, session: SessionId) {
         let over = self.sessions.remove(&session);
         if over.is_some_and(|over| !over.one_shot) {
-            self.tell_sessions();
+            self.list.has_changed = true;
         }
     }
 
@@ -268,9 +327,28 @@ impl Station {
         json!({"sessions": list.collect::<Vec<_>>()})
     }
 
-    pub(super) fn tell_sessions(&mut self) {
-        let list = self.list_sessions();
-        self.notify_all("session.changed", &list);
+    /// Tells all sessions who is there, if that has changed and is due. The list is made when it is sent: of a client that
+    /// reads slowly one waits, which is the newest.
+    pub(super) fn tell_sessions(&mut self, now: HostInstant) {
+        if self.list.due().is_none_or(|due| due > now) {
+            return;
+        }
+        self.list = ListTelling {
+            has_changed: false,
+            told: Some(now),
+        };
+        for socket in self.sessions.values().filter_map(|session| session.socket) {
+            if let Some(open) = self.sockets.get_mut(&socket)
+                && open.outbox.state_due(SESSION_LIST)
+            {
+                self.awake.insert(socket);
+            }
+        }
+    }
+
+    /// The list of sessions as a notification.
+    pub(super) fn session_list(&self) -> String {
+        notification("session.changed", &self.list_sessions())
     }
 
     /// A session as JSON has it: `{session, name}`, or null.
@@ -323,7 +401,13 @@ fn client_name(client: &Map<String, Value>) -> Result<String, RpcError> {
         }
     }
     match client.get("name").and_then(Value::as_str).map(str::trim) {
-        Some(name) if !name.is_empty() => Ok(magician_protocol::visible(name).to_string()),
+        Some(name) if !name.is_empty() => {
+            let mut name = magician_protocol::visible(name).to_string();
+            while name.len() > NAME {
+                name.pop();
+            }
+            Ok(name)
+        }
         _ => wrong("`client` needs a `name`"),
     }
 }

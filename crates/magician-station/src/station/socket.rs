@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use magician::admission::Origin;
 use magician_protocol::HostInstant;
 use serde_json::{Map, Value};
 
@@ -17,8 +18,11 @@ pub const RATE: usize = 200;
 pub const UNDER_WAY: usize = 64;
 /// Subscriptions.
 pub(super) const SUBSCRIPTIONS: usize = 16;
-/// A socket that does not say hello for so long is closed.
-pub(super) const HELLO: Duration = Duration::from_secs(5);
+/// Time to say hello for a client of this machine.
+const HELLO: Duration = Duration::from_secs(5);
+/// Time to say hello for a client from elsewhere. A page says it as soon as it is connected; who only holds a place is shut
+/// out sooner.
+const HELLO_FROM_ELSEWHERE: Duration = Duration::from_secs(2);
 
 /// The code of a close, as in RFC 6455, and this API's own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,6 +50,8 @@ impl CloseCode {
 pub struct Peer {
     /// What it may do without a token; none: it needs one.
     pub grant: Option<Grant>,
+    /// Where it comes from.
+    pub origin: Origin,
     /// Its address, for the journal.
     pub address: String,
     /// A secret for the session to come back with: new for each socket, at least 16 random bytes as text.
@@ -114,6 +120,15 @@ impl Socket {
             link: false,
             calls: None,
         }
+    }
+
+    /// When it is closed if it has not said hello.
+    pub(super) fn hello_due(&self) -> HostInstant {
+        let time = match self.peer.origin {
+            Origin::Loopback => HELLO,
+            Origin::Elsewhere => HELLO_FROM_ELSEWHERE,
+        };
+        self.opened + time
     }
 
     /// Counts a message.

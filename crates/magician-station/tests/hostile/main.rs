@@ -2,6 +2,7 @@
 //! once, keeps its bounds, and moves an arm for its holder alone.
 
 mod host;
+mod strangers;
 
 use magician_station::api::{IdKind, Kind, METHODS, Method};
 use proptest::collection::vec;

@@ -1,10 +1,64 @@
 //! Clients that mean no good: others do not notice.
 
+use std::time::Duration;
+
 use serde_json::json;
 use tokio::io::AsyncWriteExt;
 use tokio::net::TcpStream;
+use tokio::time::{Instant, timeout};
 
 use crate::bench::Bench;
+
+const STOP: &str = r#"{"jsonrpc":"2.0","id":1,"method":"arm.stop"}"#;
+/// A stop waits for nobody's time out: on the test's clock, which stands but for what waits.
+const AT_ONCE: Duration = Duration::from_secs(1);
+
+async fn stops_at_once(bench: &Bench) {
+    let began = Instant::now();
+    let stop = bench.post("/api/v1/rpc", "", STOP);
+    let answer = timeout(Duration::from_secs(60), stop)
+        .await
+        .expect("an answer");
+    assert_eq!(answer.status, 200, "{}", answer.body);
+    assert!(began.elapsed() < AT_ONCE, "{:?}", began.elapsed());
+}
+
+#[tokio::test(start_paused = true)]
+async fn stop_and_login_are_answered_at_once_beside_400_silent_connections() {
+    let bench = Bench::new().await;
+    let mut silent = Vec::new();
+    for at in 0..400 {
+        let mut stream = TcpStream::connect(bench.address).await.unwrap();
+        // Half of them send the beginning of a head.
+        if at % 2 == 0 {
+            stream
+                .write_all(b"POST /api/v1/rpc HTTP/1.1\r\nhos")
+                .await
+                .unwrap();
+        }
+        silent.push(stream);
+    }
+    stops_at_once(&bench).await;
+    let mut teacher = bench.join("Teacher").await;
+    teacher.call("arm.stop", json!({})).await.unwrap();
+}
+
+#[tokio::test(start_paused = true)]
+async fn slow_bodies_keep_no_stop_out() {
+    let bench = Bench::new().await;
+    let mut slow = Vec::new();
+    for _ in 0..300 {
+        let mut stream = TcpStream::connect(bench.address).await.unwrap();
+        let head = format!(
+            "POST /api/v1/rpc HTTP/1.1\r\nhost: {}\r\ncontent-type: application/json\r\n\
+             content-length: 100\r\n\r\n{{",
+            bench.address
+        );
+        stream.write_all(head.as_bytes()).await.unwrap();
+        slow.push(stream);
+    }
+    stops_at_once(&bench).await;
+}
 
 #[tokio::test]
 async fn connections_that_say_nothing_or_nonsense_keep_nobody_out() {

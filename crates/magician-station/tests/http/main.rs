@@ -4,6 +4,7 @@
 mod bench;
 mod calls;
 mod hostile;
+mod link;
 mod pages;
 mod pairing;
 mod programs;

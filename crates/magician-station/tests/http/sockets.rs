@@ -3,6 +3,7 @@
 use futures_util::SinkExt;
 use magician_station::Role;
 use serde_json::json;
+use tokio::time::Instant;
 use tokio_tungstenite::tungstenite::Message;
 
 use crate::bench::Bench;
@@ -90,12 +91,61 @@ async fn hosts_origins_and_tokens_count_for_sockets_too() {
     );
 }
 
+/// A client of another machine, as a proxy of this one says.
+const ELSEWHERE: &[(&str, &str)] = &[("x-forwarded-for", "192.0.2.7")];
+
 #[tokio::test]
-async fn the_sixty_fifth_socket_is_not_taken() {
+async fn silent_sockets_from_elsewhere_give_way_and_keep_no_teacher_out() {
+    let bench = Bench::new().await;
+    let mut silent = Vec::new();
+    for _ in 0..80 {
+        silent.push(bench.socket(ELSEWHERE).await.unwrap());
+        if silent.len() % 20 == 0 {
+            let mut teacher = bench.join("Teacher").await;
+            teacher.call("arm.stop", json!({})).await.unwrap();
+        }
+    }
+    // The oldest first: of eighty, twelve are left.
+    for socket in &mut silent[..68] {
+        assert_eq!(socket.closed().await, Some(4408));
+    }
+    let token = bench.token(Role::Viewer);
+    let hello = json!({"client": {"name": "x"}, "token": token});
+    let last = silent.last_mut().unwrap();
+    last.call("session.hello", hello).await.unwrap();
+}
+
+#[tokio::test]
+async fn silent_sockets_of_this_machine_give_way_to_new_ones() {
+    let bench = Bench::new().await;
+    let mut silent = Vec::new();
+    for _ in 0..9 {
+        silent.push(bench.socket(&[]).await.unwrap());
+    }
+    for socket in &mut silent[..5] {
+        assert_eq!(socket.closed().await, Some(4408));
+    }
+    let mut anna = bench.join("Anna").await;
+    anna.call("arm.stop", json!({})).await.unwrap();
+}
+
+#[tokio::test(start_paused = true)]
+async fn hello_from_elsewhere_has_two_seconds_and_on_this_machine_five() {
+    let bench = Bench::new().await;
+    for (headers, seconds) in [(ELSEWHERE, 2), (&[][..], 5)] {
+        let mut silent = bench.socket(headers).await.unwrap();
+        let began = Instant::now();
+        assert_eq!(silent.closed().await, Some(4408));
+        assert_eq!(began.elapsed().as_secs(), seconds);
+    }
+}
+
+#[tokio::test]
+async fn the_sixty_fifth_session_is_not_taken() {
     let bench = Bench::new().await;
     let mut sockets = Vec::new();
     for _ in 0..64 {
-        sockets.push(bench.socket(&[]).await.unwrap());
+        sockets.push(bench.join("Anna").await);
     }
     assert_eq!(bench.socket(&[]).await.err(), Some(503));
     let body = json!({"jsonrpc": "2.0", "id": 1, "method": "arm.stop"}).to_string();

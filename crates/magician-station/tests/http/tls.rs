@@ -82,7 +82,7 @@ async fn handshakes_that_stall_keep_nobody_out() {
     let folder = TempDir::new().unwrap();
     let (bench, trust) = encrypted(folder.path()).await;
     let mut stalled = Vec::new();
-    for at in 0..200 {
+    for at in 0..400 {
         let mut stream = TcpStream::connect(bench.address).await.unwrap();
         // The head of a record whose rest does not come.
         if at % 2 == 0 {

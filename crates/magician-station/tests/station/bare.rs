@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use magician::admission::Origin;
 use magician::commands::Pose;
 use magician_protocol::HostInstant;
 use magician_station::control::ArmId;
@@ -45,6 +46,7 @@ impl BareStation {
         let token = Some(format!("token of {name}"));
         let peer = Peer {
             grant: Some(Grant { role, token }),
+            origin: Origin::Loopback,
             address: String::new(),
             secret: format!("secret of {name}"),
         };

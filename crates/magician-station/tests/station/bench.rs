@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use magician::admission::Origin;
 use magician::sim::{Controller, Profile};
 use magician::{Arm, Options, SimSpeed, Tracer, VirtualArm};
 use magician_job::presets::Presets;
@@ -149,6 +150,7 @@ impl Bench {
         let secret = format!("secret-{:032}", self.sockets.get());
         let peer = Peer {
             grant,
+            origin: Origin::Loopback,
             address: "127.0.0.1:1".to_owned(),
             secret,
         };
@@ -169,6 +171,7 @@ impl Bench {
         });
         let peer = Peer {
             grant,
+            origin: Origin::Loopback,
             address: "127.0.0.1:1".to_owned(),
             secret: String::new(),
         };

@@ -22,6 +22,7 @@ mod ring;
 mod setups;
 mod shelf;
 mod stale;
+mod surface;
 mod teach;
 mod told;
 mod tools;

@@ -101,3 +101,35 @@ async fn belt_of_a_job_that_nobody_holds_ends_with_the_job() {
     sleep(Duration::from_secs(5)).await;
     assert!(!turns(&bench));
 }
+
+#[tokio::test(start_paused = true)]
+async fn job_that_leaves_belt_and_pump_on_says_so_in_notes() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    anna.lease().await;
+    let suction =
+        json!({"command": "SetEndEffectorSuctionCup", "values": {"enable_ctrl": 1, "suck": 1}});
+    let belt = json!({"command": "EMotor", "values": {"index": 0, "is_enabled": 1, "speed": 1000}});
+    let plan = json!({"format": "magician-plan", "version": 1, "steps": [suction, belt]});
+    let job = json!({"text": plan.to_string(), "format": "plan", "unhomed": true, "yes": true});
+    let id = anna.ok("job.start", job).await["job"].clone();
+    sleep(Duration::from_secs(5)).await;
+    let job = anna.ok("job.get", json!({"job": id})).await;
+    assert_eq!(job["state"], json!("done"), "{job}");
+    assert!(turns(&bench), "its session holds the arm");
+    let notes: Vec<_> = { job["notes"].as_array().unwrap().iter() }
+        .map(|note| {
+            (
+                note["code"].clone(),
+                note["text"].as_str().unwrap().to_owned(),
+            )
+        })
+        .collect();
+    assert_eq!(notes.len(), 2, "{job}");
+    assert!(notes.iter().all(|(code, _)| code == "left-on"), "{job}");
+    assert!(notes[0].1.starts_with("motor 1 runs on"), "{job}");
+    assert!(
+        notes[1].1.starts_with("the suction cup is still on"),
+        "{job}"
+    );
+}

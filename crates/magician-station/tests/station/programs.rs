@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use magician::admission::Origin;
 use magician_protocol::HostInstant;
 use magician_station::{ArmEntry, ArmOrder, Grant, Outgoing, Peer, Role, Station, StationConfig};
 use serde_json::{Value, json};
@@ -135,6 +136,7 @@ fn a_stop_comes_before_a_job_whose_program_is_looked_for() {
             role: Role::Student,
             token: None,
         }),
+        origin: Origin::Loopback,
         address: name.to_owned(),
         secret: format!("{name:032}"),
     };

@@ -53,6 +53,33 @@ async fn a_setup_says_where_and_how_a_drawing_is_done() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn pen_of_a_setup_never_goes_below_the_surface_unless_depths_are_kept() {
+    const TWO: &str = "G21 G90\nG0 Z5\nG0 X5 Y5\nG1 Z-0.2 F900\nX35\nY25\nG0 Z5\nG0 X0 Y0\nG1 Z-3\nX40\nY30\nX0\nY0\nG0 Z5\n";
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    for (setup, lowest) in [
+        (json!({"place": true}), -60.0),
+        (json!({"pen_z": -0.2, "surface": -55}), -55.0),
+        (json!({"at": [230, 0], "move": [0, 0, -5]}), -60.0),
+        (json!({"place": true, "depths": "keep"}), -62.8),
+    ] {
+        let report = anna
+            .ok("job.check", json!({"text": TWO, "setup": setup}))
+            .await;
+        let least = report["bounds"]["z"][0].as_f64().unwrap();
+        assert!((least - lowest).abs() < 1e-3, "{setup}: {report}");
+        assert!(
+            (report["drawn_mm"].as_f64().unwrap() - 190.0).abs() < 4.0,
+            "{report}"
+        );
+    }
+    let report = checked(&mut anna, json!({"move": [0, 0, -5]})).await;
+    assert_eq!(report["bounds"]["z"][0], json!(-60.0), "{report}");
+    let told = report["notes"].to_string();
+    assert!(told.contains("5.0 mm below the surface"), "{told}");
+}
+
+#[tokio::test(start_paused = true)]
 async fn a_frame_is_a_job_like_any_other_and_marks_nothing() {
     let bench = Bench::new(1).await;
     let mut anna = bench.join("Anna").await;
@@ -86,6 +113,34 @@ async fn a_frame_is_a_job_like_any_other_and_marks_nothing() {
     let lit = json!({"tool": "laser", "frame": "box", "frame_power": 2});
     let report = checked(&mut anna, lit).await;
     assert_eq!(report["power"], json!({"most": 2.0, "least": 2.0}));
+}
+
+#[tokio::test(start_paused = true)]
+async fn frame_goes_by_the_tool_in_force_and_a_refusal_names_an_unknown_one() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    anna.lease().await;
+    for (bias, height, told) in [
+        (70.0, -60.0, "the arm has the laser"),
+        (61.0, -50.0, "the arm has the pen"),
+        (0.0, -50.0, "the tool of the arm is unknown"),
+    ] {
+        let fields = json!({"x_bias": bias, "y_bias": 0.0, "z_bias": 0.0});
+        let tool = json!({"command": "EndEffectorParams", "fields": fields});
+        anna.ok("arm.set", tool).await;
+        let setup = json!({"at": [220, 30], "frame": "box"});
+        let report = checked(&mut anna, setup).await;
+        assert_eq!(report["travel_bounds"]["z"][0], json!(height), "{report}");
+        let first = report["notes"][0].to_string();
+        assert!(first.contains(told), "{first}");
+    }
+    let there = json!({"to": [320, 0, 20, 0]});
+    let refused = anna.call("arm.move", there).await.unwrap_err();
+    let message = refused["message"].as_str().unwrap();
+    assert!(
+        message.contains("the tool is unknown to the arm"),
+        "{refused}"
+    );
 }
 
 /// Two layers, of which the second has two lines.

@@ -36,7 +36,7 @@ fn run() -> Result<(), Box<dyn std::error::Error>> {
             "--baud" => line.baud = Some(value.parse()?),
             "--turnaround-ms" => line.turnaround = Duration::from_millis(value.parse()?),
             #[cfg(feature = "trace")]
-            "--trace" => server = server.trace(std::fs::File::create(value)?),
+            "--trace" => server = server.trace(magician::files::WholeFile::grow(value.as_ref())?),
             _ => return Err(format!("{word} is not known").into()),
         }
     }

@@ -185,6 +185,7 @@ impl Arm {
             held: super::fence::Held::new(options.fence),
             options,
             warned: AtomicBool::new(false),
+            asked: AtomicBool::new(false),
         };
         let arm = Self {
             allows_laser: inner.options.allow_laser,
@@ -252,6 +253,15 @@ impl Arm {
         // A task that takes no message has ended.
         let _ = self.inner.messages.send(Message::Close).await;
         self.ended().await;
+    }
+
+    /// Ends the trace of this connection ([`Options::trace`](super::Options::trace)), and of others that have the same:
+    /// for an owner that keeps the handle after its connection.
+    #[cfg(feature = "trace")]
+    pub fn end_trace(&self) {
+        if let Some(tracer) = &self.inner.options.trace {
+            tracer.end();
+        }
     }
 
     /// Ends when the connection has; it does not keep it.

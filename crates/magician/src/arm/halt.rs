@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::sync::mpsc::{RecvTimeoutError, SyncSender, sync_channel};
 use std::time::Duration;
 
-use magician_protocol::JogCommand;
 use magician_protocol::commands::{JogCmd, Pose, QueuedCmdStopExec};
+use magician_protocol::{JogCommand, NoArgs};
 use tokio::sync::mpsc::WeakSender;
 use tokio::sync::mpsc::error::TrySendError;
 use tokio::time::{Instant, sleep};
@@ -170,6 +170,7 @@ impl Arm {
         let held = shared.held_motors(true);
         let behind = shared.lowered_pins().into_iter();
         let own = Request::halt()?.into_iter().chain(behind);
+        let burns = shared.known().picture.may_be_lit();
         let motors = motors_off().map(|(output, request)| (request, held.contains(&output)));
         let mut answers = Vec::new();
         for (request, counts) in own.map(|request| (request, true)).chain(motors) {
@@ -180,11 +181,21 @@ impl Arm {
                 answers.push((answer, frame));
             }
         }
+        // Where a burn goes on: see `lights_out`. An arm that does not tell it has stopped all the same.
+        let pose = match burns {
+            true => Some(
+                self.submit(Request::get::<Pose>(&NoArgs)?, deadline, stops)
+                    .await?,
+            ),
+            false => None,
+        };
         let mut outcome = Ok(());
         for (answer, frame) in answers {
             let answer = self.answer(answer, &frame, deadline).await;
             outcome = outcome.and(answer.map(drop));
         }
+        // Dropped before, it would not go out any more.
+        drop(pose);
         outcome
     }
 

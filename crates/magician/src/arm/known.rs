@@ -16,6 +16,7 @@ use super::Arm;
 use super::driver::micros;
 use super::halt::APART;
 use super::laser::answered;
+use super::lights_out::Darkness;
 use crate::Result;
 use crate::connection::{Failure, Micros};
 use crate::stream::ArmPace;
@@ -53,6 +54,8 @@ pub(super) struct Known {
     pub(super) pace: ArmPace,
     /// The highest index of which this connection knows what became of it.
     accounted: u64,
+    /// Since this connection put the laser out, until a command is queued.
+    pub(super) darkness: Option<Darkness>,
 }
 
 /// An arm that has finished all that it had.
@@ -102,11 +105,13 @@ impl Known {
             runs: false,
             pace: ArmPace::Unknown,
             accounted: 0,
+            darkness: None,
         }
     }
 
     /// A request goes out.
-    pub(super) fn sends(&mut self, request: &Frame<'_>) {
+    pub(super) fn sends(&mut self, now: Micros, request: &Frame<'_>) {
+        self.darkness = Darkness::after(self.darkness, now, request);
         self.picture.sent(request);
         self.homing.sends(request);
         let ctrl = request.ctrl();
@@ -155,6 +160,9 @@ impl Known {
         } else if request.id() == <Pose as Readable>::ROW.id {
             if let Ok(pose) = reply.read::<Pose>() {
                 self.homing.read_pose(&pose);
+                if let Some(darkness) = &mut self.darkness {
+                    darkness.sees(now, pose);
+                }
             }
         } else if request.id() == <AlarmsState as Readable>::ROW.id
             && let Ok(read) = reply.read::<AlarmsState>()
@@ -181,6 +189,8 @@ impl Known {
 
     /// The line was lost: an arm that comes back may be another one, or have been switched off. A record tells.
     pub(super) fn lost(&mut self) {
+        // Whether the frame has reached the arm is not known.
+        self.darkness = self.darkness.filter(|darkness| darkness.seen().is_some());
         self.forget();
         self.homing.forget();
     }

@@ -12,10 +12,12 @@ mod in_flight;
 mod jog;
 mod known;
 mod laser;
+mod lights_out;
 mod link;
 mod moves;
 mod options;
 mod perform;
+mod pins;
 mod queue;
 mod request;
 mod retract;
@@ -41,6 +43,7 @@ pub use halt::Stopper;
 pub use homing::{ArmIdentity, ClockRate, HomingRecord};
 pub use in_flight::sets_in_motion;
 pub use jog::{Jog, JogOptions};
+pub use lights_out::LightsOut;
 pub use link::Link;
 pub use options::Options;
 pub use retract::Lifted;
@@ -114,4 +117,6 @@ struct Inner {
     timeout: AtomicU64,
     /// The warning that the arm may not be homed was given.
     warned: AtomicBool,
+    /// True if a program has read the alarms before its first command.
+    asked: AtomicBool,
 }

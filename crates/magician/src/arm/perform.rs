@@ -231,6 +231,7 @@ impl Arm {
     /// As [`Run::wait`](super::Run::wait); [`ErrorCode::NotHomed`](crate::ErrorCode::NotHomed) if the homing was broken off.
     pub async fn home_with(&self, options: RunOptions) -> Result<()> {
         self.inner.warned.store(true, Ordering::SeqCst);
+        self.inner.asked.store(true, Ordering::SeqCst);
         if self.laser_told().await? == Some(true) {
             self.darken().await?;
         }

@@ -182,7 +182,16 @@ impl Arm {
     /// Warns, once, that the arm was not homed since it was switched on, as far as can be told. A virtual arm in the process
     /// has always just been switched on, and stands where it believes; it is asked all the same, so that it hears the frames
     /// that a real one does.
-    pub(super) async fn warn_if_not_homed(&self) -> Result<()> {
+    ///
+    /// A program that moves no joint, a belt for one, reads the alarms as others do and warns of nothing.
+    pub(super) async fn warn_if_not_homed(&self, moves: bool) -> Result<()> {
+        let asked = self.inner.asked.swap(true, Ordering::SeqCst);
+        if !moves {
+            return match asked {
+                true => Ok(()),
+                false => self.alarms().await.map(drop),
+            };
+        }
         if !self.inner.warned.swap(true, Ordering::SeqCst)
             && self.alarms().await?.contains(Alarm::ResetOccurred)
             && !self.is_virtual()

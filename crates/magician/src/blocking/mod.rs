@@ -201,6 +201,14 @@ impl Arm {
         self.block(|arm| arm.set_any(command))
     }
 
+    /// See [`crate::Arm::drive`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn drive(&self, command: &Set) -> Result<()> {
+        self.block(|arm| arm.drive(command))
+    }
+
     /// See [`crate::Arm::enqueue`].
     ///
     /// # Errors

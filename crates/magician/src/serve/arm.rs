@@ -38,9 +38,15 @@ impl Arm {
         if let Some(writer) = server.recording {
             hub.record(writer, server.speed)?;
         }
+        // After the trace has begun: it tells who was there from the first.
+        let listeners = spec::open_all(&server.specs, &server.discovery, server.number, &mut hub)?;
+        if let Some(place) = spec::place(&listeners) {
+            let controller = hub.runner_mut().controller_mut();
+            controller.identify_at(&place, server.number);
+        }
         let bell = WakeFlag::new(house);
         Ok(Self {
-            listeners: spec::open_all(&server.specs, &server.discovery, server.number, &mut hub)?,
+            listeners,
             hub,
             timer: Timer::new().map_err(ServeError::Timer)?,
             waker: Waker::from(Arc::clone(&bell)),

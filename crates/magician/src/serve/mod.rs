@@ -155,7 +155,8 @@ pub enum Notice {
     Left(String),
     /// A connection was refused because as many as the server keeps are open, and all are in use.
     Refused(String),
-    /// A connection that had been idle was closed, because as many as the server keeps were open and a new one came.
+    /// A connection that had been idle, or had sent no whole frame, was closed, because as many as the server keeps were open
+    /// and a new one came.
     MadeRoom(String),
     /// The cable was pulled ([`Runner::unplug`](magician_sim::Runner::unplug)) and the endpoints are gone.
     Unplugged,
@@ -332,8 +333,10 @@ impl Server {
         self
     }
 
-    /// A TCP listener at `HOST:PORT` (0: any free port) for up to 16 connections at a time; one more
-    /// takes the place of one that has been silent for 10 s, or is refused.
+    /// A TCP listener at `HOST:PORT` (0: any free port) for up to 16 connections at a time that have
+    /// sent a whole frame, 12 of them from other machines; one more takes the place of one that has
+    /// been silent for 10 s, or is refused. Connections that have not sent a frame give way to new
+    /// ones at once.
     #[must_use]
     pub fn tcp(mut self, address: impl Into<String>) -> Self {
         self.specs.push(EndpointSpec::Tcp(address.into()));

@@ -56,8 +56,12 @@ impl ServedArm {
             arm,
             links: Vec::new(),
         };
+        let listeners = endpoints.listen(&Discovery::Auto, &mut clients)?;
+        if let Some(place) = spec::place(&listeners) {
+            clients.arm.with(|arm| arm.identify_at(&place, None));
+        }
         Ok(Self {
-            listeners: endpoints.listen(&Discovery::Auto, &mut clients)?,
+            listeners,
             clients,
             cable: Cable::default(),
             alarm: Box::pin(sleep_until(Instant::now())),

@@ -92,6 +92,12 @@ impl Peer {
         service.notice(Notice::MadeRoom(self.name));
     }
 
+    /// A client that came, and cannot stay.
+    pub(super) fn refuse(self, service: &mut dyn Service) {
+        service.close(self.link);
+        service.notice(Notice::Refused(self.name));
+    }
+
     /// A client left.
     pub(super) fn leave(self, service: &mut dyn Service) {
         service.close(self.link);

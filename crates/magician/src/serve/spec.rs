@@ -99,6 +99,24 @@ pub(super) fn endpoints(listeners: &Listeners) -> Vec<Endpoint> {
         .collect()
 }
 
+/// Where an arm is that has these: the first of them, by a name that is the same at each start. `None` without any.
+pub(super) fn place(listeners: &Listeners) -> Option<String> {
+    let first = listeners.first()?.endpoint();
+    Some(match &first {
+        // The link itself leads to another device each time.
+        #[cfg(unix)]
+        Endpoint::Pty { path, .. } => {
+            let path = std::path::absolute(path).unwrap_or_else(|_| path.clone());
+            let parent = path.parent().and_then(|parent| parent.canonicalize().ok());
+            match (parent, path.file_name()) {
+                (Some(parent), Some(name)) => parent.join(name).display().to_string(),
+                _ => path.display().to_string(),
+            }
+        }
+        other => other.to_string(),
+    })
+}
+
 /// Has each of them do what it can.
 pub(super) fn poll_all(
     listeners: &mut Listeners,

@@ -4,6 +4,8 @@ use std::pin::Pin;
 use std::task::{Context, Poll};
 use std::time::Duration;
 
+use magician_host::admission::{AdmissionLimits, AdmissionTable, Origin};
+use magician_protocol::{Deframer, Event, HostInstant};
 use socket2::{SockRef, TcpKeepalive};
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::{TcpListener, TcpStream};
@@ -13,10 +15,20 @@ use super::outbox::Outbox;
 use super::service::{Peer, Service};
 use super::{Endpoint, Listener, Notice, READS_PER_POLL};
 
-/// Connections that are kept open at a time.
+/// Connections that are in use at a time: that have sent a whole frame.
 const CONNECTIONS: usize = 16;
-/// When there is no room for one more, a connection that has been silent for so long makes it.
+/// A connection in use that has been silent for this long gives way to another: a host that was switched off, or holds
+/// connections that it does not need, keeps no other one out.
 const IDLE: Duration = Duration::from_secs(10);
+/// Beside those in use are as many that have not sent a frame yet. Four are for this machine, so that hosts elsewhere do not
+/// keep its own out.
+const LIMITS: AdmissionLimits = AdmissionLimits {
+    loopback_strangers: CONNECTIONS,
+    strangers: CONNECTIONS,
+    claims: CONNECTIONS,
+    kept_for_loopback: 4,
+    idle: Some(IDLE),
+};
 /// A connection that is silent for so long is asked whether its host is still there, and then so often; the system ends one
 /// that does not answer.
 const KEEP_ALIVE: [Duration; 2] = [Duration::from_secs(30), Duration::from_secs(10)];
@@ -27,14 +39,35 @@ pub(super) struct Tcp {
     listener: TcpListener,
     address: SocketAddr,
     connections: Vec<Connection>,
+    places: Places,
+}
+
+/// Which connection gives way to which.
+struct Places {
+    table: AdmissionTable<u64>,
+    begun: Instant,
+    /// Connections so far.
+    came: u64,
+    /// Connections that have given way to one in use.
+    gone: Vec<u64>,
 }
 
 struct Connection {
+    key: u64,
     stream: TcpStream,
     peer: Peer,
     outbox: Outbox,
-    /// When its client said something last.
-    heard: Instant,
+    /// Looks for its first frame. `None` once that came.
+    first: Option<Box<Deframer>>,
+}
+
+/// What became of a connection in its turn.
+enum Turn {
+    GoesOn,
+    /// The client has closed it, or the line broke.
+    Left,
+    /// It sent its first frame while all places were in use.
+    Refused,
 }
 
 impl Tcp {
@@ -45,6 +78,12 @@ impl Tcp {
             address: listener.local_addr()?,
             listener: TcpListener::from_std(listener)?,
             connections: Vec::new(),
+            places: Places {
+                table: AdmissionTable::new(LIMITS),
+                begun: Instant::now(),
+                came: 0,
+                gone: Vec::new(),
+            },
         })
     }
 
@@ -58,19 +97,20 @@ impl Tcp {
                 Poll::Ready(Ok(_)) if !service.plugged() => {}
                 Poll::Ready(Ok((stream, from))) => {
                     let name = format!("tcp:{from}");
-                    if !self.has_room(service) {
+                    let Some(key) = self.place(from, service) else {
                         service.notice(Notice::Refused(name));
                         continue;
-                    }
+                    };
                     // Frames are small and each is waited for.
                     let _ = stream.set_nodelay(true);
                     keep_alive(&stream);
                     service.notice(Notice::Connected(name.clone()));
                     self.connections.push(Connection {
+                        key,
                         stream,
                         peer: Peer::open(name, service),
                         outbox: Outbox::default(),
-                        heard: Instant::now(),
+                        first: Some(Box::default()),
                     });
                 }
             }
@@ -78,19 +118,33 @@ impl Tcp {
         cx.waker().wake_by_ref();
     }
 
-    /// Whether one more may come. If there are as many as may be, the one that has been idle longest goes: a host that was
-    /// switched off, or holds connections that it does not use, keeps no other client out.
-    fn has_room(&mut self, service: &mut dyn Service) -> bool {
-        if self.connections.len() < CONNECTIONS {
-            return true;
+    /// A place for one more. A connection that has not sent a frame gives way at once, the oldest first. `None` if all places
+    /// are in use.
+    fn place(&mut self, from: SocketAddr, service: &mut dyn Service) -> Option<u64> {
+        let (now, origin) = (self.places.now(), Origin::of(from.ip()));
+        if !self.places.table.has_room(now, origin) {
+            return None;
         }
-        let oldest = (self.connections.iter().enumerate()).min_by_key(|(_, one)| one.heard);
-        let Some((at, _)) = oldest.filter(|(_, one)| one.heard.elapsed() >= IDLE) else {
-            return false;
-        };
-        let gone = self.connections.swap_remove(at);
-        gone.peer.make_room(service);
-        true
+        self.places.came += 1;
+        let key = self.places.came;
+        let silent = self.places.table.open(now, key, origin);
+        self.make_room(silent, service);
+        Some(key)
+    }
+
+    /// Connections that have given way are closed.
+    fn make_room(&mut self, gone: impl IntoIterator<Item = u64>, service: &mut dyn Service) {
+        for key in gone {
+            if let Some(at) = self.connections.iter().position(|one| one.key == key) {
+                self.connections.swap_remove(at).peer.make_room(service);
+            }
+        }
+    }
+}
+
+impl Places {
+    fn now(&self) -> HostInstant {
+        HostInstant::ZERO + self.begun.elapsed()
     }
 }
 
@@ -108,38 +162,62 @@ impl Listener for Tcp {
 
     fn poll(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) -> io::Result<()> {
         self.accept(cx, service);
-        let turn = |connection: &mut Connection| !connection.poll(cx, service).unwrap_or(false);
-        let gone: Vec<Connection> = self.connections.extract_if(.., turn).collect();
-        for connection in gone {
-            connection.peer.leave(service);
+        let places = &mut self.places;
+        let mut ended = Vec::new();
+        for connection in &mut self.connections {
+            match connection.poll(cx, service, places).unwrap_or(Turn::Left) {
+                Turn::GoesOn => {}
+                turn => ended.push((connection.key, turn)),
+            }
         }
+        for (key, turn) in ended {
+            let Some(at) = self.connections.iter().position(|one| one.key == key) else {
+                continue;
+            };
+            let peer = self.connections.swap_remove(at).peer;
+            self.places.table.close(key);
+            match turn {
+                Turn::Refused => peer.refuse(service),
+                _ => peer.leave(service),
+            }
+        }
+        let gone = std::mem::take(&mut self.places.gone);
+        self.make_room(gone, service);
         Ok(())
     }
 
     fn unplug(&mut self, service: &mut dyn Service) {
         for connection in self.connections.drain(..) {
+            self.places.table.close(connection.key);
             connection.peer.leave(service);
         }
     }
 }
 
 impl Connection {
-    /// Reads and writes; false when the client has closed the connection.
-    fn poll(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) -> io::Result<bool> {
+    /// Reads and writes.
+    fn poll(
+        &mut self,
+        cx: &mut Context<'_>,
+        service: &mut dyn Service,
+        places: &mut Places,
+    ) -> io::Result<Turn> {
         self.send(cx, service)?;
         for _ in 0..READS_PER_POLL {
             let mut bytes = [0; BUFFER];
             let room = service.room(self.peer.link()).min(BUFFER);
             if room == 0 {
                 // The arm's clock wakes us when the line has moved on.
-                return Ok(true);
+                return Ok(Turn::GoesOn);
             }
             let mut buffer = ReadBuf::new(&mut bytes[..room]);
             match Pin::new(&mut self.stream).poll_read(cx, &mut buffer) {
-                Poll::Pending => return Ok(true),
-                Poll::Ready(Ok(())) if buffer.filled().is_empty() => return Ok(false),
+                Poll::Pending => return Ok(Turn::GoesOn),
+                Poll::Ready(Ok(())) if buffer.filled().is_empty() => return Ok(Turn::Left),
                 Poll::Ready(Ok(())) => {
-                    self.heard = Instant::now();
+                    if !self.is_in_use(buffer.filled(), places) {
+                        return Ok(Turn::Refused);
+                    }
                     service.receive(self.peer.link(), buffer.filled());
                 }
                 Poll::Ready(Err(error)) => return Err(error),
@@ -147,7 +225,29 @@ impl Connection {
             self.send(cx, service)?;
         }
         cx.waker().wake_by_ref();
-        Ok(true)
+        Ok(Turn::GoesOn)
+    }
+
+    /// Counts what the client says: its first whole frame is its claim to a place. False if none is left for it.
+    fn is_in_use(&mut self, mut bytes: &[u8], places: &mut Places) -> bool {
+        let now = places.now();
+        let Some(first) = &mut self.first else {
+            places.table.heard(now, self.key);
+            return true;
+        };
+        let mut events = std::iter::from_fn(|| {
+            first
+                .next(&mut bytes)
+                .map(|event| matches!(event, Event::Frame { .. }))
+        });
+        if events.any(|is_frame| is_frame) {
+            self.first = None;
+            match places.table.claim(now, self.key) {
+                Ok(gone) => places.gone.extend(gone),
+                Err(_) => return false,
+            }
+        }
+        true
     }
 
     fn send(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) -> io::Result<()> {
@@ -165,8 +265,9 @@ impl Connection {
 mod tests {
     use std::future::poll_fn;
 
-    use magician_protocol::FrameBuf;
-    use tokio::io::AsyncReadExt;
+    use magician_protocol::commands::Pose;
+    use magician_protocol::{FrameBuf, NoArgs, Readable};
+    use tokio::io::{AsyncReadExt, AsyncWriteExt};
     use tokio::time::advance;
 
     use super::*;
@@ -176,6 +277,7 @@ mod tests {
     #[derive(Default)]
     struct Nobody {
         links: u32,
+        heard: usize,
         told: Vec<String>,
     }
 
@@ -191,7 +293,9 @@ mod tests {
             BUFFER
         }
 
-        fn receive(&mut self, _: LinkId, _: &[u8]) {}
+        fn receive(&mut self, _: LinkId, bytes: &[u8]) {
+            self.heard += bytes.len();
+        }
 
         fn reply(&mut self, _: LinkId) -> Option<FrameBuf> {
             None
@@ -204,10 +308,24 @@ mod tests {
 
     /// A new client, and the endpoint's turns until it has been taken or refused.
     async fn comes(tcp: &mut Tcp, service: &mut Nobody) -> TcpStream {
-        let before = service.told.len();
         let stream = TcpStream::connect(tcp.address).await.unwrap();
-        turns(tcp, service, |service| service.told.len() > before).await;
+        let name = stream.local_addr().unwrap().to_string();
+        turns(tcp, service, |service| {
+            service.told.iter().any(|told| told.contains(&name))
+        })
+        .await;
         stream
+    }
+
+    /// A client sends a whole frame, and the endpoint's turns until it was heard or refused.
+    async fn asks(client: &mut TcpStream, tcp: &mut Tcp, service: &mut Nobody) {
+        let frame = FrameBuf::get(&NoArgs, Pose::ROW).unwrap();
+        let (heard, told) = (service.heard, service.told.len());
+        client.write_all(frame.bytes()).await.unwrap();
+        turns(tcp, service, |service| {
+            service.heard > heard || service.told.len() > told
+        })
+        .await;
     }
 
     async fn turns(tcp: &mut Tcp, service: &mut Nobody, enough: impl Fn(&Nobody) -> bool) {
@@ -221,13 +339,52 @@ mod tests {
         .await;
     }
 
-    #[tokio::test(start_paused = true)]
-    async fn idle_connections_make_room_and_busy_ones_do_not() {
+    fn name(client: &TcpStream) -> String {
+        format!("tcp:{}", client.local_addr().unwrap())
+    }
+
+    #[tokio::test]
+    async fn connections_without_a_whole_frame_give_way_at_once_oldest_first() {
         let mut tcp = Tcp::bind("127.0.0.1:0".parse().unwrap()).unwrap();
         let mut service = Nobody::default();
         let mut clients = Vec::new();
         for _ in 0..CONNECTIONS {
-            clients.push(comes(&mut tcp, &mut service).await);
+            let mut client = comes(&mut tcp, &mut service).await;
+            // The beginning of a frame is none.
+            client.write_all(&[0xAA, 0xAA, 2]).await.unwrap();
+            clients.push(client);
+        }
+        // It completes its frame, and is in use.
+        clients[1].write_all(&[10, 0, 246]).await.unwrap();
+        turns(&mut tcp, &mut service, |service| {
+            service.heard == 3 * CONNECTIONS + 3
+        })
+        .await;
+        let mut hosts = Vec::new();
+        for _ in 0..3 {
+            hosts.push(comes(&mut tcp, &mut service).await);
+        }
+        let made: Vec<_> = { service.told.iter() }
+            .filter(|told| told.starts_with("MadeRoom"))
+            .cloned()
+            .collect();
+        let expected = [0, 2].map(|nth| format!("MadeRoom({:?})", name(&clients[nth])));
+        assert_eq!(made, expected, "one place was free");
+        for host in &mut hosts {
+            asks(host, &mut tcp, &mut service).await;
+        }
+        assert!(!service.told.iter().any(|told| told.starts_with("Refused")));
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn idle_connections_make_room_for_a_frame_and_busy_ones_do_not() {
+        let mut tcp = Tcp::bind("127.0.0.1:0".parse().unwrap()).unwrap();
+        let mut service = Nobody::default();
+        let mut clients = Vec::new();
+        for _ in 0..CONNECTIONS {
+            let mut client = comes(&mut tcp, &mut service).await;
+            asks(&mut client, &mut tcp, &mut service).await;
+            clients.push(client);
         }
         comes(&mut tcp, &mut service).await;
         assert!(
@@ -237,20 +394,16 @@ mod tests {
         );
         advance(IDLE).await;
         // All but the second have said something since.
-        let now = Instant::now();
-        for (nth, connection) in tcp.connections.iter_mut().enumerate() {
-            connection.heard = if nth == 1 { connection.heard } else { now };
+        for (nth, client) in clients.iter_mut().enumerate() {
+            if nth != 1 {
+                asks(client, &mut tcp, &mut service).await;
+            }
         }
-        let late = comes(&mut tcp, &mut service).await;
-        let second = clients[1].local_addr().unwrap();
-        let [.., made, came] = service.told.as_slice() else {
-            panic!("{:?}", service.told)
-        };
-        assert_eq!(made, &format!("MadeRoom(\"tcp:{second}\")"));
-        assert!(
-            came.contains(&late.local_addr().unwrap().to_string()),
-            "{came}"
-        );
+        let mut late = comes(&mut tcp, &mut service).await;
+        assert!(service.told.last().unwrap().starts_with("Connected"));
+        asks(&mut late, &mut tcp, &mut service).await;
+        let made = format!("MadeRoom({:?})", name(&clients[1]));
+        assert_eq!(service.told.last(), Some(&made));
         assert_eq!(clients[1].read(&mut [0]).await.unwrap(), 0, "it is told so");
         comes(&mut tcp, &mut service).await;
         assert!(service.told.last().unwrap().starts_with("Refused"));

@@ -72,6 +72,15 @@ impl Tracer {
         file.failed.clone()
     }
 
+    /// Ends the file: what passes later is not written any more. Otherwise the file ends with the last
+    /// of its clones.
+    pub fn end(&self) {
+        self.with(|file| {
+            file.writer = None;
+            Ok(())
+        });
+    }
+
     fn with(&self, act: impl FnOnce(&mut File) -> io::Result<()>) {
         let Some(file) = &self.file else {
             return;

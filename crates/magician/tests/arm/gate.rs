@@ -349,6 +349,18 @@ async fn jogs_keep_to_the_gate_on_a_virtual_arm_in_the_process() {
     assert_eq!(error.code(), ErrorCode::Guarded, "{error}");
 }
 
+/// Jogs an arm that moves: one jog begins, and only when the arm stands.
+async fn jog_begins_at_rest(desk: &Desk, arm: &Arm) {
+    desk.heard();
+    let held = arm.jog(Axis::Z.plus()).await.unwrap();
+    hold(&held, 200).await;
+    let begun = desk.frames(JOG);
+    let begun = begun.iter().filter(|(params, _)| params[1] != 0);
+    let moved: Vec<_> = begun.map(|(_, moved)| *moved).collect();
+    assert_eq!(moved, [false]);
+    held.stop().await.unwrap();
+}
+
 #[tokio::test(start_paused = true)]
 async fn jog_behind_a_forced_stop_begins_when_the_arm_stands() {
     let far = words::line_to(220.0, 120.0, 20.0, 0.0);
@@ -361,14 +373,7 @@ async fn jog_behind_a_forced_stop_begins_when_the_arm_stands() {
     arm.set_any(&Set::from(stop)).await.unwrap();
     waited.await.unwrap().unwrap_err();
     assert!(desk.moves(), "it brakes");
-    desk.heard();
-    let held = arm.jog(Axis::Z.plus()).await.unwrap();
-    hold(&held, 200).await;
-    let begun = desk.frames(JOG);
-    let begun = begun.iter().filter(|(params, _)| params[1] != 0);
-    let moved: Vec<_> = begun.map(|(_, moved)| *moved).collect();
-    assert_eq!(moved, [false]);
-    held.stop().await.unwrap();
+    jog_begins_at_rest(&desk, &arm).await;
 }
 
 /// An immediate motion has no index: nothing shows that it is over but the arm's place.
@@ -380,12 +385,5 @@ async fn jog_behind_an_immediate_motion_begins_when_the_arm_stands() {
         .await
         .unwrap();
     sleep(Duration::from_millis(300)).await;
-    desk.heard();
-    let held = arm.jog(Axis::Z.plus()).await.unwrap();
-    hold(&held, 200).await;
-    let begun = desk.frames(JOG);
-    let begun = begun.iter().filter(|(params, _)| params[1] != 0);
-    let moved: Vec<_> = begun.map(|(_, moved)| *moved).collect();
-    assert_eq!(moved, [false]);
-    held.stop().await.unwrap();
+    jog_begins_at_rest(&desk, &arm).await;
 }

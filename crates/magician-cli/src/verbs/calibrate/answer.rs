@@ -38,6 +38,9 @@ pub(super) struct CalibrationReport {
     /// What was touched with the tool as it was taken to be before, and has to be found again.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) stale: Vec<&'static str>,
+    /// A height was saved that does not count, because there is a sheet with one of its own.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub(super) sheet_counts: bool,
     #[serde(skip)]
     lines: Vec<[String; 2]>,
 }
@@ -55,6 +58,7 @@ impl CalibrationReport {
             file: None,
             told: None,
             stale: Vec::new(),
+            sheet_counts: false,
             lines: lines(found, tool),
         };
         match found {
@@ -94,6 +98,15 @@ impl CalibrationReport {
             ))?;
         }
         match (&self.file, self.saved) {
+            (Some(file), true) if self.sheet_counts => {
+                out.line(format_args!(
+                    "saved in {file}, but the sheet's height takes precedence"
+                ))?;
+                out.line(
+                    "drawings lie on the calibrated sheet: `magician calibrate sheet` measures it \
+                        again, `magician calibrate forget sheet` makes this height count",
+                )
+            }
             (Some(file), true) => out.line(format_args!("saved in {file}: {}", subject.used_by())),
             (None, true) => out.line("saved"),
             _ => out.line("not saved; --yes saves it without asking"),

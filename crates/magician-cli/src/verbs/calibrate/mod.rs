@@ -170,6 +170,7 @@ fn find(
                 .filter(|name| config.says(name).is_some())
                 .collect();
         }
+        answer.sheet_counts = subject == Subject::Surface && config.says("sheet").is_some();
         answer.file = config.path().map(|path| path.display().to_string());
     }
     if let (Found::Tip(tip), true) = (&found, tell) {
@@ -248,10 +249,11 @@ fn at_the_pad(
 ) -> Result<(Option<Outcome>, Tool), Failure> {
     let saved = context.saved.clone();
     let asks = !context.global.yes;
-    context.arm_or(AT_SIGHT, StopPolicy::Pad, async |arm, _| {
+    let json = context.global.json;
+    context.arm_or(AT_SIGHT, StopPolicy::Pad, async |arm, out| {
         let arm = &homed(arm, mounted.unhomed).await?;
         let tool = tool_in_force(arm, subject, mounted, usual).await?;
-        let outcome = session::run(arm, &saved, subject, tool, asks).await?;
+        let outcome = session::run(arm, &saved, subject, tool, asks, (out, json)).await?;
         Ok((outcome, tool))
     })
 }

@@ -7,6 +7,7 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use super::subject::{Found, Subject, Touch};
 use super::view;
 use crate::failure::Failure;
+use crate::output::Output;
 use crate::saved::SavedSettings;
 use crate::terminal::{Seen, Stage};
 use crate::verbs::jog::{Console, End, Happened, Pad, Tone};
@@ -93,6 +94,7 @@ pub(super) async fn run(
     subject: Subject,
     tool: Tool,
     asks: bool,
+    (out, json): (&mut Output, bool),
 ) -> Result<Option<Outcome>, Failure> {
     let mut console = Console::open(arm, saved).await?;
     console
@@ -136,7 +138,7 @@ pub(super) async fn run(
         }
     };
     stage.close()?;
-    console.leave(end).await?;
+    console.leave(end, out, json).await?;
     let found = touched.good().cloned();
     Ok(found.map(|found| Outcome { found, saves }))
 }

@@ -1,7 +1,7 @@
 //! What can be found, and what has to be touched for it.
 
 use magician_program::artwork::Sheet;
-use magician_program::{Diagnostic, Tip, Tool, rounded_height};
+use magician_program::{Diagnostic, Tip, Tool};
 
 use crate::config::{Config, Key};
 use crate::failure::Failure;
@@ -114,9 +114,9 @@ impl Subject {
                 let sheet = Sheet::touched([a.point(), b.point(), c.point()])?;
                 Ok(Found::Sheet(sheet.rounded()))
             }
-            (Self::Surface, [touch]) if touch.pose[2].is_finite() => {
-                Ok(Found::Surface(rounded_height(touch.pose[2])))
-            }
+            (Self::Surface, [touch]) => magician_job::Touch::of(touch.point())
+                .map(|touch| Found::Surface(touch.height))
+                .ok_or_else(|| Diagnostic::of_file("the touched point is not finite")),
             (Self::Tool, [a, b]) => {
                 let tip = Tip::touched([a.turn(), b.turn()], tool.bias())?;
                 Ok(Found::Tip(tip))

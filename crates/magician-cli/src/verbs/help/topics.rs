@@ -74,8 +74,9 @@ Position and size: --at X,Y, --page a4, --fit, --scale, --rotate, --mirror.
 Content: --clip-page clips at the page, --white draw keeps white on white.
 Motion: --speed MM/S, --lift MM between lines, --no-order.
 
-The first Ctrl-C stops the arm and lifts the pen (--stay leaves it down), a
-second one moves nothing more. `magician help resume` says how to resume.
+The first Ctrl-C stops the arm and lifts the pen (--stay leaves it down), one
+at least half a second later moves nothing more. A closed terminal counts as
+the first. `magician help resume` says how to resume.
 --park X,Y,Z takes the pen there when all is done.
 
 Without an arm: magician draw FILE --port sim --picture drawn.svg";

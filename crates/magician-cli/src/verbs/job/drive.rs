@@ -8,7 +8,7 @@ use magician::{Arm, ErrorKind};
 use magician_job::recording::{Clock, Options, Recorder};
 use magician_job::{
     FileJournal, Job, JobEvent, JobHandle, JobOutcome, JobSpec, JobState, PauseReason, ResumeError,
-    SpeedError, Start, StartsAt,
+    SpeedError, Start, StartsAt, StopOrder,
 };
 use magician_program::Tool;
 use serde::Serialize;
@@ -35,7 +35,7 @@ pub(super) struct Drive<'a> {
     pub(super) made: &'a Made,
     pub(super) from: Option<u64>,
     pub(super) resume: bool,
-    /// How far a burn that is resumed begins before the place where it stopped, mm.
+    /// How far a burn that is resumed begins before the place where its light went out, mm.
     pub(super) overlap: f64,
     pub(super) keep: bool,
     /// Whether several commands may be under way on the line at a time.
@@ -250,6 +250,9 @@ impl Drive<'_> {
             match run.next(None).await {
                 Next::Event(event) => match event {
                     JobEvent::Settled(settled) => out.settled(&settled, self.json),
+                    JobEvent::Unfinished(finished) => {
+                        out.note(&self.wording().unfinished(finished), self.json);
+                    }
                     JobEvent::Starts(starts) => {
                         from = starts.steps;
                         self.tell_start(starts, out);
@@ -260,8 +263,10 @@ impl Drive<'_> {
                     JobEvent::State(JobState::Ended) => return None,
                     other => run.hears(&other),
                 },
-                Next::Stop => {
-                    if run.stop() {
+                Next::Stop(None) | Next::Pressed(_) => {}
+                Next::Stop(Some(order)) => {
+                    run.stop();
+                    if order == StopOrder::AtOnce {
                         return None;
                     }
                 }
@@ -299,17 +304,28 @@ impl Drive<'_> {
             // Output without a reader is no reason to stop.
             let _ = out.event(&starts).and_then(|()| out.flush());
         }
-        let text = match (starts.again, starts.within && self.resume, twice > 0.0) {
+        let burns = self.made.program.plan().burns();
+        let within = starts.within && self.resume;
+        let text = match (starts.again, within, twice >= 0.05) {
             (true, _, false) => {
                 format!("step {step} was cut short, or its end is unknown: it is repeated")
             }
             (true, _, true) => format!(
                 "step {step} was cut short, or its end is unknown: it is repeated, and up to {twice:.1} mm are burnt twice"
             ),
+            (false, _, true) if starts.at_most => {
+                format!(
+                    "it is not known exactly where the light went out: it continues in step {step}, before where it \
+                     stopped, and up to {twice:.1} mm are burnt twice"
+                )
+            }
             (false, _, true) => {
                 format!(
-                    "it continues in step {step}, before where it stopped: {twice:.1} mm are burnt twice"
+                    "it continues in step {step}, before where the light went out: {twice:.1} mm are burnt twice"
                 )
+            }
+            (false, true, false) if burns => {
+                format!("step {step} was cut short: it continues where the light went out")
             }
             (false, true, false) => {
                 format!("step {step} was cut short: it continues where it stopped")
@@ -390,10 +406,12 @@ impl Drive<'_> {
                     }
                 }
                 Next::Event(event) => run.hears(&event),
-                Next::Stop => {
-                    if run.stop() {
+                Next::Stop(None) | Next::Pressed(_) => {}
+                Next::Stop(Some(order)) => {
+                    run.stop();
+                    if order == StopOrder::AtOnce {
                         return Attended {
-                            outcome: run.stopped_again().await,
+                            outcome: run.stopped_at_once().await,
                             unrecorded,
                         };
                     }

@@ -21,6 +21,7 @@ mod wording;
 use std::io::{self, Write};
 use std::path::Path;
 
+use magician::commands::EndEffectorParams;
 use magician::sim::Controller;
 use magician::sim::world::PictureOptions;
 use magician::words::Preflight;
@@ -28,8 +29,8 @@ use magician::{JointAngles, Options, SimSpeed, Target, VirtualArm, blocking, bur
 use magician_job::report::advised;
 use magician_program::rehearse::{RehearseOptions, stage};
 use magician_program::{
-    AppliedPlacement, Diagnostic, Ending, Format, Plan, Program, Setup, SetupOptions, WorkOption,
-    WouldFit,
+    AppliedPlacement, Diagnostic, Ending, Format, Plan, Program, Setup, SetupOptions, Tool,
+    WorkOption, WouldFit,
 };
 use magician_protocol::visible_lines;
 
@@ -40,7 +41,7 @@ use crate::context::{Context, JobPolicy, StopPolicy};
 use crate::diagnostics::Severity;
 use crate::failure::{Failure, Kind, incomplete};
 use crate::paint::Paint;
-use crate::permission::Asks;
+use crate::permission::{Asks, homed};
 use crate::source::Source;
 use crate::terminal;
 use crate::verbs::preset;
@@ -72,6 +73,8 @@ pub(crate) struct Job {
     pub(crate) repeats: bool,
     /// What its preset tells people.
     preset_note: Option<Diagnostic>,
+    /// What is told before all else.
+    told_first: Vec<Diagnostic>,
 }
 
 /// What has become of a file.
@@ -128,6 +131,7 @@ impl Job {
             runs: true,
             repeats: false,
             preset_note: None,
+            told_first: Vec::new(),
         }
     }
 
@@ -171,6 +175,10 @@ impl Job {
                 return Err(no_arm);
             }
         };
+        let framed = self.framed(&place, context)?;
+        let framed: Vec<_> = framed.into_iter().collect();
+        notes(&opened.source, &framed, context);
+        self.told_first = framed;
         let read = self.read(opened, &place, context)?;
         let picture = self.picture(&place, context)?;
         let made = self.made(read, &place, context)?;
@@ -318,6 +326,29 @@ impl Job {
         self.tell(&done, made, context)
     }
 
+    /// Decides what a frame goes round, by the tool in force on the arm; what has to be said of it.
+    fn framed(
+        &mut self,
+        place: &Where,
+        context: &mut Context,
+    ) -> Result<Option<Diagnostic>, Failure> {
+        if self.options.frame.is_none() || self.options.work.is_some() {
+            return Ok(None);
+        }
+        let config = context.config()?;
+        let defaults = place.defaults(&config, self.runs)?;
+        let in_force = match place {
+            Where::Arm if self.options.tool.is_none() => {
+                let tool = context.arm(StopPolicy::Look, async |arm, _| {
+                    Ok(arm.get::<EndEffectorParams>().await?)
+                })?;
+                Some(Tool::from(&tool))
+            }
+            _ => None,
+        };
+        Ok(self.options.frame_for(&defaults, in_force))
+    }
+
     /// What flags and settings say of how the file is to be done.
     fn setup(&self, place: &Where, context: &mut Context) -> Result<Setup, Failure> {
         let config = context.config()?;
@@ -335,7 +366,8 @@ impl Job {
         let format = file.format;
         let of_preset: Vec<_> = self.preset_note.iter().cloned().collect();
         notes(&source, &of_preset, context);
-        let mut told = of_preset;
+        let mut told = self.told_first.clone();
+        told.extend(of_preset);
         told.append(&mut file.notes);
         let start = (file.begun.as_ref())
             .filter(|begun| !begun.said)
@@ -353,7 +385,19 @@ impl Job {
             }
             failure
         };
-        let mut laid = self.options.lay(&setup, file).map_err(refused)?;
+        let laid = self.options.lay(&setup, file);
+        let runs = matches!(place, Where::Arm) && !self.look.is_wanted();
+        if let Err(problem) = &laid
+            && problem.lacks_surface()
+            && runs
+        {
+            // A surface is found with an arm that is homed: that comes first.
+            let unhomed = self.way.unhomed;
+            context.arm(StopPolicy::Look, async |arm, _| {
+                homed(arm, unhomed).await.map(drop)
+            })?;
+        }
+        let mut laid = laid.map_err(refused)?;
         notes(&source, &laid.notes, context);
         told.append(&mut laid.notes);
         let (placed, would_fit) = (laid.placed, laid.would_fit);
@@ -486,9 +530,11 @@ impl Job {
             Ran::Done(done) => done,
             Ran::Stopped(stopped) => return stopped.show(context),
         };
-        let files = [("picture", &self.way.picture), ("record", &self.way.record)];
-        let files =
-            files.map(|(name, path)| (name, path.as_ref().map(|path| path.display().to_string())));
+        // One that is not complete is told of as an error; the file of that name may be an older one.
+        let record = self.way.record.as_ref();
+        let record = record.filter(|_| done.unrecorded.is_none());
+        let files = [("picture", self.way.picture.as_ref()), ("record", record)];
+        let files = files.map(|(name, path)| (name, path.map(|path| path.display().to_string())));
         show::done(done, made, &files, context)?;
         match &done.unrecorded {
             Some(why) => Err(incomplete("recording", &why.message)),

@@ -10,8 +10,8 @@ use magician_program::fill::FillMode;
 use magician_program::formats::Dialect;
 use magician_program::raster::ImageStyle;
 use magician_program::{
-    Align, FontChoice, Format, Framing, Grid, Paper, PartMode, PenOptions, Power, SetupOptions,
-    SystemFonts, TextLines, Tool, White,
+    Align, Depths, FontChoice, Format, Framing, Grid, Paper, PartMode, PenOptions, Power,
+    SetupOptions, SystemFonts, TextLines, Tool, White,
 };
 
 pub(crate) use drawing::{
@@ -116,9 +116,13 @@ pub(crate) struct PlacementOptions {
     /// Take the file's coordinates as the arm's, unchanged
     #[arg(long, conflicts_with_all = ["place", "at", "page", "fit", "surface"])]
     raw: bool,
-    /// Z at which the pen of placed G-code touches the surface, mm; default: the lowest Z at which it draws
+    /// Z at which the pen of placed G-code touches the surface, mm; default: the first depth at which it draws
     #[arg(long, value_name = "Z", allow_hyphen_values = true, conflicts_with = "raw", value_parser = number::<f64>)]
     pen_z: Option<f64>,
+    /// Depths below the surface: `flatten` draws them on the surface, a pen never goes below it; `keep` takes the pen down to
+    /// them [default: flatten]
+    #[arg(long, value_name = "flatten|keep", value_parser = str::parse::<Depths>)]
+    depths: Option<Depths>,
     /// Put its centre at this x and y, mm
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = numbers::<2>)]
     at: Option<[f64; 2]>,
@@ -209,7 +213,7 @@ pub(crate) struct RunFlags {
     /// Resume the last run of this file where it was interrupted
     #[arg(long, conflicts_with = "from")]
     pub(super) resume: bool,
-    /// With --resume: begin MM before the place where a burn stopped, along its line [default: 0]
+    /// With --resume: begin MM before the place where the light of a burn went out, along its line [default: 0]
     #[arg(long, value_name = "MM", requires = "resume", value_parser = from_zero)]
     pub(super) overlap: Option<f64>,
     /// Record the run to a .mcap, .csv or .jsonl file; more in `magician record --help`. If writing fails, the run goes
@@ -307,6 +311,7 @@ impl PlacementOptions {
         options.place = self.place;
         options.raw = self.raw;
         options.pen_z = self.pen_z;
+        options.depths = self.depths;
         options.at = self.at;
         options.scale = self.scale;
         options.width = self.width;

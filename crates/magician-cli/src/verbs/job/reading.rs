@@ -12,7 +12,7 @@ use crate::source::Source;
 
 /// A file that is there, and understood as far as that does not depend on where it is to run.
 pub(super) struct Opened {
-    source: Source,
+    pub(super) source: Source,
     format: Format,
     reading: Option<FileRead>,
 }

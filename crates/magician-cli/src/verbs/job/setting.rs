@@ -14,11 +14,11 @@ impl Where {
         let mut defaults = SetupDefaults::default();
         defaults.tool = usual_tool(config)?;
         defaults.sheet = config.table("sheet")?;
-        let table = match self {
+        defaults.assumed_surface = match self {
             Self::Nowhere | Self::Stage(_) => Some(Surface::VIRTUAL),
             Self::Arm => None,
         };
-        defaults.surface = config.number("surface").map(Surface::level).or(table);
+        defaults.surface = config.number("surface").map(Surface::level);
         defaults.draw_speed = config.number("draw.speed");
         defaults.draw_travel_speed = config.number("draw.travel_speed");
         defaults.draw_lift = config.number("draw.lift");

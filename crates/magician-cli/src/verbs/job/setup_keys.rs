@@ -121,6 +121,7 @@ fn examples() -> Vec<(Value, Value)> {
         (json!({"place": true}), json!({})),
         (json!({"raw": true}), json!({})),
         (json!({"pen_z": -1.5}), json!({})),
+        (json!({"depths": "keep"}), json!({})),
         (json!({"at": [230.0, -10.0]}), json!({})),
         (json!({"page": "a4-landscape"}), json!({})),
         (json!({"page": "200x150.5"}), json!({})),

@@ -5,7 +5,7 @@ use std::pin::Pin;
 use magician_job::recording::{RecordError, Recorder};
 use magician_job::{
     JobEvent, JobEvents, JobHandle, JobOutcome, JobState, PauseError, PauseReason, ResumeError,
-    SpeedError, Waits,
+    SpeedError, StopOrder, Waits,
 };
 use tokio::time::timeout;
 
@@ -13,14 +13,16 @@ use super::input::{Input, Typed};
 use super::suspend::{Act, Suspension};
 use super::tell::ProgressReporter;
 use super::tui::{Screen, Wants};
-use crate::context::FAREWELL;
-use crate::interrupt::{Control, JobControl, Signals};
+use crate::context::STAND_BY;
+use crate::interrupt::{Control, JobControl, Signal, Signals};
 use crate::progress::attended;
 
 /// What comes next.
 pub(super) enum Next {
-    /// A signal, or what a key means that stands for one.
-    Stop,
+    /// A signal, or a key that stands for one; `None` if it changes nothing.
+    Stop(Option<StopOrder>),
+    /// A key that stands for a signal, before the rule for stops has heard it.
+    Pressed(Signal),
     Control(Control),
     Typed(Typed),
     /// What came of the pause that a suspension begins with.
@@ -57,8 +59,6 @@ pub(super) struct UnderWay<'a> {
     pub(super) resuming: Option<Resuming>,
     /// Whether nobody can answer a pause any more.
     unanswered: bool,
-    /// Whether a first stop was said.
-    pub(super) stops: bool,
     /// The whole terminal, if it has it.
     pub(super) screen: Option<Screen>,
     /// What is waited for, if that may take a while.
@@ -84,7 +84,6 @@ impl<'a> UnderWay<'a> {
             pausing: None,
             resuming: None,
             unanswered: false,
-            stops: false,
             screen: None,
             waits: None,
             json,
@@ -133,12 +132,12 @@ impl UnderWay<'_> {
         let next = async {
             tokio::select! {
                 biased;
-                _ = signals.next() => Next::Stop,
+                (_, order) = signals.next_order() => Next::Stop(Some(order)),
                 control = control.next() => Next::Control(control),
                 typed = input.next() => Next::Typed(typed),
                 wants = wants => match wants {
                     Wants::Typed(typed) => Next::Typed(typed),
-                    Wants::Stop => Next::Stop,
+                    Wants::Stop(signal) => Next::Pressed(signal),
                     Wants::Control(control) => Next::Control(control),
                 },
                 resumed = resumed => Next::Resumed(resumed),
@@ -148,9 +147,13 @@ impl UnderWay<'_> {
                 error = unrecorded => Next::Unrecorded(error),
             }
         };
-        match self.waits {
+        let next = match self.waits {
             Some(what) if !whole => attended(self.json, what, next).await,
             _ => next.await,
+        };
+        match next {
+            Next::Pressed(signal) => Next::Stop(self.signals.hears(signal)),
+            next => next,
         }
     }
 
@@ -170,11 +173,7 @@ impl UnderWay<'_> {
                 self.stops_unanswered();
             }
             Typed::Toggle | Typed::Resume => self.resumes(),
-            // Keys repeat themselves: only a signal stops what a stop has begun to do.
-            Typed::Stop if self.stops => {}
-            Typed::Stop => {
-                self.stop();
-            }
+            Typed::Stop => self.stops_by_request(),
             Typed::Faster | Typed::Slower => {
                 let now = self.job.speed();
                 let next = if typed == Typed::Faster {
@@ -200,7 +199,14 @@ impl UnderWay<'_> {
 
     /// Stops a job that waits for an answer which cannot come.
     pub(super) fn stops_unanswered(&mut self) {
-        if self.unanswered && !self.stops && self.resuming.is_none() && self.waits_for_person() {
+        if self.unanswered && self.resuming.is_none() && self.waits_for_person() {
+            self.stops_by_request();
+        }
+    }
+
+    /// Stops it, if it is not being stopped: keys repeat themselves.
+    fn stops_by_request(&mut self) {
+        if self.signals.hears(Signal::Request).is_some() {
             self.stop();
         }
     }
@@ -304,20 +310,15 @@ impl UnderWay<'_> {
         }
     }
 
-    /// Stops it; whether that was asked for before.
-    pub(super) fn stop(&mut self) -> bool {
+    /// Stops it; at once if it is being stopped.
+    pub(super) fn stop(&mut self) {
         self.waits = Some("stopping");
         self.job.stop();
-        std::mem::replace(&mut self.stops, true)
     }
 
-    /// After the second stop nothing more is moved. A further signal does not wait for that.
-    pub(super) async fn stopped_again(&mut self) -> Option<JobOutcome> {
-        tokio::select! {
-            biased;
-            _ = self.signals.next() => None,
-            outcome = timeout(FAREWELL, self.job.outcome()) => outcome.ok(),
-        }
+    /// Waits for the end after a second stop, which the job keeps short; `None` if it does not come.
+    pub(super) async fn stopped_at_once(&mut self) -> Option<JobOutcome> {
+        timeout(STAND_BY, self.job.outcome()).await.ok()
     }
 }
 

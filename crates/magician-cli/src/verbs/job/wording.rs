@@ -1,8 +1,9 @@
 //! Why a job did not come to its end, and how to go on, in the words of the command.
 
-use magician::ErrorKind;
+use magician::{ErrorKind, Given, Setting};
 use magician_job::{Fault, JobError, JournalError, Left, PenLift, ResumeError};
 use magician_program::resume::{ResumePoint, StepRange};
+use magician_program::{Diagnostic, Origin};
 
 use super::{Made, needs_start, report};
 use crate::context::{not_confirmed, place};
@@ -33,6 +34,16 @@ impl Wording<'_> {
             failure.message = format!("{}; {said}", failure.message);
         }
         self.with_advice(failure, error)
+    }
+
+    /// A run of the same that was cut off, and is not resumed by this one.
+    pub(super) fn unfinished(&self, finished: u64) -> Diagnostic {
+        let of = self.of();
+        let text = format!(
+            "an earlier run of this was cut off after at least {finished}{of} steps; this one begins anew"
+        );
+        let goes_on = "goes on where that one ended";
+        Diagnostic::new(Origin::NONE, text).remedy((Setting::Resume, Given::On), goes_on)
     }
 
     /// A job that was stopped, and whether the arm is known to stand.
@@ -122,11 +133,17 @@ impl Wording<'_> {
     fn advice(&self, resume_point: ResumePoint, within: bool, command: &str) -> String {
         let of = self.of();
         match resume_point {
-            ResumePoint::Again(steps) if within => format!(
-                "{steps}{of} steps are done and the next was cut short; {command} continues where \
-                    it stopped, in step {}",
-                steps + 1
-            ),
+            ResumePoint::Again(steps) if within => {
+                let place = match self.made.program.plan().burns() {
+                    true => "the light went out",
+                    false => "it stopped",
+                };
+                format!(
+                    "{steps}{of} steps are done and the next was cut short; {command} continues where \
+                        {place}, in step {}",
+                    steps + 1
+                )
+            }
             ResumePoint::After(steps) => format!(
                 "{steps}{of} steps are done; {command} continues with step {}",
                 steps + 1

@@ -5,6 +5,7 @@ use std::time::Instant;
 use magician::Arm;
 use magician_job::Polled;
 use magician_job::jog::{PendantEvent, PendantSession, device_name};
+use magician_job::report::left_on;
 use ratatui::crossterm::event::{Event, KeyEvent};
 use tokio::time::{Duration, timeout};
 
@@ -12,6 +13,7 @@ use super::pad::{Pad, Reply, Tone};
 use super::wording;
 use crate::context::{STAND_BY, not_confirmed, stop};
 use crate::failure::{Failure, Kind};
+use crate::output::Output;
 use crate::saved::SavedSettings;
 use crate::terminal::{Seen, Stage, Told, take_log};
 
@@ -153,10 +155,14 @@ impl Console {
         }
     }
 
-    /// Leaves the arm standing, its laser dark, and its settings as they were.
-    pub(crate) async fn leave(self, end: End) -> Result<(), Failure> {
-        match end {
-            End::Quit => Ok(self.session.close(&self.pad.pendant).await?),
+    /// Leaves the arm standing, its laser dark, and its settings as they were. A cup or gripper that stays on is told of.
+    pub(crate) async fn leave(self, end: End, out: &mut Output, json: bool) -> Result<(), Failure> {
+        let ended = match end {
+            End::Quit => self
+                .session
+                .close(&self.pad.pendant)
+                .await
+                .map_err(Failure::from),
             End::Interrupt => {
                 drop(self.session);
                 let stopped = timeout(STAND_BY, stop(&self.arm, &self.saved)).await;
@@ -166,7 +172,11 @@ impl Console {
                 };
                 Err(Failure::new(Kind::Interrupted, message))
             }
+        };
+        for note in left_on(&self.arm.outputs()) {
+            out.note(&note, json);
         }
+        ended
     }
 }
 

@@ -20,6 +20,7 @@ use super::rail::needs_rail;
 use crate::context::{Context, Sim, StopPolicy, Taken};
 use crate::failure::Failure;
 use crate::options::number;
+use crate::output::Output;
 use crate::progress::attended;
 use crate::saved::SavedSettings;
 use crate::terminal::{self, Stage};
@@ -86,8 +87,9 @@ fn step(axis: Axis, by: f32, context: &mut Context) -> Result<(), Failure> {
 fn at_the_pad(context: &mut Context) -> Result<(), Failure> {
     for_a_person("jog", "`magician jog x 10` makes one step")?;
     let saved = context.saved.clone();
-    let pose = context.arm_or(AT_SIGHT, StopPolicy::Pad, async |arm, _| {
-        session(arm, &saved).await
+    let json = context.global.json;
+    let pose = context.arm_or(AT_SIGHT, StopPolicy::Pad, async |arm, out| {
+        session(arm, &saved, out, json).await
     })?;
     let answer = PoseReport::from(pose);
     context.show(&answer, |out| {
@@ -104,7 +106,12 @@ pub(super) fn for_a_person(what: &str, without: &str) -> Result<(), Failure> {
     terminal::check(what, without)
 }
 
-async fn session(arm: &Arm, saved: &SavedSettings) -> Result<commands::Pose, Failure> {
+async fn session(
+    arm: &Arm,
+    saved: &SavedSettings,
+    out: &mut Output,
+    json: bool,
+) -> Result<commands::Pose, Failure> {
     let mut console = Console::open(arm, saved).await?;
     let mut stage = Stage::open(view::draw)?;
     let end = loop {
@@ -125,6 +132,6 @@ async fn session(arm: &Arm, saved: &SavedSettings) -> Result<commands::Pose, Fai
         }
     };
     stage.close()?;
-    console.leave(end).await?;
+    console.leave(end, out, json).await?;
     Ok(arm.get::<commands::Pose>().await?)
 }

@@ -16,7 +16,7 @@ use magician_protocol::Row;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::interrupt::Signal;
-use crate::serving::{DOORS, create, pty, say_ready};
+use crate::serving::{DOORS, grow, pty, say_ready};
 
 use log::{Log, Style};
 
@@ -118,7 +118,7 @@ impl Proxy {
             let mut proxy = ProxyServer::open(line, &endpoints, settings)?;
             // After the endpoints: what cannot be served leaves an earlier trace as it was.
             if let Some(path) = &self.trace {
-                proxy = proxy.traced(BufWriter::new(create(path)?))?;
+                proxy = proxy.traced(BufWriter::new(grow(path)?))?;
             }
             log.serving(&proxy.endpoints());
             if !matches!(target, Target::Sim(_)) {
@@ -129,7 +129,7 @@ impl Proxy {
         })?;
         match signal {
             Signal::Interrupt => Err(Failure::interrupted()),
-            Signal::Terminate => Ok(()),
+            _ => Ok(()),
         }
     }
 

@@ -4,10 +4,11 @@ mod session;
 mod tell;
 
 use std::fs::File;
-use std::io::{self, BufWriter, Read};
+use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use magician_job::files::WholeFile;
 use magician_record::mcap::{is_recording, trace_of};
 use magician_record::replay::{Replay as Session, ReplayWriter, Tolerances};
 use magician_sim::{Controller, Speed, World};
@@ -16,12 +17,11 @@ use super::{decode, sim};
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
 use crate::options::number;
-use crate::serving;
 use session::{Pace, attend};
 use tell::ReplayReporter;
 
 /// The new session, in a file.
-type Saved = ReplayWriter<BufWriter<File>>;
+type Saved = ReplayWriter<Box<dyn Write + Send>>;
 
 /// A larger file is no trace of an arm: an hour of polling has 150 MB.
 const MOST_BYTES: u64 = 1 << 30;
@@ -136,7 +136,7 @@ impl Replay {
             None => World::default(),
         };
         let mut arm = Controller::in_world(profile, world);
-        let mut saved = self.save(session)?;
+        let (mut file, mut saved) = self.save(session)?.unzip();
         let quiet = context.global.json;
         let what = format!("replaying {} packets", session.packets().len());
         context.alone(async |out, signals| {
@@ -154,8 +154,9 @@ impl Replay {
                     let Some(moment) = play.step() else {
                         return Ok(());
                     };
-                    if let Some(saved) = &mut saved {
-                        saved.write(&moment)?;
+                    if let (Some(saved), Some(path)) = (&mut saved, &self.save) {
+                        let written = saved.write(&moment);
+                        written.map_err(|error| Failure::unwritable(path, &error))?;
                     }
                     for difference in &moment.differences {
                         teller.difference(difference)?;
@@ -163,22 +164,24 @@ impl Replay {
                 }
             };
             attend(signals, quiet, &what, work).await?;
+            drop(saved);
+            if let (Some(file), Some(path)) = (file.take(), &self.save) {
+                let unwritable = |error| Failure::unwritable(path, &error);
+                file.finish().map_err(unwritable)?;
+            }
             teller.end(&play.finish())
         })
     }
 
-    fn save(&self, session: &Session<'_>) -> Result<Option<Saved>, Failure> {
+    fn save(&self, session: &Session<'_>) -> Result<Option<(WholeFile, Saved)>, Failure> {
         let Some(path) = &self.save else {
             return Ok(None);
         };
-        let same = |path: &Path| path.canonicalize().ok();
-        if same(path).is_some() && same(path) == same(&self.session) {
-            return Err(Failure::usage(
-                "--save would overwrite the trace that is replayed",
-            ));
-        }
-        let out = BufWriter::new(serving::create(path)?);
-        Ok(Some(Saved::new(out, session)?))
+        let unwritable = |error| Failure::unwritable(path, &error);
+        let mut file = WholeFile::create(path).map_err(unwritable)?;
+        let out = Box::new(BufWriter::new(file.writer()));
+        let saved = Saved::new(out, session).map_err(unwritable)?;
+        Ok(Some((file, saved)))
     }
 
     fn explain(&self, session: &Session<'_>, context: &mut Context) -> Result<(), Failure> {

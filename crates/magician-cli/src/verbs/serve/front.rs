@@ -1,5 +1,6 @@
 //! What a station and a hub have in common: where they listen, who is let in, and the library of programs.
 
+use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -7,13 +8,16 @@ use clap::{Args, ValueHint};
 use magician_job::dirs;
 use magician_station::ProgramStore;
 use magician_station::http::{
-    Admission, HttpOptions, Listener, Pages, ProgramFolder, Tls, TokenStore, Tries, Uploads,
+    Admission, HttpOptions, ListenError, Listener, Pages, ProgramFolder, Tls, TokenStore, Tries,
+    Uploads,
 };
 
 use crate::config::Config;
 use crate::failure::Failure;
 use crate::paint::tell;
 use crate::verbs::station::tokens;
+
+use super::stations;
 
 #[derive(Args, Debug)]
 pub(crate) struct FrontFlags {
@@ -82,7 +86,8 @@ impl FrontFlags {
 
     /// Listens, before anything is accepted.
     pub(crate) async fn bind(&self, tls: Option<Tls>) -> Result<Listener, Failure> {
-        let listener = Listener::bind(self.listen.as_deref()).await?;
+        let listener = Listener::bind(self.listen.as_deref()).await;
+        let listener = listener.map_err(taken)?;
         Ok(match tls {
             Some(tls) => listener.encrypted(tls),
             None => listener,
@@ -134,4 +139,24 @@ impl FrontFlags {
         }
         Ok(())
     }
+}
+
+/// Why an address cannot be had, and what to do if another program has it: a station of this computer is
+/// named.
+fn taken(error: ListenError) -> Failure {
+    let port = match &error {
+        ListenError::Bind(address, why) if why.kind() == io::ErrorKind::AddrInUse => address.port(),
+        _ => return error.into(),
+    };
+    let failure = Failure::from(error);
+    let is_there = |url: &str| url.trim_end_matches('/').ends_with(&format!(":{port}"));
+    let station = stations().find(|(url, _)| is_there(url));
+    failure.hint(match station {
+        Some((url, arms)) => format!(
+            "a station runs there, of {}: open {url}, or give this one another port: --listen 127.0.0.1:0 takes a \
+             free one",
+            arms.join(", ")
+        ),
+        None => "another program listens there: --listen 127.0.0.1:0 takes a free port".to_owned(),
+    })
 }

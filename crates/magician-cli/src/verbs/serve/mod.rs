@@ -5,6 +5,7 @@ mod holder;
 mod link;
 mod site;
 mod studio;
+mod surfaces;
 mod window;
 
 use std::collections::BTreeSet;
@@ -51,6 +52,8 @@ pub(crate) use window::is_started_by_hand;
 
 /// How long arms get to stop at the end.
 const STOPPING: Duration = Duration::from_secs(2);
+/// How long jobs get to end before that: the arm stands, the pen goes up by at most 2 s, settings are restored.
+const ENDING: Duration = Duration::from_secs(5);
 
 /// Share arms on the network: many look, one moves, anybody stops
 #[derive(Args, Debug)]
@@ -357,6 +360,7 @@ impl Serve {
         config.student_laser = student_laser;
         (config.class, config.schedule) = (class, schedule);
         config.reader = Arc::new(reader);
+        config.surfaces = Arc::new(surfaces::Surfaces::under(&entries));
         config.presets = presets;
         config.ring = ring.rate;
         config.save_on_alarm = ring.save_on_alarm;
@@ -437,9 +441,9 @@ impl Serve {
             _ = signals.next() => {}
             closed = window::closed(&station), if self.shown == Shown::InWindow => never_shown = closed.err(),
         }
-        // A second signal ends at once.
         let stopping = async {
             let leaving = joined.map(|joined| tokio::spawn(joined.leave()));
+            let _ = timeout(ENDING, station.end_jobs()).await;
             let stops = arms.iter().map(|arm| timeout(STOPPING, quiet(arm)));
             let stops = stops.collect::<Vec<_>>();
             let mut unanswered = false;
@@ -458,7 +462,11 @@ impl Serve {
         };
         let unanswered = tokio::select! {
             unanswered = stopping => unanswered,
-            _ = signals.next() => return Err(Failure::interrupted()),
+            // A second stop: nothing more moves.
+            _ = signals.next() => {
+                let _ = timeout(STOPPING, station.end_jobs()).await;
+                return Err(Failure::interrupted());
+            }
         };
         let _ = timeout(Duration::from_millis(500), station.close_recordings()).await;
         if unanswered {

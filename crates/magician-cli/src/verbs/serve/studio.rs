@@ -19,6 +19,8 @@ use crate::paint::tell;
 
 /// Limits of a page that is built without its WebAssembly modules.
 const NO_MODULES: &str = "this build has no WebAssembly modules: its page works over a station, but has no virtual arm of its own and no Web Serial";
+/// The file of a folder that a web server shows.
+const START_PAGE: &str = "index.html";
 const BUILD_MODULES: &str =
     "run `cargo xtask generate modules` in a checkout and build again, or take a release";
 
@@ -106,7 +108,25 @@ fn export(folder: &Path, context: &mut Context) -> Result<(), Failure> {
     if !magician_studio::works_without_server() {
         return Err(Failure::usage(NO_MODULES).hint(BUILD_MODULES));
     }
+    let exported = write_pages(folder, files())?;
+    context.show(&exported, |out| {
+        let megabytes = exported.bytes as f64 / 1e6;
+        out.line(format_args!(
+            "{}: {} files, {megabytes:.1} MB",
+            folder.display(),
+            exported.files
+        ))
+    })
+}
+
+/// Writes the files of a page, its start page last: a folder that was not finished is no page. What an
+/// error leaves is removed.
+fn write_pages(
+    folder: &Path,
+    files: impl Iterator<Item = PageFile>,
+) -> Result<Exported<'_>, Failure> {
     let unwritable = |error: io::Error| Failure::unwritable(folder, &error);
+    let is_new = !folder.exists();
     fs::create_dir_all(folder).map_err(unwritable)?;
     if fs::read_dir(folder).map_err(unwritable)?.next().is_some() {
         let message = format!("{} is not empty", folder.display());
@@ -117,25 +137,38 @@ fn export(folder: &Path, context: &mut Context) -> Result<(), Failure> {
         files: 0,
         bytes: 0,
     };
-    for file in files() {
-        let name = match file.path {
-            "/" => "index.html",
-            path => path.trim_start_matches('/'),
-        };
-        let path = folder.join(name);
-        fs::create_dir_all(path.parent().unwrap_or(folder)).map_err(unwritable)?;
-        let bytes = file.unpacked().map_err(unwritable)?;
-        write_whole(&path, &bytes).map_err(unwritable)?;
+    let (start, others): (Vec<_>, Vec<_>) = files.partition(|file| file.path == "/");
+    let written = others.iter().chain(&start).try_for_each(|file| {
+        let path = place(folder, file);
+        fs::create_dir_all(path.parent().unwrap_or(folder))?;
+        let bytes = file.unpacked()?;
+        write_whole(&path, &bytes)?;
         exported.files += 1;
         exported.bytes += bytes.len();
+        Ok(())
+    });
+    if let Err(error) = written {
+        // Folders go only if they are empty: what others put there meanwhile stays.
+        for path in others.iter().map(|file| place(folder, file)) {
+            let _ = fs::remove_file(&path);
+            let _ = path
+                .parent()
+                .filter(|room| *room != folder)
+                .map(fs::remove_dir);
+        }
+        if is_new {
+            let _ = fs::remove_dir(folder);
+        }
+        return Err(unwritable(error));
     }
-    context.show(&exported, |out| {
-        let megabytes = exported.bytes as f64 / 1e6;
-        out.line(format_args!(
-            "{}: {} files, {megabytes:.1} MB",
-            folder.display(),
-            exported.files
-        ))
+    Ok(exported)
+}
+
+/// Returns the path at which a file of the page is written.
+fn place(folder: &Path, file: &PageFile) -> PathBuf {
+    folder.join(match file.path {
+        "/" => START_PAGE,
+        path => path.trim_start_matches('/'),
     })
 }
 
@@ -196,6 +229,44 @@ pub(super) fn show_address(url: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// "page", packed.
+    const PAGE: &[u8] = &[
+        31, 139, 8, 0, 0, 0, 0, 0, 2, 3, 43, 72, 76, 79, 5, 0, 32, 182, 10, 20, 4, 0, 0, 0,
+    ];
+
+    const fn file(path: &'static str, gzip: &'static [u8]) -> PageFile {
+        let kind = "text/html";
+        PageFile { path, kind, gzip }
+    }
+
+    #[test]
+    fn export_that_fails_leaves_nothing_and_a_start_page_comes_last() {
+        let place = tempfile::tempdir().unwrap();
+        let files = || {
+            [
+                file("/", PAGE),
+                file("/assets/a.js", PAGE),
+                file("/sw.js", PAGE),
+            ]
+        };
+        let broken = |path| files().into_iter().chain([file(path, b"no gzip")]);
+        for (name, is_there) in [("new", false), ("empty", true)] {
+            let folder = place.path().join(name);
+            if is_there {
+                fs::create_dir(&folder).unwrap();
+            }
+            // Before it fails it has no start page, which would not be removed.
+            assert!(write_pages(&folder, broken("/assets/b.js")).is_err());
+            assert_eq!(folder.exists(), is_there);
+            assert_eq!(fs::read_dir(&folder).map_or(0, Iterator::count), 0);
+            let exported = write_pages(&folder, files().into_iter()).unwrap();
+            assert_eq!((exported.files, exported.bytes), (3, 12));
+            assert_eq!(fs::read(folder.join(START_PAGE)).unwrap(), b"page");
+            assert!(write_pages(&folder, broken("/x")).is_err());
+            assert_eq!(fs::read_dir(&folder).unwrap().count(), 3, "theirs stays");
+        }
+    }
 
     #[test]
     fn only_an_address_of_this_computer_alone_is_told_otherwise() {

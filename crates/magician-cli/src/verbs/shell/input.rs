@@ -1,6 +1,6 @@
 //! The lines of a shell, from a terminal or a script.
 
-use std::io::{self, BufRead};
+use std::io::{self, BufRead, IsTerminal};
 use std::sync::mpsc;
 
 use tokio::sync::mpsc as channel;
@@ -65,6 +65,10 @@ impl Lines {
         })?;
         match read {
             Some(Ok(Input::Signal(signal))) => Ok(Input::Signal(signal)),
+            // What a closed terminal ends is no person's end of the input: its signal may come later.
+            None | Some(Ok(Input::End) | Err(_)) if self.is_hung_up() => {
+                Ok(Input::Signal(Signal::HangUp))
+            }
             Some(Ok(input)) => {
                 self.asked = false;
                 Ok(input)
@@ -72,6 +76,16 @@ impl Lines {
             Some(Err(error)) => Err(Failure::invalid(format!("stdin cannot be read: {error}"))),
             None => Ok(Input::End),
         }
+    }
+
+    /// True if the lines came from a terminal, and that is closed.
+    fn is_hung_up(&self) -> bool {
+        #[cfg(unix)]
+        let typed = self.terminal.is_some();
+        // A console that is closed ends its programs by an event.
+        #[cfg(not(unix))]
+        let typed = false;
+        typed && !io::stdin().is_terminal()
     }
 }
 

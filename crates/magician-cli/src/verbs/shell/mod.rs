@@ -52,12 +52,12 @@ impl Shell {
         for number in 1_u64.. {
             let line = match lines.next(context)? {
                 Input::Line(line) if !ends(&line) => line,
-                Input::Signal(_) => return Err(context.interrupt()?),
+                Input::Signal(signal) => return Err(context.interrupt(signal)?),
                 _ => break,
             };
             let outcome = one(&line, session, context);
             if outcome.is_ok() && context.is_terminated() {
-                return Err(context.interrupt()?);
+                return Err(context.interrupt(Signal::Terminate)?);
             }
             let Err(mut failure) = outcome else {
                 continue;
@@ -86,7 +86,7 @@ fn converse(session: &Global, context: &mut Context) -> Result<(), Failure> {
             Input::Line(line) if ends(&line) => return Ok(()),
             Input::Line(line) => line,
             Input::Abandoned | Input::Signal(Signal::Interrupt) => continue,
-            Input::Signal(Signal::Terminate) => return Err(context.interrupt()?),
+            Input::Signal(signal) => return Err(context.interrupt(signal)?),
             Input::End => return Ok(()),
         };
         let outcome = one(&line, session, context);
@@ -94,7 +94,7 @@ fn converse(session: &Global, context: &mut Context) -> Result<(), Failure> {
         match outcome {
             Err(failure) if context.is_terminated() => return Err(failure),
             Err(failure) => failure.report(session.json),
-            Ok(()) if context.is_terminated() => return Err(context.interrupt()?),
+            Ok(()) if context.is_terminated() => return Err(context.interrupt(Signal::Terminate)?),
             Ok(()) => (),
         }
     }

@@ -12,7 +12,8 @@ use std::time::Duration;
 use clap::Args;
 use clap::builder::{NonEmptyStringValueParser, PathBufValueParser, TypedValueParser};
 use magician::serve::files::{FlashFileError, load_flash, read_text, save_flash};
-use magician::serve::{self, Discovery, Handle, Server, serve_all};
+use magician::serve::{self, Discovery, Handle, ServeError, Server, serve_all};
+use magician_job::files::WholeFile;
 use magician_motion::ToolBias;
 use magician_sim::world::PictureOptions;
 use magician_sim::{Controller, Flash, Identity, LineTiming, Profile, Scenario, Speed, World};
@@ -21,13 +22,16 @@ use crate::context::Context;
 use crate::failure::Failure;
 use crate::interrupt::Signal;
 use crate::output::Text;
-use crate::serving::{DOORS, create, pty, say_ready};
+use crate::serving::{DOORS, grow, pty, say_ready};
 
 use log::Log;
 use tui::{Dashboard, Feed, Subject};
 
 #[cfg(test)]
 pub(super) use tui::examples;
+
+/// Recordings under way, and the names that people gave them.
+type Recordings = Vec<(PathBuf, WholeFile)>;
 
 /// Serve a virtual arm to other programs
 #[derive(Args, Debug)]
@@ -44,6 +48,8 @@ Prints the one line `ready` when every endpoint accepts connections; everything 
 Programs discover an arm by a broadcast to UDP port 48899 and then use port 8899 of the address in the reply. So an arm on UDP port 8899 answers these broadcasts too, on the same HOST; if port 48899 is taken, perhaps by another arm, it is served without discovery and says so on stderr. A broadcast reaches only a HOST of all addresses (0.0.0.0).
 
 --arms N serves N arms that differ in name, serial number and device id, at PATH.1 to PATH.N and on N consecutive ports; port 0 is any free port for each. A trace, a recording or a flash becomes N files, FILE.1 to FILE.N, a picture x.1.svg to x.N.svg. Discovery finds the arm on port 8899.
+
+The serial number follows from the first path or address that the arm is served at, so that what programs keep of it (settings to be restored, runs to be resumed) is of this arm; one in --profile or --flash stays.
 
 --speed scales the arm's clock only. At `max` motion, WAIT and homing take no time: a queued command has finished \
 before the next request is read. While the arm is idle its clock runs at the usual speed, with \
@@ -163,7 +169,8 @@ impl Sim {
         }
         let verbose = (self.tui || !context.global.json).then_some(context.global.verbose);
         let feeds = self.feeds();
-        let servers = self.servers(&profile, &scenario, verbose, &feeds)?;
+        let mut recordings = Vec::new();
+        let servers = self.servers(&profile, &scenario, verbose, &feeds, &mut recordings)?;
         let handles: Vec<_> = servers.iter().map(Server::handle).collect();
         let subjects = self.subjects(&profile, &scenario, feeds, &handles);
         let mut dashboard = Dashboard::begin(subjects)?;
@@ -185,7 +192,15 @@ impl Sim {
                     drawn = picture.write(&handles, self.arms.is_some(), &options).await;
                 }
             };
-            serve_all(servers, end).await.map_err(Failure::from)?;
+            let served = serve_all(servers, end).await;
+            // One that could not be recorded to its end leaves the file of before.
+            if !matches!(served, Err(ServeError::Record(_))) {
+                for (path, file) in recordings {
+                    file.finish()
+                        .map_err(|error| Failure::unwritable(&path, &error))?;
+                }
+            }
+            served.map_err(Failure::from)?;
             drawn?;
             Ok(seen)
         });
@@ -197,7 +212,7 @@ impl Sim {
         finished?;
         match signal {
             Some(Signal::Interrupt) => Err(Failure::interrupted()),
-            Some(Signal::Terminate) | None => Ok(()),
+            _ => Ok(()),
         }
     }
 
@@ -241,6 +256,7 @@ impl Sim {
         scenario: &Scenario,
         verbose: Option<u8>,
         feeds: &[Feed],
+        recordings: &mut Recordings,
     ) -> Result<Vec<Server>, Failure> {
         let mut feeds = feeds.iter();
         let mut log = |number| {
@@ -253,7 +269,7 @@ impl Sim {
         };
         let Some(count) = self.arms else {
             let log = log(None);
-            let server = self.server(profile.clone(), scenario, Path::to_owned)?;
+            let server = self.server(profile.clone(), scenario, recordings, Path::to_owned)?;
             return Ok(vec![self.reporting(server, &profile.identity, log, true)]);
         };
         let numbered = |number| {
@@ -261,7 +277,8 @@ impl Sim {
             profile.identity = profile.identity.numbered(number);
             let identity = profile.identity.clone();
             let own = |path: &Path| serve::numbered(path, number);
-            let server = self.server(profile, scenario, own)?.number(number);
+            let server = self.server(profile, scenario, recordings, own)?;
+            let server = server.number(number);
             Ok(self.reporting(server, &identity, log(Some(number)), number == count))
         };
         (1..=count).map(numbered).collect()
@@ -272,6 +289,7 @@ impl Sim {
         &self,
         profile: Profile,
         scenario: &Scenario,
+        recordings: &mut Recordings,
         own: impl Fn(&Path) -> PathBuf,
     ) -> Result<Server, Failure> {
         let line = LineTiming {
@@ -309,10 +327,13 @@ impl Sim {
             server = server.flash(path);
         }
         if let Some(path) = &self.trace {
-            server = server.trace(BufWriter::new(create(&own(path))?));
+            server = server.trace(BufWriter::new(grow(&own(path))?));
         }
         if let Some(path) = &self.record {
-            server = server.record(create(&own(path))?);
+            let path = own(path);
+            let mut file = grow(&path)?;
+            server = server.record(file.writer());
+            recordings.push((path, file));
         }
         Ok(server)
     }

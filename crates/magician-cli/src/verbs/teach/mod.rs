@@ -19,6 +19,7 @@ use serde::Serialize;
 
 use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
+use crate::output::Output;
 use crate::permission::homed;
 use crate::saved::SavedSettings;
 use crate::terminal::Stage;
@@ -67,11 +68,12 @@ impl Teach {
         };
         for_a_person("teach", "`magician run FILE` plays what was taught")?;
         let saved = context.saved.clone();
-        let answer = context.arm_or(AT_SIGHT, StopPolicy::Pad, async |arm, _| {
+        let json = context.global.json;
+        let answer = context.arm_or(AT_SIGHT, StopPolicy::Pad, async |arm, out| {
             let arm = homed(arm, self.unhomed).await?;
             let mut session = Session::open(&arm, &saved, self.file, self.tool, known).await?;
             let outcome = session.go_on().await;
-            session.leave(outcome).await
+            session.leave(outcome, out, json).await
         })?;
         context.show(&answer, |out| {
             let rows = answer.rows;
@@ -287,7 +289,12 @@ impl Session {
         }
     }
 
-    async fn leave(self, outcome: Result<End, Failure>) -> Result<TeachReport, Failure> {
+    async fn leave(
+        self,
+        outcome: Result<End, Failure>,
+        out: &mut Output,
+        json: bool,
+    ) -> Result<TeachReport, Failure> {
         let lesson = self.teach.editor.program;
         let rescue = self.rescue.path().display().to_string();
         let lost = !lesson.is_saved() && self.rescue.find().is_some();
@@ -300,7 +307,7 @@ impl Session {
         let closed = self.stage.close();
         let end = outcome.map_err(told)?;
         closed.map_err(told)?;
-        self.console.leave(end).await.map_err(told)?;
+        self.console.leave(end, out, json).await.map_err(told)?;
         Ok(TeachReport {
             file: self.path.map(|path| path.display().to_string()),
             rows: lesson.steps().len(),

@@ -10,7 +10,8 @@ use super::served::Served;
 
 /// Height of the paper, mm.
 pub(crate) const PAPER: f64 = -50.0;
-const SVG: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='80mm' height='20mm' viewBox='0 0 80 20'>\
+/// Drawing of two long lines.
+pub(crate) const SVG: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='80mm' height='20mm' viewBox='0 0 80 20'>\
                    <path d='M2 5 L78 5 L2 15' fill='none' stroke='black'/></svg>";
 
 /// The arm, and a directory of its own with a drawing.
@@ -44,9 +45,19 @@ impl Place {
         std::fs::write(self.dir.path().join(name), text).expect("written");
     }
 
+    /// Port of the arm.
+    pub(crate) fn door(&self) -> String {
+        self.served.door("tcp")
+    }
+
     pub(crate) fn command(&self, arguments: &[&str]) -> Command {
+        self.command_at(&["--port", &self.door()], arguments)
+    }
+
+    /// A command at another way to the arm.
+    fn command_at(&self, at: &[&str], arguments: &[&str]) -> Command {
         let mut command = command();
-        command.args(["--port", &self.served.door("tcp")]);
+        command.args(at);
         command.args(arguments).current_dir(self.dir.path());
         command.env("XDG_STATE_HOME", self.dir.path().join("state"));
         command
@@ -54,14 +65,60 @@ impl Place {
 
     /// Draws two long lines slowly.
     pub(crate) fn draw(&self, more: &[&str]) -> Command {
+        self.draw_at(&["--port", &self.door()], more)
+    }
+
+    /// The same at another way to the arm.
+    pub(crate) fn draw_at(&self, at: &[&str], more: &[&str]) -> Command {
         let draw = ["draw", "line.svg", "--surface", "-50", "--speed", "10"];
-        self.command(&[&draw, more].concat())
+        self.command_at(at, &[&draw, more].concat())
+    }
+
+    /// Waits until the pen is on the paper and has gone so far along it, mm.
+    pub(crate) fn until_drawn(&self, mm: f64) {
+        let mut began = None;
+        for _ in 0..10_000 {
+            let pose = last(&self.run(&["pose"]));
+            let [x, y, z] = ["x", "y", "z"].map(|axis| pose[axis].as_f64().expect("a number"));
+            let down = z < PAPER + 0.1;
+            let went = |(from_x, from_y): (f64, f64)| (x - from_x).hypot(y - from_y);
+            // An arm that has hardly moved counts as one that stands where it did.
+            if down && began.is_some_and(|began| went(began) > mm) {
+                return;
+            }
+            began = down.then_some(began.unwrap_or((x, y)));
+        }
+        panic!("the pen is never down");
     }
 
     /// Runs a command to its end, with `--json`.
     pub(crate) fn run(&self, arguments: &[&str]) -> Output {
         let output = self.command(arguments).arg("--json").output();
         output.expect("it runs")
+    }
+
+    /// Settings of the arm that a drawing changes.
+    pub(crate) fn settings(&self) -> Vec<Value> {
+        let names = [
+            "CPParams",
+            "PTPCommonParams",
+            "PTPCoordinateParams",
+            "PTPJointParams",
+        ];
+        let get = |name| last(&self.run(&["get", name]));
+        names.map(get).to_vec()
+    }
+
+    /// Files of settings that ended commands have left to be restored.
+    pub(crate) fn debts(&self) -> usize {
+        let folder = self.dir.path().join("state/magician/debts");
+        std::fs::read_dir(folder).map_or(0, Iterator::count)
+    }
+
+    /// Runs that can be resumed.
+    pub(crate) fn journals(&self) -> usize {
+        let folder = self.dir.path().join("state/magician/runs");
+        std::fs::read_dir(folder).map_or(0, Iterator::count)
     }
 
     pub(crate) fn number(&self, verb: &str, name: &str) -> f64 {

@@ -30,7 +30,9 @@ impl Terminal {
 
     /// The same with another stdout.
     pub(crate) fn with_stdout(mut command: Command, stdout: Option<Stdio>) -> Self {
-        let screen = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a terminal");
+        // A program that had this end, too, would keep a terminal that is closed open.
+        let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
+        let screen = openpt(flags).expect("a terminal");
         grantpt(&screen)
             .and_then(|()| unlockpt(&screen))
             .expect("ours");
@@ -169,6 +171,11 @@ impl Terminal {
         self.types(keys);
         self.until_seen(said);
         assert_eq!(self.child.wait().expect("it ends").code(), Some(130));
+    }
+
+    /// Closes it: whatever runs there is told that its terminal is gone.
+    pub(crate) fn closes(&mut self) {
+        self.screen = File::open("/dev/null").expect("it opens");
     }
 
     pub(crate) fn types(&mut self, keys: &str) {

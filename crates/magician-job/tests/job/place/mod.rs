@@ -107,7 +107,7 @@ pub(crate) fn program(kind: Kind, iterations: u64) -> Program {
 /// An arm on which this can be run.
 pub(crate) async fn place(program: &Program) -> (VirtualArm, Arm) {
     let arm = stage(program.plan(), &RehearseOptions::default()).expect("a stage");
-    let cell = VirtualArm::new(arm, SimSpeed::Times(1.0));
+    let cell = VirtualArm::new(arm, SimSpeed::Times(1.0)).with_breaking_lines();
     let arm = Arm::simulated(cell.clone(), Options::default()).await;
     (cell, arm.expect("a virtual arm"))
 }

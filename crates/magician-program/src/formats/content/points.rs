@@ -70,6 +70,8 @@ pub(in crate::formats) enum Field {
     Time,
     /// Of a recording: the angle of J4.
     J4,
+    /// Where the carriage on the rail is, mm.
+    Rail,
     /// Of no use here.
     Idle,
 }
@@ -96,6 +98,7 @@ impl Field {
             "velocity" | "acceleration" | "speed" => Self::Speed,
             "t" => Self::Time,
             "j4" => Self::J4,
+            "l" | "rail" | "posel" => Self::Rail,
             "j1" | "j2" | "j3" | "left_space" | "alarms" | "time" => Self::Idle,
             "step" | "line" | "index" | "no" | "" => Self::Idle,
             _ => return None,

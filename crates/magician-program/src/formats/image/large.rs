@@ -12,7 +12,7 @@ use zune_core::options::DecoderOptions;
 use zune_jpeg::JpegDecoder;
 
 use super::crop::Window;
-use super::{MOST_MEMORY, grey_of};
+use super::{MOST_MEMORY, grey_of, opacity_of};
 
 /// As many pixels are kept, at most: a point of 0.1 mm on all that the arm reaches.
 const KEPT: u64 = 16_000_000;
@@ -26,6 +26,8 @@ pub(super) struct Smaller {
     pub(super) width: u32,
     pub(super) height: u32,
     pub(super) grey: Vec<u8>,
+    /// Empty if all of it is opaque.
+    pub(super) opacity: Vec<u8>,
 }
 
 /// Why one is not read.
@@ -67,6 +69,7 @@ impl Shrink {
                 width: columns,
                 height: lines,
                 grey: Vec::with_capacity(columns as usize * lines as usize),
+                opacity: Vec::new(),
             },
         })
     }
@@ -114,6 +117,37 @@ impl Shrink {
     }
 }
 
+/// What becomes of rows of greys, and of the opacities of the same pixels.
+struct ShrinkBoth {
+    grey: Shrink,
+    opacity: Option<Shrink>,
+}
+
+impl ShrinkBoth {
+    fn new(size: [u32; 2], window: Window, has_opacity: bool) -> Result<Self, Why> {
+        let opacity = has_opacity.then(|| Shrink::new(size, window));
+        Ok(Self {
+            grey: Shrink::new(size, window)?,
+            opacity: opacity.transpose()?,
+        })
+    }
+
+    fn row(&mut self, grey: &[u8], opacity: &[u8]) {
+        self.grey.row(grey);
+        if let Some(shrink) = &mut self.opacity {
+            shrink.row(opacity);
+        }
+    }
+
+    fn finish(self) -> Smaller {
+        let opacity = self.opacity.map(|shrink| shrink.finish().grey);
+        Smaller {
+            opacity: opacity.unwrap_or_default(),
+            ..self.grey.finish()
+        }
+    }
+}
+
 /// A PNG, row by row.
 pub(super) fn png(bytes: &[u8], window: Window) -> Result<Smaller, Why> {
     let told = |error: png::DecodingError| error.to_string();
@@ -129,14 +163,23 @@ pub(super) fn png(bytes: &[u8], window: Window) -> Result<Smaller, Why> {
         return Err("it is interlaced; save it without interlacing".to_owned());
     }
     let (color, _) = reader.output_color_type();
-    let mut shrink = Shrink::new(size, window)?;
+    let samples = color.samples();
+    let mut shrink = ShrinkBoth::new(size, window, has_opacity(samples))?;
     let mut grey = Vec::with_capacity(width as usize);
+    let mut opacity = Vec::new();
     while let Some(row) = reader.next_row().map_err(told)? {
         grey.clear();
-        grey.extend(grey_of(row.data(), color.samples()));
-        shrink.row(&grey);
+        grey.extend(grey_of(row.data(), samples));
+        opacity.clear();
+        opacity.extend(opacity_of(row.data(), samples));
+        shrink.row(&grey, &opacity);
     }
     Ok(shrink.finish())
+}
+
+/// True if pixels of so many numbers have an opacity.
+fn has_opacity(samples: usize) -> bool {
+    matches!(samples, 2 | 4)
 }
 
 /// Whether a JPEG keeps its brightness apart from its colours: one of four inks does not.
@@ -197,13 +240,19 @@ pub(super) fn tiff(bytes: &[u8], window: Window) -> Result<Smaller, Why> {
         tiff::ColorType::CMYK(8 | 16) => (4, true),
         other => return Err(format!("a TIFF of {other:?} is not read in this size")),
     };
-    let mut shrink = Shrink::new([width, height], window)?;
+    let has_opacity = has_opacity(samples) && !inverted;
+    let mut shrink = ShrinkBoth::new([width, height], window, has_opacity)?;
     let (across, down) = decoder.chunk_dimensions();
     if across == 0 || down == 0 {
         return Err("its strips have no size".to_owned());
     }
     let columns = width.div_ceil(across);
     let mut band = vec![vec![u8::MAX; width as usize]; down.min(height) as usize];
+    let mut clear = if has_opacity {
+        band.clone()
+    } else {
+        Vec::new()
+    };
     for row in 0..height.div_ceil(down) {
         let mut rows = 0;
         for column in 0..columns {
@@ -219,6 +268,11 @@ pub(super) fn tiff(bytes: &[u8], window: Window) -> Result<Smaller, Why> {
             let from = (column * across) as usize;
             let lines = data.chunks(wide as usize * samples).take(high as usize);
             rows = rows.max(high as usize);
+            for (line, to) in lines.clone().zip(&mut clear) {
+                let to = to.get_mut(from..).unwrap_or_default().iter_mut();
+                to.zip(opacity_of(line, samples))
+                    .for_each(|(to, opacity)| *to = opacity);
+            }
             for (line, to) in lines.zip(&mut band) {
                 let to = to.get_mut(from..).unwrap_or_default().iter_mut();
                 if inverted {
@@ -231,7 +285,9 @@ pub(super) fn tiff(bytes: &[u8], window: Window) -> Result<Smaller, Why> {
                 }
             }
         }
-        band.iter().take(rows).for_each(|line| shrink.row(line));
+        for (nth, line) in band.iter().take(rows).enumerate() {
+            shrink.row(line, clear.get(nth).map_or(&[], Vec::as_slice));
+        }
     }
     Ok(shrink.finish())
 }
@@ -244,10 +300,17 @@ fn of_inks(inks: [u8; 4]) -> u8 {
 }
 
 /// The grey of an image that was decoded at once.
-pub(super) fn decoded(grey: &[u8], size: [u32; 2], window: Window) -> Result<Smaller, Why> {
-    let mut shrink = Shrink::new(size, window)?;
-    for row in grey.chunks(size[0].max(1) as usize) {
-        shrink.row(row);
+pub(super) fn decoded(
+    grey: &[u8],
+    opacity: &[u8],
+    size: [u32; 2],
+    window: Window,
+) -> Result<Smaller, Why> {
+    let mut shrink = ShrinkBoth::new(size, window, !opacity.is_empty())?;
+    let width = size[0].max(1) as usize;
+    let mut opacity = opacity.chunks(width);
+    for row in grey.chunks(width) {
+        shrink.row(row, opacity.next().unwrap_or_default());
     }
     Ok(shrink.finish())
 }

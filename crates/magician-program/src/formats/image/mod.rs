@@ -1,7 +1,7 @@
 //! PNG, JPEG, BMP, WebP, GIF (its first picture) and TIFF images.
 //!
 //! Colours become grey by the weights of Rec. 709 (0.2126, 0.7152, 0.0722) on the values as they are stored; what is transparent
-//! shows white below it; 16 bits are rounded to 8. An image that a camera holds turned (EXIF) is turned upright.
+//! shows white below it, and its opacity is kept; 16 bits are rounded to 8. An image that a camera holds turned (EXIF) is turned upright.
 //! Images that are larger than anything that is drawn or burnt are made smaller while they are read, which a note tells.
 
 mod crop;
@@ -9,6 +9,8 @@ mod density;
 mod large;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod transparent;
 
 use std::io::Cursor;
 
@@ -37,12 +39,13 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
         .filter(|format| KNOWN.contains(format))
         .ok_or_else(unknown)?;
     let Decoded {
-        image,
+        grey,
+        opacity,
         size: [width, height],
         turned,
         whole,
     } = decode(bytes, format, options.crop).map_err(refused)?;
-    let kept = [image.width(), image.height()];
+    let kept = [grey.width(), grey.height()];
     let mut pixel =
         density::pixel(format, bytes).map(|[x, y]| if turned { [y, x] } else { [x, y] });
     let mut notes = Vec::new();
@@ -70,7 +73,8 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
         title: options.title.clone(),
         width: kept[0] as usize,
         height: kept[1] as usize,
-        grey: grey(image),
+        grey: grey.into_raw(),
+        opacity: opacity.map(GrayImage::into_raw).unwrap_or_default(),
         pixel,
     };
     Ok(Parsed {
@@ -96,7 +100,9 @@ fn unknown() -> Diagnostic {
 
 /// An image, upright.
 struct Decoded {
-    image: DynamicImage,
+    grey: GrayImage,
+    /// `None` if all of it is opaque.
+    opacity: Option<GrayImage>,
     /// As many pixels it has, upright and cropped, before it was made smaller.
     size: [u32; 2],
     /// Whether its sides have changed places.
@@ -126,7 +132,7 @@ fn decode(
     let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
     let window = Window::new(size, orientation, crop).map_err(DecodeFailure::Crop)?;
     let large = width.max(height) > MOST_SIDE || u64::from(width) * u64::from(height) > MOST_PIXELS;
-    let mut image = if large {
+    let (grey, opacity) = if large {
         let smaller = match format {
             ImageFormat::Png => large::png(bytes, window),
             ImageFormat::Jpeg if large::has_brightness(bytes) => large::jpeg(bytes, window),
@@ -134,30 +140,43 @@ fn decode(
             _ if decoder.total_bytes() > MOST_MEMORY => return Err(DecodeFailure::TooLarge(size)),
             _ => {
                 decoder.set_limits(limits(u32::MAX))?;
-                let grey = grey(DynamicImage::from_decoder(decoder)?);
-                large::decoded(&grey, size, window)
+                let image = DynamicImage::from_decoder(decoder)?;
+                let opacity = opacity(&image);
+                large::decoded(&grey(image), &opacity, size, window)
             }
         };
         let Smaller {
             width,
             height,
             grey,
+            opacity,
         } = smaller.map_err(DecodeFailure::Large)?;
-        let image = GrayImage::from_raw(width, height, grey);
-        DynamicImage::from(image.ok_or_else(|| DecodeFailure::Large("it is cut off".to_owned()))?)
+        let cut_off = || DecodeFailure::Large("it is cut off".to_owned());
+        let plane = |plane: Vec<u8>| GrayImage::from_raw(width, height, plane).ok_or_else(cut_off);
+        let opacity = Some(opacity).filter(|opacity| !opacity.is_empty());
+        (plane(grey)?, opacity.map(plane).transpose()?)
     } else {
         decoder.set_limits(limits(MOST_SIDE))?;
         let image = DynamicImage::from_decoder(decoder)?;
-        match crop {
+        let image = match crop {
             Some(_) => image.crop_imm(window.x, window.y, window.width, window.height),
             None => image,
-        }
+        };
+        let [width, height] = [image.width(), image.height()];
+        let opacity = Some(opacity(&image)).filter(|opacity| !opacity.is_empty());
+        let plane = |plane: Vec<u8>| GrayImage::from_raw(width, height, plane).unwrap_or_default();
+        (plane(grey(image)), opacity.map(plane))
     };
-    image.apply_orientation(orientation);
+    let upright = |plane: GrayImage| {
+        let mut plane = DynamicImage::from(plane);
+        plane.apply_orientation(orientation);
+        plane.into_luma8()
+    };
     let turned = crop::swaps_sides(orientation);
     let kept = [window.width, window.height];
     Ok(Decoded {
-        image,
+        grey: upright(grey),
+        opacity: opacity.filter(|opacity| !is_opaque(opacity)).map(upright),
         size: if turned { [kept[1], kept[0]] } else { kept },
         turned,
         whole: crop.is_none(),
@@ -204,6 +223,30 @@ fn refused(refused: DecodeFailure) -> Diagnostic {
     Diagnostic::of_file(format!("the image cannot be decoded: {why}"))
 }
 
+/// True if no pixel lets anything through.
+fn is_opaque(opacity: &[u8]) -> bool {
+    opacity.iter().all(|opacity| *opacity == u8::MAX)
+}
+
+/// The opacity of each pixel; empty if the image has none.
+fn opacity(image: &DynamicImage) -> Vec<u8> {
+    if !image.color().has_alpha() {
+        return Vec::new();
+    }
+    let wide = image.color().bytes_per_pixel() > image.color().channel_count();
+    match wide {
+        false => image
+            .to_luma_alpha8()
+            .pixels()
+            .map(|pixel| pixel.0[1])
+            .collect(),
+        true => {
+            let image = image.to_luma_alpha16();
+            image.pixels().map(|pixel| to_8_bits(pixel.0[1])).collect()
+        }
+    }
+}
+
 fn grey(image: DynamicImage) -> Vec<u8> {
     let has_alpha = image.color().has_alpha();
     let wide = image.color().bytes_per_pixel() > image.color().channel_count();
@@ -238,6 +281,14 @@ fn grey_of(row: &[u8], samples: usize) -> impl Iterator<Item = u8> {
             [red, green, blue, opacity] => over(luma(red, green, blue), opacity),
             _ => u8::MAX,
         })
+}
+
+/// The opacity of pixels of 8 bits, as [`grey_of`] has them, if they have one.
+fn opacity_of(row: &[u8], samples: usize) -> impl Iterator<Item = u8> {
+    row.chunks_exact(samples.max(1)).map(|pixel| match *pixel {
+        [_, opacity] | [_, _, _, opacity] => opacity,
+        _ => u8::MAX,
+    })
 }
 
 /// Pairs of grey and opacity over white, narrowed.

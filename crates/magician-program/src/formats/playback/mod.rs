@@ -15,6 +15,7 @@
 //! | 10 | pause at the point, s |
 //! | 11 | gripper: 0 off, 1 open, 2 closed |
 //! | 12 | suction cup: 0 off, 1 on |
+//! | 36 | position on the sliding rail, mm; 0 throughout where no rail is in use |
 
 mod play;
 #[cfg(feature = "read-playback")]

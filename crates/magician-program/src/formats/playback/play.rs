@@ -7,6 +7,7 @@ use magician_motion::{
 };
 
 use super::{Playback, Point, PointMotion, Row};
+use crate::formats::rail::RailCourse;
 use crate::{Action, Diagnostic, Grip, Origin, Parsed, Plan, Tool, Travel};
 
 /// Points nearer than this are the same to the arm, mm (model section 15a).
@@ -14,6 +15,8 @@ const SAME: f64 = 1e-4;
 
 impl Playback {
     /// What the arm does for it: for each row the move, then what the tool does, then the pause.
+    ///
+    /// Where a row has a position on the rail other than 0, every move takes the rail along, to that of its row.
     ///
     /// The tool is told in the first row and where a row wants something else of it than the one before: players tell it in
     /// every row, which changes nothing, as a tool that is told twice does what it did.
@@ -29,8 +32,10 @@ impl Playback {
                 tool: self.tool(),
                 ..Plan::default()
             },
+            rail: RailCourse::of(self.rows.iter().map(|row| row.point.rail)),
             ..Player::default()
         };
+        player.notes.extend(player.rail.note());
         for row in &self.rows {
             player.play(row);
         }
@@ -50,6 +55,7 @@ struct Player {
     at: Option<[f32; 4]>,
     gripper: Option<Grip>,
     suction: Option<bool>,
+    rail: RailCourse,
 }
 
 impl Player {
@@ -112,11 +118,17 @@ impl Player {
                 .push(Diagnostic::new(row.places.motion, note).named(name));
             for to in lines {
                 let by = Travel::Line;
-                self.plan.push(Action::Move { to, by }, origin);
+                self.push(Action::Move { to, by }, row, origin);
             }
             return;
         }
-        self.plan.push(row.point.motion(), origin);
+        self.push(row.point.motion(), row, origin);
+    }
+
+    /// A motion, with the rail along. An arc on which the rail would move is refused by the reader.
+    fn push(&mut self, motion: Action, row: &Row, origin: Origin) {
+        let along = self.rail.lead(motion.clone(), row.point.rail);
+        self.plan.push(along.unwrap_or(motion), origin);
     }
 }
 

@@ -1,12 +1,13 @@
 //! From the XML of a playback file to its rows.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use roxmltree::Node;
 
-use super::row::{Part, Places, numbered};
+use super::row::{Part, Places, RAIL, numbered};
 use super::{Playback, Point, PointMotion, Row};
+use crate::formats::rail::RailCourse;
 use crate::formats::{Content, Parsed, ReadOptions, xml};
 use crate::{Diagnostic, DiagnosticCode, Grip, Lines, Origin, Travel};
 
@@ -51,6 +52,7 @@ impl Playback {
     pub fn read(bytes: &[u8]) -> Result<Self, Diagnostic> {
         let playback = document(bytes)?;
         playback.check_tool()?;
+        playback.check_rail()?;
         Ok(playback)
     }
 
@@ -67,6 +69,22 @@ impl Playback {
             grips.number, sucks.number
         );
         Err(Diagnostic::new(sucks.places.suction, message).named(format!("row{}", sucks.number)))
+    }
+}
+
+impl Playback {
+    /// The rail moves along with moves only.
+    fn check_rail(&self) -> Result<(), Diagnostic> {
+        let mut rail = RailCourse::of(self.rows.iter().map(|row| row.point.rail));
+        for row in &self.rows {
+            rail.lead(row.point.motion(), row.point.rail)
+                .map_err(|why| {
+                    Diagnostic::new(row.places.motion, why)
+                        .named(format!("row{}", row.number))
+                        .help("teach a point of its own to which the rail moves")
+                })?;
+        }
+        Ok(())
     }
 }
 
@@ -189,7 +207,7 @@ impl File<'_> {
             let name = item.tag_name().name();
             let plain = item.attributes().len() == 0 && xml::elements(item).next().is_none();
             match numbered(name, "item_") {
-                Some(n) if plain || (n as usize) < MEANINGS.len() => {
+                Some(n) if plain || is_known(n) => {
                     items.take(n, item)?;
                     parts.push(Part::Item(n, xml::content(item).into_owned()));
                 }
@@ -219,9 +237,8 @@ impl File<'_> {
         }
         let mut strange = BTreeSet::new();
         for row in &playback.rows {
-            let known = MEANINGS.len();
             strange.extend(row.parts.iter().filter_map(|part| match part {
-                Part::Item(n, _) if (*n as usize) < known => None,
+                Part::Item(n, _) if is_known(*n) => None,
                 Part::Item(n, _) => Some(format!("item_{n}")),
                 Part::Other(source) => {
                     let end = source.find([' ', '/', '>']).unwrap_or(source.len());
@@ -237,7 +254,35 @@ impl File<'_> {
                 .notes
                 .push(Diagnostic::of_file(note).coded(DiagnosticCode::LeftOut));
         }
+        for number in changing(&playback.rows) {
+            let note = format!(
+                "item_{number} is unknown and changes from row to row: if it is a motion, that is not played"
+            );
+            let note = Diagnostic::of_file(note).coded(DiagnosticCode::LeftOut);
+            playback.notes.push(note);
+        }
     }
+}
+
+/// True if it is known what an item says.
+fn is_known(number: u32) -> bool {
+    (number as usize) < MEANINGS.len() || number == RAIL
+}
+
+/// Unknown items with numbers that are not the same in all rows.
+fn changing(rows: &[Row]) -> Vec<u32> {
+    let mut first: BTreeMap<u32, f64> = BTreeMap::new();
+    let mut changes = BTreeSet::new();
+    for part in rows.iter().flat_map(|row| &row.parts) {
+        if let Part::Item(number, text) = part
+            && !is_known(*number)
+            && let Ok(value) = text.trim().parse::<f64>()
+            && *first.entry(*number).or_insert(value) != value
+        {
+            changes.insert(*number);
+        }
+    }
+    changes.into_iter().collect()
 }
 
 /// The items of one row.
@@ -373,6 +418,7 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
             }),
             suction: suction.map(|code| code == 1),
             pause: self.pause()?,
+            rail: self.number(RAIL)?.map(|l| l as f32),
         })
     }
 
@@ -433,6 +479,9 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
 }
 
 fn meaning(number: u32) -> &'static str {
+    if number == RAIL {
+        return "rail position";
+    }
     let meaning = MEANINGS.get(number as usize);
     meaning.copied().unwrap_or("not known")
 }

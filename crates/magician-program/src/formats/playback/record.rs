@@ -1,6 +1,7 @@
 //! A plan as a playback file.
 
-use magician_host::{Given, Setting};
+use magician_host::{Given, Set, Setting};
+use magician_protocol::PtpMode;
 
 use super::row::{numbered, setting};
 use super::write::can_be_said;
@@ -12,7 +13,7 @@ const SILENT: &str = "parts and pauses for a person";
 
 impl Playback {
     /// A plan as a file for DobotStudio 1.9, as far as such a file can say it: moves to poses with all joints, on lines and as
-    /// jumps, arcs, the suction cup or the gripper, and pauses.
+    /// jumps, with the rail or without, arcs, the suction cup or the gripper, and pauses.
     ///
     /// Speeds and heights of jumps are left out: the studio keeps them outside the file. [`notes`](Self::notes) says so. Every
     /// row says what the tool does, so it is told to be off from the first row on if the plan says nothing else. What the tool
@@ -29,6 +30,20 @@ impl Playback {
     }
 }
 
+/// The move that a command makes with the rail along: which way, where to, and to which place on the rail.
+fn on_rail(command: &Set) -> Option<(Travel, [f32; 4], f32)> {
+    let Set::PtpWithLCmd(ptp) = command else {
+        return None;
+    };
+    let by = match ptp.ptp_mode {
+        PtpMode::JumpXyz => Travel::Jump,
+        PtpMode::MovjXyz => Travel::Joints,
+        PtpMode::MovlXyz => Travel::Line,
+        _ => return None,
+    };
+    Some((by, [ptp.x, ptp.y, ptp.z, ptp.r], ptp.l))
+}
+
 struct Recorder<'p> {
     plan: &'p Plan,
     points: Vec<Point>,
@@ -36,6 +51,8 @@ struct Recorder<'p> {
     told: bool,
     gripper: Option<Grip>,
     suction: Option<bool>,
+    /// Where the last move left the carriage on the rail, mm.
+    rail: Option<f32>,
     left_out: Vec<&'static str>,
     notes: Vec<Diagnostic>,
 }
@@ -48,6 +65,7 @@ impl<'p> Recorder<'p> {
             told: false,
             gripper: None,
             suction: None,
+            rail: None,
             left_out: Vec::new(),
             notes: Vec::new(),
         };
@@ -123,6 +141,18 @@ impl<'p> Recorder<'p> {
                 self.tell(nth, step)
             }
             Action::Wait(milliseconds) => self.wait(nth, step, *milliseconds),
+            Action::Command(command) if on_rail(command).is_some() => {
+                let (by, to, l) = on_rail(command).unwrap_or_default();
+                if !l.is_finite() {
+                    return Err(self.cannot(
+                        nth,
+                        step,
+                        "leads to a place on the rail that is not a number",
+                    ));
+                }
+                self.rail = Some(l);
+                self.go(nth, step, PointMotion::Move(by), to)
+            }
             other => {
                 let Some(command) = other.command() else {
                     if !self.left_out.contains(&SILENT) {
@@ -173,6 +203,7 @@ impl<'p> Recorder<'p> {
             name: name.chars().filter(|c| can_be_said(*c)).collect(),
             gripper: self.gripper,
             suction: self.suction,
+            rail: self.rail,
             ..Point::new(way, to)
         });
         self.told = false;
@@ -188,7 +219,10 @@ impl<'p> Recorder<'p> {
         };
         let same = last.gripper == gripper && last.suction == suction;
         if !same && (told || last.pause > 0) {
-            let again = Point::new(PointMotion::Move(Travel::Joints), last.to);
+            let again = Point {
+                rail: last.rail,
+                ..Point::new(PointMotion::Move(Travel::Joints), last.to)
+            };
             self.points.push(again);
         }
         if let Some(last) = self.points.last_mut() {

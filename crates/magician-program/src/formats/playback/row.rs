@@ -4,6 +4,9 @@ use magician_host::Set;
 
 use crate::{Action, Grip, Origin, Travel};
 
+/// The item with the position on the rail.
+pub(super) const RAIL: u32 = 36;
+
 /// How a taught point is reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
@@ -32,6 +35,9 @@ pub struct Point {
     pub suction: Option<bool>,
     /// How long the arm stays, ms.
     pub pause: u32,
+    /// Where the carriage of the sliding rail is, mm, where the file has a column for it. In files without a rail it is 0
+    /// at every point.
+    pub rail: Option<f32>,
 }
 
 impl Point {
@@ -45,10 +51,11 @@ impl Point {
             gripper: None,
             suction: None,
             pause: 0,
+            rail: None,
         }
     }
 
-    /// The move that leads to it.
+    /// The move that leads to it, without the rail.
     #[must_use]
     pub fn motion(&self) -> Action {
         match self.way {
@@ -131,6 +138,7 @@ impl Row {
             let second = second.map(|to| to.map(|value| format!("{value:?}")));
             items.extend((6..).zip(second.unwrap_or_default()));
         }
+        items.extend(point.rail.map(|l| (RAIL, format!("{l:?}"))));
         items.push((10, format!("{:?}", f64::from(point.pause) / 1000.0)));
         let gripper = point.gripper.map(|grip| match grip {
             Grip::Off => 0,
@@ -170,6 +178,7 @@ pub(super) fn setting(command: &Set) -> Option<&'static str> {
         | Set::CpParams(_)
         | Set::ArcParams(_)
         | Set::ArcCommonParams(_) => "speeds",
+        Set::SetDeviceWithL(_) => "settings of the rail",
         Set::PtpJumpParams(_) | Set::PtpJump2Params(_) => "heights of jumps",
         _ => return None,
     })

@@ -83,6 +83,14 @@ pub(super) fn read(text: &str, resample: Option<f64>) -> Result<Parsed<Plan>, Di
         only_recordings(resample)?;
         return plan(rows, &fields, notes);
     }
+    if rows
+        .iter()
+        .any(|row| row.rail().is_some_and(|l| l != rows[0].rail().unwrap_or(l)))
+    {
+        let message =
+            "the rail moves in this recording, and a recording is followed by the arm alone";
+        return Err(Diagnostic::of_file(message).help("teach its points on the rail instead"));
+    }
     // The last row of a recording that was cut off is not whole.
     let samples: Vec<_> = rows.iter().filter_map(Row::sample).collect();
     if samples.len() < rows.len() {

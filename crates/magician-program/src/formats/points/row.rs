@@ -6,6 +6,7 @@ use magician_host::{Given, Setting};
 
 use super::recording::Sample;
 use crate::formats::content::points::{Field, number};
+use crate::formats::rail::RailCourse;
 use crate::{Action, Diagnostic, DiagnosticCode, Grip, Origin, Parsed, Plan, Tool, Travel};
 
 /// Longest pause, s: more than four weeks is none that anybody means.
@@ -36,6 +37,8 @@ pub(super) struct Row {
     suction: Option<bool>,
     t: Option<f64>,
     j4: Option<f64>,
+    /// Where the carriage on the rail is, mm.
+    rail: Option<f32>,
     /// The row as a whole.
     origin: Origin,
 }
@@ -121,9 +124,15 @@ impl Row {
                     _ => self.j4 = Some(value),
                 }
             }
+            Field::Rail => self.rail = Some(number("a position on the rail")?),
             Field::Speed | Field::Idle => {}
         }
         Ok(())
+    }
+
+    /// Where the carriage on the rail is, mm.
+    pub(super) fn rail(&self) -> Option<f32> {
+        self.rail
     }
 
     /// As a row of a recording; nothing if it is not whole.
@@ -213,6 +222,9 @@ pub(super) fn plan(
     let mut plan = Plan::default();
     let (mut gripper, mut suction) = (None, None);
     let (mut uses, mut skipped) = ([None; 2], None);
+    let rows: Vec<Row> = rows.into_iter().collect();
+    let mut rail = RailCourse::of(rows.iter().map(|row| row.rail));
+    notes.extend(rail.note());
     for row in rows {
         let named = match row.name.as_str() {
             "" => row.origin,
@@ -222,7 +234,8 @@ pub(super) fn plan(
             skipped = skipped.or(Some(row.origin));
             continue;
         };
-        plan.push(motion, named);
+        let motion = rail.lead(motion, row.rail);
+        plan.push(motion.map_err(|why| Diagnostic::new(named, why))?, named);
         if let Some(grip) = row.gripper.filter(|grip| gripper != Some(*grip)) {
             uses[0] = uses[0].or(Some(named).filter(|_| grip != Grip::Off));
             plan.push(Action::Gripper(grip), named);

@@ -1,10 +1,12 @@
 //! The options as a table, in one file as long as it is: what each is, and for which formats it counts.
 
 use super::{AskedGroup, AskedKind, AskedOption, DefaultValue};
+use crate::WorkOption;
 use crate::fill::FillMode;
 use crate::raster::{ImageStyle, Trace};
 use crate::{
-    Align, BundledFont, Format, FrameShape, Framing, PartMode, SystemFonts, TextLines, White,
+    Align, BundledFont, Depths, Format, FrameShape, Framing, PartMode, SystemFonts, TextLines,
+    White,
 };
 
 use AskedGroup::{Fill, Image, Laser, More, Parts, Pen, Place, Text};
@@ -292,12 +294,10 @@ const PICTURE: [AskedOption; 10] = [
     .with("image", &["halftone", "hatch"]),
     number("despeckle", "mm", Image, "Smaller spots are not drawn")
         .from(0.0)
-        .or(Number(0.3))
-        .with("tool", &["pen"]),
+        .or(Number(0.3)),
     number("pen_width", "mm", Image, "Width of the pen's line")
         .above(0.0)
-        .or(Number(Trace::PEN_WIDTH))
-        .with("tool", &["pen"]),
+        .or(Number(Trace::PEN_WIDTH)),
     number(
         "spacing",
         "mm",
@@ -350,22 +350,19 @@ const SCANNED: [AskedOption; 3] = [
         &["grey", "threshold", "dither"],
         Laser,
         "How grey levels become power",
-    )
-    .with("tool", &["laser"]),
+    ),
     switch(
         "one_way",
         Laser,
         "All lines are burnt in the same direction",
-    )
-    .with("tool", &["laser"]),
+    ),
     number(
         "overscan",
         "mm",
         Laser,
         "Run-up and run-out of the tool at the ends of a line",
     )
-    .above(0.0)
-    .with("tool", &["laser"]),
+    .above(0.0),
 ];
 const FRAME: [AskedOption; 2] = [
     choice(
@@ -380,7 +377,7 @@ const FRAME: [AskedOption; 2] = [
         .with("frame", FrameShape::NAMES),
 ];
 
-const PEN: [AskedOption; 4] = [
+const PEN: [AskedOption; 5] = [
     number("lift", "mm", Pen, "Pen lift between lines").above(0.0),
     number("hop", "mm", Pen, "Least pen lift, on short ways").above(0.0),
     number("travel_speed", "mm/s", Pen, "Speed between lines").above(0.0),
@@ -388,6 +385,12 @@ const PEN: [AskedOption; 4] = [
         "stay",
         Pen,
         "The pen stays down at the end and after a stop",
+    ),
+    first_of(
+        "depths",
+        Depths::NAMES,
+        Pen,
+        "What the pen makes of depths below the surface",
     ),
 ];
 const LINES: [AskedOption; 4] = [
@@ -522,18 +525,31 @@ const OF_PLANS: [AskedOption; 13] = [
     GRID,
     RAW,
 ];
-/// A test grid is burnt with any tool.
-const fn alone(option: AskedOption) -> AskedOption {
-    AskedOption {
-        with: None,
-        when: &[],
-        ..option
-    }
-}
-
-const BURNT: [AskedOption; 2] = [alone(SCANNED[1]), alone(SCANNED[2])];
+const BURNT: [AskedOption; 2] = [SCANNED[1], SCANNED[2]];
 const FINE: [AskedOption; 1] = [tolerance(0.05)];
 const TRACED: [AskedOption; 1] = [tolerance(0.1)];
+
+/// The options that count for one kind of work alone: the other one refuses them.
+pub(in crate::options) const OF_WORK: [(&str, WorkOption); 7] = [
+    ("mode", WorkOption::Engrave),
+    ("one_way", WorkOption::Engrave),
+    ("overscan", WorkOption::Engrave),
+    ("image", WorkOption::Draw),
+    ("levels", WorkOption::Draw),
+    ("despeckle", WorkOption::Draw),
+    ("pen_width", WorkOption::Draw),
+];
+
+/// The same option, which counts with its work alone. One that counts with another option is bound
+/// by that one.
+fn bound_to_work(option: AskedOption) -> AskedOption {
+    let work = OF_WORK.iter().find(|(name, _)| *name == option.name);
+    match (work, option.with) {
+        (Some((_, WorkOption::Engrave)), None) => option.with("work", &["engrave"]),
+        (Some(_), None) => option.with("work", &["draw"]),
+        _ => option,
+    }
+}
 
 /// The options that count for a file of a format, those that are seldom left out first.
 pub(super) fn of(format: Format) -> Vec<AskedOption> {
@@ -648,5 +664,10 @@ pub(super) fn of(format: Format) -> Vec<AskedOption> {
         ],
     };
     let rest = rest.iter().copied().flatten().copied();
-    usual.chain(rest).collect()
+    let all = usual.chain(rest);
+    match format {
+        // A test grid is burnt with any tool: there is one kind of work.
+        Format::TestGrid => all.collect(),
+        _ => all.map(bound_to_work).collect(),
+    }
 }

@@ -26,7 +26,9 @@ fn value(option: &AskedOption) -> Value {
 /// With what it counts with.
 fn fields(option: &AskedOption, value: Value, all: &[AskedOption]) -> Map<String, Value> {
     let mut fields = Map::from_iter([(option.name.to_owned(), value)]);
-    if let Some(with) = option.with {
+    if let (Some(with @ "work"), Some(word)) = (option.with, option.when.first()) {
+        fields.insert(with.to_owned(), json!(word));
+    } else if let Some(with) = option.with {
         let other = all.iter().find(|other| other.name == with);
         let other = other.unwrap_or_else(|| panic!("{option:?}"));
         let needed = match option.when.first() {
@@ -82,6 +84,51 @@ fn each_option_is_asked_for_some_format_but_the_work_which_the_tool_says() {
     asked.insert("work".to_owned());
     let keys: BTreeSet<String> = SetupOptions::keys().into_iter().collect();
     assert_eq!(asked, keys);
+}
+
+#[test]
+fn an_option_that_one_kind_of_work_refuses_is_bound_to_the_other_kind() {
+    for format in Format::ALL {
+        let all = SetupOptions::all_asked(format);
+        let named = |name: &str| all.iter().find(|option| option.name == name);
+        for option in all.iter().filter(|_| format != Format::TestGrid) {
+            let takes = |work: &str| {
+                let mut fields = Map::from_iter([("work".to_owned(), json!(work))]);
+                // With what it counts with, up to the work.
+                let mut next = Some(option);
+                while let Some(option) = next {
+                    for (name, value) in self::fields(option, value(option), &all) {
+                        fields.entry(name).or_insert(value);
+                    }
+                    next = option.with.and_then(named);
+                }
+                SetupOptions::from_fields(&fields).is_ok()
+            };
+            let mut bound = Some(option);
+            let work = loop {
+                match bound {
+                    Some(option) if option.with == Some("work") => break option.when,
+                    Some(option) => bound = option.with.and_then(named),
+                    None => break &["draw", "engrave"],
+                }
+            };
+            for name in ["draw", "engrave"] {
+                assert_eq!(takes(name), work.contains(&name), "{option:?} {name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_the_pen_makes_of_an_image_counts_with_the_work_draw_alone() {
+    let all = SetupOptions::all_asked(Format::Image);
+    let bound = |name: &str| {
+        let option = all.iter().find(|option| option.name == name).unwrap();
+        (option.with, option.when)
+    };
+    assert_eq!(bound("image"), (Some("work"), &["draw"][..]));
+    assert_eq!(bound("mode"), (Some("work"), &["engrave"][..]));
+    assert_eq!(bound("gamma"), (None, &[][..]));
 }
 
 /// What comes of options.

@@ -11,17 +11,21 @@ use super::Action;
 use crate::simplify::{dot, length};
 
 /// How far beside its line a pen may stand and is on it, mm: no further than a gap in a line may be.
-const BESIDE: f64 = 0.2;
+pub(super) const BESIDE: f64 = 0.2;
 /// So far a pen may run on when it is stopped, mm: a path goes through its corners, and so does what brakes on it.
 const RUN_ON: f64 = 2.0;
 
 /// A straight way, from one pose to another.
-struct StraightMove {
+pub(super) struct StraightMove {
     from: Pose,
     to: Pose,
 }
 
 impl StraightMove {
+    pub(super) const fn between(from: Pose, to: Pose) -> Self {
+        Self { from, to }
+    }
+
     /// The way of a command from where the course is, which it follows.
     fn of(command: &Set, course: &mut Preflight) -> Option<Self> {
         let from = course.arm()?.pose;
@@ -30,12 +34,12 @@ impl StraightMove {
         Some(Self { from, to })
     }
 
-    fn length(&self) -> f64 {
+    pub(super) fn length(&self) -> f64 {
         self.from.distance_to(&self.to)
     }
 
     /// The share of it up to the point nearest to a place on its endless line, and how far that is.
-    fn nearest(&self, place: [f64; 3]) -> (f64, f64) {
+    pub(super) fn nearest(&self, place: [f64; 3]) -> (f64, f64) {
         let (from, to) = (xyz(&self.from), xyz(&self.to));
         let way = [0, 1, 2].map(|axis| to[axis] - from[axis]);
         let off = [0, 1, 2].map(|axis| place[axis] - from[axis]);
@@ -48,7 +52,7 @@ impl StraightMove {
         (share, distance(self.at(share), place))
     }
 
-    fn at(&self, share: f64) -> [f64; 3] {
+    pub(super) fn at(&self, share: f64) -> [f64; 3] {
         let (from, to) = (xyz(&self.from), xyz(&self.to));
         [0, 1, 2].map(|axis| from[axis] + share * (to[axis] - from[axis]))
     }
@@ -58,12 +62,12 @@ fn xyz(pose: &Pose) -> [f64; 3] {
     [pose.x, pose.y, pose.z]
 }
 
-fn distance(one: [f64; 3], other: [f64; 3]) -> f64 {
+pub(super) fn distance(one: [f64; 3], other: [f64; 3]) -> f64 {
     length([0, 1, 2].map(|axis| one[axis] - other[axis]))
 }
 
 /// Whether the tool goes straight to the end of a command.
-fn is_straight(command: &Set) -> bool {
+pub(super) fn is_straight(command: &Set) -> bool {
     match command {
         Set::CpCmd(_) | Set::CpLeCmd(_) => true,
         Set::PtpCmd(ptp) => matches!(ptp.ptp_mode, PtpMode::MovlXyz | PtpMode::MovlXyzInc),

@@ -5,5 +5,6 @@ mod blockly_blocks;
 mod blockly_refusals;
 mod machine;
 mod playback;
+mod playback_rail;
 mod playback_refusals;
 mod playback_writing;

@@ -5,6 +5,8 @@ pub(crate) mod program;
 pub(crate) mod rates;
 pub(crate) mod settings;
 
+use magician_protocol::commands::DeviceSn;
+
 use crate::Profile;
 use flash::Flash;
 use settings::Settings;
@@ -39,6 +41,11 @@ impl Store {
 
     pub(crate) fn flash_writes(&self) -> u64 {
         self.writes
+    }
+
+    /// The flash has had this serial number all along: that is no write.
+    pub(crate) fn begins_with_serial(&mut self, serial: DeviceSn) {
+        self.flash.serial = serial;
     }
 
     /// Changes what the flash keeps.

@@ -7,7 +7,7 @@ mod schema;
 use magician_sim::scenario::{On, Scenario, SensorKind, ToolKind};
 
 /// Every example beside the schema.
-const EXAMPLES: [(&str, &str); 4] = Scenario::BUILT_IN;
+const EXAMPLES: [(&str, &str); 5] = Scenario::BUILT_IN;
 
 #[test]
 fn every_example_is_a_scenario() {

@@ -47,7 +47,7 @@ impl Client {
 }
 
 /// A reading with this `x`, and numbers that are hard to write.
-pub(super) fn reading(x: f32) -> ArmReading {
+pub(crate) fn reading(x: f32) -> ArmReading {
     ArmReading {
         age: Duration::ZERO,
         pose: Pose {

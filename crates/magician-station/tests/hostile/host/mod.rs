@@ -1,11 +1,12 @@
 //! Clients and arms that do anything at all to a station: a script says what, line by line. After each line the station is
 //! looked at; at the end everybody who still has a socket must have been answered.
 
-mod client;
+pub(crate) mod client;
 
 use std::collections::HashMap;
 use std::time::Duration;
 
+use magician::admission::Origin;
 use magician_job::JobState;
 use magician_protocol::HostInstant;
 use magician_station::api::{Message, MessageId};
@@ -73,6 +74,7 @@ impl Default for Life {
 fn peer(role: Option<Role>, at: usize) -> Peer {
     Peer {
         grant: role.map(|role| Grant { role, token: None }),
+        origin: Origin::Loopback,
         address: "127.0.0.1:1".to_owned(),
         secret: format!("secret-{at}"),
     }

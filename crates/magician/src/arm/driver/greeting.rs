@@ -2,11 +2,12 @@
 
 use std::task::Context;
 
-use magician_protocol::commands::{DeviceSn, DeviceVersion};
+use magician_protocol::commands::{DeviceSn, DeviceVersion, Pose};
 use magician_protocol::{Layout, NoArgs};
 
 use super::wire::Wire;
-use crate::connection::{Connection, Event, Micros, Request, Settings, Ticket};
+use crate::arm::lights_out::Darkness;
+use crate::connection::{Connection, Event, Micros, Priority, Request, Settings, Ticket};
 use crate::transport::Line;
 
 /// How long it may take to identify itself.
@@ -20,6 +21,9 @@ pub(super) struct Greeting {
     /// What puts a laser out that may burn, as far as it has not been answered: it is said before anything is asked.
     dark: Vec<Ticket>,
     darkens: bool,
+    /// Where the arm was when its laser was put out, and the question for it.
+    darkness: Option<Darkness>,
+    pose: Option<Ticket>,
     /// Not identified yet; whether its serial number is needed too.
     asks: Option<bool>,
     /// Questions that have not been answered.
@@ -43,6 +47,8 @@ impl Greeting {
             wire: Wire::new(line.transport),
             connection: Connection::new(settings),
             darkens: !dark.is_empty(),
+            darkness: (!dark.is_empty()).then(|| Darkness::begins(now, false).asks()),
+            pose: None,
             dark: Vec::new(),
             asks: Some(ask_serial),
             version: None,
@@ -52,6 +58,12 @@ impl Greeting {
         greeting.dark = (dark.into_iter())
             .map(|request| greeting.connection.submit(request.deadline(until(now))))
             .collect();
+        if greeting.darkens {
+            // Behind them, in the lane that waits for nothing else.
+            let pose = Request::get::<Pose>(&NoArgs).ok();
+            let pose = pose.map(|pose| pose.priority(Priority::Stop));
+            greeting.pose = pose.map(|pose| greeting.connection.submit(pose.deadline(until(now))));
+        }
         greeting.ask(now);
         greeting
     }
@@ -89,7 +101,7 @@ impl Greeting {
     pub(super) fn go_on(&mut self, cx: &mut Context<'_>, now: Micros) -> (bool, Option<Met>) {
         let read = self.wire.read(cx, now, &mut self.connection);
         let wrote = self.wire.write(cx, now, &mut self.connection, |_| {});
-        if let Some(met) = self.hear() {
+        if let Some(met) = self.hear(now) {
             return (true, Some(met));
         }
         self.ask(now);
@@ -99,11 +111,21 @@ impl Greeting {
         }
     }
 
-    fn hear(&mut self) -> Option<Met> {
+    fn hear(&mut self, now: Micros) -> Option<Met> {
         while let Some(event) = self.connection.poll_event() {
             let Event::Done { ticket, result } = event else {
                 continue;
             };
+            if self.pose.take_if(|asked| *asked == ticket).is_some() {
+                // An arm that does not tell it is there all the same.
+                let pose = result
+                    .ok()
+                    .and_then(|reply| reply.frame().read::<Pose>().ok());
+                if let (Some(darkness), Some(pose)) = (&mut self.darkness, pose) {
+                    darkness.sees(now, pose);
+                }
+                continue;
+            }
             let Ok(reply) = result else {
                 return Some(Err("a line is there but no arm answers yet".to_owned()));
             };
@@ -114,13 +136,19 @@ impl Greeting {
                 self.said = serial_number(reply.frame().params());
             }
         }
-        let known = self.asks.is_none() && self.version.is_none() && self.serial.is_none();
+        let asked = [self.version, self.serial, self.pose];
+        let known = self.asks.is_none() && asked.iter().all(Option::is_none);
         known.then(|| Ok(self.said.take()))
     }
 
     /// Whether it has put a laser out, and emptied the queue.
     pub(super) fn darkens(&self) -> bool {
         self.darkens
+    }
+
+    /// Where the arm was when its laser was put out, as far as that is known.
+    pub(super) fn darkness(&self) -> Option<Darkness> {
+        self.darkness
     }
 
     pub(super) fn into_wire(self) -> Wire {

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use magician_protocol::NoArgs;
+use magician_protocol::commands::Pose;
 use tokio::time::Instant;
 
 use super::{Driver, To};
@@ -27,6 +29,7 @@ impl Driver {
     pub(super) fn halt(&mut self, waiters: Vec<Waiter>) {
         self.owes_halt = false;
         let held = self.shared.held_motors(true);
+        let burns = self.shared.known().picture.may_be_lit();
         let pins = self.shared.lowered_pins();
         let requests: Vec<_> = { Request::halt().into_iter().flatten() }
             .chain(pins)
@@ -53,6 +56,10 @@ impl Driver {
                 false => To::Nobody,
             };
             self.submit(request, deadline, to);
+        }
+        // Where a burn goes on: see `lights_out`.
+        if let (true, Ok(look)) = (burns, Request::get::<Pose>(&NoArgs)) {
+            self.submit(look, deadline, To::Nobody);
         }
     }
 

@@ -167,7 +167,7 @@ impl Driver {
             tracing::trace!(frame = ?frame, "to {}", shared.name);
             shared.in_flight().sends(&frame.frame());
             shared.gate().sends(&frame.frame());
-            shared.known().sends(&frame.frame());
+            shared.known().sends(now, &frame.frame());
             if homes(&frame.frame()) {
                 shared.homings.begins();
             }
@@ -197,7 +197,8 @@ impl Driver {
         self.connection.interrupt();
         self.shared.known().lost();
         self.shared.remembered().forget();
-        if first {
+        // A refusal is the answer to a call, which tells it.
+        if first && !self.is_refused() {
             tracing::warn!("{}", self.gone());
         }
         self.publish_loss();
@@ -214,6 +215,12 @@ impl Driver {
         self.line.stage = Stage::Lost(sought.then_some(look));
     }
 
+    /// True if the line ended because its other end refused something.
+    pub(super) fn is_refused(&self) -> bool {
+        let lost = self.line.lost.as_ref();
+        lost.is_some_and(|lost| lost.error.error().kind() == io::ErrorKind::PermissionDenied)
+    }
+
     /// Why a call fails while there is no line.
     pub(super) fn gone(&self) -> Error {
         let Some(lost) = &self.line.lost else {
@@ -223,8 +230,7 @@ impl Driver {
             return Error::new(ErrorCode::AnotherArm, stranger);
         }
         let source = lost.error.error();
-        let refused = source.kind() == io::ErrorKind::PermissionDenied;
-        if self.line.opener.is_none() || refused {
+        if self.line.opener.is_none() || self.is_refused() {
             return Error::gone(&self.shared.name, source);
         }
         let message = format!(

@@ -119,6 +119,10 @@ impl Driver {
             Request::get::<QueuedCmdLeftSpace>(&NoArgs),
         ];
         let darkened = greeting.darkens();
+        {
+            let mut known = self.shared.known();
+            known.darkness = known.darkness.or(greeting.darkness());
+        }
         self.line.stage = Stage::Settling {
             wire: greeting.into_wire(),
             left: requests.len(),

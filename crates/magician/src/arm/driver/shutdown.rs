@@ -95,7 +95,8 @@ impl Driver {
 
     /// The arm was not told to stop, or has not said that it does.
     pub(super) fn warn_of_what_goes_on(&self) {
-        if !self.last_requests().is_empty() {
+        // What was refused has not begun, and whoever refused it answers for what had.
+        if !self.is_refused() && !self.last_requests().is_empty() {
             tracing::warn!(
                 "{}: the connection ends, but the arm has not confirmed the stop: it may finish \
                     its queue, a jog may go on, a laser may stay on, a motor may run on",

@@ -219,7 +219,8 @@ impl<C: CommandSource> Run<C> {
                 true => arm.permit_queue().await?,
                 false => arm.refuse_foreign_commands(&look)?,
             }
-            arm.warn_if_not_homed().await?;
+            let moves = self.may_move_arm();
+            arm.warn_if_not_homed(moves).await?;
             // Where commands of others may run, the stream looks for itself.
             self.look = Some(look).filter(|_| !self.options.keep);
         }

@@ -208,6 +208,16 @@ impl<C: CommandSource> Run<C> {
         Poll::Ready(next)
     }
 
+    /// True unless all there is are commands that do not move the arm, those of a belt for one.
+    pub(super) fn may_move_arm(&mut self) -> bool {
+        // A source that is planned already keeps what it has not given: its speed may still change.
+        if !self.planned {
+            self.look_ahead(AHEAD);
+        }
+        let moves = |planned: &Planned| planned.command().row().effect.moves_arm();
+        !self.ended || self.pending.is_empty() || self.pending.iter().any(moves)
+    }
+
     /// What the source has by now.
     fn look_ahead(&mut self, count: usize) {
         let mut cx = Context::from_waker(Waker::noop());

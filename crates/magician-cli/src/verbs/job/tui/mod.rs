@@ -20,7 +20,7 @@ use super::drive::Drive;
 use super::input::Typed;
 use super::keys::{self, is_in_front};
 use crate::failure::Failure;
-use crate::interrupt::Control;
+use crate::interrupt::{Control, Signal};
 use crate::terminal::{FRAME, Seen, Stage, Told, take_log};
 use crate::verbs::jog::title;
 use crate::verbs::watch::{Around, around};
@@ -49,7 +49,8 @@ pub(super) struct Screen {
 /// What a person wants.
 pub(super) enum Wants {
     Typed(Typed),
-    Stop,
+    /// A key or a loss that stands for a signal.
+    Stop(Signal),
     Control(Control),
 }
 
@@ -146,7 +147,7 @@ impl Screen {
                     // The keyboard is gone.
                     Told::Gone => {
                         self.release();
-                        return Wants::Stop;
+                        return Wants::Stop(Signal::HangUp);
                     }
                     Told::Event(_) | Told::Beat => {}
                 },
@@ -171,7 +172,7 @@ fn press(key: KeyEvent, model: &mut Model) -> Option<Wants> {
     }
     if key.modifiers.contains(KeyModifiers::CONTROL) {
         return match key.code {
-            KeyCode::Char('c') => Some(Wants::Stop),
+            KeyCode::Char('c') => Some(Wants::Stop(Signal::Interrupt)),
             KeyCode::Char('z') if cfg!(unix) => Some(Wants::Control(Control::Suspend)),
             _ => None,
         };

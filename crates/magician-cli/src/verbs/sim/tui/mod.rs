@@ -76,7 +76,7 @@ impl Dashboard {
         };
         tokio::select! {
             signal = end => signal,
-            () = terminal::hung_up() => Signal::Terminate,
+            () = terminal::hung_up() => Signal::HangUp,
         }
     }
 

@@ -1,0 +1,46 @@
+//! The heights of touched work surfaces: that of the only real arm is the one of the settings, as
+//! `calibrate` keeps it.
+
+use magician_job::{keep_surface, kept_surface};
+use magician_station::{ArmEntry, KnownSurface, MemorySurfaces, SurfaceStore};
+
+/// Keeps the height of the only real arm in the settings, where every verb reads it. That of a
+/// virtual arm says nothing about a real table, and of several real arms each has a table of its
+/// own, while the settings have one height: those are kept as long as the station runs.
+pub(super) struct Surfaces {
+    touched: MemorySurfaces,
+    is_only_real: bool,
+}
+
+impl Surfaces {
+    /// Creates the store for these arms.
+    pub(super) fn under(arms: &[ArmEntry]) -> Self {
+        let real = arms.iter().filter(|arm| !arm.is_virtual).count();
+        Self {
+            touched: MemorySurfaces::default(),
+            is_only_real: real == 1,
+        }
+    }
+
+    fn is_in_settings(&self, arm: &ArmEntry) -> bool {
+        self.is_only_real && !arm.is_virtual
+    }
+}
+
+impl SurfaceStore for Surfaces {
+    fn surface(&self, arm: &ArmEntry) -> magician::Result<KnownSurface> {
+        if let KnownSurface::Level(height) = self.touched.surface(arm)? {
+            return Ok(KnownSurface::Level(height));
+        }
+        // As they are now: another program may have changed them.
+        let kept = kept_surface()?;
+        Ok(kept.map_or(KnownSurface::Unknown, KnownSurface::Level))
+    }
+
+    fn keep(&self, arm: &ArmEntry, height: Option<f64>) -> magician::Result<()> {
+        match self.is_in_settings(arm) {
+            true => keep_surface(height),
+            false => self.touched.keep(arm, height),
+        }
+    }
+}

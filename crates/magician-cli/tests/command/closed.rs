@@ -1,0 +1,260 @@
+//! Terminals that are closed under a drawing, and signals in quick succession: the pen goes up, settings are restored.
+#![cfg(target_os = "linux")]
+
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::magician::drawing::{PAPER, Place};
+use crate::magician::served::Served;
+use crate::magician::terminal::Terminal;
+use crate::magician::{command, run};
+
+/// Commands that draw from this directory, under whatever shell.
+fn drawings(dir: &Path) -> Vec<u32> {
+    let processes = std::fs::read_dir("/proc").expect("processes").flatten();
+    let ids = processes.filter_map(|entry| entry.file_name().to_str()?.parse().ok());
+    ids.filter(|id| {
+        let runs_here = std::fs::read_link(format!("/proc/{id}/cwd")).is_ok_and(|cwd| cwd == dir);
+        let words = std::fs::read(format!("/proc/{id}/cmdline")).unwrap_or_default();
+        let mut words = words.split(|byte| *byte == 0);
+        let is_ours = words
+            .next()
+            .is_some_and(|name| name.ends_with(b"/magician"));
+        runs_here && is_ours && words.any(|word| word == b"draw")
+    })
+    .collect()
+}
+
+/// Waits until no command draws any more, and the arm is as a good end leaves it.
+fn ends_well(place: &Place, before: &[serde_json::Value], how: &str) {
+    let deadline = Instant::now() + Duration::from_secs(60);
+    while !drawings(place.dir.path()).is_empty() {
+        assert!(Instant::now() < deadline, "{how}: it does not end");
+        // Gives the others the time that this would take.
+        place.number("pose", "z");
+    }
+    let up = place.number("pose", "z") - PAPER;
+    assert!((up - 10.0).abs() < 0.5, "{how}: the pen is up by {up} mm");
+    assert_eq!(place.settings(), before, "{how}");
+    assert_eq!(
+        place.debts(),
+        0,
+        "{how}: nothing is left to the next command"
+    );
+    assert_eq!(place.number("queue", "left_space"), 32.0, "{how}");
+    assert_eq!(place.journals(), 1, "{how}: it was not interrupted");
+}
+
+/// The line that draws, for a shell.
+fn line(draw: &Command) -> String {
+    let words = std::iter::once(draw.get_program()).chain(draw.get_args());
+    let words = words.map(|word| format!("'{}'", word.to_str().expect("UTF-8")));
+    words.collect::<Vec<_>>().join(" ")
+}
+
+/// A shell with the surroundings of this command.
+fn shell(draw: &Command, words: &[&str]) -> Command {
+    let mut shell = Command::new(words[0]);
+    shell.args(&words[1..]);
+    for (name, value) in draw.get_envs() {
+        match value {
+            Some(value) => shell.env(name, value),
+            None => shell.env_remove(name),
+        };
+    }
+    shell.current_dir(draw.get_current_dir().expect("a directory"));
+    shell.env("PS1", "> ").env("HISTFILE", "/dev/null");
+    shell
+}
+
+/// An interactive bash that has a terminal of its own and runs this.
+fn bash(draw: &Command) -> Terminal {
+    let words = ["setsid", "--ctty", "bash", "--norc", "--noprofile", "-i"];
+    let mut bash = Terminal::running(shell(draw, &words));
+    bash.types(&format!("{}\n", line(draw)));
+    bash
+}
+
+fn kill(signal: &str, id: u32) {
+    let kill = Command::new("kill")
+        .args([signal, &id.to_string()])
+        .stderr(Stdio::null())
+        .status();
+    kill.expect("kill runs");
+}
+
+fn draws(place: &Place, more: &[&str]) -> Child {
+    let mut draw = place.draw(more);
+    draw.stdout(Stdio::null()).stderr(Stdio::null());
+    draw.spawn().expect("it starts")
+}
+
+#[test]
+fn signals_in_quick_succession_lift_the_pen() {
+    let place = Place::homed("5");
+    let before = place.settings();
+    for (nth, signals) in [
+        &["-INT", "-INT"][..],
+        &["-TERM", "-TERM"],
+        &["-HUP", "-HUP"],
+        &["-HUP", "-HUP", "-HUP", "-TERM"],
+        &["-HUP", "-INT", "-HUP"],
+        &["-TERM", "-HUP"],
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let mut child = draws(&place, &[]);
+        place.until_drawn(2.0 + 3.0 * nth as f64);
+        for signal in signals {
+            kill(signal, child.id());
+        }
+        let status = child.wait().expect("it ends");
+        assert_eq!(status.code(), Some(130), "{signals:?}");
+        ends_well(&place, &before, &format!("{signals:?}"));
+    }
+}
+
+#[test]
+fn hang_ups_that_go_on_never_stop_the_lift() {
+    let place = Place::homed("0.5");
+    let before = place.settings();
+    let mut child = draws(&place, &[]);
+    place.until_drawn(2.0);
+    while child.try_wait().expect("a child").is_none() {
+        kill("-HUP", child.id());
+    }
+    ends_well(&place, &before, "hang-ups all along");
+}
+
+#[test]
+fn a_bash_whose_terminal_is_closed_lifts_the_pen() {
+    let place = Place::homed("5");
+    let before = place.settings();
+    for (nth, more) in [&[][..], &["--verbose"], &["--json"], &["--tui"]]
+        .into_iter()
+        .enumerate()
+    {
+        let mut bash = bash(&place.draw(more));
+        place.until_drawn(2.0 + 5.0 * nth as f64);
+        bash.closes();
+        ends_well(&place, &before, &format!("a closed terminal, {more:?}"));
+    }
+}
+
+/// The signal and the end of the input come in either order.
+#[test]
+fn a_shell_whose_terminal_is_closed_switches_its_belt_off() {
+    let place = Place::homed("5");
+    let trace = place.dir.path().join("trace.pcapng");
+    let trace = trace.to_str().expect("UTF-8");
+    let shell_of_ours = place.command(&["--trace", trace, "shell"]);
+    let words = [
+        &["setsid", "--ctty", env!("CARGO_BIN_EXE_magician")][..],
+        &["--port", &place.door(), "--trace", trace, "shell"],
+    ];
+    for _ in 0..4 {
+        let mut terminal = Terminal::running(shell(&shell_of_ours, &words.concat()));
+        terminal.types("conveyor run 50\r");
+        terminal.until_seen("runs at 50 mm/s");
+        terminal.closes();
+        let status = terminal.child.wait().expect("it ends");
+        assert_eq!(status.code(), Some(130));
+        let sent = run(&["decode", trace]).out;
+        let motors = sent.matches("request  SetEMotor\n").count();
+        assert_eq!(motors, 3, "on, and both off: {sent}");
+    }
+}
+
+/// A script is no job of its shell: the terminal alone tells it.
+#[test]
+fn a_script_whose_terminal_is_closed_lifts_the_pen() {
+    let place = Place::homed("5");
+    let before = place.settings();
+    let draw = place.draw(&[]);
+    let script = format!("{}; exit $?", line(&draw));
+    let words = ["setsid", "--ctty", "bash", "-c", &script];
+    let mut terminal = Terminal::running(shell(&draw, &words));
+    place.until_drawn(4.0);
+    terminal.closes();
+    ends_well(&place, &before, "a script");
+}
+
+/// The kernel continues it because its terminal closes; the drawing does not go on.
+#[test]
+fn a_suspended_drawing_whose_terminal_is_closed_stays_up_and_restores_settings() {
+    let place = Place::homed("5");
+    let before = place.settings();
+    let mut bash = bash(&place.draw(&[]));
+    place.until_drawn(4.0);
+    bash.types("\x1a");
+    bash.until_seen("Stopped");
+    bash.closes();
+    ends_well(&place, &before, "suspended");
+}
+
+#[test]
+fn a_tmux_session_that_is_killed_lifts_the_pen() {
+    if Command::new("tmux").arg("-V").output().is_err() {
+        eprintln!("skipped: tmux is not installed");
+        return;
+    }
+    let place = Place::homed("5");
+    let before = place.settings();
+    let draw = place.draw(&[]);
+    let socket = place.dir.path().join("tmux");
+    let socket = socket.to_str().expect("UTF-8");
+    let tmux = |words: &[&str]| {
+        let words = [&["tmux", "-S", socket, "-f", "/dev/null"], words].concat();
+        let status = shell(&draw, &words).env("TERM", "xterm").status();
+        assert!(status.expect("tmux runs").success(), "{words:?}");
+    };
+    let drawing = line(&draw);
+    for (nth, (session, kill)) in [("one", "kill-session"), ("two", "kill-server")]
+        .into_iter()
+        .enumerate()
+    {
+        tmux(&[
+            "new-session",
+            "-d",
+            "-s",
+            session,
+            "bash --norc --noprofile -i",
+        ]);
+        tmux(&["send-keys", "-t", session, &drawing, "Enter"]);
+        place.until_drawn(2.0 + 4.0 * nth as f64);
+        match kill {
+            "kill-session" => tmux(&[kill, "-t", session]),
+            _ => tmux(&[kill]),
+        }
+        ends_well(&place, &before, kill);
+    }
+}
+
+#[test]
+fn a_drawing_through_a_station_whose_terminal_is_closed_lifts_the_pen() {
+    let place = Place::homed("5");
+    let before = place.settings();
+    let (_station, url) = station(&place);
+    let draw = place.draw_at(&["--station", &url], &[]);
+    let mut bash = bash(&draw);
+    place.until_drawn(4.0);
+    bash.closes();
+    ends_well(&place, &before, "through a station");
+}
+
+/// A station at the arm of this place, and its address.
+fn station(place: &Place) -> (Served, String) {
+    let mut serve = command();
+    serve.env("XDG_STATE_HOME", place.dir.path().join("state"));
+    let port = place.door();
+    let served = Served::of(
+        serve,
+        "serve",
+        &["--port", &port, "--listen", "127.0.0.1:0"],
+        1,
+    );
+    let url = served.door("http").replace("http:http:", "http:");
+    (served, url)
+}

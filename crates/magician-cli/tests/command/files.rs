@@ -1,0 +1,399 @@
+//! Files that people name, over all verbs that write: the old file is there or the new one is whole,
+//! whatever happens, and no file is written over another one of the same command.
+#![cfg(target_os = "linux")]
+
+use std::fs;
+use std::os::unix::fs::{MetadataExt as _, PermissionsExt as _, symlink};
+use std::os::unix::process::CommandExt as _;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+use crate::magician::served::Served;
+use crate::magician::{command, run};
+
+/// Content of a file before it is replaced.
+const OLD: &str = "the old file";
+/// Room on a small disk: less than any output here.
+const ROOM: u32 = 512;
+
+/// Way in which a verb writes a file.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    /// At once, when all is known.
+    Whole,
+    /// Bit by bit. What there is of it after an error is kept.
+    Grows,
+}
+
+use Kind::{Grows, Whole};
+
+/// Each output of each verb that ends by itself: the words of the command line, in which IN, POINTS,
+/// SESSION and CLASS stand for its inputs and OUT for the file.
+const OUTPUTS: [(&str, &str, Kind); 27] = [
+    ("convert IN OUT", "a.plan.json", Whole),
+    ("convert POINTS OUT", "a.playback", Whole),
+    ("convert IN OUT", "a.svg", Whole),
+    ("convert IN OUT", "a.png", Whole),
+    ("convert IN OUT", "a.csv", Whole),
+    ("run IN --port sim --picture OUT", "a.svg", Whole),
+    ("run IN --port sim --picture OUT", "a.png", Whole),
+    ("run IN --port sim --preview OUT", "a.svg", Whole),
+    ("run IN --port sim --preview OUT", "a.png", Whole),
+    ("engrave IN --port sim --yes --preview OUT", "a.svg", Whole),
+    ("frame IN --port sim --preview OUT", "a.svg", Whole),
+    ("testgrid OUT", "a.plan.json", Whole),
+    ("testgrid OUT", "a.svg", Whole),
+    ("demo --port sim --out OUT", "a.svg", Whole),
+    ("write Anna --port sim --preview OUT", "a.svg", Whole),
+    ("write Anna --port sim --picture OUT", "a.svg", Whole),
+    ("replay SESSION --clock max --save OUT", "a.pcapng", Whole),
+    ("station class new CLASS --html OUT", "a.html", Whole),
+    ("run IN --port sim --record OUT", "a.csv", Grows),
+    ("run IN --port sim --record OUT", "a.jsonl", Grows),
+    ("run IN --port sim --record OUT", "a.mcap", Grows),
+    ("run IN --port sim --record OUT", "a.plan.json", Grows),
+    ("run IN --port sim --record OUT", "a.playback", Grows),
+    ("run IN --port sim --trace OUT", "a.pcapng", Grows),
+    ("record OUT --port sim --for 0.1 --yes", "a.mcap", Grows),
+    ("move 220 0 20 --port sim --trace OUT", "a.pcapng", Grows),
+    ("doctor --port sim --trace OUT", "a.pcapng", Grows),
+];
+
+/// The inputs, and a folder for the output.
+struct Place {
+    inputs: tempfile::TempDir,
+    outputs: tempfile::TempDir,
+}
+
+impl Place {
+    fn new() -> Self {
+        let [inputs, outputs] = [(); 2].map(|()| tempfile::tempdir().expect("a directory"));
+        let place = Self { inputs, outputs };
+        // A spiral, so that every output is larger than the disk.
+        let spiral: String = (0..120)
+            .map(|nth| {
+                let (angle, radius) = (f64::from(nth) * 0.3, 5.0 + f64::from(nth) * 0.1);
+                let (sin, cos) = angle.sin_cos();
+                format!("G1 X{:.2} Y{:.2}\n", 220.0 + radius * cos, radius * sin)
+            })
+            .collect();
+        let drawing = format!("G21 G90\nG0 X225 Y0 Z20\nG1 Z0 F3000\n{spiral}G0 Z20\n");
+        let rows: String = (0..40).map(|y| format!("220,{y},20\n")).collect();
+        let pupils: String = (0..20)
+            .map(|pupil| format!("[[pupil]]\nname = \"P{pupil}\"\ncode = \"{pupil:04}\"\n"))
+            .collect();
+        place.input("IN.gcode", &drawing);
+        place.input("POINTS.csv", &format!("x,y,z\n{rows}"));
+        place.input("CLASS.toml", &pupils);
+        let session = place.inputs.path().join("SESSION.pcapng");
+        let session = session.to_str().expect("UTF-8");
+        let traced = run(&[
+            "move", "220", "0", "20", "--port", "sim", "--trace", session,
+        ]);
+        assert_eq!(traced.status, 0, "{traced:?}");
+        // Both are for others as well.
+        for folder in [&place.inputs, &place.outputs] {
+            let all = fs::Permissions::from_mode(0o777);
+            fs::set_permissions(folder.path(), all).expect("set");
+        }
+        place
+    }
+
+    fn input(&self, name: &str, text: &str) {
+        fs::write(self.inputs.path().join(name), text).expect("written");
+    }
+
+    /// The words of a command line.
+    fn words(&self, line: &str, name: &str) -> Vec<String> {
+        let at = |folder: &tempfile::TempDir, name: &str| {
+            let path = folder.path().join(name);
+            path.to_str().expect("UTF-8").to_owned()
+        };
+        let words = line.split(' ').map(|word| match word {
+            "IN" => at(&self.inputs, "IN.gcode"),
+            "POINTS" => at(&self.inputs, "POINTS.csv"),
+            "CLASS" => at(&self.inputs, "CLASS.toml"),
+            "SESSION" => at(&self.inputs, "SESSION.pcapng"),
+            "OUT" => at(&self.outputs, name),
+            word => word.to_owned(),
+        });
+        words.collect()
+    }
+
+    /// Names and contents of the folder for the output, sorted.
+    fn files(&self) -> Vec<(String, Vec<u8>)> {
+        let entries = fs::read_dir(self.outputs.path()).expect("read");
+        let mut files: Vec<_> = entries
+            .map(|entry| {
+                let entry = entry.expect("an entry");
+                let name = entry.file_name().to_str().expect("UTF-8").to_owned();
+                (name, fs::read(entry.path()).expect("read"))
+            })
+            .collect();
+        files.sort();
+        files
+    }
+
+    /// Empties the folder for the output and puts the old file there, if there is one.
+    fn before(&self, name: &str, old: Option<&str>) {
+        for (name, _) in self.files() {
+            fs::remove_file(self.outputs.path().join(name)).expect("removed");
+        }
+        if let Some(old) = old {
+            fs::write(self.outputs.path().join(name), old).expect("written");
+        }
+    }
+}
+
+/// The command behind a line of a shell.
+fn behind(shell: &str, words: &[String]) -> Command {
+    let command = command();
+    let mut behind = Command::new("sh");
+    behind.args(["-c", &format!("{shell}; exec \"$0\" \"$@\"")]);
+    behind.arg(command.get_program()).args(words);
+    for (name, value) in command.get_envs() {
+        match value {
+            Some(value) => behind.env(name, value),
+            None => behind.env_remove(name),
+        };
+    }
+    behind.stdin(Stdio::null());
+    behind
+}
+
+/// Runs where no file may have more than so many bytes, as on a disk with that much room: the signal of
+/// a write beyond it is ignored, so that the write fails.
+fn on_small_disk(words: &[String], bytes: u32) -> Output {
+    let limit = format!("trap '' XFSZ; ulimit -f {}", bytes / 512);
+    behind(&limit, words).output().expect("it runs")
+}
+
+/// Runs and is killed by the write that makes a file longer than so many bytes.
+fn killed_behind(words: &[String], bytes: u32) -> Output {
+    let limit = format!("ulimit -c 0; ulimit -f {}", bytes / 512);
+    behind(&limit, words).output().expect("it runs")
+}
+
+#[test]
+fn full_disk_leaves_the_old_file_and_no_stump() {
+    let place = Place::new();
+    for (line, name, kind) in OUTPUTS {
+        let words = place.words(line, name);
+        let as_words: Vec<&str> = words.iter().map(String::as_str).collect();
+        place.before(name, Some(OLD));
+        let done = run(&as_words);
+        assert_eq!(done.status, 0, "{line}: {done:?}");
+        let [(_, whole)] = &place.files()[..] else {
+            panic!("{line}: {:?}", place.files());
+        };
+        assert!(whole.len() > 2 * ROOM as usize, "{line}: {}", whole.len());
+        for old in [Some(OLD), None] {
+            place.before(name, old);
+            let done = on_small_disk(&words, ROOM);
+            let err = String::from_utf8_lossy(&done.stderr);
+            let files = place.files();
+            let there = files.iter().find(|(file, _)| file == name);
+            let there = there.map(|(_, bytes)| bytes.as_slice());
+            if old.is_some() || kind == Whole {
+                assert_eq!(there, old.map(str::as_bytes), "{line} {name}: {err}");
+            }
+            let parts = files.iter().filter(|(file, _)| file != name).count();
+            match kind {
+                Whole => {
+                    assert_eq!(done.status.code(), Some(3), "{line} {name}: {err}");
+                    assert!(err.contains(name), "{line} {name}: {err}");
+                    assert_eq!(parts, 0, "{line} {name}: a stump is left");
+                }
+                // What was written before is kept, and named if the old file has the name.
+                Grows => {
+                    assert!(!done.status.success(), "{line} {name}: {err}");
+                    assert!(
+                        parts <= usize::from(old.is_some()),
+                        "{line} {name}: {files:?}"
+                    );
+                    let part = format!("{name}.partial");
+                    assert_eq!(err.contains(&part), parts == 1, "{line} {name}: {err}");
+                    let out = String::from_utf8_lossy(&done.stdout);
+                    assert!(!out.contains("record: "), "{line} {name}: {out}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn killed_while_it_writes_a_verb_leaves_the_old_file() {
+    let place = Place::new();
+    for (line, name, _) in OUTPUTS {
+        let words = place.words(line, name);
+        // Three instants of the writing.
+        for bytes in [0, 512, 1536] {
+            place.before(name, Some(OLD));
+            let done = killed_behind(&words, bytes);
+            let files = place.files();
+            let there = files.iter().find(|(file, _)| file == name);
+            let there = there.map(|(_, bytes)| bytes.as_slice());
+            // The last may be behind its end: then the new one is whole.
+            if done.status.code().is_none() {
+                assert_eq!(there, Some(OLD.as_bytes()), "{line} {name} {bytes}");
+            } else {
+                assert_eq!(files.len(), 1, "{line} {name} {bytes}: {done:?}");
+            }
+            assert!(
+                bytes > 512 || done.status.code().is_none(),
+                "{line} {name}: {done:?}"
+            );
+        }
+    }
+}
+
+/// Runs as a user for whom the permissions of files hold, unlike the superuser.
+fn as_nobody(words: &[String], home: &Path) -> Output {
+    let mut command = command();
+    command.args(words).stdin(Stdio::null());
+    command
+        .env("XDG_STATE_HOME", home)
+        .env("XDG_DATA_HOME", home);
+    let is_root = fs::metadata("/proc/self").is_ok_and(|own| own.uid() == 0);
+    if is_root {
+        command.uid(65534).gid(65534);
+    }
+    command.output().expect("it runs")
+}
+
+#[test]
+fn file_or_folder_without_permission_is_left_alone() {
+    let place = Place::new();
+    let home = tempfile::tempdir().expect("a directory");
+    fs::set_permissions(home.path(), fs::Permissions::from_mode(0o777)).expect("set");
+    for (line, name, _) in OUTPUTS
+        .into_iter()
+        .filter(|(line, ..)| !line.contains("CLASS"))
+    {
+        let words = place.words(line, name);
+        for (folder, file) in [(0o555, 0o666), (0o777, 0o444)] {
+            place.before(name, Some(OLD));
+            let mode = |path: &Path, mode| {
+                fs::set_permissions(path, fs::Permissions::from_mode(mode)).expect("set");
+            };
+            mode(&place.outputs.path().join(name), file);
+            mode(place.outputs.path(), folder);
+            let done = as_nobody(&words, home.path());
+            mode(place.outputs.path(), 0o777);
+            assert!(!done.status.success(), "{line} {name}: {done:?}");
+            let old = (name.to_owned(), OLD.as_bytes().to_vec());
+            assert_eq!(place.files(), [old], "{line} {name}");
+        }
+    }
+}
+
+#[test]
+fn served_arm_replaces_a_file_at_its_end_and_a_kill_keeps_both() {
+    let place = Place::new();
+    for option in ["--trace", "--record"] {
+        let name = "a.kept";
+        let path = place.outputs.path().join(name);
+        let words = [
+            "--tcp",
+            "127.0.0.1:0",
+            option,
+            path.to_str().expect("UTF-8"),
+        ];
+        place.before(name, Some(OLD));
+        let mut served = Served::start(&words, 1);
+        assert_eq!(run(&["--port", &served.door("tcp"), "pose"]).status, 0);
+        assert_eq!(fs::read(&path).expect("read"), OLD.as_bytes(), "{option}");
+        served.child.kill().expect("killed");
+        served.child.wait().expect("it ends");
+        let files = place.files();
+        assert_eq!(files[0].1, OLD.as_bytes(), "{option}: {files:?}");
+        assert_eq!(
+            (files.len(), &*files[1].0),
+            (2, "a.kept.partial"),
+            "{option}"
+        );
+        let part = files[1].1.clone();
+        let served = Served::start(&words, 1);
+        served.end("-TERM");
+        let files = place.files();
+        assert!(files[0].1.len() > OLD.len(), "{option}: {files:?}");
+        assert_eq!(
+            files[1..],
+            [("a.kept.partial".to_owned(), part)],
+            "{option}"
+        );
+    }
+}
+
+#[test]
+fn output_that_is_an_input_or_another_output_is_refused_and_nothing_is_touched() {
+    let place = Place::new();
+    let drawing = "<svg xmlns='http://www.w3.org/2000/svg' width='40mm' height='40mm'>\
+        <path d='M0 0H90V90' fill='none' stroke='black'/></svg>";
+    place.input("h.svg", drawing);
+    place.input("x.svg", "[table]\n");
+    let at = |name: &str| {
+        let path = place.inputs.path().join(name);
+        path.to_str().expect("UTF-8").to_owned()
+    };
+    let planned = run(&["convert", &at("IN.gcode"), &at("o.plan.json")]);
+    assert_eq!(planned.status, 0, "{planned:?}");
+    symlink("h.svg", at("link.svg")).expect("linked");
+    fs::hard_link(at("h.svg"), at("hard.svg")).expect("linked");
+    let [svg, link, hard, plan, scenario] =
+        ["h.svg", "link.svg", "hard.svg", "o.plan.json", "x.svg"].map(at);
+    let (new, again) = (at("new.svg"), at("./new.svg"));
+    let contents = || {
+        let all = [&svg, &plan, &scenario, &at("SESSION.pcapng")];
+        all.map(|path| fs::read(path).expect("read"))
+    };
+    let before = contents();
+    let names = || fs::read_dir(place.inputs.path()).expect("read").count();
+    let count = names();
+    for words in [
+        &["draw", &svg, "--preview", &svg][..],
+        &["draw", &svg, "--preview", &link],
+        &["draw", &link, "--picture", &hard],
+        &["convert", &svg, &svg],
+        &["convert", &svg, &hard],
+        &["run", &plan, "--record", &plan],
+        &["run", &plan, "--trace", &plan],
+        &["draw", &svg, "--preview", &new, "--picture", &again],
+        &[
+            "sim",
+            "--tcp",
+            "127.0.0.1:0",
+            "--scenario",
+            &scenario,
+            "--picture",
+            &scenario,
+        ],
+        &[
+            "sim",
+            "--tcp",
+            "127.0.0.1:0",
+            "--trace",
+            &new,
+            "--record",
+            &again,
+        ],
+        &[
+            "replay",
+            &at("SESSION.pcapng"),
+            "--save",
+            &at("SESSION.pcapng"),
+        ],
+    ] {
+        let done = run(&[&["--port", "sim"], words].concat());
+        assert_eq!(
+            (done.status, done.out.as_str()),
+            (2, ""),
+            "{words:?}: {done:?}"
+        );
+        assert!(
+            done.err.contains("a name of its own"),
+            "{words:?}: {done:?}"
+        );
+        assert!(contents() == before && names() == count, "{words:?}");
+    }
+}

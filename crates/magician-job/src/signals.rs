@@ -1,0 +1,167 @@
+//! The rule that turns signals into stops, without signals and without a clock.
+//!
+//! A terminal that closes sends SIGHUP two or three times within milliseconds (kernel, shell, tmux), a
+//! shell forwards the Ctrl-C that the terminal has sent to its job already, and keys bounce. None of these
+//! is a person who is out of patience, so none of them may cut short what the first stop has begun: the
+//! pen that goes up, and the settings that are restored.
+
+use std::time::Duration;
+
+/// Time from the first stop until a second one counts. Repeats by kernel and shell come within 0.1 s; a
+/// person who sees that the arm still moves takes longer.
+pub const SECOND_STOP_DELAY: Duration = Duration::from_millis(500);
+
+/// Signal, or request of a person, that a run is to end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+pub enum StopSignal {
+    /// Ctrl-C (SIGINT).
+    Interrupt,
+    /// The system or another program ends this one (SIGTERM).
+    Terminate,
+    /// The terminal is gone (SIGHUP).
+    HangUp,
+    /// A key or a line of a person that is no signal.
+    Request,
+}
+
+/// Order that a run gets because of a [`StopSignal`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+pub enum StopOrder {
+    /// The arm stops, the laser is off, the pen goes up, settings are restored.
+    Stop,
+    /// The arm stops where it is, and nothing moves after that. Settings are restored all the same.
+    AtOnce,
+}
+
+/// Decides which signals stop a run, and how: the first one stops it, and the first Ctrl-C or SIGTERM at
+/// least [`SECOND_STOP_DELAY`] after that stops it at once. All others change nothing.
+///
+/// ```
+/// use std::time::Duration;
+///
+/// use magician_job::{StopOrder, StopRule, StopSignal};
+///
+/// let mut rule = StopRule::default();
+/// let mut hears = |signal, ms| rule.hears(signal, Duration::from_millis(ms));
+/// assert_eq!(hears(StopSignal::Interrupt, 0), Some(StopOrder::Stop));
+/// assert_eq!(hears(StopSignal::Interrupt, 80), None);
+/// assert_eq!(hears(StopSignal::HangUp, 700), None);
+/// assert_eq!(hears(StopSignal::Interrupt, 900), Some(StopOrder::AtOnce));
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StopRule {
+    /// When the first one came.
+    first: Option<Duration>,
+    /// True once the second stop was ordered: there is no third.
+    at_once: bool,
+}
+
+impl StopRule {
+    /// Order that follows from a signal at this instant, counted from any fixed one; `None` if it changes
+    /// nothing.
+    pub fn hears(&mut self, signal: StopSignal, at: Duration) -> Option<StopOrder> {
+        let Some(first) = self.first else {
+            self.first = Some(at);
+            return Some(StopOrder::Stop);
+        };
+        let insists = matches!(signal, StopSignal::Interrupt | StopSignal::Terminate);
+        if self.at_once || !insists || at.saturating_sub(first) < SECOND_STOP_DELAY {
+            return None;
+        }
+        self.at_once = true;
+        Some(StopOrder::AtOnce)
+    }
+
+    /// True if a stop was ordered.
+    #[must_use]
+    pub const fn stops(&self) -> bool {
+        self.first.is_some()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::StopSignal::{HangUp, Interrupt, Request, Terminate};
+    use super::*;
+
+    const SIGNALS: [StopSignal; 4] = [Interrupt, Terminate, HangUp, Request];
+    /// Pauses before a signal: none, a forwarded one, just too early, just late enough, long after.
+    const PAUSES_MS: [u64; 5] = [0, 100, 499, 500, 5_000];
+
+    /// Calls `check` with each sequence of up to `most` signals.
+    fn sequences(most: usize, check: &mut impl FnMut(&[(StopSignal, Duration)])) {
+        let mut sequences: Vec<Vec<(StopSignal, Duration)>> = vec![Vec::new()];
+        for _ in 0..most {
+            let mut longer = Vec::new();
+            for sequence in &sequences {
+                let last = sequence.last().map_or(Duration::ZERO, |(_, at)| *at);
+                for signal in SIGNALS {
+                    for pause in PAUSES_MS {
+                        let mut next = sequence.clone();
+                        next.push((signal, last + Duration::from_millis(pause)));
+                        check(&next);
+                        longer.push(next);
+                    }
+                }
+            }
+            sequences = longer;
+        }
+    }
+
+    fn orders(sequence: &[(StopSignal, Duration)]) -> Vec<Option<StopOrder>> {
+        let mut rule = StopRule::default();
+        let hears = sequence.iter().map(|(signal, at)| rule.hears(*signal, *at));
+        hears.collect()
+    }
+
+    #[test]
+    fn every_sequence_of_four_signals_stops_once_and_at_once_by_a_late_ctrl_c_or_term_alone() {
+        let (mut count, mut at_once) = (0, 0);
+        sequences(4, &mut |sequence| {
+            count += 1;
+            let orders = orders(sequence);
+            assert_eq!(orders[0], Some(StopOrder::Stop), "{sequence:?}");
+            let first = sequence[0].1;
+            let late = |(signal, at): &(StopSignal, Duration)| {
+                matches!(signal, Interrupt | Terminate) && *at >= first + Duration::from_millis(500)
+            };
+            let expected = sequence.iter().skip(1).position(late).map(|nth| nth + 1);
+            for (nth, order) in orders.iter().enumerate().skip(1) {
+                let due = (expected == Some(nth)).then_some(StopOrder::AtOnce);
+                assert_eq!(*order, due, "signal {nth} of {sequence:?}");
+            }
+            at_once += usize::from(expected.is_some());
+        });
+        assert_eq!(count, 20 + 400 + 8_000 + 160_000);
+        assert!(at_once > 10_000, "{at_once}");
+    }
+
+    #[test]
+    fn hang_ups_alone_never_stop_at_once() {
+        sequences(4, &mut |sequence| {
+            if sequence.iter().all(|(signal, _)| *signal == HangUp) {
+                let orders = orders(sequence);
+                assert!(orders[1..].iter().all(Option::is_none), "{sequence:?}");
+            }
+        });
+    }
+
+    #[test]
+    fn two_of_any_signal_within_a_tenth_of_a_second_are_one() {
+        for first in SIGNALS {
+            for second in SIGNALS {
+                for ms in [0, 20, 100] {
+                    let orders =
+                        orders(&[(first, Duration::ZERO), (second, Duration::from_millis(ms))]);
+                    assert_eq!(
+                        orders,
+                        [Some(StopOrder::Stop), None],
+                        "{first:?} {second:?}"
+                    );
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,219 @@
+//! However a run ends, and whenever: the pen is up, the laser is dark, and the settings of the arm are as before.
+
+use std::time::Duration;
+
+use magician::commands::{EndEffectorLaser, Pose};
+use magician::{Arm, Set, SettingsBackup};
+use magician_job::{
+    Fault, Job, JobSpec, JobState, NoJournal, PauseReason, SECOND_STOP_DELAY, SavedSettings,
+    StopOrder, StopRule, StopSignal,
+};
+use magician_program::{Action, Origin, Plan, Program, Tool, Travel};
+use tokio::time::{Instant, sleep};
+
+use super::place::{KINDS, PAPER, place, plan};
+
+/// Instants at which runs are ended.
+const INSTANTS: u64 = 200;
+/// Latest instant, ms into a run. Most programs below take longer.
+const LONGEST_MS: u64 = 9_000;
+
+/// Numbers from a seed.
+struct Seeded(u64);
+
+impl Seeded {
+    /// A number below this one.
+    fn below(&mut self, end: u64) -> u64 {
+        // Knuth's MMIX generator, of which the upper bits are good.
+        self.0 = (self.0)
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) % end
+    }
+
+    fn ms(&mut self, end: u64) -> Duration {
+        Duration::from_millis(self.below(end))
+    }
+}
+
+/// Way to end a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum How {
+    /// By up to four signals within a tenth of a second.
+    Signals,
+    /// By hang-ups that go on for seconds.
+    HangUps,
+    /// By a pause, and a stop in it.
+    Paused,
+    /// By the end of the last handle.
+    Dropped,
+    /// By a second stop of a person: nothing moves after it.
+    AtOnce,
+}
+
+const WAYS: [How; 5] = [
+    How::Signals,
+    How::HangUps,
+    How::Paused,
+    How::Dropped,
+    How::AtOnce,
+];
+
+/// A burn with speeds of its own.
+fn burn() -> Plan {
+    let mut plan = Plan::new("a burn");
+    plan.tool = Some(Tool::Laser);
+    let mut push = |action: Action| plan.push(action, Origin::NONE);
+    push(magician::words::path_speed(30.0, 100.0).into());
+    let line = |to: [f32; 4]| Action::Move {
+        to,
+        by: Travel::Line,
+    };
+    push(line([210.0, -40.0, 0.0, 0.0]));
+    for y in [40.0, -40.0, 40.0, -40.0] {
+        push(Action::Burn {
+            to: [210.0, y, 0.0],
+            power: 60.0,
+        });
+    }
+    push(Action::Laser(false));
+    plan
+}
+
+async fn settings(arm: &Arm, plan: &Plan) -> Vec<Set> {
+    let changes: Vec<Set> = plan.commands().collect();
+    let read = SettingsBackup::read(arm, &changes).await;
+    read.expect("they are read").settings().to_vec()
+}
+
+async fn height(arm: &Arm) -> f64 {
+    arm.get::<Pose>().await.expect("a pose").z.into()
+}
+
+/// Hands signals to a job as a program does.
+struct Signals<'a> {
+    rule: StopRule,
+    begun: Instant,
+    job: &'a magician_job::JobHandle,
+    at_once: bool,
+}
+
+impl<'a> Signals<'a> {
+    fn of(job: &'a magician_job::JobHandle) -> Self {
+        Self {
+            rule: StopRule::default(),
+            begun: Instant::now(),
+            job,
+            at_once: false,
+        }
+    }
+
+    fn hears(&mut self, signal: StopSignal) {
+        if let Some(order) = self.rule.hears(signal, self.begun.elapsed()) {
+            self.job.stop();
+            self.at_once |= order == StopOrder::AtOnce;
+        }
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn runs_that_end_at_200_random_instants_leave_pen_up_laser_dark_and_settings_as_before() {
+    let signals = [
+        StopSignal::Interrupt,
+        StopSignal::Terminate,
+        StopSignal::HangUp,
+        StopSignal::Request,
+    ];
+    let (mut stopped, mut lifted, mut halted) = (0, 0, 0);
+    for seed in 0..INSTANTS {
+        let mut seeded = Seeded(seed);
+        seeded.below(2);
+        let plan = match KINDS.get((seed % 5) as usize) {
+            Some(kind) => plan(*kind),
+            None => burn(),
+        };
+        let how = WAYS[(seed / 5 % 5) as usize];
+        let program = Program::new(plan.clone(), Some(1));
+        let (_cell, arm) = place(&program).await;
+        let before = settings(&arm, &plan).await;
+        assert!(!before.is_empty());
+        let saved = SavedSettings::default();
+        let spec = JobSpec::new(program).saved(saved.clone());
+        let job = Job::start(&arm, spec, NoJournal);
+        let at = seeded.ms(LONGEST_MS);
+        let what = format!("seed {seed}: {}, {how:?} after {at:?}", plan.title);
+        sleep(at).await;
+        let mut ends = Signals::of(&job);
+        match how {
+            How::Signals => {
+                for _ in 0..=seeded.below(4) {
+                    ends.hears(signals[seeded.below(4) as usize]);
+                    sleep(seeded.ms(30)).await;
+                }
+            }
+            How::HangUps => {
+                for _ in 0..40 {
+                    ends.hears(StopSignal::HangUp);
+                    sleep(seeded.ms(100)).await;
+                }
+            }
+            How::Paused => {
+                drop(job.pause(PauseReason::Person));
+                sleep(seeded.ms(2_000)).await;
+                ends.hears(StopSignal::HangUp);
+            }
+            How::Dropped => {}
+            How::AtOnce => {
+                ends.hears(StopSignal::Interrupt);
+                sleep(SECOND_STOP_DELAY).await;
+                ends.hears(StopSignal::Interrupt);
+            }
+        }
+        let at_once = ends.at_once;
+        let outcome = if how == How::Dropped {
+            drop(job);
+            sleep(Duration::from_secs(20)).await;
+            None
+        } else {
+            Some(job.outcome().await)
+        };
+        let twice = matches!(&outcome, Some(Err(error)) if matches!(error.fault, Fault::Stopped { twice: true }));
+        assert!(!twice || at_once, "{what}: {outcome:?}");
+        stopped += u64::from(matches!(outcome, Some(Err(_))));
+        halted += u64::from(twice);
+        let laser = arm.get::<EndEffectorLaser>().await.expect("read");
+        assert!(!laser.is_on.is_on(), "{what}: it burns");
+        assert_eq!(settings(&arm, &plan).await, before, "{what}");
+        assert!(saved.is_empty(), "{what}");
+        let stands = height(&arm).await;
+        if plan.tool == Some(Tool::Pen) && !twice {
+            assert!(stands > PAPER + 9.0, "{what}: the pen is at {stands}");
+            lifted += 1;
+        }
+        sleep(Duration::from_secs(2)).await;
+        assert_eq!(height(&arm).await, stands, "{what}: it stands");
+    }
+    // Most of them ended in the middle.
+    assert!(
+        stopped > 100 && lifted > 100 && halted > 10,
+        "{stopped} {lifted} {halted}"
+    );
+}
+
+#[tokio::test(start_paused = true)]
+async fn second_stop_on_the_way_up_restores_settings() {
+    for ms in [0, 1, 5, 20, 60, 150, 400] {
+        let plan = plan(KINDS[0]);
+        let program = Program::new(plan.clone(), Some(1));
+        let (_cell, arm) = place(&program).await;
+        let before = settings(&arm, &plan).await;
+        let job = Job::start(&arm, JobSpec::new(program), NoJournal);
+        sleep(Duration::from_secs(4)).await;
+        assert_eq!(job.state(), JobState::Running);
+        job.stop();
+        sleep(Duration::from_millis(ms)).await;
+        job.stop();
+        let _ = job.outcome().await;
+        assert_eq!(settings(&arm, &plan).await, before, "{ms} ms");
+    }
+}

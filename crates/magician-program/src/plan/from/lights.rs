@@ -1,0 +1,188 @@
+//! Burns whose light went out on their way: where they go on.
+
+use std::time::Duration;
+
+use magician_host::commands::Pose;
+use magician_host::words::{Preflight, Stopping};
+use magician_host::{Set, commands::CpLeCmd};
+
+use super::within::{BESIDE, StraightMove, distance, is_straight};
+
+/// A pose this near to a line is on it, mm: rounding of the arm's numbers and of the plan's.
+const ON_LINE: f64 = 0.05;
+/// Slots before the one under way that are looked at for a pose: the arm may have finished short pieces since it was told.
+const EARLIER: usize = 8;
+/// Slots that are looked back over: no braking way has more pieces.
+const WINDOW: usize = 400;
+
+/// A place in a program where a burn goes on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Place {
+    /// Slots that are passed.
+    pub(crate) passed: usize,
+    /// The place within the next slot; `None` at its beginning.
+    pub(crate) at: Option<[f64; 3]>,
+    /// Length from there on that may have been burnt already, mm.
+    pub(crate) twice: f64,
+}
+
+/// A straight slot.
+struct Line {
+    way: StraightMove,
+    burns: bool,
+    stopping: Option<Stopping>,
+}
+
+impl Line {
+    fn of(command: &Set, course: &mut Preflight, stops: bool) -> Option<Self> {
+        if !is_straight(command) {
+            let _ = course.check(command);
+            return None;
+        }
+        let stopping = stops.then(|| course.stopping(command)).flatten();
+        let from = course.arm().copied();
+        // What could not be checked was not sent.
+        let step = course.check(command).ok()?;
+        let way = StraightMove::between(from?.pose, step.end?.pose);
+        let burns = match command {
+            Set::CpLeCmd(CpLeCmd {
+                velocity_or_power, ..
+            }) => *velocity_or_power > 0.0,
+            _ => step.laser,
+        };
+        Some(Self {
+            way,
+            burns,
+            stopping,
+        })
+    }
+}
+
+/// Straight slots of a program that follow each other, and what is between them.
+pub(crate) struct Lines {
+    /// The first slot.
+    first: usize,
+    /// `None` for a slot that is not straight, or sends nothing.
+    lines: Vec<Option<Line>>,
+}
+
+impl Lines {
+    /// The slots up to `last`, none of them before `lead`, with the course at the first of all slots.
+    pub(crate) fn of(
+        course: &mut Preflight,
+        slots: impl Iterator<Item = Option<Set>>,
+        lead: usize,
+        last: usize,
+    ) -> Self {
+        let first = last.saturating_sub(WINDOW).max(lead);
+        let near = last.saturating_sub(2 * EARLIER);
+        let mut lines = Vec::new();
+        for (nth, slot) in slots.enumerate().take(last.saturating_add(1)) {
+            if nth >= first {
+                let line = slot.and_then(|command| Line::of(&command, course, nth >= near));
+                lines.push(line);
+            } else if let Some(command) = slot {
+                // What could not be checked was not sent.
+                let _ = course.check(&command);
+            }
+        }
+        Self { first, lines }
+    }
+
+    fn line(&self, slot: usize) -> Option<&Line> {
+        self.lines.get(slot.checked_sub(self.first)?)?.as_ref()
+    }
+
+    /// The place where the light went out that was out at this pose, and so much before at most. `under_way` is the slot that
+    /// the arm did not finish, or was the last to finish. The arm may have burnt on `until` another pose.
+    pub(crate) fn dark_at(
+        &self,
+        under_way: usize,
+        pose: &Pose,
+        late: Duration,
+        until: Option<&Pose>,
+    ) -> Option<Place> {
+        let (off, slot, share) = self.nearest(under_way, pose)?;
+        if off > BESIDE {
+            return None;
+        }
+        let stopping = self.line(slot)?.stopping;
+        let speed = stopping.map_or(0.0, |stopping| stopping.speed);
+        let mut place = self.before(slot, share, speed * late.as_secs_f64());
+        if let Some((_, end, there)) = until.and_then(|until| self.nearest(slot, until)) {
+            for nth in slot..=end {
+                let from = if nth == slot { share } else { 0.0 };
+                let to = if nth == end { there } else { 1.0 };
+                if let Some(line) = self.line(nth).filter(|line| line.burns) {
+                    place.twice += (to - from).max(0.0) * line.way.length();
+                }
+            }
+        }
+        Some(place)
+    }
+
+    /// The line that a pose is on: how far beside it the pose is, its slot, and the share of it up to there. Of several lines
+    /// the nearest to the slot under way counts.
+    fn nearest(&self, under_way: usize, pose: &Pose) -> Option<(f64, usize, f64)> {
+        let place = [pose.x, pose.y, pose.z].map(f64::from);
+        let last = self.first + self.lines.len();
+        let earlier = (under_way.saturating_sub(EARLIER)..under_way).rev();
+        let nearest = |slot: usize| {
+            let line = self.line(slot)?;
+            let (share, _) = line.way.nearest(place);
+            let share = share.clamp(0.0, 1.0);
+            Some((distance(line.way.at(share), place), slot, share))
+        };
+        let all: Vec<_> = (under_way..last)
+            .chain(earlier)
+            .filter_map(nearest)
+            .collect();
+        let on = all.iter().find(|(off, ..)| *off <= ON_LINE);
+        let best = all.iter().min_by(|one, other| one.0.total_cmp(&other.0));
+        on.or(best).copied()
+    }
+
+    /// The place a braking way before one where the arm stands: the light went out between the two.
+    pub(crate) fn before_braking(&self, slot: usize, at: [f64; 3]) -> Option<Place> {
+        let line = self.line(slot)?;
+        let (share, _) = line.way.nearest(at);
+        let near = [slot.checked_sub(1), Some(slot)].into_iter().flatten();
+        let stopping = near.filter_map(|slot| self.line(slot)?.stopping);
+        let braking = stopping
+            .map(|stopping| stopping.braking)
+            .fold(0.0, f64::max);
+        Some(self.before(slot, share.clamp(0.0, 1.0), braking))
+    }
+
+    /// The place so far before another, as far as something burns there.
+    fn before(&self, slot: usize, share: f64, by: f64) -> Place {
+        let here = |slot: usize, share: f64, twice: f64| Place {
+            passed: slot,
+            at: match self.line(slot) {
+                Some(line) if share > 0.0 => Some(line.way.at(share)),
+                _ => None,
+            },
+            twice,
+        };
+        let mut best = here(slot, share, 0.0);
+        let (mut slot, mut share, mut left, mut twice) = (slot, share, by, 0.0);
+        while let Some(line) = self.line(slot) {
+            let length = line.way.length();
+            let back = left.min(share * length);
+            let to = match length > 0.0 {
+                true => share - back / length,
+                false => 0.0,
+            };
+            if line.burns && back > 0.0 {
+                twice += back;
+                best = here(slot, to, twice);
+            }
+            left -= back;
+            if left <= 0.0 || slot == self.first {
+                break;
+            }
+            (slot, share) = (slot - 1, 1.0);
+        }
+        best
+    }
+}

@@ -1,0 +1,395 @@
+//! The depths of a program that cuts, as a pen draws them: every line on the surface.
+
+mod covered;
+mod flat;
+mod walk;
+
+use std::collections::BTreeMap;
+
+use magician_host::{Given, Setting};
+
+use super::work_lines::{Segment, TOUCH};
+use crate::artwork::distance;
+use crate::words::words;
+use crate::{Diagnostic, DiagnosticCode, Plan};
+use flat::Flattener;
+use walk::{Event, walk};
+
+/// Heights that differ by less are the same, mm: programs have three or four decimals.
+const SAME: f64 = 1e-3;
+/// Most depths that a note lists one by one; more are grouped into this many ranges.
+const LISTED: usize = 6;
+/// Below this share of level feed moves a program is a relief, whose depth changes all along.
+const LEVEL_SHARE: f64 = 0.1;
+/// From this share of feed moves above the surface on, nearly all of a program is travel.
+const NEARLY_ALL: f64 = 0.9;
+
+/// Length of what is drawn once from which on a note tells of it, mm.
+const TOLD: f64 = 1.0;
+
+/// Treatment of the depths below the first one at which a program draws.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+pub enum Depths {
+    /// A pen draws all of them on the surface, and never goes below it.
+    #[default]
+    Flatten,
+    /// The tool follows them below the surface.
+    Keep,
+}
+
+words! {
+    Depths, "depths":
+    Flatten = "flatten",
+    Keep = "keep",
+}
+
+/// Which feed moves of a program draw.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct DepthSurvey {
+    /// Feed moves at or below this Z draw, mm.
+    threshold: f64,
+    /// The highest Z at which it draws, or the one that was given: it is laid on the surface.
+    pub(super) first: f64,
+    /// The lowest Z at which it draws.
+    pub(super) deepest: f64,
+    /// True if one Z of touching does not draw all of it, or nearly all that it feeds is travel.
+    several: bool,
+}
+
+impl DepthSurvey {
+    /// `None` if nothing is drawn.
+    ///
+    /// Where a program goes above 0 and cuts below it, its zero is the surface of the work, and every feed move below 0
+    /// cuts. Elsewhere 0 may be the bed or a place of the machine: the highest level to which the tool comes down from
+    /// above is the first depth. Feed moves at the height of travel, which the tool comes up to, draw nothing.
+    pub(super) fn of(plan: &Plan, pen_z: Option<f64>) -> Option<Self> {
+        let levels = Levels::of(plan);
+        let lowest = levels.lowest?;
+        let threshold = match pen_z {
+            Some(z) => z + TOUCH,
+            None => levels.threshold(lowest),
+        };
+        let (mut first, mut deepest) = (f64::NEG_INFINITY, f64::INFINITY);
+        let (mut drawn, mut air) = (0.0, 0.0);
+        walk(plan, threshold, |event| match event {
+            Event::Line { low, from, to, .. } => {
+                (first, deepest) = (first.max(low), deepest.min(low));
+                drawn += distance(from, to);
+            }
+            Event::Arc { low, .. } | Event::Dot { low, .. } => {
+                (first, deepest) = (first.max(low), deepest.min(low));
+            }
+            Event::Air(length) => air += length,
+            Event::Travel { .. } | Event::Other(_) => {}
+        });
+        if !first.is_finite() {
+            return None;
+        }
+        let several = match pen_z {
+            Some(z) => deepest < z - SAME,
+            None => first > lowest + TOUCH,
+        };
+        Some(Self {
+            threshold,
+            first: pen_z.unwrap_or(first),
+            deepest,
+            several: several || air > NEARLY_ALL * (air + drawn),
+        })
+    }
+}
+
+/// Heights at which a program feeds and travels.
+#[derive(Default)]
+struct Levels {
+    /// The lowest Z of a feed move across, or of any feed move if none goes across.
+    lowest: Option<f64>,
+    /// By height in thousandths of a millimetre.
+    levels: BTreeMap<i64, Level>,
+    /// The highest Z of all motion.
+    highest: f64,
+    /// Length of feed moves that change height on their way, mm.
+    slanted: f64,
+}
+
+/// Level motion at one height.
+#[derive(Default)]
+struct Level {
+    /// Length of feed moves and of rapid moves, mm.
+    fed: f64,
+    travelled: f64,
+    /// Times that feed moves at this height began after a move straight down to it, and straight up to it.
+    from_above: u32,
+    from_below: u32,
+}
+
+/// Direction from which the tool came to its height.
+#[derive(Clone, Copy, PartialEq)]
+enum Arrival {
+    Down,
+    Up,
+    Unknown,
+}
+
+impl Levels {
+    fn of(plan: &Plan) -> Self {
+        let mut found = Self {
+            highest: f64::NEG_INFINITY,
+            ..Self::default()
+        };
+        let (mut across, mut any) = (None::<f64>, None::<f64>);
+        let least = |low: f64, known: Option<f64>| Some(known.map_or(low, |known| known.min(low)));
+        let mut at: Option<[f64; 3]> = None;
+        let mut arrival = Some(Arrival::Unknown);
+        for step in &plan.steps {
+            let Some(to) = step.action.target().map(|to| to.map(f64::from)) else {
+                continue;
+            };
+            found.highest = found.highest.max(to[2]);
+            let Some(from) = at.replace(to) else { continue };
+            let way = Segment::of(step, from, to);
+            let fed = step.action.marks();
+            let rise = to[2] - from[2];
+            if !way.goes_across() {
+                if fed {
+                    any = least(way.low(), any);
+                }
+                if rise != 0.0 {
+                    // A level run of which nothing is known yet is travel if the tool goes down from it.
+                    if arrival == Some(Arrival::Unknown)
+                        && rise < 0.0
+                        && let Some(level) = found.levels.get_mut(&thousandths(from[2]))
+                    {
+                        level.from_below += u32::from(level.fed > 0.0);
+                    }
+                    let up = if rise > 0.0 {
+                        Arrival::Up
+                    } else {
+                        Arrival::Down
+                    };
+                    arrival = Some(up);
+                }
+                continue;
+            }
+            if fed {
+                across = least(way.low(), across);
+            }
+            let length = distance([from[0], from[1]], [to[0], to[1]]);
+            if rise.abs() > SAME {
+                found.slanted += if fed { length } else { 0.0 };
+                arrival = None;
+                continue;
+            }
+            let level = found.levels.entry(thousandths(to[2])).or_default();
+            if !fed {
+                level.travelled += length;
+                continue;
+            }
+            level.fed += length;
+            match arrival {
+                Some(Arrival::Down) => level.from_above += 1,
+                Some(Arrival::Up) => level.from_below += 1,
+                _ => continue,
+            }
+            arrival = None;
+        }
+        found.lowest = across.or(any);
+        found
+    }
+
+    /// Feed moves at or below this Z draw.
+    fn threshold(&self, lowest: f64) -> f64 {
+        let near = lowest + TOUCH;
+        let all = self.levels.iter();
+        let all = all.map(|(thousandths, level)| (*thousandths as f64 / 1000.0, level));
+        let travelled = { all.clone() }
+            .filter(|(z, level)| *z > near && level.travelled > 0.0)
+            .max_by(|(_, one), (_, other)| one.travelled.total_cmp(&other.travelled))
+            .map(|(z, _)| z);
+        let has_surface_at_0 = lowest < -SAME && self.highest > SAME;
+        let below_travel = match travelled {
+            Some(z) if !has_surface_at_0 => z,
+            _ => f64::INFINITY,
+        };
+        let mut ceiling = if has_surface_at_0 { 0.0 } else { below_travel };
+        let top = ceiling;
+        let is_candidate =
+            |(z, _): &(f64, &Level)| *z < below_travel - SAME && *z <= top + SAME && *z > near;
+        let mut first = None;
+        let fed = all.clone().rev().filter(|(_, level)| level.fed > 0.0);
+        for (z, level) in fed.filter(is_candidate) {
+            let cuts = match has_surface_at_0 && z < -SAME {
+                true => level.from_above >= level.from_below,
+                false => level.from_above > level.from_below,
+            };
+            if cuts {
+                first = Some(z);
+                break;
+            }
+            ceiling = ceiling.min(z);
+        }
+        let below = |level: f64| (level - 2.0 * SAME).max(near);
+        if has_surface_at_0 {
+            let at_0 = first.filter(|z| *z >= -SAME);
+            return at_0.map_or(below(ceiling), |_| near.max(SAME));
+        }
+        let level: f64 = { all.filter(|(z, _)| *z < ceiling) }
+            .map(|(_, level)| level.fed)
+            .sum();
+        let is_relief = travelled.is_some() && level < LEVEL_SHARE * (level + self.slanted);
+        match first {
+            _ if is_relief => below(ceiling),
+            Some(first) => first + SAME,
+            None => near,
+        }
+    }
+}
+
+fn thousandths(z: f64) -> i64 {
+    (z * 1000.0).round() as i64
+}
+
+/// Lengths that a pen draws of a program by their depth, mm in the size of the file.
+#[derive(Clone, Debug, Default)]
+pub(super) struct DepthTally {
+    /// Length of lines and arcs by their depth in hundredths of a millimetre.
+    lengths: BTreeMap<i64, f64>,
+    dots: usize,
+    /// Length of what is cut again at a greater depth, and drawn once.
+    again: f64,
+    /// Length of feed moves that draw nothing.
+    air: f64,
+    threshold: f64,
+}
+
+/// A program as a pen draws it.
+pub(super) struct Flat {
+    pub(super) plan: Plan,
+    /// The Z at which all of it lies.
+    pub(super) touch: f64,
+    pub(super) tally: DepthTally,
+}
+
+impl Flat {
+    /// All depths of a program at its first one. `None` if it has one depth, which is laid on the surface as it is.
+    pub(super) fn of(plan: &Plan, pen_z: Option<f64>, lift: f64) -> Option<Self> {
+        let survey = DepthSurvey::of(plan, pen_z).filter(|survey| survey.several)?;
+        let mut flattener = Flattener::new(plan, survey.first, lift, survey.threshold);
+        walk(plan, survey.threshold, |event| flattener.take(event));
+        let (plan, tally) = flattener.done();
+        Some(Self {
+            plan,
+            touch: survey.first,
+            tally,
+        })
+    }
+}
+
+impl DepthTally {
+    fn drawn(&self) -> f64 {
+        self.lengths.values().sum()
+    }
+
+    /// Notes that list what is drawn of which depth, in this size.
+    pub(super) fn notes(&self, scale: f64) -> Vec<Diagnostic> {
+        let mut notes = Vec::new();
+        let ends = self
+            .lengths
+            .keys()
+            .next()
+            .zip(self.lengths.keys().next_back());
+        let range = ends.map_or(0.0, |(deepest, first)| (first - deepest) as f64 / 100.0);
+        let again = self.again * scale;
+        if range > TOUCH || self.dots > 0 || again >= TOLD {
+            let mut what = format!(
+                "the pen draws all depths on the surface: {}",
+                self.listed(scale)
+            );
+            if again >= TOLD {
+                let again = length(again);
+                what += &format!("; {again} that is cut again deeper is drawn once");
+            }
+            let note = Diagnostic::of_file(what).coded(DiagnosticCode::Assumed);
+            let keep = (Setting::Depths, Given::Word("keep"));
+            notes.push(note.remedy(keep, "takes the pen below the surface"));
+        }
+        let fed = self.air + self.drawn();
+        if self.air > NEARLY_ALL * fed {
+            let [air, fed] = [self.air, fed].map(|mm| length(mm * scale));
+            let what = format!(
+                "nearly all of it is travel: {air} of {fed} that it feeds lie above Z{}, where \
+                 the pen draws nothing",
+                rounded(self.threshold)
+            );
+            let note = Diagnostic::of_file(what).coded(DiagnosticCode::Assumed);
+            let pen_z = (Setting::PenZ, Given::Any("Z"));
+            notes.push(note.remedy(pen_z, "sets another Z for the touching pen"));
+        }
+        notes
+    }
+
+    /// The depths from the first on, with how much is drawn at each.
+    fn listed(&self, scale: f64) -> String {
+        let at = |hundredths: i64| rounded(hundredths as f64 / 100.0);
+        let mut listed: Vec<String> = Vec::new();
+        let ends = self
+            .lengths
+            .keys()
+            .next()
+            .zip(self.lengths.keys().next_back());
+        match ends {
+            Some((deepest, first)) if self.lengths.len() > LISTED => {
+                let size = (first - deepest) / LISTED as i64 + 1;
+                let mut from = *first;
+                while from >= *deepest {
+                    let range = self.lengths.range(from - size + 1..=from);
+                    let (least, sum) = range.fold((None, 0.0), |(least, sum), (z, mm)| {
+                        (least.or(Some(*z)), sum + mm)
+                    });
+                    if let Some(least) = least {
+                        let most = self.lengths.range(..=from).next_back();
+                        let most = most.map_or(from, |(z, _)| *z);
+                        let way = length(sum * scale);
+                        listed.push(match least == most {
+                            true => format!("{way} at Z{}", at(most)),
+                            false => format!("{way} at Z{} to Z{}", at(most), at(least)),
+                        });
+                    }
+                    from -= size;
+                }
+            }
+            _ => {
+                let all = self.lengths.iter().rev();
+                listed.extend(all.map(|(z, mm)| format!("{} at Z{}", length(mm * scale), at(*z))));
+            }
+        }
+        match self.dots {
+            0 => {}
+            1 => listed.push("1 dot".to_owned()),
+            dots => listed.push(format!("{dots} dots")),
+        }
+        listed.join(", ")
+    }
+}
+
+/// Note that the tool of a program goes below the surface, because that was asked for.
+pub(super) fn kept(survey: &DepthSurvey) -> Option<Diagnostic> {
+    let deep = survey.first - survey.deepest;
+    (deep > SAME).then(|| {
+        let what = format!("the pen goes up to {deep:.1} mm below the surface, as was asked");
+        Diagnostic::of_file(what).coded(DiagnosticCode::Assumed)
+    })
+}
+
+/// A length as people say it: `140 mm`, `2.81 m`.
+fn length(mm: f64) -> String {
+    match mm {
+        mm if mm >= 1000.0 => format!("{:.2} m", mm / 1000.0),
+        mm if mm >= 10.0 => format!("{mm:.0} mm"),
+        mm => format!("{mm:.1} mm"),
+    }
+}
+
+fn rounded(z: f64) -> f64 {
+    (z * 100.0).round() / 100.0
+}

@@ -1,0 +1,83 @@
+//! Lines that a program has cut already, so that a deeper pass of it is drawn once.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::SAME;
+use crate::artwork::distance;
+
+/// Lines whose directions differ by less are on one line, rad.
+const ANGLE: f64 = 1e-3;
+/// Lines this close to each other are on one line, mm.
+const OFFSET: f64 = 0.02;
+/// Gaps that are no longer are none, micrometres: tabs are longer, rounded ends are not.
+const GAP: i64 = 20;
+
+/// Lines, arcs and dots by where they lie, with the Z of the first cut there.
+#[derive(Default)]
+pub(super) struct Covered {
+    /// By direction and offset of the line; on it by the start of a piece, micrometres: its end, and Z.
+    lines: BTreeMap<[i64; 2], BTreeMap<i64, (i64, f64)>>,
+    arcs: BTreeMap<[i64; 6], f64>,
+    dots: BTreeSet<[i64; 2]>,
+}
+
+fn micrometres(mm: f64) -> i64 {
+    (mm * 1000.0).round() as i64
+}
+
+/// Two places in an order that does not depend on which came first.
+fn sorted(mut ends: [[i64; 2]; 2]) -> [[i64; 2]; 2] {
+    ends.sort_unstable();
+    ends
+}
+
+impl Covered {
+    /// Notes a line. True if it was cut already, and lies deeper now.
+    pub(super) fn line(&mut self, from: [f64; 2], to: [f64; 2], z: f64) -> bool {
+        let way = distance(from, to);
+        if way <= SAME {
+            return false;
+        }
+        let angle = libm::atan2(to[1] - from[1], to[0] - from[0]).rem_euclid(std::f64::consts::PI);
+        let turns = (std::f64::consts::PI / ANGLE).round() as i64;
+        let nth = (angle / ANGLE).round() as i64 % turns;
+        // The direction just below half a turn is that of 0.
+        let angle = if nth == 0 { 0.0 } else { angle };
+        let (sin, cos) = libm::sincos(angle);
+        let along = |[x, y]: [f64; 2]| micrometres(cos * x + sin * y);
+        let [mx, my] = [0, 1].map(|axis| f64::midpoint(from[axis], to[axis]));
+        let offset = ((cos * my - sin * mx) / OFFSET).round() as i64;
+        let (one, other) = (along(from), along(to));
+        let (begin, end) = (one.min(other), one.max(other));
+        let pieces = self.lines.entry([nth, offset]).or_default();
+        let (mut at, mut deeper) = (begin, true);
+        while at + GAP < end {
+            let before = pieces.range(..=at + GAP).next_back();
+            match before.filter(|(_, (to, _))| *to > at) {
+                Some((_, (to, first))) => {
+                    deeper &= *first > z + SAME;
+                    at = *to;
+                }
+                None => break,
+            }
+        }
+        if at + GAP >= end {
+            return deeper;
+        }
+        pieces.entry(begin).or_insert((end, z));
+        false
+    }
+
+    /// Notes an arc. True if it was cut already, and lies deeper now.
+    pub(super) fn arc(&mut self, [from, via, to]: [[f64; 2]; 3], z: f64) -> bool {
+        let [a, b] = sorted([from, to].map(|end| end.map(micrometres)));
+        let via = via.map(micrometres);
+        let first = self.arcs.entry([a[0], a[1], via[0], via[1], b[0], b[1]]);
+        *first.or_insert(z) > z + SAME
+    }
+
+    /// Notes a dot. True if there is one already.
+    pub(super) fn dot(&mut self, at: [f64; 2]) -> bool {
+        !self.dots.insert(at.map(micrometres))
+    }
+}

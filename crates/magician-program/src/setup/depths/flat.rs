@@ -1,0 +1,286 @@
+//! A program with all that it draws at one height, and everything between lines in the air.
+
+use magician_protocol::Set;
+
+use super::covered::Covered;
+use super::walk::{Event, meets};
+use super::{DepthTally, SAME};
+use crate::setup::work_lines::TOUCH;
+use crate::simplify::kept;
+use crate::{Action, Origin, Plan, Step, Travel};
+
+/// Writes the flattened program, in the coordinates of the file.
+pub(super) struct Flattener {
+    plan: Plan,
+    touch: f64,
+    lift: f64,
+    tally: DepthTally,
+    covered: Covered,
+    /// Place of the tool in the flattened program, and true if it touches there.
+    at: Option<[f64; 2]>,
+    down: bool,
+    /// The line under way, from where it begins: points on one line lose those between its ends.
+    run: Vec<([f64; 2], Origin)>,
+    /// Steps since the last line: travel, and whatever leads nowhere.
+    pending: Vec<Step>,
+    /// True if feed moves were left out since the last line, so that the tool does not follow them.
+    dropped: bool,
+    /// A piece that is cut again, as long as it may be a short one of a line that goes on.
+    held: Held,
+}
+
+/// A piece of a line that is cut again, deeper.
+#[derive(Default)]
+struct Held {
+    points: Vec<([f64; 2], Origin)>,
+    length: f64,
+}
+
+impl Flattener {
+    pub(super) fn new(plan: &Plan, touch: f64, lift: f64, threshold: f64) -> Self {
+        let mut empty = Plan::new(plan.title.clone());
+        (empty.tool, empty.surface) = (plan.tool, plan.surface);
+        empty.names.clone_from(&plan.names);
+        Self {
+            plan: empty,
+            touch,
+            lift,
+            tally: DepthTally {
+                threshold,
+                ..DepthTally::default()
+            },
+            covered: Covered::default(),
+            at: None,
+            down: false,
+            run: Vec::new(),
+            pending: Vec::new(),
+            dropped: false,
+            held: Held::default(),
+        }
+    }
+
+    pub(super) fn take(&mut self, event: Event<'_>) {
+        match event {
+            Event::Other(step) => self.other(step),
+            Event::Travel { step, to } => self.travel(step, to),
+            Event::Air(length) => {
+                self.tally.air += length;
+                self.drop_moves();
+            }
+            Event::Line {
+                from,
+                to,
+                low,
+                high,
+                origin,
+            } => self.line([from, to], [low, high], origin),
+            Event::Arc {
+                from,
+                via,
+                to,
+                low,
+                length,
+                step,
+            } => {
+                if self.covered.arc([from, via, to], low) {
+                    self.tally.again += length;
+                    self.drop_moves();
+                    return;
+                }
+                self.count(low, length);
+                self.end_held();
+                self.go_to(from, step.origin);
+                self.flush_settings();
+                self.end_run();
+                let pose = |[x, y]: [f64; 2]| [x, y, self.touch, 0.0].map(|value| value as f32);
+                let (via, end) = (pose(via), pose(to));
+                self.plan.push(Action::Arc { via, to: end }, step.origin);
+                self.run = vec![(to, step.origin)];
+                self.at = Some(to);
+            }
+            Event::Dot { at, origin, .. } => {
+                if self.covered.dot(at) {
+                    self.drop_moves();
+                    return;
+                }
+                self.tally.dots += 1;
+                self.end_held();
+                self.go_to(at, origin);
+            }
+        }
+    }
+
+    fn count(&mut self, low: f64, length: f64) {
+        let hundredths = (low * 100.0).round() as i64;
+        *self.tally.lengths.entry(hundredths).or_default() += length;
+    }
+
+    fn line(&mut self, [from, to]: [[f64; 2]; 2], [low, high]: [f64; 2], origin: Origin) {
+        let length = crate::artwork::distance(from, to);
+        if self.covered.line(from, to, high) {
+            self.tally.again += length;
+            let goes_on = self
+                .held
+                .points
+                .last()
+                .map_or(self.at, |(last, _)| Some(*last));
+            let pen_is_here = self.down && !self.dropped && !self.has_moved();
+            if pen_is_here && goes_on.is_some_and(|last| meets(last, from)) {
+                self.held.points.push((to, origin));
+                self.held.length += length;
+            } else {
+                self.drop_moves();
+            }
+            return;
+        }
+        self.count(low, length);
+        // Drawing a short piece once more takes less time than going over it in the air.
+        let held = std::mem::take(&mut self.held);
+        if let Some((last, _)) = held.points.last() {
+            if held.length <= self.lift && meets(*last, from) {
+                self.tally.again -= held.length;
+                for (point, origin) in held.points {
+                    self.draw_on(point, origin);
+                }
+            } else {
+                self.drop_moves();
+            }
+        }
+        self.go_to(from, origin);
+        self.draw_on(to, origin);
+    }
+
+    fn draw_on(&mut self, to: [f64; 2], origin: Origin) {
+        self.flush_settings();
+        self.run.push((to, origin));
+        self.at = Some(to);
+    }
+
+    fn has_moved(&self) -> bool {
+        let moves = |step: &Step| step.action.target().is_some();
+        self.pending.iter().any(moves)
+    }
+
+    fn other(&mut self, step: &Step) {
+        let sets_speed = |step: &Step| matches!(&step.action, Action::Command(command) if matches!(**command, Set::CpParams(_)));
+        if sets_speed(step) {
+            self.pending.retain(|pending| !sets_speed(pending));
+        }
+        self.pending.push(step.clone());
+    }
+
+    fn travel(&mut self, step: &Step, [x, y, z]: [f64; 3]) {
+        self.end_held();
+        // What travels in a groove would draw on the surface.
+        let z = match z <= self.touch + TOUCH {
+            true => self.touch + self.lift,
+            false => z,
+        };
+        let to = [x, y, z, 0.0].map(|value| value as f32);
+        let by = match step.action {
+            Action::Move { by, .. } => by,
+            _ => Travel::Line,
+        };
+        let action = Action::Move { to, by };
+        self.pending.push(Step::new(action, step.origin));
+    }
+
+    /// Leaves out feed moves, and the travel that led to them.
+    fn drop_moves(&mut self) {
+        self.dropped = true;
+        self.held = Held::default();
+        self.pending.retain(|step| step.action.target().is_none());
+    }
+
+    fn end_held(&mut self) {
+        if !self.held.points.is_empty() {
+            self.drop_moves();
+        }
+    }
+
+    /// Writes the line under way.
+    fn end_run(&mut self) {
+        let run = std::mem::take(&mut self.run);
+        let points: Vec<[f64; 2]> = run.iter().map(|(point, _)| *point).collect();
+        let stays = kept(&points, SAME);
+        for ((point, origin), stays) in run.into_iter().zip(stays).skip(1) {
+            if stays {
+                self.path(point, origin);
+            }
+        }
+    }
+
+    fn path(&mut self, [x, y]: [f64; 2], origin: Origin) {
+        let to = [x, y, self.touch].map(|value| value as f32);
+        self.plan.push(Action::Path { to }, origin);
+    }
+
+    fn up(&mut self, [x, y]: [f64; 2], origin: Origin) {
+        let to = [x, y, self.touch + self.lift, 0.0].map(|value| value as f32);
+        let by = Travel::Line;
+        self.plan.push(Action::Move { to, by }, origin);
+    }
+
+    /// Settings between two pieces of a line that goes on.
+    fn flush_settings(&mut self) {
+        if self.pending.is_empty() {
+            return;
+        }
+        let last = self.run.last().copied();
+        self.end_run();
+        self.plan.steps.append(&mut self.pending);
+        self.run.extend(last);
+    }
+
+    /// Brings the pen down where a line begins.
+    fn go_to(&mut self, begin: [f64; 2], origin: Origin) {
+        let here = self.down && self.at.is_some_and(|at| meets(at, begin));
+        if here && !self.has_moved() {
+            self.dropped = false;
+            return;
+        }
+        self.end_run();
+        self.lift_off(origin);
+        self.write_pending();
+        if self.at.is_none_or(|at| !meets(at, begin)) {
+            self.up(begin, origin);
+        }
+        self.path(begin, origin);
+        (self.at, self.down, self.dropped) = (Some(begin), true, false);
+        self.run = vec![(begin, origin)];
+    }
+
+    /// Straight up from the paper, unless the program does so itself.
+    fn lift_off(&mut self, origin: Origin) {
+        let Some(at) = self.at.filter(|_| self.down) else {
+            return;
+        };
+        let next = { self.pending.iter() }.find_map(|step| step.action.target());
+        let rises = next.is_some_and(|[x, y, _]| meets([x, y].map(f64::from), at));
+        if self.dropped || !rises {
+            self.up(at, origin);
+        }
+        self.down = false;
+    }
+
+    fn write_pending(&mut self) {
+        for step in std::mem::take(&mut self.pending) {
+            if let Some([x, y, _]) = step.action.target() {
+                self.at = Some([x, y].map(f64::from));
+            }
+            self.plan.steps.push(step);
+        }
+    }
+
+    /// The program, and what is drawn of which depth.
+    pub(super) fn done(mut self) -> (Plan, DepthTally) {
+        self.end_held();
+        let origin = self.run.last().map_or(Origin::NONE, |(_, origin)| *origin);
+        self.end_run();
+        if self.dropped || self.has_moved() {
+            self.lift_off(origin);
+        }
+        self.write_pending();
+        (self.plan, self.tally)
+    }
+}

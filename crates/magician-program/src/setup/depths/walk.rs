@@ -1,0 +1,152 @@
+//! The motions of a program, as a pen that draws at or below some Z sees them.
+
+use super::SAME;
+use crate::artwork::distance;
+use crate::setup::work_lines::Segment;
+use crate::{Action, Origin, Plan, Step};
+
+/// A motion of a program, or a part of one.
+pub(super) enum Event<'a> {
+    /// A step that leads nowhere.
+    Other(&'a Step),
+    /// A rapid move.
+    Travel { step: &'a Step, to: [f64; 3] },
+    /// A feed move above the Z at which the pen draws, with its length.
+    Air(f64),
+    /// A line that is drawn.
+    Line {
+        from: [f64; 2],
+        to: [f64; 2],
+        /// Lowest and highest Z.
+        low: f64,
+        high: f64,
+        origin: Origin,
+    },
+    /// An arc that is drawn.
+    Arc {
+        from: [f64; 2],
+        via: [f64; 2],
+        to: [f64; 2],
+        low: f64,
+        /// Length, mm.
+        length: f64,
+        step: &'a Step,
+    },
+    /// The tool leaves a hole from which it drew no line.
+    Dot {
+        at: [f64; 2],
+        low: f64,
+        origin: Origin,
+    },
+}
+
+fn flat([x, y, _]: [f64; 3]) -> [f64; 2] {
+    [x, y]
+}
+
+/// Follows a program. Feed moves at or below the threshold draw.
+pub(super) fn walk<'a>(plan: &'a Plan, threshold: f64, mut told: impl FnMut(Event<'a>)) {
+    let mut at: Option<[f64; 3]> = None;
+    // A hole under way: where, how deep, and the step that began it.
+    let mut hole: Option<([f64; 2], f64, Origin)> = None;
+    // Where the last line ended, as long as the tool has not left that place.
+    let mut inked: Option<[f64; 2]> = None;
+    for step in &plan.steps {
+        let Some(to) = step.action.target().map(|to| to.map(f64::from)) else {
+            told(Event::Other(step));
+            continue;
+        };
+        let from = at.replace(to);
+        let mut left = |told: &mut dyn FnMut(Event<'a>)| {
+            if let Some((at, low, origin)) = hole.take() {
+                told(Event::Dot { at, low, origin });
+            }
+        };
+        let (true, Some(from)) = (step.action.marks(), from) else {
+            left(&mut told);
+            inked = None;
+            told(Event::Travel { step, to });
+            continue;
+        };
+        let way = Segment::of(step, from, to);
+        if !way.goes_across() {
+            if to[2] > threshold {
+                left(&mut told);
+                inked = None;
+                told(Event::Air(0.0));
+            } else if inked != Some(flat(to)) {
+                let (low, origin) = match hole {
+                    Some((_, low, origin)) => (low.min(way.low()), origin),
+                    None => (way.low(), step.origin),
+                };
+                hole = Some((flat(to), low, origin));
+            }
+            continue;
+        }
+        let [above, below] = [from[2] > threshold, to[2] > threshold];
+        if above && below {
+            left(&mut told);
+            inked = None;
+            told(Event::Air(length_of(&way)));
+            continue;
+        }
+        if let Action::Arc { via, .. } = step.action {
+            hole = None;
+            let [x, y, _, _] = via.map(f64::from);
+            told(Event::Arc {
+                from: flat(from),
+                via: [x, y],
+                to: flat(to),
+                low: way.low(),
+                length: length_of(&way),
+                step,
+            });
+            inked = Some(flat(to));
+            continue;
+        }
+        // Where a line crosses the threshold, it begins or ends.
+        let crossing = (above != below).then(|| {
+            let share = (threshold - from[2]) / (to[2] - from[2]);
+            [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis]))
+        });
+        let (begin, end) = match crossing {
+            Some(crossing) if above => (crossing, flat(to)),
+            Some(crossing) => (flat(from), crossing),
+            None => (flat(from), flat(to)),
+        };
+        if above {
+            left(&mut told);
+            told(Event::Air(distance(flat(from), begin)));
+        }
+        hole = None;
+        told(Event::Line {
+            from: begin,
+            to: end,
+            low: way.low(),
+            high: from[2].max(to[2]).min(threshold),
+            origin: step.origin,
+        });
+        inked = Some(end);
+        if below {
+            inked = None;
+            told(Event::Air(distance(end, flat(to))));
+        }
+    }
+    if let Some((at, low, origin)) = hole {
+        told(Event::Dot { at, low, origin });
+    }
+}
+
+fn length_of(way: &Segment) -> f64 {
+    if way.via.is_none() {
+        return distance(flat(way.from), flat(way.to));
+    }
+    let points = way.points();
+    let pairs = points.windows(2);
+    pairs.map(|pair| distance(pair[0], pair[1])).sum()
+}
+
+/// True if two places are the same for a pen.
+pub(super) fn meets(one: [f64; 2], other: [f64; 2]) -> bool {
+    distance(one, other) <= SAME
+}

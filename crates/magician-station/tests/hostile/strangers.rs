@@ -1,0 +1,438 @@
+//! What viewers and strangers send costs nobody else a socket, a jog or a lease.
+
+use std::time::Duration;
+
+use magician::admission::Origin;
+use magician_job::JobState;
+use magician_protocol::HostInstant;
+use magician_station::control::ArmId;
+use magician_station::{
+    ArmEntry, ArmOrder, ArmReport, CloseCode, Grant, JobNews, Outcome, Outgoing, Peer, Role,
+    SocketId, Station, StationConfig,
+};
+use proptest::collection::vec;
+use proptest::prelude::*;
+use proptest::sample::select;
+use proptest::test_runner::RngSeed;
+use serde_json::{Value, json};
+
+use crate::host::client::reading;
+
+/// The student keeps the jog up so often.
+const KEEP: Duration = Duration::from_millis(60);
+/// Bytes that the student's line carries within that time: 4 Mbit/s.
+const LINE: usize = 30_000;
+
+/// What a viewer or a stranger does.
+#[derive(Clone, Debug)]
+enum Deed {
+    /// Connects, with a token or without one.
+    Open(bool),
+    /// Says hello, with a name of so many signs.
+    Hello(usize, usize),
+    /// Connects, says hello and is gone, so many times.
+    Loop(u8),
+    /// Sends a request so many times.
+    Call(usize, &'static str, u8),
+    /// Sends what is no request.
+    Garbage(usize),
+    Close(usize),
+    /// Reads what there is.
+    Read(usize),
+    /// Lets time pass, ms.
+    Wait(u64),
+}
+
+const CALLS: &[&str] = &[
+    r#""session.list""#,
+    r#""server.info""#,
+    r#""arm.list""#,
+    r#""arm.state","params":{"arm":"arm0"}"#,
+    r#""arm.subscribe","params":{"arm":"arm0","rate":50}"#,
+    r#""arm.subscribe","params":{"arm":"arm1","rate":50,"binary":true}"#,
+    r#""arm.unsubscribe","params":{"subscription":1}"#,
+    r#""events.since","params":{"arm":"arm1"}"#,
+    r#""job.list""#,
+    r#""lease.acquire","params":{"arm":"arm0"}"#,
+    r#""lease.take","params":{"arm":"arm1"}"#,
+    r#""arm.move","params":{"arm":"arm1","to":[200,0,50,0]}"#,
+    r#""jog.start","params":{"arm":"arm1","axis":"x+"}"#,
+    r#""arm.get","params":{"arm":"arm0","command":"Pose"}"#,
+    r#""arm.stop","params":{"arm":"arm2"}"#,
+    r#""jog.stop","params":{"arm":"arm2"}"#,
+];
+
+fn deed() -> impl Strategy<Value = Deed> {
+    let at = 0..24_usize;
+    prop_oneof![
+        4 => any::<bool>().prop_map(Deed::Open),
+        4 => (at.clone(), 1..100_usize).prop_map(|(at, name)| Deed::Hello(at, name)),
+        6 => (1..40_u8).prop_map(Deed::Loop),
+        6 => (at.clone(), select(CALLS), 1..100_u8)
+            .prop_map(|(at, call, times)| Deed::Call(at, call, times)),
+        1 => at.clone().prop_map(Deed::Garbage),
+        2 => at.clone().prop_map(Deed::Close),
+        2 => at.prop_map(Deed::Read),
+        6 => (0..150_u64).prop_map(Deed::Wait),
+    ]
+}
+
+/// A station with a student at work, and others.
+struct Scene {
+    station: Station,
+    now: HostInstant,
+    student: SocketId,
+    jog: String,
+    /// When the student reads and keeps next.
+    next: HostInstant,
+    others: Vec<SocketId>,
+    opened: usize,
+    /// Lists of sessions that the student was sent, and bytes in all.
+    lists: Vec<HostInstant>,
+    bytes: usize,
+    read: f32,
+}
+
+fn hello(name: &str, token: bool) -> String {
+    let mut params = json!({"client": {"name": name}});
+    if token {
+        params["token"] = json!("viewer");
+    }
+    json!({"jsonrpc": "2.0", "id": 1, "method": "session.hello", "params": params}).to_string()
+}
+
+impl Scene {
+    fn new() -> Self {
+        // The third is nobody's: anybody may stop it.
+        let arms = ["arm0", "arm1", "arm2"].map(ArmEntry::simulated).to_vec();
+        let mut scene = Self {
+            station: Station::new(StationConfig::new(arms, "0")),
+            now: HostInstant::ZERO,
+            student: SocketId(0),
+            jog: String::new(),
+            next: HostInstant::ZERO,
+            others: Vec::new(),
+            opened: 0,
+            lists: Vec::new(),
+            bytes: 0,
+            read: 0.0,
+        };
+        scene.student = scene.open(Some(Role::Student)).expect("room");
+        scene.says(&hello("Anna", false));
+        for arm in ["arm0", "arm1"] {
+            let acquire = json!({"jsonrpc": "2.0", "id": 2, "method": "lease.acquire", "params": {"arm": arm}});
+            scene.says(&acquire.to_string());
+        }
+        let plan =
+            json!({"format": "magician-plan", "version": 1, "steps": [{"move": [220, 0, 20, 0]}]});
+        let job = json!({"arm": "arm0", "text": plan.to_string()});
+        let start = json!({"jsonrpc": "2.0", "id": 3, "method": "job.start", "params": job});
+        scene.says(&start.to_string());
+        let subscribe = json!({"jsonrpc": "2.0", "id": 5, "method": "arm.subscribe", "params": {"arm": "arm2"}});
+        scene.says(&subscribe.to_string());
+        let jog = json!({"arm": "arm1", "axis": "y+", "keep_ms": 250});
+        let start = json!({"jsonrpc": "2.0", "id": 4, "method": "jog.start", "params": jog});
+        scene.says(&start.to_string());
+        let jog = scene.answer(4)["result"]["jog"].clone();
+        scene.jog = jog.as_str().expect("a jog").to_owned();
+        scene
+    }
+
+    fn open(&mut self, role: Option<Role>) -> Option<SocketId> {
+        self.opened += 1;
+        let peer = Peer {
+            grant: role.map(|role| Grant { role, token: None }),
+            origin: Origin::Elsewhere,
+            address: "192.0.2.7:1".to_owned(),
+            secret: format!("secret-{}", self.opened),
+        };
+        self.station.admit(self.now, peer)
+    }
+
+    fn says(&mut self, text: &str) {
+        self.station.receive(self.now, self.student, text);
+        self.orders();
+    }
+
+    fn answer(&mut self, id: u64) -> Value {
+        while let Some(outgoing) = self.station.poll_send(self.student) {
+            let Outgoing::Text(text) = outgoing else {
+                continue;
+            };
+            let message: Value = serde_json::from_str(&text).expect("JSON");
+            if message["id"] == json!(id) {
+                return message;
+            }
+        }
+        panic!("no answer to {id}");
+    }
+
+    /// The arms do what they are told, at once; nobody tells the student's to stop.
+    fn orders(&mut self) {
+        while let Some((arm, order)) = self.station.poll_order() {
+            let done = |request, outcome| ArmReport::Done { request, outcome };
+            let report = match order {
+                ArmOrder::Stop {
+                    request: Some(request),
+                } if arm == ArmId(2) => done(request, Ok(Outcome::Value(json!({"stood": true})))),
+                ArmOrder::EndJog(_) | ArmOrder::StopJob(_) | ArmOrder::Stop { .. } => {
+                    panic!("{order:?} at {:?}", self.now)
+                }
+                ArmOrder::StartJob(start) => ArmReport::Job {
+                    job: start.job,
+                    news: JobNews::State(JobState::Running, None),
+                },
+                ArmOrder::StartJog { request, .. } => done(request, Ok(Outcome::Value(json!({})))),
+                ArmOrder::Read { request, .. } => {
+                    self.reading(arm);
+                    done(request, Ok(Outcome::State))
+                }
+                _ => continue,
+            };
+            self.station.report(self.now, arm, report);
+        }
+        while self.station.poll_library().is_some() {}
+        while self.station.poll_journal().is_some() {}
+        while self.station.poll_record().is_some() {}
+        while self.station.poll_awake().is_some() {}
+    }
+
+    fn reading(&mut self, arm: ArmId) {
+        self.read += 1.0;
+        let report = ArmReport::Reading(Box::new(reading(self.read)));
+        self.station.report(self.now, arm, report);
+    }
+
+    /// Time passes. Arms are read, and the student reads as much as the line carries, and keeps the jog up.
+    fn pass(&mut self, time: Duration) {
+        let until = self.now + time;
+        while self.next <= until {
+            self.sleep(self.next);
+            self.next += KEEP;
+            self.reading(ArmId(0));
+            self.reading(ArmId(1));
+            self.student_reads();
+            let keep = json!({"jsonrpc": "2.0", "method": "jog.keep", "params": {"jog": self.jog}});
+            self.says(&keep.to_string());
+        }
+        self.sleep(until);
+    }
+
+    fn sleep(&mut self, until: HostInstant) {
+        while let Some(due) = self.station.poll_timeout().filter(|due| *due <= until) {
+            self.now = self.now.max(due);
+            self.station.handle_timeout(self.now);
+            self.orders();
+        }
+        self.now = self.now.max(until);
+        self.orders();
+    }
+
+    fn student_reads(&mut self) {
+        let mut taken = 0;
+        while taken < LINE
+            && let Some(outgoing) = self.station.poll_send(self.student)
+        {
+            match outgoing {
+                Outgoing::Text(text) => {
+                    taken += text.len();
+                    for lost in ["jog.ended", "lease.changed"] {
+                        assert!(!text.contains(lost), "{text}");
+                    }
+                    if text.contains("session.changed") {
+                        self.lists.push(self.now);
+                    }
+                }
+                Outgoing::Frame(frame) => taken += frame.len(),
+                Outgoing::Close(code) => panic!("closed with {code:?}"),
+            }
+        }
+        self.bytes += taken;
+    }
+
+    fn does(&mut self, deed: Deed) {
+        match deed {
+            Deed::Open(token) => self.come(token),
+            Deed::Hello(at, name) => self.tell(at, &hello(&"\u{202e}".repeat(name.min(80)), true)),
+            Deed::Loop(times) => {
+                for _ in 0..times {
+                    if let Some(socket) = self.open(Some(Role::Viewer)) {
+                        let name = "\u{202e}".repeat(80);
+                        self.station.receive(self.now, socket, &hello(&name, false));
+                        self.station.close(self.now, socket);
+                        self.orders();
+                    }
+                }
+            }
+            Deed::Call(at, call, times) => {
+                for id in 0..times {
+                    self.tell(
+                        at,
+                        &format!(r#"{{"jsonrpc":"2.0","id":{id},"method":{call}}}"#),
+                    );
+                }
+            }
+            Deed::Garbage(at) => self.tell(at, "{"),
+            Deed::Close(at) => {
+                if at < self.others.len() {
+                    let socket = self.others.swap_remove(at);
+                    self.station.close(self.now, socket);
+                    self.orders();
+                }
+            }
+            Deed::Read(at) => {
+                if let Some(socket) = self.others.get(at) {
+                    while let Some(outgoing) = self.station.poll_send(*socket) {
+                        if matches!(outgoing, Outgoing::Close(_)) {
+                            break;
+                        }
+                    }
+                }
+            }
+            Deed::Wait(ms) => self.pass(Duration::from_millis(ms)),
+        }
+    }
+
+    fn come(&mut self, token: bool) {
+        let role = token.then_some(Role::Viewer);
+        if let Some(socket) = self.open(role) {
+            self.others.push(socket);
+        }
+    }
+
+    fn tell(&mut self, at: usize, text: &str) {
+        let Some(socket) = self.others.get(at).copied() else {
+            return;
+        };
+        if Station::token_of(text).is_some() {
+            let viewer = Grant {
+                role: Role::Viewer,
+                token: Some("viewer".to_owned()),
+            };
+            self.station.vouch(socket, Some(viewer));
+        }
+        self.station.receive(self.now, socket, text);
+        self.orders();
+    }
+
+    /// The student is still at work, and was not told more than people can read.
+    fn end(mut self) {
+        self.pass(Duration::from_millis(300));
+        let info = json!({"jsonrpc": "2.0", "id": 9, "method": "session.list"});
+        self.says(&info.to_string());
+        let list = self.answer(9);
+        let anna = {
+            list["result"]["sessions"]
+                .as_array()
+                .expect("a list")
+                .iter()
+        }
+        .find(|session| session["name"] == json!("Anna"));
+        let leases = anna.map(|anna| anna["leases"].clone());
+        assert_eq!(leases, Some(json!(["arm0", "arm1"])));
+        for second in self.lists.windows(6) {
+            let [first, .., last] = second else { continue };
+            assert!(*last - *first >= Duration::from_millis(940), "{second:?}");
+        }
+        let size = self.station.size();
+        assert!(size.sessions <= 64 + 64, "{size:?}");
+        let longest = list.to_string().len();
+        assert!(longest < 48 * 1024, "{longest} bytes of sessions");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig {
+        cases: 60,
+        rng_seed: RngSeed::Fixed(1),
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    })]
+
+    #[test]
+    fn viewers_and_strangers_cost_a_student_neither_socket_nor_jog_nor_lease(
+        deeds in vec(deed(), 1..150),
+    ) {
+        let mut scene = Scene::new();
+        for deed in deeds {
+            scene.does(deed);
+        }
+        scene.end();
+    }
+}
+
+#[test]
+fn three_loops_of_hello_and_close_for_ten_seconds_cost_a_listener_less_than_two_megabytes() {
+    let mut scene = Scene::new();
+    for _ in 0..500 {
+        scene.does(Deed::Loop(3));
+        scene.does(Deed::Wait(20));
+    }
+    println!("{} bytes in {} lists", scene.bytes, scene.lists.len());
+    assert!(scene.lists.len() <= 51, "{}", scene.lists.len());
+    assert!(scene.bytes < 2_000_000, "{} bytes", scene.bytes);
+    scene.end();
+}
+
+#[test]
+fn loop_of_stops_is_obeyed_and_cuts_no_listener_off() {
+    let mut scene = Scene::new();
+    scene.come(true);
+    scene.tell(0, &hello("v", true));
+    for _ in 0..300 {
+        scene.does(Deed::Call(0, r#""arm.stop","params":{"arm":"arm2"}"#, 250));
+        scene.does(Deed::Read(0));
+        scene.does(Deed::Wait(3));
+    }
+    scene.end();
+}
+
+#[test]
+fn student_whose_socket_broke_comes_back_beside_a_loop_of_viewers() {
+    let mut scene = Scene::new();
+    let secret = "secret-1";
+    let socket = scene.student;
+    // The jog ends with its socket, the lease does not.
+    scene.station.close(scene.now, socket);
+    while scene.station.poll_order().is_some() {}
+    for _ in 0..100 {
+        scene.does(Deed::Loop(40));
+    }
+    let back = scene.open(Some(Role::Student)).expect("room");
+    let hello = json!({"client": {"name": "Anna"}, "resume": secret});
+    let hello = json!({"jsonrpc": "2.0", "id": 1, "method": "session.hello", "params": hello});
+    scene.station.receive(scene.now, back, &hello.to_string());
+    scene.student = back;
+    assert_eq!(scene.answer(1)["result"]["resumed"], json!(true));
+}
+
+#[test]
+fn hello_beyond_the_last_place_is_refused_and_loopback_still_gets_in() {
+    let mut scene = Scene::new();
+    scene.come(true);
+    // Sixty of sixty-four places are for clients from elsewhere, and the student has one.
+    for at in 1..60 {
+        scene.come(true);
+        scene.tell(at, &hello("v", true));
+    }
+    assert_eq!(
+        scene.open(None),
+        None,
+        "nobody else comes in from elsewhere"
+    );
+    let local = Peer {
+        grant: None,
+        origin: Origin::Loopback,
+        address: "127.0.0.1:1".to_owned(),
+        secret: "local".to_owned(),
+    };
+    assert!(scene.station.admit(scene.now, local).is_some());
+    scene.tell(0, &hello("late", true));
+    let late = scene.others[0];
+    let Some(Outgoing::Text(text)) = scene.station.poll_send(late) else {
+        panic!("an answer");
+    };
+    assert!(text.contains("-32006"), "{text}");
+    let end = Some(Outgoing::Close(CloseCode::TOO_MANY));
+    assert_eq!(scene.station.poll_send(late), end);
+}

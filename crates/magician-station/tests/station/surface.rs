@@ -1,0 +1,120 @@
+//! The height of the work surface, taken from where the tool touches it, and what errors say to do.
+
+use magician_station::Role;
+use serde_json::{Value, json};
+
+use crate::bench::{Bench, Tester};
+
+const LINE: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='20mm' height='20mm' viewBox='0 0 20 20'>\
+    <path d='M2 5 L18 5' fill='none' stroke='black'/></svg>";
+
+/// The height that a drawing is laid at.
+async fn height(tester: &mut Tester) -> f64 {
+    let job = json!({"text": LINE, "setup": {"work": "draw"}, "preview": true});
+    let report = tester.ok("job.check", job).await;
+    report["preview"]["strokes"][0]["height"].as_f64().unwrap()
+}
+
+/// The code of the arm's error.
+fn code(error: &Value) -> &str {
+    error["data"]["code"].as_str().unwrap_or_default()
+}
+
+#[tokio::test(start_paused = true)]
+async fn touch_is_the_height_that_drawings_are_laid_at_until_it_is_forgotten() {
+    let bench = Bench::new(2).await;
+    let mut anna = bench.join("Anna").await;
+    let arm = |arm: &str| json!({"arm": arm});
+    anna.ok("lease.acquire", arm("arm1")).await;
+    let unknown = json!({"touches": 0, "plane": null, "residual": null});
+    assert_eq!(anna.ok("surface.get", arm("arm1")).await, unknown);
+    let to = json!({"arm": "arm1", "to": [220, 30, -52.5, 0]});
+    anna.ok("arm.move", to).await;
+    let touched = anna.ok("surface.touch", arm("arm1")).await;
+    let plane = json!({"at": [220.0, 30.0], "z": -52.5, "slope_x": 0.0, "slope_y": 0.0});
+    assert_eq!(
+        touched,
+        json!({"touches": 1, "plane": plane, "residual": 0.0})
+    );
+    let known = anna.ok("surface.get", arm("arm1")).await;
+    assert_eq!(known["plane"]["z"], json!(-52.5));
+    // The other arm stands at another table.
+    assert_eq!(anna.ok("surface.get", arm("arm2")).await, unknown);
+    let laid =
+        |arm: &str| json!({"arm": arm, "text": LINE, "setup": {"work": "draw"}, "preview": true});
+    for (name, height) in [("arm1", -52.5), ("arm2", -60.0)] {
+        let report = anna.ok("job.check", laid(name)).await;
+        let laid = report["preview"]["strokes"][0]["height"].as_f64().unwrap();
+        assert!((laid - height).abs() < 0.02_f64, "{laid}");
+    }
+    let forget = json!({"arm": "arm1", "forget": true});
+    assert_eq!(anna.ok("surface.touch", forget).await, unknown);
+    let report = anna.ok("job.check", laid("arm1")).await;
+    assert_eq!(report["preview"]["strokes"][0]["height"], json!(-60.0));
+}
+
+#[tokio::test(start_paused = true)]
+async fn touch_needs_the_lease_and_an_arm_that_stands_dark_with_a_tool_of_the_same_height() {
+    let bench = Bench::new(1).await;
+    let mut eve = bench.join_as("Eve", Role::Viewer).await;
+    assert_eq!(eve.code("surface.touch", json!({})).await, -32001);
+    let mut anna = bench.join("Anna").await;
+    assert_eq!(anna.code("surface.touch", json!({})).await, -32002);
+    anna.ok("lease.acquire", json!({})).await;
+    let before = height(&mut anna).await;
+
+    let jog = anna.ok("jog.start", json!({"axis": "z+"})).await;
+    assert_eq!(anna.code("surface.touch", json!({})).await, -32003);
+    anna.ok("jog.stop", json!({"jog": jog["jog"]})).await;
+
+    let away = json!({"to": [200, 120, 40, 0], "wait": false});
+    anna.ok("arm.move", away).await;
+    let moving = anna.call("surface.touch", json!({})).await.unwrap_err();
+    assert_eq!(code(&moving), "busy", "{moving}");
+    anna.ok("arm.stop", json!({})).await;
+
+    anna.ok("arm.tool", json!({"laser": {"on": true}})).await;
+    let lit = anna.call("surface.touch", json!({})).await.unwrap_err();
+    assert_eq!(code(&lit), "laser-on", "{lit}");
+    let remedy = json!([{"action": "laser-off", "effect": "switches it off"}]);
+    assert_eq!(lit["data"]["remedies"], remedy);
+    anna.ok("arm.tool", json!({"laser": {"on": false}})).await;
+
+    anna.ok("arm.tool", json!({"tool": [61, 0, -20]})).await;
+    let longer = anna.call("surface.touch", json!({})).await.unwrap_err();
+    assert_eq!(code(&longer), "invalid-value", "{longer}");
+    assert_eq!(height(&mut anna).await, before);
+    anna.ok("arm.tool", json!({"tool": "suction"})).await;
+    anna.ok("surface.touch", json!({})).await;
+
+    let job = json!({"text": LINE, "setup": {"work": "draw", "surface": -40}});
+    anna.ok("job.start", job).await;
+    assert_eq!(anna.code("surface.touch", json!({})).await, -32003);
+}
+
+#[tokio::test(start_paused = true)]
+async fn error_of_the_arm_says_what_to_do_about_it_as_the_command_does() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    anna.ok("lease.acquire", json!({})).await;
+    anna.ok("arm.tool", json!({"laser": {"on": true}})).await;
+    let away = json!({"to": [200, 20, 40, 0]});
+    let refused = anna.call("arm.move", away).await.unwrap_err();
+    assert_eq!(code(&refused), "laser-on");
+    assert_eq!(refused["data"]["remedies"][0]["action"], json!("laser-off"));
+    // What ends a job has them, too.
+    let job = json!({"text": LINE, "setup": {"work": "draw"}, "after_check": false});
+    let id = anna.ok("job.start", job).await["job"].clone();
+    let job = loop {
+        let job = anna.ok("job.get", json!({"job": id})).await;
+        if job["state"] != "checking" {
+            break job;
+        }
+        tokio::time::sleep(std::time::Duration::from_millis(100)).await;
+    };
+    assert_eq!(
+        job["error"]["remedies"][0]["action"],
+        json!("laser-off"),
+        "{job}"
+    );
+}

@@ -1,0 +1,193 @@
+// The main tasks from their beginning to their end: a photo that is engraved, and the first drawing on an arm whose table nobody has measured.
+import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { Station, is, near } from "./bench.mjs";
+
+/** Where the paper of the arm lies: the page is not told. */
+const PAPER = -52.5;
+
+/** A portrait as a camera has it, in greys without edges: drawn by the browser, and kept as a JPEG. */
+export const photo = (page) =>
+  page.evaluate(() => {
+    const canvas = Object.assign(document.createElement("canvas"), { width: 240, height: 300 });
+    const pen = canvas.getContext("2d");
+    const soft = (x, y, size, from, to, stretch = 1) => {
+      pen.save();
+      pen.translate(x, y);
+      pen.scale(1, stretch);
+      const shade = pen.createRadialGradient(-size / 3, -size / 3, size / 8, 0, 0, size);
+      shade.addColorStop(0, `rgb(${from} ${from} ${from})`);
+      shade.addColorStop(1, `rgb(${to} ${to} ${to})`);
+      pen.fillStyle = shade;
+      pen.beginPath();
+      pen.arc(0, 0, size, 0, 2 * Math.PI);
+      pen.fill();
+      pen.restore();
+    };
+    const back = pen.createLinearGradient(0, 0, 240, 300);
+    back.addColorStop(0, "rgb(250 250 250)");
+    back.addColorStop(1, "rgb(150 150 150)");
+    pen.fillStyle = back;
+    pen.fillRect(0, 0, 240, 300);
+    soft(120, 330, 110, 130, 60);
+    soft(120, 125, 84, 70, 30, 1.15);
+    soft(120, 140, 66, 245, 130, 1.25);
+    for (const x of [95, 145]) soft(x, 130, 9, 40, 90, 0.8);
+    soft(120, 158, 9, 230, 150, 1.5);
+    soft(120, 190, 22, 120, 160, 0.35);
+    return canvas.toDataURL("image/jpeg", 0.9).split(",")[1];
+  });
+
+/** Waits until the job of this arm is over. */
+async function done(station, within = 240_000) {
+  for (const ends = Date.now() + within; Date.now() < ends; ) {
+    const job = (await station.call("job.list")).jobs.at(-1);
+    if (job?.state === "done") return;
+    assert.ok(!["failed", "stopped", "interrupted"].includes(job?.state), JSON.stringify(job));
+    await new Promise((over) => setTimeout(over, 250));
+  }
+  assert.fail("the job does not end");
+}
+
+export function firsts(test, { browser, program, shots }) {
+  const shot = (page, name, options = {}) => page.screenshot({ path: join(shots, `${name}.png`), ...options });
+  const shown = (page) => page.locator("[data-testid=draw-preview][data-shown=true]").waitFor();
+
+  test("a photo is engraved from the page, up to the burnt plate", async () => {
+    // The arm's own time is long: it is ten times as fast.
+    const station = new Station(program, ["--port", "sim:10"]);
+    await station.start();
+    try {
+      const page = await browser.inControl(`${station.url}#/engrave`);
+      await is(page, "route", "engrave");
+      const buffer = Buffer.from(await photo(page), "base64");
+      // A person may have drawn before: how the pen takes images is no matter of the laser.
+      await page.getByTestId("draw-open").setInputFiles({ name: "portrait.jpg", mimeType: "image/jpeg", buffer });
+      await page.getByText("The arm can do it").waitFor();
+      await shown(page);
+      assert.equal(await page.getByTestId("setup-image").count(), 0, "what the pen makes of it is not asked");
+      await page.getByTestId("draw-place-width").fill("20");
+      await page.getByTestId("draw-place-width").press("Enter");
+      // Nothing would be seen of it: the note itself leads to a plate of wood.
+      await page.getByTestId("run-scenario").filter({ hasText: "Engraving" }).click();
+      await page.getByTestId("run-bare").waitFor({ state: "detached" });
+      assert.equal((await station.call("world.look")).title, "Engraving");
+      await page.getByText("The arm can do it").waitFor();
+      await shown(page);
+      await shot(page, "photo-1-preview");
+      assert.ok(await page.getByTestId("draw-start").isDisabled());
+      await page.getByTestId("laser-arm").click();
+      await page.getByTestId("draw-start").click();
+      await is(page, "job", "running");
+      await page.waitForTimeout(1500);
+      await shot(page, "photo-2-running");
+      await done(station);
+      await is(page, "job", "done", 10_000);
+      const burnt = (await station.call("world.look")).strokes.filter((stroke) => stroke.burnt).flatMap(({ points }) => points);
+      const size = [0, 1].map((axis) => Math.max(...burnt.map((point) => point[axis])) - Math.min(...burnt.map((point) => point[axis])));
+      assert.ok(burnt.length > 1000, `${burnt.length} points are burnt`);
+      assert.ok(size.some((side) => near(side, 20, 1)) && size.some((side) => near(side, 25, 1)), `${size} mm`);
+      assert.equal((await station.pose()).tool.laser, false);
+      await page.goto(`${station.url}#/world`);
+      await is(page, "route", "world");
+      await page.locator("[data-testid=world-paper] path.burnt[d*=M]").first().waitFor({ state: "attached" });
+      await page.waitForTimeout(1200);
+      await shot(page, "photo-3-world");
+      // The portrait is there in greys: its hair is burnt deeper than its face.
+      const [file] = await Promise.all([page.waitForEvent("download"), page.getByTestId("world-paper-save").click()]);
+      const plate = readFileSync(await file.path(), "utf8");
+      const sheet = await browser.browser.newPage({ viewport: { width: 640, height: 800 } });
+      await sheet.setContent(`<body style="margin:0">${plate.slice(plate.indexOf("<svg")).replace(/ width="[^"]*" height="[^"]*"/, ' width="640" height="800"')}`);
+      await sheet.locator("svg").screenshot({ path: join(shots, "photo-4-plate.png") });
+      await sheet.close();
+      const powers = new Set((await station.call("world.look")).strokes.map((stroke) => stroke.power));
+      assert.ok(powers.size > 20, `${powers.size} powers`);
+      await page.context().close();
+    } finally {
+      await station.end();
+    }
+  });
+
+  test("the first drawing on an arm of unknown table height, step by step", async () => {
+    const folder = mkdtempSync(join(tmpdir(), "studio-first-"));
+    const path = join(folder, "arm");
+    const scenario = join(folder, "paper.toml");
+    writeFileSync(scenario, `title = "Paper"\ntool = { kind = "pen" }\ntable = { height = ${PAPER}, x = [150, 320], y = [-150, 150] }\n`);
+    const picture = join(folder, "paper.svg");
+    const sim = spawn(program, ["sim", "--pty", path, "--scenario", scenario, "--picture", picture, "--speed", "4"], { stdio: ["ignore", "pipe", "ignore"] });
+    await new Promise((ready) => sim.stdout.once("data", ready));
+    const station = new Station(program, ["--port", path]);
+    await station.start();
+    const over = new Promise((over) => sim.once("exit", over));
+    try {
+      const page = await browser.inControl(`${station.url}#/draw`);
+      await is(page, "route", "draw");
+      assert.equal(await page.getByTestId("header-arm").textContent(), "Real arm");
+
+      // It was switched on: the banner says so in words, and homes it.
+      await page.getByTestId("alarm-banner").getByText("The arm was switched on").waitFor();
+      assert.doesNotMatch(await page.getByTestId("alarm-banner").textContent(), /ResetOccurred/);
+      await shot(page, "first-1-switched-on");
+      await page.getByTestId("alarm-home").click();
+      await page.getByTestId("confirm-yes").click();
+      await is(page, "moving", "true");
+      await is(page, "moving", "false", 60_000);
+      await is(page, "alarm", "false", 60_000);
+
+      // The message, the button beside it, and the pad that brings the pen down.
+      await page.getByTestId("draw-text").fill("Mia");
+      await page.getByRole("alert").getByText("work surface height unknown").waitFor();
+      await page.getByTestId("touch-off").waitFor();
+      await shot(page, "first-2-unknown");
+      await page.getByTestId("jog-mode-step").check({ force: true });
+      for (const [step, until] of [["10", 11], ["1", 1.05], ["0.1", 0.06]]) {
+        await page.getByTestId("jog-step-size").selectOption(step);
+        for (let presses = 0; presses < 60; presses++) {
+          const { z } = await station.stands();
+          if (z - PAPER < until) break;
+          await page.getByTestId("jog-z-minus").click();
+          await station.until("a step down", (state) => state.z < z - Number(step) / 2 && !state.moving);
+        }
+      }
+      await shot(page, "first-3-at-the-paper");
+      await page.getByTestId("touch-off").click();
+      await page.waitForFunction(() => /z -\d/.test(document.querySelector("[data-testid=touch-off-height]")?.textContent ?? ""));
+      const height = Number((await page.getByTestId("touch-off-height").textContent()).match(/-?[\d.]+/)[0]);
+      assert.ok(near(height, PAPER, 0.11), `${height}`);
+      await page.getByText("The arm can do it").waitFor();
+      await shown(page);
+      await shot(page, "first-4-preview");
+      // Where `magician calibrate surface` keeps it.
+      assert.match(readFileSync(join(station.state, "magician", "config.toml"), "utf8"), /^surface = -52\.\d+\n$/);
+
+      await page.getByTestId("draw-start").click();
+      await page.getByTestId("confirm-yes").click();
+      await is(page, "job", "running");
+      await page.waitForTimeout(1500);
+      await shot(page, "first-5-drawing");
+      await done(station);
+      await is(page, "job", "done");
+      const { z } = await station.stands();
+      assert.ok(z > height + 5, `the pen is at ${z}`);
+      await shot(page, "first-6-done");
+      // The height is forgotten at a press: the next drawing asks again.
+      await page.getByTestId("touch-off-forget").click();
+      await page.getByRole("alert").getByText("work surface height unknown").waitFor();
+      await page.context().close();
+    } finally {
+      await station.end();
+      sim.kill("SIGTERM");
+    }
+    await over;
+    const drawn = readFileSync(picture, "utf8");
+    assert.match(drawn, /<path/);
+    const sheet = await browser.browser.newPage({ viewport: { width: 700, height: 900 } });
+    await sheet.setContent(drawn.slice(drawn.indexOf("<svg")));
+    await sheet.locator("svg").screenshot({ path: join(shots, "first-7-paper.png") });
+    await sheet.close();
+    rmSync(folder, { recursive: true, force: true });
+  });
+}
