@@ -46,6 +46,7 @@ fn look_ahead_over_32(bencher: Bencher) {
     let look_ahead = LookAhead::new(
         &ArmModel::MAGICIAN.power_up.path,
         &ArmModel::MAGICIAN.ceilings,
+        ArmModel::MAGICIAN.law,
     )
     .expect("speeds");
     let segments = segments(&circle(1024 + 34, 0.2));
@@ -64,6 +65,7 @@ fn times_of_a_million(bencher: Bencher) {
     let look_ahead = LookAhead::new(
         &ArmModel::MAGICIAN.power_up.path,
         &ArmModel::MAGICIAN.ceilings,
+        ArmModel::MAGICIAN.law,
     )
     .expect("speeds");
     let segments = segments(&circle(1_000_001, 0.2));

@@ -152,8 +152,7 @@ impl Preflight {
             }
             let dips = trajectory.is_none_or(|trajectory| {
                 let end = trajectory.duration_us();
-                let heights =
-                    (0..=SAMPLES).map(|nth| trajectory.sample(end / SAMPLES * nth).pose.z);
+                let heights = (0..=SAMPLES).map(|nth| trajectory.curve(end / SAMPLES * nth).pose.z);
                 heights.fold(f64::INFINITY, f64::min) < lowest - DIP
             });
             if dips {
@@ -202,7 +201,7 @@ mod tests {
             let before = *arm.arm().expect("known");
             let trajectory = arm.way(&before, command).expect("a move");
             for nth in 0..=100 {
-                let at = trajectory.sample(trajectory.duration_us() * nth / 100);
+                let at = trajectory.curve(trajectory.duration_us() * nth / 100);
                 lowest = lowest.min(at.pose.z);
             }
             arm.check(command).expect("it was found so");

@@ -52,7 +52,11 @@ impl Preflight {
             _ => point.map(f64::from),
         };
         let way = CpSegment::between(start, to);
-        let look_ahead = LookAhead::new(&self.now.cp_speeds(&self.model), &self.model.ceilings);
+        let look_ahead = LookAhead::new(
+            &self.now.cp_speeds(&self.model),
+            &self.model.ceilings,
+            self.model.law,
+        );
         let rates = look_ahead.ok()?.rates(&way);
         let plan = planner.segment(&from, to, rates.velocity, rates.velocity, rates);
         let stopping = self.stopping_of(&plan.ok()?.trajectory)?;
@@ -71,7 +75,7 @@ impl Preflight {
         let at = |nth: u64| all * nth / LOOKS;
         let (mut speed, mut braking) = (0.0_f64, 0.0_f64);
         for nth in 0..LOOKS {
-            let [before, after] = [nth, nth + 1].map(|nth| motion.sample(at(nth)).pose);
+            let [before, after] = [nth, nth + 1].map(|nth| motion.curve(at(nth)).pose);
             let seconds = (at(nth + 1) - at(nth)) as f64 / 1e6;
             speed = speed.max(before.distance_to(&after) / seconds.max(1e-6));
             let stands = planner

@@ -309,7 +309,7 @@ impl PathTracer {
         let power = self.lit.then_some(100.0);
         let mut last = [start.x, start.y, start.z];
         for nth in 1..=corners as u64 {
-            let Pose { x, y, z, .. } = way.sample(way.duration_us() * nth / corners as u64).pose;
+            let Pose { x, y, z, .. } = way.curve(way.duration_us() * nth / corners as u64).pose;
             self.go(last, [x, y, z], power);
             last = [x, y, z];
         }

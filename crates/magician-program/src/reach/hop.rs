@@ -106,7 +106,7 @@ impl Travelling {
 }
 
 fn places(way: &Trajectory) -> impl Iterator<Item = Pose> + '_ {
-    (1..PLACES).map(|nth| way.sample(way.duration_us() * nth / PLACES).pose)
+    (1..PLACES).map(|nth| way.curve(way.duration_us() * nth / PLACES).pose)
 }
 
 /// How far a place is from a straight line.

@@ -126,7 +126,7 @@ pub(super) fn violation(assumption: A) -> Option<Violation> {
                 segment.velocity_or_power /= 2.0;
             }
         }),
-        A::CpTimes => profile(|profile| profile.path.whole_periods = true),
+        A::CpTimes => profile(|profile| profile.motion.period = 0.0),
         A::CpStops => sets(|_, set, _| {
             if let Set::QueuedCmdStopExec(_) = set {
                 *set = FORCE_STOP;
