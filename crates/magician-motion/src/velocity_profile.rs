@@ -650,7 +650,12 @@ impl VelocityProfile {
     pub(crate) fn slowed_to(self, duration: f64, acceleration: f64) -> Self {
         let (length, entry, exit) = (self.length, self.entry, self.exit);
         if duration <= self.duration {
-            return self;
+            // Rounding alone is longer.
+            return Self {
+                duration,
+                ends: duration,
+                ..self
+            };
         }
         let (high, low) = (entry.max(exit), entry.min(exit));
         let squares = entry * entry + exit * exit;

@@ -25,6 +25,8 @@ pub(crate) struct Motion {
     pub(super) junction_speed: f64,
     /// Whether the arm has been homed since power-up.
     pub(super) homed: bool,
+    /// Where the motors were when a motion was taken away before its end, and when: what begins by then begins there.
+    left: Option<(ArmInstant, JointAngles, f64)>,
 }
 
 /// A motion that has been planned from where the arm stands.
@@ -64,6 +66,11 @@ pub(super) struct UnderWay {
     /// The way of the carriage that goes with it.
     pub(super) rail: RailPath,
     pub(super) started: ArmInstant,
+    /// When the motors begin with it, and where they are by then: within its first period.
+    begun: ArmInstant,
+    from: (JointAngles, f64),
+    /// The end of its first period, by which they have come onto its way.
+    first_end: ArmInstant,
     pub(super) ends: ArmInstant,
     /// What to raise when it has ended: something stops it before its target.
     pub(super) alarm: Option<u8>,
@@ -95,11 +102,37 @@ impl UnderWay {
         if now >= self.ends {
             return (self.trajectory.end().joints, self.rail.end());
         }
-        let elapsed = self.elapsed(now);
-        (
-            self.trajectory.curve(elapsed).joints,
-            self.rail.curve(elapsed),
-        )
+        let on_its_way = |at| {
+            let elapsed = self.elapsed(at);
+            (
+                self.trajectory.curve(elapsed).joints,
+                self.rail.curve(elapsed),
+            )
+        };
+        if now >= self.first_end {
+            return on_its_way(now);
+        }
+        let whole = self.first_end.micros_since(self.begun).max(1);
+        let since = now.micros_since(self.begun);
+        let (from, rail_from) = self.from;
+        if from == self.trajectory.start().joints && rail_from == self.rail.sample(0) {
+            // From where it stood: the whole first period of its way in the time that is left of it.
+            let first = self.elapsed(self.first_end);
+            let elapsed = since * first / whole;
+            return (
+                self.trajectory.curve(elapsed).joints,
+                self.rail.curve(elapsed),
+            );
+        }
+        let share = since as f64 / whole as f64;
+        let (to, rail_to) = on_its_way(self.first_end);
+        let between = |from: f64, to: f64| from + share * (to - from);
+        let pairs = from.to_array().into_iter().zip(to.to_array());
+        let mut joints = [0.0; 4];
+        for (joint, (from, to)) in joints.iter_mut().zip(pairs) {
+            *joint = between(from, to);
+        }
+        (joints.into(), between(rail_from, rail_to))
     }
 
     /// Where the carriage is commanded to be.
@@ -123,6 +156,7 @@ impl Motion {
             rail: Rail::new(rail_length),
             junction_speed: 0.0,
             homed: false,
+            left: None,
         }
     }
 
@@ -245,6 +279,14 @@ impl Motion {
             alarm,
             outputs,
         } = start;
+        let first_end = match lasting {
+            0 => now,
+            _ => started.after_micros(law.period_us().into()),
+        };
+        let ends = started.after_micros(lasting);
+        let stood = (trajectory.start().joints, rail.sample(0));
+        let from = { self.left.take() }.filter(|(at, ..)| *at == now);
+        let from = from.map_or(stood, |(_, joints, rail)| (joints, rail));
         // What is left of a motion keeps the tool that it began with.
         self.measured = *trajectory.geometry();
         self.rest = *trajectory.start();
@@ -253,7 +295,10 @@ impl Motion {
             trajectory,
             rail,
             started,
-            ends: started.after_micros(lasting),
+            begun: now,
+            from,
+            first_end: first_end.min(ends),
+            ends,
             alarm,
             outputs,
             leaves_limit: None,
@@ -296,6 +341,8 @@ impl Motion {
         let (state, rail) = (motion.sample(now), motion.sample_rail(now));
         let stalled = motion.stalled.map(|_| self.true_pose(now).joints);
         self.end_path(now, world);
+        let (joints, on_rail) = motion.on_the_way(now);
+        self.left = Some((now, joints, on_rail));
         self.under_way = None;
         self.rest = state;
         self.rail.rest = rail;
