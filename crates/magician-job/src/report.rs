@@ -5,6 +5,7 @@
 use std::time::Duration;
 
 use magician::report::{ErrorFigures, FenceReport, remedies};
+use magician::words::doubt_in_words;
 use magician::{Action, ArmOutputs, GripperState, Remedy, Voice};
 use magician_program::{
     AppliedPlacement, Diagnostic, DiagnosticCode, Format, PartSummary, RefusedStep,
@@ -383,6 +384,23 @@ pub fn warnings(report: &Report, placed: Option<AppliedPlacement>) -> Vec<Diagno
         warnings.push(Diagnostic::of_file(what).coded(DiagnosticCode::Long));
     }
     warnings
+}
+
+/// The steps of a program that this arm may be able to do, and another one may not.
+#[must_use]
+pub fn doubts(report: &Report) -> Vec<Diagnostic> {
+    let told = report.doubtful.iter().map(|doubtful| {
+        let step = report.number(doubtful.step);
+        let more = match doubtful.count {
+            0 | 1 => String::new(),
+            count => format!("; so do {} more steps", count - 1),
+        };
+        let cause = doubt_in_words(&doubtful.cause);
+        let mut note = Diagnostic::of_file(format!("step {step} leads where {cause}{more}"));
+        note.origin = doubtful.origin;
+        note.coded(DiagnosticCode::Doubtful)
+    });
+    told.collect()
 }
 
 /// A time as clocks show it: `0:07`, `2:05:09`.

@@ -23,6 +23,9 @@ pub struct ArmModel {
     pub geometry: Geometry,
     /// The joint limits at which the controller stops.
     pub limits: Limits,
+    /// The joint limits that every arm keeps to for certain. Where [`limits`](Self::limits) are wider, arms were seen to go
+    /// there, and another one may not: a check warns.
+    pub certain: Limits,
     /// The joint limits that the vendor guarantees: a stricter choice.
     pub guaranteed: Limits,
     /// The highest speeds and accelerations that a motion is planned with.
@@ -97,6 +100,14 @@ impl ArmModel {
     pub const MAGICIAN: Self = Self {
         geometry: Geometry::magician(ToolBias::SUCTION),
         limits: Limits {
+            j1: Range::new(-135.0, 135.0),
+            // Half a degree beyond the lowest that a public program asks for; no stop was found by driving into it.
+            j2: Range::new(-13.5, 90.0),
+            j3: Range::new(-15.0, 90.0),
+            j4: Range::new(-150.0, 150.0),
+            j2_minus_j3: Range::new(-70.0, 55.0),
+        },
+        certain: Limits {
             j1: Range::new(-135.0, 135.0),
             j2: Range::new(-5.0, 90.0),
             j3: Range::new(-15.0, 90.0),
@@ -186,6 +197,15 @@ impl ArmModel {
             forearm: self.geometry.forearm,
             tool,
         }
+    }
+
+    /// The same arm with this lower limit of J2, deg: what is known of a single arm. Above that of
+    /// [`certain`](Self::certain) it narrows both.
+    #[must_use]
+    pub const fn with_lowest_j2(mut self, degrees: f64) -> Self {
+        self.limits.j2.min = degrees;
+        self.certain.j2.min = degrees;
+        self
     }
 
     /// Plans motions with this tool bias, at these speeds.

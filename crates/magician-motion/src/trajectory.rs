@@ -152,6 +152,12 @@ impl Trajectory {
         })
     }
 
+    /// Bound that the motion leaves first, of other limits than those that it was planned within; `None` if it keeps to them.
+    #[must_use]
+    pub fn first_beyond(&self, limits: &crate::Limits) -> Option<MotionError> {
+        self.first_crossing(limits).map(|(_, cause, _)| cause)
+    }
+
     /// This motion cut short at `at_us`, where it stops at once in the given state; in periods at the end of that one.
     pub(crate) fn cut(self, at_us: u64, end: ArmState) -> Self {
         Self {

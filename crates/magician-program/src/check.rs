@@ -10,6 +10,7 @@ use std::time::Duration;
 
 use magician_host::words::Preflight;
 use magician_host::{Action as Deed, Error, Geometry, Set};
+use magician_motion::MotionError;
 
 use crate::turns::{AtOnce, SLICE, Turns, at_once};
 use crate::{Action, Diagnostic, DiagnosticCode, Origin, Part, Plan};
@@ -76,6 +77,21 @@ impl From<&RefusedStep> for Diagnostic {
     }
 }
 
+/// The steps that lead beyond what every arm keeps to for certain ([`Step::doubt`](magician_host::words::Step)): this arm may go
+/// there, and another one may stop with an alarm.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct DoubtfulSteps {
+    /// The place of the first one, from 0.
+    pub step: usize,
+    /// Where it came from.
+    pub origin: Origin,
+    /// The bound that it leaves.
+    pub cause: MotionError,
+    /// How many there are.
+    pub count: usize,
+}
+
 /// What a check has found.
 #[derive(Debug, Default)]
 #[non_exhaustive]
@@ -84,6 +100,8 @@ pub struct Report {
     pub refused_steps: Vec<RefusedStep>,
     /// How many there are in all.
     pub refused: usize,
+    /// The steps that not every arm can do, if there are any; they are not refused.
+    pub doubtful: Option<DoubtfulSteps>,
     /// How many steps the plan has.
     pub steps: usize,
     /// How many of each kind, by [`Action::name`]; kinds that do not occur are absent.
@@ -146,6 +164,19 @@ impl Report {
         }
     }
 
+    fn doubt(&mut self, step: usize, origin: Origin, cause: Option<MotionError>) {
+        let Some(cause) = cause else {
+            return;
+        };
+        let first = DoubtfulSteps {
+            step,
+            origin,
+            cause,
+            count: 0,
+        };
+        self.doubtful.get_or_insert(first).count += 1;
+    }
+
     pub(crate) fn burn(&mut self, percent: f64) {
         if percent > 0.0 {
             let [least, most] = self.power.unwrap_or([percent; 2]);
@@ -206,8 +237,9 @@ pub(crate) async fn check_in_turns(plan: &Plan, start: &Preflight, turns: &impl 
                 }
                 continue;
             };
-            if let Err(error) = course.follow(at, &command) {
-                course.refuse(plan, at, error);
+            match course.follow(at, &command) {
+                Ok(doubt) => course.report.doubt(at, step.origin, doubt),
+                Err(error) => course.refuse(plan, at, error),
             }
         }
         turns.give().await;
@@ -304,7 +336,7 @@ impl CheckRun {
         ))
     }
 
-    fn follow(&mut self, step: usize, command: &Set) -> Result<(), Error> {
+    fn follow(&mut self, step: usize, command: &Set) -> Result<Option<MotionError>, Error> {
         let before = self.arm.arm().copied();
         if !command.row().queueable {
             return Err(Error::invalid("cannot be queued").with_command(command.row().set_name));
@@ -339,6 +371,6 @@ impl CheckRun {
             }
             widen(&mut self.report.travel_bounds, point(&to));
         }
-        Ok(())
+        Ok(done.doubt)
     }
 }

@@ -48,11 +48,13 @@ pub enum DiagnosticCode {
     Long,
     /// An output of the arm stays switched on.
     LeftOn,
+    /// It leads where not every arm can go.
+    Doubtful,
 }
 
 impl DiagnosticCode {
     /// All of them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Problem,
         Self::LeftOut,
         Self::Assumed,
@@ -62,6 +64,7 @@ impl DiagnosticCode {
         Self::Speed,
         Self::Long,
         Self::LeftOn,
+        Self::Doubtful,
     ];
 
     /// Its name in JSON.
@@ -81,6 +84,7 @@ impl DiagnosticCode {
             Self::Speed => "speed",
             Self::Long => "long",
             Self::LeftOn => "left-on",
+            Self::Doubtful => "doubtful",
         }
     }
 }

@@ -81,7 +81,8 @@ mod words;
 pub use artwork::{Artwork, FilledArea, Stroke, WouldFit};
 pub use calibrate::{Tip, rounded_height};
 pub use check::{
-    PartFigures, RefusedStep, Report, check, would_do_at, would_fit, would_fit_turned,
+    DoubtfulSteps, PartFigures, RefusedStep, Report, check, would_do_at, would_fit,
+    would_fit_turned,
 };
 pub use convert::{Conversion, ConversionError};
 pub use diagnostic::{Diagnostic, DiagnosticCode, Missing};

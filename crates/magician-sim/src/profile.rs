@@ -114,9 +114,56 @@ impl Profile {
             motion: MotionRules {
                 period: 0.0,
                 jog_axis_change: JogAxisChange::Stops,
+                ..MotionRules::default()
             },
             ..Self::default()
         }
+    }
+
+    /// Names of the built-in profiles, each with what it is.
+    pub const NAMED: [(&str, &str); 4] = [
+        (
+            "3.6.14",
+            "the firmware of the vendor's documents; the default",
+        ),
+        (
+            "3.7.0",
+            "firmware in the field; nothing but its version is known to differ",
+        ),
+        (
+            "4.0.3",
+            "firmware in the field; nothing but its version is known to differ",
+        ),
+        (
+            "continuous",
+            "3.6.14 without periods, where a jog stops before another axis: for comparison",
+        ),
+    ];
+
+    /// A built-in profile; `None` for a name that none of them has.
+    ///
+    /// ```
+    /// use magician_sim::Profile;
+    ///
+    /// let newer = Profile::named("4.0.3").expect("built in");
+    /// assert_eq!(newer.identity.version, [4, 0, 3]);
+    /// assert!(Profile::NAMED.iter().all(|(name, _)| Profile::named(name).is_some()));
+    /// assert_eq!(Profile::named("5.0.0"), None);
+    /// ```
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        let version = |version| {
+            let mut profile = Self::default();
+            profile.identity.version = version;
+            profile
+        };
+        Some(match name {
+            "3.6.14" => Self::default(),
+            "3.7.0" => version([3, 7, 0]),
+            "4.0.3" => version([4, 0, 3]),
+            "continuous" => Self::continuous(),
+            _ => return None,
+        })
     }
 
     /// Reads a profile: firmware 3.6.14 but for the values that the text gives.

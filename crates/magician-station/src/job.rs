@@ -11,7 +11,7 @@ use magician::words::Preflight;
 use magician::{Fence, Voice};
 use magician_job::beside::BesideTurns;
 use magician_job::presets::Presets;
-use magician_job::report::{CheckReport, ConversionReport, Note, WayOut, warnings};
+use magician_job::report::{CheckReport, ConversionReport, Note, WayOut, doubts, warnings};
 use magician_job::{Journal, NoJournal};
 use magician_program::preview::Outline;
 use magician_program::{
@@ -530,7 +530,8 @@ impl ReadProgram {
             }
         }
         found.parts = Some(parts);
-        let warnings = warnings(report, self.placed);
+        let mut warnings = warnings(report, self.placed);
+        warnings.extend(doubts(report));
         found.notes = Note::all(&Words, self.notes.iter().chain(&warnings));
         found
     }

@@ -6,6 +6,7 @@
 //! [arms.white]
 //! port = "/dev/ttyUSB0"
 //! laser = false                 # no laser is mounted: EIO 2 and 4 may drive something else
+//! lowest_j2 = -9.0              # deg: how far its rear arm leans back; never to be found by driving there
 //!
 //! [arms.white.fence]            # mm, in the arm's coordinates, for the tip of the tool
 //! floor = -60.0
@@ -28,6 +29,9 @@ use crate::{Error, ErrorCode, Options, Result, Target};
 
 /// The table of all arms.
 pub const TABLE: &str = "arms";
+/// What may be said to be the lowest J2 of an arm, deg: within it are the lowest that a public program asks for (-13.1) and the
+/// limit that the vendor guarantees (0).
+const LOWEST_J2: (f64, f64) = (-20.0, 0.0);
 /// The largest file of settings that is read, bytes.
 const LARGEST: u64 = 1 << 20;
 
@@ -41,6 +45,8 @@ pub struct KnownArm {
     pub port: Target,
     /// Whether a laser may be mounted on it.
     pub laser: bool,
+    /// Its lower limit of J2, deg; `None` for the one that every arm has, with a warning below what all keep to.
+    pub lowest_j2: Option<f64>,
     /// Its fence.
     pub fence: Option<Fence>,
 }
@@ -191,7 +197,7 @@ fn one(
             format!("write [{full}] and its values below it"),
         ));
     };
-    let (mut port, mut laser, mut fence) = (None, true, None);
+    let (mut port, mut laser, mut lowest_j2, mut fence) = (None, true, None, None);
     for (key, value) in values {
         let wrong =
             |what: &str| Flaw::new(value.span(), format!("{full}.{}: {what}", key.get_ref()));
@@ -203,10 +209,15 @@ fn one(
             ("port", _) => return Err(wrong("expected a quoted string")),
             ("laser", DeValue::Boolean(mounted)) => laser = *mounted,
             ("laser", _) => return Err(wrong("expected true or false")),
+            ("lowest_j2", value) => {
+                let range = LOWEST_J2.0..=LOWEST_J2.1;
+                let angle = number(value).filter(|angle| range.contains(angle));
+                lowest_j2 = Some(angle.ok_or_else(|| wrong("expected degrees from -20 to 0"))?);
+            }
             ("fence", _) => fence = Some(fence_of(&format!("{full}.fence"), value)?),
             (other, _) => {
                 let flaw = Flaw::new(key.span(), format!("unknown setting '{full}.{other}'"));
-                return Err(flaw.help("an arm has port, laser and fence"));
+                return Err(flaw.help("an arm has port, laser, lowest_j2 and fence"));
             }
         }
     }
@@ -218,6 +229,7 @@ fn one(
         name: name.get_ref().to_string(),
         port,
         laser,
+        lowest_j2,
         fence: fence.filter(|fence| !fence.is_empty()),
     })
 }
@@ -335,14 +347,20 @@ pub fn at<'a>(arms: &'a [KnownArm], port: &Target) -> Option<&'a KnownArm> {
 }
 
 impl Options {
-    /// What is known of the arm that is to be connected: its [`laser_pins`](Self::laser_pins) and its
-    /// [`fence`](Self::fence).
+    /// What is known of the arm that is to be connected: its [`laser_pins`](Self::laser_pins), its
+    /// [`fence`](Self::fence), and its lowest J2 in the [`model`](Self::model).
     #[must_use]
     pub fn for_arm(self, known: Option<&KnownArm>) -> Self {
-        match known {
-            Some(known) => self.laser_pins(known.laser).fence(known.fence),
-            None => self,
-        }
+        let Some(known) = known else {
+            return self;
+        };
+        let model = match known.lowest_j2 {
+            Some(degrees) => self.model.with_lowest_j2(degrees),
+            None => self.model,
+        };
+        (self.laser_pins(known.laser))
+            .fence(known.fence)
+            .model(model)
     }
 }
 
@@ -364,6 +382,7 @@ strongest_laser = 60
 
 [arms.black]
 port = 'COM3'
+lowest_j2 = -9
 ";
 
     #[test]
@@ -387,6 +406,9 @@ port = 'COM3'
         assert!(known("COM4").is_none());
         let options = Options::default().for_arm(Some(white));
         assert!(options.fence == Some(fence) && !options.laser_pins);
+        assert_eq!(options.model, magician_motion::ArmModel::MAGICIAN);
+        let model = Options::default().for_arm(Some(black)).model;
+        assert_eq!((model.limits.j2.min, model.certain.j2.min), (-9.0, -9.0));
     }
 
     #[test]
@@ -405,6 +427,11 @@ port = 'COM3'
                 "[arms.white]\nport = 'COM3'\nlaser = 'no'".to_owned(),
                 3,
                 "true or false",
+            ),
+            (
+                "[arms.white]\nport = 'COM3'\nlowest_j2 = -45".to_owned(),
+                3,
+                "degrees from -20 to 0",
             ),
             (
                 "[arms.white]\nport = 'COM3'\nlazer = false".to_owned(),

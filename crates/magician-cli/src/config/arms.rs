@@ -8,9 +8,10 @@ use toml::de::DeValue;
 pub(super) use magician::arms::TABLE;
 
 /// The settings of an arm, and what is shown for one that is not set.
-const SETTINGS: [(&str, &str, Kind); 7] = [
+const SETTINGS: [(&str, &str, Kind); 8] = [
     ("port", "", Kind::Text),
     ("laser", "true", Kind::Flag),
+    ("lowest_j2", "-13.5, with a warning below -5", Kind::Number),
     ("fence.floor", "no floor", Kind::Number),
     ("fence.box", "no box", Kind::Box),
     ("fence.keep_out", "no keep-outs", Kind::Boxes),

@@ -15,7 +15,7 @@ mod way;
 
 use std::time::Duration;
 
-use magician_motion::{ArmModel, ArmState, Fence, JointAngles, Limits, ToolBias};
+use magician_motion::{ArmModel, ArmState, Fence, JointAngles, Limits, MotionError, ToolBias};
 use magician_protocol::Set;
 use magician_protocol::commands::EndEffectorParams;
 
@@ -23,6 +23,7 @@ pub use guards::{Guards, refuse};
 use laser::Laser;
 pub use meeting::{Meeting, MovingTarget};
 use motion::depends_on_tool;
+pub use motion::doubt_in_words;
 pub(crate) use numbers::check as check_numbers;
 pub use numbers::check_power;
 use path::Path;
@@ -79,6 +80,8 @@ pub struct Preflight {
     path: Path,
     /// How much of a period has passed by then, us: a motion begins with the period that its command comes in.
     into_period: u64,
+    /// Where the command under check leaves what every arm keeps to for certain.
+    doubt: Option<MotionError>,
 }
 
 /// What a command that passed the check will do.
@@ -98,6 +101,9 @@ pub struct Step {
     pub end: Option<ArmState>,
     /// The laser may burn when it has ended.
     pub laser: bool,
+    /// Bound of [`ArmModel::certain`] that the motion leaves: this arm may go there, and another one may stop with an
+    /// alarm. `None` for a motion within those limits, or from an unknown start.
+    pub doubt: Option<MotionError>,
 }
 
 impl Preflight {
@@ -119,6 +125,7 @@ impl Preflight {
             laser: Laser::reported(readings),
             path: Path::default(),
             into_period: 0,
+            doubt: None,
         }
     }
 
@@ -149,6 +156,7 @@ impl Preflight {
     #[must_use]
     pub fn limits(mut self, limits: Limits) -> Self {
         self.model.limits = limits;
+        self.model.certain = limits;
         self
     }
 
@@ -221,6 +229,7 @@ impl Preflight {
     /// [`InvalidInput`](crate::ErrorKind::InvalidInput) for what makes no sense or what a guard refuses,
     /// [`Unreachable`](crate::ErrorKind::Unreachable) with value and limit.
     pub fn check(&mut self, command: &Set) -> Result<Step> {
+        self.doubt = None;
         let passed = numbers::check(command)
             .and_then(|()| self.laser.check(command, self.guards.laser))
             .and_then(|()| self.check_fence(command))
@@ -250,6 +259,7 @@ impl Preflight {
             path: Duration::from_micros(path),
             end: self.at,
             laser: self.laser.burns(),
+            doubt: self.doubt,
         })
     }
 

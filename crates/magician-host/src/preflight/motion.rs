@@ -121,6 +121,20 @@ impl Preflight {
         self.model.planner(self.now.tool(), speeds)
     }
 
+    /// Notes where a motion within the limits of this arm leaves what every arm keeps to for certain.
+    fn note_doubt(&mut self, plan: &Result<Plan, MotionError>) {
+        let certain = self.model.certain;
+        if self.model.limits != certain
+            && let Ok(Plan {
+                trajectory,
+                crossing: None,
+                ..
+            }) = plan
+        {
+            self.doubt = trajectory.first_beyond(&certain);
+        }
+    }
+
     fn ptp(&mut self, ptp: &Ptp) -> Result<u64> {
         let request = self.request(ptp)?;
         let course = self.course(ptp.mode, ptp.rail)?;
@@ -133,6 +147,7 @@ impl Preflight {
         let planner = self.planner(self.now.ptp_speeds());
         let least = course.time.unwrap_or(0);
         let plan = planner.plan_with_min_duration(&from, &request, least);
+        self.note_doubt(&plan);
         if let Ok(Plan {
             crossing: Some(_), ..
         }) = plan
@@ -275,8 +290,15 @@ impl Preflight {
             velocity: 100.0,
             acceleration: 100.0,
         };
-        let plan = (self.planner(self.model.power_up.speeds)).segment(&from, to, 0.0, 0.0, rates);
+        let planner = self.planner(self.model.power_up.speeds);
+        let plan = planner.segment(&from, to, 0.0, 0.0, rates);
         self.arrive_by(plan)?;
+        // Both ends tell enough of a segment, at a fraction of the work.
+        let certain = self.model.certain;
+        if self.model.limits != certain {
+            let end = self.at.map(|at| certain.check(&at.joints));
+            self.doubt = end.and_then(Result::err);
+        }
         Ok(self.path.add(look_ahead, way))
     }
 
@@ -289,7 +311,9 @@ impl Preflight {
             return Ok(FOREVER);
         };
         let [via, to] = [via, to].map(|point| point.map(f64::from).into());
-        let plan = self.planner(self.now.arc_speeds()).arc(&from, &via, &to);
+        let planner = self.planner(self.now.arc_speeds());
+        let plan = planner.arc(&from, &via, &to);
+        self.note_doubt(&plan);
         self.arrive_in_time(plan)
     }
 
@@ -303,7 +327,9 @@ impl Preflight {
         };
         let [via, to] = points.map(|point| point.map(f64::from).into());
         let planner = self.planner(self.now.arc_speeds());
-        self.arrive_in_time(planner.circle(&from, &via, &to, circle.count))
+        let plan = planner.circle(&from, &via, &to, circle.count);
+        self.note_doubt(&plan);
+        self.arrive_in_time(plan)
     }
 
     /// Points that the arm passes and does not stay at.
@@ -345,7 +371,9 @@ impl Preflight {
                 };
                 let planner = self.planner(self.model.homing.speeds());
                 let from = ArmState::at_joints(&planner.geometry, &joints);
-                self.arrive_by(planner.plan(&from, &request))?;
+                let plan = planner.plan(&from, &request);
+                self.note_doubt(&plan);
+                self.arrive_by(plan)?;
             }
         }
         Ok(self.homed())
@@ -376,6 +404,28 @@ impl Preflight {
             _ => self.at = None,
         }
         Ok(FOREVER)
+    }
+}
+
+/// What is said of a motion that leaves what every arm keeps to for certain ([`Step::doubt`](super::Step::doubt)): the end of
+/// a sentence that begins with the motion, and "where".
+#[must_use]
+pub fn doubt_in_words(cause: &MotionError) -> String {
+    match cause {
+        MotionError::Limit {
+            bound,
+            value,
+            limit,
+        } => {
+            let (subject, side) = (
+                bound.subject(),
+                if bound.is_upper() { "above" } else { "below" },
+            );
+            format!(
+                "{subject} is at {value:.1} degrees: arms were seen there, but not every arm is known to go {side} {limit:.1}"
+            )
+        }
+        other => format!("not every arm is known to go ({other})"),
     }
 }
 

@@ -29,7 +29,7 @@ mod tool;
 
 pub use crate::preflight::{
     Guards, Lift, Meeting, MovingTarget, Needs, PathProfiles, Preflight, Readings, Step, Stopping,
-    governs_motion, pose_of, refuse, state_at,
+    doubt_in_words, governs_motion, pose_of, refuse, state_at,
 };
 pub use conveyor::*;
 pub use io::*;

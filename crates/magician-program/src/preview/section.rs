@@ -70,7 +70,7 @@ mod tests {
     fn the_section_has_the_known_extent() {
         let section = section(
             &Geometry::magician(ToolBias::NONE),
-            &ArmModel::MAGICIAN.limits,
+            &ArmModel::MAGICIAN.certain,
         );
         let extent = |axis: usize| {
             let values = section.iter().map(|point| point[axis]);

@@ -25,7 +25,7 @@ pub(super) fn part(toolpath: &Toolpath) -> [[f64; 2]; 2] {
 /// Draws it.
 pub(super) fn draw(svg: &mut Svg, panel: &Panel, toolpath: &Toolpath, arm: &Geometry) {
     panel.begin(svg);
-    let edge = section(arm, &ArmModel::MAGICIAN.limits).into_iter();
+    let edge = section(arm, &ArmModel::MAGICIAN.certain).into_iter();
     let look = [
         ("fill", REACH),
         ("stroke", REACH_EDGE),

@@ -5,7 +5,7 @@ use magician_host::words::Preflight;
 use super::RemainingProgram;
 use crate::check::{check_in_turns, widen};
 use crate::turns::{AtOnce, SLICE, Turns, at_once};
-use crate::{PartFigures, Plan, RefusedStep, Report};
+use crate::{DoubtfulSteps, PartFigures, Plan, RefusedStep, Report};
 
 /// As many iterations are checked that each lead somewhere else.
 const MOST_ITERATIONS: usize = 100;
@@ -86,6 +86,15 @@ fn add(report: &mut Report, iteration: Report, times: u64, steps: usize) {
             ..refused_step
         });
     report.refused_steps.extend(refused_steps);
+    if let Some(doubtful) = iteration.doubtful {
+        let more = doubtful.count.saturating_mul(count as usize);
+        let first = DoubtfulSteps {
+            step: doubtful.step.saturating_add(steps),
+            count: 0,
+            ..doubtful
+        };
+        report.doubtful.get_or_insert(first).count += more;
+    }
     for part in iteration.parts {
         let known = { report.parts.iter_mut() }.find(|known| known.part.n == part.part.n);
         let time = part.time.and_then(|time| time.checked_mul(count));

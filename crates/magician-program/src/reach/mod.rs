@@ -96,7 +96,7 @@ impl Reach {
     pub fn new(tool: ToolBias, surface: Surface, lift: f64) -> Self {
         Self {
             geometry: Geometry::magician(tool),
-            limits: ArmModel::MAGICIAN.limits,
+            limits: ArmModel::MAGICIAN.certain,
             surface,
             lift,
             r: 0.0,

@@ -113,7 +113,7 @@ fn above(table: f64, tool: Tool) -> Option<JointAngles> {
     if home.z >= raised.z {
         return None;
     }
-    let limits = ArmModel::MAGICIAN.limits;
+    let limits = ArmModel::MAGICIAN.certain;
     let mut places = [raised, aside].into_iter();
     places.find_map(|place| geometry.inverse_within(&place, &limits).ok())
 }

@@ -245,7 +245,16 @@ impl Device {
             });
         }
         let speeds = [entry, self.exit_speed(&segment)];
-        match self.view().plan_segment(&planner, &from, segment, speeds) {
+        let planned = self.view().plan_segment(&planner, &from, segment, speeds);
+        let impossible = match &planned {
+            Ok(start) => start.alarm.is_some(),
+            Err(_) => true,
+        };
+        if impossible && self.firmware.profile.motion.cp_drop_silently {
+            self.halt();
+            return Completion::Done;
+        }
+        match planned {
             Ok(start) => {
                 self.halt();
                 self.motion.set_junction_speed(0.0);

@@ -17,6 +17,8 @@ const BUILT_IN: ArmModel = ArmModel::MAGICIAN;
 pub enum LimitChoice {
     /// The controller's soft limits.
     Controller,
+    /// The bounds that every arm keeps to for certain.
+    Certain,
     /// The range that the vendor guarantees.
     Guaranteed,
 }
@@ -31,6 +33,9 @@ pub struct LimitSets {
     /// The controller's soft limits.
     #[serde(deserialize_with = "controller")]
     pub controller: LimitSet,
+    /// The bounds that every arm keeps to for certain.
+    #[serde(deserialize_with = "certain")]
+    pub certain: LimitSet,
     /// The range that the vendor guarantees.
     #[serde(deserialize_with = "guaranteed")]
     pub guaranteed: LimitSet,
@@ -106,6 +111,8 @@ pub struct MotionRules {
     pub period: f64,
     /// What a jog of another axis does to the one under way.
     pub jog_axis_change: JogAxisChange,
+    /// True if a segment of a continuous path that the arm cannot do is dropped without an alarm, and the index goes on.
+    pub cp_drop_silently: bool,
 }
 
 /// What becomes of a jog when another axis is jogged.
@@ -224,6 +231,10 @@ fn controller<'de, D: Deserializer<'de>>(deserializer: D) -> Result<LimitSet, D:
     SomeLimits::deserialize(deserializer).map(|some| some.over(BUILT_IN.limits.into()))
 }
 
+fn certain<'de, D: Deserializer<'de>>(deserializer: D) -> Result<LimitSet, D::Error> {
+    SomeLimits::deserialize(deserializer).map(|some| some.over(BUILT_IN.certain.into()))
+}
+
 fn guaranteed<'de, D: Deserializer<'de>>(deserializer: D) -> Result<LimitSet, D::Error> {
     SomeLimits::deserialize(deserializer).map(|some| some.over(BUILT_IN.guaranteed.into()))
 }
@@ -233,6 +244,7 @@ impl Default for LimitSets {
         Self {
             in_force: LimitChoice::Controller,
             controller: BUILT_IN.limits.into(),
+            certain: BUILT_IN.certain.into(),
             guaranteed: BUILT_IN.guaranteed.into(),
         }
     }
@@ -322,6 +334,7 @@ impl Default for MotionRules {
         Self {
             period: f64::from(BUILT_IN.law.period_us()) / 1e6,
             jog_axis_change: JogAxisChange::Carries,
+            cp_drop_silently: false,
         }
     }
 }
@@ -408,8 +421,10 @@ impl Profile {
             geometry: BUILT_IN.geometry(self.power_up.tool),
             limits: match self.limits.in_force {
                 LimitChoice::Controller => (&self.limits.controller).into(),
+                LimitChoice::Certain => (&self.limits.certain).into(),
                 LimitChoice::Guaranteed => (&self.limits.guaranteed).into(),
             },
+            certain: (&self.limits.certain).into(),
             guaranteed: (&self.limits.guaranteed).into(),
             ceilings: magician_motion::Ceilings {
                 joint_velocity: ceilings.joint_velocity,

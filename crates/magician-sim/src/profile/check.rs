@@ -18,6 +18,7 @@ impl Profile {
         self.check_text()?;
         self.check_queue()?;
         self.limits.controller.check("limits.controller")?;
+        self.limits.certain.check("limits.certain")?;
         self.limits.guaranteed.check("limits.guaranteed")?;
         finite("power_up.joints", &self.power_up.joints)?;
         let tool = self.power_up.tool;

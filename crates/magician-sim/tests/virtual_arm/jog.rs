@@ -166,7 +166,7 @@ fn a_limit_ends_a_jog_with_its_alarm_and_the_way_back_is_open() {
     for (axis, positive, limit, code) in [
         (1, true, 135.0, 0x40),
         (1, false, -135.0, 0x41),
-        (2, false, -5.0, 0x43),
+        (2, false, -13.5, 0x43),
         (4, true, 150.0, 0x46),
         (4, false, -150.0, 0x47),
     ] {

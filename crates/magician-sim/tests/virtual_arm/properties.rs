@@ -170,7 +170,7 @@ fn within_limits(state: &ControllerState) -> bool {
     let within =
         |angle: f64, least: f64, most: f64| angle > least - BEYOND && angle < most + BEYOND;
     within(j1, -135.0, 135.0)
-        && within(j2, -5.0, 90.0)
+        && within(j2, -13.5, 90.0)
         && within(j3, -15.0, 90.0)
         && within(j4, -150.0, 150.0)
         && within(j2 - j3, -70.0, 55.0)

@@ -53,7 +53,7 @@ fn a_hand_gets_no_further_than_the_limits() {
     };
     assert_eq!(
         guided([500.0, -50.0, 0.0, 500.0]),
-        [135.0, -5.0, 0.0, 150.0]
+        [135.0, -13.5, 0.0, 150.0]
     );
     assert_eq!(guided([0.0, 80.0, 0.0, 0.0]), [0.0, 80.0, 25.0, 0.0]);
     assert_eq!(

@@ -196,7 +196,7 @@ async fn a_page_can_draw_the_arm_by_its_links() {
     let model = anna.ok("arm.model", json!({})).await;
     assert_eq!(model["frame"], json!("shoulder"));
     let limits = json!({
-        "j1": [-135.0, 135.0], "j2": [-5.0, 90.0], "j3": [-15.0, 90.0], "j4": [-150.0, 150.0],
+        "j1": [-135.0, 135.0], "j2": [-13.5, 90.0], "j3": [-15.0, 90.0], "j4": [-150.0, 150.0],
         "j2_minus_j3": [-70.0, 55.0], "l": null,
     });
     assert_eq!(model["limits"], limits);

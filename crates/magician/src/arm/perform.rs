@@ -2,6 +2,7 @@
 
 use std::sync::atomic::Ordering;
 
+use magician_motion::MotionError;
 use magician_protocol::commands::{ClearAlarmsState, DeviceWithL, HomeCmd, Pose, PoseL};
 use magician_protocol::{Alarm, AlarmSet, Set};
 
@@ -10,30 +11,32 @@ use super::known::QueueLook;
 use super::run::{Ran, RunOptions};
 use super::watch::Progress;
 use crate::connection::Request;
-use crate::words::{Guards, Needs, Preflight, Readings, refuse};
+use crate::words::{Guards, Needs, Preflight, Readings, doubt_in_words, refuse};
 use crate::{Action, ErrorKind, Result};
 
 /// So many commands are checked before other tasks get their turn.
 const TURN: usize = 1024;
 
 /// Checks a whole program, its end included. Many commands take a while, and others have connections to be served. An error names
-/// the step, where there are several.
-async fn check_all(check: Preflight, commands: &[Set]) -> Result<()> {
+/// the step, where there are several. Returns where the first motion leads that not every arm can do, if one does.
+async fn check_all(check: Preflight, commands: &[Set]) -> Result<Option<MotionError>> {
     let mut check = check.summing();
+    let mut doubt = None;
     let mut step = 0;
     for some in commands.chunks(TURN) {
         for command in some {
-            check.check(command).map_err(|error| match commands.len() {
+            let checked = check.check(command).map_err(|error| match commands.len() {
                 1 => error,
                 _ => error.at_step(step),
             })?;
+            doubt = doubt.or(checked.doubt);
             step += 1;
         }
         if some.len() == TURN {
             tokio::task::yield_now().await;
         }
     }
-    check.finish()
+    check.finish().map(|()| doubt)
 }
 
 impl Arm {
@@ -87,7 +90,11 @@ impl Arm {
             self.expect_homing().await;
         }
         let check = self.preflight_for(commands).await?;
-        check_all(check.clone().guards(guards), commands).await?;
+        let doubt = check_all(check.clone().guards(guards), commands).await?;
+        if let Some(cause) = doubt.filter(|_| !self.is_virtual()) {
+            let told = doubt_in_words(&cause);
+            tracing::warn!("{}: a motion leads where {told}", self.name());
+        }
         let options = options.unless_stopped_since(stops);
         let mut run = self
             .start_with(commands.iter().copied(), options)

@@ -8,7 +8,9 @@ use magician::words::Preflight;
 use magician::{Ctrl, FrameBuf};
 use magician_job::End;
 use magician_job::files::write_whole;
-use magician_job::report::{CheckReport, Estimate, Note, WayOut, clock, warnings as warnings_of};
+use magician_job::report::{
+    CheckReport, Estimate, Note, WayOut, clock, doubts, warnings as warnings_of,
+};
 use magician_program::artwork::Sheet;
 use magician_program::preview::{PictureError, Preview, PreviewOptions, fitting};
 use magician_program::{Diagnostic, RemainingProgram, Report};
@@ -61,7 +63,8 @@ impl Shown<'_> {
             let json = context.global.json;
             self.commands(&rest, json, &mut context.out)?;
         }
-        let warnings = warnings_of(&report, self.made.placed);
+        let mut warnings = warnings_of(&report, self.made.placed);
+        warnings.extend(doubts(&report));
         notes(source, &warnings, context);
         let parks = self.made.ending.check(&rest);
         let is_good = report.is_good() && self.made.misfit.is_none();

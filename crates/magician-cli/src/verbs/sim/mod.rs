@@ -112,8 +112,9 @@ pub(crate) struct Sim {
     /// default: that of the scenario or the profile, else suction
     #[arg(long, value_name = "NAME|X,Y,Z", allow_hyphen_values = true)]
     tool: Option<ToolBias>,
-    /// Firmware profile in TOML; `--profile -` prints the built-in one as a template
-    #[arg(long, value_name = "FILE")]
+    /// Firmware profile: 3.6.14 (the usual one), 3.7.0, 4.0.3, continuous (without the 20 ms periods of real arms), or a file
+    /// in TOML; `--profile -` prints the usual one as a template
+    #[arg(long, value_name = "NAME|FILE")]
     profile: Option<PathBuf>,
     /// Refuse behaviour that is only assumed, where the real arm's is unknown; see docs/FIDELITY.md
     #[arg(long)]
@@ -363,11 +364,15 @@ impl Sim {
     }
 }
 
-/// The firmware profile in a file, or the built-in one.
+/// The firmware profile with a name, else in a file, or the usual one.
 pub(crate) fn profile_of(path: Option<&Path>) -> Result<Profile, Failure> {
     let Some(path) = path else {
         return Ok(Profile::default());
     };
+    // A file may be named so as well: `./continuous` is one.
+    if let Some(profile) = path.to_str().and_then(Profile::named) {
+        return Ok(profile);
+    }
     let text = read(path)?;
     Profile::from_toml(&text).map_err(|error| {
         Failure::invalid(format!("{}: {error}", path.display()))

@@ -137,7 +137,7 @@ fn no_circle(from: [f32; 4], via: [f32; 4], to: [f32; 4]) -> Option<&'static str
     let [from, via, to] = [from, via, to].map(|pose| Pose::from(pose.map(f64::from)));
     let planner = Planner {
         geometry: Geometry::default(),
-        limits: ArmModel::MAGICIAN.limits,
+        limits: ArmModel::MAGICIAN.certain,
         ceilings: Ceilings::default(),
         law: ArmModel::MAGICIAN.law,
         speeds: ArmModel::MAGICIAN.power_up.speeds,

@@ -27,7 +27,7 @@ pub(super) fn draw(
         id: "side",
     };
     panel.begin(svg);
-    let edge = section(arm, &ArmModel::MAGICIAN.limits).into_iter();
+    let edge = section(arm, &ArmModel::MAGICIAN.certain).into_iter();
     let look = [
         ("fill", REACH),
         ("stroke", REACH_EDGE),

@@ -26,7 +26,7 @@ fn at(x: f64, y: f64) -> [f64; 2] {
 
 /// Draws it.
 pub(super) fn draw(svg: &mut Svg, samples: &[Sample]) {
-    let section = workspace::section(&ARM, &ArmModel::MAGICIAN.limits);
+    let section = workspace::section(&ARM, &ArmModel::MAGICIAN.certain);
     let panel = Panel::begin(svg, ABOVE, "above", "From above", "x / mm", "y / mm");
     let (near, far) = section
         .iter()
@@ -56,7 +56,7 @@ pub(super) fn draw(svg: &mut Svg, samples: &[Sample]) {
 
 /// A sector between two radii, as wide as J1 turns.
 fn reach_from_above(svg: &mut Svg, near: f64, far: f64, fill: &str, dashes: &str) {
-    let turn = ArmModel::MAGICIAN.limits.j1;
+    let turn = ArmModel::MAGICIAN.certain.j1;
     let steps = 90_u32;
     let angle = |step: u32| {
         (turn.min + (turn.max - turn.min) * f64::from(step) / f64::from(steps)).to_radians()

@@ -28,7 +28,7 @@ pub(super) fn draw(svg: &mut Svg, samples: &[Sample]) {
         "distance from the base axis / mm",
         "z / mm",
     );
-    let section = workspace::section(&ARM, &ArmModel::MAGICIAN.limits);
+    let section = workspace::section(&ARM, &ArmModel::MAGICIAN.certain);
     let data = path(
         section.into_iter().map(|(radius, z)| SIDE.at(radius, z)),
         true,

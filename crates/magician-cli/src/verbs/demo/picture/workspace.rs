@@ -32,7 +32,7 @@ mod tests {
     fn a_height_beyond_the_section_has_no_radii() {
         let section = section(
             &Geometry::magician(ToolBias::SUCTION),
-            &ArmModel::MAGICIAN.limits,
+            &ArmModel::MAGICIAN.certain,
         );
         assert!(radii_at(&section, 0.0).is_some());
         assert_eq!(radii_at(&section, 500.0), None);

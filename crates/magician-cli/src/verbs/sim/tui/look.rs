@@ -291,7 +291,7 @@ mod tests {
         assert!(refused.contains("joint 2"), "{refused}");
         let refused = pushed(
             &state,
-            &ArmModel::MAGICIAN.limits,
+            &ArmModel::MAGICIAN.certain,
             Push::Tool([500.0, 0.0, 0.0]),
         );
         assert!(refused.is_err());

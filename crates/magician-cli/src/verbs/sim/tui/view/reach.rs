@@ -73,7 +73,7 @@ mod tests {
 
     #[test]
     fn a_ring_is_where_the_tool_can_be_and_no_farther() {
-        let (tool, limits) = (ToolBias::SUCTION, ArmModel::MAGICIAN.limits);
+        let (tool, limits) = (ToolBias::SUCTION, ArmModel::MAGICIAN.certain);
         let reaches = |r: f64, z: f64| {
             let there = Pose::new(r, 0.0, z, 0.0);
             let arm = Geometry::magician(tool);
@@ -90,7 +90,7 @@ mod tests {
 
     #[test]
     fn the_outline_is_closed_and_every_corner_of_it_can_be_reached() {
-        let limits = ArmModel::MAGICIAN.limits;
+        let limits = ArmModel::MAGICIAN.certain;
         let outline = outline(ToolBias::NONE, &limits);
         let near = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) < 20.0;
         assert!(outline.windows(2).all(|pair| near(pair[0], pair[1])));
