@@ -28,6 +28,7 @@ mod picture;
 mod preflight;
 pub mod proxy;
 mod remedy;
+mod rest;
 pub mod stream;
 pub mod words;
 
@@ -46,6 +47,7 @@ pub use magician_protocol::{
 pub use picture::{ArmOutputs, ArmPicture, GripperState};
 pub use preflight::check_power;
 pub use remedy::{Act, Action, Given, PinUse, Remedy, SET_PIN, Setting, Voice};
+pub use rest::{REST_READ_INTERVAL, REST_TIME, RestDetector};
 
 /// Compiles the README's program with the tests.
 #[cfg(doctest)]

@@ -3,18 +3,14 @@
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use magician::Status;
 use magician::commands::Pose;
+use magician::{RestDetector, Status};
 
 /// Readings that are kept.
 const HISTORY: usize = 600;
 /// What was seen so long ago says nothing of now, or so many readings ago if they are far apart.
 const STALE: Duration = Duration::from_secs(1);
 const MISSED: f64 = 3.0;
-/// It takes so many readings after a motion to see that it is over: two that are equal.
-const SETTLES: u8 = 2;
-/// What is slower stands, mm/s and deg/s.
-const STILL: f64 = 0.01;
 
 /// How fast the tool is, mm/s, and each joint, deg/s, without direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -43,10 +39,6 @@ impl Speeds {
             tool: (x * x + y * y + z * z).sqrt() / seconds,
             joints,
         }
-    }
-
-    fn is_still(&self) -> bool {
-        self.tool < STILL && self.joints.iter().all(|speed| *speed < STILL)
     }
 }
 
@@ -88,8 +80,8 @@ pub struct ObservedState {
     age: Duration,
     /// From then on it is not news.
     stale: Duration,
-    /// Readings to come until a motion that was begun can have been seen to be over.
-    disturbed: u8,
+    /// The poses since the arm was moved; `None` once they were those of an arm at rest, and before it was seen to move.
+    moved: Option<RestDetector>,
     begun: Instant,
 }
 
@@ -102,7 +94,7 @@ impl Default for ObservedState {
             rate: 0.0,
             age: Duration::ZERO,
             stale: STALE,
-            disturbed: 0,
+            moved: None,
             begun: Instant::now(),
         }
     }
@@ -133,8 +125,18 @@ impl ObservedState {
                 let rate = seconds.recip();
                 let known = if self.rate > 0.0 { self.rate } else { rate };
                 self.rate = known + 0.1 * (rate - known);
-                self.disturbed = self.disturbed.saturating_sub(1);
             }
+        }
+        let at = status.at.saturating_duration_since(self.begun);
+        let at = u64::try_from(at.as_micros()).unwrap_or(u64::MAX);
+        let before = self.status.as_ref().map(|before| before.pose);
+        if before.is_some_and(|before| before != status.pose) {
+            self.moved.get_or_insert_default();
+        }
+        if let Some(rest) = &mut self.moved
+            && rest.see(at, status.pose)
+        {
+            self.moved = None;
         }
         self.status = Some(status);
     }
@@ -147,7 +149,7 @@ impl ObservedState {
 
     /// Something moves the arm: what was read before says nothing of where it is any more.
     pub fn disturb(&mut self) {
-        self.disturbed = SETTLES;
+        self.moved = Some(RestDetector::default());
     }
 
     /// Whether the arm has answered lately.
@@ -165,7 +167,7 @@ impl ObservedState {
     /// Whether it was seen to stand, lately and since it was moved last.
     #[must_use]
     pub fn stands(&self) -> bool {
-        self.answers() && self.disturbed == 0 && self.speed().is_still()
+        self.answers() && self.moved.is_none()
     }
 
     /// Where it stands, if it is known to.
@@ -207,13 +209,13 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn an_arm_that_was_moved_stands_again_when_two_readings_say_so() {
+    async fn an_arm_that_was_moved_stands_again_when_three_readings_say_so() {
         let (mut observed, status) = (ObservedState::default(), status().await);
         read(&mut observed, &status, 3);
         assert!(observed.stands());
         observed.disturb();
         assert!(!observed.stands());
-        read(&mut observed, &status, 1);
+        read(&mut observed, &status, 2);
         assert!(!observed.stands());
         read(&mut observed, &status, 1);
         assert!(observed.stands());

@@ -94,8 +94,9 @@ pub use magician_host::gate;
 #[cfg(any(test, feature = "pair"))]
 pub use magician_host::pair;
 pub use magician_host::{
-    Act, Action, ArmOutputs, Error, ErrorCode, ErrorKind, Given, GripperState, PinUse, Remedy,
-    Result, Setting, Voice, burns, connection, proxy, stream, words,
+    Act, Action, ArmOutputs, Error, ErrorCode, ErrorKind, Given, GripperState, PinUse,
+    REST_READ_INTERVAL, REST_TIME, Remedy, RestDetector, Result, Setting, Voice, burns, connection,
+    proxy, stream, words,
 };
 pub use magician_motion::{
     ArmModel, ArmState, Breach, Cuboid, Fence, FenceError, FencePart, Geometry, JointAngles,

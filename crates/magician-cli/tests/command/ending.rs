@@ -91,7 +91,14 @@ fn a_second_signal_moves_nothing_and_settings_are_restored() {
     let (kind, message) = error(&output);
     assert_eq!(kind, "interrupted");
     assert!(message.starts_with("interrupted twice: "), "{message}");
-    let stands = place.number("pose", "z");
+    // At 0.3 of its speed the arm has the same pose for 67 ms of the host's: what the verb took for rest may be that.
+    let mut stands = place.number("pose", "z");
+    let mut equal = 0;
+    while equal < 8 {
+        let now = place.number("pose", "z");
+        equal = if now == stands { equal + 1 } else { 0 };
+        stands = now;
+    }
     assert!(stands < PAPER + 59.0, "{stands}");
     assert_eq!(place.settings(), before);
     assert_eq!(place.debts(), 0, "nothing is left to the next command");

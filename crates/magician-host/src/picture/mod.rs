@@ -20,11 +20,9 @@ use self::pending::{Pending, PendingQueue};
 use self::settings::{SettingValues, as_value, changes, reaches};
 use self::tools::ToolPicture;
 pub use self::tools::{ArmOutputs, GripperState};
+use crate::RestDetector;
 use crate::burning::frame_releases_queue;
 use crate::connection::{Failure, Micros};
-
-/// Poses so far apart that are equal are those of an arm that stands, us.
-const APART: Micros = 30_000;
 
 /// An arm as far as it is known from what was sent over one connection, and from what the arm has answered.
 ///
@@ -65,8 +63,8 @@ pub struct ArmPicture {
     /// Queued commands that change one of these and have not finished.
     pending: PendingQueue,
     queue: QueueHold,
-    /// Last pose, and when it was first seen; `None` after anything but a read was sent.
-    pose: Option<(Pose, Micros)>,
+    /// Poses since anything but a read was sent.
+    rest: RestDetector,
     /// Number of times that a known value became unknown.
     lapses: u64,
 }
@@ -95,7 +93,7 @@ impl ArmPicture {
             self.queue = QueueHold::Open;
             self.pending.release();
         }
-        self.pose = None;
+        self.rest.forget();
         if ctrl.queued() {
             // From here on the index does not tell what was done before a Clear.
             while let Some(one) = self.pending.pop_cleared() {
@@ -265,15 +263,11 @@ impl ArmPicture {
 
     /// The arm is there.
     fn see(&mut self, now: Micros, pose: Pose) {
-        match self.pose.filter(|(before, _)| *before == pose) {
-            Some((_, since)) if now.saturating_sub(since) >= APART => {
-                if self.queue == QueueHold::Stopping {
-                    self.queue = QueueHold::Held;
-                }
-                self.pending.stands();
+        if self.rest.see(now, pose) {
+            if self.queue == QueueHold::Stopping {
+                self.queue = QueueHold::Held;
             }
-            Some(_) => {}
-            None => self.pose = Some((pose, now)),
+            self.pending.stands();
         }
     }
 

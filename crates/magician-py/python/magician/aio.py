@@ -1471,7 +1471,7 @@ class Arm(Bound):
         await until_done(self._core.wait_for(index), self._core, _hearing(progress))
 
     async def wait_still(self) -> None:
-        """Waits until the arm stands still: two equal poses in succession.
+        """Waits until the arm stands still: three equal poses over two periods of 20 ms.
 
         Raises :class:`~magician.errors.ResponseTimeoutError` when it still moves after five seconds.
         """

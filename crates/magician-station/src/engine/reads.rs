@@ -5,7 +5,8 @@ use std::time::{Duration, Instant};
 use magician::commands::{DeviceWithL, Pose, PoseL};
 use magician::report::{AlarmReport, ArmInfo};
 use magician::{
-    AlarmSet, Arm, ArmOutputs, Ctrl, GripperState, Level, Pin, Result, Status, ToolBias,
+    AlarmSet, Arm, ArmOutputs, Ctrl, GripperState, Level, Pin, RestDetector, Result, Status,
+    ToolBias,
 };
 use magician_job::teach::ProgramModel;
 use magician_program::Travel;
@@ -26,7 +27,15 @@ pub(super) struct Known {
     pub(super) rail: Option<f32>,
     /// The pose of the last reading, and when it was read.
     before: Option<(Pose, Instant)>,
+    /// The poses since one that differed; `None` while nothing moves the arm.
+    moves: Option<RestDetector>,
+    /// The pose before, and when it was read by a clock that begins with the first one, us.
+    last: Option<(Pose, u64)>,
+    begun: Option<Instant>,
 }
+
+/// Equal poses so far apart are those of an arm that stands, or turned round meanwhile, us.
+const FAR_APART: u64 = 200_000;
 
 impl Known {
     /// Reads what is not read each time; tools and speed go into the driver's picture of the arm.
@@ -40,7 +49,10 @@ impl Known {
         } else {
             None
         };
-        Ok(Self { rail, before: None })
+        Ok(Self {
+            rail,
+            ..Self::default()
+        })
     }
 
     /// A reading with what is known beside it; `None` for one that is older than the last.
@@ -50,8 +62,8 @@ impl Known {
             return None;
         }
         // What others set going is seen by the pose alone.
-        let before = self.before.replace(seen);
-        let moved = before.is_some_and(|(pose, _)| pose != status.pose);
+        self.before = Some(seen);
+        let moved = self.moved(status.pose, status.at);
         Some(self.with(
             arm,
             status.pose,
@@ -68,6 +80,32 @@ impl Known {
     /// The arm has come to rest, or was not read for a while: its last pose does not tell whether it moves.
     pub(super) fn rests(&mut self) {
         self.before = None;
+        (self.moves, self.last) = (None, None);
+    }
+
+    /// True from a pose that differs from the one before until the poses are those of an arm at rest: a pose stands for 20 ms
+    /// while the arm moves, and two readings in that time are equal.
+    fn moved(&mut self, pose: Pose, at: Instant) -> bool {
+        let begun = *self.begun.get_or_insert(at);
+        let now = at.saturating_duration_since(begun).as_micros();
+        let now = u64::try_from(now).unwrap_or(u64::MAX);
+        let last = self.last.replace((pose, now));
+        let differs = last.is_some_and(|(last, _)| last != pose);
+        let far = last.is_some_and(|(_, at)| now.saturating_sub(at) >= FAR_APART);
+        let moves = match (&mut self.moves, differs) {
+            (Some(rest), _) => !rest.see(now, pose) && (differs || !far),
+            (None, true) => {
+                let mut rest = RestDetector::default();
+                rest.see(now, pose);
+                self.moves = Some(rest);
+                return true;
+            }
+            (None, false) => false,
+        };
+        if !moves {
+            self.moves = None;
+        }
+        moves
     }
 
     #[allow(
@@ -144,8 +182,8 @@ pub(super) async fn reading(arm: &Arm, known: &mut Known) -> Result<ArmReading> 
     let alarms = arm.alarms().await?;
     let at = Instant::from(tokio::time::Instant::now());
     let pose = arm.get::<Pose>().await?;
-    let before = known.before.replace((pose, at));
-    let moved = before.is_some_and(|(before, _)| before != pose);
+    known.before = Some((pose, at));
+    let moved = known.moved(pose, at);
     let moving = arm.moving() || moved;
     Ok(known.with(
         arm,

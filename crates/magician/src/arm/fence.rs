@@ -441,7 +441,7 @@ impl Arm {
             .remedy(Action::Stop, DROPS));
         }
         let before: Pose = self.get().await?;
-        sleep(APART).await;
+        sleep(2 * APART).await;
         if self.get::<Pose>().await? == before {
             self.stands_at_station(&turn, current).await?;
         }

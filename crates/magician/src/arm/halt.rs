@@ -15,13 +15,13 @@ use super::gate::motors_off;
 use super::shared::held;
 use super::{Arm, Shared};
 use crate::connection::{Priority, Request};
-use crate::{Error, ErrorCode, ErrorKind, Result};
+use crate::{Error, ErrorCode, ErrorKind, REST_READ_INTERVAL, RestDetector, Result};
 
 /// How long the arm may take to come to a stand: from full speed at twice the acceleration, and the
 /// end of a motion that a Clear lets finish.
 const BRAKING: Duration = Duration::from_secs(5);
-/// Poses so far apart that are equal are those of an arm that stands.
-pub(super) const APART: Duration = Duration::from_millis(30);
+/// Time between two reads that are to tell whether the arm is at rest.
+pub(super) const APART: Duration = Duration::from_micros(REST_READ_INTERVAL);
 
 /// How long a stop from outside of any task waits until it is confirmed.
 const HALT: Duration = Duration::from_secs(1);
@@ -138,7 +138,7 @@ impl Arm {
     }
 
     /// Whether something that was set going over this connection may be under way: a motion, or a queue that runs. It
-    /// errs towards yes: what has finished counts until the current index (or, outside of the queue, two equal poses)
+    /// errs towards yes: what has finished counts until the current index (or, outside of the queue, poses of an arm at rest)
     /// was read. What others set going does not count.
     #[must_use]
     pub fn moving(&self) -> bool {
@@ -149,7 +149,7 @@ impl Arm {
 impl Arm {
     /// Stops the motion, switches the laser off, drops what waits in the queue, switches both motor outputs off (a belt that
     /// anyone started stands then), and makes sure that
-    /// the arm stands: two equal poses. It overtakes everything; commands that have not gone out
+    /// the arm stands. It overtakes everything; commands that have not gone out
     /// end with [`ErrorKind::Closed`]. Suction and gripper stay as they are. Any clone may call it while others wait;
     /// [`stopper`](Self::stopper) does it without a runtime.
     ///
@@ -257,18 +257,17 @@ impl Arm {
         }
     }
 
-    /// Waits until the arm stands: two equal poses in succession.
+    /// Waits until the arm stands: equal poses, as [`RestDetector`] has it.
     ///
     /// # Errors
     /// [`ErrorKind::Timeout`] when it still moves after five seconds, else as [`get`](Self::get).
     pub async fn wait_still(&self) -> Result<()> {
         let until = Instant::now() + BRAKING;
         let stops = self.in_flight().stops();
-        let mut before = self.get::<Pose>().await?;
+        let mut rest = RestDetector::default();
         loop {
-            sleep(APART).await;
             let pose = self.get::<Pose>().await?;
-            if pose == before {
+            if rest.see(self.inner.shared.now(), pose) {
                 self.inner.shared.stood_after(stops);
                 return Ok(());
             }
@@ -278,7 +277,7 @@ impl Arm {
                     "the arm still moves",
                 ));
             }
-            before = pose;
+            sleep(APART).await;
         }
     }
 }

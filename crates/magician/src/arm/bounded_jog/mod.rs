@@ -304,7 +304,7 @@ impl Arm {
         self.wait_still().await?;
         let mut before = self.place_on(axis).await?;
         while axis == Axis::L && Instant::now() < until {
-            sleep(APART).await;
+            sleep(2 * APART).await;
             let place = self.place_on(axis).await?;
             if place == before {
                 break;

@@ -1,7 +1,7 @@
 //! The jog under way, its watchdog and its end, as the gate decides.
 //!
 //! The driver repeats the stop of a jog until it is certain: past the queue, again when it is not answered, then poses, the stop
-//! again while they differ, until two are equal. A line that is lost meanwhile does not end that.
+//! again while they differ, until they are those of an arm at rest. A line that is lost meanwhile does not end that.
 
 use std::sync::Arc;
 
@@ -16,12 +16,10 @@ use crate::arm::jog::{Life, Phase, Stands};
 use crate::connection::{Failure, Micros, Priority, Request};
 use crate::gate::{GateEffect, Holder, JogEnd, JogId, JogRequest};
 use crate::words::{Axis, JogDirection};
-use crate::{Error, ErrorCode, Result};
+use crate::{Error, ErrorCode, REST_READ_INTERVAL, RestDetector, Result};
 
 /// How long an answer to the stop, or to a look at the pose, may take before it is said again.
 const PATIENCE: Micros = 300_000;
-/// Poses so far apart that are equal are those of an arm that stands.
-const APART: Micros = 30_000;
 /// Interval of position reads during a jog under a fence.
 const FENCED_LOOK_INTERVAL: Micros = 40_000;
 /// Interval of position reads during any other jog: a read costs 10 ms of a serial line, and three show an arm that stands at
@@ -107,7 +105,7 @@ struct Ending {
     /// When the stop was answered last, and for the first time.
     said: Option<Micros>,
     first: Option<Micros>,
-    pose: Option<Pose>,
+    rest: RestDetector,
 }
 
 impl Ending {
@@ -485,7 +483,7 @@ impl Driver {
             (ending.unheard, ending.at) = (false, now);
             return;
         }
-        if ending.pose.replace(pose) == Some(pose) {
+        if ending.rest.see(now, pose) {
             return self.jog_is_over(true);
         }
         let since = |at: Option<Micros>| at.map_or(0, |at| now.saturating_sub(at));
@@ -499,7 +497,7 @@ impl Driver {
         if since(ending.said) >= AGAIN {
             ending.unsay();
         }
-        ending.at = now.saturating_add(APART);
+        ending.at = now.saturating_add(REST_READ_INTERVAL);
     }
 
     fn ending(&mut self) -> Option<&mut Ending> {
