@@ -3,10 +3,12 @@
 //! All of it keeps one promise: whatever the arm has when a piece arrives is done within a time, from wherever on its way it
 //! may be by then. So it counts with the farthest that the arm may still have to go, by the pose that was read last.
 
-use magician_motion::KinematicLimits;
+use magician_motion::{KinematicLimits, MotionLaw};
 
 /// How soon after a piece the next one may follow: a shorter one would be more frames than way, s.
 const PIECE_S: f64 = 0.025;
+/// What rounding may make of a whole number of periods.
+const ROUNDING: f64 = 1e-6;
 /// A piece is not shorter, mm or degrees: more than what a pose is read to.
 const SHORTEST: f64 = 0.01;
 /// A jog is not slower, mm/s or deg/s: a shortest piece takes no longer than the shortest of times.
@@ -32,6 +34,8 @@ pub(super) struct Pace {
     /// How long a piece is at most, and at least.
     most: f64,
     least: f64,
+    /// The period in which the arm computes, s; 0 for continuous time. A piece takes a whole number of them.
+    period: f64,
 }
 
 /// A piece that the arm may not have done.
@@ -49,7 +53,16 @@ impl Pace {
         jog: KinematicLimits,
         ceilings: KinematicLimits,
         within: f64,
+        law: MotionLaw,
     ) -> Self {
+        let period = f64::from(law.period_us()) / 1e6;
+        let within = match joins {
+            // The pieces between are whole periods; what brakes is rounded up to some.
+            Joins::Through => within - period,
+            // A pose may be that of the end for a period before the move is over, and is a period old.
+            Joins::AtRest => within - 1.5 * period,
+        };
+        let within = within.max(period);
         let wanted = jog.velocity.min(ceilings.velocity).max(SLOWEST);
         // What is left of that time when the next piece comes: looks and pieces have to be asked for and answered.
         let (short, long) = ((within / 4.0).min(0.06), (0.4 * within).min(0.12));
@@ -68,10 +81,13 @@ impl Pace {
         let ramp = velocity / acceleration;
         let most = match joins {
             Joins::Through => velocity * (within - ramp),
-            Joins::AtRest => velocity * (within - short - ramp),
+            Joins::AtRest => velocity * (whole_periods(within - short, period, f64::floor) - ramp),
         };
         let least = match joins {
-            Joins::Through => (velocity * PIECE_S).max(SHORTEST),
+            Joins::Through => {
+                let lasting = whole_periods(PIECE_S, period, f64::ceil);
+                (velocity * lasting).max(SHORTEST).min(most)
+            }
             // The same each time: a short one would be slow.
             Joins::AtRest => most,
         };
@@ -84,6 +100,7 @@ impl Pace {
             within,
             most,
             least,
+            period,
         }
     }
 
@@ -97,18 +114,11 @@ impl Pace {
 
     /// How long a way takes from rest to rest, s.
     fn rest_to_rest(&self, length: f64) -> f64 {
-        let KinematicLimits {
-            velocity,
-            acceleration,
-        } = self.rates;
-        let ramp = velocity / acceleration;
-        match length >= velocity * ramp {
-            true => length / velocity + ramp,
-            false => 2.0 * (length / acceleration).sqrt(),
-        }
+        whole_periods(self.rates.least_time(length), self.period, f64::ceil)
     }
 
-    /// How long the rest of a move takes. Where it may not have come to its speed it counts whole.
+    /// How long the rest of a move takes, and the part of a period by which the pose may be behind. Where it may not have come
+    /// to its speed it counts whole.
     fn rest_of(&self, piece: Piece) -> f64 {
         let KinematicLimits {
             velocity,
@@ -117,11 +127,23 @@ impl Pace {
         let ramp = velocity / acceleration;
         let speeding_up = (velocity * ramp).min(piece.length) / 2.0;
         if piece.left > piece.length - speeding_up {
-            self.rest_to_rest(piece.length)
-        } else if piece.left > speeding_up {
-            piece.left / velocity + ramp / 2.0
-        } else {
-            (2.0 * piece.left / acceleration).sqrt()
+            return self.rest_to_rest(piece.length);
+        }
+        let left = match piece.left > speeding_up {
+            true => piece.left / velocity + ramp / 2.0,
+            false => (2.0 * piece.left / acceleration).sqrt(),
+        };
+        (left + self.period).min(self.rest_to_rest(piece.length))
+    }
+
+    /// As much of a length as takes whole periods at the speed of a piece: any other one would be slowed down to some.
+    fn evenly(&self, length: f64) -> f64 {
+        let a_period = self.rates.velocity * self.period;
+        match self.joins {
+            Joins::Through if a_period > 0.0 && length > a_period => {
+                a_period * (length / a_period + ROUNDING).floor()
+            }
+            _ => length,
         }
     }
 
@@ -141,10 +163,24 @@ impl Pace {
                 }
             }
         };
-        match room >= needed {
-            true => Ok(room.min(self.most)),
+        match room >= needed * (1.0 - ROUNDING) {
+            true => Ok(self.evenly(room.min(self.most))),
             false => Err((needed - room) / self.rates.velocity),
         }
+    }
+}
+
+/// A time in whole periods, rounded so.
+fn whole_periods(time: f64, period: f64, rounded: fn(f64) -> f64) -> f64 {
+    match period > 0.0 {
+        true => {
+            let off = match rounded(0.5) > 0.0 {
+                true => -ROUNDING,
+                false => ROUNDING,
+            };
+            rounded(time / period + off) * period
+        }
+        false => time,
     }
 }
 
@@ -156,6 +192,8 @@ mod tests {
         velocity: 300.0,
         acceleration: 400.0,
     };
+
+    const LAW: MotionLaw = MotionLaw::MAGICIAN;
 
     fn jog(velocity: f64) -> KinematicLimits {
         KinematicLimits {
@@ -169,7 +207,7 @@ mod tests {
         for joins in [Joins::Through, Joins::AtRest] {
             for within in [0.06, 0.14, 0.29, 1.04, 2.04] {
                 for velocity in [0.5, 3.0, 7.5, 30.0, 60.0, 300.0] {
-                    let pace = Pace::new(joins, jog(velocity), CEILINGS, within);
+                    let pace = Pace::new(joins, jog(velocity), CEILINGS, within, LAW);
                     let mut has: Vec<Piece> = Vec::new();
                     for _ in 0..50 {
                         match pace.next(has.iter().copied()) {
@@ -200,14 +238,14 @@ mod tests {
 
     #[test]
     fn a_usual_jog_keeps_its_speed() {
-        for velocity in [7.5, 30.0, 60.0] {
-            let pace = Pace::new(Joins::Through, jog(velocity), CEILINGS, 0.29);
+        for velocity in [7.5, 30.0, 50.0] {
+            let pace = Pace::new(Joins::Through, jog(velocity), CEILINGS, 0.29, LAW);
             assert_eq!(pace.rates.velocity, velocity);
             // Braking takes less than what the arm has, by the time of two looks.
             let braking = velocity / pace.rates.acceleration / 2.0;
-            assert!(pace.most / velocity - braking > 0.05, "{pace:?}");
+            assert!(pace.most / velocity - braking > 0.04, "{pace:?}");
         }
-        let fast = Pace::new(Joins::Through, jog(300.0), CEILINGS, 0.29);
-        assert!(fast.rates.velocity > 60.0 && fast.rates.velocity < 65.0);
+        let fast = Pace::new(Joins::Through, jog(300.0), CEILINGS, 0.29, LAW);
+        assert!(fast.rates.velocity > 50.0 && fast.rates.velocity < 60.0);
     }
 }

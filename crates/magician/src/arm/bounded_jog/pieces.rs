@@ -119,7 +119,7 @@ impl Arm {
         direction: JogDirection,
         within: f64,
     ) -> Result<(Pace, Vec<Set>)> {
-        let ceilings = &self.model().ceilings;
+        let (law, ceilings) = (self.model().law, &self.model().ceilings);
         let whole = Set::from(PtpCommonParams {
             velocity_ratio: 100.0,
             acceleration_ratio: 100.0,
@@ -131,7 +131,7 @@ impl Arm {
                     acceleration: ceilings.linear_acceleration,
                 };
                 let jog = self.jog_rates(axis).await?;
-                let pace = Pace::new(Joins::Through, jog, ceilings, within);
+                let pace = Pace::new(Joins::Through, jog, ceilings, within, law);
                 let speed =
                     words::path_speed(pace.rates.velocity as f32, pace.rates.acceleration as f32);
                 (pace, vec![speed])
@@ -143,7 +143,7 @@ impl Arm {
                     acceleration: ceilings.joint_acceleration[joint],
                 };
                 let jog = self.jog_rates(axis).await?;
-                let pace = Pace::new(Joins::AtRest, jog, ceilings, within);
+                let pace = Pace::new(Joins::AtRest, jog, ceilings, within, law);
                 let mut speeds: PtpJointParams = self.setting().await?;
                 speeds.velocity[joint] = pace.rates.velocity as f32;
                 speeds.acceleration[joint] = pace.rates.acceleration as f32;
@@ -156,7 +156,7 @@ impl Arm {
                     acceleration: set.acceleration.into(),
                 };
                 // How fast a rail may be is not known: never more than what was set for its jogs.
-                let pace = Pace::new(Joins::AtRest, jog, jog, within);
+                let pace = Pace::new(Joins::AtRest, jog, jog, within, law);
                 let speed =
                     words::rail_speed(pace.rates.velocity as f32, pace.rates.acceleration as f32);
                 (pace, vec![speed, whole])
