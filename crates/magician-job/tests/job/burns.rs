@@ -14,6 +14,8 @@ use super::place::{ink, place};
 
 /// No gap in a burn is longer, mm.
 const GAP: f64 = 0.2;
+/// The pose is computed once in so many seconds: the light may have gone out anywhere on the way of one.
+const PERIOD: f64 = 0.02;
 /// The longest piece of a burn, mm.
 const LONGEST: f64 = 17.0;
 /// The corners of the burn.
@@ -240,14 +242,16 @@ async fn burn_stopped_at_any_instant_resumes_without_a_gap() {
                 // What has stopped the arm by itself has put the light out somewhere on its braking way. On a line that is found
                 // again the laser is put out before the arm is stopped, and not every firmware heeds that.
                 let braking = f64::from(speed * speed) / 1000.0;
+                let period = PERIOD * f64::from(speed);
                 let (most, least) = match cause {
-                    Cause::Alarm => (braking, said - GAP),
-                    Cause::Line => (braking, said - braking),
-                    _ => (GAP, said - GAP),
+                    Cause::Alarm => (braking + period, said - period - GAP),
+                    Cause::Line => (braking + period, said - braking - period),
+                    // At a corner it may have come to rest within a period, which looks as if it had stood.
+                    _ => (braking.max(1.5 * period) + GAP, said - period - GAP),
                 };
                 assert!(said <= most + GAP, "{told}: {said:.2} mm are burnt twice");
                 assert!(
-                    (least..said + GAP).contains(&twice),
+                    (least..said + period + GAP).contains(&twice),
                     "{told}: {twice:.2} mm twice, {said:.2} said"
                 );
             }
@@ -276,12 +280,13 @@ async fn burn_of_a_killed_process_resumes_without_a_gap() {
             };
             let (gap, twice) = burnt(&cell);
             assert!(gap <= GAP, "{told}: {gap:.2} mm are left out");
+            let least = said - PERIOD * f64::from(speed) - GAP;
             assert!(
-                (twice - said).abs() <= GAP,
+                (least..=said + GAP).contains(&twice),
                 "{told}: {twice:.2} mm twice, {said:.2} said"
             );
             assert!(
-                said <= LONGEST + GAP,
+                said <= LONGEST + PERIOD * f64::from(speed) + GAP,
                 "{told}: {said:.2} mm are burnt twice"
             );
         }
@@ -331,12 +336,13 @@ async fn overlap_of_a_resumed_burn_counts_from_where_the_light_went_out() {
             let spec = JobSpec::new(program.clone()).overlap(overlap);
             let said = resume(&arm, spec, journal).await;
             let (gap, twice) = burnt(&cell);
+            let more = PERIOD * f64::from(speed) + GAP;
             assert!(
-                gap <= 0.01 && (said - overlap).abs() <= GAP,
+                gap <= 0.01 && (-GAP..=more).contains(&(said - overlap)),
                 "{speed}: {gap} {said}"
             );
             assert!(
-                (twice - overlap).abs() <= GAP,
+                (-GAP..=more).contains(&(twice - overlap)),
                 "{speed}: {twice} of {overlap} mm"
             );
         }
