@@ -2,6 +2,7 @@
 
 use magician_host::words::PathProfiles;
 use magician_host::{Given, Set, Setting, VelocityProfile};
+use magician_motion::ArmModel;
 
 use super::{Action, Plan, Step};
 use crate::{Diagnostic, DiagnosticCode, Parsed, Power};
@@ -20,7 +21,8 @@ const REACHED: f64 = 0.99;
 impl Plan {
     /// With the power of every burn that has a [feed](Step::feed) in proportion to the speed at which the arm really goes: times
     /// its mean speed by the feed, and never more than it says. Lines on which the speed changes are cut, into at most 20
-    /// pieces more, so that each is right within a tenth of its power. A note tells where the feed is never reached.
+    /// pieces more, so that each is right within a tenth of its power, or within what three periods of the arm change: a
+    /// shorter piece would slow the arm down. A note tells where the feed is never reached.
     ///
     /// To be done when all is placed: the arm is faster on longer lines.
     #[must_use]
@@ -171,21 +173,34 @@ fn cuts(profile: &VelocityProfile, feed: f64) -> Vec<f64> {
     let speed = |time: f64| profile.velocity(time).min(feed);
     let peak = speed(ramp_in);
     let mut times = Vec::new();
+    // Pieces of two periods at least, in whole ones from the end of the segment that the ramp begins or ends at: each of them
+    // takes as long by itself as it does in the segment.
+    let least = 2.0 * f64::from(ArmModel::MAGICIAN.law.period_us()) / 1e6;
     let mut ramp = |slow: f64, from: f64, to: f64| {
         let rise = peak - slow;
         if rise > OFF * feed {
             let count = (rise / (2.0 * OFF * feed)).ceil();
             let level = |nth: f64| slow + rise * nth / count;
-            times.extend((1..=count as u32).map(|nth| when(profile, level(nth.into()), from, to)));
+            times.extend((1..=count as u32).map(|nth| {
+                let since = when(profile, level(nth.into()), from, to) - from;
+                from + least * (since / least).round()
+            }));
         }
     };
     ramp(speed(0.0), 0.0, ramp_in);
     ramp(speed(end), end, cruise);
-    let mut ways: Vec<f64> = times
-        .into_iter()
-        .map(|time| profile.position(time))
-        .collect();
-    ways.sort_by(f64::total_cmp);
+    times.sort_by(f64::total_cmp);
+    let mut last = 0.0;
+    // A hundredth of it is rounding.
+    times.retain(|time| {
+        let fits = time - last >= 0.99 * least && end - time >= 0.99 * least;
+        if fits {
+            last = *time;
+        }
+        fits
+    });
+    let ways = times.into_iter().map(|time| profile.position(time));
+    let mut ways: Vec<f64> = ways.collect();
     let mut last = 0.0;
     ways.retain(|way| {
         let fits = way - last >= SHORTEST && profile.length() - way >= SHORTEST;
@@ -283,8 +298,10 @@ mod tests {
         plan
     }
 
-    /// Every piece has the power of its mean speed, and is right within a tenth all along.
+    /// Every piece has the power of its mean speed, and is right all along within a tenth, or within half of what three periods
+    /// of 20 ms change at 100 mm/s2.
     fn is_right(reading: &Parsed<Plan>, feed: f64) {
+        let within = 60.0 * f64::max(0.1, 3.0 / feed);
         let plan = &reading.content;
         let profiles = plan.path_laws();
         for (step, profile) in plan.steps.iter().zip(&profiles) {
@@ -304,7 +321,7 @@ mod tests {
                 let exact = 60.0 * speed.min(feed) / feed;
                 let off = (f64::from(*power) - exact).abs();
                 assert!(
-                    off <= 6.0,
+                    off <= within,
                     "{power} for {exact} on {:.3} mm",
                     profile.length()
                 );

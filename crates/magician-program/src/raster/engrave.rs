@@ -1,6 +1,7 @@
 //! How an image is engraved.
 
 use magician_host::{Given, Setting};
+use magician_motion::ArmModel;
 
 use super::scan::{Scan, ScanSpeeds};
 use super::tone::{Powers, levels};
@@ -76,10 +77,13 @@ impl Engrave {
     }
 
     /// Up to which speed the arm holds it over an image of which no two neighbouring pixels are the same, mm/s (model sections 8
-    /// and 14: the end of the last segment that it knows is at rest).
+    /// and 14: the end of the last segment that it knows is at rest, and a segment takes a whole number of periods). Below it,
+    /// a speed at which a pixel takes no whole number of periods is slowed down to the next one at which it does.
     #[must_use]
     pub fn steady_speed(&self) -> f64 {
-        (2.0 * self.acceleration * Self::AHEAD * self.spacing).sqrt()
+        let known = (2.0 * self.acceleration * Self::AHEAD * self.spacing).sqrt();
+        let period = f64::from(ArmModel::MAGICIAN.law.period_us()) / 1e6;
+        known.min(self.spacing / period)
     }
 
     /// What an image of this size (mm) needs: its frame, and the frame that the tool passes, which is wider by what it runs up

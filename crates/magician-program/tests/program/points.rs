@@ -275,7 +275,7 @@ fn a_recording_takes_as_long_as_it_took() {
         assert!(report.is_good(), "{:?}", report.refused_steps.first());
         let taken = (report.time.unwrap() - way).as_secs_f64();
         assert!(
-            (taken - seconds).abs() < 0.02 * seconds,
+            (taken - seconds).abs() < 0.03 * seconds,
             "{taken} s for {seconds} s at {rate} Hz"
         );
         let done = rehearse(&plan, &RehearseOptions::default()).unwrap();
@@ -317,7 +317,7 @@ fn resampling_leaves_out_what_is_near_the_line_and_keeps_the_times() {
     let turns = across.windows(3);
     let turns = turns.filter(|three| (three[1] - three[0]) * (three[2] - three[1]) < 0.0);
     assert!(
-        across.len() > 200 && turns.count() < 5,
+        across.len() > 150 && turns.count() < 5,
         "it trembles no more"
     );
     // What has no times cannot be thinned so that they stay.

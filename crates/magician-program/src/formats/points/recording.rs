@@ -17,9 +17,12 @@ const STILL: f64 = 0.05;
 const STANDS: usize = 3;
 /// A shorter way takes an arm no time, mm.
 const NO_WAY: f64 = 1e-3;
-/// A segment of a path takes about so long, s.
-const PERIOD: f64 = 0.02;
-/// The period is shortened by no more than this share.
+/// A segment of a path takes so long, s: two periods of the arm, which rounds the time of each up to whole ones.
+const PERIOD: f64 = 0.04;
+/// The period that is told to the arm is shorter by this share: what is a little longer than two of its periods would take
+/// three. An arm that did not round up would be faster by no more than this.
+const LEAST_LAG: f64 = 0.25;
+/// The share by which it is shortened at most.
 const MOST_LAG: f64 = 0.1;
 /// Periods up to which a recording is cut, however few its rows are, and so many more for each row: a small file with a gap of
 /// years takes no memory for it.
@@ -52,13 +55,13 @@ pub(super) fn plan(rows: &[Sample], resample: Option<f64>) -> Result<Parsed<Plan
     let [Some(first), Some(end)] = [rows.first(), rows.last()] else {
         return Err(Diagnostic::of_file("there are no rows in the recording"));
     };
-    let period = period(rows);
+    let period = PERIOD;
     let thinned = resample.map(|nearer| thinned(rows, nearer));
     let even = match &thinned {
         Some(rows) => evenly(rows, period, Interpolation::Straight)?,
         None => evenly(rows, period, Interpolation::Smooth)?,
     };
-    let mut replay = Replay::at(first, period * (1.0 - lag(&even, period)));
+    let mut replay = Replay::at(first, period * (1.0 - lag(&even, period).max(LEAST_LAG)));
     let mut at = 0;
     while at + 1 < even.len() {
         match standing(&even[at..]) {
@@ -97,23 +100,6 @@ pub(super) fn plan(rows: &[Sample], resample: Option<f64>) -> Result<Parsed<Plan
         content: replay.plan,
         notes,
     })
-}
-
-/// The period of the path: the usual time from one row to the next, or an even part of it.
-fn period(rows: &[Sample]) -> f64 {
-    let mut steps: Vec<f64> = rows.windows(2).filter_map(step).collect();
-    steps.sort_by(f64::total_cmp);
-    let usual = steps.get(steps.len() / 2).copied().unwrap_or(PERIOD);
-    let usual = usual.max(PERIOD);
-    usual / (usual / PERIOD).round()
-}
-
-/// The time between two rows, if it is any.
-fn step(pair: &[Sample]) -> Option<f64> {
-    match pair {
-        [before, after] => Some(after.t - before.t).filter(|step| *step > 0.0),
-        _ => None,
-    }
 }
 
 /// How the tool goes from one row to the next.
