@@ -17,7 +17,7 @@ use pyo3::types::{PyList, PyTuple};
 use tokio::sync::oneshot;
 
 use crate::call::Call;
-use crate::cell::{controller, scenario_of};
+use crate::cell::scenario_of;
 use crate::core::Core;
 use crate::runtime::{self, Local};
 use crate::{errors, values};
@@ -199,13 +199,12 @@ pub(crate) struct How {
 }
 
 impl How {
-    fn arm(&self, py: Python<'_>) -> PyResult<Controller> {
+    fn arm(&self, py: Python<'_>, session: &Replay<'_>) -> PyResult<Controller> {
         let scenario = scenario_of(py, self.scenario.as_deref())?;
-        let Some(profile) = &self.profile else {
-            return Ok(controller(scenario.as_ref(), None));
-        };
-        let profile = Profile::from_toml(profile)
-            .map_err(|error| errors::raise(py, &Error::invalid(format!("profile: {error}"))))?;
+        let wrong = |error| errors::raise(py, &Error::invalid(format!("profile: {error}")));
+        let profile = self.profile.as_deref().map(Profile::from_toml);
+        let profile = profile.transpose().map_err(wrong)?.unwrap_or_default();
+        let profile = session.beginning(profile);
         let world = scenario.as_ref().map(World::from_scenario);
         Ok(Controller::in_world(profile, world.unwrap_or_default()))
     }
@@ -238,8 +237,9 @@ impl How {
 /// Replays a trace on a virtual arm: counts by their names, and the differences, as `magician.recordings` has them.
 #[pyfunction]
 pub(crate) fn replay(py: Python<'_>, trace: &[u8], how: How) -> PyResult<Py<PyAny>> {
-    let mut arm = how.arm(py)?;
     let session = how.session(py, trace)?;
+    let mut arm = how.arm(py, &session)?;
+    let session = py.detach(|| session.fitted(&arm));
     let mut file = match &how.save {
         Some(path) => Some(WholeFile::create(path)?),
         None => None,

@@ -40,8 +40,10 @@
 //! Which answer belongs to which request is known by link, id, Ctrl and order; one that has waited for 3 s is given up,
 //! so that a lost answer does not shift all that follow.
 //!
-//! The virtual arm begins as it is handed in: a trace that begins in the middle of a session knows nothing of the
-//! parameters and the pose that the arm had, and will differ in them. Nothing here sends to a real arm.
+//! The virtual arm begins as it is handed in. [`Replay::beginning`] makes it stand where the recorded one stood;
+//! [`Replay::fitted`] finds where its periods of 20 ms begin, in steps of 1 ms: a trace does not tell. A pose that the arm had a
+//! period before or after counts as the same ([`Report::late`]). What was set before the trace began is not known: give the
+//! arm a profile that has it. Nothing here sends to a real arm.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -52,7 +54,9 @@ use thiserror::Error;
 use crate::trace::{Packet, TraceError, read_trace};
 use magician_sim::{ArmInstant, Controller, HostInstant, Speed};
 
+mod beginning;
 mod compare;
+mod fit;
 mod play;
 mod report;
 mod saved;
@@ -145,6 +149,8 @@ pub struct Replay<'a> {
     tolerances: Tolerances,
     ignored: Vec<Ignored>,
     clock: Speed,
+    /// How much longer the arm has been on when the session begins.
+    shift: Duration,
 }
 
 /// What is not looked at: a field of a command, or either.
@@ -184,6 +190,7 @@ impl<'a> Replay<'a> {
             tolerances: Tolerances::default(),
             ignored: Vec::new(),
             clock: Speed::default(),
+            shift: Duration::ZERO,
         };
         replay.check()?;
         Ok(replay)

@@ -8,7 +8,10 @@ use std::process::Stdio;
 
 use crate::magician::served::Served;
 use crate::magician::{command, run};
+use magician_motion::{self as motion, Geometry, ToolBias};
 use magician_protocol::Direction::{Reply, Request};
+use magician_protocol::commands::{JogCmd, Pose};
+use magician_protocol::{Ctrl, Flag, FrameBuf, JogCommand, Set};
 use magician_record::trace::{TraceWriter, read_trace};
 use serde_json::{Value, json};
 
@@ -129,9 +132,17 @@ fn a_difference_is_told_with_both_values_and_status_10() {
         0x06, 0x43, 0xA0, 0x90, 0xA8, 0x41, 0xA0, 0x90, 0xA8, 0x41, 0x00, 0xB6, 0xBD, 0xBC, 0x98,
         0x0C, 0x12, 0x3D, 0x00, 0x00, 0x00, 0x00, 0x0C,
     ];
+    // A jog that was stopped before it began: what the first pose is then says nothing of the beginning.
+    let stop = [0xAA, 0xAA, 0x04, 0x49, 0x01, 0x00, 0x00, 0xB6];
+    let stopped = [0xAA, 0xAA, 0x02, 0x49, 0x01, 0xB6];
     written(
         &path,
-        &[(1_000_000, false, &GET_POSE), (1_000_400, true, &pose)],
+        &[
+            (1_000_000, false, &stop),
+            (1_000_000, true, &stopped),
+            (1_000_000, false, &GET_POSE),
+            (1_000_400, true, &pose),
+        ],
     );
     let told = replay(&[], &path);
     assert_eq!(told.status, 10);
@@ -143,7 +154,7 @@ fn a_difference_is_told_with_both_values_and_status_10() {
     );
     assert_eq!(
         told.out.lines().last(),
-        Some("1 request, 1 answer compared in 5 fields: 5 differences")
+        Some("2 requests, 2 answers compared in 5 fields: 5 differences")
     );
     let run = replay(
         &[
@@ -304,4 +315,87 @@ fn it_can_be_interrupted_while_it_waits() {
         .status();
     assert!(kill.expect("kill runs").success());
     assert_eq!(child.wait().expect("it ends").code(), Some(130));
+}
+
+/// The public recording of a real arm, and the jogs behind it: see the head of each file.
+const RECORDING: &str =
+    include_str!("../../../magician-sim/tests/virtual_arm/data/jog-recording.tsv");
+const JOGS: &str = include_str!("../../../magician-sim/tests/virtual_arm/data/jog-commands.tsv");
+
+/// The recording as a trace of the host that made it: a pose every 100 ms, and a jog whenever one began. `tool` is the bias
+/// that the host had set, by which its poses have joints.
+fn recorded_jogs(path: &Path, tool: ToolBias) {
+    let rows = |text: &'static str| {
+        let rows = text.lines().filter(|row| !row.starts_with('#'));
+        rows.map(|row| row.split('\t').collect::<Vec<_>>())
+    };
+    let number = |text: &str| text.parse::<f64>().expect("a number");
+    let geometry = Geometry::magician(tool);
+    let mut packets = Vec::new();
+    for row in rows(RECORDING) {
+        let at = 1_000_000 + number(row[0]) as u64 * 1000;
+        let [x, y, z] = [1, 2, 3].map(|column| number(row[column]));
+        let joints = geometry.inverse(&motion::Pose::new(x, y, z, 0.0));
+        let joints = joints.expect("within reach").to_array();
+        let pose = Pose {
+            x: x as f32,
+            y: y as f32,
+            z: z as f32,
+            r: 0.0,
+            joint_angle: joints.map(|angle| angle as f32),
+        };
+        let reply = FrameBuf::encode(10, Ctrl::GET, &pose).expect("fits");
+        packets.push((at, false, GET_POSE.to_vec()));
+        packets.push((at + 2000, true, reply.bytes().to_vec()));
+    }
+    for row in rows(JOGS) {
+        let at = 1_000_000 + number(row[0]) as u64 * 20_000;
+        let axis = ["x", "y", "z"].iter().position(|axis| *axis == row[1]);
+        let cmd = match number(row[2]) {
+            0.0 => 0,
+            speed => 1 + 2 * axis.expect("an axis") as u8 + u8::from(speed < 0.0),
+        };
+        let jog = JogCmd {
+            is_joint: Flag::OFF,
+            cmd: JogCommand::from(cmd),
+        };
+        let request = FrameBuf::set(&Set::from(jog), Ctrl::SET).expect("fits");
+        let reply = FrameBuf::new(request.frame().id(), Ctrl::SET, &[]).expect("fits");
+        packets.push((at, false, request.bytes().to_vec()));
+        packets.push((at + 1500, true, reply.bytes().to_vec()));
+    }
+    packets.sort_by_key(|(at, ..)| *at);
+    let packets = packets.iter();
+    let packets: Vec<_> = packets
+        .map(|(at, reply, bytes)| (*at, *reply, &bytes[..]))
+        .collect();
+    written(path, &packets);
+}
+
+#[test]
+fn recorded_jogs_of_a_real_arm_are_answered_to_15_micrometres_whatever_its_tool() {
+    let dir = tempfile::tempdir().expect("a directory");
+    for tool in [ToolBias::SUCTION, ToolBias::NONE, ToolBias::PEN] {
+        let path = dir.path().join("jogs.pcapng");
+        recorded_jogs(&path, tool);
+        let poses = &["--json", "--tolerance", "0.015"][..];
+        let law = replay(poses, &path);
+        assert_eq!(law.status, 0, "{tool:?}: {law:?}");
+        let summary = law.object();
+        assert_eq!(
+            (&summary["differences"], &summary["late"]),
+            (&json!(0), &json!(0))
+        );
+        assert_eq!(summary["answers"], json!(120 + 14));
+        // The law of before misses it by millimetres.
+        let before = replay(&[poses, &["--profile", "continuous"]].concat(), &path);
+        assert_eq!(before.status, 10, "{before:?}");
+        let found = before.objects().pop().expect("a summary");
+        assert!(
+            found["differences"]
+                .as_u64()
+                .is_some_and(|count| count > 100),
+            "{found}"
+        );
+    }
 }

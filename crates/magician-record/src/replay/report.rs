@@ -17,6 +17,8 @@ pub struct Report {
     pub unanswered: u64,
     /// Packets whose direction the trace does not tell: left out.
     pub undirected: u64,
+    /// Poses that the arm had a period earlier or later: when a request came to the recorded arm is not known better.
+    pub late: u64,
     /// How many differences there are in all.
     pub found: u64,
     /// The differences in the order of time, the first [`Report::MOST`] of them.
@@ -85,6 +87,21 @@ pub struct Difference {
 }
 
 impl Difference {
+    /// How far apart two measured values are, in their unit; the farthest of an array. `None` for what is no float.
+    pub(super) fn distance(&self) -> Option<f32> {
+        match (self.value(false)?, self.value(true)?) {
+            (before @ FieldValue::Array(..), now @ FieldValue::Array(..)) => {
+                let mut farthest: Option<f32> = None;
+                for (before, now) in before.items().zip(now.items()) {
+                    let apart = apart(&before, &now)?;
+                    farthest = Some(farthest.map_or(apart, |far| far.max(apart)));
+                }
+                farthest
+            }
+            (before, now) => apart(&before, &now),
+        }
+    }
+
     /// The field's value in the recorded answer; in the virtual arm's with `replayed`. `None` if it is not a field that
     /// differs, or not there.
     #[must_use]
@@ -115,6 +132,14 @@ impl Difference {
             What::Value(_) => self.value(replayed),
             _ => frame.as_ref().map(|frame| FieldValue::Bytes(frame.bytes())),
         }
+    }
+}
+
+/// How far apart two floats are.
+fn apart(before: &FieldValue<'_>, now: &FieldValue<'_>) -> Option<f32> {
+    match (before, now) {
+        (FieldValue::Float(before), FieldValue::Float(now)) => Some((before - now).abs()),
+        _ => None,
     }
 }
 

@@ -36,7 +36,7 @@ A TRACE is the file that `magician sim`, `magician proxy` and every other verb w
   magician replay session.pcapng --scenario cell.toml --ignore GetPose.joint_angle --json
   magician replay session.pcapng --to decode --speed 1
 
-The virtual arm starts as after power-up and runs in the trace's time, which passes at once unless --speed is given. Queue indices are compared relative to the first, the arm's clock by the time between two readings (--time-tolerance); read-only floats, such as a pose, may be off by --tolerance; everything else must be equal bit for bit. --ignore leaves out a command (GetPose), a field of one (GetPose.x) or every field of a name (queued_cmd_index). A reply later than 3 s counts as missing.
+The virtual arm starts as after power-up, at the first pose of the trace if that was read before anything was set, and runs in the trace's time, which passes at once unless --speed is given. It computes in periods of 20 ms, whose begin no trace shows: the replay tries each millisecond and takes the best. A pose that the arm had a period earlier or later counts as the same. Queue indices are compared relative to the first, the arm's clock by the time between two readings (--time-tolerance); read-only floats, such as a pose, may be off by --tolerance; everything else must be equal bit for bit. --ignore leaves out a command (GetPose), a field of one (GetPose.x) or every field of a name (queued_cmd_index). A reply later than 3 s counts as missing.
 
 A session that was recorded from its middle differs by the settings made before. A trace is never sent to a real arm: it would repeat another arm's moves from an unknown position.
 
@@ -70,8 +70,8 @@ pub(crate) struct Replay {
     /// The world around the arm, in TOML
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
-    /// Firmware profile in TOML
-    #[arg(long, value_name = "FILE")]
+    /// Firmware profile: a name (3.6.14, 3.7.0, 4.0.3, continuous) or a file in TOML
+    #[arg(long, value_name = "NAME|FILE")]
     profile: Option<PathBuf>,
     /// Write the new session to a pcapng file
     #[arg(long, value_name = "FILE")]
@@ -135,7 +135,8 @@ impl Replay {
             Some(_) => World::from_scenario(&scenario),
             None => World::default(),
         };
-        let mut arm = Controller::in_world(profile, world);
+        let mut arm = Controller::in_world(session.beginning(profile), world);
+        let session = &session.clone().fitted(&arm);
         let (mut file, mut saved) = self.save(session)?.unzip();
         let quiet = context.global.json;
         let what = format!("replaying {} packets", session.packets().len());

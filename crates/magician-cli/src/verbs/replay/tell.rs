@@ -39,6 +39,7 @@ struct Summary {
     ignored: u64,
     unanswered: u64,
     undirected: u64,
+    late: u64,
     differences: u64,
 }
 
@@ -75,6 +76,7 @@ impl<'o> ReplayReporter<'o> {
             ignored: report.ignored,
             unanswered: report.unanswered,
             undirected: report.undirected,
+            late: report.late,
             differences: report.found,
         };
         match self.json {
@@ -132,6 +134,7 @@ fn in_words(summary: &Summary) -> String {
             summary.unanswered,
             "unanswered in both, or at the end of the trace",
         ),
+        (summary.late, "poses a period earlier or later"),
         (summary.undirected, "packets of unknown direction left out"),
     ];
     for (count, what) in more {

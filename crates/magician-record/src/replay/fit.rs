@@ -1,0 +1,78 @@
+//! How a recorded session lies in the periods of the arm.
+//!
+//! An arm computes in periods of its own clock, which a trace does not show. So a replay tries each millisecond of a period for
+//! its beginning, and takes the middle of those at which the arm moves most like the recorded one.
+
+use std::time::Duration;
+
+use magician_sim::Controller;
+
+use super::Replay;
+use super::report::{Report, What};
+
+/// Steps in which the periods are shifted, us.
+const STEP: u64 = 1_000;
+/// Number of packets by which the shift is found: of longer sessions the beginning decides.
+const PACKETS: usize = 50_000;
+
+impl<'a> Replay<'a> {
+    /// This session with the begin of the arm's periods at which it moves most like the recorded one: the arm is on for so much
+    /// longer when the session begins. The same session if it is answered as it was without that, or if the arm does not
+    /// compute in periods.
+    #[must_use]
+    pub fn fitted(self, arm: &Controller) -> Self {
+        let period = u64::from(arm.arm_model().law.period_us());
+        let head = Self {
+            packets: self.packets.iter().take(PACKETS).cloned().collect(),
+            ..self.clone()
+        };
+        let score = |shift_us: u64| {
+            let shifted = head.clone().shifted(Duration::from_micros(shift_us));
+            score(&shifted.against(&mut arm.clone()))
+        };
+        if period == 0 || score(0) == (0, 0) {
+            return self;
+        }
+        let shifts: Vec<u64> = (0..period).step_by(STEP as usize).collect();
+        let scores: Vec<_> = shifts.iter().map(|shift| score(*shift)).collect();
+        let Some(best) = scores.iter().min() else {
+            return self;
+        };
+        // Between its two ends, where what is not known of the times is furthest from mattering; the periods come round.
+        let is_best = |at: usize| scores[at % scores.len()] == *best;
+        let begin = (0..shifts.len()).find(|at| is_best(*at) && !is_best(at + shifts.len() - 1));
+        let begin = begin.unwrap_or(0);
+        let count = (begin..begin + shifts.len())
+            .take_while(|at| is_best(*at))
+            .count();
+        let middle = shifts[(begin + count / 2) % shifts.len()];
+        self.shifted(Duration::from_micros(middle))
+    }
+
+    /// The arm has been on for so much longer when the session begins.
+    #[must_use]
+    pub fn shifted(mut self, by: Duration) -> Self {
+        self.shift = by;
+        self
+    }
+
+    /// By how much the arm has been on for longer when the session begins.
+    #[must_use]
+    pub fn shift(&self) -> Duration {
+        self.shift
+    }
+}
+
+/// What differs in what is measured: how often, and by how much in all (thousandths).
+fn score(report: &Report) -> (usize, u64) {
+    let measured = report
+        .differences
+        .iter()
+        .filter_map(|found| matches!(found.what, What::Value(_)).then(|| found.distance())?);
+    let (mut count, mut all) = (0, 0.0);
+    for off in measured {
+        count += 1;
+        all += f64::from(off.min(1e6));
+    }
+    (count + report.late as usize, (all * 1000.0) as u64)
+}
