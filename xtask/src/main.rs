@@ -14,6 +14,7 @@ mod plan_schema;
 mod protocol;
 #[path = "../../crates/magician-py/build/package.rs"]
 mod python;
+mod recorded_jog;
 #[cfg(test)]
 mod sentences;
 mod soak;
@@ -33,7 +34,7 @@ Usage: cargo xtask CHORE
              build the page for browsers with Node: crates/magician-studio/page; compare it
   studio-api [--check]
              write the methods as types of the page: studio/src/api.ts
-  fidelity   list what the virtual arm assumes, and the cases that hold it: docs/FIDELITY.md
+  fidelity   list what the virtual arm assumes, and the cases that hold it: docs/FIDELITY.md; draws a recorded jog beside it
   protocol   list every command of the protocol: docs/PROTOCOL.md
   dissector  write the Wireshark dissector: docs/wireshark/magician.lua
   vendor-functions
@@ -72,7 +73,9 @@ fn main() -> ExitCode {
         Some((chore, rest)) if chore == "generate" => generate::run(rest, &root),
         Some((chore, [])) if chore == "plan-schema" => plan_schema::write(&root),
         Some((chore, [])) if chore == "dissector" => dissector::write(&docs),
-        Some((chore, [])) if chore == "fidelity" => fidelity::write(&docs),
+        Some((chore, [])) if chore == "fidelity" => {
+            fidelity::write(&docs).and_then(|()| recorded_jog::write(&docs))
+        }
         Some((chore, [])) if chore == "alarms" => alarms::write(&docs),
         Some((chore, [])) if chore == "station" => station::write(&docs),
         Some((chore, rest)) if chore == "studio" => studio::page::run(rest, &root),

@@ -25,7 +25,7 @@ list_assumptions! {
         kept "any arm has others";
     FlashKeeps Choice "6" "a reset forgets all settings but name, serial number, Wi-Fi, sensor calibration and program"
         kept "a reset is no command";
-    ResetAlarm Vendor "11" "alarm 0x00 stands from power-up until it is cleared";
+    ResetAlarm Measured "11" "alarm 0x00 stands from power-up until it is cleared";
 
     // What is set and read back.
     Parameters Vendor "6" "speeds and heights are those of the vendor's printed samples at power-up, and read back as they are set";
@@ -35,7 +35,7 @@ list_assumptions! {
     StoredWithoutEffect Choice "15a" "AutoLeveling, the corrections of the sensors, ArmOrientation, CPRHeadHoldEnable and CPCommonParams are stored and read back, without effect" refused;
     OutsideTheDocument Choice "15a" "FirmwareSwitch, FirmwareMode, PulseMode, UART4 and ZDF are stored or answered, without effect" refused;
     PtpTime Choice "15a" "PTPTime answers how long the move would take from here, in ms, or 0 for one that would be refused" refused;
-    MotionFinish Choice "15a" "QueuedCmdMotionFinish answers whether nothing moves" refused;
+    MotionFinish Measured "15a" "QueuedCmdMotionFinish answers whether nothing moves";
     WifiSettings Vendor "15" "the settings of the Wi-Fi module are kept as they are set";
     WifiDefaults Choice "15" "the settings of the Wi-Fi module before any are set read as empty, with DHCP" refused;
     WifiStatus ThirdParty "15" "the Wi-Fi module joins any network that has a name, some seconds after power-up or after it leaves its command mode";
@@ -68,7 +68,7 @@ list_assumptions! {
     TargetChecked Sibling "4" "a target in space is checked before the arm moves: 0x11 out of reach, 0x12 beyond a limit";
     PathChecked Sibling "4" "a path in space ends where it leaves the reach (0x21) or the limits (0x22)";
     JointTargets Sibling "15a" "a joint target is not checked before: the arm runs to the limit, stops there and raises 0x40 to 0x49 alone";
-    SoftLimits ThirdParty "4" "the limits are the controller's soft limits, wider than what the vendor guarantees";
+    SoftLimits ThirdParty "4" "the limits are the controller's soft limits, wider than what the vendor guarantees, and of J2 wider than what every arm is sure to have";
     RefusedFinishes Sibling "15a" "a queued motion that is refused or ends before its target counts as finished";
     NotFinite Choice "15a" "a target that is not a finite number raises 0x11" refused;
     NoSpeed Choice "6" "a motion that needs a speed or acceleration which is not above 0 raises 0x1A" refused;
@@ -103,7 +103,7 @@ list_assumptions! {
         kept "a queued command must be answered with an index";
 
     // Point to point.
-    PtpLaw Sibling "7" "each axis follows a trapezoid in velocity, the slowest sets the time, and each move ends at rest";
+    PtpLaw Measured "7" "each axis follows a trapezoid in velocity in periods of 20 ms, the slowest sets the time, and each move ends at rest";
     PlannedAtStart Sibling "7" "a move is planned with the parameters in force when it starts";
     ReplacedMotion Sibling "14" "an immediate motion replaces the one under way; a replaced motion of the queue counts as finished";
     QueueMeanwhile Choice "14" "the queue takes its next command when the immediate motion has ended" refused;
