@@ -209,8 +209,9 @@ fn bench_measures_everything_on_a_virtual_arm() {
         "sim",
         "bench",
         "--json",
+        // Behind a full queue the arm takes a segment every 20 ms.
         "--seconds",
-        "0.3",
+        "1.5",
         "--stops",
         "1",
     ]);

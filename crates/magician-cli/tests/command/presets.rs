@@ -30,7 +30,7 @@ fn a_flag_goes_before_a_preset_and_a_preset_before_the_settings() {
     let folder = place.path();
     std::fs::write(
         folder.join("config.toml"),
-        "[engrave]\nspeed = 5\npower = 10\n",
+        "[engrave]\nspeed = 2\npower = 10\n",
     )
     .expect("written");
     let most = |more: &[&str]| {

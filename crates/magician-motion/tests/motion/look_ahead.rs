@@ -53,7 +53,6 @@ fn in_real_time_a_segment_takes_a_period() {
         junction_velocity: 300.0,
         period_s: 0.05,
         real_time: true,
-        ..ArmModel::MAGICIAN.power_up.path
     };
     let look_ahead = LookAhead::new(
         &settings,

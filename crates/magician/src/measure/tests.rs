@@ -8,13 +8,17 @@ use magician_sim::{Controller, LineTiming, Profile, Runner, Speed};
 use super::*;
 use crate::{Arm, Options};
 
-/// An arm behind 115200 baud and a turnaround.
+/// An arm behind 115200 baud and a turnaround. It does segments as fast as they come: what is measured is the line.
 async fn paced(turnaround: Duration) -> Arm {
     let line = LineTiming {
         baud: Some(115_200),
         turnaround,
     };
-    let runner = Runner::new(Controller::new(Profile::default()), Speed::Times(1.0), line);
+    let runner = Runner::new(
+        Controller::new(Profile::continuous()),
+        Speed::Times(1.0),
+        line,
+    );
     Arm::simulated(runner, Options::default()).await.unwrap()
 }
 

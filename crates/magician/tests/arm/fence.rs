@@ -447,7 +447,10 @@ impl Seen {
             self.ways += way;
             // Another tool in the same moment, and the search of homing, are no speeds of the program's.
             if !self.homing {
-                self.speed = self.speed.max(way / (state.now - at).as_secs_f64());
+                // The pose changes at the end of each period of 20 ms, and stands between.
+                let ended = |at: ArmInstant| at.as_micros() / 20_000;
+                let periods = (ended(state.now) - ended(at)).max(1);
+                self.speed = self.speed.max(way / (0.02 * periods as f64));
             }
         }
         self.before = Some((state.now, tip, tool));

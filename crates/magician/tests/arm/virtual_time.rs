@@ -256,7 +256,9 @@ async fn a_pulled_cable_ends_a_run_and_the_arm_goes_on_by_the_wall_meanwhile() {
     assert!(begun.elapsed() >= TIMEOUT);
     // It did what it had.
     let passed = clock(&cell) - pulled;
-    assert!(passed <= begun.elapsed(), "{passed:?}");
+    // The arm may be ahead by the period that it is in.
+    let ahead = Duration::from_millis(20);
+    assert!(passed <= begun.elapsed() + ahead, "{passed:?}");
     assert!(!cell.state().moving);
 }
 

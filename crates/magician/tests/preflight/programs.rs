@@ -271,7 +271,8 @@ impl Tally {
         };
         // The first begins where the arm says it is, which is rounded to 32 bits; of three points on almost a
         // straight line the circle depends on them.
-        if off > 1e-3 || late > 20 + u128::from(took) / 1000 {
+        // How much of a period had passed before the command came is not known to the check.
+        if off > 1e-3 || late > 20_000 + u128::from(took) / 1000 {
             let time = step.time;
             self.wrong
                 .push(format!("{told}: {off} deg off, {time:?} and not {took} us"));
@@ -294,7 +295,9 @@ fn another_firmware(dice: &mut Dice) -> Profile {
     profile.home.velocity.iter_mut().for_each(&mut times);
     profile.home.acceleration.iter_mut().for_each(&mut times);
     times(&mut profile.path.period);
-    profile.path.whole_periods = dice.roll(2) == 0;
+    if dice.roll(2) == 0 {
+        profile.motion.period = 0.0;
+    }
     profile.home.joints[1] = dice.between(20.0, 60.0);
     for side in &mut profile.limits.controller.j1 {
         *side *= dice.between(0.7, 1.1);

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use magician::commands::CpParams;
 use magician::protocol::Flag;
+use magician::sim::Profile;
 use magician::words::{self, Preflight};
 use magician::{JointAngles, Set, ToolBias};
 
@@ -185,19 +186,25 @@ fn the_times_of_segments_add_up_to_what_a_queue_holds() {
 #[test]
 fn the_closed_forms() {
     let check = Preflight::at(JointAngles::HOME, ToolBias::NONE);
-    let line = check
-        .estimate(&[words::line_by(0.0, 100.0, 0.0, 0.0)])
-        .unwrap();
-    assert_eq!(line, Duration::from_secs(2));
-    let full = [
-        words::speed(100.0, 100.0),
-        words::line_by(0.0, 100.0, 0.0, 0.0),
-    ];
-    assert_eq!(check.estimate(&full).unwrap().as_millis(), 1414);
-    let turn = check
-        .estimate(&[words::move_joints_by(90.0, 0.0, 0.0, 0.0)])
-        .unwrap();
-    assert_eq!(turn.as_millis(), 1897);
+    let continuous = check.clone().model(Profile::continuous().arm_model());
+    // Whole periods of 20 ms, and the times that they hold.
+    for (check, times) in [
+        (&check, [2000, 1420, 1900]),
+        (&continuous, [2000, 1414, 1897]),
+    ] {
+        let line = check
+            .estimate(&[words::line_by(0.0, 100.0, 0.0, 0.0)])
+            .unwrap();
+        let full = [
+            words::speed(100.0, 100.0),
+            words::line_by(0.0, 100.0, 0.0, 0.0),
+        ];
+        let full = check.estimate(&full).unwrap();
+        let turn = check
+            .estimate(&[words::move_joints_by(90.0, 0.0, 0.0, 0.0)])
+            .unwrap();
+        assert_eq!([line, full, turn].map(|time| time.as_millis()), times);
+    }
     for endless in [words::home(), words::wait_for_level(19, true)] {
         assert_eq!(check.estimate(&[endless]).unwrap(), Duration::MAX);
     }
