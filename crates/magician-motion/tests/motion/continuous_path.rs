@@ -524,7 +524,7 @@ fn the_end_of_a_segment_is_checked() {
     let [x, y, z] = place(&home);
     let back = planner
         .geometry
-        .forward(&JointAngles::new(0.0, -8.0, 30.0, 0.0));
+        .forward(&JointAngles::new(0.0, -15.0, 30.0, 0.0));
     assert!(matches!(
         go([back.x, back.y, back.z], 0.0, 0.0),
         Err(MotionError::Limit { .. })
