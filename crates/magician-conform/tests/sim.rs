@@ -127,3 +127,20 @@ fn another_home_is_found() {
         ],
     );
 }
+
+/// The profile `continuous` has the same arm but for its times.
+#[test]
+fn an_arm_in_continuous_time_fails_only_where_times_and_places_on_the_way_count() {
+    let suite = suite();
+    let cases: Vec<_> = suite.cases().iter().collect();
+    let outcomes = run(Profile::continuous(), &cases);
+    let timed = ["jog", "ptp", "cp", "arc", "wait", "queue", "rail"];
+    let mut count = 0;
+    for (case, outcome) in outcomes {
+        if let Outcome::Failed(_) = &outcome {
+            count += 1;
+            assert!(timed.contains(&case.chapter()), "{}", told(case, &outcome));
+        }
+    }
+    assert!((40..80).contains(&count), "{count} of {}", cases.len());
+}

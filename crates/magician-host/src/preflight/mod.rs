@@ -334,6 +334,38 @@ mod tests {
     use crate::{Act, ErrorKind, Setting, words};
 
     #[test]
+    fn lowest_j2_passes_with_a_doubt_and_below_the_limit_is_refused() {
+        let at = |j2: f32| words::move_joints(0.0, j2, 30.0, 0.0);
+        let mut check = Preflight::at(JointAngles::HOME, ToolBias::SUCTION);
+        assert_eq!(check.check(&at(-4.0)).unwrap().doubt, None);
+        let doubt = check.check(&at(-9.0)).unwrap().doubt.expect("below -5");
+        let told = doubt_in_words(&doubt);
+        assert!(
+            told.contains("joint 2") && told.ends_with("below -5.0"),
+            "{told}"
+        );
+        // Segments of a path, by their ends: from there to a place that is a little lower.
+        let [x, y, z] = check
+            .arm()
+            .map(|arm| [arm.pose.x, arm.pose.y, arm.pose.z])
+            .unwrap();
+        let path = words::path_to(x as f32 - 1.0, y as f32, z as f32);
+        assert!(check.clone().check(&path).unwrap().doubt.is_some());
+        assert_eq!(
+            check.check(&at(0.0)).unwrap().doubt,
+            None,
+            "back to where all go"
+        );
+        let refused = check.check(&at(-14.0)).unwrap_err();
+        assert_eq!(refused.kind(), ErrorKind::Unreachable);
+        // What is known of a single arm is certain.
+        let model = ArmModel::MAGICIAN.with_lowest_j2(-9.5);
+        let mut known = Preflight::at(JointAngles::HOME, ToolBias::SUCTION).model(model);
+        assert_eq!(known.check(&at(-9.0)).unwrap().doubt, None);
+        assert!(known.check(&at(-10.0)).is_err());
+    }
+
+    #[test]
     fn refusal_for_reach_names_an_unknown_tool_where_the_tool_decides() {
         for (tool, told) in [(ToolBias::NONE, true), (ToolBias::SUCTION, false)] {
             let mut check = Preflight::at(JointAngles::HOME, tool);

@@ -349,6 +349,24 @@ fn a_segment_out_of_reach_is_refused_and_the_path_rests_before_it() {
 }
 
 #[test]
+fn impossible_segments_are_dropped_silently_where_the_profile_says_so() {
+    let mut bench = arm::arm_with(|profile| profile.motion.cp_drop_silently = true);
+    bench.start();
+    bench.enqueue(&ptp(1, START));
+    bench.rest();
+    bench.set(&QueuedCmdStopExec {});
+    bench.enqueue(&by([0.0, 25.0, 0.0]));
+    bench.enqueue(&to([900.0, 0.0, 0.0]));
+    bench.enqueue(&to([f32::NAN, 0.0, 0.0]));
+    bench.enqueue(&by([0.0, 25.0, 0.0]));
+    let index = bench.current_index();
+    run(&mut bench);
+    assert!(bench.alarms().is_empty());
+    assert_eq!(bench.current_index(), index + 4, "the index goes on");
+    assert_eq!(bench.pose()[..3], [200.0, 50.0, 0.0]);
+}
+
+#[test]
 fn a_segment_that_leaves_the_limits_on_its_way_ends_there() {
     let mut bench = running_arm();
     bench.no_tool();
