@@ -428,7 +428,8 @@ impl PathTracer {
                     DrawnLine::add(strokes, self.nth, flat(from), flat(to));
                 }
                 if let Some(outlines) = &mut self.outlines {
-                    outlines.draw(shown != StrokeKind::Unreachable, self.part, from, to);
+                    let reachable = shown != StrokeKind::Unreachable;
+                    outlines.draw((reachable, leaves.power(), self.part), from, to);
                 }
                 toolpath.drawn += squares.sqrt();
                 for [x, y] in [flat(from), flat(to)] {
