@@ -129,7 +129,6 @@ export class Cable {
 
   /** One that was just switched on. */
   async newArm() {
-    this.isHomed = false;
     this.folder ??= mkdtempSync(join(tmpdir(), "studio-port-"));
     const free = createServer();
     await new Promise((done) => free.listen(0, "127.0.0.1", done));
