@@ -8,8 +8,8 @@ use tokio::sync::watch;
 use super::Arm;
 
 /// Notice by the program at the other end of a line that it is about to end, while the line still
-/// carries: a station that ends gives it, and a job that runs over the line then stops as if a person
-/// had stopped it. Clones share it.
+/// carries: a station that ends gives it, and a job that runs over the line then stops as if a
+/// person had stopped it. Clones share it.
 ///
 /// ```
 /// use magician::EndNotice;

@@ -68,8 +68,8 @@ pub struct Options {
     /// Memory of homings beyond this connection ([`Arm::homed`](crate::Arm::homed)). Without one only homings that this connection
     /// sees count. It costs a read of the serial number and of the arm's clock at each homing and each look.
     pub homings: Option<Arc<dyn HomingRecord>>,
-    /// Notice of the end of the line by the program at its other end, where that gives one: a station. Jobs over this
-    /// connection stop then, pen up and settings restored.
+    /// Notice of the end of the line by the program at its other end, where that gives one: a
+    /// station. Jobs over this connection stop then, pen up and settings restored.
     pub end_notice: EndNotice,
     /// What is done to what passes on the line, for tests: not over a stream that the caller opens.
     #[cfg(feature = "faults")]
