@@ -118,8 +118,9 @@ async fn running(
     };
     over.set(&slow).await.unwrap();
     let runner = over.clone();
-    let run = async move { runner.run(&[words::move_to(200.0, 150.0, 50.0, 0.0)]).await };
-    let run = tokio::spawn(run);
+    // To and fro, for longer than the station waits.
+    let moves = [150.0, -150.0].map(|y| words::move_to(200.0, y, 50.0, 0.0));
+    let run = tokio::spawn(async move { runner.run(&moves.repeat(10)).await });
     while !bench.arm.state().moving {
         tokio::task::yield_now().await;
     }
@@ -213,7 +214,7 @@ async fn a_station_that_ends_is_looked_for_and_requests_fail_meanwhile() {
         .await
         .unwrap();
     let lost = anna.call("server.info", json!({})).await.unwrap_err();
-    assert_eq!(lost, ClientError::Lost);
+    assert_eq!(lost, ClientError::Ended);
 }
 
 #[tokio::test]

@@ -41,7 +41,7 @@ async fn holder_that_stops_lifts_and_gives_the_lease_back_before_the_station_goe
     assert!(bench.arms[0].state().moving, "the holder has its time");
     anna.ok("arm.stop", json!({})).await;
     let stood = bench.arms[0].state().pose;
-    let lift = json!({"to": [0, 0, 10, 0], "by": "line", "relative": true});
+    let lift = json!({"to": [0, 0, 10, 0], "by": "linear", "relative": true});
     anna.ok("arm.move", lift).await;
     assert!((bench.arms[0].state().pose.z - stood.z - 10.0).abs() < 0.1);
     assert!(!ending.is_finished());
