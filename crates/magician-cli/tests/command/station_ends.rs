@@ -161,6 +161,28 @@ fn ctrl_c_that_reaches_station_and_program_at_once_lifts_the_pen() {
 }
 
 #[test]
+fn second_signal_ends_the_wait_of_a_station_and_stops_the_arm() {
+    let place = Place::homed("0.3");
+    let (mut served, url) = serve(&place);
+    let drawing = draw(&place, &url, &["--lift", "60"]);
+    place.until_drawn(2.0);
+    // Those of the first half second change nothing, and the next one counts: the lift takes seconds.
+    while served.child.try_wait().expect("a child").is_none() {
+        signal("-INT", &served.child);
+    }
+    assert_eq!(served.child.wait().expect("it ends").code(), Some(130));
+    let output = drawing.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(4), "{output:?}");
+    let (message, _) = error(&output);
+    assert!(message.starts_with("the station ended"), "{message}");
+    assert!(!message.contains("pen is up"), "{message}");
+    let stands = place.number("pose", "z");
+    assert!(stands < PAPER + 59.0, "{stands}");
+    assert_eq!(place.number("pose", "z"), stands);
+    assert_eq!(last(&place.run(&["queue"]))["left_space"], 32);
+}
+
+#[test]
 fn station_stops_the_arm_of_a_program_that_hangs_and_says_what_is_left() {
     let place = Place::homed("5");
     let (served, url) = serve(&place);

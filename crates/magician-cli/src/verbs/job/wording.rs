@@ -149,9 +149,11 @@ impl Wording<'_> {
             }) => self.advice(resume_point, within, &command),
             Some(Left::Forgotten(span)) => self.in_doubt(span),
         };
-        let advice = match error.line_ends {
-            true => format!("start the station again; {advice}"),
-            false => advice,
+        let advice = match error.left {
+            Some(Left::Known { .. }) if error.line_ends => {
+                format!("start the station again; {advice}")
+            }
+            _ => advice,
         };
         failure.hint(advice)
     }
