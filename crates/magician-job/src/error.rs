@@ -18,7 +18,9 @@ pub type JobOutcome = Result<Arc<Done>, Arc<JobError>>;
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum Fault {
-    /// It was stopped by [`JobHandle::stop`](crate::JobHandle::stop), or by the end of its last handle; twice where a second stop
+    /// It was stopped by [`JobHandle::stop`](crate::JobHandle::stop), by the end of its last
+    /// handle, or by the announced end of the line ([`JobError::line_ends`]); twice where a second
+    /// stop
     /// ended what the first one had begun to do.
     Stopped {
         /// Whether a second stop came.
@@ -108,6 +110,10 @@ pub struct JobError {
     pub left: Option<Left>,
     /// Whether all steps were done.
     pub all_done: bool,
+    /// True if it was stopped because the program at the other end of the line, a station, was
+    /// about to end ([`EndNotice`](magician::EndNotice)). Without `pose` the arm had got nothing of
+    /// the job, or did not say where it stands.
+    pub line_ends: bool,
     /// How the arm stood when it was stopped, if it said so.
     pub stood: Option<Stood>,
     /// Where it stands now, after the lift.
@@ -124,6 +130,7 @@ impl JobError {
             fault,
             left: None,
             all_done: false,
+            line_ends: false,
             stood: None,
             pose: None,
             unconfirmed: None,

@@ -21,7 +21,7 @@ use crate::library::{LibraryOrder, ProgramStore};
 use crate::order::ArmReport;
 use crate::recording::{Recorder, RecordingStore};
 use crate::station::{
-    Grant, JournalLine, Outgoing, Peer, SocketId, Station, StationConfig, StationSize,
+    CutOff, Grant, JournalLine, Outgoing, Peer, SocketId, Station, StationConfig, StationSize,
 };
 use crate::surface::ArmSurface;
 
@@ -80,6 +80,8 @@ struct Shared {
     begun: Instant,
     /// Something is due earlier than before.
     due: Notify,
+    /// The station ends, and nobody holds an arm any more.
+    let_go: Notify,
     keeper: Arc<Keeper>,
     recordings: Arc<dyn RecordingStore>,
     library: Arc<dyn ProgramStore>,
@@ -151,6 +153,7 @@ impl RunningStation {
                 }),
                 begun,
                 due: Notify::new(),
+                let_go: Notify::new(),
                 keeper: Keeper::new(journal, store),
                 reader: Arc::clone(&reader),
             }
@@ -273,16 +276,32 @@ impl RunningStation {
         self.shared.lock().station.tokens()
     }
 
-    /// Stops the jobs under way for the end of the program, as a person would: pens go up, settings are restored, and no other job
-    /// begins. Called once more, it stops them at once. Bound the wait: an arm may be deaf.
-    pub async fn end_jobs(&self) {
-        let ends: Vec<_> = self.shared.with(|inner, _| {
+    /// Ends what runs, for the end of the program: jobs are stopped as a person would stop them
+    /// (pens go up, settings are restored), clients are told and get a few seconds to end in the
+    /// same way what they run over an arm ([`Station::end`]), and nothing else begins. Returns the
+    /// arms that the station had to stop under a client. Called once more, it ends everything at
+    /// once. Bound the wait: an arm may be deaf.
+    pub async fn end_runs(&self) -> Vec<CutOff> {
+        let ends: Vec<_> = self.shared.with(|inner, now| {
             #[cfg(feature = "class")]
             inner.station.close_queue();
+            inner.station.end(now);
             inner.engines.iter().map(ArmEngine::end_job).collect()
         });
         for end in ends {
             end.await;
+        }
+        loop {
+            let let_go = self.shared.let_go.notified();
+            tokio::pin!(let_go);
+            let_go.as_mut().enable();
+            {
+                let inner = self.shared.lock();
+                if inner.station.has_let_go() {
+                    return inner.station.cut_off().to_vec();
+                }
+            }
+            let_go.await;
         }
     }
 
@@ -342,6 +361,9 @@ impl Shared {
         }
         if inner.station.poll_timeout() != due {
             self.due.notify_one();
+        }
+        if inner.station.has_let_go() {
+            self.let_go.notify_waiters();
         }
         // In the order in which it happened: nobody comes between.
         #[cfg(feature = "class")]

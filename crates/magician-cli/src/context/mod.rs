@@ -64,6 +64,9 @@ pub(crate) const STAND_BY: Duration = Duration::from_secs(3);
 /// How long connections that were dropped get for their last words.
 pub(crate) const FAREWELL: Duration = Duration::from_millis(600);
 
+/// What has ended a verb where its station was about to end.
+pub(crate) const STATION_ENDED: &str = "the station ended";
+
 impl Context {
     pub(crate) fn new(global: Global, out: Output, command_line: CommandLine) -> Self {
         Self {

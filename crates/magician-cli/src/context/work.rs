@@ -3,13 +3,13 @@
 use std::future::Future;
 use std::pin::{Pin, pin};
 
-use magician::Arm;
+use magician::{Arm, ErrorKind};
 use tokio::time::timeout;
 
-use super::connect::Sim;
+use super::connect::{Connected, Sim};
 use super::policy::{Burns, End, Rules, StopPolicy, ToldPolicy};
 use super::stop::{stop, stop_again};
-use super::{Context, FAREWELL, STAND_BY};
+use super::{Context, FAREWELL, STAND_BY, STATION_ENDED};
 use crate::failure::{Failure, Kind, incomplete};
 use crate::interrupt::{Signal, Signals};
 use crate::output::Output;
@@ -53,8 +53,12 @@ impl Context {
         let clone = async |arm: &Arm, _: &mut Output| Ok(arm.clone());
         let arm = self.work(Some(sim), begin, Access::Reads, clone)?;
         let done = self.alone(async |out, signals| {
+            let ends = arm.end_notice();
             let told = async {
-                signals.next().await;
+                tokio::select! {
+                    _ = signals.next() => {}
+                    () = ends.given() => {}
+                }
             };
             work(&arm, out, pin!(told)).await
         })?;
@@ -164,24 +168,33 @@ impl Context {
             let _time = self.arm_time();
             let work = async {
                 let arm = &self.connect(sim, &rules).await?;
-                let settled = SavedSettings::settle(arm, access).await;
-                self.out.settled(&settled, self.global.json);
-                let done = match self.laser_allowed {
-                    true => work(&arm.allowing_laser(), &mut self.out).await,
-                    false => work(arm, &mut self.out).await,
-                }?;
-                if let Settled::Later(_) = settled {
-                    let settled = SavedSettings::settle(arm, Access::Sets).await;
+                let ends = arm.end_notice();
+                let work = async {
+                    let settled = SavedSettings::settle(arm, access).await;
                     self.out.settled(&settled, self.global.json);
+                    let done = match self.laser_allowed {
+                        true => work(&arm.allowing_laser(), &mut self.out).await,
+                        false => work(arm, &mut self.out).await,
+                    }?;
+                    if let Settled::Later(_) = settled {
+                        let settled = SavedSettings::settle(arm, Access::Sets).await;
+                        self.out.settled(&settled, self.global.json);
+                    }
+                    Ok(done)
+                };
+                tokio::select! {
+                    biased;
+                    done = work => done.map(Some),
+                    () = ends.given() => Ok(None),
                 }
-                Ok(done)
             };
             let outcome = tokio::select! {
                 outcome = work => match outcome {
-                    Ok(done) => {
+                    Ok(Some(done)) => {
                         self.ends(rules.end);
                         Ok(done)
                     }
+                    Ok(None) => Err(self.halt_for_station(&mut signals).await),
                     Err(failure) => Err(self.make_good(failure, &mut signals).await),
                 },
                 _ = signals.next() => Err(self.halt(&mut signals).await),
@@ -211,8 +224,23 @@ impl Context {
 
     /// Stops what was set going, and waits until the arm stands. A second stop moves nothing more.
     pub(super) async fn halt(&mut self, signals: &mut Signals) -> Failure {
+        let open = self.connected.as_ref();
+        let needs_stop = open.is_some_and(Connected::needs_stop);
+        self.halt_if(needs_stop, signals).await
+    }
+
+    /// As [`halt`](Self::halt), because the station of the arm is about to end.
+    async fn halt_for_station(&mut self, signals: &mut Signals) -> Failure {
+        let open = self.connected.as_ref();
+        let needs_stop = open.is_some_and(Connected::needs_end) || !self.saved.is_empty();
+        let halted = self.halt_if(needs_stop, signals).await;
+        let message = halted.message.replacen("interrupted", STATION_ENDED, 1);
+        Failure::new(Kind::Driver(ErrorKind::Port), message)
+    }
+
+    async fn halt_if(&mut self, needs_stop: bool, signals: &mut Signals) -> Failure {
         let failure = match &self.connected {
-            Some(open) if open.needs_stop() => {
+            Some(open) if needs_stop => {
                 let arm = &open.arm;
                 let ended = attended(self.global.json, "stopping", stop(arm, &self.saved));
                 let ended = tokio::select! {

@@ -5,6 +5,7 @@ mod calls;
 mod class;
 mod dispatch;
 mod effects;
+mod ending;
 mod events;
 mod fence;
 mod jobs;
@@ -42,6 +43,8 @@ use magician_job::presets::Presets;
 use magician_protocol::HostInstant;
 use serde_json::Value;
 
+pub use self::ending::CutOff;
+use self::ending::Ending;
 use self::events::EventLog;
 use self::jobs::Wants;
 pub use self::journal::JournalLine;
@@ -300,6 +303,8 @@ pub struct Station {
     records: Records,
     lines: VecDeque<JournalLine>,
     awake: BTreeSet<SocketId>,
+    /// Its end, once that has begun.
+    ending: Option<Ending>,
     ids: u64,
 }
 
@@ -347,6 +352,7 @@ impl Station {
             jogs: BTreeMap::new(),
             lines: VecDeque::new(),
             awake: BTreeSet::new(),
+            ending: None,
             ids: 0,
         };
         // Arms are read for the last minutes from the beginning on.
@@ -504,6 +510,7 @@ impl Station {
         let due = (hellos.chain(self.control.poll_timeout()))
             .chain(saves)
             .chain(self.list.due())
+            .chain(self.end_due())
             .min();
         #[cfg(feature = "class")]
         let due = due.into_iter().chain(self.class.next()).min();
@@ -568,6 +575,7 @@ impl Station {
 
     /// Carries out what follows from what happened.
     fn settle(&mut self, now: HostInstant) {
+        self.evict_overdue(now);
         while let Some(effect) = self.control.poll_effect() {
             self.carry_out(now, effect);
         }

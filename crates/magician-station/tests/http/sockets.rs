@@ -161,7 +161,8 @@ async fn the_end_of_the_station_closes_its_sockets() {
     let bench = Bench::new().await;
     let mut anna = bench.join("Anna").await;
     bench.over.send(true).unwrap();
-    assert_eq!(anna.closed().await, Some(1001));
+    let because = (1001, "the station ends".to_owned());
+    assert_eq!(anna.closed_because().await, Some(because));
     assert!(tokio::net::TcpStream::connect(bench.address).await.is_err());
     let _ = &bench.station;
 }

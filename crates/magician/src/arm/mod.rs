@@ -1,6 +1,7 @@
 mod bounded_jog;
 mod connect;
 mod driver;
+mod end_notice;
 mod events;
 mod fence;
 mod fenced_jog;
@@ -37,6 +38,7 @@ use tokio::sync::mpsc;
 
 use driver::Message;
 pub(crate) use driver::SHUTDOWN;
+pub use end_notice::EndNotice;
 pub use events::{Event, Events};
 use flow::Flow;
 pub use halt::Stopper;

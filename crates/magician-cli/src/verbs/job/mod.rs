@@ -505,6 +505,7 @@ impl Job {
             tui: way.tui,
             repeats: self.repeats,
             verb: self.verb(made),
+            at_station: context.global.station.is_some(),
             lasting: pace.is_none(),
             pace,
         }
