@@ -21,7 +21,7 @@ use super::places::Place;
 use super::programs::{self, Uploads};
 use super::security::{Admission, Admitted, Ends, Refused};
 use super::served::Served;
-use super::tokens::{TokenStore, beside};
+use super::tokens::{TokenStore, UNCHECKED, beside};
 use super::{READ_BUFFER, recordings, socket};
 use crate::Role;
 use crate::api::{Message, Method as ApiMethod};
@@ -455,11 +455,12 @@ async fn entitled<S: Served>(
 async fn granted<S: Served>(here: &Here<S>, admitted: &Admitted) -> Result<Option<Grant>, Refused> {
     match &admitted.token {
         Some(token) => match here.options.tokens.granted(token.clone()).await {
-            Some(grant) => Ok(Some(grant)),
-            None => Err(Refused::new(
+            Ok(Some(grant)) => Ok(Some(grant)),
+            Ok(None) => Err(Refused::new(
                 StatusCode::UNAUTHORIZED,
                 "the token is not good",
             )),
+            Err(_) => Err(Refused::new(StatusCode::SERVICE_UNAVAILABLE, UNCHECKED)),
         },
         None => Ok(admitted.loopback.then_some(Grant {
             role: Role::Teacher,

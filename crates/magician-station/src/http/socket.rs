@@ -9,7 +9,7 @@ use tokio::time::{MissedTickBehavior, interval, timeout};
 
 use super::listen::ended;
 use super::served::ServedClient;
-use super::tokens::TokenStore;
+use super::tokens::{TokenStore, UNCHECKED};
 use crate::station::{MESSAGE, Outgoing, Station};
 
 /// A client is pinged so often; its answer is a word of a holder.
@@ -36,7 +36,10 @@ pub(super) async fn carry(
                 Some(Ok(Message::Text(text))) => {
                     if !asked && let Some(token) = Station::token_of(&text) {
                         asked = true;
-                        client.vouch(tokens.granted(token).await);
+                        match tokens.granted(token).await {
+                            Ok(grant) => client.vouch(grant),
+                            Err(_) => return Some(close(1013, UNCHECKED)),
+                        }
                     }
                     client.send(&text);
                 }
