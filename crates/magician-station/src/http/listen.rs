@@ -17,6 +17,7 @@ use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tower::ServiceExt;
 
+use super::pacing::Paced;
 use super::places::{Place, Places};
 use super::routes::{HttpOptions, router};
 use super::security::Ends;
@@ -257,6 +258,7 @@ async fn accept(
                 tls: tls.is_some(),
             };
             let service = router(station, options, ends, over.clone(), place.clone());
+            let stream = Paced::new(stream, place.pacer().clone());
             let served = async {
                 match tls {
                     None => carry(stream, service, over).await,
@@ -292,7 +294,12 @@ pub(crate) async fn next(
             () = ended(over) => return None,
         };
         match accepted {
-            Ok((stream, peer)) => return Some((stream, peer, places.enter(peer.ip()))),
+            Ok((stream, peer)) => {
+                let place = places.enter(peer.ip());
+                // One connection a round, so that those that come do not hold up those that are there.
+                tokio::task::yield_now().await;
+                return Some((stream, peer, place));
+            }
             Err(error) => recover(&error, places).await,
         }
     }

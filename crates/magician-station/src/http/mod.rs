@@ -7,6 +7,7 @@ mod folder;
 mod jobs;
 mod journal;
 mod listen;
+mod pacing;
 mod pages;
 mod places;
 mod programs;
@@ -24,6 +25,8 @@ pub use journal::JournalFile;
 pub use listen::{ListenError, Listener};
 #[cfg(feature = "link")]
 pub(crate) use listen::{Wanted, ended, next};
+#[cfg(feature = "link")]
+pub(crate) use pacing::{Lane, Paced};
 pub use pages::{PageFile, Pages};
 #[cfg(feature = "link")]
 pub(crate) use places::{Place, Places};

@@ -8,6 +8,7 @@ use tokio::sync::watch;
 use tokio::time::{MissedTickBehavior, interval, timeout};
 
 use super::listen::ended;
+use super::pacing::{Lane, Pacer};
 use super::served::ServedClient;
 use super::tokens::{TokenStore, UNCHECKED};
 use crate::station::{MESSAGE, Outgoing, Station};
@@ -25,13 +26,20 @@ pub(super) async fn carry(
     client: impl ServedClient,
     tokens: TokenStore,
     mut over: watch::Receiver<bool>,
+    pacer: Pacer,
 ) {
     let (mut sink, mut stream) = socket.split();
     let reader = async {
         // A token is looked up once: a socket has one hello.
         let mut asked = false;
         loop {
-            match stream.next().await {
+            let message = stream.next().await;
+            let lane = match &message {
+                Some(Ok(Message::Text(text))) => Lane::of(text),
+                _ => Lane::Ordinary,
+            };
+            pacer.turn(lane).await;
+            match message {
                 Some(Ok(Message::Text(text))) if text.len() > MESSAGE => return Some(too_large()),
                 Some(Ok(Message::Text(text))) => {
                     if !asked && let Some(token) = Station::token_of(&text) {
@@ -42,6 +50,8 @@ pub(super) async fn carry(
                         }
                     }
                     client.send(&text);
+                    // Without a hello there are few sockets, for a short time.
+                    pacer.begin_session();
                 }
                 Some(Ok(Message::Pong(_))) => client.pong(),
                 Some(Ok(Message::Ping(_))) => {}

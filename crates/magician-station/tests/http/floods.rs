@@ -1,0 +1,130 @@
+//! Senders that never pause: what others send is served within a bounded number of their turns.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use futures_util::stream::SplitStream;
+use futures_util::{SinkExt, StreamExt};
+use proptest::prelude::*;
+use serde_json::json;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+use tokio::runtime::Builder;
+use tokio::task::{JoinSet, yield_now};
+use tokio_tungstenite::WebSocketStream;
+use tokio_tungstenite::tungstenite::Message;
+
+use crate::bench::Bench;
+
+/// Most answers that a flood may get while one urgent request is answered. It takes some ten steps from the first byte to the
+/// last, each of which one turn may precede.
+const MOST_TURNS: usize = 40;
+
+/// An urgent request that no arm has to come to rest for.
+const URGENT: &str = r#"{"jsonrpc":"2.0","id":1,"method":"job.stop","params":{"job":"j0-1"}}"#;
+
+/// Requests that a stranger may send in a row.
+fn pipelined(kind: usize, host: &str) -> String {
+    let (method, path, body) = match kind {
+        0 => ("GET", "/api/v1/openrpc.json", ""),
+        1 => ("GET", "/healthz", ""),
+        2 => ("GET", "/", ""),
+        3 => ("GET", "/nothing", ""),
+        4 => ("POST", "/api/v1/rpc", "no JSON"),
+        _ => (
+            "POST",
+            "/api/v1/rpc",
+            r#"{"jsonrpc":"2.0","id":1,"method":"server.info"}"#,
+        ),
+    };
+    let length = body.len();
+    format!(
+        "{method} {path} HTTP/1.1\r\nhost: {host}\r\ncontent-type: application/json\r\n\
+         content-length: {length}\r\n\r\n{body}"
+    )
+}
+
+/// Connections that send such requests without a pause and take the answers, and how many of these have begun.
+async fn flood(bench: &Bench, kinds: &[usize]) -> (Arc<AtomicUsize>, JoinSet<()>) {
+    let (answers, mut senders) = (Arc::new(AtomicUsize::new(0)), JoinSet::new());
+    for kind in kinds {
+        let requests = pipelined(*kind, &bench.address.to_string()).repeat(20);
+        let stream = TcpStream::connect(bench.address).await.unwrap();
+        let (mut reads, mut writes) = stream.into_split();
+        senders.spawn(async move { while writes.write_all(requests.as_bytes()).await.is_ok() {} });
+        let answers = Arc::clone(&answers);
+        senders.spawn(async move {
+            let mut bytes = vec![0; 16 * 1024];
+            while let Ok(count) = reads.read(&mut bytes).await {
+                let begun = bytes[..count].windows(9).filter(|at| at == b"HTTP/1.1 ");
+                answers.fetch_add(begun.count(), Ordering::Relaxed);
+            }
+        });
+    }
+    while answers.load(Ordering::Relaxed) < kinds.len() {
+        yield_now().await;
+    }
+    (answers, senders)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 6, ..ProptestConfig::default() })]
+
+    #[test]
+    fn urgent_request_is_answered_within_few_turns_of_any_pipelined_requests(
+        kinds in proptest::collection::vec(0..6_usize, 1..24),
+    ) {
+        let runtime = Builder::new_current_thread().enable_all().build().unwrap();
+        let served = runtime.block_on(async {
+            let bench = Bench::new().await;
+            let (answers, _senders) = flood(&bench, &kinds).await;
+            let before = answers.load(Ordering::Relaxed);
+            let answer = bench.post("/api/v1/rpc", "", URGENT).await;
+            assert_eq!(answer.status, 200, "{}", answer.body);
+            answers.load(Ordering::Relaxed) - before
+        });
+        prop_assert!(served <= MOST_TURNS, "{served} answers to {kinds:?}");
+    }
+}
+
+/// Counts the answers that a socket gets.
+async fn count(mut socket: SplitStream<WebSocketStream<TcpStream>>, answers: Arc<AtomicUsize>) {
+    while let Some(Ok(message)) = socket.next().await {
+        if matches!(message, Message::Text(_)) {
+            answers.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+}
+
+#[tokio::test]
+async fn message_of_a_session_is_answered_within_few_turns_of_viewers_with_many() {
+    let bench = Bench::new().await;
+    let (answers, mut viewers) = (Arc::new(AtomicUsize::new(0)), JoinSet::new());
+    let mut student = bench.join("student").await;
+    let mut sinks = Vec::new();
+    for name in ["a", "b", "c", "d", "e", "f"] {
+        let (sink, stream) = bench.join(name).await.socket.split();
+        viewers.spawn(count(stream, Arc::clone(&answers)));
+        sinks.push(sink);
+    }
+    const LIST: &str = r#"{"jsonrpc":"2.0","id":1,"method":"session.list"}"#;
+    for sink in &mut sinks {
+        for _ in 0..150 {
+            sink.feed(Message::text(LIST)).await.unwrap();
+        }
+    }
+    for sink in &mut sinks {
+        sink.flush().await.unwrap();
+    }
+    let before = answers.load(Ordering::Relaxed);
+    let job = json!({"job": "j0-1"});
+    student.call("job.stop", job).await.unwrap_err();
+    student.call("arm.list", json!({})).await.unwrap();
+    let served = answers.load(Ordering::Relaxed) - before;
+    // Of 900; what is not urgent waits for one message of each viewer besides.
+    assert!(served <= 3 * MOST_TURNS, "{served}");
+    // The viewers lose nothing by it.
+    while answers.load(Ordering::Relaxed) < 6 * 150 {
+        yield_now().await;
+    }
+}
