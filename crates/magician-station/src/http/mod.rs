@@ -3,6 +3,7 @@
 //! [`Listener`] accepts on this machine's own addresses unless it is told otherwise, and serves a
 //! [`RunningStation`](crate::RunningStation), or whatever else is [`Served`].
 
+mod descriptors;
 mod folder;
 mod jobs;
 mod journal;
