@@ -514,7 +514,8 @@ async fn upgrade<S: Served>(here: &Here<S>, request: Request, admitted: &Admitte
         Ok(peer) => peer,
         Err(refused) => return refusal(&refused),
     };
-    let Some(client) = here.station.try_connect(peer, admitted.token.clone()) else {
+    let admitted = here.station.admit(peer, admitted.token.clone()).await;
+    let Some(client) = admitted else {
         return text(
             StatusCode::SERVICE_UNAVAILABLE,
             "the station has all the sockets that it takes",

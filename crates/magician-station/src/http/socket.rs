@@ -32,6 +32,7 @@ pub(super) async fn carry(
     let reader = async {
         // A token is looked up once: a socket has one hello.
         let mut asked = false;
+        let mut heard = false;
         loop {
             let message = stream.next().await;
             let lane = match &message {
@@ -42,6 +43,9 @@ pub(super) async fn carry(
             match message {
                 Some(Ok(Message::Text(text))) if text.len() > MESSAGE => return Some(too_large()),
                 Some(Ok(Message::Text(text))) => {
+                    if !std::mem::replace(&mut heard, true) {
+                        client.heard();
+                    }
                     if !asked && let Some(token) = Station::token_of(&text) {
                         asked = true;
                         match tokens.granted(token).await {
