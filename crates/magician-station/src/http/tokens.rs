@@ -106,7 +106,14 @@ pub struct TokenStore {
     more: BTreeMap<String, (Role, String)>,
     /// What the file held when it was read last. As long as it has not changed, a token is checked without a descriptor: a
     /// station that has none left still lets people in.
-    last: Arc<Mutex<Option<(Stamp, Arc<File>)>>>,
+    last: Arc<Mutex<Option<ReadFile>>>,
+}
+
+/// A file as it was read.
+#[derive(Clone, Debug)]
+struct ReadFile {
+    stamp: Stamp,
+    content: Arc<File>,
 }
 
 /// What tells one state of a file from another.
@@ -347,10 +354,8 @@ impl TokenStore {
             Err(error) => return io(error),
         };
         let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((known, file)) = &*last
-            && *known == stamp
-        {
-            return Ok(Arc::clone(file));
+        if let Some(last) = last.as_ref().filter(|last| last.stamp == stamp) {
+            return Ok(Arc::clone(&last.content));
         }
         let text = match fs::read_to_string(&self.path) {
             Ok(text) => text,
@@ -358,9 +363,12 @@ impl TokenStore {
         };
         let file: File = toml::from_str(&text)
             .map_err(|error| TokenError::Damaged(self.path.clone(), error.message().to_owned()))?;
-        let file = Arc::new(file);
-        *last = Some((stamp, Arc::clone(&file)));
-        Ok(file)
+        let content = Arc::new(file);
+        *last = Some(ReadFile {
+            stamp,
+            content: Arc::clone(&content),
+        });
+        Ok(content)
     }
 
     /// Changes the file, one program after the other: else one that notes the use of a token brings back another that was
@@ -478,7 +486,7 @@ mod tests {
         // The use was noted in the file. What is in memory counts as long as that stays as it is.
         let _ = store.read().unwrap();
         let mut last = store.last.lock().unwrap();
-        last.as_mut().unwrap().1 = Arc::default();
+        last.as_mut().unwrap().content = Arc::default();
         drop(last);
         assert!(store.grant(&token).unwrap().is_none());
     }
