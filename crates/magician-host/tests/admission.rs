@@ -294,7 +294,7 @@ fn connections_that_wait_for_their_instant_leave_each_its_grace() {
                 assert!(now - opened[&silent] >= grace, "{silent} at {now:?}");
                 gone += 1;
             }
-            now = now + Duration::from_millis(1);
+            now += Duration::from_millis(1);
         }
         assert!(gone > 190, "{gone}");
     }
