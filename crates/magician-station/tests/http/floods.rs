@@ -17,9 +17,10 @@ use tokio_tungstenite::tungstenite::Message;
 
 use crate::bench::Bench;
 
-/// Most answers that a flood may get while one urgent request is answered. It takes some ten steps from the first byte to the
-/// last, each of which one turn may precede.
-const MOST_TURNS: usize = 40;
+/// Most requests of a flood that may be served while another one is answered. It takes some ten steps, each of which one turn
+/// may precede, and as many more as pass while the system carries bytes. Without turns they are all that there are, a thousand
+/// or more.
+const MOST_TURNS: usize = 400;
 
 /// An urgent request that no arm has to come to rest for.
 const URGENT: &str = r#"{"jsonrpc":"2.0","id":1,"method":"job.stop","params":{"job":"j0-1"}}"#;
@@ -126,7 +127,7 @@ async fn message_of_a_session_is_handled_within_few_turns_of_viewers_with_many()
         viewers.push(bench.join(name).await);
     }
     for viewer in &mut viewers {
-        for _ in 0..150 {
+        for _ in 0..190 {
             viewer.socket.feed(Message::text(LIST)).await.unwrap();
         }
         viewer.socket.flush().await.unwrap();
@@ -136,10 +137,10 @@ async fn message_of_a_session_is_handled_within_few_turns_of_viewers_with_many()
     student.call("job.stop", job).await.unwrap_err();
     student.call("arm.list", json!({})).await.unwrap();
     let others = handled(&bench) - begun;
-    assert!(others <= 2 * MOST_TURNS as u64, "{others}");
+    assert!(others <= MOST_TURNS as u64, "{others}");
     // The viewers lose nothing by it.
     for viewer in &mut viewers {
-        for _ in 0..150 {
+        for _ in 0..190 {
             viewer.answer(7).await.unwrap();
         }
     }
