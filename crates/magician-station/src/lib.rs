@@ -15,6 +15,7 @@ pub mod class;
 pub mod client;
 pub mod control;
 mod engine;
+mod fair;
 mod fence;
 mod files;
 mod frame;

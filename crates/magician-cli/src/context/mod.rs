@@ -143,7 +143,8 @@ impl Context {
         if let Some(runtime) = &self.runtime {
             return Ok(runtime.clone());
         }
-        let runtime = Builder::new_current_thread().enable_all().build();
+        let runtime = check_descriptors();
+        let runtime = runtime.and_then(|()| Builder::new_current_thread().enable_all().build());
         let runtime = Rc::new(runtime.map_err(|error| {
             let message = format!("the event loop cannot be started: {error}");
             Failure::new(Kind::Driver(ErrorKind::Port), message)
@@ -169,4 +170,18 @@ impl Context {
         global.window = global.window.or(window);
         Ok(())
     }
+}
+
+/// Checks that there are descriptors for an event loop and its signals, which end the program otherwise.
+#[cfg(unix)]
+fn check_descriptors() -> std::io::Result<()> {
+    use std::os::unix::net::UnixStream;
+    // As many as tokio opens until its signals are heard, closed again at once.
+    let pairs: Result<Vec<_>, _> = (0..3).map(|_| UnixStream::pair()).collect();
+    pairs.map(drop)
+}
+
+#[cfg(not(unix))]
+fn check_descriptors() -> std::io::Result<()> {
+    Ok(())
 }

@@ -618,6 +618,33 @@ fn a_full_disk_leaves_the_program_that_was_there() {
     assert_eq!(moved["result"]["y"], json!(30.0));
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn too_few_descriptors_are_an_error_and_no_panic() {
+    let ours = command();
+    for descriptors in 5..16 {
+        let mut limited = std::process::Command::new("sh");
+        let script = format!("ulimit -n {descriptors}; exec \"$0\" \"$@\"");
+        limited.args(["-c", &script]).arg(ours.get_program());
+        limited.args(["pose", "--port", "sim"]);
+        for (name, value) in ours.get_envs() {
+            if let Some(value) = value {
+                limited.env(name, value);
+            }
+        }
+        let output = limited.output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(!said.contains("panicked"), "{descriptors}: {said}");
+        if descriptors < 9 {
+            assert_eq!(output.status.code(), Some(4), "{descriptors}: {said}");
+            assert!(
+                said.contains("Too many open files"),
+                "{descriptors}: {said}"
+            );
+        }
+    }
+}
+
 /// A build without sites says how to get one with them, before it opens anything.
 #[cfg(not(feature = "site"))]
 #[test]

@@ -38,7 +38,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt;
 use std::sync::Arc;
 
-use magician::admission::AdmissionTable;
+use magician::admission::{AdmissionTable, Origin};
 use magician_job::presets::Presets;
 use magician_protocol::HostInstant;
 use serde_json::Value;
@@ -378,6 +378,21 @@ impl Station {
             self.end_socket(silent, CloseCode::LATE);
         }
         Some(socket)
+    }
+
+    /// When a client from there may be [admitted](Self::admit) so that one that gives way to it has had its time to say hello.
+    /// `None` if that is now, or if there are as many sessions as the station takes.
+    #[must_use]
+    pub fn admits_at(&self, now: HostInstant, origin: Origin) -> Option<HostInstant> {
+        if !self.admission.has_room(now, origin) {
+            return None;
+        }
+        self.admission.opens_at(now, origin, Socket::grace(origin))
+    }
+
+    /// A message of a client has come, which is looked at before it is [received](Self::receive): the client is silent no more.
+    pub fn heard(&mut self, now: HostInstant, socket: SocketId) {
+        self.admission.heard(now, socket);
     }
 
     /// A client of this process connects, or of a listener that bounds its clients itself.

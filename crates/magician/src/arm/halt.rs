@@ -161,7 +161,7 @@ impl Arm {
         let deadline = self.deadline();
         let stops = self.inner.shared.stop();
         self.halted(deadline, stops).await?;
-        self.wait_still().await
+        self.come_to_rest().await
     }
 
     /// Sends what stops the arm; it may still brake when it has answered.
@@ -263,11 +263,18 @@ impl Arm {
     /// [`ErrorKind::Timeout`] when it still moves after five seconds, else as [`get`](Self::get).
     pub async fn wait_still(&self) -> Result<()> {
         let until = Instant::now() + BRAKING;
-        let stops = self.in_flight().stops();
+        let (stops, brakes) = {
+            let in_flight = self.in_flight();
+            (in_flight.stops(), in_flight.is_braking())
+        };
         let mut before = self.get::<Pose>().await?;
         loop {
             sleep(APART).await;
             let pose = self.get::<Pose>().await?;
+            // The end of a jog may have seen the arm stand between these looks. What moves it now began after that.
+            if brakes && self.in_flight().has_stood_after(stops) {
+                return Ok(());
+            }
             if pose == before {
                 self.inner.shared.stood_after(stops);
                 return Ok(());

@@ -72,6 +72,11 @@ impl InFlightMotion {
         self.stops > self.stood
     }
 
+    /// True if the arm was seen to stand after this many forced stops.
+    pub(super) fn has_stood_after(&self, stops: u64) -> bool {
+        self.stood >= stops
+    }
+
     /// The arm was seen to stand, by looks that all followed this many forced stops.
     pub(super) fn stood_after(&mut self, stops: u64) {
         self.stood = self.stood.max(stops);
