@@ -43,6 +43,21 @@ pub fn replace_unsynced(path: &Path, text: &str) -> io::Result<()> {
     file.finish()
 }
 
+/// Replaces a file as [`replace_unsynced`] does, and returns the new one, locked for as long as it is
+/// open.
+///
+/// # Errors
+/// As [`replace`].
+pub fn replace_locked(path: &Path, text: &str) -> io::Result<File> {
+    make_directory(path)?;
+    let mut file = WholeFile::create(path)?;
+    file.syncs = false;
+    // Some file systems know no locks; then two programs that write one file are not told apart.
+    let _ = file.try_lock();
+    file.write_all(text.as_bytes())?;
+    file.finish_open()
+}
+
 /// Writes a file in a directory that is there, so that it is whole or, after an error, as it was: a full
 /// disk leaves the old file, and nothing beside it. Anything that is no plain file (a pipe, a device)
 /// is written to as it is.
@@ -531,7 +546,7 @@ fn named(path: &Path, ending: &str) -> PathBuf {
 
 fn new(path: &Path, is_private: bool) -> io::Result<File> {
     let mut options = OpenOptions::new();
-    options.write(true).create_new(true);
+    options.read(true).write(true).create_new(true);
     #[cfg(unix)]
     if is_private {
         std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
