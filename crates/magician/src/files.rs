@@ -3,11 +3,13 @@
 //! Every file that a person names or keeps goes through [`WholeFile`], so that a full disk, a kill or a
 //! power failure leaves the file that was there before, or the whole new one.
 
+use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions, Permissions, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 /// Symbolic links that are followed, as many as Linux follows.
 const MOST_LINKS: u32 = 40;
@@ -18,6 +20,10 @@ const MOST_PARTIALS: u32 = 100;
 /// Names that are tried for a file beside its target; others are of processes with the same id, as in
 /// containers that share a folder.
 const MOST_ATTEMPTS: u32 = 100;
+/// Files whose surroundings are known to be swept; beyond that they are swept again.
+const MOST_SWEPT: usize = 1000;
+/// Age of a file that its process has had time to lock.
+const STUMP_AGE: Duration = Duration::from_secs(60);
 
 /// Writes a file, and its directory, so that a reader finds the old or the new one, never half of it.
 /// Mode and symbolic link of the old one are kept.
@@ -41,6 +47,19 @@ pub fn replace_unsynced(path: &Path, text: &str) -> io::Result<()> {
     file.syncs = false;
     file.write_all(text.as_bytes())?;
     file.finish()
+}
+
+/// Replaces a file as [`replace_unsynced`] does, and returns the new one, locked for as long as it is
+/// open.
+///
+/// # Errors
+/// As [`replace`].
+pub fn replace_locked(path: &Path, text: &str) -> io::Result<File> {
+    make_directory(path)?;
+    let mut file = WholeFile::create(path)?;
+    file.syncs = false;
+    file.write_all(text.as_bytes())?;
+    file.finish_open()
 }
 
 /// Writes a file in a directory that is there, so that it is whole or, after an error, as it was: a full
@@ -154,6 +173,8 @@ pub struct WholeFile {
     /// True if a [`writer`](Self::writer) writes it: only its owner knows when it is whole.
     is_shared: bool,
     is_done: bool,
+    /// True if it was locked as it was made, as far as the file system knows locks.
+    is_locked: bool,
     state: Arc<State>,
 }
 
@@ -189,8 +210,10 @@ impl WholeFile {
             special => return Self::special(special),
         };
         let old = Old::find(&target)?;
+        sweep(&target);
         let (at, file) = beside(&target, is_private || old.is_some())?;
         let mut whole = Self::written_at(file, at);
+        whole.is_locked = true;
         whole.target = Some(target);
         if let Some(old) = old.filter(|_| !is_private) {
             old.pass_on(&whole.file)?;
@@ -279,6 +302,7 @@ impl WholeFile {
             at_once: false,
             is_shared: false,
             is_done: false,
+            is_locked: false,
             state: Arc::default(),
         }
     }
@@ -305,7 +329,6 @@ impl WholeFile {
             file.write_all(bytes)?;
             file.set_permissions(self.file.metadata()?.permissions())?;
             file.sync_all()?;
-            let _ = file.lock();
             fs::rename(&at, &self.at)
         })();
         if let Err(error) = written {
@@ -341,7 +364,10 @@ impl WholeFile {
     /// # Errors
     /// What the system reports, and [`io::ErrorKind::WouldBlock`] if another program has it.
     pub fn try_lock(&self) -> io::Result<()> {
-        Ok(self.file.try_lock()?)
+        match self.is_locked {
+            true => Ok(()),
+            false => Ok(self.file.try_lock()?),
+        }
     }
 
     fn end(&mut self) -> io::Result<()> {
@@ -498,10 +524,64 @@ fn beside(path: &Path, is_private: bool) -> io::Result<(PathBuf, File)> {
         let at = named(path, &format!(".{}-{number}.new", std::process::id()));
         match new(&at, is_private) {
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
-            file => return Ok((at, file?)),
+            file => {
+                let file = file?;
+                // Some file systems know no locks; there nothing is swept either.
+                let _ = file.try_lock();
+                return Ok((at, file));
+            }
         }
     }
     Err(io::ErrorKind::AlreadyExists.into())
+}
+
+/// Removes what killed processes have left beside a file that they were about to replace: what is old
+/// enough to be locked by its process, and is not. Looks once for each file.
+fn sweep(target: &Path) {
+    static SWEPT: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+    {
+        let mut swept = SWEPT.lock().unwrap_or_else(PoisonError::into_inner);
+        if swept.len() >= MOST_SWEPT {
+            swept.clear();
+        }
+        if !swept.insert(target.to_owned()) {
+            return;
+        }
+    }
+    let (Some(folder), Some(name)) = (target.parent(), target.file_name()) else {
+        return;
+    };
+    let here = folder.as_os_str().is_empty();
+    let folder = if here { Path::new(".") } else { folder };
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let other = entry.file_name();
+        let is_left = is_stump_of(&name.to_string_lossy(), &other.to_string_lossy())
+            && entry.metadata().is_ok_and(|about| {
+                let age = about.modified().ok().and_then(|time| time.elapsed().ok());
+                about.is_file() && age.is_some_and(|age| age >= STUMP_AGE)
+            })
+            && File::options()
+                .append(true)
+                .open(entry.path())
+                .is_ok_and(|file| file.try_lock().is_ok());
+        if is_left {
+            // Another process may have been faster.
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// True for `NAME.PID-N.new`.
+fn is_stump_of(name: &str, other: &str) -> bool {
+    let numbers = { other.strip_prefix(name) }.and_then(|rest| {
+        rest.strip_prefix('.')?
+            .strip_suffix(".new")?
+            .split_once('-')
+    });
+    numbers.is_some_and(|(process, number)| {
+        let is_number = |text: &str| text.parse::<u32>().is_ok();
+        is_number(process) && is_number(number)
+    })
 }
 
 /// Name of a file that grows while another one has its name.
@@ -529,9 +609,10 @@ fn named(path: &Path, ending: &str) -> PathBuf {
     path.with_file_name(longer)
 }
 
+#[cfg_attr(not(unix), expect(unused_variables, reason = "modes are of Unix"))]
 fn new(path: &Path, is_private: bool) -> io::Result<File> {
     let mut options = OpenOptions::new();
-    options.write(true).create_new(true);
+    options.read(true).write(true).create_new(true);
     #[cfg(unix)]
     if is_private {
         std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);

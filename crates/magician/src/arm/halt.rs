@@ -262,11 +262,29 @@ impl Arm {
     /// # Errors
     /// [`ErrorKind::Timeout`] when it still moves after five seconds, else as [`get`](Self::get).
     pub async fn wait_still(&self) -> Result<()> {
-        let until = Instant::now() + BRAKING;
-        let (stops, brakes) = {
-            let in_flight = self.in_flight();
-            (in_flight.stops(), in_flight.is_braking())
-        };
+        let brakes = self.in_flight().is_braking();
+        self.still_until(Instant::now() + BRAKING, brakes).await
+    }
+
+    /// True if the arm stands: its queue has nothing of this connection under way, and two looks find the same pose.
+    ///
+    /// # Errors
+    /// As [`get`](Self::get).
+    pub async fn stands(&self) -> Result<bool> {
+        // What has finished counts as under way until the index is read.
+        self.current_index().await?;
+        if self.in_flight().runs_queue() {
+            return Ok(false);
+        }
+        match self.still_until(Instant::now(), false).await {
+            Err(error) if error.code() == ErrorCode::StopUnconfirmed => Ok(false),
+            still => still.map(|()| true),
+        }
+    }
+
+    /// Waits until two looks find the same pose; of an arm that brakes, until anyone has seen it stand since its stop.
+    async fn still_until(&self, until: Instant, brakes: bool) -> Result<()> {
+        let stops = self.in_flight().stops();
         let mut before = self.get::<Pose>().await?;
         loop {
             sleep(APART).await;

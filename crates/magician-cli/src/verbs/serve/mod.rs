@@ -94,8 +94,8 @@ pub(crate) struct Serve {
     link: LinkFlags,
     #[command(flatten)]
     site: SiteFlags,
-    /// World of the virtual arms
-    #[arg(long, value_name = "FILE")]
+    /// World of the virtual arms: a TOML file, or cubes, drawing, pick_and_sort, faults or engraving, which are built in
+    #[arg(long, value_name = "FILE|NAME")]
     scenario: Option<PathBuf>,
     #[arg(skip)]
     shown: Shown,
