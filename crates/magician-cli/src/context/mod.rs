@@ -25,7 +25,7 @@ use connect::{Connected, Stage, Trace};
 pub(crate) use connect::{Sim, Taken, held};
 pub(crate) use job::Ended;
 pub(crate) use policy::{Burns, JobPolicy, StopPolicy, ToldPolicy};
-pub(crate) use stop::{not_confirmed, place, stop};
+pub(crate) use stop::{INTERRUPTED, STATION_ENDED, not_confirmed, place, stop};
 
 /// What only the command line as a whole knows, for the verbs that show it or follow lines of it.
 #[derive(Clone, Copy)]
@@ -63,9 +63,6 @@ pub(crate) const STAND_BY: Duration = Duration::from_secs(3);
 
 /// How long connections that were dropped get for their last words.
 pub(crate) const FAREWELL: Duration = Duration::from_millis(600);
-
-/// What has ended a verb where its station was about to end.
-pub(crate) const STATION_ENDED: &str = "the station ended";
 
 impl Context {
     pub(crate) fn new(global: Global, out: Output, command_line: CommandLine) -> Self {

@@ -8,8 +8,8 @@ use tokio::time::timeout;
 
 use super::connect::{Connected, Sim};
 use super::policy::{Burns, End, Rules, StopPolicy, ToldPolicy};
-use super::stop::{stop, stop_again};
-use super::{Context, FAREWELL, STAND_BY, STATION_ENDED};
+use super::stop::{INTERRUPTED, STATION_ENDED, stop, stop_again};
+use super::{Context, FAREWELL, STAND_BY};
 use crate::failure::{Failure, Kind, incomplete};
 use crate::interrupt::{Signal, Signals};
 use crate::output::Output;
@@ -226,23 +226,24 @@ impl Context {
     pub(super) async fn halt(&mut self, signals: &mut Signals) -> Failure {
         let open = self.connected.as_ref();
         let needs_stop = open.is_some_and(Connected::needs_stop);
-        self.halt_if(needs_stop, signals).await
+        let message = self.halted(needs_stop, INTERRUPTED, signals).await;
+        Failure::new(Kind::Interrupted, message)
     }
 
     /// As [`halt`](Self::halt), because the station of the arm is about to end.
     async fn halt_for_station(&mut self, signals: &mut Signals) -> Failure {
         let open = self.connected.as_ref();
         let needs_stop = open.is_some_and(Connected::needs_end) || !self.saved.is_empty();
-        let halted = self.halt_if(needs_stop, signals).await;
-        let message = halted.message.replacen("interrupted", STATION_ENDED, 1);
+        let message = self.halted(needs_stop, STATION_ENDED, signals).await;
         Failure::new(Kind::Driver(ErrorKind::Port), message)
     }
 
-    async fn halt_if(&mut self, needs_stop: bool, signals: &mut Signals) -> Failure {
-        let failure = match &self.connected {
+    /// Stops the arm if it needs that, and ends the connection; what is said of it, after the words for the cause.
+    async fn halted(&mut self, needs_stop: bool, cause: &str, signals: &mut Signals) -> String {
+        let outcome = match &self.connected {
             Some(open) if needs_stop => {
                 let arm = &open.arm;
-                let ended = attended(self.global.json, "stopping", stop(arm, &self.saved));
+                let ended = attended(self.global.json, "stopping", stop(arm, &self.saved, cause));
                 let ended = tokio::select! {
                     biased;
                     _ = signals.next() => None,
@@ -255,13 +256,11 @@ impl Context {
                 self.ends(End::Stopped);
                 ended
             }
-            _ => Ok("interrupted".to_owned()),
+            _ => Ok(cause.to_owned()),
         };
         self.saved.leave();
-        let stands = failure.is_ok();
-        let message = failure.unwrap_or_else(|message| message);
-        self.interrupted(stands).await;
-        Failure::new(Kind::Interrupted, message)
+        self.interrupted(outcome.is_ok()).await;
+        outcome.unwrap_or_else(|message| message)
     }
 
     /// What becomes of the connection after an interrupt.

@@ -6,7 +6,7 @@ use magician_program::resume::{ResumePoint, StepRange};
 use magician_program::{Diagnostic, Origin};
 
 use super::{Made, needs_start, report};
-use crate::context::{STATION_ENDED, not_confirmed, place};
+use crate::context::{INTERRUPTED, STATION_ENDED, not_confirmed, place};
 use crate::failure::{Failure, Kind};
 
 /// What is said when a second stop was not waited for.
@@ -53,7 +53,7 @@ impl Wording<'_> {
         let twice = matches!(error.fault, Fault::Stopped { twice: true });
         let cause = match error.line_ends {
             true => STATION_ENDED,
-            false => "interrupted",
+            false => INTERRUPTED,
         };
         let (message, stands) = match (&error.pose, &error.unconfirmed) {
             (Some(pose), None) if twice => (
@@ -74,8 +74,8 @@ impl Wording<'_> {
                 format!("{cause} before the arm confirmed that it stands: look at it"),
                 false,
             ),
-            (_, Some(why)) => (not_confirmed(&why.to_string()), false),
-            (None, None) => (not_confirmed("it took too long"), false),
+            (_, Some(why)) => (not_confirmed(cause, &why.to_string()), false),
+            (None, None) => (not_confirmed(cause, "it took too long"), false),
         };
         let kind = match error.line_ends && !twice {
             true => Kind::Driver(ErrorKind::Port),
