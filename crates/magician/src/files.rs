@@ -3,13 +3,15 @@
 //! Every file that a person names or keeps goes through [`WholeFile`], so that a full disk, a kill or a
 //! power failure leaves the file that was there before, or the whole new one.
 
-use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions, Permissions, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+
+mod stumps;
+
+use self::stumps::sweep;
 
 /// Symbolic links that are followed, as many as Linux follows.
 const MOST_LINKS: u32 = 40;
@@ -20,10 +22,6 @@ const MOST_PARTIALS: u32 = 100;
 /// Names that are tried for a file beside its target; others are of processes with the same id, as in
 /// containers that share a folder.
 const MOST_ATTEMPTS: u32 = 100;
-/// Files whose surroundings are known to be swept; beyond that they are swept again.
-const MOST_SWEPT: usize = 1000;
-/// Age of a file that its process has had time to lock.
-const STUMP_AGE: Duration = Duration::from_secs(60);
 
 /// Writes a file, and its directory, so that a reader finds the old or the new one, never half of it.
 /// Mode and symbolic link of the old one are kept.
@@ -533,55 +531,6 @@ fn beside(path: &Path, is_private: bool) -> io::Result<(PathBuf, File)> {
         }
     }
     Err(io::ErrorKind::AlreadyExists.into())
-}
-
-/// Removes what killed processes have left beside a file that they were about to replace: what is old
-/// enough to be locked by its process, and is not. Looks once for each file.
-fn sweep(target: &Path) {
-    static SWEPT: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
-    {
-        let mut swept = SWEPT.lock().unwrap_or_else(PoisonError::into_inner);
-        if swept.len() >= MOST_SWEPT {
-            swept.clear();
-        }
-        if !swept.insert(target.to_owned()) {
-            return;
-        }
-    }
-    let (Some(folder), Some(name)) = (target.parent(), target.file_name()) else {
-        return;
-    };
-    let here = folder.as_os_str().is_empty();
-    let folder = if here { Path::new(".") } else { folder };
-    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
-        let other = entry.file_name();
-        let is_left = is_stump_of(&name.to_string_lossy(), &other.to_string_lossy())
-            && entry.metadata().is_ok_and(|about| {
-                let age = about.modified().ok().and_then(|time| time.elapsed().ok());
-                about.is_file() && age.is_some_and(|age| age >= STUMP_AGE)
-            })
-            && File::options()
-                .append(true)
-                .open(entry.path())
-                .is_ok_and(|file| file.try_lock().is_ok());
-        if is_left {
-            // Another process may have been faster.
-            let _ = fs::remove_file(entry.path());
-        }
-    }
-}
-
-/// True for `NAME.PID-N.new`.
-fn is_stump_of(name: &str, other: &str) -> bool {
-    let numbers = { other.strip_prefix(name) }.and_then(|rest| {
-        rest.strip_prefix('.')?
-            .strip_suffix(".new")?
-            .split_once('-')
-    });
-    numbers.is_some_and(|(process, number)| {
-        let is_number = |text: &str| text.parse::<u32>().is_ok();
-        is_number(process) && is_number(number)
-    })
 }
 
 /// Name of a file that grows while another one has its name.
