@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{self, Read as _, Seek as _};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use magician_program::resume::Checkpoint;
 use tracing::debug;
@@ -19,9 +19,15 @@ use crate::files::replace_locked;
 /// Arms with one serial number that have journals of one program, at most. Beyond that nothing is kept.
 const MOST_ARMS: u32 = 32;
 
-/// Files of the virtual arms of this process between two jobs, by path of the first such file and number of
-/// the arm. The world of such an arm ends with the process, so until then its journal is of no other arm.
-static OF_VIRTUAL_ARMS: Mutex<BTreeMap<(PathBuf, u64), Claim>> = Mutex::new(BTreeMap::new());
+/// Claims by path of the first such file and number of the arm.
+type Claims = BTreeMap<(PathBuf, u64), Claim>;
+
+/// Files of the virtual arms of this process between two jobs. The world of such an arm ends with the process,
+/// so until then its journal is of no other arm.
+fn of_virtual_arms() -> MutexGuard<'static, Claims> {
+    static CLAIMS: Mutex<Claims> = Mutex::new(Claims::new());
+    CLAIMS.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// A [`Journal`] in the user's directory for state (`runs/KEY-ARM.json`), which all programs share: what one has left another
 /// goes on with.
@@ -105,12 +111,7 @@ impl Journal for FileJournal {
         self.key = first.map(|first| (first, key.virtual_arm));
         let _guard = self.guard();
         self.claim = self.key.as_ref().and_then(|(first, number)| {
-            let own = number.and_then(|number| {
-                let mut kept = OF_VIRTUAL_ARMS
-                    .lock()
-                    .unwrap_or_else(PoisonError::into_inner);
-                kept.remove(&(first.clone(), number))
-            });
+            let own = number.and_then(|number| of_virtual_arms().remove(&(first.clone(), number)));
             own.or_else(|| newest(first))
         });
     }
@@ -150,10 +151,7 @@ impl Journal for FileJournal {
 impl Drop for FileJournal {
     fn drop(&mut self) {
         if let (Some((first, Some(number))), Some(claim)) = (self.key.take(), self.claim.take()) {
-            let mut kept = OF_VIRTUAL_ARMS
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner);
-            kept.insert((first, number), claim);
+            of_virtual_arms().insert((first, number), claim);
         }
     }
 }
