@@ -2,13 +2,11 @@
 
 use magician::admission::AdmissionLimits;
 
-use crate::station::SOCKETS;
+use crate::station::{SILENT_SOCKETS, SOCKETS};
 
 /// Descriptors that connections leave to everything else: the runtime, arms, files of tokens, programs, recordings and the
 /// journal.
 const KEPT_FREE: usize = 64;
-/// Sockets that have not said hello, at most.
-const SILENT_SOCKETS: usize = 16;
 /// Fewest places of each kind, however few descriptors there are.
 const FEWEST: usize = 4;
 

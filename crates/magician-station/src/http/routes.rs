@@ -514,8 +514,7 @@ async fn upgrade<S: Served>(here: &Here<S>, request: Request, admitted: &Admitte
         Ok(peer) => peer,
         Err(refused) => return refusal(&refused),
     };
-    let admitted = here.station.admit(peer, admitted.token.clone()).await;
-    let Some(client) = admitted else {
+    let Some(client) = here.station.admit(peer, admitted.token.clone()).await else {
         return text(
             StatusCode::SERVICE_UNAVAILABLE,
             "the station has all the sockets that it takes",

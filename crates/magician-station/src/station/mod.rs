@@ -54,6 +54,8 @@ pub use self::outbox::{Next, Outbox};
 use self::recordings::{ArmRecordings, Recorded};
 pub use self::records::JobsToKeep;
 use self::records::Records;
+#[cfg(feature = "http")]
+pub(crate) use self::sessions::SILENT_SOCKETS;
 use self::sessions::{LIMITS, ListTelling, Session};
 pub use self::sessions::{LIST_INTERVAL, MESSAGE, SOCKETS};
 pub use self::size::StationSize;
