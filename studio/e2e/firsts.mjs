@@ -131,14 +131,19 @@ export function firsts(test, { browser, program, shots }) {
       await page.getByTestId("alarm-banner").getByText("The arm was switched on").waitFor();
       assert.doesNotMatch(await page.getByTestId("alarm-banner").textContent(), /ResetOccurred/);
       await shot(page, "first-1-switched-on");
+      // A height cannot be taken yet; what is said of that is over once the arm is homed.
+      await page.getByTestId("draw-text").fill("Mia");
+      await page.getByTestId("touch-off").click();
+      const refusal = page.locator(".touch-card").getByRole("alert");
+      await refusal.getByText("not homed").waitFor();
       await page.getByTestId("alarm-home").click();
       await page.getByTestId("confirm-yes").click();
       await is(page, "moving", "true");
       await is(page, "moving", "false", 60_000);
       await is(page, "alarm", "false", 60_000);
+      await refusal.waitFor({ state: "detached" });
 
       // The message, the button beside it, and the pad that brings the pen down.
-      await page.getByTestId("draw-text").fill("Mia");
       await page.getByRole("alert").getByText("work surface height unknown").waitFor();
       await page.getByTestId("touch-off").waitFor();
       await shot(page, "first-2-unknown");

@@ -80,7 +80,18 @@ export function onSerial(tests, shared, bench, folder) {
       await is(page, "jog", "idle");
     }
   };
+  /** A page that has homed its arm: it runs no program before it has seen that. */
+  const homed = async (page) => {
+    await page.goto(`${files.url}#/move`);
+    await page.getByTestId("home").click();
+    await page.getByTestId("confirm-yes").click();
+    await is(page, "moving", "true");
+    await is(page, "moving", "false", 60_000);
+    await is(page, "alarm", "false");
+    cable.sent = [];
+  };
   const running = async (page) => {
+    await homed(page);
     await page.goto(`${files.url}#/run`);
     await page.getByTestId("program-open").setInputFiles({ name: "there.plan.json", mimeType: "text/plain", buffer: Buffer.from(PLAN) });
     await page.locator('[data-testid="program-there.plan.json"][aria-selected=true]').waitFor();
@@ -253,8 +264,7 @@ export function onSerial(tests, shared, bench, folder) {
     cable.sent = [];
     const page = await browser.inControl(files.url);
     page.on("dialog", (dialog) => void dialog.accept());
-    if ((await page.evaluate(() => document.body.dataset.alarm)) === "true") await page.getByTestId("clear-alarms").click();
-    await is(page, "alarm", "false");
+    await homed(page);
     await page.goto(`${files.url}#/engrave`);
     const svg = '<svg xmlns="http://www.w3.org/2000/svg" width="60mm" height="30mm" viewBox="0 0 60 30"><path d="M0 0H60V30H0Z" fill="none" stroke="#000"/></svg>';
     await page.getByTestId("draw-open").setInputFiles({ name: "engraved.svg", mimeType: "image/svg+xml", buffer: Buffer.from(svg) });

@@ -197,6 +197,7 @@ export type Preview = {
     points: Array<[number, number]>;
     height: number;
     part: number | null;
+    power: number;
     reachable: boolean;
   }>;
   travels: Array<Array<[number, number, number]>>;

@@ -316,6 +316,8 @@ function hear(method: string, params: Record<string, unknown>): void {
     if (job.arm === store.armName.value) store.jobState.value = job.state;
   } else if (method === "arm.event") {
     told(params);
+  } else if (method === "server.ending") {
+    store.say(t("link.ending"), true);
   }
   for (const listener of notified) listener(method, params);
 }

@@ -64,6 +64,7 @@ export const lease = computed<"mine" | "other" | "free">(() => {
   if (holder.value === null) return "free";
   return holder.value.session === session.value ? "mine" : "other";
 });
+export const isHomed = computed(() => state.value?.homed ?? null);
 export const holds = computed(() => alarms.value.some((alarm) => alarm.holds_queue));
 export const isLaserOn = computed(() => isUp.value && state.value?.tool.laser === true);
 /** States of a job in which it has the arm. */

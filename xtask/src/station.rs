@@ -44,7 +44,10 @@ JSON-RPC's own: -32700 no JSON, -32600 no request, -32601 unknown method, -32602
 | -32008 | `frozen` | a teacher has frozen the arm | `arm` |
 
 A socket is closed with 4400 (no good hello), 4401 (no or wrong token), 4403 (token revoked), 4408 (no hello within 5 s, from another machine
-2 s, or a newer socket took the place of one that had said none), 4409 (its session has another socket), 4413 (it reads too slowly), 4429 (too many messages for five seconds), 1003 (a binary message), 1007 (no UTF-8), 1009 (more than 1 MiB), 1001 (the station ends).
+2 s, or a newer socket took the place of one that had said none), 4409 (its session has another socket), 4413 (it reads too slowly), 4429 (too many messages for five seconds), 1003 (a binary message), 1007 (no UTF-8), 1009 (more than 1 MiB), 1001 (the station ends), 1013 (tokens cannot be checked now).
+
+Before a station ends it tells every session by the notification `server.ending` with `left_s`: the seconds that who holds an arm has to stop it (within 1 s, by `arm.stop`), to lift its
+pen, to restore settings and to give the lease back. Nothing begins any more: -32007, \"the station ends\".
 
 ## Methods
 ";

@@ -19,6 +19,7 @@ use crate::verbs::{
     sensor, serve, set, shell, sim, station, stop, teach, testgrid, tools, travel, version, watch,
     write,
 };
+use crate::voice::speaks_for;
 
 /// The name of the option that chooses the tool of a virtual arm.
 const VIRTUAL_TOOL: &str = "virtual_tool";
@@ -108,6 +109,13 @@ impl Cli {
         let matches = command.try_get_matches_from_mut(arguments)?;
         let mut cli =
             Self::from_arg_matches(&matches).map_err(|error| error.format(&mut command))?;
+        let (mut verb, mut chosen) = (&command, &matches);
+        while let Some((name, next)) = chosen.subcommand()
+            && let Some(own) = verb.find_subcommand(name)
+        {
+            (verb, chosen) = (own, next);
+        }
+        speaks_for(verb);
         let verb = matches.subcommand().map(|(_, verb)| verb);
         let tool = verb.and_then(|verb| verb.try_get_one::<ToolBias>(VIRTUAL_TOOL).ok().flatten());
         cli.global.virtual_tool = tool.copied();

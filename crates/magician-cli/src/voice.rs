@@ -1,9 +1,24 @@
 //! What to do about an error or a note, in the words of the command: verbs and flags.
 
-use magician::{Action, Given, PinUse, Setting, Voice};
+use std::cell::RefCell;
+use std::collections::BTreeSet;
+
+use magician::{Act, Action, Given, PinUse, Setting, Voice};
 
 /// The command's voice.
 pub(crate) struct Command;
+
+thread_local! {
+    /// Flags of the verb that this thread does; `None` before there is one.
+    static FLAGS: RefCell<Option<BTreeSet<String>>> = const { RefCell::new(None) };
+}
+
+/// From now on the verb with these flags speaks: what it does not take it does not name.
+pub(crate) fn speaks_for(verb: &clap::Command) {
+    let flags = verb.get_arguments().filter_map(clap::Arg::get_long);
+    let flags = flags.map(str::to_owned).collect();
+    FLAGS.with_borrow_mut(|own| *own = Some(flags));
+}
 
 impl Voice for Command {
     fn action(&self, action: Action) -> String {
@@ -34,6 +49,17 @@ impl Voice for Command {
         }
     }
 
+    fn takes(&self, act: &Act) -> bool {
+        let flag = match act {
+            Act::Give(setting, given) => self.give(*setting, given),
+            Act::Omit(setting) => self.setting(*setting),
+            _ => return true,
+        };
+        let name = flag.trim_start_matches("--");
+        let name = name.split(' ').next().unwrap_or_default();
+        FLAGS.with_borrow(|own| own.as_ref().is_none_or(|own| own.contains(name)))
+    }
+
     fn set_pin(&self, pin: u8, function: PinUse) -> String {
         format!("`magician io mux {pin} {}`", function.name())
     }
@@ -55,7 +81,7 @@ mod tests {
     use clap::CommandFactory;
 
     use magician::report::remedies as json;
-    use magician::{Act, Error, ErrorCode, Remedy};
+    use magician::{Error, ErrorCode, Remedy};
 
     use super::*;
     use crate::args::Cli;
@@ -81,6 +107,50 @@ mod tests {
                 "{flag}"
             );
         }
+    }
+
+    /// The verbs that do something, each with the flags of all.
+    fn verbs(command: &clap::Command) -> Vec<&clap::Command> {
+        let own = command.get_subcommands().flat_map(verbs);
+        let own: Vec<_> = own.collect();
+        match own.is_empty() {
+            true => vec![command],
+            false => own,
+        }
+    }
+
+    #[test]
+    fn remedy_names_only_what_the_verb_takes() {
+        let mut command = Cli::command();
+        command.build();
+        let all: Vec<Remedy> = { Setting::ALL.iter() }
+            .flat_map(|setting| {
+                let given = [Given::On, Given::Off, Given::Any("VALUE")];
+                let gives = given.map(|given| Remedy::new((*setting, given), "is a way"));
+                gives.into_iter().chain([Remedy::without(*setting)])
+            })
+            .collect();
+        let named = |said: Option<String>| -> BTreeSet<String> {
+            let said = said.unwrap_or_default();
+            let words = said.split([' ', ';']);
+            let flags = words.filter_map(|word| word.strip_prefix("--"));
+            flags.map(str::to_owned).collect()
+        };
+        let whole = named(Command.remedies(&all));
+        assert!(whole.contains("no-order") && whole.contains("fit"));
+        let mut is_left_out = false;
+        for verb in verbs(&command) {
+            speaks_for(verb);
+            let said = named(Command.remedies(&all));
+            let longs = verb.get_arguments().filter_map(clap::Arg::get_long);
+            let taken: BTreeSet<String> = longs.map(str::to_owned).collect();
+            assert!(said.is_subset(&taken), "{}", verb.get_name());
+            let usable: BTreeSet<String> = whole.intersection(&taken).cloned().collect();
+            assert_eq!(said, usable, "{}", verb.get_name());
+            is_left_out |= verb.get_name() == "engrave" && !said.contains("no-order");
+        }
+        assert!(is_left_out);
+        FLAGS.with_borrow_mut(|own| *own = None);
     }
 
     #[test]

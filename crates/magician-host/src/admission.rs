@@ -88,6 +88,11 @@ impl Place {
     }
 }
 
+/// Order in which connections give way: silent ones first, of these the oldest.
+fn yields_first<K>((_, place): &(&K, &Place)) -> (Standing, HostInstant, u64) {
+    (place.standing, place.since, place.arrival)
+}
+
 /// Connections of a listener by a key of the listener's choice, and what each has shown.
 ///
 /// ```
@@ -144,6 +149,24 @@ impl<K: Copy + Ord> AdmissionTable<K> {
     #[must_use]
     pub fn has_room(&self, now: HostInstant, origin: Origin) -> bool {
         self.place_for(now, origin, None).is_ok()
+    }
+
+    /// Earliest instant at which [`open`](Self::open) for this origin takes no place from a connection that took on its standing
+    /// less than `grace` ago. `None` if that is now. A listener that waits for it lets each connection say who it is, however
+    /// fast others come.
+    #[must_use]
+    pub fn opens_at(
+        &self,
+        now: HostInstant,
+        origin: Origin,
+        grace: Duration,
+    ) -> Option<HostInstant> {
+        if self.strangers_from(origin).count() < self.most_strangers(origin) {
+            return None;
+        }
+        let first = self.strangers_from(origin).min_by_key(yields_first)?;
+        let at = first.1.since + grace;
+        (at > now).then_some(at)
     }
 
     /// A connection came. Returns the connection that gives way to it: the stranger from the same origin that has been silent
@@ -238,19 +261,27 @@ impl<K: Copy + Ord> AdmissionTable<K> {
 
     /// Removes a stranger of this origin if there are too many, but not the one that needs the room.
     fn make_room(&mut self, origin: Origin, newest: K) -> Option<K> {
+        if self.strangers_from(origin).count() <= self.most_strangers(origin) {
+            return None;
+        }
+        let others = self.strangers_from(origin);
+        let others = others.filter(|(key, _)| **key != newest);
+        let gone = others.min_by_key(yields_first).map(|(key, _)| *key);
+        self.remove(gone)
+    }
+
+    fn strangers_from(&self, origin: Origin) -> impl Iterator<Item = (&K, &Place)> {
+        let from_there = move |place: &Place| place.origin == origin && !place.is_claim();
+        { self.places.iter() }.filter(move |(_, place)| from_there(place))
+    }
+
+    /// Most strangers from there.
+    fn most_strangers(&self, origin: Origin) -> usize {
         let most = match origin {
             Origin::Loopback => self.limits.loopback_strangers,
             Origin::Elsewhere => self.limits.strangers,
         };
-        let strangers =
-            { self.places.iter() }.filter(|(_, place)| place.origin == origin && !place.is_claim());
-        if strangers.clone().count() <= most.max(1) {
-            return None;
-        }
-        let others = strangers.filter(|(key, _)| **key != newest);
-        let first = others.min_by_key(|(_, place)| (place.standing, place.since, place.arrival));
-        let gone = first.map(|(key, _)| *key);
-        self.remove(gone)
+        most.max(1)
     }
 
     fn claims(&self, but: [Option<K>; 2]) -> impl Iterator<Item = (&K, &Place)> {
@@ -310,7 +341,6 @@ impl<K: Copy + Ord> AdmissionTable<K> {
         };
         let yielding = self.claims(but);
         let yielding = yielding.filter(|(_, place)| has_yielded(place) && may_go(place));
-        let first = yielding.min_by_key(|(_, place)| (place.standing, place.since, place.arrival));
-        first.map(|(key, _)| *key)
+        yielding.min_by_key(yields_first).map(|(key, _)| *key)
     }
 }

@@ -324,6 +324,12 @@ pub trait Voice {
     /// The option without a value: `--raw`, `raw`.
     fn setting(&self, setting: Setting) -> String;
 
+    /// True if the caller can follow it as things are; what is not is not said.
+    fn takes(&self, act: &Act) -> bool {
+        let _ = act;
+        true
+    }
+
     /// What gives a pin this function: `magician io mux 6 pwm`, `arm.multiplex(6, "pwm")`.
     fn set_pin(&self, pin: u8, function: PinUse) -> String {
         Act::SetPin(pin, function).to_string()
@@ -345,7 +351,7 @@ pub trait Voice {
     fn remedies(&self, remedies: &[Remedy]) -> Option<String> {
         let mut acts: Vec<String> = Vec::new();
         let mut all = Vec::new();
-        for remedy in remedies {
+        for remedy in remedies.iter().filter(|remedy| self.takes(&remedy.act)) {
             let act = self.act(&remedy.act);
             if acts.contains(&act) {
                 continue;

@@ -273,3 +273,50 @@ fn strangers_go_first_when_the_system_has_no_descriptors() {
     assert_eq!(table.shed(), Some(0));
     assert_eq!(table.shed(), None);
 }
+
+/// Connections from one place come every millisecond, each as soon as it may, and say nothing.
+#[test]
+fn connections_that_wait_for_their_instant_leave_each_its_grace() {
+    let grace = Duration::from_millis(100);
+    for origin in [Origin::Loopback, Origin::Elsewhere] {
+        let mut table = AdmissionTable::new(LIMITS);
+        let mut opened = BTreeMap::new();
+        let mut now = HostInstant::ZERO;
+        let mut gone = 0;
+        for key in 0..200 {
+            if let Some(at) = table.opens_at(now, origin, grace) {
+                assert!(at > now && at <= now + grace);
+                now = at;
+                assert_eq!(table.opens_at(now, origin, grace), None);
+            }
+            opened.insert(key, now);
+            if let Some(silent) = table.open(now, key, origin) {
+                assert!(now - opened[&silent] >= grace, "{silent} at {now:?}");
+                gone += 1;
+            }
+            now += Duration::from_millis(1);
+        }
+        assert!(gone > 190, "{gone}");
+    }
+}
+
+#[test]
+fn connection_may_open_at_once_where_a_place_is_free_or_anyone_has_claimed() {
+    let grace = Duration::from_secs(1);
+    let now = HostInstant::ZERO;
+    let mut table = AdmissionTable::new(LIMITS);
+    for key in 0..3 {
+        assert_eq!(table.opens_at(now, Origin::Elsewhere, grace), None);
+        assert_eq!(table.open(now, key, Origin::Elsewhere), None);
+    }
+    let later = now + Duration::from_millis(400);
+    let at = table.opens_at(later, Origin::Elsewhere, grace);
+    assert_eq!(at, Some(now + grace));
+    assert_eq!(table.opens_at(later, Origin::Loopback, grace), None);
+    // One that was heard gives way after those that were not.
+    table.heard(later, 0);
+    let at = table.opens_at(later, Origin::Elsewhere, grace);
+    assert_eq!(at, Some(now + grace));
+    assert_eq!(table.claim(later, 1), Ok(None));
+    assert_eq!(table.opens_at(later, Origin::Elsewhere, grace), None);
+}

@@ -18,83 +18,83 @@ pub type JobOutcome = Result<Arc<Done>, Arc<JobError>>;
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum Fault {
-    /// It was stopped by [`JobHandle::stop`](crate::JobHandle::stop), or by the end of its last handle; twice where a second stop
-    /// ended what the first one had begun to do.
+    /// A stop by [`JobHandle::stop`](crate::JobHandle::stop), by the end of the last handle, or by
+    /// the announced end of the line ([`JobError::line_ends`]).
     Stopped {
-        /// Whether a second stop came.
+        /// True if a second stop ended what the first one had begun to do.
         twice: bool,
     },
-    /// The arm or the line to it; also a stop that did not come through the job.
+    /// An error of the arm or its line; also a stop that did not come through the job.
     Arm(Arc<Error>),
-    /// The program cannot be done from there.
+    /// A program that cannot be done from where the arm stands.
     Program(Diagnostic),
-    /// The check refuses steps.
+    /// Steps that the check refuses.
     Refused {
-        /// What it has found.
+        /// Report of the check.
         report: Box<Report>,
-        /// What was checked.
+        /// Rest of the program that was checked.
         rest: Box<RemainingProgram>,
     },
-    /// There is nothing to resume.
+    /// No journal to resume from.
     Journal(JournalError),
-    /// All steps of what is to be resumed are done.
+    /// Nothing left to resume: all steps are done.
     AllDone,
-    /// It is not certain how far the last job came.
+    /// Uncertain progress of the last job.
     Doubt {
-        /// So many steps at least and at most.
+        /// Numbers of finished steps, at least and at most.
         span: StepRange,
-        /// Why.
+        /// Reason of the doubt.
         why: DoubtReason,
     },
-    /// Commands of the last job wait in the arm's queue, and nothing moves.
+    /// Commands of the last job that wait in the arm's queue while nothing moves.
     Stands {
-        /// How many.
+        /// Number of waiting commands.
         waiting: u32,
     },
-    /// It depends on where the arm stood when it was begun, and that position is unknown.
+    /// A program that depends on where the arm stood when it began, which is unknown.
     BeginsElsewhere,
 }
 
-/// How an arm stands.
+/// Pose and progress of an arm that stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stood {
-    /// Where.
+    /// Pose of the arm.
     pub pose: Pose,
-    /// The index that it has finished last.
+    /// Index of the command that it finished last.
     pub index: u64,
 }
 
-/// Where a job goes on that ended before its end.
+/// Place where a job goes on that ended before its end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum Left {
-    /// The arm was not asked: it finishes what it has, and then tells how far it came.
+    /// An unknown place, as the arm was not asked: it finishes what it has, and then tells how far it came.
     NotAsked,
-    /// Behind so many steps.
+    /// A place behind some steps.
     Known {
-        /// The steps.
+        /// Steps behind which it lies.
         resume_point: ResumePoint,
-        /// Whether the next one goes on where it was stopped.
+        /// True if the next step goes on where it was stopped.
         within: bool,
     },
-    /// The arm has forgotten what it did: only what was seen to be finished is certain.
+    /// A range of places, as the arm has forgotten what it did: only what was seen to be finished is certain.
     Forgotten(StepRange),
 }
 
-/// What became of the pen of a drawing.
+/// Outcome of lifting the pen of a drawing.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub enum PenLift {
-    /// There was nothing to lift.
+    /// Nothing to lift.
     #[default]
     None,
-    /// It stays where it is, as wanted.
+    /// A pen that stays where it is, as wanted.
     Stays,
-    /// It went up.
+    /// A pen that went up.
     Lifted(Lifted),
-    /// It was not lifted.
+    /// A pen that was not lifted.
     Failed(Arc<Error>),
-    /// It took too long, and may not be up.
+    /// A lift that took too long: the pen may not be up.
     Late,
 }
 
@@ -102,19 +102,23 @@ pub enum PenLift {
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct JobError {
-    /// Why.
+    /// Cause of the end.
     pub fault: Fault,
-    /// Where it goes on; none if nothing was sent of it, or all of it is done.
+    /// Place where it goes on. `None` if nothing was sent of it, or all of it is done.
     pub left: Option<Left>,
-    /// Whether all steps were done.
+    /// True if all steps were done.
     pub all_done: bool,
-    /// How the arm stood when it was stopped, if it said so.
+    /// True if it was stopped because the program at the other end of the line, a station, was
+    /// about to end ([`EndNotice`](magician::EndNotice)). Without `pose` the arm had got nothing of
+    /// the job, or did not say where it stands.
+    pub line_ends: bool,
+    /// Pose and progress of the arm when it was stopped, if it said so.
     pub stood: Option<Stood>,
-    /// Where it stands now, after the lift.
+    /// Pose now, after the lift.
     pub pose: Option<Pose>,
-    /// Why it is not known whether the arm stands, if the arm said so.
+    /// Reason why it is not known whether the arm stands, if the arm gave one.
     pub unconfirmed: Option<Error>,
-    /// What became of the pen.
+    /// Outcome of lifting the pen.
     pub lift: PenLift,
 }
 
@@ -124,6 +128,7 @@ impl JobError {
             fault,
             left: None,
             all_done: false,
+            line_ends: false,
             stood: None,
             pose: None,
             unconfirmed: None,
@@ -131,7 +136,7 @@ impl JobError {
         }
     }
 
-    /// Whether it was stopped on purpose, through the job.
+    /// True if it was stopped on purpose, through the job.
     #[must_use]
     pub const fn is_stop(&self) -> bool {
         matches!(self.fault, Fault::Stopped { .. })
@@ -193,7 +198,7 @@ impl std::error::Error for JobError {}
 pub enum PauseError {
     /// All its steps are done, or it is being stopped.
     Ending,
-    /// It is over.
+    /// A job that is over.
     Ended,
 }
 
@@ -214,11 +219,11 @@ impl std::error::Error for PauseError {}
 pub enum SpeedError {
     /// A speed is 10 to 100 percent.
     Range,
-    /// It burns: at another speed the same power burns deeper, or not as deep.
+    /// A job that burns: at another speed the same power burns deeper, or not as deep.
     Burns,
     /// All its steps are done, or it is being stopped.
     Ending,
-    /// It is over.
+    /// A job that is over.
     Ended,
 }
 
@@ -239,13 +244,13 @@ impl std::error::Error for SpeedError {}
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub enum ResumeError {
-    /// It is not paused.
+    /// A job that is not paused.
     NotPaused,
     /// The arm was reset meanwhile (alarm 0x00, a clock that began anew): home it first.
     Reset,
     /// The position of the arm, or of the paused job, is unknown: home the arm first.
     Unknown,
-    /// These alarms hold the arm.
+    /// Alarms that hold the arm.
     Alarms(AlarmSet),
     /// The arm moves, or commands of others wait in its queue.
     Busy,
@@ -258,7 +263,7 @@ pub enum ResumeError {
 }
 
 impl ResumeError {
-    /// Whether the arm has to be homed before the job can go on.
+    /// True if the arm has to be homed before the job can go on.
     #[must_use]
     pub const fn wants_homing(&self) -> bool {
         matches!(self, Self::Reset | Self::Unknown)

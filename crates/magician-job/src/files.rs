@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 
 use magician::files::Target;
 pub use magician::files::{
-    WholeFile, check_writable, replace, replace_private, replace_unsynced, write_whole,
+    WholeFile, check_writable, replace, replace_locked, replace_private, replace_unsynced,
+    write_whole,
 };
 
 /// A file that a command would write over one that it reads, or write twice.

@@ -48,14 +48,13 @@ impl Touch {
 pub async fn touch_off(arm: &Arm, draws: Tool) -> Result<Touch> {
     arm.check_homed().await?;
     arm.check_dark().await?;
-    let before = arm.get::<Pose>().await?;
-    let bias = arm.get::<EndEffectorParams>().await?;
-    let pose = arm.get::<Pose>().await?;
     // A hand or another program moves it, too: then two poses differ.
-    if arm.moving() || before != pose {
+    if !arm.stands().await? {
         let why = "the arm moves: its tool touches nothing yet";
         return Err(Error::new(ErrorCode::Busy, why));
     }
+    let bias = arm.get::<EndEffectorParams>().await?;
+    let pose = arm.get::<Pose>().await?;
     let mounted = Tool::from(&bias);
     check_tip(mounted.bias(), draws.bias()).map_err(|()| {
         let why = format!(

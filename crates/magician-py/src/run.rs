@@ -92,6 +92,10 @@ fn why(error: &JobError, source: &Source) -> Arc<Error> {
             let refusal = refusal(report, source);
             refusal.map_or_else(|| invalid(error.to_string()), Arc::new)
         }
+        Fault::Stopped { .. } if error.line_ends => {
+            let message = "the station ended, and the job was stopped before its end";
+            Arc::new(Error::new(ErrorCode::Stopped, message))
+        }
         Fault::Stopped { .. } => {
             let message = "the job was stopped before its end";
             Arc::new(Error::new(ErrorCode::Stopped, message))

@@ -166,6 +166,7 @@ async fn open(
     let options = options.virtual_arm(is_virtual.map_err(|error| failed(&error))?);
     let homings = Arc::new(StationHomings::default());
     let options = options.homings(Arc::clone(&homings) as Arc<dyn HomingRecord>);
+    let options = options.end_notice(client.end_notice());
     let opener = move || {
         let (client, arm, ends) = (client.clone(), arm.clone(), Arc::clone(&ends));
         let homings = Arc::clone(&homings);

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::time::Duration;
 
-use magician_station::http::TokenStore;
+use magician_station::http::{TokenStore, UNCHECKED};
 use magician_station::{Client, MESSAGE, Outgoing, Station};
 use tokio::sync::mpsc;
 use tokio::time::timeout;
@@ -138,7 +138,10 @@ pub async fn carry(client: Client, tokens: TokenStore, mut end: StationEnd) {
                 Some(ToStation::Text(text)) => {
                     if !asked && let Some(token) = Station::token_of(&text) {
                         asked = true;
-                        client.vouch(tokens.granted(token).await);
+                        match tokens.granted(token).await {
+                            Ok(grant) => client.vouch(grant),
+                            Err(_) => return Some(Closed::new(1013, UNCHECKED)),
+                        }
                     }
                     client.send(&text);
                 }

@@ -32,7 +32,7 @@ use self::reads::Known;
 use crate::api::RpcError;
 use crate::control::{JobId, JogEnd, JogId, RequestId};
 use crate::job::{ReadProgram, Reader};
-use crate::order::{ArmAct, ArmOrder, ArmRead, ArmReport, JobStart, Outcome};
+use crate::order::{ArmAct, ArmOrder, ArmReport, JobStart, Outcome};
 use crate::surface::ArmSurface;
 
 /// How often an arm is looked at whose line was lost under a job, until its queue is empty: two seconds of motion are in it, or one
@@ -52,18 +52,6 @@ struct Done {
     reading: Option<crate::ArmReading>,
     /// It may have changed what is not read each time.
     stale: bool,
-}
-
-impl Done {
-    /// An action that reads and changes nothing of the arm.
-    fn of(outcome: Result<Value, RpcError>) -> Self {
-        Self {
-            outcome: outcome.map(Outcome::Value),
-            known: None,
-            reading: None,
-            stale: false,
-        }
-    }
 }
 
 /// An arm that carries out the orders of a station: reads side by side, what moves or sets it one after the other, and
@@ -257,19 +245,11 @@ impl Work {
 
     fn obey(&mut self, order: ArmOrder) {
         match order {
-            ArmOrder::Read {
-                request,
-                read: ArmRead::Surface,
-            } => {
-                let surface = self.jobs_with.surface.clone();
-                self.side.spawn(async move {
-                    let outcome = surface.shown().await.map(Outcome::Value);
-                    TaskResult::Report(ArmReport::Done { request, outcome })
-                });
-            }
             ArmOrder::Read { request, read } => {
                 let (arm, known) = (self.arm.clone(), self.known.clone());
-                self.side.spawn(reads::answer(arm, known, request, read));
+                let surface = self.jobs_with.surface.clone();
+                self.side
+                    .spawn(reads::answer(arm, known, surface, request, read));
             }
             ArmOrder::Act {
                 request,
@@ -464,18 +444,9 @@ impl Work {
     /// An action as it is carried out.
     fn doing_of(&self, arm: Arm, act: ArmAct) -> Doing {
         let surface = self.jobs_with.surface.clone();
-        match act {
-            ArmAct::Touch { unhomed } => {
-                let draws = self.jobs_with.reader.usual_tool();
-                let arm = match unhomed {
-                    true => arm.allowing_unhomed(),
-                    false => arm,
-                };
-                Box::pin(async move { Done::of(surface.touch(arm, draws).await) })
-            }
-            ArmAct::ForgetSurface => Box::pin(async move { Done::of(surface.forget().await) }),
-            act => Box::pin(acts::to_the_end(arm, act, self.known.clone())),
-        }
+        let draws = self.jobs_with.reader.usual_tool();
+        let known = self.known.clone();
+        Box::pin(acts::to_the_end(arm, act, known, surface, draws))
     }
 
     /// Tells of tools and speed where they have changed, and reads them where they are not known any more.

@@ -484,6 +484,7 @@ impl ReadProgram {
                 "height": rounded(line.height),
                 "part": line.part,
                 "reachable": line.reachable,
+                "power": line.power,
             })
         });
         let travels = travels.into_iter().map(|way| {

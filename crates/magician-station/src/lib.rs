@@ -15,6 +15,7 @@ pub mod class;
 pub mod client;
 pub mod control;
 mod engine;
+mod fair;
 mod fence;
 mod files;
 mod frame;
@@ -59,9 +60,9 @@ pub use recording::{
 };
 pub use running::{Client, JournalSink, RunningStation};
 pub use station::{
-    ArmEntry, CloseCode, Grant, JobsToKeep, JournalLine, LIST_INTERVAL, MESSAGE, Next, Outbox,
-    Outgoing, Pace, Peer, RATE, SOCKETS, SocketId, Station, StationConfig, StationSize, Throttle,
-    UNDER_WAY,
+    ArmEntry, CloseCode, CutOff, Grant, JobsToKeep, JournalLine, LIST_INTERVAL, MESSAGE, Next,
+    Outbox, Outgoing, Pace, Peer, RATE, SOCKETS, SocketId, Station, StationConfig, StationSize,
+    Throttle, UNDER_WAY,
 };
 pub use surface::{ArmSurface, KnownSurface, MemorySurfaces, SurfaceStore};
 

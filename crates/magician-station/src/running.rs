@@ -2,28 +2,34 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
+use std::pin::pin;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 use magician::Arm;
+use magician::admission::Origin;
 use magician_job::presets::Presets;
 use magician_protocol::HostInstant;
 use tokio::runtime::Handle;
-use tokio::sync::Notify;
+use tokio::sync::{Notify, oneshot};
 use tokio::task::AbortHandle;
 use tokio::time::{Instant, sleep_until};
 
 use crate::control::ArmId;
 use crate::engine::ArmEngine;
+use crate::fair::FairLine;
 use crate::job::Reader;
 use crate::keeper::Keeper;
 use crate::library::{LibraryOrder, ProgramStore};
 use crate::order::ArmReport;
 use crate::recording::{Recorder, RecordingStore};
 use crate::station::{
-    Grant, JournalLine, Outgoing, Peer, SocketId, Station, StationConfig, StationSize,
+    CutOff, Grant, JournalLine, Outgoing, Peer, SocketId, Station, StationConfig, StationSize,
 };
 use crate::surface::ArmSurface;
+
+/// Clients that wait for room, by their address.
+type WaitingClients = FairLine<String, (Peer, oneshot::Sender<Option<Client>>)>;
 
 /// Takes the lines of a journal.
 pub type JournalSink = Box<dyn Fn(JournalLine) + Send + Sync>;
@@ -80,6 +86,12 @@ struct Shared {
     begun: Instant,
     /// Something is due earlier than before.
     due: Notify,
+    /// The station ends, and nobody holds an arm any more.
+    let_go: Notify,
+    /// Something has happened, after which there may be room.
+    changed: Notify,
+    /// Clients of this machine that wait for room, and those from elsewhere.
+    waiting: [WaitingClients; 2],
     keeper: Arc<Keeper>,
     recordings: Arc<dyn RecordingStore>,
     library: Arc<dyn ProgramStore>,
@@ -151,6 +163,9 @@ impl RunningStation {
                 }),
                 begun,
                 due: Notify::new(),
+                let_go: Notify::new(),
+                changed: Notify::new(),
+                waiting: Default::default(),
                 keeper: Keeper::new(journal, store),
                 reader: Arc::clone(&reader),
             }
@@ -208,6 +223,50 @@ impl RunningStation {
             self.shared.visits.fetch_add(1, Ordering::SeqCst);
         }
         client
+    }
+
+    /// As [`try_connect`](Self::try_connect), but nobody gives way who came just now: a client waits until there is room, or the
+    /// one that gives way has had its time to say hello ([`Station::admits_at`]). Addresses take turns.
+    pub async fn admit(&self, peer: Peer) -> Option<Client> {
+        let host = peer.address.rsplit_once(':');
+        let host = host.map_or(peer.address.as_str(), |(host, _)| host);
+        let (host, origin) = (host.to_owned(), peer.origin);
+        let (to, client) = oneshot::channel();
+        if self.waiting(origin).push(host, (peer, to)) {
+            tokio::spawn(self.clone().admit_waiting(origin));
+        }
+        client.await.ok().flatten()
+    }
+
+    fn waiting(&self, origin: Origin) -> &WaitingClients {
+        let [loopback, elsewhere] = &self.shared.waiting;
+        match origin {
+            Origin::Loopback => loopback,
+            Origin::Elsewhere => elsewhere,
+        }
+    }
+
+    /// Lets those in that wait, one after the other.
+    async fn admit_waiting(self, origin: Origin) {
+        while let Some((peer, to)) = self.waiting(origin).pop() {
+            while !to.is_closed() {
+                let mut changed = pin!(self.shared.changed.notified());
+                changed.as_mut().enable();
+                let now = self.shared.now();
+                let at = self.shared.lock().station.admits_at(now, origin);
+                let Some(at) = at else {
+                    break;
+                };
+                tokio::select! {
+                    () = sleep_until(self.shared.begun + (at - HostInstant::ZERO)) => {}
+                    () = changed => {}
+                }
+            }
+            if !to.is_closed() {
+                // One that is gone meanwhile is dropped, which closes its socket.
+                let _ = to.send(self.try_connect(peer));
+            }
+        }
     }
 
     /// Carries out one request, as a session of its own that lasts as long: the lease that it needs is taken when it is free.
@@ -273,16 +332,32 @@ impl RunningStation {
         self.shared.lock().station.tokens()
     }
 
-    /// Stops the jobs under way for the end of the program, as a person would: pens go up, settings are restored, and no other job
-    /// begins. Called once more, it stops them at once. Bound the wait: an arm may be deaf.
-    pub async fn end_jobs(&self) {
-        let ends: Vec<_> = self.shared.with(|inner, _| {
+    /// Ends what runs, for the end of the program: jobs are stopped as a person would stop them
+    /// (pens go up, settings are restored), clients are told and get a few seconds to end in the
+    /// same way what they run over an arm ([`Station::end`]), and nothing else begins. Returns the
+    /// arms that the station had to stop under a client. Called once more, it ends everything at
+    /// once. Bound the wait: an arm may be deaf.
+    pub async fn end_runs(&self) -> Vec<CutOff> {
+        let ends: Vec<_> = self.shared.with(|inner, now| {
             #[cfg(feature = "class")]
             inner.station.close_queue();
+            inner.station.end(now);
             inner.engines.iter().map(ArmEngine::end_job).collect()
         });
         for end in ends {
             end.await;
+        }
+        loop {
+            let let_go = self.shared.let_go.notified();
+            tokio::pin!(let_go);
+            let_go.as_mut().enable();
+            {
+                let inner = self.shared.lock();
+                if inner.station.has_let_go() {
+                    return inner.station.cut_off().to_vec();
+                }
+            }
+            let_go.await;
         }
     }
 
@@ -343,6 +418,10 @@ impl Shared {
         if inner.station.poll_timeout() != due {
             self.due.notify_one();
         }
+        if inner.station.has_let_go() {
+            self.let_go.notify_waiters();
+        }
+        self.changed.notify_waiters();
         // In the order in which it happened: nobody comes between.
         #[cfg(feature = "class")]
         let files = inner.station.poll_kept();
@@ -408,6 +487,12 @@ impl fmt::Debug for Client {
 }
 
 impl Client {
+    /// A message of the client has come, which is looked at before it is sent: it gives way to no silent one any more.
+    pub fn heard(&self) {
+        self.shared
+            .with(|inner, now| inner.station.heard(now, self.socket));
+    }
+
     /// A message of the client.
     pub fn send(&self, text: &str) {
         self.shared

@@ -158,9 +158,12 @@ impl PresetStore for MemoryPresets {
     }
 }
 
+/// Program, arm and number of a virtual arm of the page.
+type OwnKey = (String, String, Option<u64>);
+
 /// Journals of jobs, by program and arm.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct MemoryJobs(Arc<Mutex<BTreeMap<(String, String), Checkpoint>>>);
+pub(crate) struct MemoryJobs(Arc<Mutex<BTreeMap<OwnKey, Checkpoint>>>);
 
 impl JobStore for MemoryJobs {
     fn load(&self) -> Value {
@@ -173,19 +176,19 @@ impl JobStore for MemoryJobs {
     fn journal(&self) -> Box<dyn Journal> {
         Box::new(MemoryJournal {
             kept: self.clone(),
-            key: (String::new(), String::new()),
+            key: OwnKey::default(),
         })
     }
 }
 
 struct MemoryJournal {
     kept: MemoryJobs,
-    key: (String, String),
+    key: OwnKey,
 }
 
 impl Journal for MemoryJournal {
     fn open(&mut self, key: &JournalKey) {
-        self.key = (key.program.clone(), key.arm.clone());
+        self.key = (key.program.clone(), key.arm.clone(), key.virtual_arm);
     }
 
     fn left(&self) -> Result<Checkpoint, JournalError> {

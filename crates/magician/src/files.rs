@@ -9,6 +9,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
+mod stumps;
+
+use self::stumps::sweep;
+
 /// Symbolic links that are followed, as many as Linux follows.
 const MOST_LINKS: u32 = 40;
 /// Longest name of a file on common file systems, bytes.
@@ -41,6 +45,19 @@ pub fn replace_unsynced(path: &Path, text: &str) -> io::Result<()> {
     file.syncs = false;
     file.write_all(text.as_bytes())?;
     file.finish()
+}
+
+/// Replaces a file as [`replace_unsynced`] does, and returns the new one, locked for as long as it is
+/// open.
+///
+/// # Errors
+/// As [`replace`].
+pub fn replace_locked(path: &Path, text: &str) -> io::Result<File> {
+    make_directory(path)?;
+    let mut file = WholeFile::create(path)?;
+    file.syncs = false;
+    file.write_all(text.as_bytes())?;
+    file.finish_open()
 }
 
 /// Writes a file in a directory that is there, so that it is whole or, after an error, as it was: a full
@@ -154,6 +171,8 @@ pub struct WholeFile {
     /// True if a [`writer`](Self::writer) writes it: only its owner knows when it is whole.
     is_shared: bool,
     is_done: bool,
+    /// True if it was locked as it was made, as far as the file system knows locks.
+    is_locked: bool,
     state: Arc<State>,
 }
 
@@ -189,8 +208,10 @@ impl WholeFile {
             special => return Self::special(special),
         };
         let old = Old::find(&target)?;
+        sweep(&target);
         let (at, file) = beside(&target, is_private || old.is_some())?;
         let mut whole = Self::written_at(file, at);
+        whole.is_locked = true;
         whole.target = Some(target);
         if let Some(old) = old.filter(|_| !is_private) {
             old.pass_on(&whole.file)?;
@@ -279,6 +300,7 @@ impl WholeFile {
             at_once: false,
             is_shared: false,
             is_done: false,
+            is_locked: false,
             state: Arc::default(),
         }
     }
@@ -305,7 +327,6 @@ impl WholeFile {
             file.write_all(bytes)?;
             file.set_permissions(self.file.metadata()?.permissions())?;
             file.sync_all()?;
-            let _ = file.lock();
             fs::rename(&at, &self.at)
         })();
         if let Err(error) = written {
@@ -341,7 +362,10 @@ impl WholeFile {
     /// # Errors
     /// What the system reports, and [`io::ErrorKind::WouldBlock`] if another program has it.
     pub fn try_lock(&self) -> io::Result<()> {
-        Ok(self.file.try_lock()?)
+        match self.is_locked {
+            true => Ok(()),
+            false => Ok(self.file.try_lock()?),
+        }
     }
 
     fn end(&mut self) -> io::Result<()> {
@@ -498,7 +522,12 @@ fn beside(path: &Path, is_private: bool) -> io::Result<(PathBuf, File)> {
         let at = named(path, &format!(".{}-{number}.new", std::process::id()));
         match new(&at, is_private) {
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
-            file => return Ok((at, file?)),
+            file => {
+                let file = file?;
+                // Some file systems know no locks; there nothing is swept either.
+                let _ = file.try_lock();
+                return Ok((at, file));
+            }
         }
     }
     Err(io::ErrorKind::AlreadyExists.into())
@@ -529,9 +558,10 @@ fn named(path: &Path, ending: &str) -> PathBuf {
     path.with_file_name(longer)
 }
 
+#[cfg_attr(not(unix), expect(unused_variables, reason = "modes are of Unix"))]
 fn new(path: &Path, is_private: bool) -> io::Result<File> {
     let mut options = OpenOptions::new();
-    options.write(true).create_new(true);
+    options.read(true).write(true).create_new(true);
     #[cfg(unix)]
     if is_private {
         std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);

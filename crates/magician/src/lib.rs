@@ -82,8 +82,8 @@ mod transport;
 mod virtual_arm;
 
 pub use arm::{
-    Arm, ArmIdentity, ClockRate, CommandSource, Event, Events, Feeder, HomingRecord, Jog,
-    JogOptions, Level, Lifted, LightsOut, Link, Options, Pin, Progress, Ran, Run, RunOptions,
+    Arm, ArmIdentity, ClockRate, CommandSource, EndNotice, Event, Events, Feeder, HomingRecord,
+    Jog, JogOptions, Level, Lifted, LightsOut, Link, Options, Pin, Progress, Ran, Run, RunOptions,
     Sample, Samples, SettingsBackup, StateOptions, StateWatch, Status, Stopper, Streaming,
     sets_in_motion,
 };

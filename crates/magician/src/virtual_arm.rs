@@ -1,6 +1,7 @@
 //! A virtual arm that a program talks to like any other, and can also look at from outside.
 
 use std::fmt;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -48,6 +49,8 @@ pub(crate) use cell::Cell;
 #[derive(Clone)]
 pub struct VirtualArm {
     cell: Arc<Mutex<Cell>>,
+    /// Unlike that of every other virtual arm of this process, also of one that is gone.
+    number: u64,
 }
 
 impl Default for VirtualArm {
@@ -59,8 +62,10 @@ impl Default for VirtualArm {
 
 impl From<Runner> for VirtualArm {
     fn from(runner: Runner) -> Self {
+        static MADE: AtomicU64 = AtomicU64::new(0);
         Self {
             cell: Arc::new(Mutex::new(Cell::new(runner))),
+            number: MADE.fetch_add(1, Ordering::Relaxed),
         }
     }
 }
@@ -81,6 +86,11 @@ impl fmt::Debug for VirtualArm {
 }
 
 impl VirtualArm {
+    /// Number of this arm among the virtual arms of this process.
+    pub(crate) fn number(&self) -> u64 {
+        self.number
+    }
+
     /// An arm at the end of a line that takes no time.
     #[must_use]
     pub fn new(controller: Controller, speed: SimSpeed) -> Self {

@@ -20,6 +20,8 @@ const LEAST = 80;
 const WIDE = 1.3;
 /** A turn snaps to its eighths when it is as near as this. */
 const SNAP = 3;
+/** What the beam leaves is as wide as this, mm: the lines of a photo are seen apart where they are. */
+const BEAM = 0.2;
 /** The dot goes along the whole path in no more seconds than this. */
 const LONGEST = 20;
 /** What a key makes of the size and the turn. */
@@ -28,15 +30,16 @@ const CORNERS: readonly Point[] = [[-1, -1], [1, -1], [1, 1], [-1, 1]];
 
 const outlines = signal<number[][][]>([]);
 
-/** The lines of the picture, those of a colour in one path. */
+/** The lines of the picture, those that look the same in one path. */
 const paths = computed(() => {
-  const all = new Map<string, string>();
+  const all = new Map<string, { color: string | null; power: number; path: string }>();
   const colors = new Map(check.report.value?.parts.map(({ n, color }) => [n, color]));
-  for (const { points, part, reachable } of check.report.value?.preview?.strokes ?? []) {
-    const key = reachable ? ((part !== null && colors.get(part)) || "var(--planned)") : "unreachable";
-    all.set(key, (all.get(key) ?? "") + pathOf(points));
+  for (const { points, part, power, reachable } of check.report.value?.preview?.strokes ?? []) {
+    const color = reachable ? ((part !== null && colors.get(part)) || "var(--planned)") : null;
+    const key = `${color} ${power}`;
+    all.set(key, { color, power, path: (all.get(key)?.path ?? "") + pathOf(points) });
   }
-  return [...all].map(([key, path]) => ({ key, path }));
+  return [...all].map(([key, line]) => ({ key, ...line }));
 });
 /** The whole way of the tip over the sheet, from line to line. */
 const way = computed(() => pathOf((check.report.value?.preview?.strokes ?? []).flatMap(({ points }) => points)));
@@ -95,6 +98,7 @@ export function Sheet({ hint }: { hint: string }) {
   const was = found.value;
   const [wide, high] = size.value;
   const state = store.state.value;
+  const isBurnt = check.fixed.value["tool"] === "laser";
   /** A place on the sheet for the pointer. */
   const pointOf = (event: PointerEvent): Point => {
     const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(plane.current?.getScreenCTM()?.inverse());
@@ -156,14 +160,14 @@ export function Sheet({ hint }: { hint: string }) {
             ))}
             {isThere ? (
               <g transform={`translate(${now.at.join(" ")}) rotate(${now.turn - was.turn}) scale(${now.scale / was.scale}) translate(${-was.at[0]} ${-was.at[1]})`}>
-                {paths.value.map(({ key, path }) =>
-                  key === "unreachable" ? (
+                {paths.value.map(({ key, color, power, path }) =>
+                  color === null ? (
                     <g key={key}>
                       <path class="casing" d={path} />
                       <path class="unreachable" d={path} />
                     </g>
                   ) : (
-                    <path key={key} class="drawn" stroke={key} d={path} />
+                    <path key={key} class="drawn" stroke={color} d={path} style={isBurnt ? { strokeWidth: Math.max(BEAM, width / 1000), strokeOpacity: power / 100, strokeLinecap: "butt", vectorEffect: "none" } : {}} />
                   ),
                 )}
               </g>

@@ -182,6 +182,7 @@ export function checkAlong(most = AT_ONCE): () => void {
     const isIdle = store.isUp.value && !jobs.busy.value;
     void setup.value;
     void height.value;
+    void store.isHomed.value;
     clearTimeout(due);
     if (chosen.value === null || found?.format === null) return;
     if (found !== null && found.bytes > most) forget();

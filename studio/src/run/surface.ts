@@ -29,11 +29,20 @@ export const shownHeight = (): string => (height.value === null ? "–" : `z ${h
 
 /** Knows the height under the shown arm until what this gives back is called. */
 export function follow(): () => void {
-  return effect(() => {
-    const arm = store.armName.value;
+  // A refusal is of the arm as it was: another one, or one that has been homed since, is asked anew.
+  const forgets = effect(() => {
+    void store.armName.value;
+    void store.isHomed.value;
     problem.value = null;
+  });
+  const asks = effect(() => {
+    const arm = store.armName.value;
     height.value = null;
     if (arm === null || store.socket.value !== "up") return;
     call("surface.get", { arm }).then((known) => store.armName.value === arm && take(known), () => {});
   });
+  return () => {
+    forgets();
+    asks();
+  };
 }

@@ -12,7 +12,7 @@ use magician_station::client::{
 use tokio::task::JoinHandle;
 use tokio::time::timeout;
 
-use super::policy::{Rules, UnderWay};
+use super::policy::{Burns, Rules, UnderWay};
 use super::{Context, FAREWELL};
 use crate::failure::{Failure, Kind};
 use crate::paint::tell;
@@ -66,6 +66,13 @@ impl Connected {
     pub(super) fn needs_stop(&self) -> bool {
         let moves = self.arm.moving() || !self.arm.running_motors().is_empty();
         self.under_way.needs_stop() || moves
+    }
+
+    /// True if the end of its station has something to stop: what was begun over this connection.
+    /// Others may be ending their own runs on the arm.
+    pub(super) fn needs_end(&self) -> bool {
+        let moves = self.arm.moving() || !self.arm.running_motors().is_empty();
+        self.under_way.laser == Some(Burns::WhileConnected) || moves
     }
 
     /// Ends it, and waits until a station has heard of it.
@@ -241,6 +248,7 @@ impl Context {
         options.timeout = self.global.timeout.unwrap_or(Duration::from_secs(5));
         options.laser_pins = self.laser_pins()?;
         options.homings = Some(homings);
+        options.end_notice = client.end_notice();
         options.virtual_arm = client.is_virtual(address.arm.as_deref()).await?;
         let arm = Arm::over(line, options).await?;
         Ok(Connected {

@@ -25,7 +25,7 @@ use connect::{Connected, Stage, Trace};
 pub(crate) use connect::{Sim, Taken, held};
 pub(crate) use job::Ended;
 pub(crate) use policy::{Burns, JobPolicy, StopPolicy, ToldPolicy};
-pub(crate) use stop::{not_confirmed, place, stop};
+pub(crate) use stop::{INTERRUPTED, STATION_ENDED, not_confirmed, place, stop};
 
 /// What only the command line as a whole knows, for the verbs that show it or follow lines of it.
 #[derive(Clone, Copy)]
@@ -140,7 +140,8 @@ impl Context {
         if let Some(runtime) = &self.runtime {
             return Ok(runtime.clone());
         }
-        let runtime = Builder::new_current_thread().enable_all().build();
+        let runtime = check_descriptors();
+        let runtime = runtime.and_then(|()| Builder::new_current_thread().enable_all().build());
         let runtime = Rc::new(runtime.map_err(|error| {
             let message = format!("the event loop cannot be started: {error}");
             Failure::new(Kind::Driver(ErrorKind::Port), message)
@@ -166,4 +167,18 @@ impl Context {
         global.window = global.window.or(window);
         Ok(())
     }
+}
+
+/// Checks that there are descriptors for an event loop and its signals, which end the program otherwise.
+#[cfg(unix)]
+fn check_descriptors() -> std::io::Result<()> {
+    use std::os::unix::net::UnixStream;
+    // As many as tokio opens until its signals are heard, closed again at once.
+    let pairs: Result<Vec<_>, _> = (0..3).map(|_| UnixStream::pair()).collect();
+    pairs.map(drop)
+}
+
+#[cfg(not(unix))]
+fn check_descriptors() -> std::io::Result<()> {
+    Ok(())
 }

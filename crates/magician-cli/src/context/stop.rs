@@ -8,15 +8,20 @@ use super::{FAREWELL, STAND_BY};
 use crate::failure::Failure;
 use crate::saved::SavedSettings;
 
-/// Stops the arm, gives its settings back, and tells where it stands.
-pub(crate) async fn stop(arm: &Arm, saved: &SavedSettings) -> Result<String, String> {
-    let told = |failure: Failure| not_confirmed(&failure.message);
-    let slow = |_| not_confirmed("it took too long");
+/// Cause of an end that a person asked for.
+pub(crate) const INTERRUPTED: &str = "interrupted";
+/// Cause of an end because the station is about to end.
+pub(crate) const STATION_ENDED: &str = "the station ended";
+
+/// Stops the arm, gives its settings back, and tells where it stands, after the words for the cause.
+pub(crate) async fn stop(arm: &Arm, saved: &SavedSettings, cause: &str) -> Result<String, String> {
+    let told = |failure: Failure| not_confirmed(cause, &failure.message);
+    let slow = |_| not_confirmed(cause, "it took too long");
     let stood = timeout(STAND_BY, stand(arm)).await.map_err(slow)?;
     let pose = stood.map_err(told)?;
     let restored = timeout(STAND_BY, saved.restore(arm)).await.map_err(slow)?;
-    restored.map_err(|error| not_confirmed(&error.to_string()))?;
-    Ok(format!("interrupted: {}; queue empty", place(&pose)))
+    restored.map_err(|error| not_confirmed(cause, &error.to_string()))?;
+    Ok(format!("{cause}: {}; queue empty", place(&pose)))
 }
 
 /// Stops what a first stop has begun to do: nothing more is moved. Settings are restored, which moves nothing. Ends soon,
@@ -40,6 +45,6 @@ pub(crate) fn place(Pose { x, y, z, r, .. }: &Pose) -> String {
     format!("the arm stands at x {x:.1} y {y:.1} z {z:.1} r {r:.1}")
 }
 
-pub(crate) fn not_confirmed(why: &str) -> String {
-    format!("interrupted, but the arm did not confirm that it has stopped: {why}")
+pub(crate) fn not_confirmed(cause: &str, why: &str) -> String {
+    format!("{cause}, but the arm did not confirm that it has stopped: {why}")
 }

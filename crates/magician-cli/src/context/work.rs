@@ -3,12 +3,12 @@
 use std::future::Future;
 use std::pin::{Pin, pin};
 
-use magician::Arm;
+use magician::{Arm, ErrorKind};
 use tokio::time::timeout;
 
-use super::connect::Sim;
+use super::connect::{Connected, Sim};
 use super::policy::{Burns, End, Rules, StopPolicy, ToldPolicy};
-use super::stop::{stop, stop_again};
+use super::stop::{INTERRUPTED, STATION_ENDED, stop, stop_again};
 use super::{Context, FAREWELL, STAND_BY};
 use crate::failure::{Failure, Kind, incomplete};
 use crate::interrupt::{Signal, Signals};
@@ -53,8 +53,12 @@ impl Context {
         let clone = async |arm: &Arm, _: &mut Output| Ok(arm.clone());
         let arm = self.work(Some(sim), begin, Access::Reads, clone)?;
         let done = self.alone(async |out, signals| {
+            let ends = arm.end_notice();
             let told = async {
-                signals.next().await;
+                tokio::select! {
+                    _ = signals.next() => {}
+                    () = ends.given() => {}
+                }
             };
             work(&arm, out, pin!(told)).await
         })?;
@@ -164,24 +168,33 @@ impl Context {
             let _time = self.arm_time();
             let work = async {
                 let arm = &self.connect(sim, &rules).await?;
-                let settled = SavedSettings::settle(arm, access).await;
-                self.out.settled(&settled, self.global.json);
-                let done = match self.laser_allowed {
-                    true => work(&arm.allowing_laser(), &mut self.out).await,
-                    false => work(arm, &mut self.out).await,
-                }?;
-                if let Settled::Later(_) = settled {
-                    let settled = SavedSettings::settle(arm, Access::Sets).await;
+                let ends = arm.end_notice();
+                let work = async {
+                    let settled = SavedSettings::settle(arm, access).await;
                     self.out.settled(&settled, self.global.json);
+                    let done = match self.laser_allowed {
+                        true => work(&arm.allowing_laser(), &mut self.out).await,
+                        false => work(arm, &mut self.out).await,
+                    }?;
+                    if let Settled::Later(_) = settled {
+                        let settled = SavedSettings::settle(arm, Access::Sets).await;
+                        self.out.settled(&settled, self.global.json);
+                    }
+                    Ok(done)
+                };
+                tokio::select! {
+                    biased;
+                    done = work => done.map(Some),
+                    () = ends.given() => Ok(None),
                 }
-                Ok(done)
             };
             let outcome = tokio::select! {
                 outcome = work => match outcome {
-                    Ok(done) => {
+                    Ok(Some(done)) => {
                         self.ends(rules.end);
                         Ok(done)
                     }
+                    Ok(None) => Err(self.halt_for_station(&mut signals).await),
                     Err(failure) => Err(self.make_good(failure, &mut signals).await),
                 },
                 _ = signals.next() => Err(self.halt(&mut signals).await),
@@ -211,10 +224,26 @@ impl Context {
 
     /// Stops what was set going, and waits until the arm stands. A second stop moves nothing more.
     pub(super) async fn halt(&mut self, signals: &mut Signals) -> Failure {
-        let failure = match &self.connected {
-            Some(open) if open.needs_stop() => {
+        let open = self.connected.as_ref();
+        let needs_stop = open.is_some_and(Connected::needs_stop);
+        let message = self.halted(needs_stop, INTERRUPTED, signals).await;
+        Failure::new(Kind::Interrupted, message)
+    }
+
+    /// As [`halt`](Self::halt), because the station of the arm is about to end.
+    async fn halt_for_station(&mut self, signals: &mut Signals) -> Failure {
+        let open = self.connected.as_ref();
+        let needs_stop = open.is_some_and(Connected::needs_end) || !self.saved.is_empty();
+        let message = self.halted(needs_stop, STATION_ENDED, signals).await;
+        Failure::new(Kind::Driver(ErrorKind::Port), message)
+    }
+
+    /// Stops the arm if it needs that, and ends the connection; what is said of it, after the words for the cause.
+    async fn halted(&mut self, needs_stop: bool, cause: &str, signals: &mut Signals) -> String {
+        let outcome = match &self.connected {
+            Some(open) if needs_stop => {
                 let arm = &open.arm;
-                let ended = attended(self.global.json, "stopping", stop(arm, &self.saved));
+                let ended = attended(self.global.json, "stopping", stop(arm, &self.saved, cause));
                 let ended = tokio::select! {
                     biased;
                     _ = signals.next() => None,
@@ -227,13 +256,11 @@ impl Context {
                 self.ends(End::Stopped);
                 ended
             }
-            _ => Ok("interrupted".to_owned()),
+            _ => Ok(cause.to_owned()),
         };
         self.saved.leave();
-        let stands = failure.is_ok();
-        let message = failure.unwrap_or_else(|message| message);
-        self.interrupted(stands).await;
-        Failure::new(Kind::Interrupted, message)
+        self.interrupted(outcome.is_ok()).await;
+        outcome.unwrap_or_else(|message| message)
     }
 
     /// What becomes of the connection after an interrupt.

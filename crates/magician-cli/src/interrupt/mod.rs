@@ -19,6 +19,14 @@ use unix as system;
 #[cfg(windows)]
 use windows as system;
 
+/// Makes a write beyond the limit for the size of files an error of that write, not the end of the process.
+/// For the command alone: in a library the signals are the host program's.
+pub(crate) fn survive_file_limit() -> io::Result<()> {
+    #[cfg(unix)]
+    system::survive_file_limit()?;
+    Ok(())
+}
+
 /// The signals, caught from the moment of [`listen`](Self::listen).
 pub(crate) struct Signals {
     caught: system::Signals,

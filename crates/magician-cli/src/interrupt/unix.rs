@@ -1,8 +1,10 @@
 use std::fs;
 use std::future::pending;
 use std::io::{self, IsTerminal};
-use std::sync::OnceLock;
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, OnceLock};
 
+use signal_hook::consts::SIGXFSZ;
 use tokio::signal::unix::{self, SignalKind, signal};
 
 use super::Signal;
@@ -12,6 +14,14 @@ const HANGUP: i32 = 1;
 
 /// Whether SIGHUP was ignored when this program began; once it is caught the system does not tell any more.
 static IGNORED: OnceLock<bool> = OnceLock::new();
+
+/// Makes a write beyond the limit for the size of files (`ulimit -f`) fail as on a full disk. The signal
+/// that comes with it would otherwise kill the process with the arm under way.
+pub(super) fn survive_file_limit() -> io::Result<()> {
+    // Any handler will do: then the write fails. A child process gets none.
+    let noticed = Arc::new(AtomicBool::new(false));
+    signal_hook::flag::register(SIGXFSZ, noticed).map(drop)
+}
 
 /// What Linux says of it: `nohup` starts a program so.
 fn hangup_is_ignored() -> bool {

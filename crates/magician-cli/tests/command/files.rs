@@ -3,10 +3,11 @@
 #![cfg(target_os = "linux")]
 
 use std::fs;
+use std::io;
 use std::os::unix::fs::{MetadataExt as _, PermissionsExt as _, symlink};
 use std::os::unix::process::CommandExt as _;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, ExitStatus, Output, Stdio};
 
 use crate::magician::served::Served;
 use crate::magician::{command, run};
@@ -146,7 +147,7 @@ impl Place {
 }
 
 /// The command behind a line of a shell.
-fn behind(shell: &str, words: &[String]) -> Command {
+pub(crate) fn behind(shell: &str, words: &[String]) -> Command {
     let command = command();
     let mut behind = Command::new("sh");
     behind.args(["-c", &format!("{shell}; exec \"$0\" \"$@\"")]);
@@ -161,17 +162,36 @@ fn behind(shell: &str, words: &[String]) -> Command {
     behind
 }
 
-/// Runs where no file may have more than so many bytes, as on a disk with that much room: the signal of
-/// a write beyond it is ignored, so that the write fails.
+/// Runs where no file may have more than so many bytes, as on a disk with that much room.
 fn on_small_disk(words: &[String], bytes: u32) -> Output {
-    let limit = format!("trap '' XFSZ; ulimit -f {}", bytes / 512);
+    let limit = format!("ulimit -c 0; ulimit -f {}", bytes / 512);
     behind(&limit, words).output().expect("it runs")
 }
 
-/// Runs and is killed by the write that makes a file longer than so many bytes.
-fn killed_behind(words: &[String], bytes: u32) -> Output {
-    let limit = format!("ulimit -c 0; ulimit -f {}", bytes / 512);
-    behind(&limit, words).output().expect("it runs")
+/// Runs and is killed as soon as a file beside the named one is seen to have this length, if it does not end before.
+fn killed_behind(words: &[String], folder: &Path, name: &str, bytes: u64) -> ExitStatus {
+    let mut command = command();
+    command.args(words).stdin(Stdio::null());
+    let mut child = command
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("it starts");
+    let has_grown = |entry: io::Result<fs::DirEntry>| {
+        entry.is_ok_and(|entry| {
+            entry.file_name() != name && entry.metadata().is_ok_and(|about| about.len() >= bytes)
+        })
+    };
+    loop {
+        if let Some(status) = child.try_wait().expect("it is ours") {
+            return status;
+        }
+        if fs::read_dir(folder).expect("read").any(has_grown) {
+            child.kill().expect("killed");
+            return child.wait().expect("it ends");
+        }
+        std::thread::yield_now();
+    }
 }
 
 #[test]
@@ -229,22 +249,50 @@ fn killed_while_it_writes_a_verb_leaves_the_old_file() {
         // Three instants of the writing.
         for bytes in [0, 512, 1536] {
             place.before(name, Some(OLD));
-            let done = killed_behind(&words, bytes);
+            let status = killed_behind(&words, place.outputs.path(), name, bytes);
             let files = place.files();
             let there = files.iter().find(|(file, _)| file == name);
-            let there = there.map(|(_, bytes)| bytes.as_slice());
-            // The last may be behind its end: then the new one is whole.
-            if done.status.code().is_none() {
-                assert_eq!(there, Some(OLD.as_bytes()), "{line} {name} {bytes}");
+            let (_, there) = there.expect("one of them");
+            // It may have come to its end before: then the new one is whole.
+            if there != OLD.as_bytes() {
+                assert_eq!(files.len(), 1, "{line} {name} {bytes}: {status}");
+                let least = 2 * ROOM as usize;
+                assert!(there.len() > least, "{line} {name} {bytes}: {status}");
             } else {
-                assert_eq!(files.len(), 1, "{line} {name} {bytes}: {done:?}");
+                assert_eq!(status.code(), None, "{line} {name} {bytes}");
             }
-            assert!(
-                bytes > 512 || done.status.code().is_none(),
-                "{line} {name}: {done:?}"
-            );
         }
     }
+}
+
+#[test]
+fn stump_of_a_killed_process_is_removed_and_what_another_one_writes_is_not() {
+    let place = Place::new();
+    let words = place.words("convert IN OUT", "a.svg");
+    place.before("a.svg", None);
+    let at = |name: &str| place.outputs.path().join(name);
+    let (left, young, locked, other) = (
+        "a.svg.4000000-0.new",
+        "a.svg.4000000-1.new",
+        "a.svg.4000000-2.new",
+        "a.svg.draft-2.new",
+    );
+    let mut held = Vec::new();
+    for name in [left, young, locked, other] {
+        let file = fs::File::create(at(name)).expect("made");
+        if name != young {
+            file.set_modified(std::time::UNIX_EPOCH).expect("set");
+        }
+        if name == locked {
+            file.lock().expect("locked");
+            held.push(file);
+        }
+    }
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    let done = run(&words);
+    assert_eq!(done.status, 0, "{done:?}");
+    let names: Vec<String> = place.files().into_iter().map(|(name, _)| name).collect();
+    assert_eq!(names, ["a.svg", young, locked, other]);
 }
 
 /// Runs as a user for whom the permissions of files hold, unlike the superuser.

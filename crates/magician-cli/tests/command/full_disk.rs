@@ -3,6 +3,8 @@
 
 use std::os::unix::fs::symlink;
 
+use crate::files::behind;
+use crate::magician::served::Served;
 use crate::magician::{Run, run};
 use serde_json::json;
 
@@ -83,4 +85,52 @@ fn a_trace_on_a_full_disk_leaves_the_drawing_whole() {
         "{done:?}"
     );
     assert_eq!(same, drawn);
+}
+
+/// A shell's limit for the size of files, which a trace soon comes to.
+const LIMIT: &str = "ulimit -c 0; ulimit -f 4";
+
+#[test]
+fn limit_for_the_size_of_files_ends_a_trace_and_never_the_work() {
+    let place = Place::new();
+    let svg = place.at("square.svg");
+    let drawing = "<svg xmlns='http://www.w3.org/2000/svg' width='20mm' height='20mm' \
+        viewBox='0 0 20 20'><path d='M2 5H18V18H2' fill='none' stroke='black'/></svg>";
+    std::fs::write(&svg, drawing).expect("written");
+    let gcode = place.at("square.gcode");
+    for (words, option, what) in [
+        (&["run", &gcode][..], "--trace", "trace"),
+        (&["run", &gcode, "--rate", "50"], "--record", "recording"),
+        (&["draw", &svg], "--trace", "trace"),
+        (&["engrave", &svg, "--yes"], "--trace", "trace"),
+    ] {
+        let file = place.at("cut.csv");
+        let words = [words, &["--port", "sim", option, &file]].concat();
+        let words: Vec<String> = words.into_iter().map(str::to_owned).collect();
+        let done = behind(LIMIT, &words).output().expect("it runs");
+        let [out, err] = [&done.stdout, &done.stderr].map(|text| String::from_utf8_lossy(text));
+        assert_eq!(done.status.code(), Some(4), "{words:?}: {out} {err}");
+        assert!(out.contains("done in"), "{words:?}: {out} {err}");
+        let incomplete = format!("error: the {what} is incomplete: ");
+        assert!(err.contains(&incomplete), "{words:?}: {err}");
+        let _ = std::fs::remove_file(file);
+    }
+}
+
+#[test]
+fn limit_for_the_size_of_files_leaves_an_arm_served() {
+    let place = Place::new();
+    for (option, expected) in [("--trace", 0), ("--record", 4)] {
+        let file = place.at("cut");
+        let words = ["--tcp", "127.0.0.1:0", option, &file];
+        let served = Served::of(behind(LIMIT, &[]), "sim", &words, 2);
+        let door = served.door("tcp");
+        for _ in 0..20 {
+            let asked = run(&["--port", &door, "info"]);
+            assert_eq!(asked.status, 0, "{option}: {asked:?}");
+        }
+        let (status, _) = served.end("-TERM");
+        assert_eq!(status.code(), Some(expected), "{option}");
+        let _ = std::fs::remove_file(file);
+    }
 }

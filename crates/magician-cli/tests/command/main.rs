@@ -36,6 +36,7 @@ mod run;
 mod screen;
 mod serve;
 mod sim;
+mod station_ends;
 mod suspend;
 mod terminal;
 mod through;

@@ -1138,3 +1138,61 @@ fn where_another_place_or_turn_would_do_the_refusal_names_it() {
         serde_json::from_str(refused.out.lines().next().unwrap_or_default()).expect("JSON");
     assert_eq!(answer["would_fit"]["rotate"], 90.0, "{answer}");
 }
+
+#[test]
+fn remedies_are_those_that_the_verb_takes() {
+    let dir = tempfile::tempdir().expect("a directory");
+    let write = |name: &str, text: &str| {
+        let path = dir.path().join(name);
+        std::fs::write(&path, text).expect("written");
+        path.to_str().expect("UTF-8").to_owned()
+    };
+    let far = write(
+        "far.gcode",
+        "G21 G90\nG0 X500 Y0 Z20\nG1 Z0 F3000\nG1 X530\n",
+    );
+    let refused = run(&["run", &far, "--port", "sim"]);
+    assert_ne!(refused.status, 0, "{refused:?}");
+    for flag in ["--place", "--fit"] {
+        assert!(refused.err.contains(flag), "{refused:?}");
+    }
+    // Lines that are drawn in another order.
+    let lines: String = (0..6)
+        .map(|nth| format!("<path d='M{} 1V9'/>", [1, 17, 3, 15, 5, 13][nth]))
+        .collect();
+    let apart = write(
+        "apart.svg",
+        &format!(
+            "<svg xmlns='http://www.w3.org/2000/svg' width='20mm' height='20mm' \
+                viewBox='0 0 20 20'><g fill='none' stroke='black'>{lines}</g></svg>"
+        ),
+    );
+    for (words, takes) in [
+        (&["draw", &apart][..], true),
+        (&["engrave", &apart], false),
+        (&["run", &apart, "--tool", "laser"], false),
+    ] {
+        let looked = run(&[words, &["--port", "sim", "--dry-run"]].concat());
+        assert_eq!(looked.status, 0, "{looked:?}");
+        assert!(looked.err.contains("drawn in another order"), "{looked:?}");
+        assert_eq!(looked.err.contains("--no-order"), takes, "{looked:?}");
+    }
+}
+
+#[test]
+fn size_or_speed_that_no_arm_has_is_refused() {
+    let dir = tempfile::tempdir().expect("a directory");
+    let svg = dir.path().join("a.svg");
+    let text = "<svg xmlns='http://www.w3.org/2000/svg' width='20mm' height='20mm' \
+        viewBox='0 0 20 20'><path d='M2 5H18' fill='none' stroke='black'/></svg>";
+    std::fs::write(&svg, text).expect("written");
+    let svg = svg.to_str().expect("UTF-8");
+    for (flag, value, told) in [
+        ("--speed", "1e-9", "0.01 mm/s or more"),
+        ("--width", "1e300", "at most 10000 mm"),
+    ] {
+        let refused = run(&["draw", svg, "--port", "sim", flag, value]);
+        assert!([2, 3].contains(&refused.status), "{refused:?}");
+        assert!(refused.err.contains(told), "{refused:?}");
+    }
+}

@@ -500,6 +500,57 @@ fn a_job_outlives_its_request_and_is_known_to_the_next_server() {
 }
 
 #[test]
+fn stations_with_virtual_arms_resume_each_its_own_job() {
+    let stations = [(); 2].map(|()| Station::start(&["--port", "sim:4"]));
+    let index = |station: &Station| {
+        let asked = json!({"command": "QueuedCmdCurrentIndex"});
+        let read = station.call("arm.get", &asked);
+        let text = read["result"].to_string();
+        let digits: String = text.chars().filter(char::is_ascii_digit).collect();
+        digits.parse::<u64>().unwrap_or_else(|_| panic!("{read}"))
+    };
+    let stopped = [(&stations[0], 2), (&stations[1], 7)].map(|(station, steps)| {
+        let started = station.call("job.start", &json!({"text": plan(12)}));
+        let job = started["result"]["job"].clone();
+        station.until(&job, |job| job["step"].as_u64() >= Some(steps));
+        let stopped = station.call("job.stop", &json!({"job": job}));
+        (job, stopped["result"]["step"].as_u64().expect("steps"))
+    });
+    assert!(stopped[1].1 > stopped[0].1 + 2, "{stopped:?}");
+    for nth in [0, 1] {
+        let (station, (job, done)) = (&stations[nth], &stopped[nth]);
+        let before = index(station);
+        let resumed = station.call("job.resume", &json!({"job": job}));
+        assert!(resumed["result"].is_object(), "{resumed}");
+        let over = station.until(job, |job| job["state"] != "running");
+        assert_eq!(over["state"], json!("done"), "{over}");
+        // Some commands more lead it back to where it was stopped.
+        let (count, rest) = (index(station) - before, 12 - done);
+        assert!((rest..rest + 6).contains(&count), "{count} of {rest}");
+    }
+}
+
+#[test]
+fn station_of_a_virtual_arm_knows_nothing_of_the_real_table() {
+    let home = tempfile::tempdir().unwrap();
+    let with_home = || {
+        let mut command = command();
+        command.env("XDG_CONFIG_HOME", home.path());
+        command
+    };
+    let kept =
+        crate::magician::Run::of(with_home().args(["config", "set", "surface", "-31.5"]), b"");
+    assert_eq!(kept.status, 0, "{kept:?}");
+    let station = Station::of(with_home(), &["--port", "sim"]);
+    let known = station.call("surface.get", &json!({}));
+    assert_eq!(known["result"]["plane"], Value::Null, "{known}");
+    let job = json!({"text": SVG, "format": "svg", "preview": true, "setup": {"work": "draw"}});
+    let checked = station.call("job.check", &job);
+    let height = &checked["result"]["preview"]["strokes"][0]["height"];
+    assert_eq!(height, &json!(-60.0), "{checked}");
+}
+
+#[test]
 fn a_run_goes_on_with_a_job_of_a_station() {
     let folder = tempfile::tempdir().unwrap();
     let port = folder.path().join("arm").to_str().unwrap().to_owned();
@@ -525,21 +576,25 @@ fn a_run_goes_on_with_a_job_of_a_station() {
 }
 
 #[test]
-fn a_job_lies_where_the_settings_say() {
+fn job_of_a_real_arm_lies_where_the_settings_say_and_that_of_a_virtual_one_does_not() {
     let folder = tempfile::tempdir().unwrap();
     let config = folder.path().join("config.toml");
     std::fs::write(&config, "surface = -40\n").unwrap();
-    let mut command = command();
-    command.env("MAGICIAN_CONFIG", config);
-    let station = Station::of(command, &["--port", "sim"]);
     let drawing = "<svg xmlns='http://www.w3.org/2000/svg' width='10mm' height='10mm' viewBox='0 0 10 10'>\
         <path d='M1 1H9' stroke='black' fill='none'/></svg>";
-    let report = station.call("job.check", &json!({"text": drawing}));
-    assert_eq!(
-        report["result"]["bounds"]["z"],
-        json!([-40.0, -40.0]),
-        "{report}"
-    );
+    // An arm behind a line counts as a real one.
+    let served = Served::start(&["--tcp", "127.0.0.1:0"], 1);
+    for (port, height) in [(&*served.door("tcp"), -40.0), ("sim", -60.0)] {
+        let mut command = command();
+        command.env("MAGICIAN_CONFIG", &config);
+        let station = Station::of(command, &["--port", port]);
+        let report = station.call("job.check", &json!({"text": drawing}));
+        assert_eq!(
+            report["result"]["bounds"]["z"],
+            json!([height, height]),
+            "{port}: {report}"
+        );
+    }
 }
 
 #[test]
@@ -596,7 +651,7 @@ fn a_full_disk_leaves_the_program_that_was_there() {
     // No file of this process may grow beyond a few MiB: a write fails as on a full disk.
     let ours = command();
     let mut limited = std::process::Command::new("sh");
-    let script = "ulimit -f 4096; trap '' 25; exec \"$0\" \"$@\"";
+    let script = "ulimit -f 4096; exec \"$0\" \"$@\"";
     limited.args(["-c", script]).arg(ours.get_program());
     for (name, value) in ours.get_envs() {
         if let Some(value) = value {
@@ -616,6 +671,33 @@ fn a_full_disk_leaves_the_program_that_was_there() {
     // The arm does not notice.
     let moved = station.call("arm.move", &json!({"to": [220, 30, 50, 0]}));
     assert_eq!(moved["result"]["y"], json!(30.0));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn too_few_descriptors_are_an_error_and_no_panic() {
+    let ours = command();
+    for descriptors in 5..16 {
+        let mut limited = std::process::Command::new("sh");
+        let script = format!("ulimit -n {descriptors}; exec \"$0\" \"$@\"");
+        limited.args(["-c", &script]).arg(ours.get_program());
+        limited.args(["pose", "--port", "sim"]);
+        for (name, value) in ours.get_envs() {
+            if let Some(value) = value {
+                limited.env(name, value);
+            }
+        }
+        let output = limited.output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(!said.contains("panicked"), "{descriptors}: {said}");
+        if descriptors < 9 {
+            assert_eq!(output.status.code(), Some(4), "{descriptors}: {said}");
+            assert!(
+                said.contains("Too many open files"),
+                "{descriptors}: {said}"
+            );
+        }
+    }
 }
 
 /// A build without sites says how to get one with them, before it opens anything.

@@ -462,3 +462,28 @@ fn an_arm_on_wifi_is_listed_with_what_to_connect_to() {
     let (status, _) = served.end("-TERM");
     assert_eq!(status.code(), Some(0));
 }
+
+#[test]
+fn sim_lists_its_built_in_scenarios_and_takes_them_by_name() {
+    let names = ["cubes", "drawing", "pick_and_sort", "faults", "engraving"];
+    let unknown = run(&["sim", "--tcp", "127.0.0.1:0", "--scenario", "nowhere"]);
+    assert_eq!(unknown.status, 3, "{unknown:?}");
+    let bare = run(&["sim", "--tcp", "127.0.0.1:0", "--picture", "a.svg"]);
+    assert_eq!(bare.status, 2, "{bare:?}");
+    assert!(bare.err.contains("--picture needs a scenario"), "{bare:?}");
+    for verb in ["sim", "serve"] {
+        let help = run(&[verb, "--help"]).out;
+        for name in names {
+            assert!(help.contains(name), "{verb} {name}: {help}");
+        }
+    }
+    for name in names {
+        assert!(
+            unknown.err.contains(name) && bare.err.contains(name),
+            "{name}"
+        );
+        let words = ["--tcp", "127.0.0.1:0", "--scenario", name];
+        let served = Served::start(&words, 1);
+        assert!(served.end("-TERM").0.success(), "{name}");
+    }
+}

@@ -405,10 +405,15 @@ impl Error {
         Self::new(ErrorCode::NotSent, "the connection is stuck")
     }
 
-    /// The line failed while in use, or the program at its other end refused what was asked for: `PermissionDenied`.
+    /// The line failed while in use, or the program at its other end refused what was asked for
+    /// (`PermissionDenied`) or is gone (`ConnectionAborted`, with words of its own).
     pub fn gone(name: &str, source: io::Error) -> Self {
         let message = match source.kind() {
             io::ErrorKind::PermissionDenied => format!("refused: {source}"),
+            // The program at the other end, or what stands for it, says in its own words why the
+            // line is over: there is no cable to look at. The system's errors of this kind have no
+            // words of their own.
+            io::ErrorKind::ConnectionAborted if source.get_ref().is_some() => source.to_string(),
             _ => format!(
                 "the connection to {name} broke off: {source}; look at the cable and at the arm's power, \
                  then connect again"

@@ -17,6 +17,7 @@ use super::pause::{AtPause, by_pose};
 use super::track::Track;
 use crate::error::{Fault, JobError, PauseError, PenLift, Stood};
 use crate::event::{Done, JobEvent, JobState, Waits};
+use crate::saved::SavedSettings;
 
 /// How long an arm is asked how it stands, and may take to take its settings.
 const AFTERMATH: Duration = Duration::from_secs(3);
@@ -33,6 +34,12 @@ impl Work {
         self.shared.enter(JobState::Stopping);
         inbox.answer_pauses(|| Err(PauseError::Ending));
         let mut error = JobError::new(Fault::Stopped { twice: false });
+        error.line_ends = inbox.line_ends();
+        if error.line_ends && paused.is_none() && self.has_done_nothing() {
+            // Somebody else's run may be on its way to a good end on the arm: a stop would drop its
+            // lift.
+            return error;
+        }
         let ends = self.comes_to_a_stop(&mut error, paused);
         if inbox.unless_stopped(ends).await.is_ok() {
             return error;
@@ -49,6 +56,14 @@ impl Work {
             _ => None,
         };
         error
+    }
+
+    /// True if the arm has got nothing of the job: no command, and no setting.
+    fn has_done_nothing(&self) -> bool {
+        let saved = self.spec.saved.as_ref();
+        self.left().is_none()
+            && self.track().pulled == 0
+            && saved.is_none_or(SavedSettings::is_empty)
     }
 
     async fn comes_to_a_stop(&self, error: &mut JobError, paused: AtPause) {

@@ -2,6 +2,7 @@
 
 use std::future::{Future, pending};
 
+use magician::EndNotice;
 use tokio::sync::{mpsc, oneshot};
 
 use crate::error::{PauseError, ResumeError};
@@ -18,6 +19,9 @@ pub(super) type ResumeReply = oneshot::Sender<Result<(), ResumeError>>;
 /// The requests to a job.
 pub(super) struct Inbox {
     requests: mpsc::UnboundedReceiver<Request>,
+    /// Stops the job as a person does: the program at the other end of the line is about to end.
+    line_ends: EndNotice,
+    stop: FirstStop,
     /// Pauses that are not answered, and the reason of the first.
     pauses: Vec<PauseReply>,
     reason: Option<PauseReason>,
@@ -36,10 +40,23 @@ pub(super) enum Next {
     Stop,
 }
 
+/// First stop of a job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum FirstStop {
+    None,
+    Person,
+    /// The end of the line. The first stop of a person after it is the same stop, and no second
+    /// one: Ctrl-C in a terminal reaches the station and the job at once.
+    Line,
+    LineAndPerson,
+}
+
 impl Inbox {
-    pub(super) fn new(requests: mpsc::UnboundedReceiver<Request>) -> Self {
+    pub(super) fn new(requests: mpsc::UnboundedReceiver<Request>, line_ends: EndNotice) -> Self {
         Self {
             requests,
+            line_ends,
+            stop: FirstStop::None,
             pauses: Vec::new(),
             reason: None,
         }
@@ -64,11 +81,37 @@ impl Inbox {
         }
     }
 
+    /// True if the end of the line has stopped the job.
+    pub(super) fn line_ends(&self) -> bool {
+        matches!(self.stop, FirstStop::Line | FirstStop::LineAndPerson)
+    }
+
     async fn next(&mut self) -> Request {
-        match self.requests.recv().await {
-            Some(request) => request,
-            // Dropped: there are no more requests.
-            None => pending().await,
+        loop {
+            let Self {
+                requests,
+                line_ends,
+                stop,
+                ..
+            } = self;
+            let request = tokio::select! {
+                biased;
+                Some(request) = requests.recv() => request,
+                () = line_ends.given(), if *stop == FirstStop::None => {
+                    *stop = FirstStop::Line;
+                    return Request::Stop;
+                }
+                // All handles are dropped: there are no more requests.
+                else => pending().await,
+            };
+            match (&request, *stop) {
+                (Request::Stop, FirstStop::Line) => *stop = FirstStop::LineAndPerson,
+                (Request::Stop, FirstStop::None) => {
+                    *stop = FirstStop::Person;
+                    return request;
+                }
+                _ => return request,
+            }
         }
     }
 

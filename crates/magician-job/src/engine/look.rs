@@ -173,10 +173,10 @@ impl Work {
             (true, "") => self.arm.name(),
             (true, serial) => serial,
         };
-        JournalKey {
-            program: self.spec.program.key_in_turns(&BesideTurns).await,
-            arm: arm.to_owned(),
-        }
+        let program = self.spec.program.key_in_turns(&BesideTurns).await;
+        let mut key = JournalKey::new(program, arm);
+        key.virtual_arm = self.arm.virtual_number().filter(|_| !self.lasting);
+        key
     }
 
     /// The steps behind which an earlier job of the same goes on, and the place within the next, if it is not at its beginning.

@@ -74,7 +74,7 @@ impl Job {
         let ends = EndsAnyway(shared);
         tokio::spawn(async move {
             let ends = ends;
-            let mut inbox = Inbox::new(requests);
+            let mut inbox = Inbox::new(requests, work.arm.end_notice());
             let outcome = work.to_the_end(&mut inbox).await;
             work.restores_settings(&outcome).await;
             inbox.answer_pauses(|| Err(PauseError::Ended));

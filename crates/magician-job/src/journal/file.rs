@@ -1,40 +1,98 @@
 //! The journal as a small file: there while the job lasts, gone at its good end.
+//!
+//! A file belongs to one job of one arm, and is locked meanwhile: arms that tell the same serial number, as
+//! all virtual ones do that end with their process, each have a file of their own.
 
-use std::fs;
-use std::path::PathBuf;
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::{self, Read as _, Seek as _};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use magician_program::resume::Checkpoint;
 use tracing::debug;
 
 use super::{Journal, JournalError, JournalKey};
 use crate::dirs;
-use crate::files::replace_unsynced;
+use crate::files::replace_locked;
+
+/// Arms with one serial number that have journals of one program, at most. Beyond that nothing is kept.
+const MOST_ARMS: u32 = 32;
+
+/// Claims by path of the first such file and number of the arm.
+type Claims = BTreeMap<(PathBuf, u64), Claim>;
+
+/// Files of the virtual arms of this process between two jobs. The world of such an arm ends with the process,
+/// so until then its journal is of no other arm.
+fn of_virtual_arms() -> MutexGuard<'static, Claims> {
+    static CLAIMS: Mutex<Claims> = Mutex::new(Claims::new());
+    CLAIMS.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// A [`Journal`] in the user's directory for state (`runs/KEY-ARM.json`), which all programs share: what one has left another
 /// goes on with.
+///
+/// Beside a job of another arm with the same serial number it is `runs/KEY-ARM-2.json`. A virtual arm that ends
+/// with its process goes on with its own, or else with the newest of a process that has ended.
 #[derive(Debug, Default)]
 pub struct FileJournal {
     folder: Option<PathBuf>,
-    path: Option<PathBuf>,
+    /// The first of the files of this program and serial number, and the number of the arm if it is a
+    /// virtual one.
+    key: Option<(PathBuf, Option<u64>)>,
+    claim: Option<Claim>,
+}
+
+/// A file that is one job's.
+#[derive(Debug)]
+struct Claim {
+    path: PathBuf,
+    /// Open and locked.
+    file: File,
 }
 
 impl FileJournal {
     /// In the user's directory for state; where the system names none, nothing is kept.
     #[must_use]
     pub fn new() -> Self {
-        Self {
-            folder: dirs::state().map(|state| state.join("runs")),
-            path: None,
-        }
+        Self::within(dirs::state().map(|state| state.join("runs")))
     }
 
     /// In this folder.
     #[must_use]
     pub fn at(folder: impl Into<PathBuf>) -> Self {
+        Self::within(Some(folder.into()))
+    }
+
+    fn within(folder: Option<PathBuf>) -> Self {
         Self {
-            folder: Some(folder.into()),
-            path: None,
+            folder,
+            key: None,
+            claim: None,
         }
+    }
+
+    /// Keeps other processes from choosing a file at the same time, where the system can lock a folder.
+    fn guard(&self) -> Option<File> {
+        let folder = File::open(self.folder.as_ref()?).ok()?;
+        folder.lock().ok()?;
+        Some(folder)
+    }
+
+    fn try_write(&mut self, text: &str) -> io::Result<()> {
+        let Some((first, _)) = &self.key else {
+            return Ok(());
+        };
+        let _guard = self.guard();
+        let path = match &self.claim {
+            Some(claim) => claim.path.clone(),
+            None => paths(first)
+                .find(|path| !path.exists())
+                .ok_or(io::ErrorKind::AlreadyExists)?,
+        };
+        let file = replace_locked(&path, text)?;
+        self.claim = Some(Claim { path, file });
+        Ok(())
     }
 }
 
@@ -49,37 +107,90 @@ impl Journal for FileJournal {
         };
         let arm: String = key.arm.chars().map(plain).take(60).collect();
         let name = format!("{}-{arm}.json", key.program);
-        self.path = self.folder.as_ref().map(|folder| folder.join(name));
+        let first = self.folder.as_ref().map(|folder| folder.join(name));
+        self.key = first.map(|first| (first, key.virtual_arm));
+        let _guard = self.guard();
+        self.claim = self.key.as_ref().and_then(|(first, number)| {
+            let own = number.and_then(|number| of_virtual_arms().remove(&(first.clone(), number)));
+            own.or_else(|| newest(first))
+        });
     }
 
     fn left(&self) -> Result<Checkpoint, JournalError> {
-        let path = self.path.as_ref().ok_or(JournalError::Nothing)?;
-        let text = fs::read_to_string(path).map_err(|_| JournalError::Nothing)?;
-        let checkpoint: Option<Checkpoint> = serde_json::from_str(&text).ok();
+        let claim = self.claim.as_ref().filter(|claim| claim.path.exists());
+        let claim = claim.ok_or(JournalError::Nothing)?;
+        let checkpoint: Option<Checkpoint> = claim
+            .text()
+            .ok()
+            .and_then(|text| serde_json::from_str(&text).ok());
         let checkpoint = checkpoint.filter(|checkpoint| checkpoint.version == Checkpoint::VERSION);
         checkpoint.ok_or_else(|| JournalError::Unreadable {
-            place: path.display().to_string(),
+            place: claim.path.display().to_string(),
         })
     }
 
     /// A job without a journal is better than none: what goes wrong is only logged.
     fn write(&mut self, checkpoint: &Checkpoint) {
-        let Some(path) = &self.path else {
-            return;
-        };
-        let written = (|| {
-            let text = serde_json::to_string(checkpoint)?;
-            replace_unsynced(path, &text)
-        })();
+        let written = serde_json::to_string(checkpoint)
+            .map_err(io::Error::from)
+            .and_then(|text| self.try_write(&text));
         if let Err(error) = written {
-            debug!(%error, "{} cannot be written", path.display());
+            debug!(%error, "the journal cannot be written");
         }
     }
 
     fn remove(&mut self) {
-        if let Some(path) = &self.path {
+        let _guard = self.guard();
+        if let Some(claim) = self.claim.take() {
             // One that was never written is not there.
-            let _ = fs::remove_file(path);
+            let _ = fs::remove_file(&claim.path);
         }
     }
+}
+
+impl Drop for FileJournal {
+    fn drop(&mut self) {
+        if let (Some((first, Some(number))), Some(claim)) = (self.key.take(), self.claim.take()) {
+            of_virtual_arms().insert((first, number), claim);
+        }
+    }
+}
+
+impl Claim {
+    /// Takes a file that is no other job's.
+    fn of(path: PathBuf) -> Option<Self> {
+        let file = File::open(&path).ok()?;
+        // Where the file system knows no locks, it is taken as it always was.
+        let is_taken = matches!(file.try_lock(), Err(fs::TryLockError::WouldBlock));
+        (!is_taken).then_some(Self { path, file })
+    }
+
+    fn text(&self) -> io::Result<String> {
+        let (mut file, mut text) = (&self.file, String::new());
+        // Read through the file that is locked: some systems let no other one read it.
+        file.rewind()?;
+        file.read_to_string(&mut text)?;
+        Ok(text)
+    }
+}
+
+/// Paths of the files of one program and serial number.
+fn paths(first: &Path) -> impl Iterator<Item = PathBuf> {
+    let stem = first.file_stem().unwrap_or_default().to_string_lossy();
+    (1..=MOST_ARMS).map(move |number| match number {
+        1 => first.to_owned(),
+        _ => first.with_file_name(format!("{stem}-{number}.json")),
+    })
+}
+
+/// The newest of the files that are no job's.
+fn newest(first: &Path) -> Option<Claim> {
+    let free = paths(first).filter_map(Claim::of);
+    free.max_by_key(|claim| {
+        claim
+            .file
+            .metadata()
+            .and_then(|about| about.modified())
+            .ok()
+    })
 }

@@ -16,6 +16,21 @@ pub struct JournalKey {
     pub program: String,
     /// The arm: its serial number, or its name where it tells none, or `virtual` for one that ends with this process.
     pub arm: String,
+    /// Number of a virtual arm among those of this process: its journal is of no other arm while this process
+    /// lives. `None` for an arm that outlives it.
+    pub virtual_arm: Option<u64>,
+}
+
+impl JournalKey {
+    /// Key of a program at an arm that outlives this process.
+    #[must_use]
+    pub fn new(program: impl Into<String>, arm: impl Into<String>) -> Self {
+        Self {
+            program: program.into(),
+            arm: arm.into(),
+            virtual_arm: None,
+        }
+    }
 }
 
 /// Why there is nothing to resume.

@@ -49,14 +49,17 @@ enum How {
     Dropped,
     /// By a second stop of a person: nothing moves after it.
     AtOnce,
+    /// By the announced end of the line, and often by the Ctrl-C that has ended the station, too.
+    LineEnds,
 }
 
-const WAYS: [How; 5] = [
+const WAYS: [How; 6] = [
     How::Signals,
     How::HangUps,
     How::Paused,
     How::Dropped,
     How::AtOnce,
+    How::LineEnds,
 ];
 
 /// A burn with speeds of its own.
@@ -132,7 +135,7 @@ async fn runs_that_end_at_200_random_instants_leave_pen_up_laser_dark_and_settin
             Some(kind) => plan(*kind),
             None => burn(),
         };
-        let how = WAYS[(seed / 5 % 5) as usize];
+        let how = WAYS[(seed / 5 % 6) as usize];
         let program = Program::new(plan.clone(), Some(1));
         let (_cell, arm) = place(&program).await;
         let before = settings(&arm, &plan).await;
@@ -168,6 +171,13 @@ async fn runs_that_end_at_200_random_instants_leave_pen_up_laser_dark_and_settin
                 sleep(SECOND_STOP_DELAY).await;
                 ends.hears(StopSignal::Interrupt);
             }
+            How::LineEnds => {
+                arm.end_notice().set(true);
+                if seeded.below(2) == 1 {
+                    sleep(seeded.ms(400)).await;
+                    ends.hears(StopSignal::Interrupt);
+                }
+            }
         }
         let at_once = ends.at_once;
         let outcome = if how == How::Dropped {
@@ -179,6 +189,9 @@ async fn runs_that_end_at_200_random_instants_leave_pen_up_laser_dark_and_settin
         };
         let twice = matches!(&outcome, Some(Err(error)) if matches!(error.fault, Fault::Stopped { twice: true }));
         assert!(!twice || at_once, "{what}: {outcome:?}");
+        if let (How::LineEnds, Some(Err(error))) = (how, &outcome) {
+            assert!(error.line_ends, "{what}: {error}");
+        }
         stopped += u64::from(matches!(outcome, Some(Err(_))));
         halted += u64::from(twice);
         let laser = arm.get::<EndEffectorLaser>().await.expect("read");
@@ -216,4 +229,41 @@ async fn second_stop_on_the_way_up_restores_settings() {
         let _ = job.outcome().await;
         assert_eq!(settings(&arm, &plan).await, before, "{ms} ms");
     }
+}
+
+#[tokio::test(start_paused = true)]
+async fn second_stop_of_a_person_after_the_end_of_the_line_moves_nothing() {
+    let program = Program::new(plan(KINDS[0]), Some(1));
+    let (_cell, arm) = place(&program).await;
+    let mut ending = JobSpec::new(program.clone()).ending;
+    ending.lift = 60.0;
+    let job = Job::start(&arm, JobSpec::new(program).ending(ending), NoJournal);
+    sleep(Duration::from_secs(4)).await;
+    arm.end_notice().set(true);
+    let mut ends = Signals::of(&job);
+    ends.hears(StopSignal::Interrupt);
+    while height(&arm).await < PAPER + 1.0 {
+        sleep(Duration::from_millis(10)).await;
+    }
+    sleep(SECOND_STOP_DELAY.saturating_sub(ends.begun.elapsed())).await;
+    ends.hears(StopSignal::Interrupt);
+    let error = job.outcome().await.expect_err("stopped");
+    assert!(ends.at_once && matches!(error.fault, Fault::Stopped { twice: true }));
+    assert!(height(&arm).await < PAPER + 59.0);
+}
+
+#[tokio::test(start_paused = true)]
+async fn line_that_ends_before_a_job_has_sent_anything_stops_nobody_else() {
+    let program = Program::new(plan(KINDS[0]), Some(1));
+    let (_cell, arm) = place(&program).await;
+    // Somebody else's pen goes up.
+    let lift = magician::words::line_by(0.0, 0.0, 30.0, 0.0);
+    let run = arm.start(vec![lift]);
+    arm.end_notice().set(true);
+    let before = arm.stops();
+    let job = Job::start(&arm, JobSpec::new(program), NoJournal);
+    let error = job.outcome().await.expect_err("stopped");
+    assert!(error.is_stop() && error.line_ends && error.pose.is_none());
+    assert!(error.left.is_none() && arm.stops() == before);
+    drop(run);
 }

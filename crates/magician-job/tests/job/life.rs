@@ -381,6 +381,96 @@ async fn a_journal_is_a_file_that_another_process_reads() {
     assert!(!path.exists());
 }
 
+/// Virtual arms of one process tell the same serial number, and run the same program into one folder.
+#[tokio::test(start_paused = true)]
+async fn virtual_arm_resumes_its_own_journal_beside_others_of_the_process() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let program = program(Kind::Lines, 1);
+    let spec = JobSpec::new(program.clone());
+    let journal = || FileJournal::at(folder.path());
+    let whole = {
+        let (cell, arm) = place(&program).await;
+        let job = Job::start(&arm, spec.clone(), NoJournal);
+        job.outcome().await.expect("done");
+        ink(&cell).1
+    };
+    let mut cells = Vec::new();
+    let mut stopped = Vec::new();
+    for seconds in [2.0, 3.0, 4.0] {
+        let (cell, arm) = place(&program).await;
+        let job = Job::start(&arm, spec.clone(), journal());
+        sleep(secs(seconds)).await;
+        job.stop();
+        job.outcome().await.expect_err("stopped");
+        stopped.push(arm);
+        cells.push(cell);
+    }
+    // One that comes to its good end leaves the journals of the others.
+    let (_cell, arm) = place(&program).await;
+    let resume = |arm: &Arm| Job::start(arm, spec.clone().start(Start::Resume), journal());
+    let error = resume(&arm)
+        .outcome()
+        .await
+        .expect_err("nothing is its own");
+    assert!(
+        matches!(error.fault, Fault::Journal(JournalError::Nothing)),
+        "{error}"
+    );
+    let job = Job::start(&arm, spec.clone(), journal());
+    job.outcome().await.expect("done");
+    for (arm, cell) in stopped.iter().zip(&cells) {
+        let before = ink(cell).1;
+        assert!(before < whole);
+        resume(arm).outcome().await.expect("it goes on");
+        let drawn = ink(cell).1;
+        assert!((drawn - whole).abs() < 0.3, "{drawn} mm of {whole}");
+    }
+    let left = std::fs::read_dir(folder.path()).expect("read").count();
+    assert_eq!(left, 0);
+}
+
+/// Jobs of two arms with the same serial number have a file each, and the newest that no job has is resumed.
+#[test]
+fn journal_that_another_job_has_is_left_to_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let key = |virtual_arm| {
+        let mut key = JournalKey::new("program", "A1");
+        key.virtual_arm = virtual_arm;
+        key
+    };
+    let opened = |number| {
+        let mut journal = FileJournal::at(folder.path());
+        journal.open(&key(number));
+        journal
+    };
+    let checkpoint = |finished| Checkpoint {
+        finished,
+        ..Checkpoint::new("a drawing", Some(9), false)
+    };
+    let finished = |journal: &FileJournal| journal.left().map(|left| left.finished);
+    let (mut one, mut two) = (opened(None), opened(None));
+    one.write(&checkpoint(1));
+    two.write(&checkpoint(2));
+    one.write(&checkpoint(3));
+    assert_eq!((finished(&one), finished(&two)), (Ok(3), Ok(2)));
+    assert_eq!(finished(&opened(None)), Err(JournalError::Nothing));
+    drop(one);
+    let mut one = opened(None);
+    assert_eq!(finished(&one), Ok(3));
+    two.remove();
+    assert_eq!(finished(&one), Ok(3));
+    one.remove();
+    // A virtual arm keeps its file from others between two jobs.
+    let mut of_virtual = opened(Some(u64::MAX));
+    of_virtual.write(&checkpoint(4));
+    drop(of_virtual);
+    assert_eq!(
+        finished(&opened(Some(u64::MAX - 1))),
+        Err(JournalError::Nothing)
+    );
+    assert_eq!(finished(&opened(Some(u64::MAX))), Ok(4));
+}
+
 /// The handles of a job work from every thread, whatever runtime they are on.
 #[test]
 fn a_handle_is_for_every_thread() {

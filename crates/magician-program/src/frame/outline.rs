@@ -18,7 +18,8 @@ pub(super) fn of(lines: &Artwork) -> Vec<Vec<[f64; 2]>> {
     let pixel = (CLOSED / RADIUS as f64).max(side / MOST_SIDE);
     // Room for what is drawn wider at the edges.
     let room = pixel * (RADIUS + 2) as f64;
-    let corner = least.map(|at| at - room);
+    // A line along the middle of pixels has as much of them on either side.
+    let corner = least.map(|at| at - room - pixel / 2.0);
     let pixels =
         |axis: usize| ((most[axis] - least[axis] + 2.0 * room) / pixel).ceil() as usize + 1;
     let mut image = Bitmap::new(pixels(0), pixels(1));

@@ -2,7 +2,7 @@
 
 mod table;
 
-pub(super) use table::OF_WORK;
+pub(super) use table::{OF_WORK, OfWork};
 
 use serde::Serialize;
 

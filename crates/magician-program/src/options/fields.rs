@@ -4,11 +4,17 @@ use std::fmt;
 
 use serde_json::{Map, Value};
 
-use super::asked::OF_WORK;
+use super::asked::{OF_WORK, OfWork};
 use super::{SetupOptions, WorkOption};
 use crate::Framing;
 use crate::fill::{FillMode, LEAST_SPACING};
 use crate::raster::ImageStyle;
+
+/// Largest width and height of a drawing, mm: far beyond every sheet, and numbers of this size are still exact
+/// to the micrometre in the `f32` of the arm.
+const LARGEST_SIZE: f64 = 10_000.0;
+/// Least speed, mm/s: a slower arm cannot be told from one that stands.
+const LEAST_SPEED: f64 = 0.01;
 
 /// Why an option is not taken.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -125,6 +131,26 @@ impl SetupOptions {
         self.contradictions()
     }
 
+    /// Checks that sizes and speeds are such as an arm can have.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub fn check_extremes(&self) -> Result<(), OptionError> {
+        for (key, value) in [("width", self.width), ("height", self.height)] {
+            if let Some(value) = value.filter(|value| *value > LARGEST_SIZE) {
+                let message = format!("{key} is at most {LARGEST_SIZE} mm, not {value:e}");
+                return Err(OptionError::new(key, message));
+            }
+        }
+        for (key, value) in [("speed", self.speed), ("travel_speed", self.travel_speed)] {
+            if let Some(value) = value.filter(|value| *value < LEAST_SPEED) {
+                let message = format!("{key} is {LEAST_SPEED} mm/s or more, not {value:e}");
+                return Err(OptionError::new(key, message));
+            }
+        }
+        Ok(())
+    }
+
     /// Checks values alone.
     ///
     /// # Errors
@@ -155,6 +181,7 @@ impl SetupOptions {
                 return Err(OptionError::new(key, message));
             }
         }
+        self.check_extremes()?;
         for (key, value) in [
             ("merge", self.merge),
             ("simplify", self.simplify),
@@ -246,20 +273,6 @@ impl SetupOptions {
         Ok(())
     }
 
-    /// True if an option of one kind of work is given.
-    fn gives(&self, key: &str) -> bool {
-        match key {
-            "mode" => self.mode.is_some(),
-            "one_way" => self.one_way,
-            "overscan" => self.overscan.is_some(),
-            "image" => self.image.is_some(),
-            "levels" => self.levels.is_some(),
-            "despeckle" => self.despeckle.is_some(),
-            "pen_width" => self.pen_width.is_some(),
-            _ => false,
-        }
-    }
-
     fn contradictions(&self) -> Result<(), OptionError> {
         let both = [
             ("raw", self.raw, "place", self.place),
@@ -314,13 +327,13 @@ impl SetupOptions {
         if self.turn == Some(false) && !self.fit {
             return Err(OptionError::new("turn", "turn counts with fit alone"));
         }
-        for (key, work) in OF_WORK {
+        for OfWork { key, work, given } in OF_WORK {
             let said = match (self.work, work) {
                 (Some(WorkOption::Draw), WorkOption::Engrave) => "the laser engraves: work is draw",
                 (Some(WorkOption::Engrave), WorkOption::Draw) => "the pen draws: work is engrave",
                 _ => continue,
             };
-            if self.gives(key) {
+            if given(self) {
                 return Err(OptionError::new(key, format!("{key} counts where {said}")));
             }
         }
@@ -461,6 +474,10 @@ mod tests {
             (json!({"at": "1,2"}), "at"),
             (json!({"fit": 1}), "fit"),
             (json!({"speed_ratio": 0.5}), "speed_ratio"),
+            (json!({"speed": 1e-9}), "speed"),
+            (json!({"travel_speed": 0.001}), "travel_speed"),
+            (json!({"width": 1e300}), "width"),
+            (json!({"height": 10001}), "height"),
             (json!({"speed_ratio": 101}), "speed_ratio"),
             (json!({"threshold": 0}), "threshold"),
             (json!({"threshold": 256}), "threshold"),

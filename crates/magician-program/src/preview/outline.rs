@@ -40,6 +40,8 @@ pub struct Outline {
     pub height: f64,
     /// Whether the arm comes there.
     pub reachable: bool,
+    /// How dark it is, percent, in steps of 10: the power of a laser, 100 of ink.
+    pub power: u8,
     /// The number of the part that it is of, in a plan that has parts.
     pub part: Option<u64>,
 }
@@ -77,6 +79,7 @@ impl Outline {
                 points: line.to_vec(),
                 height: of.height,
                 reachable: of.reachable,
+                power: of.power,
                 part: of.part,
             })
         });
@@ -106,6 +109,7 @@ fn evenly<T>(outlines: Vec<T>, most: usize, points_of: impl Fn(&T) -> usize) -> 
 #[derive(Clone, Debug)]
 struct Line {
     reachable: bool,
+    power: u8,
     part: Option<u64>,
     height: f64,
     track: Track,
@@ -125,8 +129,7 @@ pub(super) struct Outlines {
 impl Outlines {
     pub(super) fn draw(
         &mut self,
-        reachable: bool,
-        part: Option<u64>,
+        (reachable, power, part): (bool, u8, Option<u64>),
         from: [f64; 3],
         to: [f64; 3],
     ) {
@@ -136,7 +139,8 @@ impl Outlines {
         let Self { lines, end, .. } = self;
         match lines.last_mut() {
             Some(line)
-                if (line.reachable, line.part) == (reachable, part) && *end == Some(from) =>
+                if (line.reachable, line.power, line.part) == (reachable, power, part)
+                    && *end == Some(from) =>
             {
                 line.track.line_to(to);
             }
@@ -149,6 +153,7 @@ impl Outlines {
                 track.line_to(to);
                 lines.push(Line {
                     reachable,
+                    power,
                     part,
                     height,
                     track,
@@ -237,6 +242,25 @@ mod tests {
         }
         let all = Outline::of(&plan, &start(), 20_000);
         assert_eq!(all.len(), 500);
+    }
+
+    #[test]
+    fn burn_of_two_powers_is_two_lines_that_meet() {
+        let mut plan = Plan::new("greys");
+        plan.tool = Some(Tool::Laser);
+        for (x, power) in [(200.0, 0.0), (210.0, 25.0), (220.0, 30.0), (230.0, 80.0)] {
+            let to = [x, 0.0, -60.0];
+            plan.push(Action::Burn { to, power }, Origin::NONE);
+        }
+        let lines = Outline::of(&plan, &start(), 100);
+        let found: Vec<_> = { lines.iter() }
+            .map(|line| (line.power, line.points.as_slice()))
+            .collect();
+        let expected: [(u8, &[[f64; 2]]); 2] = [
+            (30, &[[200.0, 0.0], [220.0, 0.0]]),
+            (80, &[[220.0, 0.0], [230.0, 0.0]]),
+        ];
+        assert_eq!(found, expected);
     }
 
     #[test]

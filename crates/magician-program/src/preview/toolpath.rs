@@ -32,6 +32,16 @@ pub(super) enum StrokeKind {
     Unreachable,
 }
 
+impl StrokeKind {
+    /// How dark it is, percent: the power of a laser, 100 of everything else.
+    pub(super) fn power(self) -> u8 {
+        match self {
+            Self::Burn(shade) => (100 * shade / SHADES) as u8,
+            _ => 100,
+        }
+    }
+}
+
 /// Lines that look the same, seen from above and from the side (distance from the base axis and z).
 #[derive(Clone, Debug)]
 pub(super) struct Layer {

@@ -366,13 +366,18 @@ impl PathTracer {
 
     /// Where a pen comes down and goes up again, without a line, it leaves a dot.
     fn touch(&mut self, leaves: StrokeKind, from: [f64; 3], to: [f64; 3]) {
+        let is_down = |at: [f64; 3]| {
+            let leaves = self.toolpath.purpose.leaves([at; 2], None, false);
+            matches!(leaves, StrokeKind::Ink(_))
+        };
+        // A pen that stands on the sheet to begin with, as after a touch of it, has drawn nothing.
+        if !self.begun && is_down(from) {
+            return;
+        }
         if let StrokeKind::Ink(_) = leaves {
             self.inked += libm::hypot(to[0] - from[0], to[1] - from[1]);
             self.touched = (self.inked < DOT).then_some(to);
-        } else if matches!(
-            self.toolpath.purpose.leaves([to; 2], None, false),
-            StrokeKind::Ink(_)
-        ) {
+        } else if is_down(to) {
             self.touched = (self.inked < DOT).then_some(to);
         } else {
             self.dot();
@@ -428,7 +433,8 @@ impl PathTracer {
                     DrawnLine::add(strokes, self.nth, flat(from), flat(to));
                 }
                 if let Some(outlines) = &mut self.outlines {
-                    outlines.draw(shown != StrokeKind::Unreachable, self.part, from, to);
+                    let reachable = shown != StrokeKind::Unreachable;
+                    outlines.draw((reachable, leaves.power(), self.part), from, to);
                 }
                 toolpath.drawn += squares.sqrt();
                 for [x, y] in [flat(from), flat(to)] {

@@ -177,6 +177,24 @@ fn an_outline_goes_round_each_part_and_not_round_holes() {
 }
 
 #[test]
+fn outline_of_a_square_is_as_far_from_it_on_every_side() {
+    let square = r#"<svg xmlns="http://www.w3.org/2000/svg" width="20mm" height="20mm" viewBox="0 0 20 20"><path d="M0 0H20V20H0Z" fill="none" stroke="black"/></svg>"#;
+    let options = json!({"work": "engrave", "at": [250, 0], "frame": "outline"});
+    let plan = prepared(Format::Svg, square.as_bytes(), &options).plan;
+    let points = round(&plan);
+    for (axis, middle) in [(0, 250.0), (1, 0.0)] {
+        let at = |nth: usize| points[nth][axis];
+        let (least, most) = (0..points.len()).fold((f64::MAX, f64::MIN), |(least, most), nth| {
+            (least.min(at(nth)), most.max(at(nth)))
+        });
+        assert!(
+            ((least + most) / 2.0 - middle).abs() < 0.02 && (19.9..=20.6).contains(&(most - least)),
+            "axis {axis}: from {least} to {most}"
+        );
+    }
+}
+
+#[test]
 fn only_a_laser_lights_a_frame_and_only_so_much() {
     let options = json!({"work": "engrave", "width": 40, "frame": "hull", "frame_power": 2});
     let plan = prepared(Format::Image, GRADIENT, &options).plan;

@@ -170,6 +170,31 @@ fn a_dot_of_the_pen_is_ink_as_it_is_on_the_paper() {
 }
 
 #[test]
+fn pen_that_stands_on_the_sheet_at_the_start_leaves_no_dot_in_the_picture() {
+    let plan = drawing(90);
+    let above = start_of(&stage(&plan, &RehearseOptions::default()).unwrap());
+    for place in [[150.0, -150.0, PAPER], [180.0, 150.0, PAPER - 0.4]] {
+        let mut on_sheet = above.clone();
+        let [x, y, z] = place;
+        on_sheet.check(&words::line_to(x, y, z, 0.0)).unwrap();
+        let lines = |start| DrawnLine::of(&plan, start);
+        assert_eq!(lines(&on_sheet), lines(&above), "{place:?}");
+        let drawn = |start| {
+            let preview = Preview::new(
+                &plan,
+                &check(&plan, start),
+                start,
+                &PreviewOptions::default(),
+            );
+            let svg = preview.to_svg().to_owned();
+            let drawn = svg.lines().find(|line| line.contains(r#"class="drawn""#));
+            drawn.expect("something is drawn").matches('m').count()
+        };
+        assert_eq!(drawn(&on_sheet), drawn(&above), "{place:?}");
+    }
+}
+
+#[test]
 fn a_picture_is_in_true_size() {
     let svg = preview(&drawing(90), &PreviewOptions::default());
     let tree = resvg::usvg::Tree::from_str(svg.to_svg(), &resvg::usvg::Options::default()).unwrap();

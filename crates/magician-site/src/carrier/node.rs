@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use magician_station::http::TokenStore;
+use magician_station::http::{TokenStore, UNCHECKED};
 use magician_station::{MESSAGE, Peer, RunningStation};
 use serde_json::{Value, json};
 use tokio::runtime::Handle;
@@ -336,8 +336,10 @@ impl Door {
         let Some(token) = asked.token.clone() else {
             return refuse(query, "a token is needed on a site");
         };
-        let Some(grant) = self.tokens.granted(token).await else {
-            return refuse(query, "the token is not good");
+        let grant = match self.tokens.granted(token).await {
+            Ok(Some(grant)) => grant,
+            Ok(None) => return refuse(query, "the token is not good"),
+            Err(_) => return refuse(query, UNCHECKED),
         };
         let peer = match Peer::elsewhere(Some(grant), address(asked)) {
             Ok(peer) => peer,

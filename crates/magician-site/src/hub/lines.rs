@@ -589,6 +589,9 @@ impl Hub {
                 open.sessions = params["sessions"].take();
                 return self.sessions_changed(now, socket);
             }
+            // It is about this station alone, and the client is the hub's: it would take all arms
+            // for ending.
+            "server.ending" => return,
             "turn.changed" => {
                 self.hears_turns(now, line, params);
                 return self.turns_changed(now, socket);

@@ -183,9 +183,9 @@ impl RunningHub {
 impl Served for RunningHub {
     type Client = HubClient;
 
-    fn try_connect(&self, peer: Peer, token: Option<String>) -> Option<HubClient> {
+    async fn admit(&self, peer: Peer, token: Option<String>) -> Option<HubClient> {
         // Home counts, and knows who has said hello.
-        let client = self.shared.home.try_connect(peer)?;
+        let client = self.shared.home.admit(peer).await?;
         Some(self.join(client, token))
     }
 
@@ -502,6 +502,12 @@ impl HubClient {
 }
 
 impl ServedClient for HubClient {
+    fn heard(&self) {
+        if let Some(home) = self.home() {
+            home.heard();
+        }
+    }
+
     fn send(&self, text: &str) {
         self.shared
             .with(|hub, now| hub.receive(now, self.socket, text));

@@ -158,6 +158,11 @@ pub static NOTIFICATIONS: &[Notification] = &[
         ],
     },
     Notification {
+        name: "server.ending",
+        arm: None,
+        ids: &[],
+    },
+    Notification {
         name: "turn.changed",
         arm: None,
         ids: &[],

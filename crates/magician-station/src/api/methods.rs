@@ -490,7 +490,7 @@ pub(super) const STATION: &[Method] = &[
             may(
                 "preview",
                 Kind::Switch,
-                "whether `preview` has what it leaves: `{strokes: [{points, height, part, reachable}], travels}`, of no more than 20,000 points each; `part` is the number of one of `parts`, or null",
+                "whether `preview` has what it leaves: `{strokes: [{points, height, part, power, reachable}], travels}`, of no more than 20,000 points each; `part` is the number of one of `parts`, or null; `power` of the laser in percent, 100 of ink",
             ),
         ],
         "Checks a program from where the arm stands; nothing moves.",
@@ -583,7 +583,7 @@ pub(super) const STATION: &[Method] = &[
             may(
                 "overlap",
                 Kind::Number(0.0, 1000.0),
-                "how far before the place where a burn ended it begins, along its line, mm; 0 unless given",
+                "how far before the place where the light of a burn went out it begins, along its line, mm; 0 unless given",
             ),
             YES,
         ],

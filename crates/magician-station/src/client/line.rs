@@ -48,7 +48,8 @@ impl LineEnd {
 
 impl StationLine {
     /// A line to this arm, or the only one, and what waits for its end: the lease has been given back then. With `yes` what is
-    /// dangerous or may burn is sent as meant.
+    /// dangerous or may burn is sent as meant. [`StationClient::end_notice`] belongs into the
+    /// options of the driver.
     #[must_use]
     pub fn open(client: &StationClient, arm: Option<&str>, yes: bool) -> (Self, JoinHandle<()>) {
         let (stream, far) = tokio::io::duplex(ROOM);
@@ -63,9 +64,7 @@ impl StationLine {
         };
         let end = broken.clone();
         let task = tokio::spawn(async move {
-            if let Err(error) = bridge.carry(far).await {
-                *end.why_mut() = Some(error);
-            }
+            bridge.carry(far, &end).await;
         });
         (Self { stream, broken }, task)
     }
@@ -80,6 +79,8 @@ impl StationLine {
         let why = self.broken.why()?;
         let kind = match why {
             ClientError::Refused { .. } => io::ErrorKind::PermissionDenied,
+            // These say for themselves what has become of the line.
+            ClientError::Lost | ClientError::Ended => io::ErrorKind::ConnectionAborted,
             _ => io::ErrorKind::Other,
         };
         Some(io::Error::new(kind, why))
@@ -139,17 +140,23 @@ struct Bridge {
 }
 
 impl Bridge {
-    async fn carry(mut self, far: DuplexStream) -> Result<(), ClientError> {
-        let carried = self.exchange(far).await;
-        // What the driver has set going and not stopped is meant to go on: it is not when a lease just ends.
-        if let Some(lease) = self.lease.take() {
-            let released = self.client.release(&lease).await;
-            return carried.and(released);
+    async fn carry(mut self, mut far: DuplexStream, end: &LineEnd) {
+        if let Err(error) = self.exchange(&mut far).await {
+            // What a station refuses as it ends is refused because it ends.
+            let ends = self.client.end_notice().is_given();
+            *end.why_mut() = Some(if ends { ClientError::Ended } else { error });
         }
-        carried
+        // Only now, so that the driver finds out why with the end of the stream.
+        drop(far);
+        // What the driver has set going and not stopped is meant to go on: it is not when a lease just ends.
+        if let Some(lease) = self.lease.take()
+            && let Err(error) = self.client.release(&lease).await
+        {
+            end.why_mut().get_or_insert(error);
+        }
     }
 
-    async fn exchange(&mut self, mut far: DuplexStream) -> Result<(), ClientError> {
+    async fn exchange(&mut self, far: &mut DuplexStream) -> Result<(), ClientError> {
         let mut deframer = Deframer::new();
         let mut bytes = [0; ROOM];
         let mut keeps = interval(KEEP);

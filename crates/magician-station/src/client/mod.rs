@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use magician::EndNotice;
 use serde_json::{Value, json};
 use tokio::sync::{broadcast, mpsc, oneshot, watch};
 
@@ -35,6 +36,8 @@ pub enum ClientError {
     Untrusted(String),
     /// The connection broke before the answer came: whether it was done is not known. It is not sent again.
     Lost,
+    /// The station has ended, as it had announced (`server.ending`): it has stopped what moved.
+    Ended,
     /// The station refuses it.
     Refused {
         /// The code.
@@ -62,6 +65,7 @@ impl fmt::Display for ClientError {
         match self {
             Self::Address(why) | Self::Unreachable(why) | Self::Untrusted(why) => f.write_str(why),
             Self::Lost => f.write_str("the connection to the station broke before its answer"),
+            Self::Ended => f.write_str("the station has ended"),
             Self::Refused { message, .. } => f.write_str(message),
         }
     }
@@ -113,6 +117,7 @@ pub struct StationClient {
     notices: broadcast::Sender<Notice>,
     frames: broadcast::Sender<StateFrame>,
     connection: watch::Receiver<Connection>,
+    end_notice: EndNotice,
     /// What the first hello was answered with.
     hello: Arc<Value>,
     /// How many have each lease of the session.
@@ -149,6 +154,7 @@ impl StationClient {
         let (notices, _) = broadcast::channel(KEPT);
         let (frames, _) = broadcast::channel(KEPT);
         let (connected, connection) = watch::channel(Connection::Up);
+        let end_notice = EndNotice::default();
         let client = json!({"name": name});
         let task = Task::new(
             (address, connector),
@@ -156,7 +162,7 @@ impl StationClient {
             token,
             inbox,
             (notices.clone(), frames.clone()),
-            connected,
+            (connected, end_notice.clone()),
         );
         let (task, socket, hello) = task.greet().await?;
         // It ends with the last clone, and closes the connection then.
@@ -166,6 +172,7 @@ impl StationClient {
             notices,
             frames,
             connection,
+            end_notice,
             hello: Arc::new(hello),
             leases: Arc::default(),
         })
@@ -257,6 +264,15 @@ impl StationClient {
     #[must_use]
     pub fn frames(&self) -> broadcast::Receiver<StateFrame> {
         self.frames.subscribe()
+    }
+
+    /// Notice that the station is about to end, or has ended, for
+    /// [`Options::end_notice`](magician::Options::end_notice) of a driver behind a [`StationLine`]:
+    /// its jobs then stop in the few seconds that the station waits. It is taken back when the
+    /// station is there again.
+    #[must_use]
+    pub fn end_notice(&self) -> EndNotice {
+        self.end_notice.clone()
     }
 
     /// Whether it is connected, and news of that.

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use futures_util::{SinkExt, StreamExt};
+use magician::EndNotice;
 use serde_json::{Value, json};
 use tokio::net::TcpStream;
 use tokio::sync::{broadcast, mpsc, oneshot, watch};
@@ -25,6 +26,8 @@ const OPENING: Duration = Duration::from_secs(5);
 /// The first try comes after so long, each other one after twice that, at most.
 const FIRST: Duration = Duration::from_millis(200);
 const LONGEST: Duration = Duration::from_secs(5);
+/// The code of a close by a station that ends (RFC 6455, 7.4.1).
+const GOING_AWAY: u16 = 1001;
 
 /// A message to be sent.
 #[derive(Debug)]
@@ -46,6 +49,8 @@ pub(super) struct Task {
     notices: broadcast::Sender<Notice>,
     frames: broadcast::Sender<StateFrame>,
     connected: watch::Sender<Connection>,
+    /// Given from the station's word that it ends until it is there again.
+    end_notice: EndNotice,
     waiting: BTreeMap<u64, Reply>,
     next: u64,
 }
@@ -66,7 +71,7 @@ impl Task {
         token: Option<&str>,
         inbox: mpsc::UnboundedReceiver<Order>,
         (notices, frames): (broadcast::Sender<Notice>, broadcast::Sender<StateFrame>),
-        connected: watch::Sender<Connection>,
+        (connected, end_notice): (watch::Sender<Connection>, EndNotice),
     ) -> Self {
         Self {
             address,
@@ -78,6 +83,7 @@ impl Task {
             notices,
             frames,
             connected,
+            end_notice,
             waiting: BTreeMap::new(),
             next: 0,
         }
@@ -163,7 +169,7 @@ impl Task {
             drop(socket);
             for (_, reply) in std::mem::take(&mut self.waiting) {
                 // Nobody waits for some.
-                let _ = reply.send(Err(ClientError::Lost));
+                let _ = reply.send(Err(self.lost()));
             }
             match end {
                 End::Broken => {}
@@ -192,13 +198,16 @@ impl Task {
                     () = &mut until => break,
                     order = self.inbox.recv() => match order {
                         // What is asked for now is not kept for later: it may move an arm.
-                        Some(order) => refuse(order),
+                        Some(order) => self.refuse(order),
                         None => return None,
                     },
                 }
             }
             match self.open().await {
-                Ok((socket, _)) => return Some(socket),
+                Ok((socket, _)) => {
+                    self.end_notice.set(false);
+                    return Some(socket);
+                }
                 Err(ClientError::Refused { .. } | ClientError::Untrusted(_)) => {
                     self.connected.send_replace(Connection::Closed);
                     return None;
@@ -231,6 +240,9 @@ impl Task {
                     Some(Ok(Message::Close(frame))) => {
                         let code = frame.map_or(0, |frame| u16::from(frame.code));
                         // Too slow or too much is begun anew; what is refused is not.
+                        if code == GOING_AWAY {
+                            self.end_notice.set(true);
+                        }
                         let over = [4400, 4401, 4403, 4409].contains(&code);
                         return if over { End::Closed } else { End::Broken };
                     }
@@ -238,6 +250,20 @@ impl Task {
                     Some(Err(_)) | None => return End::Broken,
                 },
             }
+        }
+    }
+
+    /// Why a request has no answer.
+    fn lost(&self) -> ClientError {
+        match self.end_notice.is_given() {
+            true => ClientError::Ended,
+            false => ClientError::Lost,
+        }
+    }
+
+    fn refuse(&self, order: Order) {
+        if let Some(reply) = order.reply {
+            let _ = reply.send(Err(self.lost()));
         }
     }
 
@@ -253,6 +279,9 @@ impl Task {
             return;
         };
         if let Some(method) = message["method"].as_str() {
+            if method == "server.ending" {
+                self.end_notice.set(true);
+            }
             let notice = Notice {
                 method: method.to_owned(),
                 params: message["params"].clone(),
@@ -265,12 +294,6 @@ impl Task {
         {
             let _ = reply.send(outcome(&message));
         }
-    }
-}
-
-fn refuse(order: Order) {
-    if let Some(reply) = order.reply {
-        let _ = reply.send(Err(ClientError::Lost));
     }
 }
 

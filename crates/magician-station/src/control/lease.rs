@@ -89,6 +89,13 @@ impl Lease {
         waiting.chain(asking).collect()
     }
 
+    /// Takes away what all sessions wait and ask for.
+    pub(super) fn forget_all(&mut self) -> Vec<RequestId> {
+        let waiting = self.waiting.drain(..).map(|waiter| waiter.request);
+        let asking = self.asking.drain(..).map(|ask| ask.request);
+        waiting.chain(asking).collect()
+    }
+
     /// Takes away those who have waited as long as they wanted to.
     pub(super) fn waited_enough(&mut self, now: HostInstant) -> Vec<RequestId> {
         let over = self.waiting.extract_if(.., |waiter| waiter.until <= now);
@@ -112,6 +119,9 @@ impl Control {
         request: RequestId,
         wait: Duration,
     ) {
+        if self.closed && self.holder(arm) != Some(session) {
+            return self.deny(arm, vec![request]);
+        }
         #[cfg(feature = "class")]
         if !self.admits(now, session, arm, request) {
             return;
@@ -180,6 +190,9 @@ impl Control {
         let Some(holder) = holder.filter(|holder| *holder != session) else {
             return self.acquire(now, session, arm, request, Duration::ZERO);
         };
+        if self.closed {
+            return self.deny(arm, vec![request]);
+        }
         #[cfg(feature = "class")]
         if !self.admits(now, session, arm, request) {
             return;
@@ -228,7 +241,9 @@ impl Control {
     /// A session takes the lease away. The caller has made sure that it may.
     pub fn take(&mut self, now: HostInstant, session: SessionId, arm: ArmId, request: RequestId) {
         match self.holder(arm) {
-            Some(holder) if holder != session => self.pass(now, arm, session, Some(request)),
+            Some(holder) if holder != session && !self.closed => {
+                self.pass(now, arm, session, Some(request))
+            }
             _ => self.acquire(now, session, arm, request, Duration::ZERO),
         }
     }

@@ -236,6 +236,8 @@ pub enum Refusal {
     Frozen,
     /// There is no such lease, jog or question.
     Unknown,
+    /// The station ends: nothing begins any more.
+    Closed,
 }
 
 /// A session as far as control goes.
@@ -284,6 +286,8 @@ pub struct Control {
     effects: VecDeque<Effect>,
     #[cfg(feature = "class")]
     class: Class,
+    /// True once the station ends: no lease is given any more, and no jog or job begins.
+    closed: bool,
     /// Leases and jogs that were given an id.
     ids: u64,
 }
@@ -298,6 +302,7 @@ impl Control {
             effects: VecDeque::new(),
             #[cfg(feature = "class")]
             class: Class::new(arms),
+            closed: false,
             ids: 0,
         }
     }
@@ -366,6 +371,25 @@ impl Control {
     pub fn expel(&mut self, now: HostInstant, session: SessionId) {
         self.leave(now, session);
         self.over(now, session);
+    }
+
+    /// The station begins to end: jogs end, and no lease is given any more. Who holds one keeps it,
+    /// to end what it runs, until [`evict`](Self::evict).
+    pub fn close(&mut self) {
+        self.closed = true;
+        for arm in self.arm_ids() {
+            self.end_jog_of(arm, JogEnd::Stopped, |_| true);
+            let denied = self.arm_mut(arm).lease.forget_all();
+            self.deny(arm, denied);
+        }
+    }
+
+    /// Ends the lease of an arm, as if its holder had gone silent: what it has under way is
+    /// stopped.
+    pub fn evict(&mut self, now: HostInstant, arm: ArmId) {
+        if self.holder(arm).is_some() {
+            self.end_lease(now, arm, LeaseEnd::Silent);
+        }
     }
 
     /// The session that has the lease of an arm.

@@ -100,7 +100,7 @@ impl Control {
 
     /// A person has said something, or has come back.
     pub(super) fn person_is_here(&mut self, now: HostInstant, session: SessionId) {
-        let Some(person) = self.person(session) else {
+        let Some(person) = self.person(session).filter(|_| !self.closed) else {
             return;
         };
         let mut missed = self.class.queue.iter_mut();
@@ -135,6 +135,7 @@ impl Control {
             .filter(|turn| matches!(turn.state, TurnState::Kept { .. }));
         let person = turn.map(|turn| turn.person);
         if self.holder(arm).is_none()
+            && !self.closed
             && let Some(session) = person.and_then(|person| self.session_of_person(person))
         {
             self.grant(now, arm, session, None);
@@ -143,7 +144,7 @@ impl Control {
 
     /// Begins the turns that can begin.
     pub(super) fn advance(&mut self, now: HostInstant) {
-        let Some(rules) = self.class.rules else {
+        let Some(rules) = self.class.rules.filter(|_| !self.closed) else {
             return;
         };
         for arm in self.arm_ids() {

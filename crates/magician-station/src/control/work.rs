@@ -143,6 +143,9 @@ impl Control {
             return Err(Refusal::Lease(holder));
         }
         let state = self.arm(arm);
+        if self.closed && kind == WorkKind::StartJob {
+            return Err(Refusal::Closed);
+        }
         if let Some(jog) = state.jog {
             return Err(Refusal::Busy(Busy::Jog(jog.id)));
         }
@@ -185,6 +188,9 @@ impl Control {
         let replaces = self.arm(arm).jog.is_some_and(|jog| jog.session == session);
         if !replaces {
             self.may(session, arm, WorkKind::Motion)?;
+        }
+        if self.closed {
+            return Err(Refusal::Closed);
         }
         self.heard(now, session);
         self.end_jog_of(arm, JogEnd::Replaced, |_| true);

@@ -3,7 +3,7 @@
 use magician::commands::{JogCommonParams, Pose, PtpCommonParams};
 use magician::words::{self, Axis};
 use magician::{Arm, Ctrl, Set};
-use magician_program::Travel;
+use magician_program::{Tool, Travel};
 use serde_json::{Value, json};
 
 use super::Done;
@@ -11,6 +11,7 @@ use super::reads::{Known, hex, reading};
 use crate::api::RpcError;
 use crate::order::{ArmAct, Outcome};
 use crate::reading as form;
+use crate::surface::ArmSurface;
 
 /// An arm that stands there.
 pub(super) fn stood(pose: &Pose) -> Value {
@@ -18,7 +19,14 @@ pub(super) fn stood(pose: &Pose) -> Value {
 }
 
 /// Does it, and reads the state that it leaves where that is the answer. Dropping the future stops what has begun.
-pub(super) async fn to_the_end(arm: Arm, what: ArmAct, mut known: Known) -> Done {
+/// `draws` is the tool that draws later.
+pub(super) async fn to_the_end(
+    arm: Arm,
+    what: ArmAct,
+    mut known: Known,
+    surface: ArmSurface,
+    draws: Tool,
+) -> Done {
     // The rail is not read each time.
     let stale = matches!(what, ArmAct::Set(Set::SetDeviceWithL(_)));
     let rests = matches!(
@@ -27,7 +35,7 @@ pub(super) async fn to_the_end(arm: Arm, what: ArmAct, mut known: Known) -> Done
     );
     let on_rail = known.rail.is_some();
     let mut done = Done {
-        outcome: act(arm.clone(), what, on_rail).await,
+        outcome: act(arm.clone(), what, on_rail, surface, draws).await,
         known: None,
         reading: None,
         stale,
@@ -62,7 +70,13 @@ async fn come_to_rest(arm: &Arm) -> magician::Result<()> {
 }
 
 /// Does it. Dropping the future stops what has begun, by the rules of the driver.
-async fn act(arm: Arm, act: ArmAct, on_rail: bool) -> Result<Outcome, RpcError> {
+async fn act(
+    arm: Arm,
+    act: ArmAct,
+    on_rail: bool,
+    surface: ArmSurface,
+    draws: Tool,
+) -> Result<Outcome, RpcError> {
     match act {
         ArmAct::Set(set) => {
             if magician::sets_in_motion(&set) {
@@ -115,9 +129,14 @@ async fn act(arm: Arm, act: ArmAct, on_rail: bool) -> Result<Outcome, RpcError> 
             arm.clear_alarms().await?;
             Ok(Outcome::State)
         }
-        ArmAct::Touch { .. } | ArmAct::ForgetSurface => {
-            Err(RpcError::internal("a surface is touched elsewhere"))
+        ArmAct::Touch { unhomed } => {
+            let arm = match unhomed {
+                true => arm.allowing_unhomed(),
+                false => arm,
+            };
+            surface.touch(arm, draws).await.map(Outcome::Value)
         }
+        ArmAct::ForgetSurface => surface.forget().await.map(Outcome::Value),
         ArmAct::Tip(bias) => {
             arm.set_any(&words::tool(bias)).await?;
             Ok(Outcome::State)

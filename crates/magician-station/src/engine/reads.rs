@@ -19,6 +19,7 @@ use crate::api::RpcError;
 use crate::control::RequestId;
 use crate::order::{ArmRead, Outcome};
 use crate::reading::{ArmReading, ToolReading, to_value};
+use crate::surface::ArmSurface;
 
 /// What the engine keeps between two readings.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -198,32 +199,42 @@ pub(super) async fn reading(arm: &Arm, known: &mut Known) -> Result<ArmReading> 
     ))
 }
 
+/// Answers with the state.
+pub(super) async fn state(arm: Arm, known: Known, request: RequestId) -> TaskResult {
+    let outcome = async {
+        let mut known = Known::read(&arm).await?;
+        let reading = reading(&arm, &mut known).await?;
+        Ok::<_, magician::Error>((known, reading))
+    };
+    match outcome.await {
+        Ok((known, reading)) => {
+            let (known, reading) = (Box::new(known), Box::new(reading));
+            TaskResult::Read(request, Ok(Outcome::State), known, Some(reading))
+        }
+        Err(error) => TaskResult::Read(request, Err(error.into()), Box::new(known), None),
+    }
+}
+
 /// Answers a request to read.
 pub(super) async fn answer(
     arm: Arm,
     known: Known,
+    surface: ArmSurface,
     request: RequestId,
     read: ArmRead,
 ) -> TaskResult {
     if read == ArmRead::State {
-        let outcome = async {
-            let mut known = Known::read(&arm).await?;
-            let reading = reading(&arm, &mut known).await?;
-            Ok::<_, magician::Error>((known, reading))
-        };
-        return match outcome.await {
-            Ok((known, reading)) => {
-                let (known, reading) = (Box::new(known), Box::new(reading));
-                TaskResult::Read(request, Ok(Outcome::State), known, Some(reading))
-            }
-            Err(error) => TaskResult::Read(request, Err(error.into()), Box::new(known), None),
-        };
+        return state(arm, known, request).await;
     }
-    let outcome = value(&arm, read).await.map(Outcome::Value);
+    let outcome = value(&arm, surface, read).await.map(Outcome::Value);
     TaskResult::Report(crate::order::ArmReport::Done { request, outcome })
 }
 
-async fn value(arm: &Arm, read: ArmRead) -> std::result::Result<Value, RpcError> {
+async fn value(
+    arm: &Arm,
+    surface: ArmSurface,
+    read: ArmRead,
+) -> std::result::Result<Value, RpcError> {
     match read {
         ArmRead::Info => to_value(&ArmInfo::read(arm).await?),
         ArmRead::Model => super::model::model(arm).await,
@@ -252,7 +263,7 @@ async fn value(arm: &Arm, read: ArmRead) -> std::result::Result<Value, RpcError>
             let reply = arm.raw(id, Ctrl::GET, &params).await?;
             Ok(json!({"params": hex(reply.frame().params())}))
         }
-        ArmRead::Surface => Err(RpcError::internal("a surface is no reading of the arm")),
+        ArmRead::Surface => surface.shown().await,
         ArmRead::State => Err(RpcError::internal("a state is a reading")),
     }
 }

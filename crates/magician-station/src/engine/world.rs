@@ -18,7 +18,7 @@ use crate::api::RpcError;
 use crate::control::RequestId;
 #[cfg(feature = "sim")]
 use crate::order::Fault;
-use crate::order::{ArmRead, ArmReport, Outcome, WorldAct};
+use crate::order::{ArmReport, Outcome, WorldAct};
 
 impl Work {
     /// Does it, and has the answer follow.
@@ -48,7 +48,7 @@ impl Work {
         let done = happens(&self.arm, act);
         self.side.spawn(async move {
             if guides && done.is_ok() {
-                return reads::answer(arm, known, request, ArmRead::State).await;
+                return reads::state(arm, known, request).await;
             }
             report(done)
         });

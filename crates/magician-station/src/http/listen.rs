@@ -17,6 +17,8 @@ use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tower::ServiceExt;
 
+use super::descriptors::{self, within};
+use super::pacing::Paced;
 use super::places::{Place, Places};
 use super::routes::{HttpOptions, router};
 use super::security::Ends;
@@ -28,8 +30,9 @@ use super::tokens::{TokenStore, beside};
 const PORT: u16 = 8910;
 /// Connections at once. Strangers from elsewhere are as many as the browsers of a class open when all of them load the page,
 /// six each. A connection that comes has to send its head before as many others come as there are places for strangers: under
-/// a flood they are the time that it has. With the sockets all places stay below the 1024 descriptors that a process usually has.
-const LIMITS: AdmissionLimits = AdmissionLimits {
+/// a flood they are the time that it has. With the sockets all places stay below the 1024 descriptors that a process usually has;
+/// with fewer descriptors there are fewer places.
+pub(super) const LIMITS: AdmissionLimits = AdmissionLimits {
     loopback_strangers: 192,
     strangers: 384,
     claims: 128,
@@ -219,7 +222,7 @@ impl Listener {
         over: watch::Receiver<bool>,
     ) {
         let options = Arc::new(options);
-        let places = Places::new(LIMITS);
+        let places = Places::new(within(LIMITS, descriptors::limit()));
         let follows = tokio::spawn(follow(options.tokens.clone(), station.clone()));
         let mut accepting = JoinSet::new();
         for listener in self.listeners {
@@ -257,6 +260,7 @@ async fn accept(
                 tls: tls.is_some(),
             };
             let service = router(station, options, ends, over.clone(), place.clone());
+            let stream = Paced::new(stream, place.pacer().clone());
             let served = async {
                 match tls {
                     None => carry(stream, service, over).await,
@@ -292,7 +296,12 @@ pub(crate) async fn next(
             () = ended(over) => return None,
         };
         match accepted {
-            Ok((stream, peer)) => return Some((stream, peer, places.enter(peer.ip()))),
+            Ok((stream, peer)) => {
+                let place = places.enter(peer.ip());
+                // One connection a round, so that those that come do not hold up those that are there.
+                tokio::task::yield_now().await;
+                return Some((stream, peer, place));
+            }
             Err(error) => recover(&error, places).await,
         }
     }

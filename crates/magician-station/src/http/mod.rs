@@ -3,10 +3,12 @@
 //! [`Listener`] accepts on this machine's own addresses unless it is told otherwise, and serves a
 //! [`RunningStation`](crate::RunningStation), or whatever else is [`Served`].
 
+mod descriptors;
 mod folder;
 mod jobs;
 mod journal;
 mod listen;
+mod pacing;
 mod pages;
 mod places;
 mod programs;
@@ -24,6 +26,8 @@ pub use journal::JournalFile;
 pub use listen::{ListenError, Listener};
 #[cfg(feature = "link")]
 pub(crate) use listen::{Wanted, ended, next};
+#[cfg(feature = "link")]
+pub(crate) use pacing::{Lane, Paced};
 pub use pages::{PageFile, Pages};
 #[cfg(feature = "link")]
 pub(crate) use places::{Place, Places};
@@ -33,7 +37,7 @@ pub use routes::{HttpOptions, LinkCalls, ROUTES, Route, RouteNeeds, Tries};
 pub use security::{Admission, Ends};
 pub use served::{Served, ServedClient};
 pub use tls::{Tls, TlsError};
-pub use tokens::{CODE, TokenEntry, TokenError, TokenStore};
+pub use tokens::{CODE, TokenEntry, TokenError, TokenStore, UNCHECKED};
 
 /// Bytes that a socket reads at once. The library clears as many each time it looks whether there is anything, and its own 128 KiB
 /// cost as much as all else that a station at rest does.

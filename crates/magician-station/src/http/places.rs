@@ -14,12 +14,15 @@ use magician_protocol::HostInstant;
 use tokio::sync::Notify;
 use tokio::time::Instant;
 
+use super::pacing::{Pacer, Turns};
+
 /// The connections of a listener. Clones are of the same listener.
 #[derive(Clone)]
 pub(crate) struct Places(Arc<Hall>);
 
 struct Hall {
     begun: Instant,
+    turns: Turns,
     inner: Mutex<Inner>,
 }
 
@@ -38,12 +41,14 @@ struct Held {
     hall: Arc<Hall>,
     key: u64,
     end: Arc<Notify>,
+    pacer: Pacer,
 }
 
 impl Places {
     pub(crate) fn new(limits: AdmissionLimits) -> Self {
         Self(Arc::new(Hall {
             begun: Instant::now(),
+            turns: Turns::default(),
             inner: Mutex::new(Inner {
                 table: AdmissionTable::new(limits),
                 ends: BTreeMap::new(),
@@ -63,10 +68,12 @@ impl Places {
             inner.end(gone);
             key
         });
+        let turns = self.0.turns.clone();
         Place(Arc::new(Held {
             hall: Arc::clone(&self.0),
             key,
             end,
+            pacer: Pacer::new(turns, address.to_canonical(), key),
         }))
     }
 
@@ -101,6 +108,11 @@ impl Inner {
 }
 
 impl Place {
+    /// The turns of this connection.
+    pub(crate) fn pacer(&self) -> &Pacer {
+        &self.0.pacer
+    }
+
     /// The head of a request is whole.
     pub(crate) fn heard(&self) {
         self.0

@@ -1,11 +1,11 @@
 //! The routes of a station: a table of what each needs, and what each does.
 
 use std::fmt;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use std::time::Duration;
 
 use axum::Router;
-use axum::body::Body;
+use axum::body::{Body, Bytes, HttpBody};
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::{FromRequestParts, Request};
 use axum::http::header::{ALLOW, CONTENT_TYPE, RETRY_AFTER, UPGRADE, VARY, WWW_AUTHENTICATE};
@@ -16,21 +16,24 @@ use serde_json::{Value, json};
 use tokio::sync::watch;
 use tokio::time::Instant;
 
+use super::pacing::{Lane, URGENT_LENGTH, is_always_obeyed};
 use super::pages::Pages;
 use super::places::Place;
 use super::programs::{self, Uploads};
 use super::security::{Admission, Admitted, Ends, Refused};
 use super::served::Served;
-use super::tokens::{TokenStore, beside};
+use super::tokens::{TokenStore, UNCHECKED, beside};
 use super::{READ_BUFFER, recordings, socket};
 use crate::Role;
-use crate::api::{Message, Method as ApiMethod};
 use crate::station::{Grant, Peer};
 
 /// Bytes of a request's body, at most.
 const BODY: usize = 1024 * 1024;
 /// Tries to pair within a minute, over all callers.
 const TRIES: usize = 5;
+
+/// The methods as an OpenRPC document, 100 kB that never change.
+static OPENRPC: LazyLock<Bytes> = LazyLock::new(|| crate::api::openrpc().to_string().into());
 
 /// What a route needs of whoever calls it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -243,6 +246,7 @@ pub(super) fn router(
 /// Lets a request in and finds its route; every answer has the headers of safety.
 async fn door<S: Served>(here: Here<S>, request: Request) -> Response {
     here.place.heard();
+    here.place.pacer().turn(lane(&request)).await;
     let (parts, body) = request.into_parts();
     let admitted = here.options.admission.admit(&parts, here.ends);
     let foreign = admitted
@@ -271,6 +275,18 @@ async fn door<S: Served>(here: Here<S>, request: Request) -> Response {
         headers.insert(VARY, HeaderValue::from_static("Origin"));
     }
     here.place.until_taken(response)
+}
+
+/// The lane of a request whose body is not there yet.
+fn lane(request: &Request) -> Lane {
+    let may_be_urgent = request.method() == Method::POST
+        && request.uri().path() == "/api/v1/rpc"
+        && { request.body().size_hint().exact() }
+            .is_some_and(|length| length <= URGENT_LENGTH as u64);
+    match may_be_urgent {
+        true => Lane::Urgent,
+        false => Lane::Ordinary,
+    }
 }
 
 /// What every answer says.
@@ -337,7 +353,9 @@ async fn answer<S: Served>(here: &Here<S>, request: Request, admitted: &Admitted
             let page = here.options.pages.answer(path, request.headers());
             page.unwrap_or_else(|| text(StatusCode::NOT_FOUND, "there is nothing at this address"))
         }
-        ("GET", "/api/v1/openrpc.json") => object(StatusCode::OK, &crate::api::openrpc()),
+        ("GET", "/api/v1/openrpc.json") => {
+            ([(CONTENT_TYPE, "application/json")], OPENRPC.clone()).into_response()
+        }
         ("GET", "/api/v1/ws") => upgrade(here, request, admitted).await,
         ("POST", "/api/v1/rpc") => rpc(here, request, admitted).await,
         ("GET", "/api/v1/recordings/{name}") => recording(here, path, admitted, route).await,
@@ -455,11 +473,12 @@ async fn entitled<S: Served>(
 async fn granted<S: Served>(here: &Here<S>, admitted: &Admitted) -> Result<Option<Grant>, Refused> {
     match &admitted.token {
         Some(token) => match here.options.tokens.granted(token.clone()).await {
-            Some(grant) => Ok(Some(grant)),
-            None => Err(Refused::new(
+            Ok(Some(grant)) => Ok(Some(grant)),
+            Ok(None) => Err(Refused::new(
                 StatusCode::UNAUTHORIZED,
                 "the token is not good",
             )),
+            Err(_) => Err(Refused::new(StatusCode::SERVICE_UNAVAILABLE, UNCHECKED)),
         },
         None => Ok(admitted.loopback.then_some(Grant {
             role: Role::Teacher,
@@ -495,13 +514,14 @@ async fn upgrade<S: Served>(here: &Here<S>, request: Request, admitted: &Admitte
         Ok(peer) => peer,
         Err(refused) => return refusal(&refused),
     };
-    let Some(client) = here.station.try_connect(peer, admitted.token.clone()) else {
+    let Some(client) = here.station.admit(peer, admitted.token.clone()).await else {
         return text(
             StatusCode::SERVICE_UNAVAILABLE,
             "the station has all the sockets that it takes",
         );
     };
     let (tokens, over) = (here.options.tokens.clone(), here.over.clone());
+    let pacer = here.place.pacer().clone();
     upgrade
         .protocols(["magician.v1"])
         // What is a little too large is read to its end, so that its sender hears why it is closed.
@@ -509,7 +529,7 @@ async fn upgrade<S: Served>(here: &Here<S>, request: Request, admitted: &Admitte
         .max_frame_size(2 * BODY)
         .write_buffer_size(0)
         .read_buffer_size(READ_BUFFER)
-        .on_upgrade(move |socket| socket::carry(socket, client, tokens, over))
+        .on_upgrade(move |socket| socket::carry(socket, client, tokens, over, pacer))
 }
 
 /// The calls of programs for DobotLink.
@@ -549,8 +569,11 @@ async fn rpc<S: Served>(here: &Here<S>, request: Request, admitted: &Admitted) -
         Ok(text) => text,
         Err(refused) => return refusal(&refused),
     };
+    if Lane::of(&text) == Lane::Ordinary {
+        here.place.pacer().turn(Lane::Ordinary).await;
+    }
     // A stop is carried out however many requests are under way.
-    if here.place.claim().is_err() && !is_stop(&text) {
+    if here.place.claim().is_err() && !is_always_obeyed(&text) {
         let why = "the station has as many requests as it takes";
         return self::text(StatusCode::SERVICE_UNAVAILABLE, why);
     }
@@ -558,13 +581,6 @@ async fn rpc<S: Served>(here: &Here<S>, request: Request, admitted: &Admitted) -
         return StatusCode::NO_CONTENT.into_response();
     };
     ([(CONTENT_TYPE, "application/json")], answer).into_response()
-}
-
-/// True if a request is one of those that the station obeys in any number.
-fn is_stop(text: &str) -> bool {
-    let message = Message::parse(text).ok();
-    let method = message.and_then(|message| ApiMethod::named(&message.method));
-    method.is_some_and(|method| method.always)
 }
 
 async fn pair<S: Served>(here: &Here<S>, request: Request) -> Response {

@@ -13,8 +13,13 @@ pub trait Served: Clone + Send + Sync + 'static {
     /// One of its clients.
     type Client: ServedClient;
 
-    /// A client connects, with the token of its request, if it has one; `None` where there are as many as it takes.
-    fn try_connect(&self, peer: Peer, token: Option<String>) -> Option<Self::Client>;
+    /// A client connects, with the token of its request, if it has one; `None` where there are as many as it takes. It waits
+    /// until those that came just before have had the time to say hello.
+    fn admit(
+        &self,
+        peer: Peer,
+        token: Option<String>,
+    ) -> impl Future<Output = Option<Self::Client>> + Send;
 
     /// Carries out one request, as a session of its own that lasts as long. `None` for a notification, which has no answer.
     /// Dropping the future ends the session.
@@ -43,6 +48,9 @@ pub trait Served: Clone + Send + Sync + 'static {
 
 /// A client of what is served, from whose socket the listener carries messages. Dropping it is the end of its socket.
 pub trait ServedClient: Send + Sync + 'static {
+    /// A message of the client has come, which is looked at before it is sent.
+    fn heard(&self);
+
     /// A message of the client.
     fn send(&self, text: &str);
 
@@ -59,8 +67,8 @@ pub trait ServedClient: Send + Sync + 'static {
 impl Served for RunningStation {
     type Client = Client;
 
-    fn try_connect(&self, peer: Peer, _: Option<String>) -> Option<Client> {
-        self.try_connect(peer)
+    async fn admit(&self, peer: Peer, _: Option<String>) -> Option<Client> {
+        self.admit(peer).await
     }
 
     async fn call(&self, peer: Peer, _: Option<String>, text: &str) -> Option<String> {
@@ -89,6 +97,10 @@ impl Served for RunningStation {
 }
 
 impl ServedClient for Client {
+    fn heard(&self) {
+        self.heard();
+    }
+
     fn send(&self, text: &str) {
         self.send(text);
     }

@@ -8,8 +8,9 @@ use tokio::sync::watch;
 use tokio::time::{MissedTickBehavior, interval, timeout};
 
 use super::listen::ended;
+use super::pacing::{Lane, Pacer};
 use super::served::ServedClient;
-use super::tokens::TokenStore;
+use super::tokens::{TokenStore, UNCHECKED};
 use crate::station::{MESSAGE, Outgoing, Station};
 
 /// A client is pinged so often; its answer is a word of a holder.
@@ -25,20 +26,36 @@ pub(super) async fn carry(
     client: impl ServedClient,
     tokens: TokenStore,
     mut over: watch::Receiver<bool>,
+    pacer: Pacer,
 ) {
     let (mut sink, mut stream) = socket.split();
     let reader = async {
         // A token is looked up once: a socket has one hello.
         let mut asked = false;
+        let mut heard = false;
         loop {
-            match stream.next().await {
+            let message = stream.next().await;
+            let lane = match &message {
+                Some(Ok(Message::Text(text))) => Lane::of(text),
+                _ => Lane::Ordinary,
+            };
+            pacer.turn(lane).await;
+            match message {
                 Some(Ok(Message::Text(text))) if text.len() > MESSAGE => return Some(too_large()),
                 Some(Ok(Message::Text(text))) => {
+                    if !std::mem::replace(&mut heard, true) {
+                        client.heard();
+                    }
                     if !asked && let Some(token) = Station::token_of(&text) {
                         asked = true;
-                        client.vouch(tokens.granted(token).await);
+                        match tokens.granted(token).await {
+                            Ok(grant) => client.vouch(grant),
+                            Err(_) => return Some(close(1013, UNCHECKED)),
+                        }
                     }
                     client.send(&text);
+                    // Without a hello there are few sockets, for a short time.
+                    pacer.begin_session();
                 }
                 Some(Ok(Message::Pong(_))) => client.pong(),
                 Some(Ok(Message::Ping(_))) => {}

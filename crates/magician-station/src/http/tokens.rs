@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use magician::admission::Origin;
@@ -21,6 +22,9 @@ pub const CODE: Duration = Duration::from_secs(120);
 const NOTED: u64 = 60;
 /// Characters of a token of somebody else's making, at least.
 const LEAST: usize = 32;
+
+/// What is told of a token while the station cannot know whether it is good.
+pub const UNCHECKED: &str = "the station cannot check tokens now: try again";
 
 /// A token as its file has it.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
@@ -100,6 +104,44 @@ pub struct TokenStore {
     path: PathBuf,
     /// Tokens of another file, which are not written.
     more: BTreeMap<String, (Role, String)>,
+    /// What the file held when it was read last. As long as it has not changed, a token is checked without a descriptor: a
+    /// station that has none left still lets people in.
+    last: Arc<Mutex<Option<ReadFile>>>,
+}
+
+/// A file as it was read.
+#[derive(Clone, Debug)]
+struct ReadFile {
+    stamp: Stamp,
+    content: Arc<File>,
+}
+
+/// What tells one state of a file from another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Stamp {
+    modified: Option<SystemTime>,
+    length: u64,
+    /// Device, inode and change time, which a file that takes the place of another does not share with it.
+    #[cfg(unix)]
+    identity: (u64, u64, i64, i64),
+}
+
+impl Stamp {
+    fn of(metadata: &fs::Metadata) -> Self {
+        #[cfg(unix)]
+        use std::os::unix::fs::MetadataExt;
+        Self {
+            modified: metadata.modified().ok(),
+            length: metadata.len(),
+            #[cfg(unix)]
+            identity: (
+                metadata.dev(),
+                metadata.ino(),
+                metadata.ctime(),
+                metadata.ctime_nsec(),
+            ),
+        }
+    }
 }
 
 impl TokenStore {
@@ -109,6 +151,7 @@ impl TokenStore {
         Self {
             path: path.into(),
             more: BTreeMap::new(),
+            last: Arc::default(),
         }
     }
 
@@ -171,7 +214,7 @@ impl TokenStore {
     /// # Errors
     /// [`TokenError`].
     pub fn list(&self) -> Result<BTreeMap<String, TokenEntry>, TokenError> {
-        Ok(self.read()?.token)
+        Ok(self.read()?.token.clone())
     }
 
     /// Ends a token.
@@ -232,23 +275,30 @@ impl TokenStore {
         })
     }
 
-    /// What a token allows; none for one that is not good. It reads the file, and writes it at times: not to be asked where
-    /// others wait.
-    #[must_use]
-    pub fn grant(&self, token: &str) -> Option<Grant> {
+    /// What a token allows; `None` for one that is not good. It looks at the file, and writes it at times: not to be asked
+    /// where others wait.
+    ///
+    /// # Errors
+    /// [`TokenError`] if the file cannot be read, so that nothing is known of the token.
+    pub fn grant(&self, token: &str) -> Result<Option<Grant>, TokenError> {
         let wanted = digest(token);
         let more = { self.more.iter() }.find(|(_, (_, sha256))| same_secret(sha256, &wanted));
         if let Some((name, (role, _))) = more {
-            return Some(Grant {
+            return Ok(Some(Grant {
                 role: *role,
                 token: Some(name.clone()),
-            });
+            }));
         }
-        let file = self.read().ok()?;
-        let (name, found) =
-            { file.token.iter() }.find(|(_, known)| same_secret(&known.sha256, &wanted))?;
+        let file = self.read()?;
+        let found = { file.token.iter() }.find(|(_, known)| same_secret(&known.sha256, &wanted));
+        let Some((name, found)) = found else {
+            return Ok(None);
+        };
+        let Some(role) = Role::named(&found.role) else {
+            return Ok(None);
+        };
         let grant = Grant {
-            role: Role::named(&found.role)?,
+            role,
             token: Some(name.clone()),
         };
         let now = unix_now();
@@ -269,30 +319,56 @@ impl TokenStore {
                 tracing::warn!(%error, "the use of a token is not noted");
             }
         }
-        Some(grant)
+        Ok(Some(grant))
     }
 
-    /// What a token allows, looked up beside everything else that goes on.
-    pub async fn granted(&self, token: String) -> Option<Grant> {
-        beside(self, move |tokens| tokens.grant(&token))
-            .await
-            .flatten()
+    /// As [`grant`](Self::grant), beside everything else that goes on.
+    ///
+    /// # Errors
+    /// As [`grant`](Self::grant).
+    pub async fn granted(&self, token: String) -> Result<Option<Grant>, TokenError> {
+        let granted = beside(self, move |tokens| tokens.grant(&token)).await;
+        let granted = granted.unwrap_or(Ok(None));
+        if let Err(error) = &granted {
+            tracing::warn!(%error, "a token cannot be checked");
+        }
+        granted
     }
 
     /// The names of all tokens that are good.
     pub(super) fn names(&self) -> Result<Vec<String>, TokenError> {
-        let own = self.read()?.token.into_keys();
+        let file = self.read()?;
+        let own = file.token.keys().cloned();
         Ok(own.chain(self.more.keys().cloned()).collect())
     }
 
-    fn read(&self) -> Result<File, TokenError> {
+    /// The file as it is now. It is read only if it has changed.
+    fn read(&self) -> Result<Arc<File>, TokenError> {
+        let io = |error: io::Error| match error.kind() {
+            io::ErrorKind::NotFound => Ok(Arc::default()),
+            _ => Err(TokenError::Io(self.path.clone(), error)),
+        };
+        // Taken before the file is read: what changes meanwhile is seen by the next look.
+        let stamp = match fs::metadata(&self.path) {
+            Ok(metadata) => Stamp::of(&metadata),
+            Err(error) => return io(error),
+        };
+        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(last) = last.as_ref().filter(|last| last.stamp == stamp) {
+            return Ok(Arc::clone(&last.content));
+        }
         let text = match fs::read_to_string(&self.path) {
             Ok(text) => text,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(File::default()),
-            Err(error) => return Err(TokenError::Io(self.path.clone(), error)),
+            Err(error) => return io(error),
         };
-        toml::from_str(&text)
-            .map_err(|error| TokenError::Damaged(self.path.clone(), error.message().to_owned()))
+        let file: File = toml::from_str(&text)
+            .map_err(|error| TokenError::Damaged(self.path.clone(), error.message().to_owned()))?;
+        let content = Arc::new(file);
+        *last = Some(ReadFile {
+            stamp,
+            content: Arc::clone(&content),
+        });
+        Ok(content)
     }
 
     /// Changes the file, one program after the other: else one that notes the use of a token brings back another that was
@@ -316,9 +392,9 @@ impl TokenStore {
             _ => {}
         }
         let before = self.read()?;
-        let mut file = before.clone();
+        let mut file = File::clone(&before);
         let changed = change(&mut file)?;
-        if file != before {
+        if file != *before {
             self.write(&file)?;
         }
         Ok(changed)
@@ -390,4 +466,52 @@ fn unix_now() -> u64 {
     SystemTime::now()
         .duration_since(UNIX_EPOCH)
         .map_or(0, |since| since.as_secs())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn stored() -> (tempfile::TempDir, TokenStore, String) {
+        let folder = tempfile::TempDir::new().unwrap();
+        let store = TokenStore::at(folder.path().join("tokens.toml"));
+        let token = store.create(Some("anna"), Role::Student).unwrap().1;
+        (folder, store, token)
+    }
+
+    #[test]
+    fn file_that_has_not_changed_is_not_read_again() {
+        let (_folder, store, token) = stored();
+        assert!(store.grant(&token).unwrap().is_some());
+        // The use was noted in the file. What is in memory counts as long as that stays as it is.
+        let _ = store.read().unwrap();
+        let mut last = store.last.lock().unwrap();
+        last.as_mut().unwrap().content = Arc::default();
+        drop(last);
+        assert!(store.grant(&token).unwrap().is_none());
+    }
+
+    #[test]
+    fn change_by_another_program_is_seen_by_the_next_look() {
+        let (_folder, store, token) = stored();
+        let other = TokenStore::at(store.path.clone());
+        for _ in 0..20 {
+            assert!(store.grant(&token).unwrap().is_some());
+            let second = other.create(Some("ben"), Role::Viewer).unwrap().1;
+            assert!(store.grant(&second).unwrap().is_some());
+            other.revoke("ben").unwrap();
+            assert!(store.grant(&second).unwrap().is_none());
+        }
+        fs::remove_file(&store.path).unwrap();
+        assert!(store.grant(&token).unwrap().is_none());
+    }
+
+    #[test]
+    fn file_that_cannot_be_read_is_an_error() {
+        let (_folder, store, token) = stored();
+        fs::remove_file(&store.path).unwrap();
+        fs::create_dir(&store.path).unwrap();
+        let error = store.grant(&token).unwrap_err();
+        assert!(matches!(error, TokenError::Io(..)), "{error}");
+    }
 }

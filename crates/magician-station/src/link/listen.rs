@@ -19,7 +19,7 @@ use tokio_tungstenite::{WebSocketStream, accept_hdr_async_with_config};
 
 use super::{Heard, LinkService};
 use crate::http::{
-    Admission, Ends, ListenError, Listener, Place, Places, READ_BUFFER, Wanted, next,
+    Admission, Ends, Lane, ListenError, Listener, Paced, Place, Places, READ_BUFFER, Wanted, next,
 };
 use crate::station::{MESSAGE, SOCKETS};
 
@@ -103,7 +103,7 @@ enum Talk {
 impl Talk {
     async fn with(
         self,
-        mut socket: WebSocketStream<TcpStream>,
+        mut socket: WebSocketStream<Paced<TcpStream>>,
         peer: SocketAddr,
         place: &Place,
         mut over: watch::Receiver<bool>,
@@ -162,7 +162,9 @@ async fn accept(
         let (talk, admission, over) = (talk.clone(), admission.clone(), over.clone());
         programs.spawn(async move {
             let served = async {
-                if let Ok(Some(socket)) = timeout(HEAD, open(stream, peer, &admission)).await {
+                if let Ok(Some(socket)) =
+                    timeout(HEAD, open(stream, peer, &place, &admission)).await
+                {
                     place.heard();
                     talk.with(socket, peer, &place, over).await;
                 }
@@ -185,8 +187,9 @@ async fn accept(
 async fn open(
     stream: TcpStream,
     peer: SocketAddr,
+    place: &Place,
     admission: &Admission,
-) -> Option<WebSocketStream<TcpStream>> {
+) -> Option<WebSocketStream<Paced<TcpStream>>> {
     let local = stream.local_addr().ok()?;
     let _ = stream.set_nodelay(true);
     let ends = Ends {
@@ -203,6 +206,7 @@ async fn open(
                 Err(refused)
             }
         };
+    let stream = Paced::new(stream, place.pacer().clone());
     let config = WebSocketConfig::default()
         .max_message_size(Some(MESSAGE))
         .read_buffer_size(READ_BUFFER);
@@ -213,7 +217,7 @@ async fn open(
 
 /// Carries the messages of a program.
 async fn talk(
-    socket: WebSocketStream<TcpStream>,
+    socket: WebSocketStream<Paced<TcpStream>>,
     service: &LinkService,
     peer: SocketAddr,
     place: &Place,
@@ -224,11 +228,13 @@ async fn talk(
     let reader = async {
         let mut claimed = false;
         while let Some(message) = stream.next().await {
+            place.pacer().turn(Lane::Ordinary).await;
             if !claimed && matches!(message, Ok(Message::Text(_))) {
                 claimed = true;
                 if place.claim().is_err() {
                     return Some((CloseCode::Again, "the link has all its programs"));
                 }
+                place.pacer().begin_session();
             }
             let heard = match message {
                 Ok(Message::Text(text)) => Heard::Text(text.as_str().to_owned()),

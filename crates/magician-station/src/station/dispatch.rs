@@ -188,7 +188,9 @@ impl Station {
         }
         self.write(now, now, line, &outcome);
         self.answer(socket, id.as_ref(), &outcome);
-        if outcome.is_err() {
+        if outcome.is_ok() {
+            self.tell_of_end(now, socket);
+        } else {
             // After the code that says more, if it has one.
             self.end_socket(socket, CloseCode::HELLO);
         }
@@ -222,6 +224,7 @@ impl Station {
             let error = RpcError::new(RpcError::TOO_MANY, why).with("limit", UNDER_WAY);
             return Err(error);
         }
+        self.heard_at_end(now, session, method.name == "arm.stop");
         let call = Call {
             now,
             socket,
@@ -282,6 +285,9 @@ impl Station {
         }
         if let Some(line) = pending.line {
             self.write(now, pending.began, line, &outcome);
+        }
+        if let Some(session) = self.session_of(pending.socket) {
+            self.heard_at_end(now, session, false);
         }
         if let Some(open) = self.sockets.get_mut(&pending.socket) {
             open.under_way = open.under_way.saturating_sub(1);
@@ -387,11 +393,15 @@ impl Station {
             }
             #[cfg(feature = "class")]
             Refusal::Frozen => self.frozen(arm),
+            Refusal::Closed => self.needs_lease(arm, None),
             Refusal::Unknown => RpcError::param("session", "that session does not ask"),
         }
     }
 
     pub(super) fn needs_lease(&self, arm: ArmId, holder: Option<SessionId>) -> RpcError {
+        if let Some(ends) = self.refuses_at_end() {
+            return ends;
+        }
         let message = self.held_by_another(arm, holder).unwrap_or_else(|| {
             let name = &self.arm(arm).entry.name;
             format!("moving {name} needs its lease: lease.acquire gets it")

@@ -40,9 +40,10 @@ impl Station {
                     { session.zip(arm) }
                         .and_then(|(session, arm)| self.not_admitted(now, session, arm))
                 };
-                let outcome = match pending.waits {
-                    Awaited::Lease { asked: true } => Ok(json!({"granted": false})),
-                    _ => {
+                let outcome = match (self.refuses_at_end(), &pending.waits) {
+                    (Some(ends), _) => Err(ends),
+                    (None, Awaited::Lease { asked: true }) => Ok(json!({"granted": false})),
+                    (None, _) => {
                         let line = pending.line.as_ref().and_then(|line| line.arm.as_deref());
                         let held = self.arm_named(line).ok();
                         let held = held.and_then(|arm| self.held_by_another(arm, holder));
@@ -111,6 +112,7 @@ impl Station {
             } => {
                 if stop {
                     self.order(arm, ArmOrder::Stop { request: None });
+                    self.note_cut_off(arm);
                 }
                 for request in requests {
                     let error = self.ended(arm, why);
@@ -145,6 +147,9 @@ impl Station {
     pub(super) fn ended(&self, arm: ArmId, why: WorkEnd) -> RpcError {
         match why {
             WorkEnd::Lease(holder) => {
+                if let Some(ends) = self.refuses_at_end() {
+                    return ends;
+                }
                 let message = format!("the lease of {} has ended", self.arm(arm).entry.name);
                 let error = RpcError::new(RpcError::LEASE, message);
                 error.with("holder", self.name_of(holder))

@@ -5,6 +5,7 @@ mod calls;
 mod class;
 mod dispatch;
 mod effects;
+mod ending;
 mod events;
 mod fence;
 mod jobs;
@@ -37,11 +38,13 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt;
 use std::sync::Arc;
 
-use magician::admission::AdmissionTable;
+use magician::admission::{AdmissionTable, Origin};
 use magician_job::presets::Presets;
 use magician_protocol::HostInstant;
 use serde_json::Value;
 
+pub use self::ending::CutOff;
+use self::ending::Ending;
 use self::events::EventLog;
 use self::jobs::Wants;
 pub use self::journal::JournalLine;
@@ -51,6 +54,8 @@ pub use self::outbox::{Next, Outbox};
 use self::recordings::{ArmRecordings, Recorded};
 pub use self::records::JobsToKeep;
 use self::records::Records;
+#[cfg(feature = "http")]
+pub(crate) use self::sessions::SILENT_SOCKETS;
 use self::sessions::{LIMITS, ListTelling, Session};
 pub use self::sessions::{LIST_INTERVAL, MESSAGE, SOCKETS};
 pub use self::size::StationSize;
@@ -300,6 +305,8 @@ pub struct Station {
     records: Records,
     lines: VecDeque<JournalLine>,
     awake: BTreeSet<SocketId>,
+    /// Its end, once that has begun.
+    ending: Option<Ending>,
     ids: u64,
 }
 
@@ -347,6 +354,7 @@ impl Station {
             jogs: BTreeMap::new(),
             lines: VecDeque::new(),
             awake: BTreeSet::new(),
+            ending: None,
             ids: 0,
         };
         // Arms are read for the last minutes from the beginning on.
@@ -372,6 +380,21 @@ impl Station {
             self.end_socket(silent, CloseCode::LATE);
         }
         Some(socket)
+    }
+
+    /// When a client from there may be [admitted](Self::admit) so that one that gives way to it has had its time to say hello.
+    /// `None` if that is now, or if there are as many sessions as the station takes.
+    #[must_use]
+    pub fn admits_at(&self, now: HostInstant, origin: Origin) -> Option<HostInstant> {
+        if !self.admission.has_room(now, origin) {
+            return None;
+        }
+        self.admission.opens_at(now, origin, Socket::grace(origin))
+    }
+
+    /// A message of a client has come, which is looked at before it is [received](Self::receive): the client is silent no more.
+    pub fn heard(&mut self, now: HostInstant, socket: SocketId) {
+        self.admission.heard(now, socket);
     }
 
     /// A client of this process connects, or of a listener that bounds its clients itself.
@@ -504,6 +527,7 @@ impl Station {
         let due = (hellos.chain(self.control.poll_timeout()))
             .chain(saves)
             .chain(self.list.due())
+            .chain(self.end_due())
             .min();
         #[cfg(feature = "class")]
         let due = due.into_iter().chain(self.class.next()).min();
@@ -568,6 +592,7 @@ impl Station {
 
     /// Carries out what follows from what happened.
     fn settle(&mut self, now: HostInstant) {
+        self.evict_overdue(now);
         while let Some(effect) = self.control.poll_effect() {
             self.carry_out(now, effect);
         }

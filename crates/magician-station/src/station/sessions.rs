@@ -27,6 +27,9 @@ pub(super) const LIMITS: AdmissionLimits = AdmissionLimits {
     kept_for_loopback: 4,
     idle: None,
 };
+/// Sockets that have not said hello, at most.
+#[cfg(feature = "http")]
+pub(crate) const SILENT_SOCKETS: usize = LIMITS.loopback_strangers + LIMITS.strangers;
 /// Sessions without a socket that may come back, at most, beside those with a lease: a whole class whose access point fails.
 const KEPT: usize = SOCKETS;
 /// Bytes of a session's name. The list of all sessions goes to each of them.

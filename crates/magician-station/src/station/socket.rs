@@ -24,6 +24,12 @@ const HELLO: Duration = Duration::from_secs(5);
 /// out sooner.
 const HELLO_FROM_ELSEWHERE: Duration = Duration::from_secs(2);
 
+/// Time in which a client of this machine gives way to no other: for a program that is slow to say hello on a busy machine.
+/// The four silent sockets of this machine are 40 a second then.
+const GRACE: Duration = Duration::from_millis(100);
+/// The same for a client from elsewhere: a round trip of a bad wireless network. Twelve silent sockets are 24 a second.
+const GRACE_FROM_ELSEWHERE: Duration = Duration::from_millis(500);
+
 /// The code of a close, as in RFC 6455, and this API's own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CloseCode(pub u16);
@@ -119,6 +125,14 @@ impl Socket {
             throttle: Throttle::default(),
             link: false,
             calls: None,
+        }
+    }
+
+    /// Time in which a client from there gives way to no other.
+    pub(super) const fn grace(origin: Origin) -> Duration {
+        match origin {
+            Origin::Loopback => GRACE,
+            Origin::Elsewhere => GRACE_FROM_ELSEWHERE,
         }
     }
 

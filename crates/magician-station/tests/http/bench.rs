@@ -251,9 +251,16 @@ impl Socket {
 
     /// The code with which it is closed.
     pub(crate) async fn closed(&mut self) -> Option<u16> {
+        self.closed_because().await.map(|(code, _)| code)
+    }
+
+    /// The code with which it is closed, and the reason.
+    pub(crate) async fn closed_because(&mut self) -> Option<(u16, String)> {
         loop {
             match self.socket.next().await {
-                Some(Ok(Message::Close(frame))) => return frame.map(|frame| frame.code.into()),
+                Some(Ok(Message::Close(frame))) => {
+                    return frame.map(|frame| (frame.code.into(), frame.reason.to_string()));
+                }
                 Some(Ok(_)) => {}
                 Some(Err(_)) | None => return None,
             }

@@ -3,6 +3,7 @@
 
 mod bench;
 mod calls;
+mod floods;
 mod hostile;
 mod link;
 mod pages;

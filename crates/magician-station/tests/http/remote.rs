@@ -101,6 +101,63 @@ async fn who_has_no_lease_is_told_whose_it_is_and_may_stop() {
     assert!(chain.contains("Ben has the lease"), "{chain}");
 }
 
+/// An arm over the station that moves slowly for a program of one long run.
+async fn running(
+    bench: &Bench,
+    client: &StationClient,
+) -> (
+    Arm,
+    tokio::task::JoinHandle<magician::Result<magician::Ran>>,
+) {
+    let (line, _) = StationLine::open(client, None, false);
+    let options = Options::default().end_notice(client.end_notice());
+    let over = Arm::over(line, options).await.unwrap();
+    let slow = PtpCommonParams {
+        velocity_ratio: 1.0,
+        acceleration_ratio: 20.0,
+    };
+    over.set(&slow).await.unwrap();
+    let runner = over.clone();
+    // To and fro, for longer than the station waits.
+    let moves = [150.0, -150.0].map(|y| words::move_to(200.0, y, 50.0, 0.0));
+    let run = tokio::spawn(async move { runner.run(&moves.repeat(10)).await });
+    while !bench.arm.state().moving {
+        tokio::task::yield_now().await;
+    }
+    (over, run)
+}
+
+#[tokio::test]
+async fn rust_program_is_told_that_its_station_ends_and_stops_its_run_in_time() {
+    let bench = Bench::new().await;
+    let anna = client(&bench, "Anna").await;
+    let (over, run) = running(&bench, &anna).await;
+    let station = bench.station.clone();
+    let ending = tokio::spawn(async move { station.end_runs().await });
+    over.end_notice().given().await;
+    over.stop().await.unwrap();
+    let stopped = run.await.unwrap().unwrap_err();
+    assert_eq!(stopped.kind(), ErrorKind::Closed);
+    over.close().await;
+    assert_eq!(ending.await.unwrap(), []);
+}
+
+#[tokio::test]
+async fn rust_program_that_does_not_listen_is_stopped_and_finds_out_why() {
+    let bench = Bench::new().await;
+    let anna = client(&bench, "Anna").await;
+    let (over, run) = running(&bench, &anna).await;
+    let cut_off = bench.station.end_runs().await;
+    assert_eq!((cut_off.len(), &*cut_off[0].holder), (1, "Anna"));
+    bench.over.send(true).unwrap();
+    let failed = run.await.unwrap().unwrap_err();
+    assert_eq!(failed.to_string(), "the station has ended");
+    assert_eq!(failed.kind(), ErrorKind::Port);
+    let again = anna.call("arm.state", json!({})).await.unwrap_err();
+    assert_eq!(again, ClientError::Ended);
+    drop(over);
+}
+
 #[tokio::test]
 async fn a_lease_is_given_back_by_the_last_that_has_it() {
     let bench = Bench::new().await;
@@ -157,7 +214,7 @@ async fn a_station_that_ends_is_looked_for_and_requests_fail_meanwhile() {
         .await
         .unwrap();
     let lost = anna.call("server.info", json!({})).await.unwrap_err();
-    assert_eq!(lost, ClientError::Lost);
+    assert_eq!(lost, ClientError::Ended);
 }
 
 #[tokio::test]

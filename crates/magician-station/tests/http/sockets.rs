@@ -1,8 +1,14 @@
 //! WebSockets.
 
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::time::Duration;
+
 use futures_util::SinkExt;
 use magician_station::Role;
 use serde_json::json;
+use tokio::sync::watch;
+use tokio::task::JoinSet;
 use tokio::time::Instant;
 use tokio_tungstenite::tungstenite::Message;
 
@@ -94,7 +100,7 @@ async fn hosts_origins_and_tokens_count_for_sockets_too() {
 /// A client of another machine, as a proxy of this one says.
 const ELSEWHERE: &[(&str, &str)] = &[("x-forwarded-for", "192.0.2.7")];
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn silent_sockets_from_elsewhere_give_way_and_keep_no_teacher_out() {
     let bench = Bench::new().await;
     let mut silent = Vec::new();
@@ -115,7 +121,7 @@ async fn silent_sockets_from_elsewhere_give_way_and_keep_no_teacher_out() {
     last.call("session.hello", hello).await.unwrap();
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn silent_sockets_of_this_machine_give_way_to_new_ones() {
     let bench = Bench::new().await;
     let mut silent = Vec::new();
@@ -127,6 +133,66 @@ async fn silent_sockets_of_this_machine_give_way_to_new_ones() {
     }
     let mut anna = bench.join("Anna").await;
     anna.call("arm.stop", json!({})).await.unwrap();
+}
+
+#[tokio::test(start_paused = true)]
+async fn prompt_hello_is_heard_beside_silent_sockets_that_never_stop_coming() {
+    for headers in [&[][..], ELSEWHERE] {
+        let bench = Arc::new(Bench::new().await);
+        let (opened, mut counts) = watch::channel(0);
+        let (opened, mut strangers) = (Arc::new(opened), JoinSet::new());
+        for _ in 0..4 {
+            let (bench, opened) = (Arc::clone(&bench), Arc::clone(&opened));
+            strangers.spawn(async move {
+                let mut silent = VecDeque::new();
+                loop {
+                    silent.extend(bench.socket(headers).await);
+                    opened.send_modify(|count| *count += 1);
+                    if silent.len() > 40 {
+                        silent.pop_front();
+                    }
+                }
+            });
+        }
+        for _ in 0..10 {
+            let token = bench.token(Role::Teacher);
+            let mut teacher = bench.socket(headers).await.unwrap();
+            // The hello takes its way, in which many others may come.
+            let before = *counts.borrow();
+            let many = counts.wait_for(|count| *count >= before + 20);
+            let sleep = tokio::time::sleep(Duration::from_millis(90));
+            tokio::select! {
+                _ = many => {}
+                () = sleep => {}
+            }
+            let hello = json!({"client": {"name": "teacher"}, "token": token});
+            let hello = teacher.call("session.hello", hello).await.unwrap();
+            assert_eq!(hello["role"], json!("teacher"));
+        }
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn token_that_cannot_be_checked_is_not_called_bad() {
+    let bench = Bench::new().await;
+    let token = bench.token(Role::Student);
+    let file = bench.folder.path().join("station/tokens.toml");
+    std::fs::remove_file(&file).unwrap();
+    // A folder cannot be read as a file can, whoever reads it.
+    std::fs::create_dir(&file).unwrap();
+    let header = format!("authorization: Bearer {token}\n");
+    let stop = r#"{"jsonrpc":"2.0","id":1,"method":"arm.stop"}"#;
+    let answer = bench.post("/api/v1/rpc", &header, stop).await;
+    assert_eq!(answer.status, 503);
+    assert!(
+        answer.body.contains("cannot check tokens"),
+        "{}",
+        answer.body
+    );
+    let mut socket = bench.socket(&[]).await.unwrap();
+    let hello = json!({"client": {"name": "x"}, "token": token});
+    socket.send("session.hello", hello).await;
+    assert_eq!(socket.closed().await, Some(1013));
 }
 
 #[tokio::test(start_paused = true)]
@@ -161,7 +227,8 @@ async fn the_end_of_the_station_closes_its_sockets() {
     let bench = Bench::new().await;
     let mut anna = bench.join("Anna").await;
     bench.over.send(true).unwrap();
-    assert_eq!(anna.closed().await, Some(1001));
+    let because = (1001, "the station ends".to_owned());
+    assert_eq!(anna.closed_because().await, Some(because));
     assert!(tokio::net::TcpStream::connect(bench.address).await.is_err());
     let _ = &bench.station;
 }

@@ -4,6 +4,7 @@ mod bare;
 mod bench;
 mod class;
 mod day;
+mod ending;
 mod examples;
 mod fence;
 mod jobs;

@@ -266,7 +266,7 @@ async fn a_preview_has_the_lines_that_are_left() {
     assert_eq!(strokes.len(), 1, "{strokes:?}");
     let mut members: Vec<_> = strokes[0].as_object().unwrap().keys().collect();
     members.sort();
-    assert_eq!(members, ["height", "part", "points", "reachable"]);
+    assert_eq!(members, ["height", "part", "points", "power", "reachable"]);
     assert_eq!(
         (&strokes[0]["part"], &strokes[0]["reachable"]),
         (&Value::Null, &json!(true))

@@ -94,6 +94,22 @@ async fn touch_needs_the_lease_and_an_arm_that_stands_dark_with_a_tool_of_the_sa
 }
 
 #[tokio::test(start_paused = true)]
+async fn arm_that_stands_is_touched_after_a_move_nobody_waited_for_and_after_a_jog() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    anna.ok("lease.acquire", json!({})).await;
+    let away = json!({"to": [200, 20, 40, 0], "wait": false});
+    anna.ok("arm.move", away).await;
+    let enough = std::time::Duration::from_secs(4);
+    tokio::time::sleep(enough).await;
+    anna.ok("surface.touch", json!({})).await;
+    let jog = anna.ok("jog.start", json!({"axis": "z+"})).await;
+    anna.ok("jog.stop", json!({"jog": jog["jog"]})).await;
+    tokio::time::sleep(enough).await;
+    anna.ok("surface.touch", json!({})).await;
+}
+
+#[tokio::test(start_paused = true)]
 async fn error_of_the_arm_says_what_to_do_about_it_as_the_command_does() {
     let bench = Bench::new(1).await;
     let mut anna = bench.join("Anna").await;

@@ -1,7 +1,7 @@
 use std::future::Future;
 use std::io;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 use std::time::Duration;
 
 use magician_protocol::commands::{DeviceVersion, QueuedCmdCurrentIndex, QueuedCmdLeftSpace};
@@ -184,8 +184,7 @@ impl Arm {
             virtual_arm,
             held: super::fence::Held::new(options.fence),
             options,
-            warned: AtomicBool::new(false),
-            asked: AtomicBool::new(false),
+            reset_asked: AtomicU8::new(0),
         };
         let arm = Self {
             allows_laser: inner.options.allow_laser,

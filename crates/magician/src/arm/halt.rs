@@ -161,7 +161,7 @@ impl Arm {
         let deadline = self.deadline();
         let stops = self.inner.shared.stop();
         self.halted(deadline, stops).await?;
-        self.wait_still().await
+        self.come_to_rest().await
     }
 
     /// Sends what stops the arm; it may still brake when it has answered.
@@ -262,16 +262,44 @@ impl Arm {
     /// # Errors
     /// [`ErrorKind::Timeout`] when it still moves after five seconds, else as [`get`](Self::get).
     pub async fn wait_still(&self) -> Result<()> {
-        let until = Instant::now() + BRAKING;
+        let brakes = self.in_flight().is_braking();
+        self.still_until(Instant::now() + BRAKING, brakes).await
+    }
+
+    /// True if the arm stands: its queue has nothing of this connection under way, and a few looks find the same pose.
+    ///
+    /// # Errors
+    /// As [`get`](Self::get).
+    pub async fn stands(&self) -> Result<bool> {
+        // What has finished counts as under way until the index is read.
+        self.current_index().await?;
+        if self.in_flight().runs_queue() {
+            return Ok(false);
+        }
+        match self.still_until(Instant::now(), false).await {
+            Err(error) if error.code() == ErrorCode::StopUnconfirmed => Ok(false),
+            still => still.map(|()| true),
+        }
+    }
+
+    /// Waits until the arm is at rest; of an arm that brakes, until anyone has seen it stand since its stop. Fails at the first
+    /// pose from `until` on that differs from the one before.
+    async fn still_until(&self, until: Instant, brakes: bool) -> Result<()> {
         let stops = self.in_flight().stops();
         let mut rest = RestDetector::default();
+        let mut before = None;
         loop {
             let pose = self.get::<Pose>().await?;
+            // The end of a jog may have seen the arm stand between these looks. What moves it now began after that.
+            if brakes && self.in_flight().has_stood_after(stops) {
+                return Ok(());
+            }
             if rest.see(self.inner.shared.now(), pose) {
                 self.inner.shared.stood_after(stops);
                 return Ok(());
             }
-            if Instant::now() >= until {
+            let moves = before.replace(pose).is_some_and(|before| before != pose);
+            if moves && Instant::now() >= until {
                 return Err(Error::new(
                     ErrorCode::StopUnconfirmed,
                     "the arm still moves",

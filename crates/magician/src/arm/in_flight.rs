@@ -72,6 +72,11 @@ impl InFlightMotion {
         self.stops > self.stood
     }
 
+    /// True if the arm was seen to stand after this many forced stops.
+    pub(super) fn has_stood_after(&self, stops: u64) -> bool {
+        self.stood >= stops
+    }
+
     /// The arm was seen to stand, by looks that all followed this many forced stops.
     pub(super) fn stood_after(&mut self, stops: u64) {
         self.stood = self.stood.max(stops);
@@ -162,10 +167,15 @@ impl InFlightMotion {
 
     /// Whether motion of this handle may be under way.
     pub(super) fn moving(&self) -> bool {
+        self.free || self.runs_queue()
+    }
+
+    /// Whether commands of this handle in the queue may be under way.
+    pub(super) fn runs_queue(&self) -> bool {
         let unfinished = self.last.is_some_and(|last| last > self.current);
         let queued = self.unanswered > 0 || unfinished;
         // A program fills a stopped queue before it starts it: left there, others would run it.
-        self.free || self.program || queued && self.started != Some(false)
+        self.program || queued && self.started != Some(false)
     }
 
     /// The queue was held and emptied on a line that was found again; the command under way goes on.

@@ -42,6 +42,15 @@ impl Arm {
         self.inner.in_process
     }
 
+    /// Number that tells a virtual arm in this process from all others that this process has had; `None` for any other arm.
+    #[must_use]
+    pub fn virtual_number(&self) -> Option<u64> {
+        #[cfg(feature = "sim")]
+        return { self.inner.virtual_arm.as_ref() }.map(crate::VirtualArm::number);
+        #[cfg(not(feature = "sim"))]
+        None
+    }
+
     /// Whether calls of this handle may light the laser, or there is none.
     #[must_use]
     pub fn may_burn(&self) -> bool {

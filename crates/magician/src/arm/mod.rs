@@ -1,6 +1,7 @@
 mod bounded_jog;
 mod connect;
 mod driver;
+mod end_notice;
 mod events;
 mod fence;
 mod fenced_jog;
@@ -30,13 +31,14 @@ mod verbs;
 mod watch;
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64};
+use std::sync::atomic::{AtomicU8, AtomicU64};
 use std::time::Duration;
 
 use tokio::sync::mpsc;
 
 use driver::Message;
 pub(crate) use driver::SHUTDOWN;
+pub use end_notice::EndNotice;
 pub use events::{Event, Events};
 use flow::Flow;
 pub use halt::Stopper;
@@ -115,8 +117,7 @@ struct Inner {
     virtual_arm: Option<crate::VirtualArm>,
     /// [`Options::timeout`] as it is now, in microseconds.
     timeout: AtomicU64,
-    /// The warning that the arm may not be homed was given.
-    warned: AtomicBool,
-    /// True if a program has read the alarms before its first command.
-    asked: AtomicBool,
+    /// For which programs the alarms were read before the first of them: [`request::ASKED`] for one that moves nothing,
+    /// [`request::WARNED`] for all.
+    reset_asked: AtomicU8,
 }

@@ -3,7 +3,7 @@ use std::time::Duration;
 
 use magician_motion::{ArmModel, Fence};
 
-use super::HomingRecord;
+use super::{EndNotice, HomingRecord};
 use crate::Result;
 #[cfg(feature = "faults")]
 use crate::faults::Faults;
@@ -68,6 +68,9 @@ pub struct Options {
     /// Memory of homings beyond this connection ([`Arm::homed`](crate::Arm::homed)). Without one only homings that this connection
     /// sees count. It costs a read of the serial number and of the arm's clock at each homing and each look.
     pub homings: Option<Arc<dyn HomingRecord>>,
+    /// Notice of the end of the line by the program at its other end, where that gives one: a
+    /// station. Jobs over this connection stop then, pen up and settings restored.
+    pub end_notice: EndNotice,
     /// What is done to what passes on the line, for tests: not over a stream that the caller opens.
     #[cfg(feature = "faults")]
     pub faults: Faults,
@@ -92,6 +95,7 @@ impl Default for Options {
             fence: None,
             bounded_jogs: false,
             homings: None,
+            end_notice: EndNotice::default(),
             #[cfg(feature = "faults")]
             faults: Faults::default(),
             #[cfg(feature = "trace")]
@@ -189,6 +193,13 @@ impl Options {
     #[must_use]
     pub fn homings(mut self, homings: impl Into<Option<Arc<dyn HomingRecord>>>) -> Self {
         self.homings = homings.into();
+        self
+    }
+
+    /// Sets [`end_notice`](Self::end_notice).
+    #[must_use]
+    pub fn end_notice(mut self, notice: EndNotice) -> Self {
+        self.end_notice = notice;
         self
     }
 

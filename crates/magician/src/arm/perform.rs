@@ -237,8 +237,9 @@ impl Arm {
     /// # Errors
     /// As [`Run::wait`](super::Run::wait); [`ErrorCode::NotHomed`](crate::ErrorCode::NotHomed) if the homing was broken off.
     pub async fn home_with(&self, options: RunOptions) -> Result<()> {
-        self.inner.warned.store(true, Ordering::SeqCst);
-        self.inner.asked.store(true, Ordering::SeqCst);
+        self.inner
+            .reset_asked
+            .store(super::request::WARNED, Ordering::SeqCst);
         if self.laser_told().await? == Some(true) {
             self.darken().await?;
         }

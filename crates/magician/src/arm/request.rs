@@ -14,6 +14,11 @@ use super::watch::Own;
 use crate::connection::{Request, is_once};
 use crate::{Error, ErrorCode, Result};
 
+/// The alarms were read for a program that moves nothing.
+pub(super) const ASKED: u8 = 1;
+/// They were read for one that moves the arm, which was warned, or the arm homes.
+pub(super) const WARNED: u8 = 2;
+
 /// Longer than anybody waits, and short enough to be added to any instant.
 const FOREVER: Duration = Duration::from_secs(30 * 365 * 24 * 3600);
 
@@ -185,15 +190,12 @@ impl Arm {
     ///
     /// A program that moves no joint, a belt for one, reads the alarms as others do and warns of nothing.
     pub(super) async fn warn_if_not_homed(&self, moves: bool) -> Result<()> {
-        let asked = self.inner.asked.swap(true, Ordering::SeqCst);
-        if !moves {
-            return match asked {
-                true => Ok(()),
-                false => self.alarms().await.map(drop),
-            };
+        let asks = if moves { WARNED } else { ASKED };
+        if self.inner.reset_asked.fetch_max(asks, Ordering::SeqCst) >= asks {
+            return Ok(());
         }
-        if !self.inner.warned.swap(true, Ordering::SeqCst)
-            && self.alarms().await?.contains(Alarm::ResetOccurred)
+        if self.alarms().await?.contains(Alarm::ResetOccurred)
+            && moves
             && !self.is_virtual()
             && !self.inner.shared.known().homing.is_homed()
         {

@@ -9,7 +9,7 @@ use magician::words::{self, Axis, JogDirection};
 use magician::{
     Act, Action, Arm, Ctrl, ErrorCode, ErrorKind, Jog, Options, RunOptions, Set, VirtualArm,
 };
-use tokio::time::{sleep, timeout};
+use tokio::time::{Instant, sleep, timeout};
 
 use crate::desk::{Desk, only_reads};
 
@@ -96,6 +96,30 @@ async fn opposite_direction_of_the_same_axis_begins_at_once() {
         (params(Axis::X.minus()), true),
     ];
     assert_eq!(jogs, expected);
+}
+
+#[tokio::test(start_paused = true)]
+async fn stop_returns_once_the_arm_has_stood_although_another_jog_begins_then() {
+    // The end of the jog and the stop look at the arm at other instants in each.
+    for ended in (0..100).step_by(7) {
+        for later in [1, 11, 21] {
+            let desk = Desk::new();
+            let arm = desk.connect(Options::default()).await;
+            let first = arm.jog(Axis::Y.plus()).await.unwrap();
+            hold(&first, 500).await;
+            drop(first);
+            sleep(Duration::from_millis(ended)).await;
+            let began = Instant::now();
+            let stop = arm.clone();
+            let stop = tokio::spawn(async move { stop.stop().await.map(|()| began.elapsed()) });
+            sleep(Duration::from_millis(later)).await;
+            let next = arm.jog(Axis::Y.minus()).await.unwrap();
+            hold(&next, 3000).await;
+            let took = stop.await.unwrap().unwrap();
+            let limit = Duration::from_millis(500);
+            assert!(took < limit, "{ended} ms, {later} ms: {took:?}");
+        }
+    }
 }
 
 #[tokio::test(start_paused = true)]

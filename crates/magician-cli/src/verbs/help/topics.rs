@@ -114,8 +114,8 @@ The file, the flags and the arm have to be the same; otherwise it is refused.
                                which steps are done (exit status 9)
 
 --from STEP starts at any step, from 1; --dry-run -v lists them.
-A segment that was cut off within 0.2 mm of its end counts as done; any other
-is repeated as a whole.";
+A straight line goes on where it stopped, within 0.2 mm; an arc, or anything
+else that is not straight, is repeated as a whole.";
 
 const EXIT_STATUS: &str = "\
 Exit status, and the kind of the error object that --json writes to stderr:

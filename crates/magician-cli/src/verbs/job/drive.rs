@@ -54,6 +54,8 @@ pub(super) struct Drive<'a> {
     /// Whether it has the whole terminal, and what it is called there.
     pub(super) tui: bool,
     pub(super) verb: &'static str,
+    /// True if a station carries the line to the arm.
+    pub(super) at_station: bool,
     /// Whether the arm outlives this program.
     pub(super) lasting: bool,
     /// How fast the arm's clock runs, if that is known.
@@ -223,7 +225,8 @@ impl Drive<'_> {
             Some(Ok(job)) => Ok(Ran::Done(Done { job, unrecorded })),
             Some(Err(error)) if error.is_stop() => {
                 let (failure, stands) = self.wording().stopped(&error);
-                if let (true, true, Some(pose)) = (self.repeats, stands, &error.pose) {
+                let well = self.repeats && !error.line_ends;
+                if let (true, true, Some(pose)) = (well, stands, &error.pose) {
                     return Ok(Ran::Stopped(StoppedReport {
                         stopped: true,
                         at: [pose.x, pose.y, pose.z],
@@ -240,7 +243,10 @@ impl Drive<'_> {
     }
 
     fn wording(&self) -> Wording<'_> {
-        Wording { made: self.made }
+        Wording {
+            made: self.made,
+            at_station: self.at_station,
+        }
     }
 
     /// Waits until it has been checked, and begins; the steps before its first. Nothing where it ends before that.

@@ -138,7 +138,8 @@ impl Job {
     /// With what its preset says where its flags say nothing.
     fn preset(&mut self) -> Result<(), Failure> {
         let Some(name) = self.way.preset.take() else {
-            return Ok(());
+            let checked = self.options.check_extremes();
+            return checked.map_err(|error| Failure::usage(error.to_string()));
         };
         let preset = preset::load(&name)?;
         self.options = self.options.or(&preset.options_for(self.file.format));
@@ -478,8 +479,9 @@ impl Job {
                 ));
             }
             _ => {
-                let message = "--picture needs a virtual arm";
-                return Err(Failure::usage(message).hint("use --port sim"));
+                let message = "--picture needs a virtual arm in this process";
+                let hint = "use --port sim; `magician sim --picture` shows what an arm that it serves has drawn";
+                return Err(Failure::usage(message).hint(hint));
             }
         }
         let picture = Picture::at(path.clone()).map_err(Failure::usage)?;
@@ -505,6 +507,7 @@ impl Job {
             tui: way.tui,
             repeats: self.repeats,
             verb: self.verb(made),
+            at_station: context.global.station.is_some(),
             lasting: pace.is_none(),
             pace,
         }

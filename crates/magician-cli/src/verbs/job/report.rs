@@ -1,7 +1,7 @@
 //! What a check has found, for people and for programs.
 
-use magician::ErrorKind;
 use magician::report::ErrorFigures;
+use magician::{ErrorKind, Given, Setting};
 use magician_job::report::{Bounds, Estimate, PowerRange, SHOWN, WayOut, clock};
 use magician_program::{Diagnostic, Format, RefusedStep, RemainingProgram, Report, WouldFit};
 
@@ -85,6 +85,14 @@ impl Made {
         WayOut::of(rest, &self.setup, self.format)
     }
 
+    /// True if its coordinates are taken as the arm's, and the first that is refused is out of reach.
+    fn could_be_placed(&self, report: &Report) -> bool {
+        let first = report.refused_steps.first();
+        self.placed.is_none()
+            && self.misfit.is_none()
+            && first.is_some_and(|refused_step| refused_step.beyond().is_some())
+    }
+
     /// The hint for the user; a drawing that does not fit brings its own.
     fn told(&self, way_out: WayOut) -> Option<String> {
         if self.misfit.is_some() {
@@ -114,9 +122,19 @@ pub(super) fn failure(made: &Made, report: &Report, check: bool, way_out: WayOut
         message: sentence(made, report, refused_step),
         ..Diagnostic::from(refused_step)
     };
-    let problems: Vec<Diagnostic> = (made.misfit.iter().cloned())
+    let mut problems: Vec<Diagnostic> = (made.misfit.iter().cloned())
         .chain(report.refused_steps.iter().take(SHOWN).map(problem))
         .collect();
+    if let Some(first) = problems.first_mut()
+        && made.could_be_placed(report)
+    {
+        *first = { first.clone() }
+            .remedy(
+                (Setting::Place, Given::On),
+                "lays it where the arm reaches, if it is small enough",
+            )
+            .remedy((Setting::Fit, Given::On), "chooses its size as well");
+    }
     let drawn = problems.iter();
     let mut drawn: Vec<String> = drawn
         .map(|problem| source.draw(problem, Severity::Error))

@@ -147,14 +147,16 @@ impl<'o> ProgressReporter<'o> {
             self.object(&object);
             return;
         }
-        let of = match (self.steps, share) {
-            (Some(steps), Some(share)) => format!(" of {steps}, {:.0} %", share * 100.0),
-            _ => String::new(),
+        let done = match (self.steps, share) {
+            (Some(steps), Some(share)) => {
+                format!("{step} of {steps} steps done, {:.0} %", share * 100.0)
+            }
+            _ => format!("{step} steps done"),
         };
         let left = || self.left(left);
         let more = waits(silent).or_else(left);
         let more = more.map(|more| format!(", {more}")).unwrap_or_default();
-        let _ = writeln!(io::stderr(), "step {step}{of}{more}");
+        let _ = writeln!(io::stderr(), "{done}{more}");
     }
 
     /// Says something to programs.
@@ -258,8 +260,8 @@ fn bar(steps: Option<u64>) -> ProgressBar {
     };
     bar.set_draw_target(ProgressDrawTarget::stderr());
     let template = match steps {
-        Some(_) => "{bar:24} {percent:>3} %  step {pos}/{len}  {msg}",
-        None => "{spinner} step {pos}  {msg}",
+        Some(_) => "{bar:24} {percent:>3} %  {pos}/{len} steps done  {msg}",
+        None => "{spinner} {pos} steps done  {msg}",
     };
     let signs = match draws_on_stderr() {
         true => "█▉▊▋▌▍▎▏ ",

@@ -6,7 +6,7 @@ use magician_program::resume::{ResumePoint, StepRange};
 use magician_program::{Diagnostic, Origin};
 
 use super::{Made, needs_start, report};
-use crate::context::{not_confirmed, place};
+use crate::context::{INTERRUPTED, STATION_ENDED, not_confirmed, place};
 use crate::failure::{Failure, Kind};
 
 /// What is said when a second stop was not waited for.
@@ -15,6 +15,8 @@ pub(super) const UNKNOWN: &str = "interrupted twice: the arm may still be moving
 /// What was run, for the sentences about it.
 pub(super) struct Wording<'a> {
     pub(super) made: &'a Made,
+    /// True if a station carries the line to the arm.
+    pub(super) at_station: bool,
 }
 
 impl Wording<'_> {
@@ -49,6 +51,10 @@ impl Wording<'_> {
     /// A job that was stopped, and whether the arm is known to stand.
     pub(super) fn stopped(&self, error: &JobError) -> (Failure, bool) {
         let twice = matches!(error.fault, Fault::Stopped { twice: true });
+        let cause = match error.line_ends {
+            true => STATION_ENDED,
+            false => INTERRUPTED,
+        };
         let (message, stands) = match (&error.pose, &error.unconfirmed) {
             (Some(pose), None) if twice => (
                 format!("interrupted twice: {}; queue empty", place(pose)),
@@ -57,13 +63,25 @@ impl Wording<'_> {
             _ if twice => (UNKNOWN.to_owned(), false),
             (Some(pose), None) => {
                 let said = lifted(&error.lift).map_or_else(String::new, |said| format!("{said}; "));
-                let message = format!("interrupted: {said}{}; queue empty", place(pose));
+                let message = format!("{cause}: {said}{}; queue empty", place(pose));
                 (message, true)
             }
-            (_, Some(why)) => (not_confirmed(&why.to_string()), false),
-            (None, None) => (not_confirmed("it took too long"), false),
+            (None, None) if error.line_ends && error.left.is_none() => (
+                format!("{cause} before the arm had got anything of this"),
+                true,
+            ),
+            _ if error.line_ends => (
+                format!("{cause} before the arm confirmed that it stands: look at it"),
+                false,
+            ),
+            (_, Some(why)) => (not_confirmed(cause, &why.to_string()), false),
+            (None, None) => (not_confirmed(cause, "it took too long"), false),
         };
-        let failure = Failure::new(Kind::Interrupted, message);
+        let kind = match error.line_ends && !twice {
+            true => Kind::Driver(ErrorKind::Port),
+            false => Kind::Interrupted,
+        };
+        let failure = Failure::new(kind, message);
         (self.with_advice(failure, error), stands)
     }
 
@@ -118,6 +136,10 @@ impl Wording<'_> {
         let command = format!("the same command with {}--resume", self.with_start());
         let advice = match error.left {
             None => return failure,
+            Some(Left::NotAsked) if self.at_station => format!(
+                "what the arm does now is not known from here: look at it; once a station has the arm again and \
+                    it stands, {command} goes on"
+            ),
             Some(Left::NotAsked) => {
                 format!("the arm finishes its queue; {command} goes on after that")
             }
@@ -126,6 +148,12 @@ impl Wording<'_> {
                 within,
             }) => self.advice(resume_point, within, &command),
             Some(Left::Forgotten(span)) => self.in_doubt(span),
+        };
+        let advice = match error.left {
+            Some(Left::Known { .. }) if error.line_ends => {
+                format!("start the station again; {advice}")
+            }
+            _ => advice,
         };
         failure.hint(advice)
     }

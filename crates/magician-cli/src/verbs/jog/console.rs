@@ -11,7 +11,7 @@ use tokio::time::{Duration, timeout};
 
 use super::pad::{Pad, Reply, Tone};
 use super::wording;
-use crate::context::{STAND_BY, not_confirmed, stop};
+use crate::context::{INTERRUPTED, STAND_BY, not_confirmed, stop};
 use crate::failure::{Failure, Kind};
 use crate::output::Output;
 use crate::saved::SavedSettings;
@@ -165,10 +165,10 @@ impl Console {
                 .map_err(Failure::from),
             End::Interrupt => {
                 drop(self.session);
-                let stopped = timeout(STAND_BY, stop(&self.arm, &self.saved)).await;
+                let stopped = timeout(STAND_BY, stop(&self.arm, &self.saved, INTERRUPTED)).await;
                 let message = match stopped {
                     Ok(Ok(message) | Err(message)) => message,
-                    Err(_) => not_confirmed("it took too long"),
+                    Err(_) => not_confirmed(INTERRUPTED, "it took too long"),
                 };
                 Err(Failure::new(Kind::Interrupted, message))
             }

@@ -23,7 +23,7 @@ use magician_station::http::{
     TokenStore,
 };
 use magician_station::{
-    ArmEntry, FormatReader, FrameRing, ProgramStore, RunningStation, StationConfig,
+    ArmEntry, CutOff, FormatReader, FrameRing, ProgramStore, RunningStation, StationConfig,
 };
 use serde_json::json;
 use tokio::sync::watch;
@@ -34,7 +34,7 @@ use self::link::{Link, LinkFlags};
 use self::site::SiteFlags;
 use super::sim::scenario_of;
 use crate::config::Config;
-use crate::context::{Context, Sim, Taken, held};
+use crate::context::{Context, FAREWELL, Sim, Taken, held};
 use crate::failure::{Failure, Kind};
 use crate::interrupt::Signals;
 use crate::mdns::Announcement;
@@ -52,14 +52,17 @@ pub(crate) use window::is_started_by_hand;
 
 /// How long arms get to stop at the end.
 const STOPPING: Duration = Duration::from_secs(2);
-/// How long jobs get to end before that: the arm stands, the pen goes up by at most 2 s, settings are restored.
-const ENDING: Duration = Duration::from_secs(5);
+/// How long jobs, and clients with the station's word, get to end before that: the arm stands, the
+/// pen goes up by at most 2 s, settings are restored. A second more than the station gives its
+/// clients.
+const ENDING: Duration = Duration::from_secs(6);
 
 /// Share arms on the network: many look, one moves, anybody stops
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Prints the one line `ready` (with --json an object with its addresses) when everything accepts connections. Ends with Ctrl-C or SIGTERM: what \
-moves is stopped where it is, the laser is off.
+moves is stopped, the laser is off, jobs lift their pen. Programs that run something over an arm are told, and have a few seconds to lift their pen and \
+restore settings; a second Ctrl-C ends that.
 
   magician serve --port sim
   magician serve --port /dev/ttyUSB0 --listen 192.168.1.5:8910 --pair
@@ -91,8 +94,8 @@ pub(crate) struct Serve {
     link: LinkFlags,
     #[command(flatten)]
     site: SiteFlags,
-    /// World of the virtual arms
-    #[arg(long, value_name = "FILE")]
+    /// World of the virtual arms: a TOML file, or cubes, drawing, pick_and_sort, faults or engraving, which are built in
+    #[arg(long, value_name = "FILE|NAME")]
     scenario: Option<PathBuf>,
     #[arg(skip)]
     shown: Shown,
@@ -443,7 +446,12 @@ impl Serve {
         }
         let stopping = async {
             let leaving = joined.map(|joined| tokio::spawn(joined.leave()));
-            let _ = timeout(ENDING, station.end_jobs()).await;
+            let ended = timeout(ENDING, station.end_runs()).await;
+            for CutOff { arm, holder, .. } in ended.unwrap_or_default() {
+                tell(format_args!(
+                    "{arm} was stopped while {holder} had it, which did not stop it itself: a pen may be down"
+                ));
+            }
             let stops = arms.iter().map(|arm| timeout(STOPPING, quiet(arm)));
             let stops = stops.collect::<Vec<_>>();
             let mut unanswered = false;
@@ -464,7 +472,10 @@ impl Serve {
             unanswered = stopping => unanswered,
             // A second stop: nothing more moves.
             _ = signals.next() => {
-                let _ = timeout(STOPPING, station.end_jobs()).await;
+                let _ = timeout(STOPPING, station.end_runs()).await;
+                for arm in &arms {
+                    let _ = timeout(FAREWELL, quiet(arm)).await;
+                }
                 return Err(Failure::interrupted());
             }
         };

@@ -4,8 +4,8 @@
 use magician_job::{keep_surface, kept_surface};
 use magician_station::{ArmEntry, KnownSurface, MemorySurfaces, SurfaceStore};
 
-/// Keeps the height of the only real arm in the settings, where every verb reads it. That of a
-/// virtual arm says nothing about a real table, and of several real arms each has a table of its
+/// Keeps the height of the only real arm in the settings, where every verb reads it. A virtual arm
+/// and a real table say nothing about each other, and of several real arms each has a table of its
 /// own, while the settings have one height: those are kept as long as the station runs.
 pub(super) struct Surfaces {
     touched: MemorySurfaces,
@@ -31,6 +31,9 @@ impl SurfaceStore for Surfaces {
     fn surface(&self, arm: &ArmEntry) -> magician::Result<KnownSurface> {
         if let KnownSurface::Level(height) = self.touched.surface(arm)? {
             return Ok(KnownSurface::Level(height));
+        }
+        if arm.is_virtual {
+            return Ok(KnownSurface::Unknown);
         }
         // As they are now: another program may have changed them.
         let kept = kept_surface()?;

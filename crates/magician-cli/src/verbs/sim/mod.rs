@@ -99,11 +99,11 @@ pub(crate) struct Sim {
     /// Keep the arm's flash in FILE: name, serial number, Wi-Fi, calibration, program
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
-    /// The world around the arm, in TOML: a table, objects, a conveyor, sensors, inputs, faults
-    #[arg(long, value_name = "FILE")]
+    /// World around the arm: a table, objects, a conveyor, sensors, inputs, faults. A TOML file, or cubes, drawing, pick_and_sort, faults or engraving, which are built in
+    #[arg(long, value_name = "FILE|NAME")]
     scenario: Option<PathBuf>,
-    /// At the end, write the lines of pen and laser: .svg in true size, or .png
-    #[arg(long, value_name = "FILE", requires = "scenario", value_parser = PathBufValueParser::new().try_map(picture::Picture::at))]
+    /// At the end, write the lines of pen and laser: .svg in true size, or .png. Needs a --scenario with a table
+    #[arg(long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(picture::Picture::at))]
     picture: Option<picture::Picture>,
     /// With --picture: show the arm's base too
     #[arg(long, requires = "picture")]
@@ -156,6 +156,11 @@ impl Sim {
         if context.global.faults.is_some() {
             let hint = "put `magician proxy --faults SPEC` between the arm and its programs";
             return Err(Failure::usage("`sim` serves an arm without --faults").hint(hint));
+        }
+        if self.picture.is_some() && self.scenario.is_none() {
+            let message = "--picture needs a scenario: without one there is no table to draw on";
+            let hint = format!("--scenario drawing; built in are {}", built_in_names());
+            return Err(Failure::usage(message).hint(hint));
         }
         if self.tui {
             tui::check()?;
@@ -380,14 +385,29 @@ pub(crate) fn profile_of(path: Option<&Path>) -> Result<Profile, Failure> {
     })
 }
 
-/// The scenario in a file, or the empty one.
+/// The scenario in a file, a built-in one by its name, or the empty one.
 pub(crate) fn scenario_of(path: Option<&Path>) -> Result<Scenario, Failure> {
     let Some(path) = path else {
         return Ok(Scenario::default());
     };
-    let text = read(path)?;
+    let built_in = path.to_str().filter(|_| !path.exists()).and_then(|name| {
+        let mut all = Scenario::BUILT_IN.iter();
+        all.find(|(own, _)| *own == name)
+    });
+    let text = match built_in {
+        Some((_, text)) => (*text).to_owned(),
+        None => read(path).map_err(|failure| match path.exists() {
+            true => failure,
+            false => failure.hint(format!("built in are {}", built_in_names())),
+        })?,
+    };
     Scenario::from_toml(&text)
         .map_err(|error| Failure::invalid(format!("{}: {error}", path.display())))
+}
+
+/// Names of the scenarios that need no file.
+fn built_in_names() -> String {
+    Scenario::BUILT_IN.map(|(name, _)| name).join(", ")
 }
 
 /// A file of the user.

@@ -1,13 +1,13 @@
 //! The options as a table, in one file as long as it is: what each is, and for which formats it counts.
 
 use super::{AskedGroup, AskedKind, AskedOption, DefaultValue};
-use crate::WorkOption;
 use crate::fill::FillMode;
 use crate::raster::{ImageStyle, Trace};
 use crate::{
     Align, BundledFont, Depths, Format, FrameShape, Framing, PartMode, SystemFonts, TextLines,
     White,
 };
+use crate::{SetupOptions, WorkOption};
 
 use AskedGroup::{Fill, Image, Laser, More, Parts, Pen, Place, Text};
 use AskedKind as Kind;
@@ -529,23 +529,41 @@ const BURNT: [AskedOption; 2] = [SCANNED[1], SCANNED[2]];
 const FINE: [AskedOption; 1] = [tolerance(0.05)];
 const TRACED: [AskedOption; 1] = [tolerance(0.1)];
 
-/// The options that count for one kind of work alone: the other one refuses them.
-pub(in crate::options) const OF_WORK: [(&str, WorkOption); 7] = [
-    ("mode", WorkOption::Engrave),
-    ("one_way", WorkOption::Engrave),
-    ("overscan", WorkOption::Engrave),
-    ("image", WorkOption::Draw),
-    ("levels", WorkOption::Draw),
-    ("despeckle", WorkOption::Draw),
-    ("pen_width", WorkOption::Draw),
+/// An option that counts for one kind of work alone: the other one refuses it.
+#[derive(Clone, Copy)]
+pub(in crate::options) struct OfWork {
+    pub(in crate::options) key: &'static str,
+    pub(in crate::options) work: WorkOption,
+    /// True if it is given.
+    pub(in crate::options) given: fn(&SetupOptions) -> bool,
+}
+
+const fn of_work(key: &'static str, work: WorkOption, given: fn(&SetupOptions) -> bool) -> OfWork {
+    OfWork { key, work, given }
+}
+
+pub(in crate::options) const OF_WORK: [OfWork; 7] = [
+    of_work("mode", WorkOption::Engrave, |said| said.mode.is_some()),
+    of_work("one_way", WorkOption::Engrave, |said| said.one_way),
+    of_work("overscan", WorkOption::Engrave, |said| {
+        said.overscan.is_some()
+    }),
+    of_work("image", WorkOption::Draw, |said| said.image.is_some()),
+    of_work("levels", WorkOption::Draw, |said| said.levels.is_some()),
+    of_work("despeckle", WorkOption::Draw, |said| {
+        said.despeckle.is_some()
+    }),
+    of_work("pen_width", WorkOption::Draw, |said| {
+        said.pen_width.is_some()
+    }),
 ];
 
 /// The same option, which counts with its work alone. One that counts with another option is bound
 /// by that one.
 fn bound_to_work(option: AskedOption) -> AskedOption {
-    let work = OF_WORK.iter().find(|(name, _)| *name == option.name);
-    match (work, option.with) {
-        (Some((_, WorkOption::Engrave)), None) => option.with("work", &["engrave"]),
+    let of_work = OF_WORK.iter().find(|of_work| of_work.key == option.name);
+    match (of_work.map(|of_work| of_work.work), option.with) {
+        (Some(WorkOption::Engrave), None) => option.with("work", &["engrave"]),
         (Some(_), None) => option.with("work", &["draw"]),
         _ => option,
     }

@@ -1,0 +1,257 @@
+//! A station that ends while a program runs its own work over it: on an arm that outlives both.
+#![cfg(unix)]
+
+use std::process::{Child, Command, Output, Stdio};
+
+use serde_json::Value;
+
+use crate::magician::command;
+use crate::magician::drawing::{PAPER, Place, last};
+use crate::magician::served::Served;
+
+/// A station of the arm at a place, and its address.
+fn serve(place: &Place) -> (Served, String) {
+    let mut serve = command();
+    serve.env("XDG_STATE_HOME", place.dir.path().join("state"));
+    let arguments = ["--port", &place.door(), "--listen", "127.0.0.1:0"];
+    let served = Served::of(serve, "serve", &arguments, 1);
+    let url = served.doors[0].trim_start_matches("serving ").to_owned();
+    (served, url)
+}
+
+/// A program at a station.
+fn client(mut command: Command) -> Child {
+    command.arg("--json");
+    command.stdout(Stdio::piped()).stderr(Stdio::piped());
+    command.spawn().expect("it starts")
+}
+
+fn draw(place: &Place, url: &str, more: &[&str]) -> Child {
+    client(place.draw_at(&["--station", url], more))
+}
+
+fn signal(name: &str, child: &Child) {
+    let id = child.id().to_string();
+    let kill = Command::new("kill").args([name, &id]).status();
+    assert!(kill.expect("kill runs").success());
+}
+
+/// The sentence and the kind of a failure.
+fn error(output: &Output) -> (String, Value) {
+    let text = String::from_utf8_lossy(&output.stderr);
+    let error = text.lines().last().unwrap_or_default();
+    let error: Value = serde_json::from_str(error).unwrap_or_else(|_| panic!("{output:?}"));
+    let message = error["error"]["message"].as_str().unwrap_or_default();
+    (message.to_owned(), error["error"]["kind"].clone())
+}
+
+/// The moment of a drawing at which its station ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Moment {
+    /// The program is connected.
+    BeforeFirstMove,
+    /// The arm is on its way to the paper.
+    Approaching,
+    /// The pen is on the paper.
+    Drawing,
+    /// All is drawn, and the pen goes up.
+    Ending,
+}
+
+impl Moment {
+    fn wait(self, place: &Place) {
+        let height = || place.number("pose", "z") - PAPER;
+        match self {
+            Self::BeforeFirstMove => {}
+            Self::Approaching => {
+                let (x, y) = (place.number("pose", "x"), place.number("pose", "y"));
+                while (place.number("pose", "x") - x).hypot(place.number("pose", "y") - y) < 1.0 {}
+            }
+            Self::Drawing => place.until_drawn(2.0),
+            Self::Ending => {
+                place.until_drawn(2.0);
+                while height() < 1.0 {}
+            }
+        }
+    }
+}
+
+#[test]
+fn drawing_over_a_station_that_ends_lifts_its_pen_restores_settings_and_says_so() {
+    use Moment::{Approaching, BeforeFirstMove, Drawing, Ending};
+    let place = Place::homed("5");
+    let before = place.settings();
+    for (name, moment) in [
+        ("-TERM", Drawing),
+        ("-HUP", Drawing),
+        ("-INT", Drawing),
+        ("-TERM", BeforeFirstMove),
+        ("-HUP", Approaching),
+        ("-INT", Ending),
+    ] {
+        assert!(place.run(&["move", "200", "-60", "0"]).status.success());
+        let (served, url) = serve(&place);
+        let drawing = draw(&place, &url, &["--lift", "30"]);
+        moment.wait(&place);
+        let (status, _, told) = served.end_telling(name);
+        let output = drawing.wait_with_output().expect("it ends");
+        let what = format!("{name} {moment:?}: {output:?} {told}");
+        assert_eq!(status.code(), Some(0), "{what}");
+        assert!(!told.contains("pen may be down"), "{what}");
+        if moment != Ending || !output.status.success() {
+            assert_eq!(output.status.code(), Some(4), "{what}");
+            let (message, kind) = error(&output);
+            assert_eq!(kind, "port", "{what}");
+            if moment == BeforeFirstMove {
+                assert!(message.contains("station"), "{what}");
+            } else {
+                assert!(message.contains("the station ended: "), "{what}");
+                assert!(message.contains("the arm stands at x "), "{what}");
+            }
+            if moment == Drawing {
+                assert!(message.contains("the pen is up by 30.0 mm"), "{what}");
+            }
+        }
+        let up = place.number("pose", "z") - PAPER;
+        assert!(up > 9.0, "{what}: {up} mm");
+        assert_eq!(place.settings(), before, "{what}");
+        assert_eq!(place.debts(), 0, "{what}");
+        assert_eq!(last(&place.run(&["queue"]))["left_space"], 32, "{what}");
+    }
+}
+
+#[test]
+fn drawing_that_its_station_has_ended_goes_on_where_it_stopped() {
+    let place = Place::homed("5");
+    let (served, url) = serve(&place);
+    let drawing = draw(&place, &url, &[]);
+    place.until_drawn(2.0);
+    drop(served.end("-TERM"));
+    let output = drawing.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(4), "{output:?}");
+    assert_eq!(place.journals(), 1);
+    let (_served, url) = serve(&place);
+    let again = draw(&place, &url, &["--resume"]).wait_with_output();
+    let again = again.expect("it ends");
+    assert!(again.status.success(), "{again:?}");
+}
+
+#[test]
+fn ctrl_c_that_reaches_station_and_program_at_once_lifts_the_pen() {
+    let place = Place::homed("5");
+    let before = place.settings();
+    for station_first in [true, false] {
+        let (mut served, url) = serve(&place);
+        let drawing = draw(&place, &url, &[]);
+        place.until_drawn(2.0);
+        let both = match station_first {
+            true => [&served.child, &drawing],
+            false => [&drawing, &served.child],
+        };
+        for child in both {
+            signal("-INT", child);
+        }
+        let output = drawing.wait_with_output().expect("it ends");
+        assert!(matches!(output.status.code(), Some(4 | 130)), "{output:?}");
+        assert_eq!(served.child.wait().expect("it ends").code(), Some(0));
+        let up = place.number("pose", "z") - PAPER;
+        assert!((up - 10.0).abs() < 0.5, "{station_first}: {up} mm");
+        assert_eq!(place.settings(), before);
+    }
+}
+
+#[test]
+fn second_signal_ends_the_wait_of_a_station_and_stops_the_arm() {
+    let place = Place::homed("0.3");
+    let (mut served, url) = serve(&place);
+    let drawing = draw(&place, &url, &["--lift", "60"]);
+    place.until_drawn(2.0);
+    // Those of the first half second change nothing, and the next one counts: the lift takes seconds.
+    while served.child.try_wait().expect("a child").is_none() {
+        signal("-INT", &served.child);
+    }
+    assert_eq!(served.child.wait().expect("it ends").code(), Some(130));
+    let output = drawing.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(4), "{output:?}");
+    let (message, _) = error(&output);
+    assert!(message.starts_with("the station ended"), "{message}");
+    assert!(!message.contains("pen is up"), "{message}");
+    let stands = place.number("pose", "z");
+    assert!(stands < PAPER + 59.0, "{stands}");
+    assert_eq!(place.number("pose", "z"), stands);
+    assert_eq!(last(&place.run(&["queue"]))["left_space"], 32);
+}
+
+#[test]
+fn station_stops_the_arm_of_a_program_that_hangs_and_says_what_is_left() {
+    let place = Place::homed("5");
+    let (served, url) = serve(&place);
+    let mut drawing = draw(&place, &url, &[]);
+    place.until_drawn(2.0);
+    signal("-STOP", &drawing);
+    let (status, _, told) = served.end_telling("-TERM");
+    assert_eq!(status.code(), Some(0));
+    let said =
+        "arm was stopped while magician had it, which did not stop it itself: a pen may be down";
+    assert!(told.contains(said), "{told}");
+    assert_eq!(last(&place.run(&["queue"]))["left_space"], 32);
+    let stands = last(&place.run(&["pose"]));
+    assert_eq!(last(&place.run(&["pose"])), stands);
+    drawing.kill().expect("killed");
+    drawing.wait().expect("it ends");
+}
+
+#[test]
+fn program_whose_station_is_killed_does_not_claim_to_know_the_arm() {
+    let place = Place::homed("5");
+    let (mut served, url) = serve(&place);
+    let mut drawing = place.draw_at(&["--station", &url], &[]);
+    drawing.stdout(Stdio::piped()).stderr(Stdio::piped());
+    let drawing = drawing.spawn().expect("it starts");
+    place.until_drawn(2.0);
+    served.child.kill().expect("killed");
+    let output = drawing.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(4), "{output:?}");
+    let said = String::from_utf8_lossy(&output.stderr);
+    for untrue in ["cable", "finishes its queue", "the station ended"] {
+        assert!(!said.contains(untrue), "{said}");
+    }
+    assert!(
+        said.contains("the connection to the station broke"),
+        "{said}"
+    );
+    assert!(
+        said.contains("what the arm does now is not known"),
+        "{said}"
+    );
+}
+
+#[test]
+fn move_over_a_station_that_ends_is_stopped_and_says_so() {
+    let place = Place::homed("1");
+    let (served, url) = serve(&place);
+    let slow = [
+        "set",
+        "PTPCommonParams",
+        "velocity_ratio=2",
+        "acceleration_ratio=20",
+    ];
+    assert!(place.run(&slow).status.success());
+    let at = ["--station", &url, "move", "200", "150", "50"];
+    let mut verb = command();
+    verb.args(at)
+        .env("XDG_STATE_HOME", place.dir.path().join("state"));
+    let before = place.number("pose", "y");
+    let moving = client(verb);
+    while (place.number("pose", "y") - before).abs() < 0.5 {}
+    let (status, _) = served.end("-HUP");
+    assert_eq!(status.code(), Some(0));
+    let output = moving.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(4), "{output:?}");
+    let (message, _) = error(&output);
+    assert!(
+        message.starts_with("the station ended: the arm stands at x "),
+        "{message}"
+    );
+    assert!(place.number("pose", "y") < 149.0);
+}

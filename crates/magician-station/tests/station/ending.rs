@@ -1,0 +1,203 @@
+//! The end of a station: who holds an arm is told and ends its run; the station ends what is left.
+
+use std::time::Duration;
+
+use serde_json::{Value, json};
+use tokio::time::Instant;
+
+use crate::bench::{Bench, Tester};
+
+/// A session that holds the arm, which moves slowly for it, with more in its queue.
+async fn holder(bench: &Bench, name: &str) -> (Tester, Value) {
+    let mut anna = bench.join(name).await;
+    let lease = anna.lease().await;
+    let slow = json!({"command": "PTPCommonParams", "fields": {"velocity_ratio": 5, "acceleration_ratio": 50}});
+    anna.ok("arm.set", slow).await;
+    for y in [150, -150] {
+        let to = json!({"to": [200, y, 50, 0], "wait": false});
+        anna.ok("arm.move", to).await;
+    }
+    anna.listen(Duration::from_millis(500)).await;
+    assert!(bench.arms[0].state().moving);
+    (anna, lease)
+}
+
+fn stands(bench: &Bench) -> bool {
+    let state = bench.arms[0].state();
+    !state.moving && state.queue.waiting == 0
+}
+
+#[tokio::test(start_paused = true)]
+async fn holder_that_stops_lifts_and_gives_the_lease_back_before_the_station_goes() {
+    let bench = Bench::new(1).await;
+    let (mut anna, lease) = holder(&bench, "Anna").await;
+    let mut ben = bench.join("Ben").await;
+    let ending = tokio::spawn({
+        let station = bench.station.clone();
+        async move { station.end_runs().await }
+    });
+    anna.listen(Duration::from_millis(20)).await;
+    assert_eq!(*anna.noticed("server.ending")[0], json!({"left_s": 5.0}));
+    assert!(bench.arms[0].state().moving, "the holder has its time");
+    anna.ok("arm.stop", json!({})).await;
+    let stood = bench.arms[0].state().pose;
+    let lift = json!({"to": [0, 0, 10, 0], "by": "linear", "relative": true});
+    anna.ok("arm.move", lift).await;
+    assert!((bench.arms[0].state().pose.z - stood.z - 10.0).abs() < 0.1);
+    assert!(!ending.is_finished());
+    ben.listen(Duration::from_millis(1)).await;
+    assert_eq!(
+        ben.noticed("server.ending").len(),
+        1,
+        "viewers hear of it too"
+    );
+    anna.ok("lease.release", json!({"lease": lease})).await;
+    assert_eq!(ending.await.unwrap(), []);
+    assert!(stands(&bench));
+}
+
+#[tokio::test(start_paused = true)]
+async fn holder_that_does_not_stop_in_a_second_is_cut_off() {
+    let bench = Bench::new(1).await;
+    let (mut anna, _) = holder(&bench, "Anna").await;
+    let began = Instant::now();
+    let cut_off = bench.station.end_runs().await;
+    assert_eq!(began.elapsed().as_secs(), 1);
+    assert_eq!(
+        (cut_off.len(), &*cut_off[0].arm, &*cut_off[0].holder),
+        (1, "arm", "Anna")
+    );
+    let refused = anna.call("arm.home", json!({})).await.unwrap_err();
+    assert_eq!(refused["message"], "the station ends");
+    anna.listen(Duration::from_secs(1)).await;
+    assert!(stands(&bench));
+}
+
+#[tokio::test(start_paused = true)]
+async fn holder_that_has_stopped_and_says_nothing_more_has_ended() {
+    let bench = Bench::new(1).await;
+    let (mut anna, _) = holder(&bench, "Anna").await;
+    let began = Instant::now();
+    let (cut_off, ()) = tokio::join!(bench.station.end_runs(), async {
+        anna.listen(Duration::from_millis(20)).await;
+        anna.ok("arm.stop", json!({})).await;
+    });
+    assert_eq!(cut_off, []);
+    assert!(
+        began.elapsed() < Duration::from_secs(3),
+        "{:?}",
+        began.elapsed()
+    );
+}
+
+#[tokio::test(start_paused = true)]
+async fn no_holder_has_more_than_five_seconds_and_none_after_a_second_call() {
+    for again in [false, true] {
+        let bench = Bench::new(1).await;
+        let (mut anna, _) = holder(&bench, "Anna").await;
+        let began = Instant::now();
+        let busy = async {
+            anna.listen(Duration::from_millis(20)).await;
+            anna.ok("arm.stop", json!({})).await;
+            loop {
+                let up = json!({"to": [0, 0, 0.1, 0], "relative": true});
+                if anna.call("arm.move", up).await.is_err() {
+                    break;
+                }
+            }
+        };
+        let ends = async {
+            if again {
+                tokio::select! {
+                    _ = bench.station.end_runs() => panic!("it waits"),
+                    () = tokio::time::sleep(Duration::from_secs(2)) => {}
+                }
+            }
+            bench.station.end_runs().await
+        };
+        let ((), _) = tokio::join!(busy, ends);
+        let expected = if again { 2 } else { 5 };
+        assert_eq!(began.elapsed().as_secs(), expected, "{again}");
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn holder_that_is_gone_or_cannot_be_told_is_not_waited_for() {
+    let bench = Bench::new(1).await;
+    let (anna, _) = holder(&bench, "Anna").await;
+    drop(anna);
+    let began = Instant::now();
+    assert_eq!(bench.station.end_runs().await.len(), 1);
+    assert!(began.elapsed() < Duration::from_millis(100));
+
+    // The same while it was still there as the end began.
+    let bench = Bench::new(1).await;
+    let (anna, _) = holder(&bench, "Anna").await;
+    let began = Instant::now();
+    let (cut_off, ()) = tokio::join!(bench.station.end_runs(), async {
+        tokio::time::sleep(Duration::from_millis(300)).await;
+        drop(anna);
+    });
+    assert_eq!(cut_off.len(), 1);
+    assert!(began.elapsed() < Duration::from_millis(400));
+
+    // A request by POST hears nothing.
+    let bench = Bench::new(1).await;
+    let began = Instant::now();
+    let (answer, cut_off) = tokio::join!(bench.once("arm.home", json!({})), async {
+        tokio::time::sleep(Duration::from_millis(300)).await;
+        bench.station.end_runs().await
+    });
+    assert_eq!(answer["error"]["message"], "the station ends");
+    assert_eq!(cut_off, []);
+    assert!(began.elapsed() < Duration::from_millis(400));
+}
+
+#[tokio::test(start_paused = true)]
+async fn nothing_begins_at_a_station_that_ends() {
+    let bench = Bench::new(1).await;
+    let (mut anna, _) = holder(&bench, "Anna").await;
+    let mut ben = bench.join("Ben").await;
+    let waits = ben.send("lease.acquire", json!({"wait_s": 60}));
+    ben.listen(Duration::from_millis(10)).await;
+    let ending = tokio::spawn({
+        let station = bench.station.clone();
+        async move { station.end_runs().await }
+    });
+    let denied = ben.answer(waits).await.unwrap_err();
+    assert_eq!(
+        (&denied["code"], &denied["message"]),
+        (&json!(-32007), &json!("the station ends"))
+    );
+    assert_eq!(ben.code("lease.acquire", json!({})).await, -32007);
+    assert_eq!(ben.code("lease.ask", json!({})).await, -32007);
+    anna.ok("arm.stop", json!({})).await;
+    assert_eq!(anna.code("jog.start", json!({"axis": "x+"})).await, -32007);
+    let plan =
+        json!({"format": "magician-plan", "version": 1, "steps": [{"move": [220, 0, 20, 0]}]});
+    let job = json!({"text": plan.to_string()});
+    assert_eq!(anna.code("job.start", job).await, -32007);
+    let posted = bench.once("arm.move", json!({"to": [220, 0, 20, 0]})).await;
+    assert_eq!(posted["error"]["code"], -32007, "{posted}");
+    // Who comes now hears of it.
+    let mut carl = bench.join("Carl").await;
+    carl.listen(Duration::from_millis(10)).await;
+    assert_eq!(carl.noticed("server.ending").len(), 1);
+    ending.await.unwrap();
+}
+
+#[tokio::test(start_paused = true)]
+async fn jog_ends_at_once_as_the_station_begins_to_end() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    anna.lease().await;
+    anna.ok("jog.start", json!({"axis": "y+", "keep_ms": 1000}))
+        .await;
+    anna.listen(Duration::from_millis(300)).await;
+    assert!(bench.arms[0].state().moving);
+    let (_, ()) = tokio::join!(bench.station.end_runs(), async {
+        anna.listen(Duration::from_millis(900)).await;
+        assert_eq!(anna.noticed("jog.ended")[0]["why"], "stopped");
+        assert!(stands(&bench));
+    });
+}
