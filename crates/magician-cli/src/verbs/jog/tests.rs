@@ -107,7 +107,7 @@ fn a_pad_on_a_narrow_and_on_a_wide_terminal() {
                 "link up",
                 "x    259.10 mm  up down",
                 "y      0.00 mm  left right",
-                "J2     45.0    -5 ─",
+                "J2     45.0 -13.5 ─",
                 "2-3     0.0   -70 ─",
                 "moves coordinates  by step 5 mm or deg  speed 50 %",
                 "stands",

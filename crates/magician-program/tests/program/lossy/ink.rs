@@ -4,9 +4,8 @@ use std::collections::HashMap;
 
 use magician::sim::world::{Drawing, StrokeKind};
 
-/// As far as a line that was followed in other steps may be from itself, mm: a drawing's corners are that true to 0.02, and a motion
-/// that is planned anew within a period goes on from where its motors are by then.
-pub(crate) const TRUE: f64 = 0.05;
+/// As far as a line that was followed in other steps may be from itself, mm: a drawing's corners are that true.
+pub(crate) const TRUE: f64 = 0.02;
 /// Points nearer than this are the same, mm.
 const SAME: f64 = 1e-6;
 /// Between two looks along a line, mm.
