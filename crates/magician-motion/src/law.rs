@@ -142,7 +142,9 @@ impl MotionLaw {
         match self.is_continuous() {
             true => fastest,
             false => {
-                let lasting = whole_periods(fastest.duration(), self.period()).max(1.0);
+                let length = (length - LENGTH_ROUNDING).max(0.0);
+                let known = VelocityProfile::between(length, entry, exit, limits);
+                let lasting = whole_periods(known.duration(), self.period()).max(1.0);
                 fastest.slowed_to(lasting * self.period(), limits.acceleration)
             }
         }
@@ -166,5 +168,9 @@ pub(crate) fn ended_periods(t: f64, period: f64) -> f64 {
     libm::floor(t / period + ROUNDING)
 }
 
+/// Part of the length of a segment that is rounding, mm: a target comes in binary32, and is off by 2^-16 mm on each axis from 256 to
+/// 512 mm. Of both ends of a diagonal that is `2 * sqrt(3) * 2^-16 = 5.3e-5`. A segment that is to last whole periods takes no
+/// more of them for that.
+const LENGTH_ROUNDING: f64 = 6e-5;
 /// A share of a period that is rounding.
 const ROUNDING: f64 = 1e-7;
