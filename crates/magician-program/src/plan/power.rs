@@ -21,8 +21,8 @@ const REACHED: f64 = 0.99;
 impl Plan {
     /// With the power of every burn that has a [feed](Step::feed) in proportion to the speed at which the arm really goes: times
     /// its mean speed by the feed, and never more than it says. Lines on which the speed changes are cut, into at most 20
-    /// pieces more, so that each is right within a tenth of its power, or within what three periods of the arm change: a
-    /// shorter piece would slow the arm down. A note tells where the feed is never reached.
+    /// pieces more, so that each is right within a tenth of its power, or within half of what three periods of the arm
+    /// change: a shorter piece would slow the arm down. A note tells where the feed is never reached.
     ///
     /// To be done when all is placed: the arm is faster on longer lines.
     #[must_use]
@@ -165,35 +165,40 @@ fn between(from: [f32; 3], to: [f32; 3], share: f64) -> [f32; 3] {
     [at((x, to_x)), at((y, to_y)), at((z, to_z))]
 }
 
+/// A piece takes at least this many periods of the arm. It takes whole ones, and one that is shorter than two may be slowed down to
+/// half of its speed.
+const LEAST_PERIODS: f64 = 2.0;
+/// Part of the least time from which a piece is not taken for shorter, for rounding errors of times.
+const ROUNDED: f64 = 1.0 - 1e-6;
+
 /// After how many mm a segment is to be cut, so that no piece of it is off its mean speed by more than a tenth of the feed.
 /// Faster than the feed counts as the feed.
 fn cuts(profile: &VelocityProfile, feed: f64) -> Vec<f64> {
     let [ramp_in, cruise, ..] = profile.corners();
     let end = profile.duration();
     let speed = |time: f64| profile.velocity(time).min(feed);
-    let peak = speed(ramp_in);
     let mut times = Vec::new();
-    // Pieces of two periods at least, in whole ones from the end of the segment that the ramp begins or ends at: each of them
-    // takes as long by itself as it does in the segment.
-    let least = 2.0 * f64::from(ArmModel::MAGICIAN.law.period_us()) / 1e6;
-    let mut ramp = |slow: f64, from: f64, to: f64| {
-        let rise = peak - slow;
-        if rise > OFF * feed {
-            let count = (rise / (2.0 * OFF * feed)).ceil();
-            let level = |nth: f64| slow + rise * nth / count;
-            times.extend((1..=count as u32).map(|nth| {
-                let since = when(profile, level(nth.into()), from, to) - from;
-                from + least * (since / least).round()
-            }));
+    let period = f64::from(ArmModel::MAGICIAN.law.period_us()) / 1e6;
+    let least = LEAST_PERIODS * period;
+    // Whole periods from the end of the segment that the ramp begins or ends at: the segment takes whole ones itself, and so does
+    // what is left in its middle. A segment that is slowed down to whole periods may be slowest there.
+    let mut ramp = |outer: f64, inner: f64| {
+        let change = (speed(inner) - speed(outer)).abs();
+        if change > OFF * feed {
+            let ramp = when(profile, speed(inner), outer, inner) - outer;
+            let allowed = 2.0 * OFF * feed / change * ramp.abs() / period;
+            let piece = allowed.floor().max(LEAST_PERIODS) * period;
+            let count = (ramp.abs() / piece).ceil();
+            let cuts = (1..=count as u32).map(f64::from);
+            times.extend(cuts.map(|nth| outer + nth * piece.copysign(ramp)));
         }
     };
-    ramp(speed(0.0), 0.0, ramp_in);
-    ramp(speed(end), end, cruise);
+    ramp(0.0, ramp_in);
+    ramp(end, cruise);
     times.sort_by(f64::total_cmp);
     let mut last = 0.0;
-    // A hundredth of it is rounding.
     times.retain(|time| {
-        let fits = time - last >= 0.99 * least && end - time >= 0.99 * least;
+        let fits = time - last >= ROUNDED * least && end - time >= ROUNDED * least;
         if fits {
             last = *time;
         }
@@ -212,12 +217,12 @@ fn cuts(profile: &VelocityProfile, feed: f64) -> Vec<f64> {
     ways
 }
 
-/// When a ramp between two times passes a speed.
+/// Time at which a ramp between two times has come to a speed; its end for one that falls.
 fn when(profile: &VelocityProfile, speed: f64, from: f64, to: f64) -> f64 {
     let (slow, fast) = (profile.velocity(from), profile.velocity(to));
     match fast > slow {
         true => from + (to - from) * ((speed - slow) / (fast - slow)).clamp(0.0, 1.0),
-        false => from,
+        false => to,
     }
 }
 
@@ -299,9 +304,11 @@ mod tests {
     }
 
     /// Every piece has the power of its mean speed, and is right all along within a tenth, or within half of what three periods
-    /// of 20 ms change at 100 mm/s2.
+    /// change at the acceleration of [`plan`]: the least piece, and one period that is left where an odd number of them is cut.
     fn is_right(reading: &Parsed<Plan>, feed: f64) {
-        let within = 60.0 * f64::max(0.1, 3.0 / feed);
+        let period = f64::from(ArmModel::MAGICIAN.law.period_us()) / 1e6;
+        let change = 100.0 * (LEAST_PERIODS + 1.0) * period;
+        let within = 60.0 * f64::max(0.1, 0.5 * change / feed);
         let plan = &reading.content;
         let profiles = plan.path_laws();
         for (step, profile) in plan.steps.iter().zip(&profiles) {
@@ -316,8 +323,9 @@ mod tests {
             if profile.length() < 4.0 * SHORTEST {
                 continue;
             }
-            for nth in 0..=20 {
-                let speed = profile.velocity(profile.duration() * f64::from(nth) / 20.0);
+            // Not at its end: a piece that is slowed down to whole periods leaves its end to the next one.
+            for nth in 0..20 {
+                let speed = profile.velocity(profile.duration() * (f64::from(nth) + 0.5) / 20.0);
                 let exact = 60.0 * speed.min(feed) / feed;
                 let off = (f64::from(*power) - exact).abs();
                 assert!(
@@ -357,10 +365,11 @@ mod tests {
                 assert!(steps > lines || lines == 200, "{steps}");
                 assert!(steps <= lines * (1 + MOST_PIECES), "{steps} of {lines}");
                 let profiles = made.content.path_laws();
-                let speeds = profiles
-                    .iter()
-                    .flatten()
-                    .map(|profile| profile.velocity(profile.corners()[0]));
+                // A segment between two at the feed may be slowed down to whole periods.
+                let speeds = profiles.iter().flatten().map(|profile| {
+                    let [peak, ..] = profile.corners();
+                    profile.velocity(peak).max(profile.velocity(0.0))
+                });
                 let reached = speeds.fold(0.0, f64::max) > 0.99 * f64::from(feed);
                 assert_eq!(made.notes.is_empty(), reached, "{:?}", made.notes);
                 assert!(reached || lines == 200 || speed < feed);
