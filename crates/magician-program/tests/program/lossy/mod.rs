@@ -243,7 +243,15 @@ fn a_network_that_loses_and_doubles_a_few_datagrams_costs_time_alone() {
         let came = datagrams::draw(&plan, faults).unwrap();
         assert_eq!(came.stopped, None, "seed {seed}");
         assert_eq!(came.resumed, 0, "seed {seed}");
-        assert!(Ink::of(&came.drawing).is_the_same(&all), "seed {seed}");
+        // A segment that is planned anew within a period leaves a chord of up to a period's way (2 mm at 100 mm/s) on its line: at
+        // 150 mm from the base that is 2 * 2 / (8 * 150) = 0.004 mm beside it.
+        let ink = Ink::of(&came.drawing);
+        let off = ink.off_the_beginning_of(&all);
+        assert!(
+            off.is_some_and(|off| off <= ink::TRUE)
+                && (ink.length() - all.length()).abs() <= ink::TRUE,
+            "seed {seed}: {off:?}"
+        );
         slowest = came.lasted.max(slowest);
         told += came.told;
     }

@@ -69,6 +69,8 @@ pub(super) struct UnderWay {
     /// When the motors begin with it, and where they are by then: within its first period.
     begun: ArmInstant,
     from: (JointAngles, f64),
+    /// How far the motors are ahead of the start of a segment by then, mm.
+    ahead: f64,
     /// The end of its first period, by which they have come onto its way.
     first_end: ArmInstant,
     pub(super) ends: ArmInstant,
@@ -109,6 +111,10 @@ impl UnderWay {
                 self.rail.curve(elapsed),
             )
         };
+        // A segment that is planned anew, and slower, does not bring the motors back: they wait for it.
+        if self.is_behind_motors(now) && self.is_behind_motors(self.first_end) {
+            return self.from;
+        }
         if now >= self.first_end {
             return on_its_way(now);
         }
@@ -133,6 +139,14 @@ impl UnderWay {
             *joint = between(from, to);
         }
         (joints.into(), between(rail_from, rail_to))
+    }
+
+    /// True if the motors began ahead of where the segment leads at this time.
+    fn is_behind_motors(&self, now: ArmInstant) -> bool {
+        self.ahead > 0.0 && {
+            let pose = self.trajectory.curve(self.elapsed(now)).pose;
+            pose.distance_to(&self.trajectory.start().pose) < self.ahead
+        }
     }
 
     /// Where the carriage is commanded to be.
@@ -287,6 +301,13 @@ impl Motion {
         let stood = (trajectory.start().joints, rail.sample(0));
         let from = { self.left.take() }.filter(|(at, ..)| *at == now);
         let from = from.map_or(stood, |(_, joints, rail)| (joints, rail));
+        let ahead = match kind {
+            MotionKind::Segment(_) if from != stood => {
+                let motors = trajectory.geometry().forward(&from.0);
+                motors.distance_to(&trajectory.start().pose)
+            }
+            _ => 0.0,
+        };
         // What is left of a motion keeps the tool that it began with.
         self.measured = *trajectory.geometry();
         self.rest = *trajectory.start();
@@ -297,6 +318,7 @@ impl Motion {
             started,
             begun: now,
             from,
+            ahead,
             first_end: first_end.min(ends),
             ends,
             alarm,
