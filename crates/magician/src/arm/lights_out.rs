@@ -2,15 +2,11 @@
 
 use std::time::Duration;
 
-use magician_motion::MotionLaw;
 use magician_protocol::commands::{EndEffectorLaser, Pose, QueuedCmdForceStopExec};
 use magician_protocol::{Frame, Readable, Set, Writable};
 
 use super::Arm;
 use crate::connection::Micros;
-
-/// The controller computes one pose for so long: the light may have gone out anywhere on the way of one.
-const PERIOD: Micros = MotionLaw::MAGICIAN.period_us() as Micros;
 
 /// The first pose that the arm told after the frame that put its laser out, or stopped it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,8 +14,8 @@ const PERIOD: Micros = MotionLaw::MAGICIAN.period_us() as Micros;
 pub struct LightsOut {
     /// The pose.
     pub pose: Pose,
-    /// The longest time by which the laser may have gone out before: from the frame to the answer with the pose, and the period
-    /// in which the controller computes one pose.
+    /// The longest time by which the laser may have gone out before: from the frame to the answer with the pose. It may have gone
+    /// out later as well: the controller reports one pose for a period, while the arm goes on to the next.
     pub late: Duration,
     /// True if the frame stopped the arm. Otherwise the arm went on with what was under way, and perhaps with its laser: it is
     /// not known whether every firmware puts out the laser of a path before its end.
@@ -67,8 +63,7 @@ impl Darkness {
     /// The arm has told where it is.
     pub(super) fn sees(&mut self, now: Micros, pose: Pose) {
         if self.asked && self.seen.is_none() {
-            let late = now.saturating_sub(self.sent).saturating_add(PERIOD);
-            let late = Duration::from_micros(late);
+            let late = Duration::from_micros(now.saturating_sub(self.sent));
             let stopped = self.stopped;
             self.seen = Some(LightsOut {
                 pose,

@@ -3,8 +3,9 @@
 use std::time::Duration;
 
 use magician_host::commands::Pose;
-use magician_host::words::{Preflight, Stopping};
-use magician_host::{Set, commands::CpLeCmd};
+use magician_host::words::{PathProfiles, Preflight, Stopping};
+use magician_host::{Set, VelocityProfile, commands::CpLeCmd};
+use magician_motion::MotionLaw;
 
 use super::within::{BESIDE, StraightMove, distance, is_straight};
 
@@ -14,6 +15,12 @@ const ON_LINE: f64 = 0.05;
 const EARLIER: usize = 8;
 /// Slots that are looked back over: no braking way has more pieces.
 const WINDOW: usize = 400;
+/// Slots behind the last one that decide how fast the arm was: its queue holds no more.
+const AHEAD: usize = 32;
+/// Places of a braking way at which the speed is looked at.
+const BRAKING_LOOKS: f64 = 100.0;
+/// The controller reports one pose for a period, seconds, while the arm goes on to the next.
+const PERIOD: f64 = MotionLaw::MAGICIAN.period_us() as f64 / 1e6;
 
 /// A place in a program where a burn goes on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,6 +38,8 @@ struct Line {
     way: StraightMove,
     burns: bool,
     stopping: Option<Stopping>,
+    /// How fast a segment of a path is at most, from place to place.
+    profile: Option<VelocityProfile>,
 }
 
 impl Line {
@@ -54,7 +63,45 @@ impl Line {
             way,
             burns,
             stopping,
+            profile: None,
         })
+    }
+
+    /// The way before a share of it in so many seconds at most, and how many of them are left at its beginning.
+    fn way_before(&self, share: f64, seconds: f64) -> (f64, f64) {
+        let gone = share * self.way.length();
+        match (&self.profile, self.stopping) {
+            (Some(profile), _) => {
+                let at = profile.time_at(gone);
+                (
+                    gone - profile.position(at - seconds).min(gone),
+                    seconds - at,
+                )
+            }
+            (None, Some(Stopping { speed, .. })) if speed > 0.0 => {
+                let way = (speed * seconds).min(gone);
+                (way, seconds - way / speed)
+            }
+            _ => (0.0, 0.0),
+        }
+    }
+
+    /// The same behind a share of it.
+    fn way_after(&self, share: f64, seconds: f64) -> (f64, f64) {
+        let length = self.way.length();
+        let left = (1.0 - share) * length;
+        match (&self.profile, self.stopping) {
+            (Some(profile), _) => {
+                let at = profile.time_at(share * length);
+                let way = profile.position(at + seconds) - share * length;
+                (way.clamp(0.0, left), at + seconds - profile.duration())
+            }
+            (None, Some(Stopping { speed, .. })) if speed > 0.0 => {
+                let way = (speed * seconds).min(left);
+                (way, seconds - way / speed)
+            }
+            _ => (0.0, 0.0),
+        }
     }
 }
 
@@ -77,10 +124,14 @@ impl Lines {
         let first = last.saturating_sub(WINDOW).max(lead);
         let near = last.saturating_sub(2 * EARLIER);
         let mut lines = Vec::new();
-        for (nth, slot) in slots.enumerate().take(last.saturating_add(1)) {
+        let slots: Vec<_> = slots.take(last.saturating_add(1 + AHEAD)).collect();
+        let commands: Vec<Set> = slots.iter().flatten().copied().collect();
+        let mut profiles = PathProfiles::of(&commands).into_iter();
+        for (nth, slot) in slots.into_iter().enumerate().take(last.saturating_add(1)) {
+            let profile = slot.and_then(|_| profiles.next()).flatten();
             if nth >= first {
                 let line = slot.and_then(|command| Line::of(&command, course, nth >= near));
-                lines.push(line);
+                lines.push(line.map(|line| Line { profile, ..line }));
             } else if let Some(command) = slot {
                 // What could not be checked was not sent.
                 let _ = course.check(&command);
@@ -93,8 +144,9 @@ impl Lines {
         self.lines.get(slot.checked_sub(self.first)?)?.as_ref()
     }
 
-    /// The place where the light went out that was out at this pose, and so much before at most. `under_way` is the slot that
-    /// the arm did not finish, or was the last to finish. The arm may have burnt on `until` another pose.
+    /// The place where the light went out that was out at this pose, and so much before at most, or within the period that has
+    /// this pose. `under_way` is the slot that the arm did not finish, or was the last to finish. The arm may have burnt on `until`
+    /// another pose.
     pub(crate) fn dark_at(
         &self,
         under_way: usize,
@@ -106,10 +158,15 @@ impl Lines {
         if off > BESIDE {
             return None;
         }
-        let stopping = self.line(slot)?.stopping;
-        let speed = stopping.map_or(0.0, |stopping| stopping.speed);
-        let mut place = self.before(slot, share, speed * late.as_secs_f64());
+        let mut place = self.before(
+            slot,
+            share,
+            self.way_before(slot, share, late.as_secs_f64()),
+        );
+        // The arm was on its way from the pose to the next when the light went out, or when it was stopped.
+        let mut on_its_way = (slot, share);
         if let Some((_, end, there)) = until.and_then(|until| self.nearest(slot, until)) {
+            on_its_way = (end, there);
             for nth in slot..=end {
                 let from = if nth == slot { share } else { 0.0 };
                 let to = if nth == end { there } else { 1.0 };
@@ -118,7 +175,39 @@ impl Lines {
                 }
             }
         }
+        // At the end of a segment it has come to rest by itself.
+        if let (slot, share @ ..1.0) = on_its_way {
+            place.twice += self.burnt_after(slot, share, PERIOD);
+        }
         Some(place)
+    }
+
+    /// Largest way before a place in so many seconds, mm.
+    fn way_before(&self, mut slot: usize, mut share: f64, mut seconds: f64) -> f64 {
+        let mut sum = 0.0;
+        while let Some(line) = self.line(slot) {
+            let (way, left) = line.way_before(share, seconds);
+            sum += way;
+            if left <= 0.0 || slot == self.first {
+                break;
+            }
+            (slot, share, seconds) = (slot - 1, 1.0, left);
+        }
+        sum
+    }
+
+    /// Largest length that is burnt behind a place in so many seconds, mm.
+    fn burnt_after(&self, mut slot: usize, mut share: f64, mut seconds: f64) -> f64 {
+        let mut sum = 0.0;
+        while let Some(line) = self.line(slot) {
+            let (way, left) = line.way_after(share, seconds);
+            sum += if line.burns { way } else { 0.0 };
+            if left <= 0.0 {
+                break;
+            }
+            (slot, share, seconds) = (slot + 1, 0.0, left);
+        }
+        sum
     }
 
     /// The line that a pose is on: how far beside it the pose is, its slot, and the share of it up to there. Of several lines
@@ -142,16 +231,52 @@ impl Lines {
         on.or(best).copied()
     }
 
+    /// The longest way on which an arm may have braked to a place, mm: from every place before it the arm comes so far as its
+    /// speed there, and the deceleration of `fastest`, let it.
+    fn braking_way(&self, slot: usize, share: f64, fastest: Stopping) -> f64 {
+        let step = fastest.braking / BRAKING_LOOKS;
+        let comes_here = |back: f64| {
+            let speed = self.speed_before(slot, share, back);
+            let speed = speed.map_or(1.0, |speed| speed / fastest.speed);
+            fastest.braking * speed * speed >= back - step
+        };
+        let looks = (1..=BRAKING_LOOKS as u32).rev();
+        let ways = looks.map(|nth| f64::from(nth) * step);
+        ways.into_iter()
+            .find(|back| comes_here(*back))
+            .unwrap_or(0.0)
+    }
+
+    /// Highest speed of a path so far before a place; `None` where it is not known.
+    fn speed_before(&self, mut slot: usize, mut share: f64, mut back: f64) -> Option<f64> {
+        loop {
+            let line = self.line(slot)?;
+            let gone = share * line.way.length();
+            if back <= gone || slot == self.first {
+                let profile = line.profile.as_ref()?;
+                let at = profile.time_at(gone - back);
+                // The speed of a period is that of its end.
+                let near = [at - PERIOD, at, at + PERIOD].map(|at| profile.velocity(at));
+                return Some(near.into_iter().fold(0.0, f64::max));
+            }
+            (back, slot, share) = (back - gone, slot - 1, 1.0);
+        }
+    }
+
     /// The place a braking way before one where the arm stands: the light went out between the two.
     pub(crate) fn before_braking(&self, slot: usize, at: [f64; 3]) -> Option<Place> {
         let line = self.line(slot)?;
         let (share, _) = line.way.nearest(at);
         let near = [slot.checked_sub(1), Some(slot)].into_iter().flatten();
         let stopping = near.filter_map(|slot| self.line(slot)?.stopping);
-        let braking = stopping
-            .map(|stopping| stopping.braking)
-            .fold(0.0, f64::max);
-        Some(self.before(slot, share.clamp(0.0, 1.0), braking))
+        let fastest = stopping.max_by(|one, other| one.braking.total_cmp(&other.braking))?;
+        let share = share.clamp(0.0, 1.0);
+        let mut place = self.before(slot, share, self.braking_way(slot, share, fastest));
+        if place.twice > 0.0 {
+            // It brakes from the last pose, and was on its way to the next: at a low speed that is farther.
+            place.twice += self.burnt_after(slot, share, PERIOD);
+        }
+        Some(place)
     }
 
     /// The place so far before another, as far as something burns there.
