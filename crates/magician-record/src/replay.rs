@@ -41,8 +41,9 @@
 //! so that a lost answer does not shift all that follow.
 //!
 //! The virtual arm begins as it is handed in. [`Replay::beginning`] makes it stand where the recorded one stood;
-//! [`Replay::fitted`] finds where its periods of 20 ms begin, in steps of 1 ms: a trace does not tell. A pose that the arm had a
-//! period before or after counts as the same ([`Report::late`]). What was set before the trace began is not known: give the
+//! [`Replay::fitted`] finds where its periods of 20 ms begin, in steps of 1 ms: a trace does not tell. A pose of the
+//! period before or after that was asked for within 5 ms of its end counts as the same ([`Report::late`]); at any other
+//! time it is a difference ([`What::Period`]). What was set before the trace began is not known: give the
 //! arm a profile that has it. Nothing here sends to a real arm.
 
 use std::collections::BTreeMap;

@@ -325,6 +325,11 @@ const JOGS: &str = include_str!("../../../magician-sim/tests/virtual_arm/data/jo
 /// The recording as a trace of the host that made it: a pose every 100 ms, and a jog whenever one began. `tool` is the bias
 /// that the host had set, by which its poses have joints.
 fn recorded_jogs(path: &Path, tool: ToolBias) {
+    recorded_jogs_late(path, tool, 0);
+}
+
+/// The same, with every tenth pose so many microseconds later.
+fn recorded_jogs_late(path: &Path, tool: ToolBias, late: u64) {
     let rows = |text: &'static str| {
         let rows = text.lines().filter(|row| !row.starts_with('#'));
         rows.map(|row| row.split('\t').collect::<Vec<_>>())
@@ -332,8 +337,9 @@ fn recorded_jogs(path: &Path, tool: ToolBias) {
     let number = |text: &str| text.parse::<f64>().expect("a number");
     let geometry = Geometry::magician(tool);
     let mut packets = Vec::new();
-    for row in rows(RECORDING) {
-        let at = 1_000_000 + number(row[0]) as u64 * 1000;
+    for (nth, row) in rows(RECORDING).enumerate() {
+        let late = if nth % 10 == 5 { late } else { 0 };
+        let at = 1_000_000 + number(row[0]) as u64 * 1000 + late;
         let [x, y, z] = [1, 2, 3].map(|column| number(row[column]));
         let joints = geometry.inverse(&motion::Pose::new(x, y, z, 0.0));
         let joints = joints.expect("within reach").to_array();
@@ -398,4 +404,21 @@ fn recorded_jogs_of_a_real_arm_are_answered_to_15_micrometres_whatever_its_tool(
             "{found}"
         );
     }
+}
+
+#[test]
+fn poses_of_another_period_are_differences() {
+    let dir = tempfile::tempdir().expect("a directory");
+    let path = dir.path().join("jogs.pcapng");
+    recorded_jogs_late(&path, ToolBias::SUCTION, 20_000);
+    let told = replay(&["--json", "--tolerance", "0.015"], &path);
+    assert_eq!(told.status, 10, "{told:?}");
+    let mut objects = told.objects();
+    let summary = objects.pop().expect("a summary");
+    let is_period = |object: &Value| object["difference"] == "period";
+    assert!(
+        objects.len() > 3 && objects.iter().all(is_period),
+        "{told:?}"
+    );
+    assert_eq!(summary["differences"], json!(objects.len()));
 }

@@ -74,5 +74,7 @@ fn score(report: &Report) -> (usize, u64) {
         count += 1;
         all += f64::from(off.min(1e6));
     }
-    (count + report.late as usize, (all * 1000.0) as u64)
+    let other = report.differences.iter();
+    let other = other.filter(|found| found.what == What::Period).count();
+    (count + other + report.late as usize, (all * 1000.0) as u64)
 }

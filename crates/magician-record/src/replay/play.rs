@@ -58,14 +58,26 @@ struct Link {
     asked: VecDeque<Asked>,
 }
 
+/// When a request came to the recorded arm is not known better than this, us: a USB adapter holds bytes for up to 1 ms or, with a
+/// latency timer, a few, and so does the host.
+const JITTER: u64 = 5_000;
+
 /// A request, and what the virtual arm said to it.
 #[derive(Debug)]
 struct Asked {
     time: HostInstant,
     request: FrameBuf,
     reply: Option<FrameBuf>,
-    /// What the virtual arm would have said a period before, and after.
-    beside: [Option<FrameBuf>; 2],
+    beside: Beside,
+}
+
+/// What the virtual arm would have said before, and after.
+#[derive(Debug, Default)]
+struct Beside {
+    /// By [`JITTER`].
+    near: [Option<FrameBuf>; 2],
+    /// By a period.
+    far: [Option<FrameBuf>; 2],
 }
 
 impl Asked {
@@ -110,20 +122,27 @@ impl<'r, 'a> Play<'r, 'a> {
             true => u64::from(self.arm.arm_model().law.period_us()),
             false => 0,
         };
-        let mut before = None;
-        if period > 0 && replay.clock == Speed::Times(1.0) {
-            if let Some(earlier) = time.as_micros().checked_sub(period) {
-                let earlier = HostInstant::from_micros(earlier);
-                self.clock.pass(self.arm, &mut Nobody::None, earlier);
+        let mut beside = Beside::default();
+        let looks_beside = period > 0 && replay.clock == Speed::Times(1.0);
+        let Beside { near, far } = &mut beside;
+        if looks_beside {
+            for (by, answer) in [(period, &mut far[0]), (JITTER, &mut near[0])] {
+                if let Some(earlier) = time.as_micros().checked_sub(by) {
+                    let earlier = HostInstant::from_micros(earlier);
+                    self.clock.pass(self.arm, &mut Nobody::None, earlier);
+                }
+                *answer = answer_of(self.arm, packet);
             }
-            before = answer_of(self.arm, packet);
         }
         self.clock.pass(self.arm, &mut Nobody::None, time);
-        let after = before.and_then(|_| {
+        if looks_beside {
             let mut later = self.arm.clone();
-            later.advance(later.now().after_micros(period));
-            answer_of(&later, packet)
-        });
+            let now = later.now();
+            for (by, answer) in [(JITTER, &mut near[1]), (period, &mut far[1])] {
+                later.advance(now.after_micros(by));
+                *answer = answer_of(&later, packet);
+            }
+        }
         let link = self.links.entry(packet.link).or_default();
         if link.name.is_empty() {
             link.name = packet.link_name.to_string();
@@ -134,7 +153,7 @@ impl<'r, 'a> Play<'r, 'a> {
                 if let Some(asked) = self.links.get_mut(&packet.link)
                     && let Some(asked) = asked.asked.back_mut()
                 {
-                    asked.beside = [before, after];
+                    asked.beside = beside;
                 }
                 replies
             }
@@ -267,14 +286,21 @@ impl<'r, 'a> Play<'r, 'a> {
         };
         self.report.answers += 1;
         let mut found = self.comparer.compare(&recorded.frame(), &reply.frame());
-        let beside = asked.beside.iter().flatten();
         if !found.is_empty() {
-            // A pose is one thing: all of it is that of another period.
-            let mut others = beside
-                .map(|other| (self.comparer.clone()).compare(&recorded.frame(), &other.frame()));
-            if others.any(|others| others.is_empty()) {
+            // A pose is one thing: all of it is that of another time.
+            let is_one_of = |answers: &[Option<FrameBuf>]| {
+                answers.iter().flatten().any(|other| {
+                    let mut comparer = self.comparer.clone();
+                    comparer
+                        .compare(&recorded.frame(), &other.frame())
+                        .is_empty()
+                })
+            };
+            if is_one_of(&asked.beside.near) {
                 self.report.late += 1;
                 found.clear();
+            } else if is_one_of(&asked.beside.far) {
+                found = vec![What::Period];
             }
         }
         for what in found {
@@ -368,7 +394,7 @@ impl Link {
                     time,
                     request: frame.into(),
                     reply: None,
-                    beside: [None; 2],
+                    beside: Beside::default(),
                 });
             }
         }

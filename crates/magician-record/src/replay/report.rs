@@ -17,7 +17,8 @@ pub struct Report {
     pub unanswered: u64,
     /// Packets whose direction the trace does not tell: left out.
     pub undirected: u64,
-    /// Poses that the arm had a period earlier or later: when a request came to the recorded arm is not known better.
+    /// Poses of the period beside that were asked for within 5 ms of its end: when a request came to the recorded arm is not known
+    /// better. The pose of another period at any other time is a difference ([`What::Period`]).
     pub late: u64,
     /// How many differences there are in all.
     pub found: u64,
@@ -43,6 +44,8 @@ impl Report {
 pub enum What {
     /// A field has another value, or is there in one of the two only.
     Value(&'static Field),
+    /// The pose is the one that the virtual arm had a period earlier or later.
+    Period,
     /// The form is another: Ctrl (the error bit, say), or parameters that fit no layout.
     Form,
     /// There is a recorded answer, and none now.
@@ -59,6 +62,7 @@ impl What {
     pub const fn name(&self) -> &'static str {
         match self {
             Self::Value(_) => "value",
+            Self::Period => "period",
             Self::Form => "form",
             Self::Silent => "silent",
             Self::Answered => "answered",
@@ -167,6 +171,7 @@ impl std::fmt::Display for Difference {
                 let (recorded, now) = (bytes(&self.recorded), bytes(&self.replayed));
                 write!(f, ": another form: recorded {recorded}, now {now}")
             }
+            What::Period => f.write_str(": recorded a period of the arm earlier or later"),
             What::Silent => f.write_str(": answered in the recording, not now"),
             What::Answered => f.write_str(": not answered in the recording, but now"),
             What::Unasked => f.write_str(": the recorded reply belongs to no request in the trace"),

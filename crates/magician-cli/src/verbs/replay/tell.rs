@@ -134,7 +134,10 @@ fn in_words(summary: &Summary) -> String {
             summary.unanswered,
             "unanswered in both, or at the end of the trace",
         ),
-        (summary.late, "poses a period earlier or later"),
+        (
+            summary.late,
+            "poses of the period beside, asked for within 5 ms of it",
+        ),
         (summary.undirected, "packets of unknown direction left out"),
     ];
     for (count, what) in more {
