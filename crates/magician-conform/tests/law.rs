@@ -1,0 +1,489 @@
+//! The numbers of cases that follow from the 20 ms law, derived here by adding up periods (model sections 7, 8 and 10). Nothing here
+//! asks the virtual arm: a case that was copied from an arm that is wrong is found out.
+
+use std::collections::BTreeMap;
+
+/// The period of the controller, s.
+const T: f64 = 0.02;
+/// A rounding error costs no period.
+const ROUNDING: f64 = 1e-7;
+/// Radius of the tool on the first joint of an arm at home, mm.
+const HOME_X: f64 = 199.4041;
+const HOME_Z: f64 = -8.4853;
+
+/// Whole periods that have ended at a time.
+fn ended(seconds: f64) -> u32 {
+    (seconds / T + ROUNDING) as u32
+}
+
+/// A time in whole periods that hold it.
+fn whole(seconds: f64) -> f64 {
+    (seconds / T - ROUNDING).ceil() * T
+}
+
+/// A way from rest to rest: length, highest speed, acceleration.
+#[derive(Clone, Copy)]
+struct Way(f64, f64, f64);
+
+impl Way {
+    /// The time in continuous time.
+    fn seconds(self) -> f64 {
+        let Self(length, v, a) = self;
+        match length > v * v / a {
+            true => length / v + v / a,
+            false => 2.0 * (length / a).sqrt(),
+        }
+    }
+
+    fn lasts(self) -> f64 {
+        whole(self.seconds())
+    }
+
+    /// The place at a time: the sum of the speeds at the ends of its periods, and the target at the end of the last.
+    fn place(self, at: f64) -> f64 {
+        let Self(length, v, a) = self;
+        if ended(at) >= ended(self.lasts()) {
+            return length;
+        }
+        let peak = v.min((length * a).sqrt());
+        let speed = |nth: u32| {
+            let t = f64::from(nth) * T;
+            peak.min(a * t).min(a * (self.seconds() - t))
+        };
+        (1..=ended(at)).map(speed).sum::<f64>() * T
+    }
+}
+
+/// The way of a jog for so long, from one speed to another.
+fn jog(mut speed: f64, target: f64, a: f64, at: f64) -> f64 {
+    let mut place = 0.0;
+    for _ in 0..ended(at) {
+        speed += (target - speed).clamp(-a * T, a * T);
+        place += speed * T;
+    }
+    place
+}
+
+/// Speeds with which a path of these lengths passes its joints at 100 mm/s2 and 100 mm/s, at rest at both ends, with at most
+/// `corner` at a joint.
+fn joints(lengths: &[f64], corner: f64) -> Vec<f64> {
+    let count = lengths.len();
+    let mut squares = vec![(corner * corner).min(100.0 * 100.0); count + 1];
+    (squares[0], squares[count]) = (0.0, 0.0);
+    for at in 1..count {
+        // No segment is faster than its length in a period.
+        squares[at] = squares[at].min((lengths[at - 1].min(lengths[at]) / T).powi(2));
+    }
+    for at in 1..=count {
+        squares[at] = squares[at].min(squares[at - 1] + 200.0 * lengths[at - 1]);
+    }
+    for at in (0..count).rev() {
+        squares[at] = squares[at].min(squares[at + 1] + 200.0 * lengths[at]);
+    }
+    squares.into_iter().map(f64::sqrt).collect()
+}
+
+/// A segment of a path between two speeds at 100 mm/s2 and at most 100 mm/s.
+#[derive(Clone, Copy)]
+struct Segment {
+    length: f64,
+    entry: f64,
+    exit: f64,
+}
+
+impl Segment {
+    fn seconds(self) -> f64 {
+        let Self {
+            length,
+            entry,
+            exit,
+        } = self;
+        // No segment is faster than its length in a period.
+        let most = 100.0_f64.min(length / T);
+        let highest = (100.0 * length + 0.5 * (entry * entry + exit * exit)).sqrt();
+        let peak = highest.min(most);
+        let ramps = (2.0 * peak - entry - exit) / 100.0;
+        let ramped = (2.0 * peak * peak - entry * entry - exit * exit) / 200.0;
+        ramps + (length - ramped).max(0.0) / peak
+    }
+
+    /// The place at a time of a segment that is slowed down to whole periods: by a lower peak, by waiting for its ramp, or evenly
+    /// where its speeds leave no other way.
+    fn place(self, at: f64) -> f64 {
+        let Self {
+            length,
+            entry,
+            exit,
+        } = self;
+        let lasts = whole(self.seconds());
+        let rise = 0.5 * (100.0 * lasts + entry + exit);
+        let under = rise * rise - 100.0 * length - 0.5 * (entry * entry + exit * exit);
+        let mut peak = rise - under.max(0.0).sqrt();
+        let (high, low) = (entry.max(exit), entry.min(exit));
+        if peak < high {
+            let ramp = (high - low) / 100.0;
+            if ramp < lasts {
+                peak = (length - 0.5 * (high + low) * ramp) / (lasts - ramp);
+            }
+            if ramp >= lasts || peak < low {
+                return length * at / lasts;
+            }
+        }
+        let (up, down) = ((peak - entry).abs() / 100.0, (peak - exit).abs() / 100.0);
+        let slope = |from: f64, to: f64| (to - from).signum() * 100.0;
+        let left = lasts - at;
+        if at < up {
+            at * (entry + 0.5 * slope(entry, peak) * at)
+        } else if left < down {
+            length - left * (exit + 0.5 * slope(exit, peak) * left)
+        } else {
+            0.5 * (entry + peak) * up + peak * (at - up)
+        }
+    }
+}
+
+/// The segments of a path.
+fn path(lengths: &[f64], corner: f64) -> Vec<Segment> {
+    let speeds = joints(lengths, corner);
+    let pairs = speeds.windows(2).zip(lengths);
+    pairs
+        .map(|(speeds, length)| Segment {
+            length: *length,
+            entry: speeds[0],
+            exit: speeds[1],
+        })
+        .collect()
+}
+
+fn path_lasts(segments: &[Segment]) -> f64 {
+    segments
+        .iter()
+        .map(|segment| whole(segment.seconds()))
+        .sum()
+}
+
+fn path_place(segments: &[Segment], at: f64) -> f64 {
+    let mut at = f64::from(ended(at)) * T;
+    let mut place = 0.0;
+    for segment in segments {
+        let lasts = whole(segment.seconds());
+        if at < lasts - 1e-9 {
+            return place + segment.place(at);
+        }
+        (at, place) = (at - lasts, place + segment.length);
+    }
+    place
+}
+
+/// The steps of each case, as its file has them.
+struct Cases(BTreeMap<String, String>);
+
+impl Cases {
+    fn read() -> Self {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/cases");
+        let mut cases = BTreeMap::new();
+        for file in std::fs::read_dir(folder).expect("the cases") {
+            let path = file.expect("a file").path();
+            if path.extension().is_none_or(|end| end != "toml") {
+                continue;
+            }
+            let text = std::fs::read_to_string(path).expect("read");
+            let file: toml::Table = text.parse().expect("TOML");
+            for case in file["case"].as_array().expect("cases") {
+                let [id, steps] = ["id", "steps"].map(|key| case[key].as_str().expect("text"));
+                let rows = case.get("each").and_then(toml::Value::as_array);
+                for row in rows.map_or(vec![None], |rows| rows.iter().map(Some).collect()) {
+                    let [mut id, mut steps] = [id, steps].map(str::to_owned);
+                    for (key, value) in row.and_then(toml::Value::as_table).into_iter().flatten() {
+                        let value = value
+                            .as_str()
+                            .map_or_else(|| value.to_string(), str::to_owned);
+                        let key = format!("{{{key}}}");
+                        id = id.replace(&key, &value);
+                        steps = steps.replace(&key, &value);
+                    }
+                    cases.insert(id, steps);
+                }
+            }
+        }
+        Self(cases)
+    }
+
+    /// The steps of a case that begin so.
+    fn steps(&self, id: &str, begin: &str) -> Vec<&str> {
+        let steps = self.0.get(id).unwrap_or_else(|| panic!("no case {id}"));
+        steps
+            .lines()
+            .filter_map(|line| line.strip_prefix(begin))
+            .collect()
+    }
+
+    /// Holds the time of the `nth` motion of a case against this.
+    fn lasts(&self, id: &str, nth: usize, seconds: f64) {
+        let steps = self.steps(id, "done after ");
+        let told = steps[nth].split_once(" s").expect("seconds").0;
+        let told: f64 = told.parse().expect("a number");
+        assert!(
+            (told - seconds).abs() < 1e-6,
+            "{id}: {told} and not {seconds} s"
+        );
+    }
+
+    /// Holds the values of the `nth` pose that a case reads against these; `joint_angle` by its joints.
+    fn pose(&self, id: &str, nth: usize, values: &[(&str, f64)]) {
+        let step = self.steps(id, "get Pose -> ")[nth];
+        for (name, value) in values {
+            let (field, joint) = match name.strip_prefix('j') {
+                Some(joint) => ("joint_angle", joint.parse::<usize>().expect("a joint") - 1),
+                None => (*name, 0),
+            };
+            let told = step
+                .split(' ')
+                .find_map(|word| word.strip_prefix(field)?.strip_prefix('='));
+            let told = told.unwrap_or_else(|| panic!("{id}: no {name} in {step}"));
+            let told = told
+                .split("+-")
+                .next()
+                .and_then(|told| told.split(',').nth(joint));
+            let told: f64 = told.expect("a value").parse().expect("a number");
+            assert!(
+                (told - value).abs() < 1e-3,
+                "{id}, pose {nth}: {name}={told} and not {value:.4}"
+            );
+        }
+    }
+}
+
+#[test]
+fn point_to_point_follows_from_the_law() {
+    let cases = Cases::read();
+    // Power-up: 200 mm/s and 200 mm/s2, 200 deg/s and 200 deg/s2, at ratios of 50.
+    let line = |length| Way(length, 100.0, 100.0);
+    let turn = |degrees| Way(degrees, 100.0, 100.0);
+    let full = |length| Way(length, 200.0, 200.0);
+    cases.lasts("ptp.movl-100-mm-full-speed", 0, full(100.0).lasts());
+    cases.lasts("ptp.movj-90-deg", 0, turn(90.0).lasts());
+    cases.lasts("ptp.movj-90-deg-full-speed", 0, full(90.0).lasts());
+    for (nth, at) in [0.5, 1.0, 1.5].into_iter().enumerate() {
+        let y = -50.0 + line(100.0).place(at);
+        cases.pose("ptp.movl-on-the-way", nth, &[("y", y)]);
+    }
+    for (nth, at) in [1.0, 1.25, 1.5, 2.0].into_iter().enumerate() {
+        let y = -75.0 + line(150.0).place(at);
+        cases.pose("ptp.movl-cruises", nth, &[("y", y)]);
+    }
+    // 40 deg/s2 of J1, whose time the others share.
+    let midway = Way(90.0, 100.0, 40.0);
+    let share = midway.place(1.5) / 90.0;
+    let joints = [
+        ("j1", 90.0 * share),
+        ("j2", 45.0 - 10.0 * share),
+        ("j3", 45.0 + 10.0 * share),
+        ("j4", 45.0 * share),
+    ];
+    cases.pose("ptp.movj-midway", 0, &joints);
+    for (nth, at) in [0.5, 1.0].into_iter().enumerate() {
+        let way = line(100.0).place(at);
+        let place = [("x", 180.0 + 0.6 * way), ("y", -60.0 + 0.8 * way)];
+        cases.pose("ptp.movl-is-straight", nth, &place);
+    }
+    let j1 = (-45.0 + turn(90.0).place(0.948)).to_radians();
+    let place = [("x", HOME_X * j1.cos()), ("y", HOME_X * j1.sin())];
+    cases.pose("ptp.movj-is-not-straight", 0, &place);
+    cases.lasts("ptp.no-blending", 0, 2.0 * line(50.0).lasts());
+    cases.lasts("ptp.ratio-above-100", 0, full(100.0).lasts());
+    cases.lasts("ptp.speed-set-in-time", 0, full(90.0).lasts());
+    // What is left after 500 ms.
+    cases.lasts("ptp.speed-set-too-late", 0, turn(90.0).lasts() - 0.5);
+    let chord = 2.0 * HOME_X * 30.0_f64.to_radians().sin();
+    let y = -0.5 * chord + line(chord).place(1.497);
+    let x = HOME_X * 30.0_f64.to_radians().cos();
+    cases.pose("ptp.mode-5-is-straight", 0, &[("x", x), ("y", y)]);
+    // 2 sqrt(90/300).
+    cases.lasts("ptp.joint-ceilings", 0, Way(90.0, 320.0, 300.0).lasts());
+    for (name, v, a) in [("slow-ramps", 200.0, 50.0), ("slow-speed", 50.0, 200.0)] {
+        let id = format!("ptp.ratios-apart-{name}");
+        cases.lasts(&id, 0, Way(90.0, v, a).lasts());
+        cases.lasts(&id, 1, Way(100.0, v, a).lasts());
+    }
+    let id = "queue.parameters-between-moves";
+    cases.lasts(id, 0, turn(90.0).lasts() + full(90.0).lasts());
+    cases.lasts("wait.behind-a-move", 0, turn(90.0).lasts() + 0.5);
+    let after = turn(90.0).place(0.6);
+    cases.pose("queue.force-stop-brakes-twice-as-hard", 0, &[("j1", after)]);
+    let stands = after + jog(60.0, 0.0, 200.0, 0.3);
+    cases.pose(
+        "queue.force-stop-brakes-twice-as-hard",
+        1,
+        &[("j1", stands)],
+    );
+    // 90 degrees in the 4 s of the rail: a triangle of 4 s / t2.
+    let along = Way(90.0, 200.0, 4.0 * 90.0 / (4.0 * 4.0)).place(2.0);
+    cases.pose("rail.on-the-way", 0, &[("j1", along)]);
+    let rail = cases.steps("rail.on-the-way", "get PoseL -> pose_l=")[0];
+    let rail: f64 = rail
+        .split("+-")
+        .next()
+        .and_then(|told| told.parse().ok())
+        .expect("a place");
+    assert!((rail - line(300.0).place(2.0)).abs() < 1e-3, "{rail}");
+}
+
+#[test]
+fn jumps_follow_from_the_law() {
+    let cases = Cases::read();
+    let leg = |length| Way(length, 100.0, 100.0);
+    let (lift, across) = (leg(20.0), leg(50.0));
+    cases.pose("ptp.jump-lifts", 0, &[("z", lift.place(0.447))]);
+    cases.pose("ptp.jump-lifts", 1, &[("z", lift.place(0.894))]);
+    for (nth, at) in [(2, 1.602), (3, 2.309)] {
+        let y = across.place(at - lift.lasts());
+        cases.pose("ptp.jump-lifts", nth, &[("y", y)]);
+    }
+    cases.lasts("ptp.jump-duration", 0, 2.0 * lift.lasts() + across.lasts());
+    let low = 2.0 * leg(10.0).lasts() + across.lasts();
+    cases.lasts("ptp.jump-z-limit", 0, low);
+    cases.lasts("ptp.jump-from-above-the-z-limit", 0, across.lasts());
+    cases.pose("ptp.jump-higher-end", 0, &[("z", leg(50.0).place(1.415))]);
+    // 30 degrees at 50 deg/s and 50 deg/s2 take longer than 50 mm.
+    let r = Way(30.0, 50.0, 50.0).place(2.444 - lift.lasts());
+    cases.pose("ptp.jump-turns-on-the-transfer", 1, &[("r", r)]);
+    let slope = 50.0_f64.hypot(20.0);
+    let legs = leg(10.0).lasts() + leg(slope).lasts() + leg(30.0).lasts();
+    cases.lasts("ptp.jump2-heights", 0, legs);
+    let id = "ptp.jump-transfer-straight";
+    let y = -60.0 + leg(120.0).place(1.994 - lift.lasts());
+    cases.pose(id, 0, &[("y", y)]);
+    cases.lasts(id, 0, 2.0 * lift.lasts() + leg(120.0).lasts());
+    // J1 turns from one end to the other at the same radius.
+    let turn = 2.0 * (60.0_f64 / 200.0).atan().to_degrees();
+    let j1 = -0.5 * turn + leg(turn).place(1.472 - lift.lasts());
+    let (sin, cos) = j1.to_radians().sin_cos();
+    let radius = 200.0_f64.hypot(60.0);
+    let place = [("x", radius * cos), ("y", radius * sin)];
+    cases.pose("ptp.jump-transfer-in-joints", 0, &place);
+}
+
+#[test]
+fn arcs_follow_from_the_law() {
+    let cases = Cases::read();
+    // ARC parameters at power-up: 200 mm/s and 200 mm/s2, a ratio of 100. A circle of 50 mm round x = 200.
+    let turn = |share: f64| Way(share * std::f64::consts::TAU * 50.0, 200.0, 200.0);
+    let at = |way: Way, seconds: f64| (way.place(seconds) / 50.0).sin_cos();
+    let (half, full) = (turn(0.5), turn(1.0));
+    let (sin, cos) = at(half, 0.886);
+    for (id, axis, side) in [
+        ("arc.goes-through-its-point", "y", 1.0),
+        ("arc.other-sense", "y", -1.0),
+        ("arc.upright", "z", 1.0),
+    ] {
+        let place = [("x", 200.0 + 50.0 * cos), (axis, side * 50.0 * sin)];
+        cases.pose(id, 0, &place);
+    }
+    let (sin, cos) = at(turn(0.75), 1.089);
+    let place = [("x", 200.0 + 50.0 * cos), ("y", 50.0 * sin)];
+    cases.pose("arc.more-than-half", 0, &place);
+    for id in [
+        "arc.duration",
+        "arc.not-the-ptp-parameters",
+        "arc.after-a-cleared-alarm",
+    ] {
+        cases.lasts(id, 0, half.lasts());
+    }
+    let own = Way(half.0, 100.0, 100.0);
+    cases.lasts("arc.own-ratio", 0, own.lasts());
+    for (name, v, a) in [("slow-ramps", 200.0, 50.0), ("slow-speed", 50.0, 200.0)] {
+        let id = format!("arc.ratios-apart-{name}");
+        cases.lasts(&id, 0, Way(half.0, v, a).lasts());
+    }
+    let r = 60.0 * half.place(0.886) / half.0;
+    cases.pose("arc.rotation", 0, &[("r", r)]);
+    cases.lasts("arc.circle", 0, full.lasts());
+    cases.lasts("arc.circle-without-count", 0, full.lasts());
+    cases.lasts("arc.circle-twice", 0, turn(2.0).lasts());
+    let (sin, cos) = at(full, 1.285);
+    let place = [("x", 200.0 + 50.0 * cos), ("y", 50.0 * sin)];
+    cases.pose("arc.circle-halfway", 0, &place);
+    let times = [0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.7];
+    for (nth, seconds) in times.into_iter().enumerate() {
+        let (sin, cos) = at(half, seconds);
+        let place = [("x", 200.0 + 50.0 * cos), ("y", 50.0 * sin)];
+        cases.pose("arc.round-on-the-way", nth, &place);
+    }
+}
+
+#[test]
+fn jogs_follow_from_the_law() {
+    let cases = Cases::read();
+    // Joints at power-up: 15 deg/s (J4: 30) at a ratio of 50, and 50 deg/s2; in space 60 mm/s and 60 mm/s2.
+    let joint = |at: f64| jog(0.0, 7.5, 50.0, at);
+    let space = jog(0.0, 30.0, 60.0, 1.0);
+    let stop = jog(30.0, 0.0, 60.0, 1.0);
+    let j4 = jog(0.0, 15.0, 50.0, 1.0);
+    let stopped = joint(1.0) + jog(7.5, 0.0, 50.0, 1.0);
+    for (nth, at) in [0.15, 1.0].into_iter().enumerate() {
+        cases.pose("jog.joint-plus", nth, &[("j1", joint(at))]);
+    }
+    let id = "jog.every-joint";
+    cases.pose(id, 0, &[("j2", 45.0 + joint(1.0))]);
+    cases.pose(id, 1, &[("j2", 45.0 + stopped), ("j3", 45.0 - joint(1.0))]);
+    cases.pose(id, 2, &[("j3", 45.0 - stopped), ("j4", -j4)]);
+    cases.pose("jog.x", 0, &[("x", HOME_X + space)]);
+    cases.pose("jog.x", 1, &[("x", HOME_X + space + stop)]);
+    cases.pose("jog.y-keeps-r", 0, &[("y", space)]);
+    cases.pose("jog.z-golden", 0, &[("z", HOME_Z + space)]);
+    cases.pose("jog.z-golden", 1, &[("z", HOME_Z + stop)]);
+    let turned = [("j4", space), ("r", space)];
+    cases.pose("jog.r-turns-j4-alone", 0, &turned);
+    for (nth, at) in [0.15, 0.3, 1.0].into_iter().enumerate() {
+        let j1 = joint(1.0) + jog(7.5, -7.5, 50.0, at);
+        cases.pose("jog.reversal", nth, &[("j1", j1)]);
+    }
+    for (nth, at) in [0.15, 1.15].into_iter().enumerate() {
+        let joints = [("j1", -joint(1.0)), ("j2", 45.0 + jog(-7.5, 7.5, 50.0, at))];
+        cases.pose("jog.change-of-axis", nth, &joints);
+    }
+    let fast = jog(0.0, 15.0, 50.0, 1.0);
+    cases.pose("jog.speed-ratio", 0, &[("j1", fast)]);
+    for (nth, at) in [0.5, 1.106667].into_iter().enumerate() {
+        let j1 = -130.0 + jog(0.0, 320.0, 300.0, at);
+        cases.pose("jog.joint-ceilings", nth, &[("j1", j1)]);
+    }
+}
+
+#[test]
+fn continuous_paths_follow_from_the_law() {
+    let cases = Cases::read();
+    let straight = |count: usize, length: f64| path(&vec![length; count], f64::INFINITY);
+    // 0.5 planAcc period / sin(45 degrees).
+    let right_angle = 0.5 * 100.0 * T / 45.0_f64.to_radians().sin();
+    cases.lasts("cp.blends-collinear", 0, path_lasts(&straight(10, 10.0)));
+    cases.lasts("cp.indices-on-the-way", 0, path_lasts(&straight(2, 50.0)));
+    let y = -50.0 + path_place(&straight(2, 50.0), 1.01);
+    cases.pose("cp.indices-on-the-way", 0, &[("y", y)]);
+    let corner = path(&[49.1, 49.1], right_angle);
+    cases.lasts("cp.corner", 0, path_lasts(&corner));
+    let alone = path_lasts(&straight(1, 50.0));
+    cases.lasts("cp.runs-dry", 0, alone);
+    cases.lasts("cp.runs-dry", 1, alone);
+    let many = straight(20, 5.0);
+    let times = [0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75];
+    for (nth, at) in times.into_iter().enumerate() {
+        let y = -50.0 + path_place(&many, at);
+        cases.pose("cp.on-the-way", nth, &[("y", y)]);
+    }
+    cases.lasts("cp.on-the-way", 0, path_lasts(&many));
+    let corner = path(&[50.0, 50.0], right_angle);
+    for (nth, at) in [0.5, 1.4].into_iter().enumerate() {
+        let y = -50.0 + path_place(&corner, at);
+        cases.pose("cp.corner-on-the-way", nth, &[("y", y)]);
+    }
+    let x = 200.0 + path_place(&corner, 2.3) - 50.0;
+    cases.pose("cp.corner-on-the-way", 2, &[("x", x)]);
+    cases.lasts(
+        "cp.after-a-cleared-alarm",
+        0,
+        path_lasts(&straight(4, 25.0)),
+    );
+    cases.lasts("cp.whole-periods", 0, path_lasts(&straight(20, 0.5)));
+}
