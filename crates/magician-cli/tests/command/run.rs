@@ -615,7 +615,7 @@ fn images_are_engraved_or_outlined() {
     assert!(number(&usual["drawn_mm"]) > 100.0);
     assert!(number(&wide(&["--spacing", "0.4"])["drawn_mm"]) < number(&usual["drawn_mm"]));
     assert!(number(&wide(&["--one-way"])["seconds"]) > number(&usual["seconds"]));
-    assert!(number(&wide(&["--speed", "10"])["seconds"]) > number(&usual["seconds"]));
+    assert!(number(&wide(&["--speed", "5"])["seconds"]) > number(&usual["seconds"]));
     for more in [
         &["--mode", "dither"][..],
         &["--mode", "threshold", "--threshold", "100"],

@@ -71,7 +71,7 @@ struct Asked {
     beside: Beside,
 }
 
-/// What the virtual arm would have said before, and after.
+/// Answers of the virtual arm to the same request before and after it.
 #[derive(Debug, Default)]
 struct Beside {
     /// By [`JITTER`].
@@ -118,7 +118,7 @@ impl<'r, 'a> Play<'r, 'a> {
         self.next += 1;
         let known = self.report.differences.len();
         let time = replay.time(packet.time);
-        let period = match self.arm.busy() && is_pose_request(packet) {
+        let period = match is_pose_request(packet) && self.arm.state().moving {
             true => u64::from(self.arm.arm_model().law.period_us()),
             false => 0,
         };

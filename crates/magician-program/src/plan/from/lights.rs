@@ -38,7 +38,7 @@ struct Line {
     way: StraightMove,
     burns: bool,
     stopping: Option<Stopping>,
-    /// How fast a segment of a path is at most, from place to place.
+    /// Speed of a segment of a path from place to place; `None` for any other motion.
     profile: Option<VelocityProfile>,
 }
 
