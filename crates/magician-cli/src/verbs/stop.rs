@@ -1,11 +1,16 @@
 use clap::Args;
-use magician::commands;
 use magician::report::PoseReport;
+use magician::{ErrorKind, commands};
 use magician_job::report::left_on;
+use magician_program::Diagnostic;
+use magician_station::client::{ClientError, StationAddress, StationClient};
+use serde::Deserialize;
+use serde_json::json;
+use tokio::time::timeout;
 
 use super::pose::ShowPose;
-use crate::context::{Context, StopPolicy};
-use crate::failure::Failure;
+use crate::context::{Context, STAND_BY, StopPolicy};
+use crate::failure::{Failure, Kind};
 
 /// Stop the arm: motion, queue, laser and motors
 #[derive(Args, Debug)]
@@ -18,29 +23,40 @@ pub(crate) struct Stop {
     gentle: bool,
 }
 
+/// Note of a stop that opened no session.
+const UNREAD: &str =
+    "the station gave no session: whether suction cup or gripper are still on is not known";
+
 impl Stop {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let policy = match self.gentle {
             true => StopPolicy::Hold,
             false => StopPolicy::Stop,
         };
-        let (pose, outputs) = context.arm(policy, async |arm, _| {
+        let stopped = context.arm(policy, async |arm, _| {
             match self.gentle {
                 true => arm.stop_gentle().await?,
                 false => arm.stop().await?,
             }
             Ok((
-                arm.get::<commands::Pose>().await?,
-                arm.read_outputs().await?,
+                PoseReport::from(arm.get::<commands::Pose>().await?),
+                Some(arm.read_outputs().await?),
             ))
-        })?;
+        });
+        let (answer, outputs) = match stopped {
+            // A station that serves nobody more still stops.
+            Err(failure) if !self.gentle && failure.kind == Kind::Driver(ErrorKind::Port) => {
+                (stop_without_session(context).ok_or(failure)?, None)
+            }
+            stopped => stopped?,
+        };
         // A command under way may switch them still.
         if !self.gentle {
-            for note in left_on(&outputs) {
-                context.note(&note);
+            match outputs {
+                Some(outputs) => left_on(&outputs).iter().for_each(|note| context.note(note)),
+                None => context.note(&Diagnostic::of_file(UNREAD)),
             }
         }
-        let answer = PoseReport::from(pose);
         let what = match self.gentle {
             true => "stopping",
             false => "stopped",
@@ -49,4 +65,36 @@ impl Stop {
             out.line(format_args!("{what}: {}", answer.line()))
         })
     }
+}
+
+/// Stops the arm by a request of its own; where it stands then. `None` if there is no station, or it did not confirm that the
+/// arm stands.
+fn stop_without_session(context: &mut Context) -> Option<PoseReport> {
+    let url = context.global.station.clone()?;
+    let (token, trust) = (context.global.token(), context.global.trust());
+    let call = async |method, params| {
+        let call = StationClient::call_once(&url, token.as_deref(), &trust, method, params);
+        timeout(STAND_BY, call)
+            .await
+            .unwrap_or(Err(ClientError::Lost))
+    };
+    let stopped = context.alone(async |_, _| {
+        let address: StationAddress = url.parse().map_err(Failure::invalid)?;
+        // A stop without a name is of all arms.
+        let arm = match address.arm {
+            Some(arm) => json!(arm),
+            None => match call("arm.list", json!({})).await?["arms"]
+                .as_array()
+                .map(Vec::as_slice)
+            {
+                Some([only]) => only["name"].clone(),
+                _ => return Ok(None),
+            },
+        };
+        let answer = call("arm.stop", json!({"arm": arm})).await?;
+        let stopped = &answer["arms"][0];
+        let pose = PoseReport::deserialize(&stopped["pose"]).ok();
+        Ok(pose.filter(|_| stopped["stood"] == true))
+    });
+    stopped.ok().flatten()
 }

@@ -3,6 +3,7 @@
 mod address;
 mod homings;
 mod line;
+mod request;
 mod task;
 mod trust;
 
@@ -32,6 +33,8 @@ pub enum ClientError {
     Address(String),
     /// There is no station at the address, or it does not let this client in.
     Unreachable(String),
+    /// The station serves nobody more now. A stop by [`StationClient::call_once`] is carried out all the same.
+    Busy(String),
     /// Its certificate is not trusted.
     Untrusted(String),
     /// The connection broke before the answer came: whether it was done is not known. It is not sent again.
@@ -63,7 +66,10 @@ impl ClientError {
 impl fmt::Display for ClientError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Address(why) | Self::Unreachable(why) | Self::Untrusted(why) => f.write_str(why),
+            Self::Address(why)
+            | Self::Unreachable(why)
+            | Self::Busy(why)
+            | Self::Untrusted(why) => f.write_str(why),
             Self::Lost => f.write_str("the connection to the station broke before its answer"),
             Self::Ended => f.write_str("the station has ended"),
             Self::Refused { message, .. } => f.write_str(message),
@@ -176,6 +182,23 @@ impl StationClient {
             hello: Arc::new(hello),
             leases: Arc::default(),
         })
+    }
+
+    /// Calls a method by one request of its own, without a session: a stop is carried out even while the station has as many
+    /// sessions as it takes. What needs the lease has it for the call, if it is free.
+    ///
+    /// # Errors
+    /// As [`connect`](Self::connect), [`ClientError::Busy`] if it is no stop and the station has as many requests as it takes,
+    /// and [`ClientError::Lost`] if the connection breaks before the answer.
+    pub async fn call_once(
+        address: &str,
+        token: Option<&str>,
+        trust: &Trust,
+        method: &str,
+        params: Value,
+    ) -> Result<Value, ClientError> {
+        let address: StationAddress = address.parse().map_err(ClientError::Address)?;
+        request::call(&address, token, trust, method, &params).await
     }
 
     /// What the station said at first: `session`, `role`, `arms`, `version`.
