@@ -85,7 +85,7 @@ pub(super) async fn open(
     }
 }
 
-/// There is no station at an address, and why that is known.
+/// Error of an address where no station lets this client in.
 pub(super) fn no_station(address: &StationAddress, why: impl fmt::Display) -> ClientError {
     ClientError::Unreachable(format!("no station at {}: {why}", address.host))
 }
