@@ -106,6 +106,8 @@ pub struct JobError {
     pub fault: Fault,
     /// Place where it goes on. `None` if nothing was sent of it, or all of it is done.
     pub left: Option<Left>,
+    /// Cause why nothing of its progress is kept, if that is so: a resumed job does not find `left`.
+    pub unkept: Option<Arc<str>>,
     /// True if all steps were done.
     pub all_done: bool,
     /// True if it was stopped because the program at the other end of the line, a station, was
@@ -127,6 +129,7 @@ impl JobError {
         Self {
             fault,
             left: None,
+            unkept: None,
             all_done: false,
             line_ends: false,
             stood: None,

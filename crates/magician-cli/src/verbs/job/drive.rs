@@ -18,7 +18,7 @@ use super::input::Input;
 use super::tell::ProgressReporter;
 use super::tui::Screen;
 use super::under_way::{Next, Obeyed, UnderWay};
-use super::wording::Wording;
+use super::wording::{self, Wording};
 use crate::context::{Context, Ended};
 use crate::failure::{Failure, Kind};
 use crate::interrupt::{Control, JobControl, Signals};
@@ -236,7 +236,7 @@ impl Drive<'_> {
             }
             Some(Err(error)) => Err(self.wording().failure(&error).into()),
             None => Err(Ended::Interrupted {
-                failure: Failure::new(Kind::Interrupted, super::wording::UNKNOWN),
+                failure: Failure::new(Kind::Interrupted, wording::UNKNOWN),
                 stands: false,
             }),
         }
@@ -258,6 +258,9 @@ impl Drive<'_> {
                     JobEvent::Settled(settled) => out.settled(&settled, self.json),
                     JobEvent::Unfinished(finished) => {
                         out.note(&self.wording().unfinished(finished), self.json);
+                    }
+                    JobEvent::Unkept(cause) => {
+                        out.note(&wording::unkept(&cause), self.json);
                     }
                     JobEvent::Starts(starts) => {
                         from = starts.steps;
@@ -385,6 +388,7 @@ impl Drive<'_> {
                     _ => {}
                 },
                 Next::Event(JobEvent::Speed(percent)) => teller.speed(percent),
+                Next::Event(JobEvent::Unkept(cause)) => teller.note(&wording::unkept(&cause)),
                 Next::Typed(typed) => match run.obeys(typed) {
                     Obeyed::Yes => {}
                     Obeyed::Ignored(line) => teller.object(&Ignored::of(&line)),

@@ -135,6 +135,7 @@ impl Wording<'_> {
     fn with_advice(&self, failure: Failure, error: &JobError) -> Failure {
         let command = format!("the same command with {}--resume", self.with_start());
         let advice = match error.left {
+            Some(left) if error.unkept.is_some() => self.advice_unkept(left),
             None => return failure,
             Some(Left::NotAsked) if self.at_station => format!(
                 "what the arm does now is not known from here: look at it; once a station has the arm again and \
@@ -156,6 +157,21 @@ impl Wording<'_> {
             _ => advice,
         };
         failure.hint(advice)
+    }
+
+    /// How to go on with a job of which nothing is kept.
+    fn advice_unkept(&self, left: Left) -> String {
+        let lost = "the progress could not be kept";
+        let steps = match left {
+            Left::Known { resume_point, .. } => match resume_point {
+                ResumePoint::After(steps) | ResumePoint::Again(steps) => steps,
+                ResumePoint::Doubt(span) => return format!("{lost}: {}", self.in_doubt(span)),
+            },
+            Left::Forgotten(span) => return format!("{lost}: {}", self.in_doubt(span)),
+            Left::NotAsked => return format!("{lost}: the same command begins anew"),
+        };
+        let (of, start, next) = (self.of(), self.with_start(), steps + 1);
+        format!("{steps}{of} steps are done; {lost}: {start}--from {next} begins with step {next}")
     }
 
     fn advice(&self, resume_point: ResumePoint, within: bool, command: &str) -> String {
@@ -208,6 +224,14 @@ impl Wording<'_> {
             _ => String::new(),
         }
     }
+}
+
+/// A job whose progress cannot be kept.
+pub(super) fn unkept(cause: &str) -> Diagnostic {
+    let text = format!(
+        "the progress cannot be kept: {cause}: after a stop this job starts again from the beginning"
+    );
+    Diagnostic::new(Origin::NONE, text)
 }
 
 /// What became of the pen, if something had to.
