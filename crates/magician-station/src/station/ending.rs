@@ -43,6 +43,16 @@ pub struct CutOff {
     pub holder: String,
 }
 
+/// What the end of a station has come to.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct RunsEnd {
+    /// Arms that were stopped under a client.
+    pub cut_off: Vec<CutOff>,
+    /// Arms that did not confirm that they stand with an empty queue, with the cause.
+    pub unconfirmed: Vec<(String, String)>,
+}
+
 impl Station {
     /// The station begins to end. Sessions are told by `server.ending`; jogs end; nothing new begins.
     /// Who holds an arm has a moment to stop it and then a few seconds to end its run well (pen up,
@@ -66,6 +76,22 @@ impl Station {
         }
         self.control.close();
         self.settle(now);
+    }
+
+    /// True if nobody is more than a viewer.
+    pub(crate) fn is_read_only(&self) -> bool {
+        self.config.read_only
+    }
+
+    /// Names of the arms, in their order.
+    pub(crate) fn arm_names(&self) -> Vec<String> {
+        let arms = self.arm_ids();
+        arms.map(|arm| self.arm(arm).entry.name.clone()).collect()
+    }
+
+    /// True once it ends.
+    pub(crate) fn is_ending(&self) -> bool {
+        self.ending.is_some()
     }
 
     /// True once it ends and no session holds an arm any more.
