@@ -43,7 +43,7 @@ pub struct CutOff {
     pub holder: String,
 }
 
-/// What the end of a station has come to.
+/// Outcome of the end of a station.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct RunsEnd {

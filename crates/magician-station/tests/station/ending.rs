@@ -203,7 +203,7 @@ async fn jog_ends_at_once_as_the_station_begins_to_end() {
     });
 }
 
-/// What the client of a drawing sends as its job starts, one after the other.
+/// Calls of a drawing's client as its job starts, in their order.
 fn start_of_a_job() -> Vec<(&'static str, Value)> {
     let set = |command: &str| json!({"command": command, "fields": {}});
     let fields = json!({"velocity_ratio": 30, "acceleration_ratio": 30});
