@@ -225,10 +225,11 @@ impl<'o> ProgressReporter<'o> {
         }
     }
 
-    /// Tells a note: a person now, a reader of JSON in the next object.
+    /// Tells a note.
     pub(super) fn note(&self, note: &Diagnostic) {
         if let (true, Ok(mut out)) = (self.json, self.out.try_borrow_mut()) {
-            out.note(note, true);
+            // Output without a reader is no reason to stop an arm.
+            let _ = out.note_at_once(note, true);
         }
         let text = advised(&Command, note.message.clone(), note);
         self.say(&format!("note: {}", visible_lines(&text)));
