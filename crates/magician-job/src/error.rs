@@ -76,6 +76,8 @@ pub enum Left {
         resume_point: ResumePoint,
         /// True if the next step goes on where it was stopped.
         within: bool,
+        /// Length that is burnt twice at most, mm: it is not known exactly where the light went out.
+        burnt_twice: f64,
     },
     /// A range of places, as the arm has forgotten what it did: only what was seen to be finished is certain.
     Forgotten(StepRange),

@@ -197,6 +197,7 @@ impl Track {
         self.left = Some(Left::Known {
             resume_point,
             within: within.is_some(),
+            burnt_twice: self.checkpoint.twice,
         });
         self.close();
     }

@@ -229,6 +229,38 @@ async fn full_disk_is_told_once_and_the_end_says_whether_anything_is_kept() {
     }
 }
 
+/// After a reset the arm tells nothing of the earlier run: it is told, and not promised to go on.
+#[tokio::test(start_paused = true)]
+async fn run_that_was_cut_off_is_resumable_unless_the_arm_was_reset_since() {
+    let program = program(Kind::Lines, 1);
+    for reset in [false, true] {
+        let (_cell, arm) = place(&program).await;
+        let mut checkpoint = Checkpoint::new("", program.steps(), false);
+        (checkpoint.finished, checkpoint.handed) = (2, 4);
+        (checkpoint.rest, checkpoint.clock) = (Some(0), if reset { u32::MAX } else { 0 });
+        let mut written = Memory::default();
+        written.write(&checkpoint).expect("kept");
+        let journal = FullDisk {
+            written,
+            writes: 0,
+            full: 0..0,
+        };
+        let spec = JobSpec::new(program.clone()).lasting(true);
+        let job = Job::start(&arm, spec, journal);
+        let (mut events, mut told) = (job.events(), None);
+        while let Some(event) = events.next().await {
+            if let JobEvent::Unfinished {
+                finished,
+                resumable,
+            } = event
+            {
+                told = Some((finished, resumable));
+            }
+        }
+        assert_eq!(told, Some((2, !reset)));
+    }
+}
+
 #[tokio::test(start_paused = true)]
 async fn a_stop_keeps_what_is_known_before_the_pen_goes_up() {
     let program = program(Kind::Paths, 1);
