@@ -1,7 +1,7 @@
 //! The end of a station: its clients are told first, and who holds an arm gets a bounded time to end
 //! what it runs over it. What a client does not end the station ends, as for a holder that is gone.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use magician_protocol::HostInstant;
@@ -29,6 +29,8 @@ pub(super) struct Ending {
     stopped: BTreeMap<SessionId, HostInstant>,
     /// Holders whose lease was ended, by arm.
     evicted: BTreeMap<ArmId, String>,
+    /// Sessions whose lease was ended: the arm is the station's alone.
+    put_out: BTreeSet<SessionId>,
     /// Arms that were moving then, and whose they were.
     cut_off: Vec<CutOff>,
 }
@@ -68,6 +70,7 @@ impl Station {
             at_once: false,
             stopped: BTreeMap::new(),
             evicted: BTreeMap::new(),
+            put_out: BTreeSet::new(),
             cut_off: Vec::new(),
         });
         let sockets = self.sessions.values().filter_map(|session| session.socket);
@@ -122,6 +125,14 @@ impl Station {
         self.ending.as_ref().map(|_| why.with("by", Value::Null))
     }
 
+    /// The same for the reads of a session whose lease was ended: it would take the queue that the
+    /// station empties for a fault of its own.
+    pub(super) fn refuses_put_out(&self, session: SessionId) -> Option<RpcError> {
+        let ending = self.ending.as_ref()?;
+        ending.put_out.get(&session)?;
+        self.refuses_at_end()
+    }
+
     /// A session asks for something, or was answered. `stops`: it has stopped its arm.
     pub(super) fn heard_at_end(&mut self, now: HostInstant, session: SessionId, stops: bool) {
         if let Some(ending) = &mut self.ending {
@@ -157,6 +168,9 @@ impl Station {
             let name = lasting.map(|session| session.name.clone());
             if let (Some(ending), Some(name)) = (&mut self.ending, name) {
                 ending.evicted.insert(arm, name);
+            }
+            if let Some(ending) = &mut self.ending {
+                ending.put_out.insert(holder);
             }
             self.control.evict(now, arm);
         }
