@@ -6,6 +6,7 @@ use std::time::{Duration, SystemTime};
 
 use magician::{Arm, ErrorKind};
 use magician_job::recording::{Clock, Options, Recorder};
+use magician_job::report;
 use magician_job::{
     FileJournal, Job, JobEvent, JobHandle, JobOutcome, JobSpec, JobState, PauseReason, ResumeError,
     SpeedError, Start, StartsAt, StopOrder,
@@ -265,7 +266,7 @@ impl Drive<'_> {
                     }
                     JobEvent::Unkept(cause) => {
                         // Output without a reader is no reason to stop.
-                        let _ = out.note_at_once(&wording::unkept(&cause), self.json);
+                        let _ = out.note_at_once(&report::unkept(&cause), self.json);
                     }
                     JobEvent::Starts(starts) => {
                         from = starts.steps;
@@ -393,7 +394,7 @@ impl Drive<'_> {
                     _ => {}
                 },
                 Next::Event(JobEvent::Speed(percent)) => teller.speed(percent),
-                Next::Event(JobEvent::Unkept(cause)) => teller.note(&wording::unkept(&cause)),
+                Next::Event(JobEvent::Unkept(cause)) => teller.note(&report::unkept(&cause)),
                 Next::Typed(typed) => match run.obeys(typed) {
                     Obeyed::Yes => {}
                     Obeyed::Ignored(line) => teller.object(&Ignored::of(&line)),

@@ -242,14 +242,6 @@ impl Wording<'_> {
     }
 }
 
-/// A job whose progress cannot be kept.
-pub(super) fn unkept(cause: &str) -> Diagnostic {
-    let text = format!(
-        "the progress cannot be kept: {cause}: after a stop this job starts again from the beginning"
-    );
-    Diagnostic::new(Origin::NONE, text)
-}
-
 /// What became of the pen, if something had to.
 fn lifted(lift: &PenLift) -> Option<String> {
     Some(match lift {
