@@ -3,7 +3,7 @@
 //! Names and shapes are contracts: fields are added, none is renamed. Lengths are mm, angles deg.
 
 use serde::ser::{SerializeMap, SerializeSeq};
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Serialize, Serializer};
 
 use magician_protocol::commands::{
     DeviceId, DeviceName, DeviceSn, DeviceTime, DeviceVersion, DeviceWithL, Pose,
@@ -16,7 +16,7 @@ use crate::{
 };
 
 /// A pose: the tip's (mm, deg) and the joints' (deg).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 pub struct PoseReport {
     /// Away from the base, mm.
     pub x: f32,

@@ -1,11 +1,17 @@
 use clap::Args;
-use magician::commands;
 use magician::report::PoseReport;
+use magician::{Arm, commands};
 use magician_job::report::left_on;
+use magician_program::Diagnostic;
+use magician_station::client::{ClientError, StationAddress, StationClient};
+use serde::Deserialize;
+use serde_json::json;
+use tokio::time::timeout;
 
 use super::pose::ShowPose;
-use crate::context::{Context, StopPolicy};
+use crate::context::{Context, STAND_BY, StopPolicy};
 use crate::failure::Failure;
+use crate::output::Output;
 
 /// Stop the arm: motion, queue, laser and motors
 #[derive(Args, Debug)]
@@ -18,29 +24,42 @@ pub(crate) struct Stop {
     gentle: bool,
 }
 
+/// Note of a stop that opened no session.
+const UNREAD: &str =
+    "the station gave no session: whether suction cup or gripper are still on is not known";
+
 impl Stop {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let policy = match self.gentle {
             true => StopPolicy::Hold,
             false => StopPolicy::Stop,
         };
-        let (pose, outputs) = context.arm(policy, async |arm, _| {
-            match self.gentle {
-                true => arm.stop_gentle().await?,
-                false => arm.stop().await?,
+        // A station answers once the arm stands, also where it gives no session or somebody moves the arm again.
+        let stopped = match self.gentle {
+            true => None,
+            false => stop_by_request(context)?,
+        };
+        let (answer, outputs) = match stopped {
+            Some(pose) => {
+                let read = async |arm: &Arm, _: &mut Output| Ok(arm.read_outputs().await?);
+                (pose, context.arm(StopPolicy::Look, read).ok())
             }
-            Ok((
-                arm.get::<commands::Pose>().await?,
-                arm.read_outputs().await?,
-            ))
-        })?;
+            None => context.arm(policy, async |arm, _| {
+                match self.gentle {
+                    true => arm.stop_gentle().await?,
+                    false => arm.stop().await?,
+                }
+                let pose = arm.get::<commands::Pose>().await?;
+                Ok((PoseReport::from(pose), Some(arm.read_outputs().await?)))
+            })?,
+        };
         // A command under way may switch them still.
         if !self.gentle {
-            for note in left_on(&outputs) {
-                context.note(&note);
+            match outputs {
+                Some(outputs) => left_on(&outputs).iter().for_each(|note| context.note(note)),
+                None => context.note(&Diagnostic::of_file(UNREAD)),
             }
         }
-        let answer = PoseReport::from(pose);
         let what = match self.gentle {
             true => "stopping",
             false => "stopped",
@@ -49,4 +68,46 @@ impl Stop {
             out.line(format_args!("{what}: {}", answer.line()))
         })
     }
+}
+
+/// Stops the arm at a station by a request of its own, which needs no session; where it stands then. `None` if there is no
+/// station, or it did not confirm that the arm stands.
+///
+/// # Errors
+/// An interruption alone: of what else fails the session tells more.
+fn stop_by_request(context: &mut Context) -> Result<Option<PoseReport>, Failure> {
+    let Some(url) = context.global.station.clone() else {
+        return Ok(None);
+    };
+    let (token, trust) = (context.global.token(), context.global.trust());
+    let call = async |method, params| {
+        let call = StationClient::call_once(&url, token.as_deref(), &trust, method, params);
+        timeout(STAND_BY, call)
+            .await
+            .unwrap_or(Err(ClientError::Lost))
+    };
+    let stop = async {
+        let address: StationAddress = url.parse().map_err(ClientError::Address)?;
+        // A stop without a name is of all arms.
+        let arm = match address.arm {
+            Some(arm) => json!(arm),
+            None => match call("arm.list", json!({})).await?["arms"]
+                .as_array()
+                .map(Vec::as_slice)
+            {
+                Some([only]) => only["name"].clone(),
+                _ => return Ok(None),
+            },
+        };
+        let answer = call("arm.stop", json!({"arm": arm})).await?;
+        let stopped = &answer["arms"][0];
+        let pose = PoseReport::deserialize(&stopped["pose"]).ok();
+        Ok::<_, ClientError>(pose.filter(|_| stopped["stood"] == true))
+    };
+    context.alone(async |_, signals| {
+        tokio::select! {
+            stopped = stop => Ok(stopped.ok().flatten()),
+            _ = signals.next() => Err(Failure::interrupted()),
+        }
+    })
 }

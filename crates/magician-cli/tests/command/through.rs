@@ -1,6 +1,8 @@
 //! Every verb through a station: the same output and exit status as at a port, or a word why not.
 #![cfg(target_os = "linux")]
 
+use magician_station::SOCKETS;
+use magician_station::client::StationClient;
 use serde_json::Value;
 
 use crate::magician::served::Served;
@@ -602,9 +604,42 @@ fn who_has_the_arm_is_said_once() {
         refused.err.contains("magician has the lease"),
         "{refused:?}"
     );
-    assert!(refused.err.contains("lease.ask"), "{refused:?}");
+    assert!(!refused.err.contains("lease.ask"), "{refused:?}");
+    let refused = run(&["--station", &url, "suction", "on"]);
+    let next = "hint: try again when magician is done with the arm";
+    assert!(refused.err.contains(next), "{refused:?}");
     assert!(!refused.err.contains("cable"), "{refused:?}");
     assert_eq!(run(&["--station", &url, "stop"]).status, 0);
     holder.types("\x04");
     holder.child.wait().expect("it ends");
+}
+
+#[test]
+fn stop_is_carried_out_by_a_station_that_gives_no_session() {
+    let station = Served::verb("serve", &["--port", "sim", "--listen", "127.0.0.1:0"], 1);
+    let url = station.door("http").trim_end_matches('/').to_owned();
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build();
+    let runtime = runtime.expect("a runtime");
+    let _all: Vec<_> = (0..SOCKETS)
+        .map(|_| {
+            runtime
+                .block_on(StationClient::connect(&url, "Anna", None))
+                .expect("a session")
+        })
+        .collect();
+    let look = run(&["--station", &url, "pose"]);
+    assert_eq!(look.status, 4, "{look:?}");
+    assert!(
+        look.err
+            .contains("serves nobody more now: the station has all"),
+        "{look:?}"
+    );
+    let stop = run(&["--station", &url, "stop"]);
+    assert_eq!(stop.status, 0, "{stop:?}");
+    assert!(stop.out.starts_with("stopped: x  259.10"), "{stop:?}");
+    assert!(stop.err.contains("the station gave no session"), "{stop:?}");
+    let gentle = run(&["--station", &url, "stop", "--gentle"]);
+    assert_eq!(gentle.status, 4, "{gentle:?}");
 }

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use magician::sim::ExternalEvent;
 use magician::{Alarm, Arm, Options, SimSpeed, VirtualArm, words};
-use magician_job::{Fault, Job, JobEvent, JobSpec, Journal, JournalError, Start};
+use magician_job::{Fault, Job, JobEvent, JobSpec, Journal, JournalError, Left, Start};
 use magician_program::{Action, Origin, Plan, Program, Tool, Travel};
 use tokio::time::sleep;
 
@@ -329,6 +329,91 @@ async fn burn_stopped_by_another_program_repeats_the_braking_way() {
         longest = longest.max(said);
     }
     assert!(longest > 1.0, "{longest}");
+}
+
+/// The hint at the stop and the note at the resumption agree.
+#[tokio::test(start_paused = true)]
+async fn stopped_burn_tells_at_its_end_how_much_is_burnt_twice_at_most() {
+    let program = burn(60.0);
+    let mut longest = 0.0_f64;
+    for seconds in [2.0, 2.6, 3.3, 4.1, 4.8] {
+        let (cell, arm) = place(&program).await;
+        let journal = Memory::default();
+        let job = Job::start(&arm, JobSpec::new(program.clone()), journal.clone());
+        sleep(Duration::from_secs_f64(seconds)).await;
+        // Another program stops the arm, as a station does: when the job hears of it the arm stands.
+        let other = Arm::simulated(cell.clone(), Options::default()).await;
+        other
+            .expect("a virtual arm")
+            .stop()
+            .await
+            .expect("it stops");
+        job.stop();
+        let error = job.outcome().await.expect_err("stopped");
+        let Some(Left::Known { burnt_twice, .. }) = error.left else {
+            continue;
+        };
+        let Some(said) = tried(&arm, JobSpec::new(program.clone()), journal).await else {
+            continue;
+        };
+        assert!(
+            (burnt_twice - said).abs() < 0.01,
+            "{seconds}: {burnt_twice:.2} mm promised, {said:.2} mm at the start"
+        );
+        longest = longest.max(burnt_twice);
+    }
+    assert!(longest > 1.0, "{longest}");
+}
+
+/// A station stops the arm: when the job hears of it the arm stands, each time within the same piece.
+#[tokio::test(start_paused = true)]
+async fn burn_that_is_stopped_by_a_station_again_and_again_repeats_only_what_it_says() {
+    let mut plan = Plan::new("a line");
+    plan.tool = Some(Tool::Laser);
+    plan.push(words::path_speed(20.0, 100.0), Origin::NONE);
+    let to = [205.0, -40.0, 0.0, 0.0];
+    let by = Travel::Line;
+    plan.push(Action::Move { to, by }, Origin::NONE);
+    for corner in &CORNERS[1..] {
+        let [x, y] = corner.map(|number| number as f32);
+        let to = [x, y, 0.0];
+        plan.push(Action::Burn { to, power: 60.0 }, Origin::NONE);
+    }
+    plan.push(Action::Laser(false), Origin::NONE);
+    let program = Program::new(plan, Some(1));
+    for pause in [0.2, 0.4, 0.7, 1.1] {
+        let (cell, arm) = place(&program).await;
+        let journal = Memory::default();
+        let mut said = 0.0;
+        for nth in 0..4 {
+            let start = match nth {
+                0 => Start::Step(0),
+                _ => Start::Resume,
+            };
+            let spec = JobSpec::new(program.clone()).start(start);
+            let job = Job::start(&arm, spec, journal.clone());
+            sleep(Duration::from_secs_f64(3.0 + pause * f64::from(nth))).await;
+            let other = Arm::simulated(cell.clone(), Options::default()).await;
+            let other = other.expect("a virtual arm");
+            other.stop().await.expect("it stops");
+            job.stop();
+            match job.outcome().await {
+                Err(error) => {
+                    if let Some(Left::Known { burnt_twice, .. }) = error.left {
+                        said += burnt_twice;
+                    }
+                }
+                Ok(_) => break,
+            }
+        }
+        let _ = tried(&arm, JobSpec::new(program.clone()), journal).await;
+        let (gap, twice) = burnt(&cell);
+        assert!(gap <= GAP, "{pause}: {gap:.2} mm are left out");
+        assert!(
+            twice <= said + GAP && said < 60.0,
+            "{pause}: {twice:.2} mm twice, {said:.2} said"
+        );
+    }
 }
 
 #[tokio::test(start_paused = true)]

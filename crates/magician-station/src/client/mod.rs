@@ -3,12 +3,14 @@
 mod address;
 mod homings;
 mod line;
+mod request;
 mod task;
 mod trust;
 
 use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 use magician::EndNotice;
 use serde_json::{Value, json};
@@ -16,7 +18,7 @@ use tokio::sync::{broadcast, mpsc, oneshot, watch};
 
 pub use self::address::StationAddress;
 pub use self::homings::StationHomings;
-pub use self::line::{LineEnd, StationLine};
+pub use self::line::{LineEnd, LineLease, StationLine};
 use self::task::{Order, Task};
 pub use self::trust::Trust;
 use crate::frame::StateFrame;
@@ -32,6 +34,8 @@ pub enum ClientError {
     Address(String),
     /// There is no station at the address, or it does not let this client in.
     Unreachable(String),
+    /// The station serves nobody more now. A stop by [`StationClient::call_once`] is carried out all the same.
+    Busy(String),
     /// Its certificate is not trusted.
     Untrusted(String),
     /// The connection broke before the answer came: whether it was done is not known. It is not sent again.
@@ -50,6 +54,17 @@ pub enum ClientError {
 }
 
 impl ClientError {
+    /// Name of the holder of a lease that was refused and will be free soon, and the time until then,
+    /// if the holder's connection has ended and it does not come back.
+    #[must_use]
+    pub fn free_soon(&self) -> Option<(&str, Duration)> {
+        let Self::Refused { data, .. } = self else {
+            return None;
+        };
+        let free = Duration::try_from_secs_f64(data.get("free_in_s")?.as_f64()?).ok()?;
+        Some((data["holder"]["name"].as_str().unwrap_or_default(), free))
+    }
+
     /// The kind of a refusal: `lease`, `forbidden`, `unreachable`, ..
     #[must_use]
     pub fn kind(&self) -> Option<&str> {
@@ -63,7 +78,10 @@ impl ClientError {
 impl fmt::Display for ClientError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Address(why) | Self::Unreachable(why) | Self::Untrusted(why) => f.write_str(why),
+            Self::Address(why)
+            | Self::Unreachable(why)
+            | Self::Busy(why)
+            | Self::Untrusted(why) => f.write_str(why),
             Self::Lost => f.write_str("the connection to the station broke before its answer"),
             Self::Ended => f.write_str("the station has ended"),
             Self::Refused { message, .. } => f.write_str(message),
@@ -176,6 +194,23 @@ impl StationClient {
             hello: Arc::new(hello),
             leases: Arc::default(),
         })
+    }
+
+    /// Calls a method by one request of its own, without a session: a stop is carried out even while the station has as many
+    /// sessions as it takes. What needs the lease has it for the call, if it is free.
+    ///
+    /// # Errors
+    /// As [`connect`](Self::connect), [`ClientError::Busy`] if it is no stop and the station has as many requests as it takes,
+    /// and [`ClientError::Lost`] if the connection breaks before the answer.
+    pub async fn call_once(
+        address: &str,
+        token: Option<&str>,
+        trust: &Trust,
+        method: &str,
+        params: Value,
+    ) -> Result<Value, ClientError> {
+        let address: StationAddress = address.parse().map_err(ClientError::Address)?;
+        request::call(&address, token, trust, method, &params).await
     }
 
     /// What the station said at first: `session`, `role`, `arms`, `version`.

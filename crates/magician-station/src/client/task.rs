@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use futures_util::{SinkExt, StreamExt};
+use http::StatusCode;
 use magician::EndNotice;
 use serde_json::{Value, json};
-use tokio::net::TcpStream;
 use tokio::sync::{broadcast, mpsc, oneshot, watch};
 use tokio::time::{sleep, timeout};
 use tokio_rustls::TlsConnector;
@@ -14,18 +14,23 @@ use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 use tokio_tungstenite::tungstenite::{Error, Message};
 use tokio_tungstenite::{WebSocketStream, client_async};
 
-use super::trust::{Stream, encrypt};
+use super::trust::{self, Stream, no_station};
 use super::{ClientError, Connection, Notice, StationAddress};
+use crate::api::RpcError;
 use crate::frame::StateFrame;
 
 pub(super) type Socket = WebSocketStream<Box<dyn Stream>>;
 type Reply = oneshot::Sender<Result<Value, ClientError>>;
 
 /// A connection has to be there within this time.
-const OPENING: Duration = Duration::from_secs(5);
+pub(super) const OPENING: Duration = Duration::from_secs(5);
+/// Cause told where a station says nothing within this time.
+pub(super) const SILENT: &str = "it does not answer";
 /// The first try comes after so long, each other one after twice that, at most.
 const FIRST: Duration = Duration::from_millis(200);
 const LONGEST: Duration = Duration::from_secs(5);
+/// A hello beyond the last session is refused with this code.
+const TOO_MANY: i64 = RpcError::TOO_MANY as i64;
 /// The code of a close by a station that ends (RFC 6455, 7.4.1).
 const GOING_AWAY: u16 = 1001;
 
@@ -96,41 +101,22 @@ impl Task {
     }
 
     async fn open(&mut self) -> Result<(Socket, Value), ClientError> {
-        let host = &self.address.host;
-        let unreachable =
-            |why: String| ClientError::Unreachable(format!("no station at {host}: {why}"));
+        let (host, address) = (&self.address.host, &self.address);
+        let unreachable = |error: Error| no_station(address, error);
         let opening = async {
-            let stream = TcpStream::connect(host.as_str())
-                .await
-                .map_err(|error| unreachable(error.to_string()))?;
-            // A stop is one small message.
-            let _ = stream.set_nodelay(true);
-            let stream: Box<dyn Stream> = match &self.connector {
-                None => Box::new(stream),
-                Some(connector) => encrypt(connector, self.address.name(), stream).await?,
-            };
-            let scheme = if self.connector.is_some() {
-                "wss"
-            } else {
-                "ws"
+            let stream = trust::open(address, self.connector.as_ref()).await?;
+            let scheme = match self.connector {
+                Some(_) => "wss",
+                None => "ws",
             };
             let request = format!("{scheme}://{host}/api/v1/ws").into_client_request();
-            let request = request.map_err(|error| unreachable(error.to_string()))?;
-            let (mut socket, _) =
-                client_async(request, stream)
-                    .await
-                    .map_err(|error| match error {
-                        Error::Http(response) => {
-                            let body = response.body().as_deref().map(String::from_utf8_lossy);
-                            let why = body.unwrap_or_default().trim().to_owned();
-                            unreachable(if why.is_empty() {
-                                response.status().to_string()
-                            } else {
-                                why
-                            })
-                        }
-                        error => unreachable(error.to_string()),
-                    })?;
+            let socket = client_async(request.map_err(unreachable)?, stream).await;
+            let (mut socket, _) = socket.map_err(|error| match error {
+                Error::Http(response) => {
+                    refused(address, response.status(), response.body().as_deref())
+                }
+                error => unreachable(error),
+            })?;
             let mut params = json!({"client": self.client});
             for (name, value) in [("token", &self.token), ("resume", &self.resume)] {
                 if let Some(value) = value {
@@ -138,26 +124,28 @@ impl Task {
                 }
             }
             let hello = message(Some(0), "session.hello", &params);
-            socket
-                .send(hello)
-                .await
-                .map_err(|error| unreachable(error.to_string()))?;
+            socket.send(hello).await.map_err(unreachable)?;
             loop {
                 match socket.next().await {
                     Some(Ok(Message::Text(text))) => {
                         let answer: Value = serde_json::from_str(&text).unwrap_or_default();
                         if answer.get("id") == Some(&json!(0)) {
-                            return Ok((socket, outcome(&answer)?));
+                            let hello = outcome(&answer).map_err(|error| match error {
+                                ClientError::Refused { code, message, .. } if code == TOO_MANY => {
+                                    busy(address, &message)
+                                }
+                                error => error,
+                            })?;
+                            return Ok((socket, hello));
                         }
                     }
                     Some(Ok(_)) => {}
-                    _ => return Err(unreachable("it hung up".to_owned())),
+                    _ => return Err(no_station(address, "it hung up")),
                 }
             }
         };
         let opened = timeout(OPENING, opening).await;
-        let (socket, hello) =
-            opened.unwrap_or_else(|_| Err(unreachable("it does not answer".to_owned())))?;
+        let (socket, hello) = opened.unwrap_or_else(|_| Err(no_station(address, SILENT)))?;
         self.resume = hello["resume"].as_str().map(str::to_owned);
         Ok((socket, hello))
     }
@@ -305,7 +293,32 @@ fn message(id: Option<u64>, method: &str, params: &Value) -> Message {
     Message::text(message.to_string())
 }
 
-fn outcome(answer: &Value) -> Result<Value, ClientError> {
+/// Error of a status that is no success, with what the station says of it.
+pub(super) fn refused(
+    address: &StationAddress,
+    status: StatusCode,
+    body: Option<&[u8]>,
+) -> ClientError {
+    let body = body.map(String::from_utf8_lossy).unwrap_or_default();
+    let why = match body.trim() {
+        "" => status.to_string(),
+        why => why.to_owned(),
+    };
+    match status {
+        StatusCode::SERVICE_UNAVAILABLE => busy(address, &why),
+        _ => no_station(address, why),
+    }
+}
+
+fn busy(address: &StationAddress, why: &str) -> ClientError {
+    let host = &address.host;
+    ClientError::Busy(format!(
+        "the station at {host} serves nobody more now: {why}"
+    ))
+}
+
+/// Result of an answer.
+pub(super) fn outcome(answer: &Value) -> Result<Value, ClientError> {
     match answer.get("error") {
         None => Ok(answer["result"].clone()),
         Some(error) => Err(ClientError::Refused {

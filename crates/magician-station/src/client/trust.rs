@@ -1,5 +1,6 @@
-//! Encrypted connections of a client, and whose certificates it trusts.
+//! Connections of a client to a station, and whose certificates it trusts.
 
+use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -12,7 +13,7 @@ use tokio_rustls::rustls::pki_types::{CertificateDer, ServerName};
 use tokio_rustls::rustls::version::TLS13;
 use tokio_rustls::rustls::{self, ClientConfig, RootCertStore};
 
-use super::ClientError;
+use super::{ClientError, StationAddress};
 
 /// A connection, encrypted or not.
 pub(super) trait Stream: AsyncRead + AsyncWrite + Send + Unpin {}
@@ -69,8 +70,28 @@ impl Trust {
     }
 }
 
+/// Opens a connection to a station; with a connector it is encrypted.
+pub(super) async fn open(
+    address: &StationAddress,
+    connector: Option<&TlsConnector>,
+) -> Result<Box<dyn Stream>, ClientError> {
+    let stream = TcpStream::connect(address.host.as_str()).await;
+    let stream = stream.map_err(|error| no_station(address, error))?;
+    // A stop is one small message.
+    let _ = stream.set_nodelay(true);
+    match connector {
+        None => Ok(Box::new(stream)),
+        Some(connector) => encrypt(connector, address.name(), stream).await,
+    }
+}
+
+/// Error of an address where no station lets this client in.
+pub(super) fn no_station(address: &StationAddress, why: impl fmt::Display) -> ClientError {
+    ClientError::Unreachable(format!("no station at {}: {why}", address.host))
+}
+
 /// Encrypts a connection to a host, which has to show a certificate of its name.
-pub(super) async fn encrypt(
+async fn encrypt(
     connector: &TlsConnector,
     host: &str,
     stream: TcpStream,

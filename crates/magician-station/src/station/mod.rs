@@ -43,8 +43,8 @@ use magician_job::presets::Presets;
 use magician_protocol::HostInstant;
 use serde_json::Value;
 
-pub use self::ending::CutOff;
 use self::ending::Ending;
+pub use self::ending::{CutOff, RunsEnd};
 use self::events::EventLog;
 use self::jobs::Wants;
 pub use self::journal::JournalLine;
@@ -57,7 +57,7 @@ use self::records::Records;
 #[cfg(feature = "http")]
 pub(crate) use self::sessions::SILENT_SOCKETS;
 use self::sessions::{LIMITS, ListTelling, Session};
-pub use self::sessions::{LIST_INTERVAL, MESSAGE, SOCKETS};
+pub use self::sessions::{LIST_INTERVAL, MESSAGE, SOCKETS, VIEWERS};
 pub use self::size::StationSize;
 use self::socket::Socket;
 pub use self::socket::{CloseCode, Outgoing, Peer, RATE, UNDER_WAY};

@@ -18,6 +18,8 @@ use crate::secret::same_secret;
 pub const MESSAGE: usize = 1024 * 1024;
 /// Sockets of a station that have said hello, at most.
 pub const SOCKETS: usize = 64;
+/// Sockets of viewers, at most: the others are for those who may stop an arm, however many watch.
+pub const VIEWERS: usize = 40;
 /// Sockets of listeners. Sixteen that have not said hello are enough for a class that comes back together, each for the time
 /// of one message; loopback keeps room for a teacher's page and programs, before and after hello.
 pub(super) const LIMITS: AdmissionLimits = AdmissionLimits {
@@ -126,10 +128,15 @@ impl Station {
             .and_then(|secret| self.resumed(secret, &grant));
         #[cfg(feature = "class")]
         let back = back.filter(|session| self.sessions[session].pupil == pupil);
-        if self.admission.claim(now, socket) == Err(NoPlace) {
+        let is_beyond = grant.role == Role::Viewer && self.viewers(back) >= VIEWERS;
+        let full = match is_beyond {
+            true => Some(("the station has all its viewers", VIEWERS)),
+            false => { self.admission.claim(now, socket).err() }
+                .map(|NoPlace| ("the station has all its sessions", SOCKETS)),
+        };
+        if let Some((why, limit)) = full {
             self.end_socket(socket, CloseCode::TOO_MANY);
-            let error = RpcError::new(RpcError::TOO_MANY, "the station has all its sessions");
-            return Err(error.with("limit", SOCKETS));
+            return Err(RpcError::new(RpcError::TOO_MANY, why).with("limit", limit));
         }
         let (session, resumed) = match back {
             Some(session) => {
@@ -187,6 +194,14 @@ impl Station {
             "arms": arms,
             "limits": {"message": MESSAGE, "rate": RATE, "sockets": SOCKETS},
         }))
+    }
+
+    /// Number of viewers with a socket, without the session that comes back: its old socket is about to end.
+    fn viewers(&self, back: Option<SessionId>) -> usize {
+        let watches =
+            |session: &Session| session.grant.role == Role::Viewer && session.socket.is_some();
+        let others = self.sessions.iter().filter(|(id, _)| Some(**id) != back);
+        others.filter(|(_, session)| watches(session)).count()
     }
 
     /// A session for one request of a socket that has said no hello: by the right of its peer.

@@ -8,7 +8,7 @@ use magician_protocol::HostInstant;
 use magician_station::control::ArmId;
 use magician_station::{
     ArmEntry, ArmOrder, ArmReport, CloseCode, Grant, JobNews, Outcome, Outgoing, Peer, Role,
-    SocketId, Station, StationConfig,
+    SocketId, Station, StationConfig, VIEWERS,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -406,14 +406,49 @@ fn student_whose_socket_broke_comes_back_beside_a_loop_of_viewers() {
     assert_eq!(scene.answer(1)["result"]["resumed"], json!(true));
 }
 
+/// The error that a client of the scene was answered with, before it was closed.
+fn refusal(scene: &mut Scene, socket: SocketId) -> Value {
+    let Some(Outgoing::Text(text)) = scene.station.poll_send(socket) else {
+        panic!("an answer");
+    };
+    let end = Some(Outgoing::Close(CloseCode::TOO_MANY));
+    assert_eq!(scene.station.poll_send(socket), end);
+    serde_json::from_str::<Value>(&text).expect("JSON")["error"].clone()
+}
+
+#[test]
+fn viewers_beyond_their_places_are_refused_and_who_may_stop_gets_in() {
+    let mut scene = Scene::new();
+    for at in 0..VIEWERS {
+        scene.come(true);
+        scene.tell(at, &hello("v", true));
+        let answer = scene.station.poll_send(scene.others[at]);
+        assert!(
+            matches!(answer, Some(Outgoing::Text(text)) if text.contains("result")),
+            "{at}"
+        );
+    }
+    scene.come(true);
+    scene.tell(VIEWERS, &hello("late", true));
+    let late = scene.others[VIEWERS];
+    let error = refusal(&mut scene, late);
+    assert_eq!(
+        (&error["code"], &error["data"]["limit"]),
+        (&json!(-32006), &json!(VIEWERS))
+    );
+    scene.student = scene.open(Some(Role::Student)).expect("room");
+    scene.says(&hello("Ben", false));
+    assert_eq!(scene.answer(1)["result"]["role"], json!("student"));
+}
+
 #[test]
 fn hello_beyond_the_last_place_is_refused_and_loopback_still_gets_in() {
     let mut scene = Scene::new();
-    scene.come(true);
+    let late = scene.open(Some(Role::Student)).expect("room");
     // Sixty of sixty-four places are for clients from elsewhere, and the student has one.
-    for at in 1..60 {
-        scene.come(true);
-        scene.tell(at, &hello("v", true));
+    for _ in 1..60 {
+        let socket = scene.open(Some(Role::Student)).expect("room");
+        scene.station.receive(scene.now, socket, &hello("s", false));
     }
     assert_eq!(
         scene.open(None),
@@ -427,12 +462,8 @@ fn hello_beyond_the_last_place_is_refused_and_loopback_still_gets_in() {
         secret: "local".to_owned(),
     };
     assert!(scene.station.admit(scene.now, local).is_some());
-    scene.tell(0, &hello("late", true));
-    let late = scene.others[0];
-    let Some(Outgoing::Text(text)) = scene.station.poll_send(late) else {
-        panic!("an answer");
-    };
-    assert!(text.contains("-32006"), "{text}");
-    let end = Some(Outgoing::Close(CloseCode::TOO_MANY));
-    assert_eq!(scene.station.poll_send(late), end);
+    scene
+        .station
+        .receive(scene.now, late, &hello("late", false));
+    assert_eq!(refusal(&mut scene, late)["code"], json!(-32006));
 }

@@ -5,8 +5,8 @@ use std::time::Duration;
 use magician::commands::{Pose, PtpCommonParams};
 use magician::words::{self, Axis};
 use magician::{Arm, ErrorKind, Options};
-use magician_station::FRAME_FIELDS;
-use magician_station::client::{ClientError, Connection, StationClient, StationLine};
+use magician_station::client::{ClientError, Connection, StationClient, StationLine, Trust};
+use magician_station::{FRAME_FIELDS, SOCKETS};
 use serde_json::json;
 
 use crate::bench::Bench;
@@ -139,7 +139,7 @@ async fn rust_program_is_told_that_its_station_ends_and_stops_its_run_in_time() 
     let stopped = run.await.unwrap().unwrap_err();
     assert_eq!(stopped.kind(), ErrorKind::Closed);
     over.close().await;
-    assert_eq!(ending.await.unwrap(), []);
+    assert_eq!(ending.await.unwrap(), magician_station::RunsEnd::default());
 }
 
 #[tokio::test]
@@ -147,7 +147,7 @@ async fn rust_program_that_does_not_listen_is_stopped_and_finds_out_why() {
     let bench = Bench::new().await;
     let anna = client(&bench, "Anna").await;
     let (over, run) = running(&bench, &anna).await;
-    let cut_off = bench.station.end_runs().await;
+    let cut_off = bench.station.end_runs().await.cut_off;
     assert_eq!((cut_off.len(), &*cut_off[0].holder), (1, "Anna"));
     bench.over.send(true).unwrap();
     let failed = run.await.unwrap().unwrap_err();
@@ -233,4 +233,30 @@ async fn a_client_gets_the_frames_of_a_binary_subscription() {
     assert_eq!(first.value("x"), Some(f64::from(x)));
     assert!(first.value("rail").unwrap().is_nan());
     assert!(frames.recv().await.unwrap().sequence > 0);
+}
+
+#[tokio::test]
+async fn a_stop_without_a_session_is_obeyed_beside_all_sessions_that_a_station_takes() {
+    let bench = Bench::new().await;
+    let mut all = Vec::new();
+    for _ in 0..SOCKETS {
+        all.push(client(&bench, "Anna").await);
+    }
+    let address = format!("http://{}", bench.address);
+    let beyond = StationClient::connect(&address, "Ben", None)
+        .await
+        .unwrap_err();
+    assert!(matches!(beyond, ClientError::Busy(_)), "{beyond:?}");
+    let call = async |method, token| {
+        StationClient::call_once(&address, token, &Trust::System, method, json!({})).await
+    };
+    let stopped = call("arm.stop", None).await.unwrap();
+    assert_eq!(stopped["arms"][0]["stood"], json!(true), "{stopped}");
+    let unknown = call("arm.dance", None).await.unwrap_err();
+    assert!(
+        matches!(unknown, ClientError::Refused { code: -32601, .. }),
+        "{unknown:?}"
+    );
+    let wrong = call("arm.stop", Some("nonsense")).await.unwrap_err();
+    assert!(matches!(wrong, ClientError::Unreachable(_)), "{wrong:?}");
 }
