@@ -17,12 +17,9 @@ const STILL: f64 = 0.05;
 const STANDS: usize = 3;
 /// A shorter way takes an arm no time, mm.
 const NO_WAY: f64 = 1e-3;
-/// A segment of a path takes so long, s: two periods of the arm, which rounds the time of each up to whole ones.
-const PERIOD: f64 = 0.04;
-/// The period that is told to the arm is shorter by this share: what is a little longer than two of its periods would take
-/// three. An arm that did not round up would be faster by no more than this.
-const LEAST_LAG: f64 = 0.25;
-/// The share by which it is shortened at most.
+/// A segment of a path takes so long, s: a period of the arm, which takes the nearest whole number of them.
+const PERIOD: f64 = ArmModel::MAGICIAN.law.period_us() as f64 / 1e6;
+/// The period is shortened by no more than this share.
 const MOST_LAG: f64 = 0.1;
 /// Periods up to which a recording is cut, however few its rows are, and so many more for each row: a small file with a gap of
 /// years takes no memory for it.
@@ -61,7 +58,7 @@ pub(super) fn plan(rows: &[Sample], resample: Option<f64>) -> Result<Parsed<Plan
         Some(rows) => evenly(rows, period, Interpolation::Straight)?,
         None => evenly(rows, period, Interpolation::Smooth)?,
     };
-    let mut replay = Replay::at(first, period * (1.0 - lag(&even, period).max(LEAST_LAG)));
+    let mut replay = Replay::at(first, period * (1.0 - lag(&even, period)));
     let mut at = 0;
     while at + 1 < even.len() {
         match standing(&even[at..]) {
