@@ -134,6 +134,10 @@ async fn at_every_instant_the_arm_would_stand_in_time() {
     }
 }
 
+/// Fastest jog along a line that is kept every 250 ms, mm/s. The arm has pieces for 40 ms more; of those 290 ms it may round one
+/// period, and 60 ms are for looks and the next piece. What is left holds one and a half ramps at its 400 mm/s2.
+const FASTEST: f64 = 400.0 * (0.29 - 0.02 - 0.06) / 1.5;
+
 /// The least and the mean speed in the middle of a held jog, mm/s or deg/s.
 async fn speeds(options: Options, axis: Axis, percent: f32, turnaround: u64) -> (f64, f64) {
     let desk = Desk::new();
@@ -183,11 +187,9 @@ async fn along_a_line_it_is_as_even_as_the_arms_own_jog() {
             );
             let line = matches!(axis, Axis::X | Axis::Y | Axis::Z);
             assert!(mean <= 1.001, "never faster");
-            // In whole periods there is no time for the ramps of a faster one.
-            let wanted = if percent > 50.0 { 0.92 } else { 0.99 };
-            if line && turnaround <= if percent > 50.0 { 2 } else { 10 } {
+            if line && turnaround <= 10 {
                 assert!(
-                    least > wanted,
+                    least > 0.99 * (FASTEST / own.1).min(1.0),
                     "{} {percent} % {turnaround} ms: {least}",
                     axis.name()
                 );
