@@ -134,8 +134,8 @@ async fn at_every_instant_the_arm_would_stand_in_time() {
     }
 }
 
-/// Fastest jog along a line that is kept every 250 ms, mm/s. The arm has pieces for 40 ms more; of those 290 ms it may round one
-/// period, and 60 ms are for looks and the next piece. What is left holds one and a half ramps at its 400 mm/s2.
+/// Fastest jog along a line that is kept every 250 ms, mm/s. The arm has pieces for 40 ms more; of those 290 ms one period is for
+/// rounding, and 60 ms are for looks and the next piece. What is left holds one and a half ramps at its 400 mm/s2.
 const FASTEST: f64 = 400.0 * (0.29 - 0.02 - 0.06) / 1.5;
 
 /// The least and the mean speed in the middle of a held jog, mm/s or deg/s.
@@ -187,7 +187,10 @@ async fn along_a_line_it_is_as_even_as_the_arms_own_jog() {
             );
             let line = matches!(axis, Axis::X | Axis::Y | Axis::Z);
             assert!(mean <= 1.001, "never faster");
-            if line && turnaround <= 10 {
+            // At that speed the ramp to rest takes 140 ms. A piece of 40 ms fits when 270 - 140 - 40 = 90 ms of way are left, and the arm
+            // begins to brake at half a ramp, 70 ms: of the time between, the age of a pose takes up to 20 ms.
+            let at_most = if own.1 > FASTEST { 2 } else { 10 };
+            if line && turnaround <= at_most {
                 assert!(
                     least > 0.99 * (FASTEST / own.1).min(1.0),
                     "{} {percent} % {turnaround} ms: {least}",
