@@ -1065,11 +1065,7 @@ fn a_recording_runs_like_any_file_and_takes_as_long() {
         assert_eq!(check.status, 0, "{}", check.err);
         let object = check.object();
         let takes = number(&object["seconds"]);
-        // A pose is up to a period of 20 ms old, so that the speeds between readings are uneven: it takes a little longer.
-        assert!(
-            takes > 0.98 * took && takes < 1.1 * took,
-            "{name}: {takes} {took}"
-        );
+        assert!((takes - took).abs() < 0.02 * took, "{name}: {takes} {took}");
         let notes = object["notes"].as_array().expect("notes");
         assert_eq!(notes.len(), 1, "{notes:?}");
         let again = run(&["--port", "sim", "run", &file]);

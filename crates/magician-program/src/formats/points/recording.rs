@@ -19,6 +19,12 @@ const STANDS: usize = 3;
 const NO_WAY: f64 = 1e-3;
 /// A segment of a path takes so long, s: a period of the arm, which takes the nearest whole number of them.
 const PERIOD: f64 = ArmModel::MAGICIAN.law.period_us() as f64 / 1e6;
+/// Steps in which the beginning of the arm's periods is looked for, s.
+const PHASE_STEP: f64 = 0.001;
+/// A share of a period that is rounding of times written to a microsecond.
+const ROUNDING: f64 = 1e-4;
+/// Times of periods are those of an arm if speeds change by less than this share of what they do at the times that were read.
+const EVENER: f64 = 0.5;
 /// The period is shortened by no more than this share.
 const MOST_LAG: f64 = 0.1;
 /// Periods up to which a recording is cut, however few its rows are, and so many more for each row: a small file with a gap of
@@ -52,11 +58,11 @@ pub(super) fn plan(rows: &[Sample], resample: Option<f64>) -> Result<Parsed<Plan
     let [Some(first), Some(end)] = [rows.first(), rows.last()] else {
         return Err(Diagnostic::of_file("there are no rows in the recording"));
     };
-    let period = PERIOD;
-    let thinned = resample.map(|nearer| thinned(rows, nearer));
+    let (period, timed) = (PERIOD, timed(rows));
+    let thinned = resample.map(|nearer| thinned(&timed, nearer));
     let even = match &thinned {
         Some(rows) => evenly(rows, period, Interpolation::Straight)?,
-        None => evenly(rows, period, Interpolation::Smooth)?,
+        None => evenly(&timed, period, Interpolation::Smooth)?,
     };
     let mut replay = Replay::at(first, period * (1.0 - lag(&even, period)));
     let mut at = 0;
@@ -106,6 +112,54 @@ enum Interpolation {
     Smooth,
     /// Straight, at an even speed.
     Straight,
+}
+
+/// The rows, each at the time at which the arm was there.
+///
+/// A pose is read up to a period after the arm came to it, so that an even speed looks uneven. When the arm's periods begin is not
+/// written down: it is the time at which speeds change least. Rows that are of no such arm keep their times.
+fn timed(rows: &[Sample]) -> Vec<Sample> {
+    let as_read = rows.to_vec();
+    let steps = (PERIOD / PHASE_STEP).round() as u32;
+    let phases = (0..steps).map(|nth| f64::from(nth) * PHASE_STEP);
+    let candidates = phases.filter_map(|phase| at_periods(rows, phase));
+    let least = |best: (f64, Vec<Sample>), rows: Vec<Sample>| match unevenness(&rows) {
+        uneven if uneven < best.0 => (uneven, rows),
+        _ => best,
+    };
+    let best = (EVENER * unevenness(&as_read), as_read);
+    candidates.fold(best, least).1
+}
+
+/// The rows at the ends of periods that begin at this phase, one of each period; `None` if two poses of one period differ.
+fn at_periods(rows: &[Sample], phase: f64) -> Option<Vec<Sample>> {
+    let mut timed: Vec<Sample> = Vec::with_capacity(rows.len());
+    for row in rows {
+        let t = phase + PERIOD * ((row.t - phase) / PERIOD + ROUNDING).floor();
+        match timed.last() {
+            Some(last) if last.t >= t => {
+                if last.apart(row) > NO_WAY {
+                    return None;
+                }
+            }
+            _ => timed.push(Sample { t, ..*row }),
+        }
+    }
+    Some(timed)
+}
+
+/// How much the speed changes from row to row, (mm/s)2.
+fn unevenness(rows: &[Sample]) -> f64 {
+    let speeds = rows.windows(2).filter_map(|pair| match pair {
+        [from, to] if to.t > from.t => Some(from.apart(to) / (to.t - from.t)),
+        _ => None,
+    });
+    let (mut before, mut sum) = (0.0, 0.0);
+    for speed in speeds {
+        sum += (speed - before) * (speed - before);
+        before = speed;
+    }
+    sum
 }
 
 /// The rows without which the tool is nowhere farther than this from where it was seen at the time. By the line alone a rest on it
