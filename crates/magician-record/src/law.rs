@@ -1,16 +1,20 @@
-//! The residue of a log against the law of motion: how far an arm was from where the law has it (model section 7).
+//! The residue of a log against the law of motion: how far an arm was from where the law has it
+//! (model section 7).
 //!
 //! Two kinds of logs tell:
 //!
-//! * **A session** ([`LawReport::of_session`]) has what the arm was told. It is [replayed](crate::replay) on a virtual arm of
-//!   each built-in profile that moves in a way of its own, with the periods where they fit best, and the poses are compared.
-//! * **Readings** ([`LawReport::of_samples`]) have poses alone. Motions that go from rest to rest along one line are held against the
-//!   profile of the same way; its begin, speed and acceleration are searched for.
+//! * **A session** ([`LawReport::of_session`]) has what the arm was told. It is
+//!   [replayed](crate::replay) on a virtual arm of each built-in profile that moves in a way of its
+//!   own, with the periods where they fit best, and the poses are compared.
+//! * **Readings** ([`LawReport::of_samples`]) have poses alone. Motions that go from rest to rest
+//!   along one line are held against the profile of the same way; its begin, speed and acceleration
+//!   are searched for.
 //!
-//! Times are the host's, and jitter. A pose may belong to an instant up to 5 ms before or after its time: what is off at the best of
-//! these instants is residue. The pose of the period beside is none near the end of a period, and in continuous time
-//! what was passed within these 10 ms is none. A command may have come to the arm up to 5 ms before or after its time as well: if
-//! that is in the period beside, and the poses that follow tell so, it is taken to have come there.
+//! Times are the host's, and jitter. A pose may belong to an instant up to 5 ms before or after its
+//! time: what is off at the best of these instants is residue. The pose of the period beside is
+//! none near the end of a period, and in continuous time what was passed within these 10 ms is
+//! none. A command may have come to the arm up to 5 ms before or after its time as well: if that is
+//! in the period beside, and the poses that follow tell so, it is taken to have come there.
 //!
 //! What a log does not tell is listed ([`LawReport::untold`]), not guessed.
 
@@ -110,8 +114,8 @@ pub struct Speeds {
     pub acceleration: f64,
     /// Speed in force, mm/s or deg/s; `None` if no motion was long enough to reach it.
     pub speed: Option<f64>,
-    /// Ratio of the speed, percent: of commands the one in force; of readings the one that the settings of power-up would need,
-    /// `None` if they do not explain speed and acceleration.
+    /// Ratio of the speed, percent: of commands the one in force; of readings the one that the
+    /// settings of power-up would need, `None` if they do not explain speed and acceleration.
     pub ratio: Option<f64>,
 }
 
@@ -343,8 +347,9 @@ impl Candidate {
 }
 
 impl LawReport {
-    /// The residue of a recorded session. Without commands that move the arm, and where the commands do not explain the poses,
-    /// it is that of its poses alone. `more` is a profile to compare besides those built in.
+    /// The residue of a recorded session. Without commands that move the arm, and where the
+    /// commands do not explain the poses, it is that of its poses alone. `more` is a profile to
+    /// compare besides those built in.
     ///
     /// ```
     /// use magician_record::law::{LawReport, Untold};

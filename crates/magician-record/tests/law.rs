@@ -25,8 +25,10 @@ struct Host<'f> {
     trace: TraceWriter<&'f mut Vec<u8>>,
     link: TraceLink,
     arm: Controller,
-    /// Most that a time is off, us.
+    /// Most that the time of a pose is off, us.
     jitter: u64,
+    /// The same of a command.
+    command_jitter: u64,
     gap: u64,
     random: u64,
     samples: Vec<Sample>,
@@ -57,6 +59,7 @@ impl Log {
             link,
             arm: Controller::new(profile),
             jitter,
+            command_jitter: 0,
             gap,
             random: 1,
             samples: Vec::new(),
@@ -85,27 +88,27 @@ impl Log {
 }
 
 impl Host<'_> {
-    fn late(&mut self) -> u64 {
+    fn late(&mut self, most: u64) -> u64 {
         self.random = self
             .random
             .wrapping_mul(6_364_136_223_846_793_005)
             .wrapping_add(1);
-        (self.random >> 33) % (self.jitter + 1)
+        (self.random >> 33) % (most + 1)
     }
 
-    fn ask(&mut self, frame: &FrameBuf) -> Option<FrameBuf> {
-        let now = NOON + self.arm.now().as_micros();
+    /// Sends a command, which comes to the arm later than the host believes.
+    fn ask(&mut self, frame: &FrameBuf) {
+        let told = NOON + self.arm.now().as_micros();
+        let late = self.late(self.command_jitter);
+        self.arm.advance(self.arm.now().after_micros(late));
         (self.trace)
-            .record(self.link, now, Request, frame.bytes())
+            .record(self.link, told, Request, frame.bytes())
             .unwrap();
         self.arm.receive(LinkId(9), frame.bytes());
-        let reply = self.arm.poll_transmit(LinkId(9));
-        if let Some(reply) = &reply {
-            (self.trace)
-                .record(self.link, now + 30, Reply, reply.bytes())
-                .unwrap();
-        }
-        reply
+        let reply = self.arm.poll_transmit(LinkId(9)).unwrap();
+        (self.trace)
+            .record(self.link, told + late, Reply, reply.bytes())
+            .unwrap();
     }
 
     fn set(&mut self, set: impl Into<Set>, ctrl: Ctrl) {
@@ -118,7 +121,7 @@ impl Host<'_> {
         let request = FrameBuf::get(&NoArgs, Pose::ROW).unwrap();
         while self.arm.now() < end {
             let told = NOON + self.arm.now().as_micros();
-            let late = self.late();
+            let late = self.late(self.jitter);
             self.arm.advance(self.arm.now().after_micros(late));
             (self.trace)
                 .record(self.link, told, Request, request.bytes())
@@ -230,6 +233,24 @@ fn jogs_of_a_virtual_arm_leave_no_residue_and_tell_period_acceleration_and_ratio
         told(Kind::StraightWay, 60.0, 30.0)
     );
     assert_eq!(of(&report, Kind::JointWay), told(Kind::JointWay, 50.0, 7.5));
+}
+
+#[test]
+fn commands_that_came_a_period_beside_their_times_leave_no_residue() {
+    let log = Log::of(Profile::default(), |host| {
+        host.begin();
+        host.command_jitter = 4_000;
+        for cmd in [2, 4, 1, 3, 2, 6, 1, 5] {
+            host.jog(false, cmd, 0.7);
+        }
+    });
+    // No phase of the periods explains all commands.
+    let session = Replay::new(&log.trace).unwrap();
+    let arm = Controller::new(session.beginning(Profile::default()));
+    let fitted = session.fitted(&arm);
+    assert!(fitted.against(&mut arm.clone()).residue.mm > 0.1);
+    assert!(fitted.residue(&arm).mm < 1e-4);
+    assert_zero(&log.by_commands());
 }
 
 #[test]

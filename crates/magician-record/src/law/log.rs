@@ -294,7 +294,8 @@ impl Samples {
     }
 }
 
-/// A number as a table has it. NaN and infinities are numbers here: what is wrong with them is said elsewhere.
+/// A number as a table has it. NaN and infinities are numbers here: what is wrong with them is said
+/// elsewhere.
 fn number_in(cell: &str) -> Option<f64> {
     cell.parse().ok()
 }

@@ -1,20 +1,21 @@
 //! Motions told from readings alone: from rest to rest along a line, with one ramp up and one down.
 //!
-//! Readings do not tell what the arm was told. A jog of one axis, a straight or a joint move from point to point all
-//! have the same profile, of three numbers: its begin, its speed and its acceleration. They are searched for so that the
-//! readings are nearest to the profile.
+//! Readings do not tell what the arm was told. A jog of one axis, a straight or a joint move from
+//! point to point all have the same profile, of three numbers: its begin, its speed and its
+//! acceleration. They are searched for so that the readings are nearest to the profile.
 //!
-//! Times are the host's, and jitter. A reading is held against the profile at its time and [`JITTER`] before and after:
-//! only what is left at the best of them is residue. In periods that is the pose of the period beside, for readings
-//! within the jitter of its end; in continuous time it is what was passed meanwhile.
+//! Times are the host's, and jitter. A reading is held against the profile at its time and
+//! [`JITTER`] before and after: only what is left at the best of them is residue. In periods that
+//! is the pose of the period beside, for readings within the jitter of its end; in continuous time
+//! it is what was passed meanwhile.
 
 use magician_motion::{KinematicLimits, MotionLaw};
 
 use super::log::Sample;
 use crate::replay::JITTER;
 
-/// Values that differ by no more are the same place, mm or deg: the noise of readings, and less than a power-up jog goes in its first
-/// period.
+/// Values that differ by no more are the same place, mm or deg: the noise of readings, and less
+/// than a power-up jog goes in its first period.
 const STILL: f64 = 0.02;
 /// So long a place is kept at rest, s: two periods.
 pub(super) const REST: f64 = 0.04;
@@ -260,7 +261,8 @@ impl Guess {
     };
 }
 
-/// Shares of the speed that readings show which are tried. Of a triangle they do not show the highest.
+/// Shares of the speed that readings show which are tried. Of a triangle they do not show the
+/// highest.
 const FASTER: [f64; 14] = [
     0.94, 0.96, 0.97, 0.975, 0.98, 0.985, 0.99, 0.995, 1.0, 1.005, 1.01, 1.03, 1.2, 1.5,
 ];
@@ -285,10 +287,12 @@ const STEPS: [[f64; 3]; 26] = {
     steps
 };
 
-/// Of the square of the distance at a reading's own time, next to that at the best time within the jitter.
+/// Of the square of the distance at a reading's own time, next to that at the best time within the
+/// jitter.
 const OWN_TIME: f64 = 0.01;
 
-/// Guesses that are followed to the nearest profile: steps of periods make many that are near to none.
+/// Guesses that are followed to the nearest profile: steps of periods make many that are near to
+/// none.
 const FOLLOWED: usize = 6;
 
 impl Motion {
@@ -391,7 +395,8 @@ impl Motion {
         }
     }
 
-    /// The sum of squares that is to be least; any higher number than `most` where it is no less than that.
+    /// The sum of squares that is to be least; any higher number than `most` where it is no less
+    /// than that.
     fn cost(&self, law: MotionLaw, guess: Guess, most: f64) -> f64 {
         let mut sum = 0.0;
         self.distances(law, Self::limits(guess), guess.middle, |own, best| {
@@ -401,7 +406,8 @@ impl Motion {
         sum
     }
 
-    /// How far each reading is from a profile, at its own time and at the best one within the jitter, until `tell` has enough.
+    /// How far each reading is from a profile, at its own time and at the best one within the
+    /// jitter, until `tell` has enough.
     fn distances(
         &self,
         law: MotionLaw,

@@ -12,7 +12,8 @@ use crate::replay::Replay;
 
 /// What motions of the session move with, each once, in the order in which they were first sent.
 ///
-/// A setting counts from its frame on. That is what the arm does: what is queued takes effect in the order of the queue.
+/// A setting counts from its frame on. That is what the arm does: what is queued takes effect in
+/// the order of the queue.
 pub(super) fn speeds(session: &Replay<'_>, profile: &Profile) -> Vec<Speeds> {
     let mut settings = Settings::new(profile);
     let mut all: Vec<Speeds> = Vec::new();

@@ -13,8 +13,9 @@ pub(super) struct Poses {
 }
 
 impl Poses {
-    /// How far a recorded answer is from these of the virtual arm at instants in a row, mm and deg, and whether it is another
-    /// place than the one before; `None` if it is no pose. In continuous time what lies between two instants was passed as well.
+    /// How far a recorded answer is from these of the virtual arm at instants in a row, mm and deg,
+    /// and whether it is another place than the one before; `None` if it is no pose. In continuous
+    /// time what lies between two instants was passed as well.
     pub(super) fn residue(
         &mut self,
         recorded: &FrameBuf,
