@@ -13,8 +13,8 @@
 //! Times are the host's, and jitter. A pose may belong to an instant up to 5 ms before or after its
 //! time: what is off at the best of these instants is residue. The pose of the period beside is
 //! none near the end of a period, and in continuous time what was passed within these 10 ms is
-//! none. A command may have come to the arm up to 5 ms before or after its time as well: if that is
-//! in the period beside, and the poses that follow tell so, it is taken to have come there.
+//! none. A command may have come to the arm up to half a period before or after its time: if that
+//! is in the period beside, and the poses that follow tell so, it is taken to have come there.
 //!
 //! What a log does not tell is listed ([`LawReport::untold`]), not guessed.
 
@@ -303,21 +303,14 @@ struct Candidate {
 }
 
 impl Candidate {
-    /// Those that are built in, and another one by its name.
+    /// Those that are built in, and another one by its name if it moves in another way.
     fn all(more: Option<(String, Profile)>) -> Vec<Self> {
         let mut all: Vec<Self> = Vec::new();
-        let named = Profile::NAMED.iter();
-        for (name, profile) in named.filter_map(|(name, _)| Some((*name, Profile::named(name)?))) {
-            // Identity moves nothing.
-            let alike = |known: &&mut Self| {
-                let identity = known.profile.identity.clone();
-                known.profile
-                    == Profile {
-                        identity,
-                        ..profile.clone()
-                    }
+        for (name, _) in Profile::NAMED {
+            let Some(profile) = Profile::named(name) else {
+                continue;
             };
-            match all.iter_mut().find(alike) {
+            match all.iter_mut().find(|known| known.moves_as(&profile)) {
                 Some(known) => known.same.push(name),
                 None => all.push(Self {
                     name: name.to_owned(),
@@ -326,12 +319,23 @@ impl Candidate {
                 }),
             }
         }
+        let more = more.filter(|(_, profile)| !all.iter().any(|known| known.moves_as(profile)));
         all.extend(more.map(|(name, profile)| Self {
             name,
             same: Vec::new(),
             profile,
         }));
         all
+    }
+
+    /// Identity moves nothing.
+    fn moves_as(&self, profile: &Profile) -> bool {
+        let identity = self.profile.identity.clone();
+        self.profile
+            == Profile {
+                identity,
+                ..profile.clone()
+            }
     }
 
     fn residue(&self, mm: f64, deg: f64) -> ProfileResidue {

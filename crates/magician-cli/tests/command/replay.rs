@@ -457,6 +457,9 @@ fn law_of_the_recorded_jogs_is_period_acceleration_and_ratio_and_continuous_is_f
         "{}",
         told.out
     );
+    // A profile that is known by another name is not told twice.
+    let same = replay(&["--law", "--json", "--profile", "4.0.3"], &path);
+    assert_eq!(same.object(), law);
     // Poses of another period are residue.
     recorded_jogs_late(&path, ToolBias::SUCTION, 20_000);
     let law = replay(&["--law", "--json"], &path).object();

@@ -266,8 +266,16 @@ impl Guess {
 const FASTER: [f64; 14] = [
     0.94, 0.96, 0.97, 0.975, 0.98, 0.985, 0.99, 0.995, 1.0, 1.005, 1.01, 1.03, 1.2, 1.5,
 ];
-/// Accelerations that are tried, less one.
-const STEEPER: u32 = 28;
+/// Ramps are tried in such steps, s: less than a period, so that one of them is near to the right one.
+const RAMP_STEP: f64 = 0.006;
+/// And middles.
+const MIDDLE_STEP: f64 = 0.003;
+
+/// Numbers from one to another, at most a thousand of them.
+fn steps(from: f64, to: f64, step: f64) -> impl Iterator<Item = f64> {
+    let all = (0..1000).map(move |nth| from + f64::from(nth) * step);
+    all.take_while(move |value| *value <= to)
+}
 
 /// Directions of a step: middle, speed and acceleration, each up or down or neither.
 const STEPS: [[f64; 3]; 26] = {
@@ -352,26 +360,25 @@ impl Motion {
         let lasting = (end - begin).max(0.01);
         let gap = self.ends.iter().map(|(a, b)| b - a).fold(0.0, f64::max);
         let fastest = self.steady_speed(lasting);
-        let ramp = (lasting - self.length / fastest).max(0.05 * lasting);
-        let steepest = fastest / ramp;
         let reach = 0.5 * gap + 0.01;
         let mut best: Vec<(f64, Guess)> = Vec::new();
         for faster in FASTER {
-            for nth in 0..=STEEPER {
-                // From a third to three times as steep.
-                let steeper = libm::pow(3.0, 2.0 * f64::from(nth) / f64::from(STEEPER) - 1.0);
-                let limits = KinematicLimits {
-                    velocity: fastest * faster,
-                    acceleration: steepest * steeper,
-                };
-                let mut off = -reach;
-                while off <= reach {
+            let velocity = fastest * faster;
+            let cruise = self.length / velocity;
+            // The ramp is what the way at full speed leaves of the time. Of its ends the slowest parts
+            // are taken for rest, more of them the longer it is.
+            let ramp = (lasting - cruise).max(0.0);
+            let least = (ramp - gap - 0.01).max(0.01);
+            let unseen = 2.0 * libm::sqrt(2.0 * STILL * ramp.max(0.02) / velocity);
+            let most = (ramp + gap + 0.01 + unseen).min(1.05 * cruise);
+            for ramp in steps(least, most, RAMP_STEP) {
+                let acceleration = libm::log(velocity / ramp);
+                for off in steps(-reach, reach, MIDDLE_STEP) {
                     let guess = Guess {
                         middle: 0.5 * (begin + end) + off,
-                        speed: libm::log(limits.velocity),
-                        acceleration: libm::log(limits.acceleration),
+                        speed: libm::log(velocity),
+                        acceleration,
                     };
-                    off += 0.003;
                     let most = match best.get(FOLLOWED - 1) {
                         Some((most, _)) => *most,
                         None => f64::MAX,

@@ -4,7 +4,7 @@
 //! its beginning, and takes the middle of those at which the arm moves most like the recorded one.
 //!
 //! The host's clock jitters, so a command may have come to the arm in the period beside the one that its time is in. That shifts
-//! the whole motion by a period. Where poses tell of it, such a command is moved by the jitter.
+//! the whole motion by a period. Where poses tell of it, such a command is moved by half a period.
 
 use std::time::Duration;
 
@@ -12,7 +12,6 @@ use magician_protocol::{Direction, Frame};
 use magician_sim::Controller;
 
 use super::Replay;
-use super::play::JITTER;
 use super::report::{Report, Residue, What};
 
 /// Steps in which the periods are shifted, us.
@@ -68,6 +67,9 @@ impl<'a> Replay<'a> {
     }
 }
 
+/// Farthest that a command is moved, us: half a period. The phase of the periods is not known well where commands
+/// contradict each other, so this is more than the jitter of one pose.
+const COMMAND_JITTER: u64 = 10_000;
 /// Commands before a pose that may be the reason that it is off: a start, and what prepared it.
 const REASONS: usize = 3;
 /// Most commands that are moved ..
@@ -96,8 +98,8 @@ impl Replay<'_> {
             });
             let commands: Vec<usize> = commands.map(|(at, _)| at).take(REASONS).collect();
             let tried = commands.into_iter().flat_map(|at| {
-                let earlier = self.packets[at].time.saturating_sub(JITTER);
-                [(at, earlier), (at, self.packets[at].time + JITTER)]
+                let earlier = self.packets[at].time.saturating_sub(COMMAND_JITTER);
+                [(at, earlier), (at, self.packets[at].time + COMMAND_JITTER)]
             });
             let tried = tried.map(|(at, time)| {
                 let mut session = self.clone();
