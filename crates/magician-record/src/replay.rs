@@ -60,10 +60,15 @@ mod compare;
 mod fit;
 mod play;
 mod report;
+mod residue;
 mod saved;
 
+#[cfg(feature = "mcap")]
+pub(crate) use play::JITTER;
 pub use play::{Moment, Play};
-pub use report::{Difference, Report, What};
+pub use report::{Difference, Report, Residue, What};
+#[cfg(feature = "mcap")]
+pub(crate) use residue::values_of;
 pub use saved::ReplayWriter;
 
 pub use crate::trace::LINE_OF_ARM;

@@ -10,6 +10,7 @@ use magician_protocol::{
 
 use super::compare::Comparer;
 use super::report::{Difference, Report, What};
+use super::residue::Poses;
 use super::{Packet, Replay};
 use magician_sim::{ArmClock, ArmInstant, Controller, HostInstant, LinkId, Observer, Speed};
 
@@ -42,6 +43,7 @@ pub struct Play<'r, 'a> {
     next: usize,
     links: BTreeMap<u32, Link>,
     comparer: Comparer,
+    poses: Poses,
     report: Report,
     /// Whether the trace has answers at all: one of requests only is not compared.
     answered: bool,
@@ -60,7 +62,7 @@ struct Link {
 
 /// When a request came to the recorded arm is not known better than this, us: a USB adapter holds bytes for up to 1 ms or, with a
 /// latency timer, a few, and so does the host.
-const JITTER: u64 = 5_000;
+pub(crate) const JITTER: u64 = 5_000;
 
 /// A request, and what the virtual arm said to it.
 #[derive(Debug)]
@@ -102,6 +104,7 @@ impl<'r, 'a> Play<'r, 'a> {
         Self {
             clock: ArmClock::new(replay.clock, arm.now()),
             comparer: Comparer::new(replay.tolerances, replay.ignored.clone()),
+            poses: Poses::default(),
             answered: replay.packets.iter().any(replies),
             replay,
             arm,
@@ -118,12 +121,10 @@ impl<'r, 'a> Play<'r, 'a> {
         self.next += 1;
         let known = self.report.differences.len();
         let time = replay.time(packet.time);
-        let period = match is_pose_request(packet) && self.arm.state().moving {
-            true => u64::from(self.arm.arm_model().law.period_us()),
-            false => 0,
-        };
+        let period = self.period_us();
         let mut beside = Beside::default();
-        let looks_beside = period > 0 && replay.clock == Speed::Times(1.0);
+        let is_moving = is_pose_request(packet) && self.arm.state().moving;
+        let looks_beside = is_moving && replay.clock == Speed::Times(1.0);
         let Beside { near, far } = &mut beside;
         if looks_beside {
             for (by, answer) in [(period, &mut far[0]), (JITTER, &mut near[0])] {
@@ -173,6 +174,10 @@ impl<'r, 'a> Play<'r, 'a> {
             replies,
             differences: fresh.to_vec(),
         })
+    }
+
+    fn period_us(&self) -> u64 {
+        u64::from(self.arm.arm_model().law.period_us())
     }
 
     /// How many packets have been replayed.
@@ -285,8 +290,15 @@ impl<'r, 'a> Play<'r, 'a> {
             return;
         };
         self.report.answers += 1;
+        let is_continuous = self.period_us() == 0;
+        let places = [&asked.beside.near[0], &asked.reply, &asked.beside.near[1]];
+        if let Some((off, moved)) = self.poses.residue(recorded, places, is_continuous) {
+            let tolerance = self.replay.tolerances.measured;
+            (self.report.residue).add(off, moved, tolerance, asked.time);
+        }
         let mut found = self.comparer.compare(&recorded.frame(), &reply.frame());
-        if !found.is_empty() {
+        // Without periods there is none beside.
+        if !found.is_empty() && !is_continuous {
             // A pose is one thing: all of it is that of another time.
             let is_one_of = |answers: &[Option<FrameBuf>]| {
                 answers.iter().flatten().any(|other| {
