@@ -148,7 +148,10 @@ impl Setup {
 
     pub(super) fn order_of(&self, artwork: &Artwork) -> Order {
         match self.order && !artwork.in_order {
-            true => Order::default(),
+            true => Order {
+                inside_first: matches!(self.work, Work::Engrave(_)),
+                ..Order::default()
+            },
             false => Order::OF_FILE,
         }
     }
