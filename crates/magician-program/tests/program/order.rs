@@ -1,7 +1,8 @@
 //! Lines in an order with short ways between them: what is drawn stays, the ways never grow.
 
 use magician_program::artwork::{Order, Tidy};
-use magician_program::{Artwork, Origin, Stroke};
+use magician_program::raster::{Engrave, Trace};
+use magician_program::{Artwork, Format, Origin, ReadOptions, Setup, Stroke, Surface, Work, read};
 use proptest::prelude::*;
 
 fn artwork(lines: Vec<Vec<[f64; 2]>>) -> Artwork {
@@ -406,4 +407,32 @@ fn outline_of_twenty_thousand_lines_comes_last() {
     art.put_in_order(&INSIDE_FIRST);
     let last = art.strokes.last().expect("lines");
     assert_eq!(last.points.len(), 5);
+}
+
+/// The lines of a file that are marked, in order.
+fn lines_marked(work: Work) -> Vec<u32> {
+    let plate = b"<svg xmlns='http://www.w3.org/2000/svg' width='70mm' height='50mm' viewBox='0 0 70 50' \
+        fill='none' stroke='black'>\n<rect width='70' height='50'/>\n<circle cx='18' cy='25' r='6'/>\n\
+        <rect x='44' y='17' width='16' height='16'/>\n</svg>";
+    let mut setup = Setup::default();
+    (setup.surface, setup.work) = (Some(Surface::level(-60.0)), work);
+    let parsed = read(Format::Svg, plate, &ReadOptions::default()).expect("it is read");
+    let prepared = setup
+        .plan(Format::Svg, parsed.content)
+        .expect("it is planned");
+    let mut lines: Vec<_> = prepared
+        .plan
+        .steps
+        .iter()
+        .map(|step| step.origin.line)
+        .collect();
+    lines.retain(|line| *line > 0);
+    lines.dedup();
+    lines
+}
+
+#[test]
+fn laser_cuts_the_holes_of_a_plate_first_and_a_pen_goes_the_shortest_way() {
+    assert_eq!(lines_marked(Work::Engrave(Engrave::default())), [3, 4, 2]);
+    assert_eq!(lines_marked(Work::Draw(Trace::default())), [2, 3, 4]);
 }
