@@ -115,6 +115,23 @@ impl Output {
         }
     }
 
+    /// Tells a note as it comes up, also to a reader of JSON: as an object of its own, because a verb that
+    /// fails has no result to carry it.
+    pub(crate) fn note_at_once(&mut self, note: &Diagnostic, json: bool) -> Result<(), Failure> {
+        if !json {
+            self.note(note, json);
+            return Ok(());
+        }
+        for note in Note::all(&Command, [note]) {
+            let mut event = json!(note);
+            if let Value::Object(fields) = &mut event {
+                fields.insert("event".to_owned(), json!("note"));
+            }
+            self.event(&event)?;
+        }
+        self.flush()
+    }
+
     /// Writes text that clap has styled.
     pub(crate) fn styled(&mut self, text: &StyledStr) -> Result<(), Failure> {
         match self.paint.is_on() {

@@ -76,6 +76,8 @@ pub enum Left {
         resume_point: ResumePoint,
         /// True if the next step goes on where it was stopped.
         within: bool,
+        /// Length that is burnt twice at most, mm: it is not known exactly where the light went out.
+        burnt_twice: f64,
     },
     /// A range of places, as the arm has forgotten what it did: only what was seen to be finished is certain.
     Forgotten(StepRange),
@@ -106,6 +108,8 @@ pub struct JobError {
     pub fault: Fault,
     /// Place where it goes on. `None` if nothing was sent of it, or all of it is done.
     pub left: Option<Left>,
+    /// Cause why nothing of its progress is kept, if that is so: a resumed job does not find `left`.
+    pub unkept: Option<Arc<str>>,
     /// True if all steps were done.
     pub all_done: bool,
     /// True if it was stopped because the program at the other end of the line, a station, was
@@ -127,6 +131,7 @@ impl JobError {
         Self {
             fault,
             left: None,
+            unkept: None,
             all_done: false,
             line_ends: false,
             stood: None,

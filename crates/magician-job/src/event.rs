@@ -1,5 +1,6 @@
 //! What a job tells.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use magician::Ran;
@@ -135,7 +136,15 @@ pub enum JobEvent {
     Settled(Settled),
     /// An earlier run of the same program at this arm was cut off (its process was killed, the computer failed), and this job does
     /// not resume it: the earlier one has finished at least so many steps.
-    Unfinished(u64),
+    Unfinished {
+        /// Steps that it has finished, at least.
+        finished: u64,
+        /// True if the arm still tells how far it came: the earlier run can be resumed.
+        resumable: bool,
+    },
+    /// Its progress cannot be kept, with the cause; told once. The job goes on, and cannot be resumed
+    /// after its end unless a later write succeeds ([`JobError::unkept`](crate::JobError::unkept)).
+    Unkept(Arc<str>),
     /// Where it begins, if that is not the first step, once all is checked.
     Starts(StartsAt),
     /// It waits.

@@ -343,6 +343,13 @@ pub fn advised(voice: &impl Voice, text: String, problem: &Diagnostic) -> String
     }
 }
 
+/// Note of a job whose progress cannot be kept ([`JobEvent::Unkept`](crate::JobEvent::Unkept)).
+#[must_use]
+pub fn unkept(cause: &str) -> Diagnostic {
+    let text = "after a stop this job starts again from the beginning";
+    Diagnostic::of_file(format!("the progress cannot be kept: {cause}: {text}"))
+}
+
 /// Outputs that a stop leaves switched on, each with what switches it off.
 #[must_use]
 pub fn left_on(outputs: &ArmOutputs) -> Vec<Diagnostic> {

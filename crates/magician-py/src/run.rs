@@ -4,6 +4,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use magician::{Action, Error, ErrorCode};
+use magician_job::report;
 use magician_job::{
     Done, Fault, FileJournal, JobError, JobEvent, JobHandle, JobProgress, JobSpec, JobState,
     JournalError, NoJournal, PauseError, PauseReason, PenLift, ResumeError, SavedSettings,
@@ -12,12 +13,14 @@ use magician_job::{
 use magician_program::{Ending, Program};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use tracing::warn;
 
 use crate::call::{Call, Reporter};
 use crate::core::Core;
 use crate::errors;
 use crate::program::{PyPlan, SURFACE_ARGUMENT, Source, Start, findings, refusal};
 use crate::runtime::{self, Local};
+use crate::serving::LOGGER;
 
 /// The longest that is waited for a job which was stopped, to lift the pen and restore settings.
 const LEAVING: Duration = Duration::from_secs(8);
@@ -176,8 +179,12 @@ impl Job {
             };
             let mut events = handle.events();
             while let Some(event) = events.next().await {
-                if let JobEvent::Progress(progress) = event {
-                    tell(&progress);
+                match event {
+                    JobEvent::Progress(progress) => tell(&progress),
+                    JobEvent::Unkept(cause) => {
+                        warn!(target: LOGGER, "{}", report::unkept(&cause).message);
+                    }
+                    _ => {}
                 }
             }
             handle.outcome().await.map_err(|error| why(&error, &source))

@@ -25,7 +25,7 @@ use crate::errors;
 use crate::runtime::{self, Local};
 
 /// Where Python hears of it.
-const LOGGER: &str = "magician";
+pub(crate) const LOGGER: &str = "magician";
 
 /// Something that other programs can connect to.
 #[pyclass(frozen, module = "magician._magician")]

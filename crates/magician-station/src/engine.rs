@@ -21,7 +21,7 @@ use magician::{
 use magician_job::{Access, Journal, SavedSettings, Settled};
 use magician_protocol::visible;
 use serde_json::{Value, json};
-use tokio::sync::mpsc;
+use tokio::sync::{mpsc, oneshot};
 use tokio::task::{AbortHandle, JoinSet};
 use tokio::time::sleep;
 
@@ -39,6 +39,19 @@ use crate::surface::ArmSurface;
 /// long command.
 const LOOKS_AFTER_JOB: u32 = 30;
 const LOOK_AFTER_JOB: Duration = Duration::from_secs(1);
+
+/// Number of stops of an arm at the end of a station. Commands of another host may come after the first.
+const LAST_STOPS: u32 = 3;
+
+/// A message to the engine.
+enum Message {
+    Order(ArmOrder),
+    /// The last one: see [`ArmEngine::end`].
+    End {
+        is_reader: bool,
+        reply: oneshot::Sender<magician::Result<()>>,
+    },
+}
 
 /// An action on its way: what it comes to, with what was read behind it.
 type Doing = Pin<Box<dyn Future<Output = Done> + Send>>;
@@ -60,7 +73,7 @@ struct Done {
 /// When it is dropped a jog ends, and what it does is stopped by the rules of the driver.
 #[derive(Debug)]
 pub struct ArmEngine {
-    orders: mpsc::UnboundedSender<ArmOrder>,
+    messages: mpsc::UnboundedSender<Message>,
     load: Arc<AtomicUsize>,
     running: Arc<Mutex<RunningJob>>,
     task: AbortHandle,
@@ -79,7 +92,7 @@ impl ArmEngine {
         journal: impl Fn() -> Box<dyn Journal> + Send + Sync + 'static,
         report: impl Fn(ArmReport) + Send + Sync + 'static,
     ) -> Self {
-        let (orders, inbox) = mpsc::unbounded_channel();
+        let (messages, inbox) = mpsc::unbounded_channel();
         let load = Arc::new(AtomicUsize::new(0));
         let running = Arc::default();
         let work = Work {
@@ -101,6 +114,7 @@ impl ArmEngine {
             waiting: VecDeque::new(),
             doing: None,
             stops: 0,
+            ended: false,
             side: JoinSet::new(),
             jog: None,
             beginning: None,
@@ -108,7 +122,7 @@ impl ArmEngine {
         };
         let task = tokio::spawn(work.run()).abort_handle();
         Self {
-            orders,
+            messages,
             load,
             running,
             task,
@@ -135,7 +149,22 @@ impl ArmEngine {
     /// Gives it an order.
     pub fn order(&self, order: ArmOrder) {
         // Its task ends with it.
-        let _ = self.orders.send(order);
+        let _ = self.messages.send(Message::Order(order));
+    }
+
+    /// Ends what is under way, takes no order that moves or sets any more, and stops the arm until its
+    /// queue is empty, laser and motors are off and it stands. `is_reader`: the station never moved it,
+    /// so what waits in the queue is another program's.
+    pub(crate) fn end(
+        &self,
+        is_reader: bool,
+    ) -> impl Future<Output = magician::Result<()>> + Send + use<> {
+        let (reply, ended) = oneshot::channel();
+        let _ = self.messages.send(Message::End { is_reader, reply });
+        async move {
+            let gone = |_| Err(magician::Error::closed());
+            ended.await.unwrap_or_else(gone)
+        }
     }
 }
 
@@ -180,7 +209,7 @@ enum Waiting {
 struct Work {
     arm: Arm,
     report: Arc<dyn Fn(ArmReport) + Send + Sync>,
-    inbox: mpsc::UnboundedReceiver<ArmOrder>,
+    inbox: mpsc::UnboundedReceiver<Message>,
     load: Arc<AtomicUsize>,
     jobs_with: JobContext,
     job: Option<Slot>,
@@ -196,6 +225,8 @@ struct Work {
     doing: Option<(RequestId, Doing)>,
     /// Stops under way: nothing begins before they are over.
     stops: usize,
+    /// True from the last stop on: only reads and stops are obeyed.
+    ended: bool,
     side: JoinSet<TaskResult>,
     jog: Option<(JogId, Jog)>,
     /// A jog that begins.
@@ -216,8 +247,9 @@ impl Work {
             self.load.store(load, Ordering::Relaxed);
             tokio::select! {
                 biased;
-                order = self.inbox.recv() => match order {
-                    Some(order) => self.obey(order),
+                message = self.inbox.recv() => match message {
+                    Some(Message::Order(order)) => self.obey(order),
+                    Some(Message::End { is_reader, reply }) => self.end(is_reader, reply),
                     None => return,
                 },
                 // Before what was read, so that a line that was found is known to be up.
@@ -244,6 +276,17 @@ impl Work {
     }
 
     fn obey(&mut self, order: ArmOrder) {
+        let begins_nothing = matches!(
+            order,
+            ArmOrder::Read { .. }
+                | ArmOrder::EndJog(_)
+                | ArmOrder::StopJob(_)
+                | ArmOrder::Stop { .. }
+                | ArmOrder::StopMotors
+        );
+        if self.ended && !begins_nothing {
+            return;
+        }
         match order {
             ArmOrder::Read { request, read } => {
                 let (arm, known) = (self.arm.clone(), self.known.clone());
@@ -382,6 +425,19 @@ impl Work {
             self.await_jog();
         }
         self.stops += 1;
+    }
+
+    /// The last stop: nothing begins after it.
+    fn end(&mut self, is_reader: bool, reply: oneshot::Sender<magician::Result<()>>) {
+        self.ended = true;
+        self.give_up();
+        self.waiting.clear();
+        let arm = self.arm.clone();
+        self.side.spawn(async move {
+            // The station may be gone already.
+            let _ = reply.send(come_to_an_end(&arm, is_reader).await);
+            TaskResult::Stopped(None, Ok(Value::Null))
+        });
     }
 
     /// Switches off what runs on without a holder. A queue that is still to set a motor going is dropped with it.
@@ -596,6 +652,25 @@ async fn restore_after_job(arm: Arm) -> TaskResult {
         }
     }
     TaskResult::Nothing
+}
+
+/// Stops an arm if anything of it moves, burns, runs or waits, and makes sure that nothing does.
+async fn come_to_an_end(arm: &Arm, is_reader: bool) -> magician::Result<()> {
+    let (_, places) = arm.stats().await?;
+    for stops in 0.. {
+        let is_lit = arm.outputs().laser == Some(true);
+        let is_busy = is_lit || arm.moving() || !arm.running_motors().is_empty();
+        // The driver knows of no commands that it did not send: the arm is asked.
+        if !is_busy && (is_reader || arm.left_space().await? >= places) {
+            break;
+        }
+        if stops == LAST_STOPS {
+            let message = "commands come to the arm's queue again after each stop";
+            return Err(magician::Error::new(ErrorCode::StopUnconfirmed, message));
+        }
+        arm.stop().await?;
+    }
+    arm.darken_after().await
 }
 
 /// What the action under way comes to; never without one.

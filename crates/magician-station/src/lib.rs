@@ -61,8 +61,8 @@ pub use recording::{
 pub use running::{Client, JournalSink, RunningStation};
 pub use station::{
     ArmEntry, CloseCode, CutOff, Grant, JobsToKeep, JournalLine, LIST_INTERVAL, MESSAGE, Next,
-    Outbox, Outgoing, Pace, Peer, RATE, SOCKETS, SocketId, Station, StationConfig, StationSize,
-    Throttle, UNDER_WAY, VIEWERS,
+    Outbox, Outgoing, Pace, Peer, RATE, RunsEnd, SOCKETS, SocketId, Station, StationConfig,
+    StationSize, Throttle, UNDER_WAY, VIEWERS,
 };
 pub use surface::{ArmSurface, KnownSurface, MemorySurfaces, SurfaceStore};
 

@@ -5,6 +5,7 @@ use std::fmt;
 use std::pin::pin;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::time::Duration;
 
 use magician::Arm;
 use magician::admission::Origin;
@@ -13,7 +14,7 @@ use magician_protocol::HostInstant;
 use tokio::runtime::Handle;
 use tokio::sync::{Notify, oneshot};
 use tokio::task::AbortHandle;
-use tokio::time::{Instant, sleep_until};
+use tokio::time::{Instant, sleep_until, timeout};
 
 use crate::control::ArmId;
 use crate::engine::ArmEngine;
@@ -24,9 +25,17 @@ use crate::library::{LibraryOrder, ProgramStore};
 use crate::order::ArmReport;
 use crate::recording::{Recorder, RecordingStore};
 use crate::station::{
-    CutOff, Grant, JournalLine, Outgoing, Peer, SocketId, Station, StationConfig, StationSize,
+    Grant, JournalLine, Outgoing, Peer, RunsEnd, SocketId, Station, StationConfig, StationSize,
 };
 use crate::surface::ArmSurface;
+
+/// Longest time for the runs of a station that ends: the 5 s of holders ([`Station::end`]), with room
+/// for the station's own job.
+const RUNS: Duration = Duration::from_secs(6);
+/// The same after a second call, which moves nothing more.
+const AT_ONCE: Duration = Duration::from_secs(1);
+/// Longest time for the last stop of an arm, which answers within a tenth of it.
+const LAST_STOP: Duration = Duration::from_secs(2);
 
 /// Clients that wait for room, by their address.
 type WaitingClients = FairLine<String, (Peer, oneshot::Sender<Option<Client>>)>;
@@ -334,28 +343,57 @@ impl RunningStation {
 
     /// Ends what runs, for the end of the program: jobs are stopped as a person would stop them
     /// (pens go up, settings are restored), clients are told and get a few seconds to end in the
-    /// same way what they run over an arm ([`Station::end`]), and nothing else begins. Returns the
-    /// arms that the station had to stop under a client. Called once more, it ends everything at
-    /// once. Bound the wait: an arm may be deaf.
-    pub async fn end_runs(&self) -> Vec<CutOff> {
-        let ends: Vec<_> = self.shared.with(|inner, now| {
+    /// same way what they run over an arm ([`Station::end`]), and nothing else begins. Then the
+    /// station itself stops every arm: after it returns the queues are empty, lasers and motors off,
+    /// and no command of a client is accepted any more. Called once more, it ends everything at once.
+    /// It takes 9 s at most.
+    pub async fn end_runs(&self) -> RunsEnd {
+        let (again, jobs) = self.shared.with(|inner, now| {
             #[cfg(feature = "class")]
             inner.station.close_queue();
+            let again = inner.station.is_ending();
             inner.station.end(now);
-            inner.engines.iter().map(ArmEngine::end_job).collect()
+            let jobs: Vec<_> = inner.engines.iter().map(ArmEngine::end_job).collect();
+            (again, jobs)
         });
-        for end in ends {
-            end.await;
+        let runs = async {
+            for job in jobs {
+                job.await;
+            }
+            self.let_go().await;
+        };
+        // An arm that does not answer holds up a job.
+        let _ = timeout(if again { AT_ONCE } else { RUNS }, runs).await;
+        let stops: Vec<_> = self.shared.with(|inner, now| {
+            inner.station.end(now);
+            let is_reader = inner.station.is_read_only();
+            let stops = inner.engines.iter().map(|engine| engine.end(is_reader));
+            stops.map(|stop| timeout(LAST_STOP, stop)).collect()
+        });
+        let mut unconfirmed = Vec::new();
+        let names = self.shared.lock().station.arm_names();
+        for (arm, stop) in names.into_iter().zip(stops) {
+            match stop.await {
+                Ok(Ok(())) => {}
+                Ok(Err(error)) => unconfirmed.push((arm, error.to_string())),
+                Err(_) => unconfirmed.push((arm, "it took too long".to_owned())),
+            }
         }
+        let cut_off = self.shared.lock().station.cut_off().to_vec();
+        RunsEnd {
+            cut_off,
+            unconfirmed,
+        }
+    }
+
+    /// Waits until no session holds an arm of a station that ends.
+    async fn let_go(&self) {
         loop {
             let let_go = self.shared.let_go.notified();
             tokio::pin!(let_go);
             let_go.as_mut().enable();
-            {
-                let inner = self.shared.lock();
-                if inner.station.has_let_go() {
-                    return inner.station.cut_off().to_vec();
-                }
+            if self.shared.lock().station.has_let_go() {
+                return;
             }
             let_go.await;
         }

@@ -196,8 +196,9 @@ impl Journal for MemoryJournal {
         { journals.get(&self.key).cloned() }.ok_or(JournalError::Nothing)
     }
 
-    fn write(&mut self, checkpoint: &Checkpoint) {
+    fn write(&mut self, checkpoint: &Checkpoint) -> std::io::Result<()> {
         locked(&self.kept.0).insert(self.key.clone(), checkpoint.clone());
+        Ok(())
     }
 
     fn remove(&mut self) {

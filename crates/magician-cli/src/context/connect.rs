@@ -6,8 +6,9 @@ use std::time::Duration;
 
 use magician::sim::Controller;
 use magician::{Arm, ErrorCode, LineOptions, Options, SimSpeed, Target, Tracer, VirtualArm};
+use magician_protocol::visible;
 use magician_station::client::{
-    ClientError, LineEnd, StationAddress, StationClient, StationHomings, StationLine,
+    ClientError, LineEnd, LineLease, StationAddress, StationClient, StationHomings, StationLine,
 };
 use tokio::task::JoinHandle;
 use tokio::time::timeout;
@@ -16,6 +17,7 @@ use super::policy::{Burns, Rules, UnderWay};
 use super::{Context, FAREWELL};
 use crate::failure::{Failure, Kind};
 use crate::paint::tell;
+use crate::progress::attended;
 use crate::serving::grow;
 use crate::verbs::serve::url_of;
 
@@ -47,6 +49,8 @@ pub(super) struct Connected {
     ends: Option<JoinHandle<()>>,
     /// Why that one broke, once it has.
     line: LineEnd,
+    /// The lease of that line.
+    lease: Option<LineLease>,
     /// Whether it waits for a line that breaks.
     reconnects: bool,
     /// What was set going over it that it cannot know of.
@@ -54,6 +58,28 @@ pub(super) struct Connected {
 }
 
 impl Connected {
+    /// Takes the lease at a station, which the work needs: a refusal leaves nothing behind. The lease
+    /// of a program that is gone is waited for.
+    pub(super) async fn take_lease(&self, json: bool) -> Result<(), Failure> {
+        let Some(lease) = &self.lease else {
+            return Ok(());
+        };
+        let refused = match lease.take(Duration::ZERO).await {
+            Ok(()) => return Ok(()),
+            Err(refused) => refused,
+        };
+        let Some((holder, free)) = refused.free_soon() else {
+            return Err(refused.into());
+        };
+        let seconds = free.as_secs_f64().ceil();
+        let what = format!(
+            "waiting for the lease of {}, which is gone, for up to {seconds:.0} s",
+            visible(holder)
+        );
+        attended(json, &what, lease.take(free + LEASE_MARGIN)).await?;
+        Ok(())
+    }
+
     /// What a failure is about, where the line broke because the station refused something.
     pub(super) fn meant(&self, failure: Failure) -> Failure {
         match self.line.why() {
@@ -83,6 +109,9 @@ impl Connected {
         }
     }
 }
+
+/// Time for the station to end a lease whose holder is gone, beyond that holder's own.
+const LEASE_MARGIN: Duration = Duration::from_secs(1);
 
 const PORT: Kind = Kind::Driver(magician::ErrorKind::Port);
 
@@ -207,6 +236,7 @@ impl Context {
             place,
             ends: None,
             line: LineEnd::default(),
+            lease: None,
             reconnects,
             under_way: UnderWay::default(),
         })
@@ -242,7 +272,7 @@ impl Context {
         let homings = Arc::new(StationHomings::default());
         homings.ask(&client, address.arm.as_deref()).await?;
         let (line, ends) = StationLine::open(&client, address.arm.as_deref(), self.global.yes);
-        let end = line.end();
+        let (end, lease) = (line.end(), line.lease());
         let mut options = Options::default();
         // The station waits for the arm, and so do we.
         options.timeout = self.global.timeout.unwrap_or(Duration::from_secs(5));
@@ -256,6 +286,7 @@ impl Context {
             place: Some(url.to_owned()),
             ends: Some(ends),
             line: end,
+            lease: Some(lease),
             reconnects: true,
             under_way: UnderWay::default(),
         })
@@ -375,6 +406,13 @@ impl From<ClientError> for Failure {
             ClientError::Untrusted(_) => {
                 failure.hint("--station-ca FILE names the certificates to trust")
             }
+            ClientError::Refused { data, .. } => match data["holder"]["name"].as_str() {
+                Some(holder) => failure.hint(format!(
+                    "try again when {} is done with the arm",
+                    visible(holder)
+                )),
+                None => failure,
+            },
             _ => failure,
         }
     }

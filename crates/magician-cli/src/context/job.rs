@@ -3,7 +3,7 @@
 use magician::Arm;
 
 use super::Context;
-use super::policy::{End, JobPolicy};
+use super::policy::{End, JobPolicy, Rules};
 use crate::failure::Failure;
 use crate::interrupt::Signals;
 use crate::output::Output;
@@ -26,6 +26,13 @@ impl<T: Into<Failure>> From<T> for Ended {
 }
 
 impl Context {
+    /// The arm that is meant, with its lease at a station.
+    async fn connect_leased(&mut self, rules: &Rules) -> Result<Arm, Failure> {
+        let arm = self.connect(None, rules).await?;
+        self.take_lease().await?;
+        Ok(arm)
+    }
+
     /// Works with the arm on something that moves it, hears signals itself, and settles itself what others have left.
     pub(crate) fn job<T>(
         &mut self,
@@ -39,7 +46,7 @@ impl Context {
             let mut signals = Signals::listen()?;
             let _time = self.arm_time();
             let connected = tokio::select! {
-                connected = self.connect(None, &rules) => connected,
+                connected = self.connect_leased(&rules) => connected,
                 _ = signals.next() => Err(self.halt(&mut signals).await),
             };
             let arm = match connected {

@@ -25,7 +25,7 @@ use connect::{Connected, Stage, Trace};
 pub(crate) use connect::{Sim, Taken, held};
 pub(crate) use job::Ended;
 pub(crate) use policy::{Burns, JobPolicy, StopPolicy, ToldPolicy};
-pub(crate) use stop::{INTERRUPTED, STATION_ENDED, not_confirmed, place, stop};
+pub(crate) use stop::{INTERRUPTED, STATION_ENDED, kind_of_stop, not_confirmed, place, stop};
 
 /// What only the command line as a whole knows, for the verbs that show it or follow lines of it.
 #[derive(Clone, Copy)]

@@ -1,17 +1,26 @@
 //! Stopping the arm, and what is said of it.
 
-use magician::Arm;
 use magician::commands::Pose;
+use magician::{Arm, ErrorKind};
 use tokio::time::timeout;
 
 use super::{FAREWELL, STAND_BY};
-use crate::failure::Failure;
+use crate::failure::{Failure, Kind};
 use crate::saved::SavedSettings;
 
 /// Cause of an end that a person asked for.
 pub(crate) const INTERRUPTED: &str = "interrupted";
 /// Cause of an end because the station is about to end.
 pub(crate) const STATION_ENDED: &str = "the station ended";
+
+/// Kind of the failure that ends work which was stopped. A person's own signal is an interruption,
+/// also while work comes to its end because its station does (`line_ends`).
+pub(crate) const fn kind_of_stop(line_ends: bool, by_person: bool) -> Kind {
+    match line_ends && !by_person {
+        true => Kind::Driver(ErrorKind::Port),
+        false => Kind::Interrupted,
+    }
+}
 
 /// Stops the arm, gives its settings back, and tells where it stands, after the words for the cause.
 pub(crate) async fn stop(arm: &Arm, saved: &SavedSettings, cause: &str) -> Result<String, String> {
@@ -47,4 +56,16 @@ pub(crate) fn place(Pose { x, y, z, r, .. }: &Pose) -> String {
 
 pub(crate) fn not_confirmed(cause: &str, why: &str) -> String {
     format!("{cause}, but the arm did not confirm that it has stopped: {why}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn second_signal_of_a_person_is_an_interruption_also_while_the_station_ends() {
+        assert_eq!(kind_of_stop(true, false).status(), 4);
+        assert_eq!(kind_of_stop(true, true).status(), 130);
+        assert_eq!(kind_of_stop(false, false).status(), 130);
+    }
 }

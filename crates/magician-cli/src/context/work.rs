@@ -3,12 +3,12 @@
 use std::future::Future;
 use std::pin::{Pin, pin};
 
-use magician::{Arm, ErrorKind};
+use magician::Arm;
 use tokio::time::timeout;
 
 use super::connect::{Connected, Sim};
 use super::policy::{Burns, End, Rules, StopPolicy, ToldPolicy};
-use super::stop::{INTERRUPTED, STATION_ENDED, stop, stop_again};
+use super::stop::{INTERRUPTED, STATION_ENDED, kind_of_stop, stop, stop_again};
 use super::{Context, FAREWELL, STAND_BY};
 use crate::failure::{Failure, Kind, incomplete};
 use crate::interrupt::{Signal, Signals};
@@ -147,6 +147,14 @@ impl Context {
         });
     }
 
+    /// Takes the lease of the connected arm: see [`Connected::take_lease`].
+    pub(super) async fn take_lease(&self) -> Result<(), Failure> {
+        match &self.connected {
+            Some(connected) => connected.take_lease(self.global.json).await,
+            None => Ok(()),
+        }
+    }
+
     /// The work has come to its good end.
     pub(super) fn ends(&mut self, end: End) {
         if let Some(connected) = &mut self.connected {
@@ -168,6 +176,9 @@ impl Context {
             let _time = self.arm_time();
             let work = async {
                 let arm = &self.connect(sim, &rules).await?;
+                if access == Access::Sets && !rules.reconnects {
+                    self.take_lease().await?;
+                }
                 let ends = arm.end_notice();
                 let work = async {
                     let settled = SavedSettings::settle(arm, access).await;
@@ -226,7 +237,7 @@ impl Context {
     pub(super) async fn halt(&mut self, signals: &mut Signals) -> Failure {
         let open = self.connected.as_ref();
         let needs_stop = open.is_some_and(Connected::needs_stop);
-        let message = self.halted(needs_stop, INTERRUPTED, signals).await;
+        let (message, _) = self.halted(needs_stop, INTERRUPTED, signals).await;
         Failure::new(Kind::Interrupted, message)
     }
 
@@ -234,12 +245,19 @@ impl Context {
     async fn halt_for_station(&mut self, signals: &mut Signals) -> Failure {
         let open = self.connected.as_ref();
         let needs_stop = open.is_some_and(Connected::needs_end) || !self.saved.is_empty();
-        let message = self.halted(needs_stop, STATION_ENDED, signals).await;
-        Failure::new(Kind::Driver(ErrorKind::Port), message)
+        let (message, again) = self.halted(needs_stop, STATION_ENDED, signals).await;
+        Failure::new(kind_of_stop(true, again), message)
     }
 
-    /// Stops the arm if it needs that, and ends the connection; what is said of it, after the words for the cause.
-    async fn halted(&mut self, needs_stop: bool, cause: &str, signals: &mut Signals) -> String {
+    /// Stops the arm if it needs that, and ends the connection; what is said of it, after the words for the cause, and whether a
+    /// signal came meanwhile.
+    async fn halted(
+        &mut self,
+        needs_stop: bool,
+        cause: &str,
+        signals: &mut Signals,
+    ) -> (String, bool) {
+        let mut again = false;
         let outcome = match &self.connected {
             Some(open) if needs_stop => {
                 let arm = &open.arm;
@@ -251,7 +269,10 @@ impl Context {
                 };
                 let ended = match ended {
                     Some(ended) => ended,
-                    None => stop_again(arm, &self.saved).await,
+                    None => {
+                        again = true;
+                        stop_again(arm, &self.saved).await
+                    }
                 };
                 self.ends(End::Stopped);
                 ended
@@ -260,7 +281,7 @@ impl Context {
         };
         self.saved.leave();
         self.interrupted(outcome.is_ok()).await;
-        outcome.unwrap_or_else(|message| message)
+        (outcome.unwrap_or_else(|message| message), again)
     }
 
     /// What becomes of the connection after an interrupt.

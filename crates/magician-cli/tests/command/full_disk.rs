@@ -4,6 +4,7 @@
 use std::os::unix::fs::symlink;
 
 use crate::files::behind;
+use crate::magician::drawing;
 use crate::magician::served::Served;
 use crate::magician::{Run, run};
 use serde_json::json;
@@ -132,5 +133,36 @@ fn limit_for_the_size_of_files_leaves_an_arm_served() {
         let (status, _) = served.end("-TERM");
         assert_eq!(status.code(), Some(expected), "{option}");
         let _ = std::fs::remove_file(file);
+    }
+}
+
+/// A file in the place of the folder for journals, which a superuser cannot write either.
+#[test]
+fn drawing_whose_progress_cannot_be_kept_warns_once_and_promises_no_resumption() {
+    use std::process::{Command, Stdio};
+    for json in [false, true] {
+        let place = drawing::Place::homed("5");
+        let runs = place.dir.path().join("state/magician/runs");
+        let _ = std::fs::remove_dir_all(&runs);
+        std::fs::write(&runs, "").expect("written");
+        let more: &[&str] = if json { &["--json"] } else { &[] };
+        let mut drawing = place.draw(more);
+        drawing.stdout(Stdio::piped()).stderr(Stdio::piped());
+        let drawing = drawing.spawn().expect("it starts");
+        place.until_drawn(2.0);
+        let id = drawing.id().to_string();
+        assert!(Command::new("kill").args(["-INT", &id]).status().is_ok());
+        let output = drawing.wait_with_output().expect("it ends");
+        assert_eq!(output.status.code(), Some(130), "{output:?}");
+        let [out, err] =
+            [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap());
+        let said = "the progress cannot be kept: ";
+        let place = if json { &out } else { &err };
+        assert_eq!(place.matches(said).count(), 1, "{out} {err}");
+        assert!(place.contains(": after a stop this job starts again from the beginning"));
+        assert!(!err.contains("--resume"), "{err}");
+        if !json {
+            assert!(err.contains("--from "), "{err}");
+        }
     }
 }

@@ -255,3 +255,65 @@ fn move_over_a_station_that_ends_is_stopped_and_says_so() {
     );
     assert!(place.number("pose", "y") < 149.0);
 }
+
+#[test]
+fn commands_left_in_the_arm_by_an_earlier_program_are_dropped_as_the_station_ends() {
+    let place = Place::homed("1");
+    for set in ["QueuedCmdStopExec", "QueuedCmdClear"] {
+        assert!(place.run(&["set", set, "--yes"]).status.success());
+    }
+    for y in ["10", "20", "30"] {
+        let (fields, y) = (["x=210", "z=0", "r=0", "ptp_mode=1"], format!("y={y}"));
+        let enqueue = [&["enqueue", "PTPCmd", &y][..], &fields[..], &["--yes"]].concat();
+        let queued = place.run(&enqueue);
+        assert!(queued.status.success(), "{queued:?}");
+    }
+    assert_ne!(last(&place.run(&["queue"]))["left_space"], 32);
+    let (served, _) = serve(&place);
+    let (status, _, told) = served.end_telling("-INT");
+    assert_eq!(status.code(), Some(0), "{told}");
+    assert_eq!(last(&place.run(&["queue"]))["left_space"], 32);
+}
+
+/// The one that is refused has changed nothing, and owes nothing.
+#[test]
+fn second_drawing_at_a_station_is_refused_by_name_and_leaves_no_debts() {
+    let place = Place::homed("5");
+    let (_served, url) = serve(&place);
+    for _ in 0..3 {
+        let both = [draw(&place, &url, &[]), draw(&place, &url, &[])];
+        place.until_drawn(1.0);
+        let [mut one, two] = both;
+        let (refused, mut other) = match one.try_wait().expect("a child") {
+            Some(_) => (one, two),
+            None => (two, one),
+        };
+        let refused = refused.wait_with_output().expect("it ends");
+        assert_eq!(refused.status.code(), Some(4), "{refused:?}");
+        let (message, kind) = error(&refused);
+        assert_eq!(message, "magician has the lease of arm");
+        assert_eq!(kind, "port");
+        assert_eq!(place.debts(), 1, "the living one's");
+        signal("-INT", &other);
+        other.wait().expect("it ends");
+        assert_eq!(place.debts(), 0);
+    }
+}
+
+#[test]
+fn drawing_of_a_client_that_was_killed_is_resumed_once_its_lease_is_free() {
+    let place = Place::homed("5");
+    let (_served, url) = serve(&place);
+    let mut drawing = draw(&place, &url, &[]);
+    place.until_drawn(2.0);
+    drawing.kill().expect("killed");
+    drawing.wait().expect("it ends");
+    let mut again = place.draw_at(&["--station", &url], &["--resume"]);
+    let again = again.output().expect("it runs");
+    let said = String::from_utf8_lossy(&again.stderr);
+    assert!(again.status.success(), "{again:?}");
+    assert!(
+        said.contains("waiting for the lease of magician, which is gone, for up to "),
+        "{said}"
+    );
+}

@@ -604,7 +604,10 @@ fn who_has_the_arm_is_said_once() {
         refused.err.contains("magician has the lease"),
         "{refused:?}"
     );
-    assert!(refused.err.contains("lease.ask"), "{refused:?}");
+    assert!(!refused.err.contains("lease.ask"), "{refused:?}");
+    let refused = run(&["--station", &url, "suction", "on"]);
+    let next = "hint: try again when magician is done with the arm";
+    assert!(refused.err.contains(next), "{refused:?}");
     assert!(!refused.err.contains("cable"), "{refused:?}");
     assert_eq!(run(&["--station", &url, "stop"]).status, 0);
     holder.types("\x04");

@@ -66,7 +66,7 @@ impl Work {
         self.track().is_of(&key, self.passes_over);
         let place = match spec.start {
             Start::Step(step) => {
-                self.tell_unfinished();
+                self.tell_unfinished().await?;
                 (step, None)
             }
             Start::Resume => self.resumed().await?,
@@ -91,15 +91,26 @@ impl Work {
     }
 
     /// Tells of a run that was cut off, which this one is about to forget.
-    fn tell_unfinished(&self) {
+    async fn tell_unfinished(&self) -> Result<(), Error> {
         let left = self.track().journal.left();
         // One that ended in order has said so itself.
         let cut_off = left
             .ok()
             .filter(|left| left.ended.is_none() && left.handed > 0);
         if let Some(left) = cut_off.filter(|_| self.lasting) {
-            self.shared.tell(JobEvent::Unfinished(left.finished));
+            let seen = ObservedProgress {
+                current: self.arm.current_index().await?.0,
+                clock: self.arm.get::<DeviceTime>().await?.g_systick,
+            };
+            let doubt = left.doubt(Some(seen), self.spec.program.numbering());
+            // After a reset nothing tells how far it came. Other doubts may be settled by the pose.
+            let reset = doubt.is_some_and(|doubt| doubt.why == DoubtReason::Reset);
+            self.shared.tell(JobEvent::Unfinished {
+                finished: left.finished,
+                resumable: !reset,
+            });
         }
+        Ok(())
     }
 
     pub(super) async fn check_ready(&self) -> Result<(), Error> {

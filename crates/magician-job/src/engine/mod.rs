@@ -66,7 +66,12 @@ impl Job {
             needs_speed,
             lasting,
             arm: arm.clone(),
-            track: Mutex::new(Track::new(Box::new(journal), &spec, lasting)),
+            track: Mutex::new(Track::new(
+                Box::new(journal),
+                &spec,
+                lasting,
+                Arc::clone(&shared),
+            )),
             pace: Mutex::default(),
             spec,
             shared: Arc::clone(&shared),
@@ -75,7 +80,10 @@ impl Job {
         tokio::spawn(async move {
             let ends = ends;
             let mut inbox = Inbox::new(requests, work.arm.end_notice());
-            let outcome = work.to_the_end(&mut inbox).await;
+            let mut outcome = work.to_the_end(&mut inbox).await;
+            if let Err(error) = &mut outcome {
+                error.unkept = work.track().unkept.clone();
+            }
             work.restores_settings(&outcome).await;
             inbox.answer_pauses(|| Err(PauseError::Ended));
             // Before the end is reported: the waiting process may exit at once.

@@ -1,5 +1,6 @@
 //! How far a job is, and what of that is kept outside of the process.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use magician::commands::Pose;
@@ -8,6 +9,8 @@ use magician_program::{BurnPlace, RemainingProgram};
 use tokio::time::Instant;
 
 use crate::error::Left;
+use crate::event::JobEvent;
+use crate::handle::Shared;
 use crate::journal::{Journal, JournalKey};
 use crate::spec::JobSpec;
 
@@ -40,10 +43,20 @@ pub(super) struct Track {
     pub(super) left: Option<Left>,
     /// When progress was told last.
     pub(super) told: Option<Instant>,
+    /// Cause why the journal holds nothing of the job, if its last write failed.
+    pub(super) unkept: Option<Arc<str>>,
+    /// True once that was told: the next failures are not news.
+    told_unkept: bool,
+    shared: Arc<Shared>,
 }
 
 impl Track {
-    pub(super) fn new(journal: Box<dyn Journal>, spec: &JobSpec, lasting: bool) -> Self {
+    pub(super) fn new(
+        journal: Box<dyn Journal>,
+        spec: &JobSpec,
+        lasting: bool,
+        shared: Arc<Shared>,
+    ) -> Self {
         Self {
             journal,
             checkpoint: Checkpoint::new(&spec.program.plan().title, spec.program.steps(), false),
@@ -58,6 +71,9 @@ impl Track {
             lift: None,
             left: None,
             told: None,
+            unkept: None,
+            told_unkept: false,
+            shared,
         }
     }
 
@@ -181,6 +197,7 @@ impl Track {
         self.left = Some(Left::Known {
             resume_point,
             within: within.is_some(),
+            burnt_twice: self.checkpoint.twice,
         });
         self.close();
     }
@@ -249,6 +266,12 @@ impl Track {
 
     fn write(&mut self) {
         self.written = Some(Instant::now());
-        self.journal.write(&self.checkpoint);
+        let failed = self.journal.write(&self.checkpoint).err();
+        self.unkept = failed.map(|error| error.to_string().into());
+        if let Some(cause) = &self.unkept
+            && !std::mem::replace(&mut self.told_unkept, true)
+        {
+            self.shared.tell(JobEvent::Unkept(Arc::clone(cause)));
+        }
     }
 }

@@ -10,7 +10,6 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use magician_program::resume::Checkpoint;
-use tracing::debug;
 
 use super::{Journal, JournalError, JournalKey};
 use crate::dirs;
@@ -81,7 +80,8 @@ impl FileJournal {
 
     fn try_write(&mut self, text: &str) -> io::Result<()> {
         let Some((first, _)) = &self.key else {
-            return Ok(());
+            let why = "the system names no folder for it";
+            return Err(io::Error::new(io::ErrorKind::NotFound, why));
         };
         let _guard = self.guard();
         let path = match &self.claim {
@@ -129,14 +129,14 @@ impl Journal for FileJournal {
         })
     }
 
-    /// A job without a journal is better than none: what goes wrong is only logged.
-    fn write(&mut self, checkpoint: &Checkpoint) {
+    fn write(&mut self, checkpoint: &Checkpoint) -> io::Result<()> {
         let written = serde_json::to_string(checkpoint)
             .map_err(io::Error::from)
             .and_then(|text| self.try_write(&text));
-        if let Err(error) = written {
-            debug!(%error, "the journal cannot be written");
+        if written.is_err() {
+            self.remove();
         }
+        written
     }
 
     fn remove(&mut self) {

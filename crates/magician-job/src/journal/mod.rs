@@ -3,6 +3,8 @@
 #[cfg(feature = "files")]
 mod file;
 
+use std::io;
+
 use magician_program::resume::Checkpoint;
 
 #[cfg(feature = "files")]
@@ -61,7 +63,11 @@ pub trait Journal: Send {
     fn left(&self) -> Result<Checkpoint, JournalError>;
 
     /// Keeps this.
-    fn write(&mut self, checkpoint: &Checkpoint);
+    ///
+    /// # Errors
+    /// The cause if it cannot be kept. Nothing is left of the job then: an older state of it would be
+    /// taken for its last one.
+    fn write(&mut self, checkpoint: &Checkpoint) -> io::Result<()>;
 
     /// The job has come to its end: nothing of it is left.
     fn remove(&mut self);
@@ -76,8 +82,8 @@ impl<J: Journal + ?Sized> Journal for Box<J> {
         (**self).left()
     }
 
-    fn write(&mut self, checkpoint: &Checkpoint) {
-        (**self).write(checkpoint);
+    fn write(&mut self, checkpoint: &Checkpoint) -> io::Result<()> {
+        (**self).write(checkpoint)
     }
 
     fn remove(&mut self) {
@@ -96,7 +102,9 @@ impl Journal for NoJournal {
         Err(JournalError::Nothing)
     }
 
-    fn write(&mut self, _mark: &Checkpoint) {}
+    fn write(&mut self, _mark: &Checkpoint) -> io::Result<()> {
+        Ok(())
+    }
 
     fn remove(&mut self) {}
 }

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use magician::sim::ExternalEvent;
 use magician::{Alarm, Arm, Options, SimSpeed, VirtualArm, words};
-use magician_job::{Fault, Job, JobEvent, JobSpec, Journal, JournalError, Start};
+use magician_job::{Fault, Job, JobEvent, JobSpec, Journal, JournalError, Left, Start};
 use magician_program::{Action, Origin, Plan, Program, Tool, Travel};
 use tokio::time::sleep;
 
@@ -317,6 +317,40 @@ async fn burn_stopped_by_another_program_repeats_the_braking_way() {
         );
         assert!(said <= 3.6, "{told}: {said:.2} mm are burnt twice");
         longest = longest.max(said);
+    }
+    assert!(longest > 1.0, "{longest}");
+}
+
+/// The hint at the stop and the note at the resumption agree.
+#[tokio::test(start_paused = true)]
+async fn stopped_burn_tells_at_its_end_how_much_is_burnt_twice_at_most() {
+    let program = burn(60.0);
+    let mut longest = 0.0_f64;
+    for seconds in [2.0, 2.6, 3.3, 4.1, 4.8] {
+        let (cell, arm) = place(&program).await;
+        let journal = Memory::default();
+        let job = Job::start(&arm, JobSpec::new(program.clone()), journal.clone());
+        sleep(Duration::from_secs_f64(seconds)).await;
+        // Another program stops the arm, as a station does: when the job hears of it the arm stands.
+        let other = Arm::simulated(cell.clone(), Options::default()).await;
+        other
+            .expect("a virtual arm")
+            .stop()
+            .await
+            .expect("it stops");
+        job.stop();
+        let error = job.outcome().await.expect_err("stopped");
+        let Some(Left::Known { burnt_twice, .. }) = error.left else {
+            continue;
+        };
+        let Some(said) = tried(&arm, JobSpec::new(program.clone()), journal).await else {
+            continue;
+        };
+        assert!(
+            (burnt_twice - said).abs() < 0.01,
+            "{seconds}: {burnt_twice:.2} mm promised, {said:.2} mm at the start"
+        );
+        longest = longest.max(burnt_twice);
     }
     assert!(longest > 1.0, "{longest}");
 }

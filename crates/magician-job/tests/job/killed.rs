@@ -75,8 +75,9 @@ impl Journal for Watched {
         left.ok_or(JournalError::Nothing)
     }
 
-    fn write(&mut self, checkpoint: &Checkpoint) {
+    fn write(&mut self, checkpoint: &Checkpoint) -> std::io::Result<()> {
         self.becomes(Some(checkpoint.clone()));
+        Ok(())
     }
 
     fn remove(&mut self) {

@@ -53,8 +53,9 @@ impl Journal for Memory {
         self.last().ok_or(JournalError::Nothing)
     }
 
-    fn write(&mut self, checkpoint: &Checkpoint) {
+    fn write(&mut self, checkpoint: &Checkpoint) -> std::io::Result<()> {
         self.0.lock().unwrap().push(Some(checkpoint.clone()));
+        Ok(())
     }
 
     fn remove(&mut self) {
@@ -166,6 +167,98 @@ async fn a_pause_on_the_way_to_the_end_says_so() {
         }
     }
     job.outcome().await.expect("done all the same");
+}
+
+/// A journal on a disk that is full from the nth write to the mth.
+struct FullDisk {
+    written: Memory,
+    writes: usize,
+    full: std::ops::Range<usize>,
+}
+
+impl Journal for FullDisk {
+    fn open(&mut self, _: &JournalKey) {}
+
+    fn left(&self) -> Result<Checkpoint, JournalError> {
+        self.written.left()
+    }
+
+    fn write(&mut self, checkpoint: &Checkpoint) -> std::io::Result<()> {
+        self.writes += 1;
+        match self.full.contains(&self.writes) {
+            true => Err(std::io::ErrorKind::StorageFull.into()),
+            false => self.written.write(checkpoint),
+        }
+    }
+
+    fn remove(&mut self) {}
+}
+
+#[tokio::test(start_paused = true)]
+async fn full_disk_is_told_once_and_the_end_says_whether_anything_is_kept() {
+    let program = program(Kind::Lines, 1);
+    for (full, told, kept) in [
+        (1..usize::MAX, 1, false),
+        (3..usize::MAX, 1, false),
+        (1..4, 1, true),
+        (0..0, 0, true),
+    ] {
+        let (_cell, arm) = place(&program).await;
+        let journal = FullDisk {
+            written: Memory::default(),
+            writes: 0,
+            full: full.clone(),
+        };
+        let spec = JobSpec::new(program.clone()).lasting(true);
+        let job = Job::start(&arm, spec, journal);
+        let mut events = job.events();
+        let (stopping, mut causes) = (job.clone(), Vec::new());
+        tokio::spawn(async move {
+            sleep(secs(4.0)).await;
+            stopping.stop();
+        });
+        while let Some(event) = events.next().await {
+            if let JobEvent::Unkept(cause) = event {
+                causes.push(cause);
+            }
+        }
+        assert_eq!(causes.len(), told, "{full:?}: {causes:?}");
+        let error = job.outcome().await.expect_err("stopped");
+        assert!(error.is_stop() && error.left.is_some(), "{error:?}");
+        assert_eq!(error.unkept.is_none(), kept, "{full:?}: {error:?}");
+    }
+}
+
+/// After a reset the arm tells nothing of the earlier run: it is told, and not promised to go on.
+#[tokio::test(start_paused = true)]
+async fn run_that_was_cut_off_is_resumable_unless_the_arm_was_reset_since() {
+    let program = program(Kind::Lines, 1);
+    for reset in [false, true] {
+        let (_cell, arm) = place(&program).await;
+        let mut checkpoint = Checkpoint::new("", program.steps(), false);
+        (checkpoint.finished, checkpoint.handed) = (2, 4);
+        (checkpoint.rest, checkpoint.clock) = (Some(0), if reset { u32::MAX } else { 0 });
+        let mut written = Memory::default();
+        written.write(&checkpoint).expect("kept");
+        let journal = FullDisk {
+            written,
+            writes: 0,
+            full: 0..0,
+        };
+        let spec = JobSpec::new(program.clone()).lasting(true);
+        let job = Job::start(&arm, spec, journal);
+        let (mut events, mut told) = (job.events(), None);
+        while let Some(event) = events.next().await {
+            if let JobEvent::Unfinished {
+                finished,
+                resumable,
+            } = event
+            {
+                told = Some((finished, resumable));
+            }
+        }
+        assert_eq!(told, Some((2, !reset)));
+    }
 }
 
 #[tokio::test(start_paused = true)]
@@ -448,9 +541,9 @@ fn journal_that_another_job_has_is_left_to_it() {
     };
     let finished = |journal: &FileJournal| journal.left().map(|left| left.finished);
     let (mut one, mut two) = (opened(None), opened(None));
-    one.write(&checkpoint(1));
-    two.write(&checkpoint(2));
-    one.write(&checkpoint(3));
+    one.write(&checkpoint(1)).expect("kept");
+    two.write(&checkpoint(2)).expect("kept");
+    one.write(&checkpoint(3)).expect("kept");
     assert_eq!((finished(&one), finished(&two)), (Ok(3), Ok(2)));
     assert_eq!(finished(&opened(None)), Err(JournalError::Nothing));
     drop(one);
@@ -461,7 +554,7 @@ fn journal_that_another_job_has_is_left_to_it() {
     one.remove();
     // A virtual arm keeps its file from others between two jobs.
     let mut of_virtual = opened(Some(u64::MAX));
-    of_virtual.write(&checkpoint(4));
+    of_virtual.write(&checkpoint(4)).expect("kept");
     drop(of_virtual);
     assert_eq!(
         finished(&opened(Some(u64::MAX - 1))),

@@ -206,8 +206,9 @@ impl Journal for Memory {
         self.0.lock().unwrap().clone().ok_or(JournalError::Nothing)
     }
 
-    fn write(&mut self, checkpoint: &Checkpoint) {
+    fn write(&mut self, checkpoint: &Checkpoint) -> std::io::Result<()> {
         *self.0.lock().unwrap() = Some(checkpoint.clone());
+        Ok(())
     }
 
     fn remove(&mut self) {

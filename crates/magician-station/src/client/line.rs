@@ -10,6 +10,7 @@ use magician::words::JogDirection;
 use magician_protocol::{Deframer, Direction, Event, FrameBuf, JogCommand, Row, Set, describe};
 use serde_json::{Map, Value, json};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, DuplexStream, ReadBuf};
+use tokio::sync;
 use tokio::task::JoinHandle;
 use tokio::time::{MissedTickBehavior, interval};
 
@@ -28,6 +29,43 @@ const KEEP: Duration = Duration::from_millis(60);
 pub struct StationLine {
     stream: DuplexStream,
     broken: LineEnd,
+    lease: LineLease,
+}
+
+/// The lease of a line. It is taken by the first command that sets or moves, or before by
+/// [`take`](Self::take), and given back at the end of the line.
+#[derive(Clone, Debug)]
+pub struct LineLease {
+    client: StationClient,
+    arm: Option<String>,
+    held: Arc<sync::Mutex<Option<String>>>,
+}
+
+impl LineLease {
+    /// Takes the lease, before anything is sent or written that a refusal would leave behind. Waits
+    /// until it is free for so long at most.
+    ///
+    /// # Errors
+    /// The refusal of the station: see [`ClientError::free_soon`].
+    pub async fn take(&self, wait: Duration) -> Result<(), ClientError> {
+        let mut held = self.held.lock().await;
+        if held.is_none() {
+            let mut params = json!({});
+            if let Some(arm) = &self.arm {
+                params["arm"] = json!(arm);
+            }
+            if !wait.is_zero() {
+                params["wait_s"] = json!(wait.as_secs_f64());
+            }
+            let granted = self.client.lease("lease.acquire", params).await?;
+            *held = granted["lease"].as_str().map(str::to_owned);
+        }
+        Ok(())
+    }
+
+    async fn is_held(&self) -> bool {
+        self.held.lock().await.is_some()
+    }
 }
 
 /// Why a line broke: the station's refusal, or that it is gone. It outlives the line.
@@ -54,11 +92,16 @@ impl StationLine {
     pub fn open(client: &StationClient, arm: Option<&str>, yes: bool) -> (Self, JoinHandle<()>) {
         let (stream, far) = tokio::io::duplex(ROOM);
         let broken = LineEnd::default();
+        let lease = LineLease {
+            client: client.clone(),
+            arm: arm.map(str::to_owned),
+            held: Arc::default(),
+        };
         let bridge = Bridge {
             client: client.clone(),
             arm: arm.map(str::to_owned),
             yes,
-            lease: None,
+            lease: lease.clone(),
             jog: None,
             stopped: false,
         };
@@ -66,13 +109,24 @@ impl StationLine {
         let task = tokio::spawn(async move {
             bridge.carry(far, &end).await;
         });
-        (Self { stream, broken }, task)
+        let line = Self {
+            stream,
+            broken,
+            lease,
+        };
+        (line, task)
     }
 
     /// Why it breaks, if it does.
     #[must_use]
     pub fn end(&self) -> LineEnd {
         self.broken.clone()
+    }
+
+    /// Its lease.
+    #[must_use]
+    pub fn lease(&self) -> LineLease {
+        self.lease.clone()
     }
 
     fn failure(&self) -> Option<io::Error> {
@@ -132,7 +186,7 @@ struct Bridge {
     client: StationClient,
     arm: Option<String>,
     yes: bool,
-    lease: Option<String>,
+    lease: LineLease,
     /// The station's jog under way.
     jog: Option<String>,
     /// Whether it has stopped the arm, and set nothing since.
@@ -149,7 +203,8 @@ impl Bridge {
         // Only now, so that the driver finds out why with the end of the stream.
         drop(far);
         // What the driver has set going and not stopped is meant to go on: it is not when a lease just ends.
-        if let Some(lease) = self.lease.take()
+        let lease = self.lease.held.lock().await.take();
+        if let Some(lease) = lease
             && let Err(error) = self.client.release(&lease).await
         {
             end.why_mut().get_or_insert(error);
@@ -242,6 +297,7 @@ impl Bridge {
         command: &Set,
         fields: Map<String, Value>,
     ) -> Result<(), ClientError> {
+        let is_held = self.lease.is_held().await;
         match command {
             // A stop is everybody's, and overtakes what waits at the station.
             Set::QueuedCmdForceStopExec(_) => {
@@ -253,7 +309,7 @@ impl Bridge {
                 if let Some(jog) = self.jog.take() {
                     return self.call("jog.stop", json!({"jog": jog})).await.map(drop);
                 }
-                if self.lease.is_none() {
+                if !is_held {
                     return Ok(());
                 }
             }
@@ -267,13 +323,11 @@ impl Bridge {
                 }
             }
             // Behind a stop without the lease: the station has done it.
-            Set::QueuedCmdClear(_) if self.lease.is_none() && self.stopped => return Ok(()),
-            Set::EMotor(motor)
-                if self.lease.is_none() && self.stopped && !motor.is_enabled.is_on() =>
-            {
+            Set::QueuedCmdClear(_) if !is_held && self.stopped => return Ok(()),
+            Set::EMotor(motor) if !is_held && self.stopped && !motor.is_enabled.is_on() => {
                 return Ok(());
             }
-            Set::SetEndEffectorLaser(laser) if self.lease.is_none() && !laser.on.is_on() => {
+            Set::SetEndEffectorLaser(laser) if !is_held && !laser.on.is_on() => {
                 if self.stopped {
                     return Ok(());
                 }
@@ -298,14 +352,7 @@ impl Bridge {
     }
 
     async fn lease(&mut self) -> Result<(), ClientError> {
-        if self.lease.is_none() {
-            let params = match &self.arm {
-                Some(arm) => json!({"arm": arm}),
-                None => json!({}),
-            };
-            let granted = self.client.lease("lease.acquire", params).await?;
-            self.lease = granted["lease"].as_str().map(str::to_owned);
-        }
+        self.lease.take(Duration::ZERO).await?;
         self.stopped = false;
         Ok(())
     }

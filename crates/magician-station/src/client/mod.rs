@@ -10,6 +10,7 @@ mod trust;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 use magician::EndNotice;
 use serde_json::{Value, json};
@@ -17,7 +18,7 @@ use tokio::sync::{broadcast, mpsc, oneshot, watch};
 
 pub use self::address::StationAddress;
 pub use self::homings::StationHomings;
-pub use self::line::{LineEnd, StationLine};
+pub use self::line::{LineEnd, LineLease, StationLine};
 use self::task::{Order, Task};
 pub use self::trust::Trust;
 use crate::frame::StateFrame;
@@ -60,6 +61,19 @@ impl ClientError {
             Self::Refused { data, .. } => data.get("kind")?.as_str(),
             _ => None,
         }
+    }
+}
+
+impl ClientError {
+    /// Name of the holder of a lease that was refused and will be free soon, and the time until then,
+    /// if the holder's connection has ended and it does not come back.
+    #[must_use]
+    pub fn free_soon(&self) -> Option<(&str, Duration)> {
+        let Self::Refused { data, .. } = self else {
+            return None;
+        };
+        let free = Duration::try_from_secs_f64(data.get("free_in_s")?.as_f64()?).ok()?;
+        Some((data["holder"]["name"].as_str().unwrap_or_default(), free))
     }
 }
 

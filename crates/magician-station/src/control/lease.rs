@@ -359,6 +359,11 @@ impl Control {
         session: SessionId,
         request: Option<RequestId>,
     ) {
+        if self.closed {
+            // A turn of a class may come up as the station ends.
+            self.deny(arm, request.into_iter().collect());
+            return self.effects.push_back(Effect::Holder { arm, holder: None });
+        }
         let id = LeaseId(self.next_id());
         // It begins with a word, however long its session has waited.
         self.heard(now, session);

@@ -415,6 +415,13 @@ impl Control {
             .filter(move |arm| self.holder(*arm) == Some(session))
     }
 
+    /// Instant at which a session without a socket is over, and its leases are free, unless it comes
+    /// back. `None` for one that has a socket.
+    #[must_use]
+    pub fn back_until(&self, session: SessionId) -> Option<HostInstant> {
+        Some(self.sessions.get(&session)?.left? + GRACE)
+    }
+
     /// When [`handle_timeout`](Self::handle_timeout) is due.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<HostInstant> {

@@ -236,6 +236,10 @@ impl Work {
                     }
                     JobEvent::Progress(progress) => JobNews::Progress(progress),
                     JobEvent::Starts(starts) => JobNews::Starts(starts.steps),
+                    JobEvent::Unkept(cause) => {
+                        tracing::warn!("{}", report::unkept(&cause).message);
+                        continue;
+                    }
                     _ => continue,
                 };
                 report(ArmReport::Job { job, news });

@@ -54,6 +54,11 @@ impl Station {
         if let Some(arm) = call.arm.filter(|_| name.starts_with("record.")) {
             return self.record_call(name, call, arm);
         }
+        if name == "arm.get"
+            && let Some(ends) = self.refuses_put_out(call.session)
+        {
+            return Err(ends);
+        }
         match (name, call.arm) {
             ("session.list", _) => Ok(Handled::Now(self.list_sessions())),
             ("server.info", _) => Ok(Handled::Now(self.server_info(call))),

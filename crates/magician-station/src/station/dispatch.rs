@@ -404,19 +404,22 @@ impl Station {
         }
         let message = self.held_by_another(arm, holder).unwrap_or_else(|| {
             let name = &self.arm(arm).entry.name;
-            format!("moving {name} needs its lease: lease.acquire gets it")
+            format!("moving {name} needs its lease")
         });
-        RpcError::new(RpcError::LEASE, message).with("holder", self.name_of(holder))
+        // Which method gets it is for programs: a person reads the sentence alone.
+        let method = match holder {
+            Some(_) => "lease.ask",
+            None => "lease.acquire",
+        };
+        let error = RpcError::new(RpcError::LEASE, message).with("method", method);
+        error.with("holder", self.name_of(holder))
     }
 
-    /// Who has the lease of an arm, and how to get it. `None` without a holder.
+    /// Sentence that names the holder of a lease. `None` without a holder.
     pub(super) fn held_by_another(&self, arm: ArmId, holder: Option<SessionId>) -> Option<String> {
         let holder = self.sessions.get(&holder?)?;
         let arm = &self.arm(arm).entry.name;
-        Some(format!(
-            "{} has the lease of {arm}: lease.ask asks for it",
-            holder.name
-        ))
+        Some(format!("{} has the lease of {arm}", holder.name))
     }
 
     /// All arms, or the one that is meant.

@@ -54,7 +54,14 @@ impl Station {
                             None => "the lease was not granted".to_owned(),
                         };
                         let error = RpcError::new(RpcError::LEASE, why);
-                        Err(error.with("holder", self.name_of(holder)))
+                        let error = error.with("holder", self.name_of(holder));
+                        Err(
+                            match holder.and_then(|holder| self.control.back_until(holder)) {
+                                Some(until) => error.with("free_in_s", (until - now).as_secs_f64()),
+                                None if holder.is_some() => error.with("method", "lease.ask"),
+                                None => error,
+                            },
+                        )
                     }
                 };
                 self.finish(now, request, outcome);

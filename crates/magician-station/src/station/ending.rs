@@ -1,7 +1,7 @@
 //! The end of a station: its clients are told first, and who holds an arm gets a bounded time to end
 //! what it runs over it. What a client does not end the station ends, as for a holder that is gone.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use magician_protocol::HostInstant;
@@ -29,6 +29,8 @@ pub(super) struct Ending {
     stopped: BTreeMap<SessionId, HostInstant>,
     /// Holders whose lease was ended, by arm.
     evicted: BTreeMap<ArmId, String>,
+    /// Sessions whose lease was ended: the arm is the station's alone.
+    put_out: BTreeSet<SessionId>,
     /// Arms that were moving then, and whose they were.
     cut_off: Vec<CutOff>,
 }
@@ -41,6 +43,16 @@ pub struct CutOff {
     pub arm: String,
     /// Name of the client that held it, and did not stop it in time.
     pub holder: String,
+}
+
+/// Outcome of the end of a station.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct RunsEnd {
+    /// Arms that were stopped under a client.
+    pub cut_off: Vec<CutOff>,
+    /// Arms that did not confirm that they stand with an empty queue, with the cause.
+    pub unconfirmed: Vec<(String, String)>,
 }
 
 impl Station {
@@ -58,6 +70,7 @@ impl Station {
             at_once: false,
             stopped: BTreeMap::new(),
             evicted: BTreeMap::new(),
+            put_out: BTreeSet::new(),
             cut_off: Vec::new(),
         });
         let sockets = self.sessions.values().filter_map(|session| session.socket);
@@ -66,6 +79,22 @@ impl Station {
         }
         self.control.close();
         self.settle(now);
+    }
+
+    /// True if nobody is more than a viewer.
+    pub(crate) fn is_read_only(&self) -> bool {
+        self.config.read_only
+    }
+
+    /// Names of the arms, in their order.
+    pub(crate) fn arm_names(&self) -> Vec<String> {
+        let arms = self.arm_ids();
+        arms.map(|arm| self.arm(arm).entry.name.clone()).collect()
+    }
+
+    /// True once it ends.
+    pub(crate) fn is_ending(&self) -> bool {
+        self.ending.is_some()
     }
 
     /// True once it ends and no session holds an arm any more.
@@ -94,6 +123,14 @@ impl Station {
     pub(super) fn refuses_at_end(&self) -> Option<RpcError> {
         let why = RpcError::new(RpcError::STOPPED, "the station ends");
         self.ending.as_ref().map(|_| why.with("by", Value::Null))
+    }
+
+    /// The same for the reads of a session whose lease was ended: it would take the queue that the
+    /// station empties for a fault of its own.
+    pub(super) fn refuses_put_out(&self, session: SessionId) -> Option<RpcError> {
+        let ending = self.ending.as_ref()?;
+        ending.put_out.get(&session)?;
+        self.refuses_at_end()
     }
 
     /// A session asks for something, or was answered. `stops`: it has stopped its arm.
@@ -131,6 +168,9 @@ impl Station {
             let name = lasting.map(|session| session.name.clone());
             if let (Some(ending), Some(name)) = (&mut self.ending, name) {
                 ending.evicted.insert(arm, name);
+            }
+            if let Some(ending) = &mut self.ending {
+                ending.put_out.insert(holder);
             }
             self.control.evict(now, arm);
         }

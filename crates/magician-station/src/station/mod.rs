@@ -43,8 +43,8 @@ use magician_job::presets::Presets;
 use magician_protocol::HostInstant;
 use serde_json::Value;
 
-pub use self::ending::CutOff;
 use self::ending::Ending;
+pub use self::ending::{CutOff, RunsEnd};
 use self::events::EventLog;
 use self::jobs::Wants;
 pub use self::journal::JournalLine;

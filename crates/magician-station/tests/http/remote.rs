@@ -139,7 +139,7 @@ async fn rust_program_is_told_that_its_station_ends_and_stops_its_run_in_time() 
     let stopped = run.await.unwrap().unwrap_err();
     assert_eq!(stopped.kind(), ErrorKind::Closed);
     over.close().await;
-    assert_eq!(ending.await.unwrap(), []);
+    assert_eq!(ending.await.unwrap(), magician_station::RunsEnd::default());
 }
 
 #[tokio::test]
@@ -147,7 +147,7 @@ async fn rust_program_that_does_not_listen_is_stopped_and_finds_out_why() {
     let bench = Bench::new().await;
     let anna = client(&bench, "Anna").await;
     let (over, run) = running(&bench, &anna).await;
-    let cut_off = bench.station.end_runs().await;
+    let cut_off = bench.station.end_runs().await.cut_off;
     assert_eq!((cut_off.len(), &*cut_off[0].holder), (1, "Anna"));
     bench.over.send(true).unwrap();
     let failed = run.await.unwrap().unwrap_err();

@@ -247,9 +247,10 @@ impl Journal for KeptJournal {
             .ok_or(JournalError::Nothing)
     }
 
-    fn write(&mut self, checkpoint: &Checkpoint) {
+    fn write(&mut self, checkpoint: &Checkpoint) -> std::io::Result<()> {
         let mut journals = self.kept.journals.lock().unwrap();
         journals.insert(self.key.clone(), checkpoint.clone());
+        Ok(())
     }
 
     fn remove(&mut self) {

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use magician_station::RunsEnd;
 use serde_json::{Value, json};
 use tokio::time::Instant;
 
@@ -52,7 +53,7 @@ async fn holder_that_stops_lifts_and_gives_the_lease_back_before_the_station_goe
         "viewers hear of it too"
     );
     anna.ok("lease.release", json!({"lease": lease})).await;
-    assert_eq!(ending.await.unwrap(), []);
+    assert_eq!(ending.await.unwrap(), RunsEnd::default());
     assert!(stands(&bench));
 }
 
@@ -61,7 +62,7 @@ async fn holder_that_does_not_stop_in_a_second_is_cut_off() {
     let bench = Bench::new(1).await;
     let (mut anna, _) = holder(&bench, "Anna").await;
     let began = Instant::now();
-    let cut_off = bench.station.end_runs().await;
+    let cut_off = bench.station.end_runs().await.cut_off;
     assert_eq!(began.elapsed().as_secs(), 1);
     assert_eq!(
         (cut_off.len(), &*cut_off[0].arm, &*cut_off[0].holder),
@@ -78,11 +79,11 @@ async fn holder_that_has_stopped_and_says_nothing_more_has_ended() {
     let bench = Bench::new(1).await;
     let (mut anna, _) = holder(&bench, "Anna").await;
     let began = Instant::now();
-    let (cut_off, ()) = tokio::join!(bench.station.end_runs(), async {
+    let (ended, ()) = tokio::join!(bench.station.end_runs(), async {
         anna.listen(Duration::from_millis(20)).await;
         anna.ok("arm.stop", json!({})).await;
     });
-    assert_eq!(cut_off, []);
+    assert_eq!(ended.cut_off, []);
     assert!(
         began.elapsed() < Duration::from_secs(3),
         "{:?}",
@@ -127,29 +128,29 @@ async fn holder_that_is_gone_or_cannot_be_told_is_not_waited_for() {
     let (anna, _) = holder(&bench, "Anna").await;
     drop(anna);
     let began = Instant::now();
-    assert_eq!(bench.station.end_runs().await.len(), 1);
+    assert_eq!(bench.station.end_runs().await.cut_off.len(), 1);
     assert!(began.elapsed() < Duration::from_millis(100));
 
     // The same while it was still there as the end began.
     let bench = Bench::new(1).await;
     let (anna, _) = holder(&bench, "Anna").await;
     let began = Instant::now();
-    let (cut_off, ()) = tokio::join!(bench.station.end_runs(), async {
+    let (ended, ()) = tokio::join!(bench.station.end_runs(), async {
         tokio::time::sleep(Duration::from_millis(300)).await;
         drop(anna);
     });
-    assert_eq!(cut_off.len(), 1);
+    assert_eq!(ended.cut_off.len(), 1);
     assert!(began.elapsed() < Duration::from_millis(400));
 
     // A request by POST hears nothing.
     let bench = Bench::new(1).await;
     let began = Instant::now();
-    let (answer, cut_off) = tokio::join!(bench.once("arm.home", json!({})), async {
+    let (answer, ended) = tokio::join!(bench.once("arm.home", json!({})), async {
         tokio::time::sleep(Duration::from_millis(300)).await;
         bench.station.end_runs().await
     });
     assert_eq!(answer["error"]["message"], "the station ends");
-    assert_eq!(cut_off, []);
+    assert_eq!(ended.cut_off, []);
     assert!(began.elapsed() < Duration::from_millis(400));
 }
 
@@ -200,4 +201,65 @@ async fn jog_ends_at_once_as_the_station_begins_to_end() {
         assert_eq!(anna.noticed("jog.ended")[0]["why"], "stopped");
         assert!(stands(&bench));
     });
+}
+
+/// Calls of a drawing's client as its job starts, in their order.
+fn start_of_a_job() -> Vec<(&'static str, Value)> {
+    let set = |command: &str| json!({"command": command, "fields": {}});
+    let fields = json!({"velocity_ratio": 30, "acceleration_ratio": 30});
+    let mut calls = vec![
+        ("lease.acquire", json!({})),
+        (
+            "arm.set",
+            json!({"command": "PTPCommonParams", "fields": fields}),
+        ),
+        ("arm.set", set("QueuedCmdStopExec")),
+    ];
+    for y in [150, -150, 100, -100] {
+        let fields = json!({"ptp_mode": "MOVL_XYZ", "x": 200, "y": y, "z": 50, "r": 0});
+        calls.push((
+            "arm.enqueue",
+            json!({"command": "PTPCmd", "fields": fields}),
+        ));
+    }
+    calls.push(("arm.set", set("QueuedCmdStartExec")));
+    for y in [50, -50] {
+        let to = json!({"to": [200, y, 50, 0], "wait": false});
+        calls.push(("arm.move", to));
+    }
+    calls
+}
+
+/// A client that the system has stopped reads nothing and answers nothing; what it has sent is on its
+/// way.
+#[tokio::test(start_paused = true)]
+async fn station_that_ends_leaves_an_empty_queue_whatever_its_client_had_sent() {
+    let calls = start_of_a_job();
+    for sent in 0..=calls.len() {
+        for (answered, late) in [(false, 0), (true, 0), (true, 3), (true, 40), (false, 990)] {
+            let bench = Bench::new(1).await;
+            let mut anna = bench.join("Anna").await;
+            for (method, params) in &calls[..sent] {
+                let call = anna.send(method, params.clone());
+                if answered {
+                    anna.answer(call).await.unwrap();
+                }
+            }
+            let in_flight = async {
+                tokio::time::sleep(Duration::from_millis(late)).await;
+                for (method, params) in &calls[sent..] {
+                    anna.send(method, params.clone());
+                }
+            };
+            let (ended, ()) = tokio::join!(bench.station.end_runs(), in_flight);
+            let what = format!("{sent} {answered} {late}");
+            assert_eq!(ended.unconfirmed, [], "{what}");
+            assert!(stands(&bench), "{what}");
+            for (method, params) in &calls {
+                anna.send(method, params.clone());
+            }
+            anna.listen(Duration::from_secs(1)).await;
+            assert!(stands(&bench), "{what}");
+        }
+    }
 }

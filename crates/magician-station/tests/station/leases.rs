@@ -187,3 +187,27 @@ async fn a_teacher_takes_the_lease_and_what_its_holder_did_is_stopped() {
     let state = teacher.ok("arm.move", json!({"to": [220, 0, 50, 0]})).await;
     assert_eq!(state["x"], json!(220.0));
 }
+
+/// A person reads the sentence; the method is for programs.
+#[tokio::test(start_paused = true)]
+async fn refusal_of_a_lease_names_its_holder_and_no_method_in_its_sentence() {
+    let bench = Bench::new(1).await;
+    let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
+    let to = json!({"to": [200, 0, 50, 0]});
+    let free = ben.call("arm.move", to.clone()).await.unwrap_err();
+    assert_eq!(free["message"], "moving arm needs its lease");
+    assert_eq!(free["data"]["method"], "lease.acquire");
+    anna.lease().await;
+    for (method, params) in [("lease.acquire", json!({})), ("arm.move", to)] {
+        let held = ben.call(method, params).await.unwrap_err();
+        assert_eq!(held["message"], "Anna has the lease of arm", "{method}");
+        assert_eq!(held["data"]["method"], "lease.ask", "{method}");
+        assert_eq!(held["data"]["free_in_s"], json!(null), "{method}");
+    }
+    drop(anna);
+    ben.listen(Duration::from_secs(2)).await;
+    let gone = ben.call("lease.acquire", json!({})).await.unwrap_err();
+    let free = gone["data"]["free_in_s"].as_f64().unwrap();
+    assert!((2.5..=3.0).contains(&free), "{gone}");
+    ben.ok("lease.acquire", json!({"wait_s": free + 0.5})).await;
+}

@@ -39,7 +39,7 @@ const VERBS: &[(&str, &[&str], &[&str])] = &[
     (
         "stop",
         &["stop.rs"],
-        &["StopPolicy::Hold", "StopPolicy::Stop"],
+        &["StopPolicy::Hold", "StopPolicy::Stop", "alone"],
     ),
     ("suction", &["tools.rs"], &["StopPolicy::Order"]),
     ("gripper", &["tools.rs"], &["StopPolicy::Order"]),

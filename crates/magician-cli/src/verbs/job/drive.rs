@@ -6,6 +6,7 @@ use std::time::{Duration, SystemTime};
 
 use magician::{Arm, ErrorKind};
 use magician_job::recording::{Clock, Options, Recorder};
+use magician_job::report;
 use magician_job::{
     FileJournal, Job, JobEvent, JobHandle, JobOutcome, JobSpec, JobState, PauseReason, ResumeError,
     SpeedError, Start, StartsAt, StopOrder,
@@ -18,7 +19,7 @@ use super::input::Input;
 use super::tell::ProgressReporter;
 use super::tui::Screen;
 use super::under_way::{Next, Obeyed, UnderWay};
-use super::wording::Wording;
+use super::wording::{self, NOTICEABLE, Wording};
 use crate::context::{Context, Ended};
 use crate::failure::{Failure, Kind};
 use crate::interrupt::{Control, JobControl, Signals};
@@ -236,7 +237,7 @@ impl Drive<'_> {
             }
             Some(Err(error)) => Err(self.wording().failure(&error).into()),
             None => Err(Ended::Interrupted {
-                failure: Failure::new(Kind::Interrupted, super::wording::UNKNOWN),
+                failure: Failure::new(Kind::Interrupted, wording::UNKNOWN),
                 stands: false,
             }),
         }
@@ -256,8 +257,16 @@ impl Drive<'_> {
             match run.next(None).await {
                 Next::Event(event) => match event {
                     JobEvent::Settled(settled) => out.settled(&settled, self.json),
-                    JobEvent::Unfinished(finished) => {
-                        out.note(&self.wording().unfinished(finished), self.json);
+                    JobEvent::Unfinished {
+                        finished,
+                        resumable,
+                    } => {
+                        let note = self.wording().unfinished(finished, resumable);
+                        out.note(&note, self.json);
+                    }
+                    JobEvent::Unkept(cause) => {
+                        // Output without a reader is no reason to stop.
+                        let _ = out.note_at_once(&report::unkept(&cause), self.json);
                     }
                     JobEvent::Starts(starts) => {
                         from = starts.steps;
@@ -312,7 +321,7 @@ impl Drive<'_> {
         }
         let burns = self.made.program.plan().burns();
         let within = starts.within && self.resume;
-        let text = match (starts.again, within, twice >= 0.05) {
+        let text = match (starts.again, within, twice >= NOTICEABLE) {
             (true, _, false) => {
                 format!("step {step} was cut short, or its end is unknown: it is repeated")
             }
@@ -385,6 +394,7 @@ impl Drive<'_> {
                     _ => {}
                 },
                 Next::Event(JobEvent::Speed(percent)) => teller.speed(percent),
+                Next::Event(JobEvent::Unkept(cause)) => teller.note(&report::unkept(&cause)),
                 Next::Typed(typed) => match run.obeys(typed) {
                     Obeyed::Yes => {}
                     Obeyed::Ignored(line) => teller.object(&Ignored::of(&line)),

@@ -138,8 +138,7 @@ impl Job {
     /// With what its preset says where its flags say nothing.
     fn preset(&mut self) -> Result<(), Failure> {
         let Some(name) = self.way.preset.take() else {
-            let checked = self.options.check_extremes();
-            return checked.map_err(|error| Failure::usage(error.to_string()));
+            return Ok(());
         };
         let preset = preset::load(&name)?;
         self.options = self.options.or(&preset.options_for(self.file.format));
@@ -150,9 +149,16 @@ impl Job {
         Ok(())
     }
 
+    /// Checks what the flags say together; each by itself was checked as it was read.
+    fn check_options(&self) -> Result<(), Failure> {
+        let checked = self.options.check_extremes();
+        checked.map_err(|error| Failure::usage(error.to_string()))
+    }
+
     /// Does it.
     pub(crate) fn run(mut self, context: &mut Context) -> Result<(), Failure> {
         self.preset()?;
+        self.check_options()?;
         let looks = self.look.is_wanted();
         if looks && (self.way.resume || self.way.picture.is_some() || self.way.record.is_some()) {
             return Err(

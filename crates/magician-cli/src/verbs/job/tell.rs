@@ -5,8 +5,9 @@ use std::io::{self, Write};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use magician_job::report::clock;
+use magician_job::report::{advised, clock};
 use magician_job::{JobProgress, PauseReason};
+use magician_program::Diagnostic;
 use magician_protocol::visible_lines;
 use serde::Serialize;
 use serde_json::json;
@@ -15,6 +16,7 @@ use super::keys::is_in_front;
 use super::tui::Shared;
 use crate::output::Output;
 use crate::paint::{draws_on_stderr, obeys, tell};
+use crate::voice::Command;
 
 /// Between two lines where there is no bar.
 const LINES: Duration = Duration::from_secs(3);
@@ -221,6 +223,16 @@ impl<'o> ProgressReporter<'o> {
         } else if let Some(bar) = self.bar_in_front() {
             bar.set_message("");
         }
+    }
+
+    /// Tells a note.
+    pub(super) fn note(&self, note: &Diagnostic) {
+        if let (true, Ok(mut out)) = (self.json, self.out.try_borrow_mut()) {
+            // Output without a reader is no reason to stop an arm.
+            let _ = out.note_at_once(note, true);
+        }
+        let text = advised(&Command, note.message.clone(), note);
+        self.say(&format!("note: {}", visible_lines(&text)));
     }
 
     /// Says something on a line of its own, to people.

@@ -6,11 +6,14 @@ use magician_program::resume::{ResumePoint, StepRange};
 use magician_program::{Diagnostic, Origin};
 
 use super::{Made, needs_start, report};
-use crate::context::{INTERRUPTED, STATION_ENDED, not_confirmed, place};
+use crate::context::{INTERRUPTED, STATION_ENDED, kind_of_stop, not_confirmed, place};
 use crate::failure::{Failure, Kind};
 
 /// What is said when a second stop was not waited for.
 pub(super) const UNKNOWN: &str = "interrupted twice: the arm may still be moving";
+
+/// Shortest length that is worth telling, mm.
+pub(super) const NOTICEABLE: f64 = 0.05;
 
 /// What was run, for the sentences about it.
 pub(super) struct Wording<'a> {
@@ -39,13 +42,17 @@ impl Wording<'_> {
     }
 
     /// A run of the same that was cut off, and is not resumed by this one.
-    pub(super) fn unfinished(&self, finished: u64) -> Diagnostic {
+    pub(super) fn unfinished(&self, finished: u64, resumable: bool) -> Diagnostic {
         let of = self.of();
         let text = format!(
             "an earlier run of this was cut off after at least {finished}{of} steps; this one begins anew"
         );
         let goes_on = "goes on where that one ended";
-        Diagnostic::new(Origin::NONE, text).remedy((Setting::Resume, Given::On), goes_on)
+        let note = Diagnostic::new(Origin::NONE, text);
+        match resumable {
+            true => note.remedy((Setting::Resume, Given::On), goes_on),
+            false => note,
+        }
     }
 
     /// A job that was stopped, and whether the arm is known to stand.
@@ -77,11 +84,7 @@ impl Wording<'_> {
             (_, Some(why)) => (not_confirmed(cause, &why.to_string()), false),
             (None, None) => (not_confirmed(cause, "it took too long"), false),
         };
-        let kind = match error.line_ends && !twice {
-            true => Kind::Driver(ErrorKind::Port),
-            false => Kind::Interrupted,
-        };
-        let failure = Failure::new(kind, message);
+        let failure = Failure::new(kind_of_stop(error.line_ends, twice), message);
         (self.with_advice(failure, error), stands)
     }
 
@@ -135,6 +138,7 @@ impl Wording<'_> {
     fn with_advice(&self, failure: Failure, error: &JobError) -> Failure {
         let command = format!("the same command with {}--resume", self.with_start());
         let advice = match error.left {
+            Some(left) if error.unkept.is_some() => self.advice_unkept(left),
             None => return failure,
             Some(Left::NotAsked) if self.at_station => format!(
                 "what the arm does now is not known from here: look at it; once a station has the arm again and \
@@ -146,7 +150,8 @@ impl Wording<'_> {
             Some(Left::Known {
                 resume_point,
                 within,
-            }) => self.advice(resume_point, within, &command),
+                burnt_twice,
+            }) => self.advice(resume_point, (within, burnt_twice), &command),
             Some(Left::Forgotten(span)) => self.in_doubt(span),
         };
         let advice = match error.left {
@@ -158,9 +163,36 @@ impl Wording<'_> {
         failure.hint(advice)
     }
 
-    fn advice(&self, resume_point: ResumePoint, within: bool, command: &str) -> String {
+    /// How to go on with a job of which nothing is kept.
+    fn advice_unkept(&self, left: Left) -> String {
+        let lost = "the progress could not be kept";
+        let steps = match left {
+            Left::Known { resume_point, .. } => match resume_point {
+                ResumePoint::After(steps) | ResumePoint::Again(steps) => steps,
+                ResumePoint::Doubt(span) => return format!("{lost}: {}", self.in_doubt(span)),
+            },
+            Left::Forgotten(span) => return format!("{lost}: {}", self.in_doubt(span)),
+            Left::NotAsked => return format!("{lost}: the same command begins anew"),
+        };
+        let (of, start, next) = (self.of(), self.with_start(), steps + 1);
+        format!("{steps}{of} steps are done; {lost}: {start}--from {next} begins with step {next}")
+    }
+
+    fn advice(
+        &self,
+        resume_point: ResumePoint,
+        (within, burnt_twice): (bool, f64),
+        command: &str,
+    ) -> String {
         let of = self.of();
         match resume_point {
+            ResumePoint::Again(steps) | ResumePoint::After(steps) if burnt_twice >= NOTICEABLE => {
+                format!(
+                    "{steps}{of} steps are done; {command} continues in step {}, before where it \
+                        stopped, and up to {burnt_twice:.1} mm are burnt twice",
+                    steps + 1
+                )
+            }
             ResumePoint::Again(steps) if within => {
                 let place = match self.made.program.plan().burns() {
                     true => "the light went out",

@@ -14,7 +14,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use clap::{Args, ValueHint};
-use magician::{Arm, SimSpeed, Target, VirtualArm};
+use magician::{Arm, ErrorKind, SimSpeed, Target, VirtualArm};
 use magician_job::dirs;
 use magician_job::presets::Presets;
 use magician_station::class::{ClassFile, Schedule};
@@ -34,7 +34,7 @@ use self::link::{Link, LinkFlags};
 use self::site::SiteFlags;
 use super::sim::scenario_of;
 use crate::config::Config;
-use crate::context::{Context, FAREWELL, Sim, Taken, held};
+use crate::context::{Context, Sim, Taken, held};
 use crate::failure::{Failure, Kind};
 use crate::interrupt::Signals;
 use crate::mdns::Announcement;
@@ -50,13 +50,8 @@ pub(crate) use studio::Studio;
 pub(crate) use studio::{open_in_browser, pages};
 pub(crate) use window::is_started_by_hand;
 
-/// How long arms get to stop at the end.
+/// How long listeners and a site get to close at the end.
 const STOPPING: Duration = Duration::from_secs(2);
-/// How long jobs, and clients with the station's word, get to end before that: the arm stands, the
-/// pen goes up by at most 2 s, settings are restored. A second more than the station gives its
-/// clients.
-const ENDING: Duration = Duration::from_secs(6);
-
 /// Share arms on the network: many look, one moves, anybody stops
 #[derive(Args, Debug)]
 #[command(after_help = "\
@@ -446,17 +441,11 @@ impl Serve {
         }
         let stopping = async {
             let leaving = joined.map(|joined| tokio::spawn(joined.leave()));
-            let ended = timeout(ENDING, station.end_runs()).await;
-            for CutOff { arm, holder, .. } in ended.unwrap_or_default() {
+            let ended = station.end_runs().await;
+            for CutOff { arm, holder, .. } in ended.cut_off {
                 tell(format_args!(
                     "{arm} was stopped while {holder} had it, which did not stop it itself: a pen may be down"
                 ));
-            }
-            let stops = arms.iter().map(|arm| timeout(STOPPING, quiet(arm)));
-            let stops = stops.collect::<Vec<_>>();
-            let mut unanswered = false;
-            for stop in stops {
-                unanswered |= !matches!(stop.await, Ok(true));
             }
             if let Some(leaving) = leaving {
                 let _ = timeout(STOPPING, leaving).await;
@@ -466,29 +455,26 @@ impl Serve {
             if let Some(linking) = linking {
                 let _ = timeout(STOPPING, linking).await;
             }
-            unanswered
+            ended.unconfirmed
         };
-        let unanswered = tokio::select! {
-            unanswered = stopping => unanswered,
+        let unconfirmed = tokio::select! {
+            unconfirmed = stopping => unconfirmed,
             // A second stop: nothing more moves.
             _ = signals.next() => {
-                let _ = timeout(STOPPING, station.end_runs()).await;
-                for arm in &arms {
-                    let _ = timeout(FAREWELL, quiet(arm)).await;
-                }
+                let _ = station.end_runs().await;
                 return Err(Failure::interrupted());
             }
         };
         let _ = timeout(Duration::from_millis(500), station.close_recordings()).await;
-        if unanswered {
-            tell(format_args!("an arm did not answer to the last stop"));
-        }
         station.flush().await;
         drop(station);
         for arm in arms {
             let _ = timeout(Duration::from_millis(500), arm.close()).await;
         }
         drop((holder, announced));
+        if let Some(failure) = not_stopped(&unconfirmed) {
+            return Err(failure);
+        }
         never_shown.map_or(Ok(()), Err)
     }
 }
@@ -501,15 +487,14 @@ fn port_of(target: &Target) -> String {
     }
 }
 
-/// Stops what moves, motors too, and switches the laser off, also one that an earlier program left on; whether the arm answered.
-async fn quiet(arm: &Arm) -> bool {
-    let is_lit = arm.outputs().laser == Some(true);
-    let stood = if is_lit || arm.moving() || !arm.running_motors().is_empty() {
-        arm.stop().await.is_ok()
-    } else {
-        true
-    };
-    stood && arm.darken_after().await.is_ok()
+/// The failure of a station that could not stop these arms, with the cause of each.
+fn not_stopped(unconfirmed: &[(String, String)]) -> Option<Failure> {
+    let arms = { unconfirmed.iter() }.map(|(arm, why)| {
+        format!("{arm} did not confirm that it stands with an empty queue: {why}")
+    });
+    let said = arms.collect::<Vec<_>>().join("; ");
+    let failure = Failure::new(Kind::Driver(ErrorKind::Timeout), said);
+    (!unconfirmed.is_empty()).then(|| failure.hint("look at it: its power switch stops it"))
 }
 
 fn say_addresses(
