@@ -83,12 +83,13 @@ impl Setup {
         Ok(())
     }
 
-    /// Placed G-code of a pen with all its depths at the first one, and how it is laid then; with what to tell about them
-    /// when its size is known.
+    /// Placed G-code of a pen with all its depths at the first one, to be drawn in this size, and how it is laid then; with what
+    /// to tell about them when its size is known.
     pub(super) fn flattened(
         &self,
         format: Format,
         content: Content,
+        scale: f64,
         notes: &mut Vec<Diagnostic>,
     ) -> (Self, Content, Option<DepthTally>) {
         let mut setup = self.clone();
@@ -107,7 +108,7 @@ impl Setup {
             }
             return (setup, Content::Plan(plan), None);
         }
-        match Flat::of(&plan, pen_z, self.pen.lift) {
+        match Flat::of(&plan, pen_z, self.pen.lift, scale) {
             Some(flat) => {
                 setup.placement.pen_z = Some(flat.touch);
                 (setup, Content::Plan(flat.plan), Some(flat.tally))
