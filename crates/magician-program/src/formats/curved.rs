@@ -18,9 +18,10 @@ const ROUNDING: f64 = 1e-6;
 /// How closely the chords of a file follow its curves, and whether it has any.
 #[derive(Debug)]
 pub(crate) struct Chords {
-    tolerance: f64,
-    /// The same in the size in which the file is drawn.
+    /// Largest distance of a line from its curve in the size in which it is drawn, mm.
     drawn: f64,
+    /// Length in the file of what is drawn 1 mm long.
+    unit: f64,
     curved: AtomicBool,
 }
 
@@ -32,8 +33,8 @@ impl Chords {
             _ => usual.tolerance,
         };
         Self {
-            tolerance: drawn / usable(options.scale),
             drawn,
+            unit: 1.0 / usable(options.scale),
             curved: AtomicBool::new(false),
         }
     }
@@ -42,13 +43,19 @@ impl Chords {
     /// the size in which they are drawn.
     pub(super) fn for_curve(&self) -> f64 {
         self.curved.store(true, Ordering::Relaxed);
-        self.tolerance
+        self.drawn * self.unit
     }
 
     /// The same, of lines that may be straight.
     #[cfg(feature = "read-svg")]
     pub(super) fn tolerance(&self) -> f64 {
-        self.tolerance
+        self.drawn * self.unit
+    }
+
+    /// Length in the file of what is drawn 1 mm long.
+    #[cfg(feature = "read-svg")]
+    pub(super) fn unit(&self) -> f64 {
+        self.unit
     }
 
     /// Largest distance of a line from its curve in the size in which it is drawn, mm.

@@ -74,21 +74,6 @@ impl Setup {
         Ok(content)
     }
 
-    /// The size that was asked for, 1 being the true one.
-    pub(super) fn scale_of(&self, format: Format, content: &Content) -> Result<f64, Diagnostic> {
-        if matches!(self.size, Size::Natural | Size::Pixel(_)) {
-            return Ok(self.placement.scale);
-        }
-        let setup = match content {
-            Content::Plan(_) => {
-                let (setup, flat, _) = self.flattened(format, content.clone(), 1.0, &mut vec![]);
-                setup.sized(&flat)?
-            }
-            content => self.sized(content)?,
-        };
-        Ok(setup.placement.scale)
-    }
-
     /// An image that is drawn as its outlines, and lines in the order in which they are drawn.
     pub(super) fn lines_of(
         &self,

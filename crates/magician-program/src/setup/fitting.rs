@@ -155,8 +155,7 @@ impl Setup {
     /// The plan for content whose curves are followed as closely as its size wants.
     fn prepared(&self, format: Format, content: Content) -> Result<Prepared, Diagnostic> {
         let mut depth_notes = Vec::new();
-        let scale = self.scale_of(format, &content)?;
-        let (setup, content, depths) = self.flattened(format, content, scale, &mut depth_notes);
+        let (setup, content, depths) = self.flattened(format, content, &mut depth_notes);
         let (setup, page) = setup.sized(&content)?.on_page(format, &content)?;
         let (content, reordered) = setup.lines_of(content)?;
         // What others were asked for lies where it would with all of them.

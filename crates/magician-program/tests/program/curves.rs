@@ -4,8 +4,10 @@
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
+use magician_program::fill::FillMode;
 use magician_program::{
-    Action, FileToLay, Format, Laying, Plan, SetupOptions, Surface, WorkOption,
+    Action, Content, FileToLay, FontChoice, Format, Laying, Plan, ReadOptions, Setup, SetupOptions,
+    Surface, WorkOption, read,
 };
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -571,6 +573,110 @@ fn curves_are_within_tolerance_where_a_drawing_is_made_to_fit() {
             }
         }
     }
+}
+
+/// An icon of 24 units with letters, a clip path, dashes and a filled shape.
+fn lettered(side: f64) -> String {
+    format!(
+        r##"<svg xmlns="http://www.w3.org/2000/svg" width="{side}mm" height="{side}mm" viewBox="0 0 24 24" fill="none" stroke="black">
+        <clipPath id="c"><circle cx="15" cy="9" r="6"/></clipPath>
+        <path d="M0 0H24V24H0Z"/><path d="M2 20a10 8 0 0 1 20 0"/>
+        <text x="2" y="9" font-size="9" fill="black" stroke="none">Rg</text>
+        <circle cx="12" cy="9" r="7" clip-path="url(#c)"/>
+        <circle cx="20" cy="4" r="2" stroke-dasharray="2 1"/>
+        <path d="M14 14q4 -5 8 0t-8 6z" fill="black" stroke="none"/></svg>"##
+    )
+}
+
+/// What is drawn in true size, as closely as can be.
+fn close(format: Format, text: &str, mut options: SetupOptions) -> Vec<Line> {
+    options.tolerance = Some(0.002);
+    (options.merge, options.simplify) = (Some(0.0), Some(0.0));
+    lines(&made(format, text, options))
+}
+
+fn stays_within(exact: &[Line], plan: &Plan, what: &str) {
+    let strays = strays(exact, plan);
+    assert!(
+        strays.iter().all(|stray| *stray <= ALLOWED + ROUNDING),
+        "{what}: {strays:.3?} mm off"
+    );
+}
+
+#[test]
+fn letters_clips_dashes_and_fills_are_within_tolerance_at_every_width() {
+    let closely = close(Format::Svg, &lettered(SIDE), SetupOptions::default());
+    for larger in [0.01, 0.1, 0.5, 20.0, 100.0] {
+        for laser in [false, true] {
+            let plan = laid(
+                Format::Svg,
+                &lettered(SIDE * larger),
+                laser,
+                Said::Width,
+                larger,
+            );
+            stays_within(&closely, &plan, &format!("{larger} times as large"));
+        }
+    }
+}
+
+#[test]
+fn hatch_is_as_dense_and_as_true_at_every_width() {
+    let filled = |side: f64, width: Option<f64>| {
+        let mut options = SetupOptions::default();
+        (options.fill, options.width) = (Some(FillMode::Hatch), width);
+        made(Format::Svg, &lettered(side), options)
+    };
+    let length = |plan: &Plan| -> f64 {
+        let lines = lines(plan);
+        let pairs = lines.iter().flat_map(|line| line.windows(2));
+        pairs
+            .map(|pair| (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1]))
+            .sum()
+    };
+    let true_size = length(&filled(SIDE, None));
+    for larger in [0.01, 0.1, 20.0] {
+        let plan = filled(SIDE * larger, Some(SIDE));
+        let share = length(&plan) / true_size;
+        assert!((0.99..1.01).contains(&share), "{larger}: {share}");
+    }
+}
+
+#[test]
+fn words_in_an_outline_font_are_within_tolerance_at_every_scale() {
+    let font = include_bytes!("../../fonts/Roboto-Regular.ttf");
+    let sized = |size: f64| {
+        let mut options = SetupOptions::default();
+        options.font = Some(FontChoice::file("Roboto-Regular.ttf", font.to_vec()));
+        options.size = Some(size);
+        options
+    };
+    let closely = close(Format::Text, "Hogs", sized(30.0));
+    for larger in [0.01, 0.2, 50.0] {
+        let mut options = sized(30.0 * larger);
+        options.scale = Some(1.0 / larger);
+        let plan = made(Format::Text, "Hogs", options);
+        stays_within(&closely, &plan, &format!("{larger} times as large"));
+    }
+}
+
+#[test]
+fn lines_that_were_changed_after_reading_are_drawn_as_they_are() {
+    let text = lettered(SIDE / 10.0);
+    let mut options = ReadOptions::default();
+    options.title = "changed".to_owned();
+    let mut content = read(Format::Svg, text.as_bytes(), &options)
+        .unwrap()
+        .content;
+    let Content::Artwork(artwork) = &mut content else {
+        panic!("no drawing");
+    };
+    artwork.strokes.truncate(1);
+    let mut setup = Setup::default();
+    setup.surface = Some(Surface::level(SURFACE));
+    setup.placement.scale = 10.0;
+    let made = setup.plan(Format::Svg, content).unwrap();
+    assert_eq!(lines(&made.plan).len(), 1);
 }
 
 proptest! {

@@ -28,6 +28,7 @@ use usvg::tiny_skia_path::PathSegment;
 use usvg::{ClipPath, Group, ImageHrefResolver, Mask, Node, Options, Tree};
 
 use self::collector::StrokeCollector;
+use self::lines::Closeness;
 use self::notes::Notes;
 use self::source::{Page, Source};
 use self::white::Whites;
@@ -128,6 +129,7 @@ fn drawing(
         true => chords.for_curve(),
         false => chords.tolerance(),
     };
+    let close = Closeness::new(tolerance, chords.unit());
     let Source {
         elements,
         layers: in_file,
@@ -136,7 +138,7 @@ fn drawing(
     } = source;
     let whites = Whites::of(tree.root(), options.white);
     let mut collector = StrokeCollector::new(
-        &elements, &in_file, tolerance, options, whites, &mut notes, fonts,
+        &elements, &in_file, close, options, whites, &mut notes, fonts,
     );
     collector.all(tree.root(), to)?;
     let StrokeCollector {
