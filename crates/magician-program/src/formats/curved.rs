@@ -10,12 +10,13 @@ use crate::{Artwork, Diagnostic, Plan};
 
 /// Finer is of no use to any arm, mm.
 const FINEST: f64 = 1e-4;
-/// Chords made for a size so many times the final one are four times as many as it needs: still cheaper than another reading.
+/// Chords made for a size so many times the final one are four times as many as it needs, which costs less than another
+/// reading.
 const COARSER: f64 = 16.0;
 /// Share by which sizes differ through rounding.
 const ROUNDING: f64 = 1e-6;
 
-/// How closely the chords of a file follow its curves, and whether it has any.
+/// Tolerance of the chords of a file, and true in `curved` once a curve has asked for it.
 #[derive(Debug)]
 pub(crate) struct Chords {
     /// Largest distance of a line from its curve in the size in which it is drawn, mm.

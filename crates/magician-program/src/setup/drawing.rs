@@ -10,11 +10,11 @@ use crate::{Artwork, Content, Diagnostic, DiagnosticCode, Format, Plan, Raster};
 
 /// How long something better is looked for than the rows in which an image is shaded, which are good already.
 const SHADED_EFFORT: u64 = 20_000_000;
-/// No arm draws anything with a longer side, mm.
+/// Longest side of anything that the arm can draw, rounded up generously, mm.
 const LARGEST: f64 = 1000.0;
-/// So closely a size that fits is looked for before it is tried, mm.
+/// Accuracy of the first estimate of a size that fits, mm.
 const ROUGH: f64 = 0.1;
-/// A file whose curves are followed more closely may come out in another size, by as little as its chords miss them.
+/// Readings of one file, at most: closer chords change its size a little, and so what they have to be.
 const MOST_READINGS: usize = 4;
 
 impl Setup {
@@ -47,7 +47,8 @@ impl Setup {
         Ok(setup)
     }
 
-    /// What was in a file, its curves followed as closely as the size wants in which it is drawn.
+    /// Returns the content with curves as close as the size needs in which it is drawn: reads the file again where they are
+    /// too coarse, or far too fine.
     pub(crate) fn followed(
         &self,
         format: Format,

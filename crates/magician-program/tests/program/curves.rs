@@ -346,7 +346,7 @@ fn gcode(curves: &[Curve], larger: f64, laser: bool) -> String {
     text + up + "\n"
 }
 
-/// How the size of a drawing is said.
+/// Option that sets the size of a drawing.
 #[derive(Clone, Copy, Debug)]
 enum Said {
     Scale,
@@ -520,7 +520,7 @@ fn off(at: Point, from: Point, to: Point) -> f64 {
     (px - share * x).hypot(py - share * y)
 }
 
-/// How far drawn lines are from what they are drawn from, and that from them, mm.
+/// Largest distances of drawn lines from the exact ones, and of the exact ones from them, mm.
 fn strays(exact: &[Line], plan: &Plan) -> [f64; 2] {
     let drawn = lines(plan);
     let exact = placed(exact, &drawn);
@@ -588,7 +588,7 @@ fn lettered(side: f64) -> String {
     )
 }
 
-/// What is drawn in true size, as closely as can be.
+/// Lines of a drawing in true size at a very fine tolerance.
 fn close(format: Format, text: &str, mut options: SetupOptions) -> Vec<Line> {
     options.tolerance = Some(0.002);
     (options.merge, options.simplify) = (Some(0.0), Some(0.0));
