@@ -87,7 +87,7 @@ pub use convert::{Conversion, ConversionError};
 pub use diagnostic::{Diagnostic, DiagnosticCode, Missing};
 pub use ending::Ending;
 pub use formats::{
-    Content, Fills, Format, Parsed, ReadOptions, SystemFonts, TextLines, White, read,
+    Content, Curves, Fills, Format, Parsed, ReadOptions, SystemFonts, TextLines, White, read,
 };
 pub use frame::{FrameShape, Framing};
 pub use lettering::{Align, BundledFont, FontChoice, FontKind, TextOptions};

@@ -489,22 +489,24 @@ pub(crate) fn middle(plan: &Plan) -> [f64; 3] {
             [most[0], most[1], marks.touch],
         ])
     });
-    let [least, most] = drawn.or_else(|| extent(plan)).unwrap_or_default();
+    let [least, most] = drawn.or_else(|| plan.extent()).unwrap_or_default();
     let middle = |axis: usize| f64::midpoint(least[axis], most[axis]);
     [middle(0), middle(1), least[2]]
 }
 
-/// The least and the greatest x, y, z to which steps lead.
-fn extent(plan: &Plan) -> Option<[[f64; 3]; 2]> {
-    let mut targets = plan.steps.iter().filter_map(|step| step.action.target());
-    let first = targets.next()?.map(f64::from);
-    Some(targets.fold([first, first], |[least, most], to| {
-        let at = |axis: usize| f64::from(to[axis]);
-        [
-            [0, 1, 2].map(|axis| least[axis].min(at(axis))),
-            [0, 1, 2].map(|axis| most[axis].max(at(axis))),
-        ]
-    }))
+impl Plan {
+    /// The least and the greatest x, y, z to which steps lead.
+    pub(crate) fn extent(&self) -> Option<[[f64; 3]; 2]> {
+        let mut targets = self.steps.iter().filter_map(|step| step.action.target());
+        let first = targets.next()?.map(f64::from);
+        Some(targets.fold([first, first], |[least, most], to| {
+            let at = |axis: usize| f64::from(to[axis]);
+            [
+                [0, 1, 2].map(|axis| least[axis].min(at(axis))),
+                [0, 1, 2].map(|axis| most[axis].max(at(axis))),
+            ]
+        }))
+    }
 }
 
 /// Brought where all of it is reached, and made smaller if that is wanted and need be: how much.
@@ -528,7 +530,7 @@ pub(crate) fn offset_within_reach(plan: &Plan) -> Option<[f64; 2]> {
 
 /// The best place for all the places to which a plan leads; none if it leads nowhere.
 fn place_of(plan: &Plan, fit: Fit) -> Result<Option<SheetTransform>, Diagnostic> {
-    let Some([least, most]) = extent(plan) else {
+    let Some([least, most]) = plan.extent() else {
         return Ok(None);
     };
     let tool = plan.tool.map_or(UNSAID, Tool::bias);

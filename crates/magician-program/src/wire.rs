@@ -225,6 +225,7 @@ impl Head {
             surface,
             names,
             steps: _,
+            curves: _,
         } = &**plan;
         Self {
             title: title.clone(),
@@ -251,6 +252,7 @@ impl Head {
             surface: self.surface,
             steps,
             names: self.names,
+            ..Plan::default()
         };
         LaidProgram {
             program: Program {

@@ -512,6 +512,47 @@ fn settings_are_given_back_and_the_tool_stays() {
     );
 }
 
+/// A circle of 3 mm, as an icon, in CAD, as a plot and for a laser.
+const SMALL_CIRCLES: [(&str, &str); 4] = [
+    (
+        "icon.svg",
+        "<svg xmlns='http://www.w3.org/2000/svg' width='24' height='24' viewBox='0 0 24 24'>\
+            <circle cx='12' cy='12' r='11' fill='none' stroke='black'/></svg>",
+    ),
+    (
+        "circle.dxf",
+        "0\nSECTION\n2\nENTITIES\n0\nCIRCLE\n10\n0\n20\n0\n40\n3\n0\nENDSEC\n0\nEOF\n",
+    ),
+    ("circle.plt", "IN;SP1;PA400,400;CI120;PU;SP0;"),
+    (
+        "circle.gcode",
+        "G21 G90\nM3 S1000\nG0 X3 Y0\nG2 X3 Y0 I-3 J0 F1200\nM5\n",
+    ),
+];
+
+#[test]
+fn small_circles_made_large_are_round_with_every_verb() {
+    let place = Place::new();
+    let round = 80.0 * std::f64::consts::PI;
+    for (name, text) in SMALL_CIRCLES {
+        let file = place.write(name, text);
+        for verb in ["draw", "engrave", "run"] {
+            for more in [&[][..], &["--tolerance", "0.01"]] {
+                let look = [verb, &file, "--width", "80", "--estimate", "--json"];
+                let look = run(&[&look[..], &["--place"], more].concat());
+                assert_eq!(look.status, 0, "{verb} {name}: {look:?}");
+                let drawn = number(&look.object()["drawn_mm"]);
+                // Twenty chords would be 1 mm shorter.
+                assert!((drawn - round).abs() < 0.2, "{verb} {name}: {drawn}");
+            }
+        }
+        let points = place.path("points.csv");
+        assert_eq!(run(&["convert", &file, &points, "--width", "80"]).status, 0);
+        let rows = place.text("points.csv").lines().count();
+        assert!(rows > 60, "{name}: {rows} rows");
+    }
+}
+
 #[test]
 fn placing_moves_scales_turns_and_repeats() {
     let file = sample("pen_outline.gcode");

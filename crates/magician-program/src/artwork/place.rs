@@ -121,6 +121,15 @@ impl Artwork {
         }
     }
 
+    /// The largest size that fits, but not above that of the layout. `None` if none does.
+    pub(crate) fn largest(&self, layout: &Layout, marking: &Marking) -> Option<f64> {
+        layout.check().ok()?;
+        let reach = marking.reach(layout.surface);
+        reach.ahead()?;
+        let placer = Placer::new(self, self.bounds()?, layout, &reach);
+        placer.largest().map(|(scale, _)| scale)
+    }
+
     /// As [`placed`](Self::placed); what does not fit is laid where it would go, with why it does not fit.
     pub(crate) fn laid(
         &self,
@@ -386,14 +395,12 @@ impl<'a> Placer<'a> {
         PlacedArtwork {
             artwork: Artwork {
                 title: self.artwork.title.clone(),
-                page: None,
                 areas: areas.collect(),
                 strokes,
                 names: self.artwork.names.clone(),
                 parts: self.artwork.parts.clone(),
-                layers: Vec::new(),
-                colors: Vec::new(),
                 in_order: self.artwork.in_order,
+                ..Artwork::default()
             },
             surface: self.layout.surface,
             scale,

@@ -355,6 +355,7 @@ impl SetupOptions {
     pub fn reading(&self, setup: &Setup) -> ReadOptions {
         let mut options = ReadOptions::default();
         options.tolerance = self.tolerance.unwrap_or(options.tolerance);
+        options.scale = self.scale.unwrap_or(options.scale);
         options.white = self.white.unwrap_or_default();
         options.clip_page = self.clip_page;
         let fills = |pen: &PenOptions| pen.fill.is_some_and(|mode| mode != FillMode::None);

@@ -141,6 +141,19 @@ impl Setup {
     /// A [`Diagnostic`] if there is nothing to place or nowhere, or a surface is needed and not known. A drawing that does not
     /// fit is not an error: [`misfit`](Prepared::misfit) holds the reason, so that the plan can still be previewed.
     pub fn plan(&self, format: Format, content: Content) -> Result<Prepared, Diagnostic> {
+        let mut content = self.followed(format, content)?;
+        let file = content.take_curves();
+        let prepared = self.prepared(format, content)?;
+        // What is made to fit becomes as small as it must: what was an arc for the arm may be a point then.
+        let scale = prepared.placed.map_or(1.0, |placed| placed.scale);
+        match file.filter(|file| scale > 0.0 && file.is_unfit_for(scale)) {
+            Some(file) if self.placement.fit => self.prepared(format, file.read(scale)?),
+            _ => Ok(prepared),
+        }
+    }
+
+    /// The plan for content whose curves are followed as closely as its size wants.
+    fn prepared(&self, format: Format, content: Content) -> Result<Prepared, Diagnostic> {
         let mut depth_notes = Vec::new();
         let (setup, content, depths) = self.flattened(format, content, &mut depth_notes);
         let (setup, page) = setup.sized(&content)?.on_page(format, &content)?;
@@ -244,7 +257,7 @@ impl Setup {
         Ok((made, 0.0))
     }
 
-    fn turned(&self, degrees: f64) -> Self {
+    pub(super) fn turned(&self, degrees: f64) -> Self {
         let mut setup = self.clone();
         setup.placement.rotate += degrees;
         setup

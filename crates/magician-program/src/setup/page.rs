@@ -4,7 +4,7 @@ use magician_host::words::Preflight;
 use magician_host::{Given, JointAngles, Setting};
 
 use super::placed::middle_of_sheet;
-use super::{Frame, Setup, UNSAID, Work, WorkLines, extent, fitted};
+use super::{Frame, Setup, UNSAID, Work, WorkLines, fitted};
 use crate::artwork::{Marking, rotated, rounded};
 use crate::preview::DrawnLine;
 use crate::raster::Engrave;
@@ -260,7 +260,7 @@ impl Setup {
                 ..self.pen
             },
             Content::Plan(plan) => {
-                let [least, most] = extent(plan).unwrap_or_default();
+                let [least, most] = plan.extent().unwrap_or_default();
                 let tool = self.tool.or(plan.tool).or(self.default_tool);
                 let tool = tool.map_or(UNSAID, Tool::bias);
                 return Ok(Reach::new(

@@ -5,6 +5,7 @@ mod interrupted;
 mod accepted;
 mod check;
 mod compare;
+mod curves;
 mod drawn;
 mod ending;
 mod fills;

@@ -128,8 +128,8 @@ fn what_a_drawing_leaves_open_is_an_option() {
 
 #[test]
 fn what_has_too_many_points_has_fewer_with_a_wider_tolerance() {
-    // No circle has more than 100,000 points.
-    let circles = "0\nCIRCLE\n10\n0\n20\n0\n40\n10000\n".repeat(21);
+    // No circle has more than 100,000 points; one of a kilometre has them at the finest tolerance.
+    let circles = "0\nCIRCLE\n10\n0\n20\n0\n40\n1000000\n".repeat(21);
     let file = format!("0\nSECTION\n2\nENTITIES\n{circles}0\nENDSEC\n0\nEOF\n");
     let fine = remedies(Format::Dxf, file.as_bytes(), |options, _| {
         options.tolerance = 1e-9;

@@ -52,6 +52,26 @@ async fn a_setup_says_where_and_how_a_drawing_is_done() {
     assert!((drawn(&grid) - 4.0 * drawn(&plain)).abs() < 1.0, "{grid}");
 }
 
+/// A circle in an icon of 24 pixels.
+const ICON: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='24' height='24' viewBox='0 0 24 24'>\
+    <circle cx='12' cy='12' r='11' fill='none' stroke='black'/></svg>";
+
+#[tokio::test(start_paused = true)]
+async fn circle_of_an_icon_is_round_in_the_size_of_its_setup() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    for work in ["draw", "engrave"] {
+        for width in [10.0, 80.0, 120.0] {
+            let params = json!({"text": ICON, "setup": {"work": work, "width": width}});
+            let report = anna.ok("job.check", params).await;
+            // Chords within 0.05 mm of so large a circle are 0.1 mm shorter than it.
+            let round = std::f64::consts::PI * width;
+            let drawn = report["drawn_mm"].as_f64().unwrap();
+            assert!((drawn - round).abs() < 0.3, "{work} {width}: {drawn}");
+        }
+    }
+}
+
 #[tokio::test(start_paused = true)]
 async fn pen_of_a_setup_never_goes_below_the_surface_unless_depths_are_kept() {
     const TWO: &str = "G21 G90\nG0 Z5\nG0 X5 Y5\nG1 Z-0.2 F900\nX35\nY25\nG0 Z5\nG0 X0 Y0\nG1 Z-3\nX40\nY30\nX0\nY0\nG0 Z5\n";

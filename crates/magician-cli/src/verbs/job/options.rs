@@ -53,6 +53,9 @@ pub(crate) struct ReadingFlags {
     /// Drop points of a recording that are closer than this to the line, mm; the others keep their times
     #[arg(long, value_name = "MM", value_parser = positive)]
     resample: Option<f64>,
+    /// Largest distance of a line from its curve, mm, in the size in which it is drawn [default: 0.05]
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    tolerance: Option<f64>,
     /// Letters of text in an SVG: `outline` draws their edges, except in fonts whose name begins with Hershey or ends in 1-stroke or
     /// Single Line; `stroke` draws all in single lines
     #[arg(long, value_name = "outline|stroke", value_parser = str::parse::<TextLines>)]
@@ -262,9 +265,6 @@ pub(crate) struct Pen {
     /// Draw the lines in the order of the file
     #[arg(long)]
     no_order: bool,
-    /// Largest distance of a line from its curve, mm
-    #[arg(long, value_name = "MM", value_parser = positive)]
-    tolerance: Option<f64>,
 }
 
 impl File {
@@ -289,6 +289,7 @@ impl ReadingFlags {
         options.s_max = self.s_max;
         options.white = self.white;
         options.resample = self.resample;
+        options.tolerance = self.tolerance;
         options.text = self.text;
         options.system_fonts = self.system_fonts;
         options.strict_text = self.strict_text;
@@ -357,7 +358,6 @@ impl Pen {
         options.hop = self.hop;
         options.travel_speed = self.travel_speed;
         options.order = self.no_order.then_some(false);
-        options.tolerance = self.tolerance;
     }
 }
 

@@ -44,6 +44,14 @@ impl Order {
         joining: -1.0,
         effort: 0,
     };
+
+    /// The same for lines that are drawn in this size: lengths are those of what is drawn.
+    pub(crate) fn to_draw(self, scale: f64) -> Self {
+        Self {
+            joining: self.joining / scale,
+            ..self
+        }
+    }
 }
 
 /// What putting lines in order has saved.

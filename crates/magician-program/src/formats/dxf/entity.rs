@@ -150,7 +150,7 @@ impl<'p> Pen<'p> {
         };
         let map = self.map * plane(self.record, z)?;
         let arc = Ellipse::circle(&map, Point::new(x, y), radius, from, sweep);
-        self.stroke(canvas, arc.points(canvas.tolerance))
+        self.stroke(canvas, arc.points(canvas.chords))
     }
 
     fn ellipse(&self, canvas: &mut Canvas<'p>) -> DrawResult {
@@ -171,7 +171,7 @@ impl<'p> Pen<'p> {
             from,
             sweep: curve::sweep(from, to),
         };
-        self.stroke(canvas, ellipse.points(canvas.tolerance))
+        self.stroke(canvas, ellipse.points(canvas.chords))
     }
 
     fn light_polyline(&self, canvas: &mut Canvas<'p>) -> DrawResult {
@@ -233,7 +233,7 @@ impl<'p> Pen<'p> {
         let mut points = vec![*map * first.0];
         for pair in corners.windows(2) {
             if let [(from, bulge), (to, _)] = *pair {
-                curve::bulge(&mut points, map, [from, to], bulge, canvas.tolerance);
+                curve::bulge(&mut points, map, [from, to], bulge, canvas.chords);
             }
             if points.len() > canvas.room() {
                 break;
@@ -257,11 +257,12 @@ impl<'p> Pen<'p> {
         let (knots, weights) = (self.record.numbers(40)?, self.record.numbers(41)?);
         match Spline::new(degree, knots, &controls, &weights) {
             Ok(spline) => {
-                let mut points = spline.points(canvas.tolerance, canvas.room());
+                let tolerance = canvas.chords.for_curve();
+                let mut points = spline.points(tolerance, canvas.room());
                 // What is meant to be closed may miss itself by a rounding.
                 if let ([first, .., last], true) =
                     (points.as_mut_slice(), self.record.integer(70)? & 1 != 0)
-                    && first.distance(*last) < canvas.tolerance
+                    && first.distance(*last) < tolerance
                 {
                     *last = *first;
                 }

@@ -28,34 +28,38 @@ use canvas::Canvas;
 use drawing::Drawing;
 
 use super::text::text_of;
-use super::{Content, Parsed, ReadOptions};
+use super::{Chords, Content, Parsed, ReadOptions};
 use crate::{Diagnostic, Origin};
 
-pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
+pub(super) fn read(
+    bytes: &[u8],
+    options: &ReadOptions,
+    chords: &Chords,
+) -> Result<Parsed, Diagnostic> {
     if bytes.starts_with(b"AC10") {
         return Err(Diagnostic::of_file("this is a DWG file, not a DXF file")
             .help("save it as DXF in the program that made it"));
     }
     match binary::to_text(bytes)? {
         // Positions in a text that does not exist are left out.
-        Some(text) => read_text(&text, options)
+        Some(text) => read_text(&text, options, chords)
             .map(without_places)
             .map_err(|diagnostic| Diagnostic {
                 origin: Origin::NONE,
                 ..diagnostic
             }),
-        None => read_text(&text_of(bytes), options),
+        None => read_text(&text_of(bytes), options, chords),
     }
 }
 
-fn read_text(text: &str, options: &ReadOptions) -> Result<Parsed, Diagnostic> {
+fn read_text(text: &str, options: &ReadOptions, chords: &Chords) -> Result<Parsed, Diagnostic> {
     let pairs = pairs::pairs(text)?;
     let records = pairs::records(&pairs);
     let drawing = Drawing::new(&records)?;
-    let mut canvas = Canvas::new(&drawing, options);
+    let mut canvas = Canvas::new(&drawing, options, chords);
     canvas.draw()?;
     if canvas.is_empty() && canvas.has_sheet {
-        canvas = Canvas::of_sheet(&drawing, options);
+        canvas = Canvas::of_sheet(&drawing, options, chords);
         canvas.draw()?;
     }
     let (artwork, notes) = canvas.finish();

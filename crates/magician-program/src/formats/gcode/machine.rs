@@ -2,6 +2,7 @@
 
 use magician_host::{Given, Setting};
 
+use super::Chords;
 use super::GcodeOptions;
 use super::Notes;
 use super::SourceLine;
@@ -11,6 +12,7 @@ use super::block::{Block, Code};
 use super::cycle::Cycle;
 use super::emit::Emitter;
 use super::interpreter::LineOutcome;
+use super::motion::ROUNDED;
 use super::offsets::Offsets;
 use super::pause::{self, pause_code};
 use super::power::s_max;
@@ -38,6 +40,7 @@ pub(super) enum Mode {
 #[derive(Debug)]
 pub(super) struct Machine<'o> {
     pub(super) options: &'o GcodeOptions,
+    /// The two radii of an arc may differ by this, mm.
     pub(super) tolerance: f64,
     pub(super) survey: Survey,
     pub(super) out: Emitter<'o>,
@@ -80,7 +83,7 @@ impl<'o> Machine<'o> {
     pub(super) fn new(
         title: &str,
         options: &'o GcodeOptions,
-        tolerance: f64,
+        chords: &'o Chords,
         survey: Survey,
     ) -> Result<Self, Diagnostic> {
         let kind = survey.kind(options);
@@ -114,13 +117,13 @@ impl<'o> Machine<'o> {
         } else {
             Vec::new()
         };
-        let out = Emitter::new(title, options, tolerance, laser);
+        let out = Emitter::new(title, options, chords, laser);
         Ok(Self {
             // A program that never says S switches only, and one that switches nothing only says S.
             power: if never { range } else { 0.0 },
             on: !survey.switches && !survey.fan_lights(),
             options,
-            tolerance,
+            tolerance: chords.drawn().min(ROUNDED),
             out,
             notes,
             mode: Mode::Travel,

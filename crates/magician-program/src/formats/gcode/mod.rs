@@ -56,7 +56,7 @@ use magician_host::{Act, Remedy};
 
 use super::notes::Notes;
 use super::text::text_of;
-use super::{Arcs, Content, Dialect, GcodeOptions, Parsed, ReadOptions};
+use super::{Arcs, Chords, Content, Dialect, GcodeOptions, Parsed, ReadOptions};
 use crate::{Diagnostic, DiagnosticCode, Origin};
 
 use crate::formats::span::SpanDiagnostic;
@@ -69,22 +69,18 @@ use survey::Survey;
 
 /// A program that repeats lines makes no more moves than this.
 const MOST_STEPS: usize = 1_000_000;
-/// No arc is followed more closely than this, mm.
-const FINEST: f64 = 1e-4;
 
-pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
+pub(super) fn read(
+    bytes: &[u8],
+    options: &ReadOptions,
+    chords: &Chords,
+) -> Result<Parsed, Diagnostic> {
     let text = text_of(bytes);
     let program = Program::new(&text)?;
     let gcode = &options.gcode;
     let interpreter = || Interpreter::new(&program, Modes::new(gcode.begins_at(), gcode.placed));
     let survey = Survey::of(interpreter(), gcode);
-    let tolerance = options.tolerance;
-    let tolerance = if tolerance > FINEST {
-        tolerance
-    } else {
-        FINEST
-    };
-    let mut machine = Machine::new(&options.title, gcode, tolerance, survey)?;
+    let mut machine = Machine::new(&options.title, gcode, chords, survey)?;
     let mut interpreter = interpreter();
     let mut block = Block::default();
     while let Some((line, stepped)) = interpreter.step(&mut block)? {

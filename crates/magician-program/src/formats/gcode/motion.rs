@@ -22,7 +22,7 @@ const CENTRES: [u8; 3] = *b"IJK";
 /// Beyond this no place is told apart from another within a thousandth of a millimetre.
 const FARTHEST: f64 = 1e6;
 /// The two radii of an arc may differ by the tolerance, and by no more than this, mm.
-const ROUNDED: f64 = 0.5;
+pub(super) const ROUNDED: f64 = 0.5;
 /// More turns than this are no arc of a drawing.
 const MOST_TURNS: f64 = 100.0;
 
@@ -236,7 +236,7 @@ impl Machine<'_> {
             clockwise,
         };
         let turns = turns(block)?;
-        let arc = Arc::new(&ends, round, turns, self.tolerance.min(ROUNDED)).map_err(refused)?;
+        let arc = Arc::new(&ends, round, turns, self.tolerance).map_err(refused)?;
         let work = self.work(origin);
         self.out.arc(&arc, work, origin).map_err(refused)?;
         self.arrive(to);

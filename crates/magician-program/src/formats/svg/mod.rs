@@ -24,13 +24,15 @@ mod white;
 
 use kurbo::Affine;
 use magician_host::{Given, Setting};
-use usvg::{ImageHrefResolver, Options, Tree};
+use usvg::tiny_skia_path::PathSegment;
+use usvg::{ClipPath, Group, ImageHrefResolver, Mask, Node, Options, Tree};
 
 use self::collector::StrokeCollector;
+use self::lines::Closeness;
 use self::notes::Notes;
 use self::source::{Page, Source};
 use self::white::Whites;
-use super::{Content, Parsed, ReadOptions, SystemFonts};
+use super::{Chords, Content, Parsed, ReadOptions, SystemFonts};
 use crate::{Artwork, Diagnostic, DiagnosticCode, Stroke};
 
 /// Files may be as large, bytes.
@@ -42,14 +44,16 @@ const BESIDE: f64 = 1.0;
 /// Elements within elements are read by functions within functions.
 #[cfg_attr(target_family = "wasm", allow(dead_code))]
 const STACK: usize = 64 << 20;
-/// Finer is of no use to any arm, mm.
-const FINEST: f64 = 1e-3;
 /// What is not followed, or not followed without end: filters, and markers on the lines of markers.
 const STYLE: &str = "* { filter: none !important }
 marker * { marker-start: none !important; marker-mid: none !important; marker-end: none !important }
 marker use { display: none !important }";
 
-pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
+pub(super) fn read(
+    bytes: &[u8],
+    options: &ReadOptions,
+    chords: &Chords,
+) -> Result<Parsed, Diagnostic> {
     if bytes.len() > LARGEST {
         let message = format!("it has {} bytes, limit {LARGEST}", bytes.len());
         return Err(Diagnostic::of_file(message));
@@ -60,7 +64,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
         let at = error.valid_up_to();
         Diagnostic::of_file(format!("it is not UTF-8 from byte {at} on"))
     })?;
-    let drawing = on_a_deep_stack(|| drawing(text, options))?;
+    let drawing = on_a_deep_stack(|| drawing(text, options, chords))?;
     Ok(Parsed {
         content: Content::Artwork(drawing.content),
         notes: drawing.notes,
@@ -93,7 +97,11 @@ fn on_a_deep_stack<T: Send>(
     })
 }
 
-fn drawing(text: &str, options: &ReadOptions) -> Result<Parsed<Artwork>, Diagnostic> {
+fn drawing(
+    text: &str,
+    options: &ReadOptions,
+    chords: &Chords,
+) -> Result<Parsed<Artwork>, Diagnostic> {
     let mut notes = Notes::default();
     let source = source::prepare(text, &mut notes)?;
     let mut installed = options.system_fonts == SystemFonts::On && text::names_fonts(&source.text);
@@ -117,10 +125,11 @@ fn drawing(text: &str, options: &ReadOptions) -> Result<Parsed<Artwork>, Diagnos
     }
     // Up is up, from the lower edge of the page.
     let to = Affine::new([PIXEL, 0.0, 0.0, -PIXEL, 0.0, page[1]]);
-    let tolerance = match options.tolerance {
-        tolerance if tolerance.is_finite() => tolerance.max(FINEST),
-        _ => ReadOptions::default().tolerance,
+    let tolerance = match has_curves(tree.root()) {
+        true => chords.for_curve(),
+        false => chords.tolerance(),
     };
+    let close = Closeness::new(tolerance, chords.unit());
     let Source {
         elements,
         layers: in_file,
@@ -129,7 +138,7 @@ fn drawing(text: &str, options: &ReadOptions) -> Result<Parsed<Artwork>, Diagnos
     } = source;
     let whites = Whites::of(tree.root(), options.white);
     let mut collector = StrokeCollector::new(
-        &elements, &in_file, tolerance, options, whites, &mut notes, fonts,
+        &elements, &in_file, close, options, whites, &mut notes, fonts,
     );
     collector.all(tree.root(), to)?;
     let StrokeCollector {
@@ -151,13 +160,28 @@ fn drawing(text: &str, options: &ReadOptions) -> Result<Parsed<Artwork>, Diagnos
         names,
         layers,
         colors,
-        parts: Vec::new(),
-        in_order: false,
+        ..Artwork::default()
     };
     Ok(Parsed {
         content: artwork,
         notes: notes.into_diagnostics(),
     })
+}
+
+/// True if anything in it may have a curve.
+fn has_curves(group: &Group) -> bool {
+    let clip = group.clip_path().map(ClipPath::root);
+    let mask = group.mask().map(Mask::root);
+    let curved = |node: &Node| match node {
+        Node::Group(group) => has_curves(group),
+        Node::Path(path) => path
+            .data()
+            .segments()
+            .any(|segment| matches!(segment, PathSegment::QuadTo(..) | PathSegment::CubicTo(..))),
+        Node::Text(_) => true,
+        Node::Image(_) => false,
+    };
+    clip.into_iter().chain(mask).any(has_curves) || group.children().iter().any(curved)
 }
 
 /// What a viewer would not show, a pen draws all the same: beside the paper, maybe.

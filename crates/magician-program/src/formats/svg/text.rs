@@ -154,7 +154,7 @@ impl StrokeCollector<'_> {
                     let letters: BezPath =
                         letters.flat_map(|(_, placed)| placed).copied().collect();
                     let white = is_all_white(&self.whites, path);
-                    let lines = flatten(&letters, self.tolerance, true);
+                    let lines = flatten(&letters, self.close.tolerance, true);
                     let fill = path.fill().filter(|_| self.fills == Fills::Areas);
                     if let Some(fill) = fill {
                         self.area(lines.clone(), fill, &place)?;
@@ -164,8 +164,7 @@ impl StrokeCollector<'_> {
                         let paint = paint.or(path.fill().map(usvg::Fill::paint));
                         self.add(lines, &place, white, paint)?;
                     }
-                    self.whites
-                        .paint(path, place.to, &place.clips, self.tolerance);
+                    self.whites.paint(path, place.to, &place.clips, self.close);
                 }
                 _ => {}
             }

@@ -197,7 +197,7 @@ impl StrokeCollector<'_> {
                 };
                 let scale = measures::EM / font.em();
                 let to = place.to * matrix(laid.outline_transform()) * Affine::scale(scale);
-                let tolerance = self.tolerance / to.determinant().abs().sqrt();
+                let tolerance = self.close.tolerance / to.determinant().abs().sqrt();
                 let mut advance = 0.0;
                 for character in laid.text.chars() {
                     let Some(glyph) = font.glyph(character, tolerance) else {

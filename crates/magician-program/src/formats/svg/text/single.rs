@@ -92,7 +92,7 @@ impl StrokeCollector<'_> {
                 };
                 let to = place.to * matrix(laid.outline_transform());
                 let scale = own.cap_height / font.cap_height();
-                let tolerance = self.tolerance / (scale * to.determinant().abs().sqrt());
+                let tolerance = self.close.tolerance / (scale * to.determinant().abs().sqrt());
                 let mut advance = 0.0;
                 let mut letters: Vec<Line> = Vec::new();
                 for character in laid
