@@ -4,6 +4,7 @@ pub(super) mod plot;
 pub(super) mod points;
 
 use super::Format;
+use crate::encoding;
 
 /// So much of a file is looked at.
 const HEAD: usize = 4096;
@@ -34,12 +35,8 @@ pub(super) fn of(bytes: &[u8]) -> Option<Format> {
     if begins(b"AutoCAD Binary DXF\r\n") {
         return Some(Format::Dxf);
     }
-    // The head may end within a character.
-    let text = match std::str::from_utf8(head) {
-        Ok(text) => text,
-        Err(error) => std::str::from_utf8(head.get(..error.valid_up_to())?).ok()?,
-    };
-    let text = text.strip_prefix('\u{FEFF}').unwrap_or(text).trim_start();
+    let text = encoding::head(head)?;
+    let text = text.trim_start();
     match text.chars().next()? {
         '<' => match root_element(text)? {
             "root" => Some(Format::Playback),

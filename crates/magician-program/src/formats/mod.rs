@@ -25,8 +25,6 @@ mod span;
 mod svg;
 #[cfg(feature = "read-text")]
 mod testgrid;
-#[cfg(any(feature = "read-dxf", feature = "read-gcode", feature = "read-hpgl"))]
-mod text;
 #[cfg(feature = "read-text")]
 mod words;
 #[cfg(any(feature = "read-blockly", feature = "read-playback"))]

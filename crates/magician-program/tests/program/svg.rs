@@ -854,7 +854,7 @@ fn what_is_no_drawing_is_refused_with_its_place() {
         "{broken}"
     );
     assert!(diagnostic("<html/>").message.contains("<html>, not <svg>"));
-    assert!(diagnostic([0xff, 0xfe, 0x3c]).message.contains("not UTF-8"));
+    assert!(diagnostic([0xff, 0xfe, 0x3c]).message.contains("UTF-16"));
     assert!(
         diagnostic([0x1f, 0x8b, 0x08])
             .message

@@ -27,8 +27,8 @@ mod xclip;
 use canvas::Canvas;
 use drawing::Drawing;
 
-use super::text::text_of;
 use super::{Content, Parsed, ReadOptions};
+use crate::encoding::{Otherwise, decode};
 use crate::{Diagnostic, Origin};
 
 pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
@@ -44,7 +44,12 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
                 origin: Origin::NONE,
                 ..diagnostic
             }),
-        None => read_text(&text_of(bytes), options),
+        None => {
+            let decoded = decode(bytes, Otherwise::Western)?;
+            let mut parsed = read_text(&decoded.text, options)?;
+            parsed.notes.extend(decoded.note);
+            Ok(parsed)
+        }
     }
 }
 

@@ -5,6 +5,8 @@ use std::ops::Range;
 use super::parameters::{Key, Parameters};
 use crate::formats::span::SpanDiagnostic;
 
+/// Letters behind a comma that belong to the line's corner (Fanuc): its radius, what is cut off, its angle.
+const CORNERS: [u8; 3] = *b"RCA";
 /// No number of a program for this arm is as great, whatever its unit.
 const GREATEST: f64 = 1e9;
 /// So many digits fit into the whole number that they are gathered in.
@@ -76,11 +78,25 @@ impl<'l> Words<'l> {
             match self.peek()? {
                 b'%' => self.at += 1,
                 b'(' => self.skip_comment(),
+                // Some programs set one between words. A number behind it has no letter.
+                b',' if self
+                    .behind_comma()
+                    .is_some_and(|next| next.is_ascii_alphabetic()) =>
+                {
+                    self.at += 1;
+                }
                 // A checksum ends a line, and so does the sign that ends a DOS file.
                 b';' | b'*' | b'\x1a' => return None,
                 byte => return Some(byte),
             }
         }
+    }
+
+    /// The first byte behind a comma; `None` if it begins a word that is no word of its own, as `,R2` does.
+    fn behind_comma(&self) -> Option<u8> {
+        let rest = self.line.as_bytes().get(self.at + 1..)?;
+        let next = rest.iter().find(|byte| !byte.is_ascii_whitespace())?;
+        (!CORNERS.contains(&next.to_ascii_uppercase())).then_some(*next)
     }
 
     /// From a parenthesis to the one that closes it; to the first where not all are closed.
@@ -112,11 +128,15 @@ impl<'l> Words<'l> {
         if number.is_none() {
             self.at = start + 1;
         }
-        let range = start..self.at;
         let bytes = self.line.as_bytes();
         let is_number = bytes
             .get(from)
             .is_some_and(|byte| !matches!(byte, b'[' | b'#'));
+        let number = number.map(|number| match is_number {
+            true => self.with_decimals(from, number),
+            false => number,
+        });
+        let range = start..self.at;
         if number.is_some() && is_number && self.has_exponent() {
             self.pass(|byte| byte.is_ascii_alphanumeric() || matches!(byte, b'+' | b'-'));
             let text = self.line.get(from..self.at).unwrap_or_default();
@@ -137,6 +157,25 @@ impl<'l> Words<'l> {
             number,
             range,
         })
+    }
+
+    /// A whole number with the digits behind a decimal comma: digits without a letter mean nothing else.
+    fn with_decimals(&mut self, from: usize, whole: f64) -> f64 {
+        let bytes = self.line.as_bytes();
+        let has_point = bytes
+            .get(from..self.at)
+            .is_some_and(|text| text.contains(&b'.'));
+        let digits = bytes.get(self.at + 1..).unwrap_or_default();
+        let count = digits
+            .iter()
+            .take_while(|byte| byte.is_ascii_digit())
+            .count();
+        if has_point || count == 0 || self.peek() != Some(b',') {
+            return whole;
+        }
+        self.at += 1 + count;
+        let text = self.line.get(from..self.at).unwrap_or_default();
+        text.replace(',', ".").parse().unwrap_or(whole)
     }
 
     /// Whether an `e` with whole digits follows a number directly.
@@ -226,6 +265,11 @@ impl Iterator for Words<'_> {
         let error = match sign {
             '[' | '0'..='9' | '.' | '-' | '+' => {
                 SpanDiagnostic::new(start..start + 1, "a number has no letter")
+            }
+            ',' => {
+                let message = "a corner that is rounded or cut off (,R ,C ,A) is not supported";
+                let help = "export the file with the arcs and lines of its corners";
+                SpanDiagnostic::new(start..start + 1, message).help(help)
             }
             _ => {
                 let range = start..start + sign.len_utf8();

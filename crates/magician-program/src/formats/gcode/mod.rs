@@ -55,8 +55,8 @@ use std::ops::Range;
 use magician_host::{Act, Remedy};
 
 use super::notes::Notes;
-use super::text::text_of;
 use super::{Arcs, Content, Dialect, GcodeOptions, Parsed, ReadOptions};
+use crate::encoding::{Otherwise, decode};
 use crate::{Diagnostic, DiagnosticCode, Origin};
 
 use crate::formats::span::SpanDiagnostic;
@@ -73,7 +73,8 @@ const MOST_STEPS: usize = 1_000_000;
 const FINEST: f64 = 1e-4;
 
 pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
-    let text = text_of(bytes);
+    // What is not UTF-8 stands in comments: a guess needs no note.
+    let text = decode(bytes, Otherwise::Bytes)?.text;
     let program = Program::new(&text)?;
     let gcode = &options.gcode;
     let interpreter = || Interpreter::new(&program, Modes::new(gcode.begins_at(), gcode.placed));

@@ -33,8 +33,8 @@ mod scale;
 mod text;
 
 use super::notes::Notes;
-use super::text::text_of;
 use super::{Content, Parsed, ReadOptions};
+use crate::encoding::{Otherwise, characters, with_line_feeds};
 use crate::{Diagnostic, Lines};
 
 use lexer::Instructions;
@@ -44,9 +44,11 @@ use plotter::Plotter;
 const FINEST: f64 = 1e-4;
 
 pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
-    let text = text_of(bytes);
+    // Encoded polylines mean bytes.
+    let text = characters(bytes, Otherwise::Bytes)?.text;
     let latin = std::str::from_utf8(bytes).is_err();
-    let lines = Lines::new(&text);
+    let divided = with_line_feeds(text.as_ref().into());
+    let lines = Lines::new(&divided);
     let tolerance = options.tolerance;
     let tolerance = if tolerance > FINEST {
         tolerance

@@ -31,6 +31,7 @@ use self::notes::Notes;
 use self::source::{Page, Source};
 use self::white::Whites;
 use super::{Content, Parsed, ReadOptions, SystemFonts};
+use crate::encoding::{Otherwise, decode};
 use crate::{Artwork, Diagnostic, DiagnosticCode, Stroke};
 
 /// Files may be as large, bytes.
@@ -56,11 +57,9 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
     }
     let bytes = crate::packed::unpacked(bytes, LARGEST)?;
     let bytes = bytes.as_ref();
-    let text = std::str::from_utf8(bytes).map_err(|error| {
-        let at = error.valid_up_to();
-        Diagnostic::of_file(format!("it is not UTF-8 from byte {at} on"))
-    })?;
-    let drawing = on_a_deep_stack(|| drawing(text, options))?;
+    let decoded = decode(bytes, Otherwise::Western)?;
+    let mut drawing = on_a_deep_stack(|| drawing(&decoded.text, options))?;
+    drawing.notes.extend(decoded.note);
     Ok(Parsed {
         content: Content::Artwork(drawing.content),
         notes: drawing.notes,

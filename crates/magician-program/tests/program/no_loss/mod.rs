@@ -1,5 +1,6 @@
 //! Files that people have, of which nothing may be lost: what is not drawn or played is a note or a refusal.
 
+mod encodings;
 mod lettering;
 
 use std::path::Path;
@@ -31,7 +32,6 @@ pub(crate) fn artwork(name: &str, options: &ReadOptions) -> (Artwork, Vec<Diagno
     }
 }
 
-#[expect(dead_code, reason = "plans follow")]
 pub(crate) fn plan(name: &str) -> (Plan, Vec<Diagnostic>) {
     match content(name, &ReadOptions::default()) {
         Ok(Parsed {
