@@ -9,6 +9,7 @@ mod area;
 mod circles;
 mod clip;
 mod cost;
+mod css;
 mod families;
 mod filled;
 mod lines;
@@ -20,6 +21,7 @@ mod source;
 mod collector;
 #[cfg_attr(not(feature = "text"), path = "no_text.rs")]
 mod text;
+mod values;
 mod white;
 
 use kurbo::Affine;
@@ -124,6 +126,7 @@ fn drawing(text: &str, options: &ReadOptions) -> Result<Parsed<Artwork>, Diagnos
         elements,
         layers: in_file,
         page: says,
+        shapes,
         ..
     } = source;
     let whites = Whites::of(tree.root(), options.white);
@@ -139,6 +142,10 @@ fn drawing(text: &str, options: &ReadOptions) -> Result<Parsed<Artwork>, Diagnos
         colors,
         ..
     } = collector;
+    let areas = areas.into_filled();
+    if strokes.is_empty() && areas.is_empty() && notes.is_empty() {
+        notes.add(nothing_seen(shapes));
+    }
     if says != Page::Unknown && !options.clip_page {
         beyond_the_page(&strokes, page, &mut notes);
     }
@@ -146,7 +153,7 @@ fn drawing(text: &str, options: &ReadOptions) -> Result<Parsed<Artwork>, Diagnos
         title: options.title.clone(),
         page: (says != Page::Unknown).then_some(page),
         strokes,
-        areas: areas.into_filled(),
+        areas,
         names,
         layers,
         colors,
@@ -157,6 +164,20 @@ fn drawing(text: &str, options: &ReadOptions) -> Result<Parsed<Artwork>, Diagnos
         content: artwork,
         notes: notes.into_diagnostics(),
     })
+}
+
+/// Why a drawing has no line.
+fn nothing_seen([shapes, hidden]: [usize; 2]) -> Diagnostic {
+    let message = match shapes {
+        0 => "the drawing has no shapes".to_owned(),
+        1 if hidden == 1 => "the only shape of the drawing is hidden".to_owned(),
+        all if all == hidden => format!("all {all} shapes of the drawing are hidden"),
+        1 => "the only shape of the drawing has no visible line or fill, or is cut off".to_owned(),
+        all => format!(
+            "of the {all} shapes of the drawing none has a visible line or fill that is not cut off"
+        ),
+    };
+    Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut)
 }
 
 /// What a viewer would not show, a pen draws all the same: beside the paper, maybe.

@@ -1,7 +1,12 @@
 //! Files that people have, of which nothing may be lost: what is not drawn or played is a note or a refusal.
 
+mod bounds;
 mod encodings;
 mod lettering;
+mod mutations;
+mod paint;
+mod studio;
+mod words;
 
 use std::path::Path;
 
