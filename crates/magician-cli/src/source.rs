@@ -5,7 +5,7 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use magician::report::ErrorFigures;
-use magician_program::{Content, Diagnostic, Format, Parsed, ReadOptions, source_text};
+use magician_program::{Content, Diagnostic, Format, Parsed, ReadOptions, foreign, source_text};
 
 use crate::diagnostics::{self, Severity};
 use crate::failure::Failure;
@@ -76,6 +76,9 @@ impl Source {
     pub(crate) fn format(&self, said: Option<Format>) -> Result<Format, Failure> {
         let known = said.or_else(|| Format::of(&self.name, &self.bytes));
         known.ok_or_else(|| {
+            if let Some(foreign) = foreign(&self.name, &self.bytes) {
+                return self.failure(&foreign);
+            }
             let message = format!("{}: unrecognised file type", self.name);
             let endings = Format::ALL.iter().flat_map(|format| format.endings());
             let endings: Vec<_> = endings.copied().collect();

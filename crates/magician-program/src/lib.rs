@@ -88,6 +88,7 @@ pub use convert::{Conversion, ConversionError};
 pub use diagnostic::{Diagnostic, DiagnosticCode, Missing};
 pub use encoding::source_text;
 pub use ending::Ending;
+pub use formats::foreign;
 pub use formats::{
     Content, Fills, Format, Parsed, ReadOptions, SystemFonts, TextLines, White, read,
 };

@@ -5,6 +5,7 @@ mod blockly;
 pub(crate) mod content;
 #[cfg(feature = "read-dxf")]
 mod dxf;
+mod foreign;
 #[cfg(feature = "read-gcode")]
 mod gcode;
 mod gcode_options;
@@ -30,6 +31,7 @@ mod words;
 #[cfg(any(feature = "read-blockly", feature = "read-playback"))]
 mod xml;
 
+pub use foreign::foreign;
 pub use gcode_options::{Arcs, Dialect, GcodeOptions};
 
 use magician_host::{Remedy, Setting};
@@ -57,7 +59,7 @@ pub enum Format {
     Dxf,
     /// DobotBlockly workspaces.
     Blockly,
-    /// PNG, JPEG, BMP, WebP, GIF and TIFF images.
+    /// PNG, JPEG, BMP, WebP, GIF, TIFF and netpbm images.
     Image,
     /// Lists of points: CSV, JSON, text.
     Points,
@@ -215,7 +217,9 @@ pub fn read(format: Format, bytes: &[u8], options: &ReadOptions) -> Result<Parse
     if format != Format::Image {
         only_images(options.crop)?;
     }
-    let mut reading = format.reader()?(bytes, options)?;
+    let reader = format.reader()?;
+    foreign::check(bytes)?;
+    let mut reading = reader(bytes, options)?;
     if options.clip_page {
         let note = reading.clip_to_page();
         reading.notes.extend(note);

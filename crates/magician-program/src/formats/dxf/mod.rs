@@ -32,10 +32,6 @@ use crate::encoding::{Otherwise, decode};
 use crate::{Diagnostic, Origin};
 
 pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
-    if bytes.starts_with(b"AC10") {
-        return Err(Diagnostic::of_file("this is a DWG file, not a DXF file")
-            .help("save it as DXF in the program that made it"));
-    }
     match binary::to_text(bytes)? {
         // Positions in a text that does not exist are left out.
         Some(text) => read_text(&text, options)

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::behind_number;
 use super::parameters::{Key, Parameters};
 use crate::formats::span::SpanDiagnostic;
 
@@ -34,6 +35,8 @@ pub(super) enum Item {
     Word(Word),
     /// A parameter that has this value after the line, and where that stands.
     Set(Key, f64, Range<usize>),
+    /// What belongs to a controller and is left out: why, and where it stands.
+    LeftOut(&'static str, Range<usize>),
 }
 
 /// The words of a line. Spaces may stand anywhere but inside a number; comments, the percent signs around a program and
@@ -121,6 +124,11 @@ impl<'l> Words<'l> {
 
     fn word(&mut self, letter: u8) -> Result<Word, SpanDiagnostic> {
         let start = self.at;
+        if let Some(word) = self.macro_word() {
+            let message = format!("{word} of a Fanuc macro is not supported");
+            let help = "export the program without macros, or write its loops and conditions as LinuxCNC does: o1 while [..]";
+            return Err(SpanDiagnostic::new(start..start + word.len(), message).help(help));
+        }
         self.at += 1;
         self.skip_blanks();
         let from = self.at;
@@ -176,6 +184,48 @@ impl<'l> Words<'l> {
         self.at += 1 + count;
         let text = self.line.get(from..self.at).unwrap_or_default();
         text.replace(',', ".").parse().unwrap_or(whole)
+    }
+
+    /// Passes over what a controller is told beside a program; why it is left out.
+    fn of_the_controller(&mut self, sign: char) -> Option<&'static str> {
+        let start = self.at;
+        self.at += sign.len_utf8();
+        match sign {
+            '?' | '!' | '~' => Some("a request to the controller (? ! ~) is left out"),
+            '$' if self.peek().is_some_and(|next| next.is_ascii_digit()) => {
+                self.pass(|byte| byte.is_ascii_digit());
+                Some("the number of a spindle ($) is left out: there is one tool")
+            }
+            _ => {
+                self.at = start;
+                None
+            }
+        }
+    }
+
+    /// The word of a macro of Fanuc that a line begins with.
+    fn macro_word(&self) -> Option<&'static str> {
+        // Not behind an O, which has words of the same names.
+        if self.at != behind_number(self.line) {
+            return None;
+        }
+        let rest = self.line.as_bytes().get(self.at..)?;
+        let begins = |word: &&&str| {
+            let own = rest.get(..word.len());
+            own.is_some_and(|own| own.eq_ignore_ascii_case(word.as_bytes()))
+        };
+        let word = ["WHILE", "GOTO", "THEN", "END", "IF", "DO"]
+            .iter()
+            .find(begins)
+            .copied()?;
+        let behind = rest.get(word.len()..).unwrap_or_default();
+        let next = behind.iter().find(|byte| !byte.is_ascii_whitespace());
+        let fits = match word {
+            "WHILE" | "IF" => next == Some(&b'['),
+            "THEN" => true,
+            _ => next.is_some_and(|next| next.is_ascii_digit() || matches!(next, b'#' | b'[')),
+        };
+        fits.then_some(word)
     }
 
     /// Whether an `e` with whole digits follows a number directly.
@@ -261,6 +311,9 @@ impl Iterator for Words<'_> {
         }
         let start = self.at;
         let sign = self.line.get(start..)?.chars().next()?;
+        if let Some(why) = self.of_the_controller(sign) {
+            return Some(Ok(Item::LeftOut(why, start..self.at)));
+        }
         self.at = self.line.len();
         let error = match sign {
             '[' | '0'..='9' | '.' | '-' | '+' => {

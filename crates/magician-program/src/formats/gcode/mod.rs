@@ -10,7 +10,8 @@
 //! | G1 | a segment of a continuous path, for a laser with its power |
 //! | G2, G3 with I J K (G90.1: absolute) or R, P turns | arcs of the arm; lines for a laser, for helices, in the planes of G18 and G19, and for what is as flat as the tolerance |
 //! | G73, G81 to G83, G85, G86, G89, G98, G99 | holes of a pen: one way down and up each |
-//! | G4 P (ms) or S (s) | a wait, with the laser dark |
+//! | G4 P (ms; s where the program has fractions of it or settings of GRBL) or S (s) | a wait, with the laser dark |
+//! | G5, G5.1 | curves, as lines within the tolerance |
 //! | G17, G18, G19, G20, G21, G90, G91, G90.1, G91.1, G80, G94 | as everywhere |
 //! | G54 to G59.3, G10 L2 and L20, G52, G92 to G92.3 | where the zero is, from 0 on |
 //! | G53 | the arm's coordinates; of a placed program only up, as the machine's zero is not known |

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use roxmltree::Node;
 
+use super::lab;
 use super::row::{Part, Places, RAIL, numbered};
 use super::{Playback, Point, PointMotion, Row};
 use crate::encoding::{Otherwise, decode};
@@ -33,6 +34,15 @@ const NO_PLAYBACK: &str = "this is not a playback file of DobotStudio";
 
 pub(in crate::formats) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
     let decoded = decode(bytes, Otherwise::Western)?;
+    if decoded.text.trim_start().starts_with('[') {
+        let mut parsed = lab::read(&decoded.text)?;
+        parsed.content.title.clone_from(&options.title);
+        parsed.notes.extend(decoded.note);
+        return Ok(Parsed {
+            content: Content::Plan(parsed.content),
+            notes: parsed.notes,
+        });
+    }
     let playback = Playback::of_text(&decoded.text)?;
     let Parsed {
         content: mut plan,
@@ -413,6 +423,15 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
         let name = self
             .node(1)
             .map(|item| xml::content(item).trim().to_owned());
+        for number in 10..=12 {
+            if let Some(item) = self.node(number).filter(|_| self.text(number).is_none()) {
+                let message = format!(
+                    "item_{number} ({}) is empty: it is left out",
+                    meaning(number)
+                );
+                notes.push(self.wrong(item, message).coded(DiagnosticCode::LeftOut));
+            }
+        }
         let gripper = self.code(11, 2, "0 off, 1 open, 2 closed")?;
         let suction = self.code(12, 1, "0 off, 1 on")?;
         Ok(Point {
