@@ -11,7 +11,7 @@ use crate::{Diagnostic, DiagnosticCode, Lines};
 /// Bytes at the beginning in which an encoding may be declared.
 const HEAD: usize = 4096;
 
-/// What bytes are that are neither UTF-8 nor declared to be anything else.
+/// Reading of bytes that are neither UTF-8 nor declared to be anything else.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Otherwise {
     /// Characters of Windows-1252: what programs of Western Europe write.
@@ -32,7 +32,7 @@ pub(crate) enum Otherwise {
 pub(crate) struct Decoded<'b> {
     /// Without a byte order mark; its lines end with a line feed, or with both.
     pub(crate) text: Cow<'b, str>,
-    /// What had to be assumed.
+    /// Note of what was assumed or left out.
     pub(crate) note: Option<Diagnostic>,
 }
 
@@ -97,7 +97,7 @@ fn wide(bytes: &[u8]) -> Option<(Wide, usize)> {
     }
 }
 
-/// As [`decode`], with carriage returns as they are: in labels of HPGL they mean something.
+/// Decodes as [`decode`] does, and keeps carriage returns: in labels of HPGL they return to the margin.
 ///
 /// # Errors
 /// Those of [`decode`].

@@ -5,11 +5,11 @@ use crate::Diagnostic;
 
 /// A kind of file that people bring.
 struct Kind {
-    /// How its names end.
+    /// Endings of its names.
     endings: &'static [&'static str],
-    /// What it is.
+    /// Its name in a sentence.
     what: &'static str,
-    /// What to do with it.
+    /// The way to a file that is read.
     help: &'static str,
 }
 
@@ -95,7 +95,7 @@ const KINDS: [&Kind; 12] = [
     },
 ];
 
-/// What a file is by how it begins: beyond doubt, whatever its name.
+/// Kind of a file by its first bytes, where these leave no doubt.
 fn by_content(bytes: &[u8]) -> Option<&'static Kind> {
     let brand = bytes.get(8..12).unwrap_or_default();
     let is_media = bytes.get(4..8) == Some(b"ftyp");
@@ -137,8 +137,8 @@ pub(super) fn check(bytes: &[u8]) -> Result<(), Diagnostic> {
     by_content(bytes).map_or(Ok(()), |kind| Err(kind.diagnostic()))
 }
 
-/// What a file is that is of no [`Format`](super::Format), and what to do with it: by how it begins, else by its name. `None` if
-/// neither is known.
+/// Names a file that is of no [`Format`](super::Format), with the way to one that is read: by its first bytes, else by its name.
+/// `None` if neither is known.
 ///
 /// ```
 /// let found = magician_program::foreign("plan.pdf", b"%PDF-1.4").unwrap();

@@ -84,7 +84,7 @@ pub(super) fn read(text: &str) -> Result<Parsed<Plan>, Diagnostic> {
     })
 }
 
-/// What an entry says; `None` if it does nothing.
+/// Reads an entry; `None` if it does nothing.
 fn entry<'t>(
     json: &Json<'t>,
     value: &'t str,

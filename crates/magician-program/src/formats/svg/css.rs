@@ -31,7 +31,7 @@ pub(super) struct Edit {
 
 /// The custom properties of a drawing.
 pub(super) struct Variables {
-    /// Of its style sheets.
+    /// Values that its style sheets set, by name.
     sheets: HashMap<String, String>,
     /// True if something is drawn by `use`, which gives a context.
     has_use: bool,
@@ -40,7 +40,7 @@ pub(super) struct Variables {
 }
 
 impl Variables {
-    /// Those of the style sheets: what is said of the whole drawing goes before what is said of a part.
+    /// Collects those of the style sheets: a value of the whole drawing (`:root`) goes before one of a part.
     pub(super) fn of(document: &Document<'_>) -> Self {
         let mut sheets = HashMap::new();
         let mut others = HashMap::new();
@@ -111,7 +111,7 @@ impl Variables {
         self.resolved(&format!("{before}{set}{after}"), at, depth + 1)
     }
 
-    /// What becomes of an element's attributes, and of a style sheet.
+    /// Edits of an element's attributes, or of a style sheet.
     pub(super) fn edits(&self, text: &str, node: &Node<'_, '_>) -> Vec<Edit> {
         let mut edits = Vec::new();
         if is(node, "style") {
@@ -292,7 +292,7 @@ fn color(value: &str) -> Option<String> {
     })
 }
 
-/// Where the parenthesis is closed that was opened before.
+/// Place of the parenthesis that closes an open one.
 fn closing(text: &str) -> Option<usize> {
     let mut depth = 0_u32;
     text.bytes().position(|byte| {
@@ -369,7 +369,7 @@ fn rules(sheet: &str) -> Vec<(Range<usize>, Range<usize>)> {
     rules
 }
 
-/// Where the names and the values of declarations are.
+/// Places of the names and the values of declarations.
 fn declarations(text: &str, range: Range<usize>) -> Vec<(Range<usize>, Range<usize>)> {
     let mut found = Vec::new();
     let inside = text.get(range.clone()).unwrap_or_default();

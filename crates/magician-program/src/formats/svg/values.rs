@@ -85,7 +85,7 @@ impl<'a> Ids<'a> {
         Self(ids.collect())
     }
 
-    /// What of an element the library does not draw as it is written; empty if it draws all of it.
+    /// Remarks on what of an element is not drawn as it is written; empty if all of it is.
     pub(super) fn remarks(&self, node: &Node<'_, '_>) -> Vec<String> {
         let tag = node.tag_name().name();
         if node

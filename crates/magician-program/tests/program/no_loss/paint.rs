@@ -159,7 +159,7 @@ fn nothing_to_draw_says_why() {
         ),
         (
             "<path d='M1 1H5' stroke='red' stroke-opacity='0'/>",
-            "no visible line or fill",
+            "invisible",
         ),
         ("", "no shapes"),
     ] {
