@@ -48,6 +48,7 @@ mod convert;
 #[cfg(any(feature = "read-svg", feature = "font-files"))]
 mod curves;
 mod diagnostic;
+mod encoding;
 mod ending;
 pub mod fill;
 #[cfg(all(feature = "text", any(feature = "read-svg", feature = "picture")))]
@@ -85,7 +86,9 @@ pub use check::{
 };
 pub use convert::{Conversion, ConversionError};
 pub use diagnostic::{Diagnostic, DiagnosticCode, Missing};
+pub use encoding::source_text;
 pub use ending::Ending;
+pub use formats::foreign;
 pub use formats::{
     Content, Curves, Fills, Format, Parsed, ReadOptions, SystemFonts, TextLines, White, read,
 };

@@ -307,6 +307,9 @@ impl FormatReader {
                 .parse()
                 .map_err(|error: String| RpcError::param("format", error))?,
             None => Format::of(source.bytes.name(), &bytes).ok_or_else(|| {
+                if let Some(foreign) = magician_program::foreign(source.bytes.name(), &bytes) {
+                    return RpcError::param("format", foreign.to_string());
+                }
                 let why = "the type of the program is not recognised: name it";
                 RpcError::param("format", why)
             })?,

@@ -75,7 +75,8 @@ impl Format {
             Self::Dxf => &[".dxf"],
             Self::Blockly => &[".blockly"],
             Self::Image => &[
-                ".png", ".jpg", ".jpeg", ".bmp", ".webp", ".gif", ".tif", ".tiff",
+                ".png", ".jpg", ".jpeg", ".bmp", ".webp", ".gif", ".tif", ".tiff", ".pgm", ".pbm",
+                ".ppm", ".pnm",
             ],
             Self::Points => &[".csv", ".xyz", ".mcap"],
             // No ending says that its text is to be written: `.txt` may be points or G-code.
@@ -114,7 +115,7 @@ impl Format {
             Self::Hpgl => "HPGL plot",
             Self::Dxf => "DXF drawing",
             Self::Blockly => "DobotBlockly workspace",
-            Self::Image => "PNG, JPEG, BMP, WebP, GIF or TIFF image",
+            Self::Image => "PNG, JPEG, BMP, WebP, GIF, TIFF or PNM image",
             Self::Points => "points as CSV, JSON or text, and recordings as CSV or MCAP",
             Self::Text => "text, to be written with the pen",
             Self::TestGrid => "squares to be burnt with many powers and speeds",

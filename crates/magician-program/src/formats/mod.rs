@@ -6,6 +6,7 @@ pub(crate) mod content;
 mod curved;
 #[cfg(feature = "read-dxf")]
 mod dxf;
+mod foreign;
 #[cfg(feature = "read-gcode")]
 mod gcode;
 mod gcode_options;
@@ -26,8 +27,6 @@ mod span;
 mod svg;
 #[cfg(feature = "read-text")]
 mod testgrid;
-#[cfg(any(feature = "read-dxf", feature = "read-gcode", feature = "read-hpgl"))]
-mod text;
 #[cfg(feature = "read-text")]
 mod words;
 #[cfg(any(feature = "read-blockly", feature = "read-playback"))]
@@ -35,6 +34,7 @@ mod xml;
 
 pub(crate) use curved::Chords;
 pub use curved::Curves;
+pub use foreign::foreign;
 pub use gcode_options::{Arcs, Dialect, GcodeOptions};
 
 use magician_host::{Remedy, Setting};
@@ -62,7 +62,7 @@ pub enum Format {
     Dxf,
     /// DobotBlockly workspaces.
     Blockly,
-    /// PNG, JPEG, BMP, WebP, GIF and TIFF images.
+    /// PNG, JPEG, BMP, WebP, GIF, TIFF and netpbm images.
     Image,
     /// Lists of points: CSV, JSON, text.
     Points,
@@ -234,7 +234,9 @@ fn lines(
     options: &ReadOptions,
     chords: &Chords,
 ) -> Result<Parsed, Diagnostic> {
-    let mut reading = format.reader()?(bytes, options, chords)?;
+    let reader = format.reader()?;
+    foreign::check(bytes)?;
+    let mut reading = reader(bytes, options, chords)?;
     if options.clip_page {
         let note = reading.clip_to_page();
         reading.notes.extend(note);

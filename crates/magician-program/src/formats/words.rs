@@ -6,6 +6,7 @@ use magician_host::{Given, Setting};
 
 use super::{Chords, Content, Fills, Parsed, ReadOptions};
 use crate::artwork::Style;
+use crate::encoding::{Otherwise, decode};
 use crate::fill::{Area, FillRule};
 use crate::lettering::{Glyphs, LaidText, lacks, lay_out};
 use crate::{Artwork, Diagnostic, DiagnosticCode, FilledArea, Lines, Origin, Stroke};
@@ -22,11 +23,8 @@ pub(super) fn read(
     options: &ReadOptions,
     chords: &Chords,
 ) -> Result<Parsed, Diagnostic> {
-    let text = std::str::from_utf8(bytes).map_err(|error| {
-        let at = error.valid_up_to();
-        Diagnostic::of_file(format!("the text is not UTF-8 from byte {at} on"))
-    })?;
-    let text = text.trim_end_matches(['\n', '\r']);
+    let decoded = decode(bytes, Otherwise::Western)?;
+    let text = decoded.text.trim_end_matches(['\n', '\r']);
     let lines = Lines::new(text);
     if text.trim().is_empty() {
         return Err(Diagnostic::of_file("there is no text"));
@@ -51,6 +49,7 @@ pub(super) fn read(
     } = lay_out(text, &font, &options.text, chords.for_curve())?;
     let mut notes = notes(&missing, &lines, options)?;
     notes.extend(substitution(&substituted, &lines, options));
+    notes.extend(decoded.note);
     let mut artwork = Artwork {
         title: options.title.clone(),
         in_order: font.has_stroke_order(),

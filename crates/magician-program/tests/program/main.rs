@@ -16,6 +16,7 @@ mod held;
 mod hops;
 mod hpgl;
 mod lossy;
+mod no_loss;
 mod order;
 mod page;
 mod parts;

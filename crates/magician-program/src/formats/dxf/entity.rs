@@ -5,7 +5,7 @@ use kurbo::{Affine, Point, Vec2};
 use super::canvas::{Canvas, InsertContext};
 use super::curve::{self, Ellipse};
 use super::pairs::Record;
-use super::spline::Spline;
+use super::spline::{Spline, interpolated};
 use super::{hatch, leader, mesh, mtext, text};
 use crate::Diagnostic;
 
@@ -242,6 +242,24 @@ impl<'p> Pen<'p> {
         self.stroke(canvas, points)
     }
 
+    /// A spline that the file gives by the points that it goes through, and by its directions at both ends.
+    fn interpolated(&self, through: &[Point], tolerance: f64) -> Result<Vec<Point>, Diagnostic> {
+        let direction = |code| -> Result<Option<Vec2>, Diagnostic> {
+            match self.record.text(code) {
+                Some(_) => {
+                    let [x, y, _] = self.record.point(code)?;
+                    // A direction turns with the drawing, and does not move.
+                    let way = self.map * Point::new(x, y) - self.map * Point::ORIGIN;
+                    Ok(Some(way))
+                }
+                None => Ok(None),
+            }
+        };
+        let ends = [direction(12)?, direction(13)?];
+        let closed = self.record.integer(70)? & 1 != 0;
+        Ok(interpolated(through, ends, closed, tolerance))
+    }
+
     fn spline(&self, canvas: &mut Canvas<'p>) -> DrawResult {
         let flat = |points: Vec<([f64; 3], f64)>| -> Vec<Point> {
             let points = points.into_iter();
@@ -250,6 +268,14 @@ impl<'p> Pen<'p> {
                 .collect()
         };
         let controls = flat(self.record.points(10, -1)?);
+        let through = flat(self.record.points(11, -1)?);
+        if controls.is_empty() && through.len() > 1 {
+            let points = self.interpolated(&through, canvas.tolerance)?;
+            return match points.len() {
+                0 | 1 => canvas.leave_out(self.record, "its fit points are all the same"),
+                _ => self.stroke(canvas, points),
+            };
+        }
         if controls.is_empty() {
             return canvas.leave_out(self.record, "it has no control points");
         }

@@ -27,8 +27,8 @@ mod xclip;
 use canvas::Canvas;
 use drawing::Drawing;
 
-use super::text::text_of;
 use super::{Chords, Content, Parsed, ReadOptions};
+use crate::encoding::{Otherwise, decode};
 use crate::{Diagnostic, Origin};
 
 pub(super) fn read(
@@ -36,10 +36,6 @@ pub(super) fn read(
     options: &ReadOptions,
     chords: &Chords,
 ) -> Result<Parsed, Diagnostic> {
-    if bytes.starts_with(b"AC10") {
-        return Err(Diagnostic::of_file("this is a DWG file, not a DXF file")
-            .help("save it as DXF in the program that made it"));
-    }
     match binary::to_text(bytes)? {
         // Positions in a text that does not exist are left out.
         Some(text) => read_text(&text, options, chords)
@@ -48,7 +44,12 @@ pub(super) fn read(
                 origin: Origin::NONE,
                 ..diagnostic
             }),
-        None => read_text(&text_of(bytes), options, chords),
+        None => {
+            let decoded = decode(bytes, Otherwise::Western)?;
+            let mut parsed = read_text(&decoded.text, options, chords)?;
+            parsed.notes.extend(decoded.note);
+            Ok(parsed)
+        }
     }
 }
 

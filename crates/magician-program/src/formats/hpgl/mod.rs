@@ -33,8 +33,8 @@ mod scale;
 mod text;
 
 use super::notes::Notes;
-use super::text::text_of;
 use super::{Chords, Content, Parsed, ReadOptions};
+use crate::encoding::{Otherwise, characters, with_line_feeds};
 use crate::{Diagnostic, Lines};
 
 use lexer::Instructions;
@@ -45,9 +45,11 @@ pub(super) fn read(
     options: &ReadOptions,
     chords: &Chords,
 ) -> Result<Parsed, Diagnostic> {
-    let text = text_of(bytes);
+    // Encoded polylines mean bytes.
+    let text = characters(bytes, Otherwise::Bytes)?.text;
     let latin = std::str::from_utf8(bytes).is_err();
-    let lines = Lines::new(&text);
+    let divided = with_line_feeds(text.as_ref().into());
+    let lines = Lines::new(&divided);
     let mut plotter = Plotter::new(options, chords, &lines, latin);
     for instruction in Instructions::new(&text) {
         let done = instruction.and_then(|instruction| plotter.take(&instruction));

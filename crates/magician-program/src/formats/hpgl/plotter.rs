@@ -203,6 +203,13 @@ impl<'t> Plotter<'t> {
             | "QL" | "MG" | "MT" | "ST" | "NR" | "RP" | "CM" | "CT" | "CV" | "CF" | "IM" | "IV"
             | "FI" | "FN" | "GM" | "WD" | "OA" | "OB" | "OC" | "OD" | "OE" | "OF" | "OG" | "OH"
             | "OI" | "OK" | "OL" | "OO" | "OP" | "OS" | "OT" | "OW" => {}
+            _ if name.starts_with('!') => {
+                let message = format!(
+                    "{}, an instruction of Roland's own, is left out",
+                    instruction.text
+                );
+                self.note(instruction, &message);
+            }
             _ => self.note(instruction, &format!("{name} is left out")),
         }
         Ok(())

@@ -9,6 +9,7 @@ mod area;
 mod circles;
 mod clip;
 mod cost;
+mod css;
 mod families;
 mod filled;
 mod lines;
@@ -20,6 +21,7 @@ mod source;
 mod collector;
 #[cfg_attr(not(feature = "text"), path = "no_text.rs")]
 mod text;
+mod values;
 mod white;
 
 use kurbo::Affine;
@@ -33,6 +35,7 @@ use self::notes::Notes;
 use self::source::{Page, Source};
 use self::white::Whites;
 use super::{Chords, Content, Parsed, ReadOptions, SystemFonts};
+use crate::encoding::{Otherwise, decode};
 use crate::{Artwork, Diagnostic, DiagnosticCode, Stroke};
 
 /// Files may be as large, bytes.
@@ -60,11 +63,9 @@ pub(super) fn read(
     }
     let bytes = crate::packed::unpacked(bytes, LARGEST)?;
     let bytes = bytes.as_ref();
-    let text = std::str::from_utf8(bytes).map_err(|error| {
-        let at = error.valid_up_to();
-        Diagnostic::of_file(format!("it is not UTF-8 from byte {at} on"))
-    })?;
-    let drawing = on_a_deep_stack(|| drawing(text, options, chords))?;
+    let decoded = decode(bytes, Otherwise::Western)?;
+    let mut drawing = on_a_deep_stack(|| drawing(&decoded.text, options, chords))?;
+    drawing.notes.extend(decoded.note);
     Ok(Parsed {
         content: Content::Artwork(drawing.content),
         notes: drawing.notes,
@@ -134,6 +135,7 @@ fn drawing(
         elements,
         layers: in_file,
         page: says,
+        shapes,
         ..
     } = source;
     let whites = Whites::of(tree.root(), options.white);
@@ -149,6 +151,10 @@ fn drawing(
         colors,
         ..
     } = collector;
+    let areas = areas.into_filled();
+    if strokes.is_empty() && areas.is_empty() && notes.is_empty() {
+        notes.add(nothing_seen(shapes));
+    }
     if says != Page::Unknown && !options.clip_page {
         beyond_the_page(&strokes, page, &mut notes);
     }
@@ -156,7 +162,7 @@ fn drawing(
         title: options.title.clone(),
         page: (says != Page::Unknown).then_some(page),
         strokes,
-        areas: areas.into_filled(),
+        areas,
         names,
         layers,
         colors,
@@ -182,6 +188,20 @@ fn has_curves(group: &Group) -> bool {
         Node::Image(_) => false,
     };
     clip.into_iter().chain(mask).any(has_curves) || group.children().iter().any(curved)
+}
+
+/// Why a drawing has no line.
+fn nothing_seen([shapes, hidden]: [usize; 2]) -> Diagnostic {
+    let message = match shapes {
+        0 => "the drawing has no shapes".to_owned(),
+        1 if hidden == 1 => "the only shape of the drawing is hidden".to_owned(),
+        all if all == hidden => format!("all {all} shapes of the drawing are hidden"),
+        1 => "the only shape of the drawing has no visible line or fill, or is cut off".to_owned(),
+        all => format!(
+            "of the {all} shapes of the drawing none has a visible line or fill that is not cut off"
+        ),
+    };
+    Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut)
 }
 
 /// What a viewer would not show, a pen draws all the same: beside the paper, maybe.

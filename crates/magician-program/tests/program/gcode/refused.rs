@@ -40,7 +40,6 @@ fn what_is_wrong_says_where_and_why() {
             "G1 X9000000 Y0",
             "line 1, column 4: X would be at 9000000 mm",
         ),
-        ("G4", "line 1, column 1: G4 needs P (ms) or S (s)"),
         (
             "G4 P-1",
             "line 1, column 1: the pause is -1 ms, which is out of range",
