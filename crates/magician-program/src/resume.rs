@@ -156,6 +156,12 @@ impl StepCounter {
         }
     }
 
+    /// True if the commands before the first step are finished for certain when the arm has finished this index.
+    #[must_use]
+    pub fn is_at_first(&self, current: u64) -> bool {
+        self.commands(current).least >= self.lead
+    }
+
     /// The same in commands, with those before the first step.
     pub(crate) fn commands(&self, current: u64) -> StepRange {
         let StepRange { least, most } = self.taken(current);

@@ -4,7 +4,7 @@ use std::io::{self, IsTerminal};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, OnceLock};
 
-use signal_hook::consts::SIGXFSZ;
+use signal_hook::consts::{SIGXCPU, SIGXFSZ};
 use tokio::signal::unix::{self, SignalKind, signal};
 
 use super::Signal;
@@ -56,6 +56,8 @@ fn ignores(status: &str, signal: i32) -> Option<bool> {
 pub(super) struct Signals {
     interrupt: unix::Signal,
     terminate: unix::Signal,
+    /// Ctrl-\, and the limit of processor time (`ulimit -t`): both would end the program with the arm under way.
+    quit: [unix::Signal; 2],
     /// Not in a program that is to outlive its terminal: `nohup` has it ignored.
     hangup: Option<unix::Signal>,
 }
@@ -68,6 +70,10 @@ impl Signals {
         Ok(Self {
             interrupt: signal(SignalKind::interrupt())?,
             terminate: signal(SignalKind::terminate())?,
+            quit: [
+                signal(SignalKind::quit())?,
+                signal(SignalKind::from_raw(SIGXCPU))?,
+            ],
             hangup: hangup.transpose()?,
         })
     }
@@ -80,7 +86,10 @@ impl Signals {
                 None => pending().await,
             }
         };
+        let [quit, spent] = &mut self.quit;
         tokio::select! {
+            _ = quit.recv() => Signal::Terminate,
+            _ = spent.recv() => Signal::Terminate,
             _ = self.interrupt.recv() => Signal::Interrupt,
             _ = self.terminate.recv() => Signal::Terminate,
             _ = hung_up => Signal::HangUp,

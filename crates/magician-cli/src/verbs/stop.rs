@@ -1,6 +1,6 @@
 use clap::Args;
 use magician::report::PoseReport;
-use magician::{ErrorKind, commands};
+use magician::{Arm, commands};
 use magician_job::report::left_on;
 use magician_program::Diagnostic;
 use magician_station::client::{ClientError, StationAddress, StationClient};
@@ -10,7 +10,8 @@ use tokio::time::timeout;
 
 use super::pose::ShowPose;
 use crate::context::{Context, STAND_BY, StopPolicy};
-use crate::failure::{Failure, Kind};
+use crate::failure::Failure;
+use crate::output::Output;
 
 /// Stop the arm: motion, queue, laser and motors
 #[derive(Args, Debug)]
@@ -33,22 +34,24 @@ impl Stop {
             true => StopPolicy::Hold,
             false => StopPolicy::Stop,
         };
-        let stopped = context.arm(policy, async |arm, _| {
-            match self.gentle {
-                true => arm.stop_gentle().await?,
-                false => arm.stop().await?,
-            }
-            Ok((
-                PoseReport::from(arm.get::<commands::Pose>().await?),
-                Some(arm.read_outputs().await?),
-            ))
-        });
+        // A station answers once the arm stands, also where it gives no session or somebody moves the arm again.
+        let stopped = match self.gentle {
+            true => None,
+            false => stop_by_request(context),
+        };
         let (answer, outputs) = match stopped {
-            // A station that serves nobody more still stops.
-            Err(failure) if !self.gentle && failure.kind == Kind::Driver(ErrorKind::Port) => {
-                (stop_without_session(context).ok_or(failure)?, None)
+            Some(pose) => {
+                let read = async |arm: &Arm, _: &mut Output| Ok(arm.read_outputs().await?);
+                (pose, context.arm(StopPolicy::Look, read).ok())
             }
-            stopped => stopped?,
+            None => context.arm(policy, async |arm, _| {
+                match self.gentle {
+                    true => arm.stop_gentle().await?,
+                    false => arm.stop().await?,
+                }
+                let pose = arm.get::<commands::Pose>().await?;
+                Ok((PoseReport::from(pose), Some(arm.read_outputs().await?)))
+            })?,
         };
         // A command under way may switch them still.
         if !self.gentle {
@@ -67,9 +70,9 @@ impl Stop {
     }
 }
 
-/// Stops the arm by a request of its own; where it stands then. `None` if there is no station, or it did not confirm that the
-/// arm stands.
-fn stop_without_session(context: &mut Context) -> Option<PoseReport> {
+/// Stops the arm at a station by a request of its own, which needs no session; where it stands then. `None` if there is no
+/// station, or it did not confirm that the arm stands.
+fn stop_by_request(context: &mut Context) -> Option<PoseReport> {
     let url = context.global.station.clone()?;
     let (token, trust) = (context.global.token(), context.global.trust());
     let call = async |method, params| {

@@ -101,6 +101,9 @@ fn signals_in_quick_succession_lift_the_pen() {
         &["-HUP", "-HUP", "-HUP", "-TERM"],
         &["-HUP", "-INT", "-HUP"],
         &["-TERM", "-HUP"],
+        &["-QUIT"],
+        &["-QUIT", "-INT"],
+        &["-XCPU"],
     ]
     .into_iter()
     .enumerate()

@@ -278,7 +278,18 @@ impl Work {
             let within = within.map(|place| (steps, place));
             return track.ends_at(resume_point, within, (self.burns, &stood.pose));
         }
-        let resume_point = if least == most {
+        // Where a resumed job begins, its first step tells by its place how far it came.
+        let first = match (&track.rest, least == from && most == from) {
+            (Some(rest), true) => rest.goes_on(ResumePoint::Again(from), &stood.pose),
+            _ => None,
+        };
+        let first = first.and_then(|(steps, place)| Some((steps, place?)));
+        if let (Some(place), false, true) = (first, track.at_first, self.burns) {
+            return track.ends_before(place);
+        }
+        let resume_point = if first.is_some() && track.at_first {
+            ResumePoint::Again(from)
+        } else if least == most {
             resume_point_at(least, |steps| {
                 let rest = track.rest.as_ref()?;
                 rest.stands_after(steps, &stood.pose, true)

@@ -43,6 +43,9 @@ pub(super) struct Track {
     pub(super) left: Option<Left>,
     /// When progress was told last.
     pub(super) told: Option<Instant>,
+    /// True if the arm was seen to have finished what comes before the first step, before anything stopped it: it counts a
+    /// command that was cut short as finished.
+    pub(super) at_first: bool,
     /// Cause why the journal holds nothing of the job, if its last write failed.
     pub(super) unkept: Option<Arc<str>>,
     /// True once that was told: the next failures are not news.
@@ -71,6 +74,7 @@ impl Track {
             lift: None,
             left: None,
             told: None,
+            at_first: false,
             unkept: None,
             told_unkept: false,
             shared,
@@ -101,6 +105,7 @@ impl Track {
         checkpoint.ended = None;
         self.counter = rest.counter(passes_over).from_rest(rests_at);
         (self.pulled, self.inserted, self.open) = (0, 0, true);
+        self.at_first = false;
         self.checkpoint.mixed = passes_over;
         self.checkpoint.index = self
             .counter
@@ -175,6 +180,7 @@ impl Track {
         if self.checkpoint.mixed && !self.passes_over {
             self.checkpoint.mixed = !self.counter.has_passed_inserted(current);
         }
+        self.at_first |= self.counter.is_at_first(current);
         let checkpoint = &mut self.checkpoint;
         checkpoint.clock = clock;
         if checkpoint.finished == finished && checkpoint.index == index {
@@ -225,6 +231,26 @@ impl Track {
         };
         self.checkpoint.twice = place.twice;
         self.ends(resume_point, place.within.map(|at| (place.steps, at)));
+    }
+
+    /// It is over where the arm stands, and perhaps it had not come to its beginning: it begins there again, and burns what is
+    /// between the two once more.
+    pub(super) fn ends_before(&mut self, (steps, at): (u64, [f64; 3])) {
+        let (from, begin) = (
+            self.from(),
+            self.rest.as_ref().and_then(RemainingProgram::within),
+        );
+        match begin.filter(|_| steps == from) {
+            Some(begin) => self.ends_burning(BurnPlace {
+                steps,
+                within: Some(begin),
+                twice: (0..3)
+                    .map(|axis| (at[axis] - begin[axis]).powi(2))
+                    .sum::<f64>()
+                    .sqrt(),
+            }),
+            None => self.ends(ResumePoint::After(from), begin.map(|begin| (from, begin))),
+        }
     }
 
     /// It is over, and how far it came is not known yet.

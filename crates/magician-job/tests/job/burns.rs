@@ -355,6 +355,57 @@ async fn stopped_burn_tells_at_its_end_how_much_is_burnt_twice_at_most() {
     assert!(longest > 1.0, "{longest}");
 }
 
+/// A station stops the arm: when the job hears of it the arm stands, each time within the same piece.
+#[tokio::test(start_paused = true)]
+async fn burn_that_is_stopped_by_a_station_again_and_again_repeats_only_what_it_says() {
+    let mut plan = Plan::new("a line");
+    plan.tool = Some(Tool::Laser);
+    plan.push(words::path_speed(20.0, 100.0), Origin::NONE);
+    let to = [205.0, -40.0, 0.0, 0.0];
+    let by = Travel::Line;
+    plan.push(Action::Move { to, by }, Origin::NONE);
+    for corner in &CORNERS[1..] {
+        let [x, y] = corner.map(|number| number as f32);
+        let to = [x, y, 0.0];
+        plan.push(Action::Burn { to, power: 60.0 }, Origin::NONE);
+    }
+    plan.push(Action::Laser(false), Origin::NONE);
+    let program = Program::new(plan, Some(1));
+    for pause in [0.2, 0.4, 0.7, 1.1] {
+        let (cell, arm) = place(&program).await;
+        let journal = Memory::default();
+        let mut said = 0.0;
+        for nth in 0..4 {
+            let start = match nth {
+                0 => Start::Step(0),
+                _ => Start::Resume,
+            };
+            let spec = JobSpec::new(program.clone()).start(start);
+            let job = Job::start(&arm, spec, journal.clone());
+            sleep(Duration::from_secs_f64(3.0 + pause * f64::from(nth))).await;
+            let other = Arm::simulated(cell.clone(), Options::default()).await;
+            let other = other.expect("a virtual arm");
+            other.stop().await.expect("it stops");
+            job.stop();
+            match job.outcome().await {
+                Err(error) => {
+                    if let Some(Left::Known { burnt_twice, .. }) = error.left {
+                        said += burnt_twice;
+                    }
+                }
+                Ok(_) => break,
+            }
+        }
+        let _ = tried(&arm, JobSpec::new(program.clone()), journal).await;
+        let (gap, twice) = burnt(&cell);
+        assert!(gap <= GAP, "{pause}: {gap:.2} mm are left out");
+        assert!(
+            twice <= said + GAP && said < 60.0,
+            "{pause}: {twice:.2} mm twice, {said:.2} said"
+        );
+    }
+}
+
 #[tokio::test(start_paused = true)]
 async fn overlap_of_a_resumed_burn_counts_from_where_the_light_went_out() {
     for (speed, after) in [(20.0, 4.6), (60.0, 2.3), (100.0, 2.9)] {

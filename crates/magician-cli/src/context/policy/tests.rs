@@ -39,7 +39,12 @@ const VERBS: &[(&str, &[&str], &[&str])] = &[
     (
         "stop",
         &["stop.rs"],
-        &["StopPolicy::Hold", "StopPolicy::Stop", "alone"],
+        &[
+            "StopPolicy::Hold",
+            "StopPolicy::Look",
+            "StopPolicy::Stop",
+            "alone",
+        ],
     ),
     ("suction", &["tools.rs"], &["StopPolicy::Order"]),
     ("gripper", &["tools.rs"], &["StopPolicy::Order"]),
