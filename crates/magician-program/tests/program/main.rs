@@ -14,6 +14,7 @@ mod gcode;
 mod held;
 mod hops;
 mod hpgl;
+mod in_front;
 mod lossy;
 mod order;
 mod page;
