@@ -149,8 +149,8 @@ pub(crate) struct PlacementOptions {
     /// size
     #[arg(long)]
     fit: bool,
-    /// With --fit: do not rotate it
-    #[arg(long, requires = "fit")]
+    /// Do not rotate it by 90 degrees, neither to fit in front of the arm nor to be larger with --fit
+    #[arg(long)]
     no_turn: bool,
     /// Clip a drawing at its page
     #[arg(long)]
