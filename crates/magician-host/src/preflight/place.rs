@@ -1,4 +1,4 @@
-//! What is out of reach, told by its place in millimetres: that is how it was asked for.
+//! Errors of the reach in millimetres, as the caller asked for the place.
 
 use magician_motion::{Geometry, Limits, Pose};
 use magician_protocol::{CpMode, PtpMode, Set};
@@ -17,8 +17,9 @@ const BISECTIONS: u32 = 8;
 const TENTH: f64 = 10.0;
 
 impl Preflight {
-    /// The same error, told by the first place of the command that is out of reach, with the nearest one within. Errors of
-    /// another kind, of joints that were given, and of the way to a place in reach stay as they are.
+    /// Tells an error by the first place of the command that is out of reach, and the nearest one in reach.
+    ///
+    /// Errors of another kind and of joint angles that were given stay as they are.
     pub(super) fn told_by_place(&self, command: &Set, error: Error) -> Error {
         if error.code() != ErrorCode::OutOfReach {
             return error;
@@ -101,7 +102,8 @@ fn reaches(geometry: &Geometry, limits: &Limits, [x, y, z]: [f64; 3]) -> bool {
     geometry.inverse_within(&pose, limits).is_ok()
 }
 
-/// The nearest place in reach at the same height, in the same direction from the base or the nearest one to which it turns.
+/// Nearest place in reach at the same height and in the same direction from the base, or in the nearest
+/// direction to which the base turns. `None` if there is none at that height.
 fn nearest(geometry: &Geometry, limits: &Limits, [x, y, z]: [f64; 3]) -> Option<[f64; 3]> {
     let heading = libm::atan2(y, x).to_degrees();
     let heading = heading.clamp(limits.j1.min, limits.j1.max).to_radians();

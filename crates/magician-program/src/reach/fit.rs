@@ -10,9 +10,9 @@ use crate::artwork::distance;
 const GRID: f64 = 10.0;
 /// Room kept free at the edges, as a share of the size: coordinates are rounded to 32 bits on their way to the arm.
 const MARGIN: f64 = 1e-4;
-/// A place beside the arm is chosen only if the drawing is larger there by this share than in front.
+/// Ratio of sizes above which a place beside the arm is chosen instead of one in front.
 const BESIDE: f64 = 1.01;
-/// A drawing is in front of the arm if the line straight ahead passes through it, or within this of it, mm.
+/// Largest distance from the line straight ahead of the arm at which a drawing is in front of it, mm.
 const AHEAD: f64 = 0.01;
 /// Ways are looked at in pieces of this length while a place is searched, mm; the place found is then checked exactly.
 const PIECE: f64 = 15.0;
@@ -171,7 +171,7 @@ impl Shape {
     }
 }
 
-/// Where a shape may lie.
+/// Area in which a place for a shape is sought.
 #[derive(Clone, Copy, Debug)]
 enum Area {
     /// In front of the arm: the line straight ahead passes through the shape.
@@ -256,7 +256,7 @@ impl Search<'_> {
             .or_else(|| tight(Area::Anywhere))
     }
 
-    /// Where it can be largest, and how large: in front of the arm unless it is larger beside it.
+    /// Finds the place where it can be largest, and that size: in front of the arm unless it is larger beside it.
     fn largest(&self) -> Option<([f64; 2], f64)> {
         let places = self.places();
         let front = self.largest_in(Area::Front, &places);

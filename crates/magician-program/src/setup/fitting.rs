@@ -18,9 +18,9 @@ const SHRINK: f64 = 0.98;
 const LEAST_SHRUNK: f64 = 0.5;
 /// Turned is better if it is larger by this share.
 const LARGER: f64 = 1.001;
-/// A place beside the arm is better if it is larger there by this share than in front.
+/// Ratio of sizes above which a place beside the arm is better than one in front.
 const BESIDE: f64 = 1.01;
-/// What is drawn is in front of the arm if the line straight ahead passes through it, or within this of it, mm.
+/// Largest distance from the line straight ahead of the arm at which a drawing is in front of it, mm.
 const AHEAD: f64 = 0.1;
 /// A share that is taken for the whole.
 const WHOLE: f64 = 1.0 - 1e-6;
@@ -66,9 +66,9 @@ pub struct AppliedPlacement {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum Side {
-    /// Where y is above 0.
+    /// The side of positive y.
     Left,
-    /// Where y is below 0.
+    /// The side of negative y.
     Right,
 }
 
@@ -286,7 +286,7 @@ impl Setup {
         Ok((made, 0.0))
     }
 
-    /// In its size, and by how much it is turned to lie in front of the arm.
+    /// Lays it in its size, turned by 90 degrees if it lies in front of the arm only so; returns the turn as well.
     fn made_in_front(
         &self,
         format: Format,
@@ -327,7 +327,7 @@ impl Setup {
         self.lies(&made.plan).is_none_or(|lies| lies.side.is_none())
     }
 
-    /// Where a plan lies that was placed here, before it is moved on.
+    /// Returns where a plan lies, before it is moved on by what was asked for.
     fn lies(&self, plan: &Plan) -> Option<Lies> {
         let [least, most] = extent_of_marks(plan).or_else(|| extent(plan))?;
         let [_, moved, _] = self.placement.by;
@@ -397,7 +397,7 @@ fn whole(content: &Content) -> Option<Content> {
     })
 }
 
-/// Where something lies, mm.
+/// Bounds of a drawing, mm, and the side of the arm on which they are.
 #[derive(Clone, Copy)]
 struct Lies {
     /// The side of the arm, unless it is in front.
@@ -423,10 +423,10 @@ impl Lies {
     }
 }
 
-/// What breaking lines does for text that is too long to lie as it is.
+/// Effect of a width for lines of text.
 const WRAPS: &str = "breaks its lines";
 
-/// What was done to make it fit, or lie in front, if anything was; with the share of its size that it has where it was to fit.
+/// Note about a size or a turn that was chosen here; `fitted` is the share of the size asked for, if it was to fit.
 fn turned_note(format: Format, fitted: Option<f64>, turned: f64) -> Option<Diagnostic> {
     let share = fitted.unwrap_or(1.0);
     let percent = 100.0 * share;

@@ -371,15 +371,38 @@ async fn notes_of_a_check_say_where_a_program_lies_and_what_it_is_not() {
     let bench = Bench::new(1).await;
     let mut anna = bench.join("Anna").await;
     for (text, format, setup, said) in [
-        (WIDE, "svg", json!({}), "turned by 90 degrees to fit in front of the arm"),
-        (WIDE, "svg", json!({"turn": false}), "does not fit in front of the arm: lies at its "),
-        (SQUARE, "svg", json!({"work": "draw", "tool": "laser"}), "the laser stays dark"),
-        (FOREIGN, "gcode", json!({}), "its coordinates look like those of another machine"),
+        (
+            WIDE,
+            "svg",
+            json!({}),
+            "turned by 90 degrees to fit in front of the arm",
+        ),
+        (
+            WIDE,
+            "svg",
+            json!({"turn": false}),
+            "does not fit in front of the arm: lies at its ",
+        ),
+        (
+            SQUARE,
+            "svg",
+            json!({"work": "draw", "tool": "laser"}),
+            "the laser stays dark",
+        ),
+        (
+            FOREIGN,
+            "gcode",
+            json!({}),
+            "its coordinates look like those of another machine",
+        ),
     ] {
         let params = json!({"text": text, "format": format, "setup": setup});
         let report = anna.ok("job.check", params).await;
         let mut notes = report["notes"].as_array().unwrap().iter();
         let text = |note: &Value| note["text"].as_str().unwrap_or_default().to_owned();
-        assert!(notes.any(|note| text(note).contains(said)), "{said}: {report}");
+        assert!(
+            notes.any(|note| text(note).contains(said)),
+            "{said}: {report}"
+        );
     }
 }
