@@ -128,7 +128,10 @@ fn wide_drawing_of_every_format_is_turned_to_lie_in_front_of_the_arm() {
 #[test]
 fn drawing_that_may_not_be_turned_lies_beside_the_arm_with_a_note() {
     for (format, bytes, options) in wide() {
-        for more in [json!({"turn": false}), json!({"rotate": 180})] {
+        // Points bring rotations of the tool with them, which end before 180 degrees.
+        let turned = json!({"rotate": 180});
+        let turned = Some(turned).filter(|_| format != Format::Points);
+        for more in turned.into_iter().chain([json!({"turn": false})]) {
             let laid = lay(format, &bytes, &with(&options, more)).unwrap();
             let [least, most] = bounds(&laid);
             let placed = laid.placed.unwrap();
@@ -295,7 +298,7 @@ fn coordinates_of_another_machine_are_recognised() {
             y + 30.0
         );
         let text = format!("G21 G90\n{path}G0 Z20\n");
-        let laid = lay(Format::Gcode, text.as_bytes(), &json!({})).unwrap();
+        let laid = lay(Format::Gcode, text.as_bytes(), &json!({"raw": true})).unwrap();
         let report = check(laid.program.plan(), &start());
         let foreign = foreign_coordinates(laid.program.plan(), &report);
         (report.is_good(), foreign)

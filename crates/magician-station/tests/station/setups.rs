@@ -392,7 +392,7 @@ async fn notes_of_a_check_say_where_a_program_lies_and_what_it_is_not() {
         (
             FOREIGN,
             "gcode",
-            json!({}),
+            json!({"raw": true}),
             "its coordinates look like those of another machine",
         ),
     ] {
