@@ -1166,7 +1166,7 @@ fn remedies_are_those_that_the_verb_takes() {
         (&["engrave", &apart], false),
         (&["run", &apart, "--tool", "laser"], false),
     ] {
-        let looked = run(&[words, &["--port", "sim", "--dry-run"]].concat());
+        let looked = run(&[words, &["--port", "sim", "--dry-run", "-v"]].concat());
         assert_eq!(looked.status, 0, "{looked:?}");
         assert!(looked.err.contains("drawn in another order"), "{looked:?}");
         assert_eq!(looked.err.contains("--no-order"), takes, "{looked:?}");
