@@ -278,6 +278,9 @@ impl From<&magician::Error> for Failure {
         if error.code() == ErrorCode::LaserNotAllowed {
             return Self::not_allowed_to_burn(error.to_string());
         }
+        if let Some(detail) = error.detail() {
+            tracing::info!("{detail}");
+        }
         let failure = Self::new(Kind::Driver(error.kind()), error.to_string());
         failure.about(ErrorFigures::of(error))
     }

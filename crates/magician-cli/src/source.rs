@@ -72,6 +72,12 @@ impl Source {
         }
     }
 
+    /// Its name without its folder.
+    pub(crate) fn short_name(&self) -> &str {
+        let name = Path::new(&self.name).file_name();
+        name.and_then(|name| name.to_str()).unwrap_or(&self.name)
+    }
+
     /// What it is: as the person says, else as its name and its first bytes do.
     pub(crate) fn format(&self, said: Option<Format>) -> Result<Format, Failure> {
         let known = said.or_else(|| Format::of(&self.name, &self.bytes));

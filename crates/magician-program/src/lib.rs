@@ -82,7 +82,8 @@ mod words;
 pub use artwork::{Artwork, FilledArea, Stroke, WouldFit};
 pub use calibrate::{Tip, rounded_height};
 pub use check::{
-    PartFigures, RefusedStep, Report, check, would_do_at, would_fit, would_fit_turned,
+    PartFigures, RefusedStep, Report, check, foreign_coordinates, would_do_at, would_fit,
+    would_fit_turned,
 };
 pub use convert::{Conversion, ConversionError};
 pub use diagnostic::{Diagnostic, DiagnosticCode, Missing};
@@ -112,7 +113,7 @@ pub use reach::{Fit, Reach, SheetTransform};
 pub use recording::{CaptureMode, PoseReading, Recording};
 pub use setup::{
     AppliedPlacement, Depths, Frame, Page, PartMatch, PartMode, PartRule, PartSummary, Placement,
-    Prepared, Setup, Work, tip,
+    Prepared, Setup, Side, Work, tip,
 };
 pub use surface::Surface;
 pub use testgrid::{Series, TestCell, TestGrid, TestGridOptions};

@@ -17,7 +17,7 @@ use magician_program::preview::Outline;
 use magician_program::{
     AppliedPlacement, Begins, Conversion, ConversionError, Diagnostic, DiagnosticCode, Ending,
     FileToLay, Format, LaidProgram, Laying, Origin, PartSummary, Program, RemainingProgram, Report,
-    Setup, SetupDefaults, SetupOptions, Surface, Tool, WouldFit, tip,
+    Setup, SetupDefaults, SetupOptions, Surface, Tool, WouldFit, foreign_coordinates, tip,
 };
 use magician_protocol::visible;
 use serde::{Deserialize, Serialize};
@@ -535,7 +535,12 @@ impl ReadProgram {
         }
         found.parts = Some(parts);
         let warnings = warnings(report, self.placed);
-        found.notes = Note::all(&Words, self.notes.iter().chain(&warnings));
+        let raw = self.format == Format::Gcode && self.placed.is_none() && self.misfit.is_none();
+        let foreign = raw
+            .then(|| foreign_coordinates(rest.first(), report))
+            .flatten();
+        let notes = self.notes.iter().chain(&warnings).chain(&foreign);
+        found.notes = Note::all(&Words, notes);
         found
     }
 }

@@ -15,6 +15,7 @@ mod gcode;
 mod held;
 mod hops;
 mod hpgl;
+mod in_front;
 mod lossy;
 mod no_loss;
 mod order;

@@ -151,8 +151,15 @@ fn what_has_no_place_is_told_where_and_how_large_it_may_be() {
     );
     has(&anywhere, &["fit shrinks it"]);
     let wide = page([400.0, 80.0]);
-    let wide = remedies(Format::Svg, &wide, |_, _| {});
-    has(&wide, &["rotate 90 leaves it more room"]);
+    let there = remedies(Format::Svg, &wide, |_, setup| {
+        setup.placement.at = Some([240.0, 0.0]);
+    });
+    has(&there, &["rotate 90 leaves it more room"]);
+    // Whose place is chosen is turned itself.
+    has(
+        &remedies(Format::Svg, &wide, |_, _| {}),
+        &["turn off leaves it as it lies"],
+    );
     let small = page([20.0, 20.0]);
     let far = remedies(Format::Svg, &small, |_, setup| {
         setup.placement.at = Some([330.0, 0.0]);

@@ -381,3 +381,48 @@ async fn a_job_that_began_where_the_arm_stood_goes_on_there() {
         "{refused}"
     );
 }
+
+/// What is not in front of the arm, stays dark or is of another machine is a note of the check here as well.
+#[tokio::test(start_paused = true)]
+async fn notes_of_a_check_say_where_a_program_lies_and_what_it_is_not() {
+    const WIDE: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='240mm' height='20mm' viewBox='0 0 240 20'>\
+        <rect width='240' height='20' fill='none' stroke='black'/></svg>";
+    const FOREIGN: &str = "G21 G90\nG0 X10 Y10 Z20\nG1 Z10 F600\nG1 X60\nG1 Y40\nG0 Z20\n";
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    for (text, format, setup, said) in [
+        (
+            WIDE,
+            "svg",
+            json!({}),
+            "turned by 90 degrees to fit in front of the arm",
+        ),
+        (
+            WIDE,
+            "svg",
+            json!({"turn": false}),
+            "does not fit in front of the arm: lies at its ",
+        ),
+        (
+            SQUARE,
+            "svg",
+            json!({"work": "draw", "tool": "laser"}),
+            "the laser stays dark",
+        ),
+        (
+            FOREIGN,
+            "gcode",
+            json!({"raw": true}),
+            "its coordinates look like those of another machine",
+        ),
+    ] {
+        let params = json!({"text": text, "format": format, "setup": setup});
+        let report = anna.ok("job.check", params).await;
+        let mut notes = report["notes"].as_array().unwrap().iter();
+        let text = |note: &Value| note["text"].as_str().unwrap_or_default().to_owned();
+        assert!(
+            notes.any(|note| text(note).contains(said)),
+            "{said}: {report}"
+        );
+    }
+}

@@ -129,8 +129,8 @@ pub(crate) struct PlacementOptions {
     /// Put its centre at this x and y, mm
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = numbers::<2>)]
     at: Option<[f64; 2]>,
-    /// Put it on a page of paper, its centre on the centre of the page: a3, a4, a5, a6 or letter, each also with -landscape, or
-    /// WIDTHxHEIGHT in mm. The page lies at --at, else on the calibrated sheet, else where there is room
+    /// Put it on a page of paper, as its file has it on a page of that size, else its centre on the centre of the page: a3, a4,
+    /// a5, a6 or letter, each also with -landscape, or WIDTHxHEIGHT in mm. The page lies at --at, else on the calibrated sheet, else where there is room
     #[arg(long, value_name = "NAME|WxH")]
     page: Option<Paper>,
     /// With --page: what --fit makes smaller keeps this far from the edges of the page, mm [default: 10]
@@ -152,8 +152,8 @@ pub(crate) struct PlacementOptions {
     /// size
     #[arg(long)]
     fit: bool,
-    /// With --fit: do not rotate it
-    #[arg(long, requires = "fit")]
+    /// Do not rotate it by 90 degrees, neither to fit in front of the arm nor to be larger with --fit
+    #[arg(long)]
     no_turn: bool,
     /// Clip a drawing at its page
     #[arg(long)]

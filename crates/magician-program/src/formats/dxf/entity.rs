@@ -270,7 +270,7 @@ impl<'p> Pen<'p> {
         let controls = flat(self.record.points(10, -1)?);
         let through = flat(self.record.points(11, -1)?);
         if controls.is_empty() && through.len() > 1 {
-            let points = self.interpolated(&through, canvas.tolerance)?;
+            let points = self.interpolated(&through, canvas.chords.for_curve())?;
             return match points.len() {
                 0 | 1 => canvas.leave_out(self.record, "its fit points are all the same"),
                 _ => self.stroke(canvas, points),

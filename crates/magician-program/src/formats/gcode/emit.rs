@@ -132,6 +132,11 @@ impl<'o> Emitter<'o> {
         self.plan.steps.push(step);
     }
 
+    /// Largest distance of a line from the curve that it stands for, mm in the file.
+    pub(super) fn tolerance_of_curve(&self) -> f64 {
+        self.chords.for_curve()
+    }
+
     /// An arc of the tool.
     pub(super) fn arc(
         &mut self,

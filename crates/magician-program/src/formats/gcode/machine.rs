@@ -1,6 +1,6 @@
 //! What the lines of a program have set by now, and what each of them does.
 
-use magician_host::{Given, Setting};
+use magician_host::{Action as Deed, Given, Setting};
 
 use super::Chords;
 use super::GcodeOptions;
@@ -115,7 +115,11 @@ impl<'o> Machine<'o> {
                     nothing burns"
             );
             notes.add_with(DiagnosticCode::Power, origin, &message, |note| {
-                note.remedy((Setting::Dialect, Given::Word("laser")), "burns with it")
+                let note = note.remedy((Setting::Dialect, Given::Word("laser")), "burns with it");
+                match survey.mill.is_cooled_alone() {
+                    true => note.remedy(Deed::Engrave, "takes the coolant for air assist"),
+                    false => note,
+                }
             });
         }
         let down = if lifts {

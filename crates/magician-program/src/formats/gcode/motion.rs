@@ -290,7 +290,7 @@ impl Machine<'_> {
         };
         let points = [begin, controls[0], controls[1], end];
         let work = self.work(origin);
-        for (share, [x, y]) in bezier(points, self.tolerance) {
+        for (share, [x, y]) in bezier(points, self.out.tolerance_of_curve()) {
             let z = from[2] + (to[2] - from[2]) * share;
             self.out.line([x, y, z], work, origin);
         }

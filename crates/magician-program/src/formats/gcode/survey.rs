@@ -52,7 +52,7 @@ impl Survey {
             lights: false,
             fan: false,
             powers: Powers::default(),
-            mill: Mill::default(),
+            mill: Mill::new(options.burns),
             angles: Angles::new(options.dialect == Dialect::Servo),
             extrudes: false,
             m300: false,
