@@ -82,7 +82,7 @@ mod spec;
 pub mod teach;
 mod touch;
 
-pub use engine::Job;
+pub use engine::{Job, NOTICEABLE};
 pub use error::{
     Fault, JobError, JobOutcome, Left, PauseError, PenLift, ResumeError, SpeedError, Stood,
 };

@@ -1,4 +1,4 @@
-//! What the check of a program has found, as an object of JSON: the same for the command (`--check --json`) and for a station.
+//! Findings of the check of a program, as an object of JSON: the same for the command (`--check --json`) and for a station.
 //!
 //! Names and shapes are contracts: fields are added, none is renamed. Lengths are mm.
 
@@ -12,25 +12,25 @@ use magician_program::{
 };
 use serde::Serialize;
 
-/// As many refused steps are told.
+/// Number of refused steps that are told, at most.
 pub const SHOWN: usize = 10;
 /// A job that takes longer than this is probably a mistake.
 const LONG: Duration = Duration::from_secs(2 * 3600);
 
-/// What a check has found.
+/// Findings of a check.
 #[derive(Debug, Serialize)]
 #[non_exhaustive]
 pub struct CheckReport {
-    /// Whether the arm can do all of it.
+    /// True if the arm can do all of it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ok: Option<bool>,
-    /// What it does, in figures.
+    /// Figures of what it does.
     #[serde(flatten)]
     pub estimate: Estimate,
-    /// How many steps are refused.
+    /// Number of refused steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub refused: Option<usize>,
-    /// In which size it would fit, of what is refused; none within if there is no such size.
+    /// Size in which a refused program would fit; `None` within if there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub would_fit: Option<Option<WouldFit>>,
     /// The first refused steps.
@@ -42,13 +42,13 @@ pub struct CheckReport {
     /// The file of its picture.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub preview: Option<String>,
-    /// How it lies, if it was placed.
+    /// Placement, if it was placed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub placed: Option<AppliedPlacement>,
-    /// Its parts, where they were asked for.
+    /// Parts, where they were asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub parts: Option<Vec<PartSummary>>,
-    /// What of it was taken in a certain way.
+    /// Notes on what was taken in a certain way.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<Note>,
 }
@@ -71,8 +71,8 @@ pub fn refused_places(report: &Report) -> Vec<&RefusedStep> {
 }
 
 impl CheckReport {
-    /// Of a program of which so many steps are left, none of one without end; `ok` where the arm can do all of it, with what
-    /// would do instead where it cannot.
+    /// Creates the report of a program with so many steps left (`None` without an end). `ok` is true if the arm can do all of
+    /// it, or else holds what would do instead.
     #[must_use]
     pub fn new(report: &Report, steps: Option<u64>, ok: Result<bool, WayOut>) -> Self {
         let refusals = { refused_places(report).into_iter() }
@@ -91,7 +91,7 @@ impl CheckReport {
         }
     }
 
-    /// Only the estimate of it: nothing of what is refused.
+    /// Returns the estimate alone, without what is refused.
     #[must_use]
     pub fn without_check(self) -> Self {
         Self {
@@ -104,30 +104,30 @@ impl CheckReport {
     }
 }
 
-/// What a program does, in figures.
+/// Figures of a program.
 #[derive(Debug, Serialize)]
 #[non_exhaustive]
 pub struct Estimate {
-    /// Of the arm's clock; none if it has no end that is known.
+    /// Duration by the arm's clock, s. `None` if its end is not known.
     pub seconds: Option<f64>,
-    /// None if it goes on for ever.
+    /// Number of steps. `None` if it has no end.
     pub steps: Option<u64>,
-    /// Drawn or burnt, mm.
+    /// Length that is drawn or burnt, mm.
     pub drawn_mm: f64,
-    /// Travelled besides, mm.
+    /// Length of travel besides, mm.
     pub travel_mm: f64,
-    /// Of what draws or burns.
+    /// Bounds of what draws or burns.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bounds: Option<Bounds>,
-    /// Of all.
+    /// Bounds of all motion.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub travel_bounds: Option<Bounds>,
-    /// What it burns with.
+    /// Power of what it burns.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub power: Option<PowerRange>,
 }
 
-/// What is burnt with, percent.
+/// Range of laser power, percent.
 #[derive(Clone, Copy, Debug, Serialize)]
 #[non_exhaustive]
 pub struct PowerRange {

@@ -4,11 +4,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use magician::{Action, Error, ErrorCode};
-use magician_job::report;
 use magician_job::{
     Done, Fault, FileJournal, JobError, JobEvent, JobHandle, JobProgress, JobSpec, JobState,
     JournalError, NoJournal, PauseError, PauseReason, PenLift, ResumeError, SavedSettings,
-    SpeedError, Start as StartsWhere, StopOrder, StopRule, StopSignal,
+    SpeedError, Start as StartsWhere, StopOrder, StopRule, StopSignal, report,
 };
 use magician_program::{Ending, Program};
 use pyo3::prelude::*;

@@ -37,7 +37,7 @@ impl Stop {
         // A station answers once the arm stands, also where it gives no session or somebody moves the arm again.
         let stopped = match self.gentle {
             true => None,
-            false => stop_by_request(context),
+            false => stop_by_request(context)?,
         };
         let (answer, outputs) = match stopped {
             Some(pose) => {
@@ -72,8 +72,13 @@ impl Stop {
 
 /// Stops the arm at a station by a request of its own, which needs no session; where it stands then. `None` if there is no
 /// station, or it did not confirm that the arm stands.
-fn stop_by_request(context: &mut Context) -> Option<PoseReport> {
-    let url = context.global.station.clone()?;
+///
+/// # Errors
+/// An interruption alone: of what else fails the session tells more.
+fn stop_by_request(context: &mut Context) -> Result<Option<PoseReport>, Failure> {
+    let Some(url) = context.global.station.clone() else {
+        return Ok(None);
+    };
     let (token, trust) = (context.global.token(), context.global.trust());
     let call = async |method, params| {
         let call = StationClient::call_once(&url, token.as_deref(), &trust, method, params);
@@ -81,8 +86,8 @@ fn stop_by_request(context: &mut Context) -> Option<PoseReport> {
             .await
             .unwrap_or(Err(ClientError::Lost))
     };
-    let stopped = context.alone(async |_, _| {
-        let address: StationAddress = url.parse().map_err(Failure::invalid)?;
+    let stop = async {
+        let address: StationAddress = url.parse().map_err(ClientError::Address)?;
         // A stop without a name is of all arms.
         let arm = match address.arm {
             Some(arm) => json!(arm),
@@ -97,7 +102,12 @@ fn stop_by_request(context: &mut Context) -> Option<PoseReport> {
         let answer = call("arm.stop", json!({"arm": arm})).await?;
         let stopped = &answer["arms"][0];
         let pose = PoseReport::deserialize(&stopped["pose"]).ok();
-        Ok(pose.filter(|_| stopped["stood"] == true))
-    });
-    stopped.ok().flatten()
+        Ok::<_, ClientError>(pose.filter(|_| stopped["stood"] == true))
+    };
+    context.alone(async |_, signals| {
+        tokio::select! {
+            stopped = stop => Ok(stopped.ok().flatten()),
+            _ = signals.next() => Err(Failure::interrupted()),
+        }
+    })
 }

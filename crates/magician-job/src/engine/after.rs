@@ -278,16 +278,22 @@ impl Work {
             let within = within.map(|place| (steps, place));
             return track.ends_at(resume_point, within, (self.burns, &stood.pose));
         }
-        // Where a resumed job begins, its first step tells by its place how far it came.
-        let first = match (&track.rest, least == from && most == from) {
-            (Some(rest), true) => rest.goes_on(ResumePoint::Again(from), &stood.pose),
-            _ => None,
-        };
-        let first = first.and_then(|(steps, place)| Some((steps, place?)));
-        if let (Some(place), false, true) = (first, track.at_first, self.burns) {
-            return track.ends_before(place);
+        // Before the end of the first step the index says nothing of it: the pose does.
+        let first = track
+            .rest
+            .as_ref()
+            .filter(|_| (least, most) == (from, from));
+        if let (Some(rest), true, false) = (first, self.burns, track.at_first)
+            && let Some(place) = rest.from_its_beginning(&stood.pose)
+        {
+            return track.ends_burning(place);
         }
-        let resume_point = if first.is_some() && track.at_first {
+        let is_within_first = track.at_first
+            && first.is_some_and(|rest| {
+                let place = rest.goes_on(ResumePoint::Again(from), &stood.pose);
+                place.is_some_and(|(_, at)| at.is_some())
+            });
+        let resume_point = if is_within_first {
             ResumePoint::Again(from)
         } else if least == most {
             resume_point_at(least, |steps| {

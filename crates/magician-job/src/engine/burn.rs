@@ -10,8 +10,8 @@ use super::pause::Goes;
 /// An arm that was this far from where it stands was moving, mm. Poses of an arm at rest are equal, and less than this is left
 /// to go only at a speed whose braking way is no gap.
 const MOVED: f32 = 0.001;
-/// A shorter length that is burnt twice is not worth telling, mm.
-pub(super) const NOTICEABLE: f64 = 0.05;
+/// Shortest length burnt twice that is worth telling, mm.
+pub const NOTICEABLE: f64 = 0.05;
 
 /// Resume point of an arm that stands within the last step that it has certainly finished: it counts a step that was cut short
 /// as finished.

@@ -16,6 +16,7 @@ use magician::{Arm, Error, ErrorCode, Ran, RunOptions, SettingsBackup};
 use magician_program::Action;
 use tokio::time::Instant;
 
+pub use self::burn::NOTICEABLE;
 use self::inbox::{Inbox, Stopped};
 use self::pace::Pace;
 use self::segment::Segment;

@@ -43,8 +43,8 @@ pub(super) struct Track {
     pub(super) left: Option<Left>,
     /// When progress was told last.
     pub(super) told: Option<Instant>,
-    /// True if the arm was seen to have finished what comes before the first step, before anything stopped it: it counts a
-    /// command that was cut short as finished.
+    /// True if the arm had finished what comes before the first step before anything stopped it. Its index at the stop does not
+    /// tell: a command that was cut short may count as finished.
     pub(super) at_first: bool,
     /// Cause why the journal holds nothing of the job, if its last write failed.
     pub(super) unkept: Option<Arc<str>>,
@@ -231,26 +231,6 @@ impl Track {
         };
         self.checkpoint.twice = place.twice;
         self.ends(resume_point, place.within.map(|at| (place.steps, at)));
-    }
-
-    /// It is over where the arm stands, and perhaps it had not come to its beginning: it begins there again, and burns what is
-    /// between the two once more.
-    pub(super) fn ends_before(&mut self, (steps, at): (u64, [f64; 3])) {
-        let (from, begin) = (
-            self.from(),
-            self.rest.as_ref().and_then(RemainingProgram::within),
-        );
-        match begin.filter(|_| steps == from) {
-            Some(begin) => self.ends_burning(BurnPlace {
-                steps,
-                within: Some(begin),
-                twice: (0..3)
-                    .map(|axis| (at[axis] - begin[axis]).powi(2))
-                    .sum::<f64>()
-                    .sqrt(),
-            }),
-            None => self.ends(ResumePoint::After(from), begin.map(|begin| (from, begin))),
-        }
     }
 
     /// It is over, and how far it came is not known yet.

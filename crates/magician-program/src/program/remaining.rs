@@ -426,6 +426,19 @@ impl RemainingProgram {
         (place.twice > 0.0).then(|| self.burn_place(place))
     }
 
+    /// Where a burn goes on that was stopped before it had certainly come to its beginning within a step: there again, with
+    /// the length from there to where the arm stands. `None` if it begins with a whole step, or the arm stands elsewhere.
+    #[must_use]
+    pub fn from_its_beginning(&self, pose: &Pose) -> Option<BurnPlace> {
+        let begin = self.within?;
+        let (steps, at) = self.place_after(self.from, pose)?;
+        (steps == self.from).then(|| BurnPlace {
+            steps,
+            within: Some(begin),
+            twice: within::distance(begin, at),
+        })
+    }
+
     fn lines(&self, last: usize) -> lights::Lines {
         let mut course = self.start.clone().guards(Guards::NONE);
         let lead = usize::try_from(self.lead()).unwrap_or(usize::MAX);

@@ -54,17 +54,6 @@ pub enum ClientError {
 }
 
 impl ClientError {
-    /// The kind of a refusal: `lease`, `forbidden`, `unreachable`, ..
-    #[must_use]
-    pub fn kind(&self) -> Option<&str> {
-        match self {
-            Self::Refused { data, .. } => data.get("kind")?.as_str(),
-            _ => None,
-        }
-    }
-}
-
-impl ClientError {
     /// Name of the holder of a lease that was refused and will be free soon, and the time until then,
     /// if the holder's connection has ended and it does not come back.
     #[must_use]
@@ -74,6 +63,15 @@ impl ClientError {
         };
         let free = Duration::try_from_secs_f64(data.get("free_in_s")?.as_f64()?).ok()?;
         Some((data["holder"]["name"].as_str().unwrap_or_default(), free))
+    }
+
+    /// The kind of a refusal: `lease`, `forbidden`, `unreachable`, ..
+    #[must_use]
+    pub fn kind(&self) -> Option<&str> {
+        match self {
+            Self::Refused { data, .. } => data.get("kind")?.as_str(),
+            _ => None,
+        }
     }
 }
 

@@ -24,7 +24,7 @@ type Reply = oneshot::Sender<Result<Value, ClientError>>;
 
 /// A connection has to be there within this time.
 pub(super) const OPENING: Duration = Duration::from_secs(5);
-/// Why a station is none that says nothing within this time.
+/// Cause told where a station says nothing within this time.
 pub(super) const SILENT: &str = "it does not answer";
 /// The first try comes after so long, each other one after twice that, at most.
 const FIRST: Duration = Duration::from_millis(200);
@@ -293,7 +293,7 @@ fn message(id: Option<u64>, method: &str, params: &Value) -> Message {
     Message::text(message.to_string())
 }
 
-/// Why a station answers with a status that is no success.
+/// Error of a status that is no success, with what the station says of it.
 pub(super) fn refused(
     address: &StationAddress,
     status: StatusCode,

@@ -1,4 +1,4 @@
-//! Encrypted connections of a client, and whose certificates it trusts.
+//! Connections of a client to a station, and whose certificates it trusts.
 
 use std::fmt;
 use std::path::PathBuf;

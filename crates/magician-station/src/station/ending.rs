@@ -166,11 +166,11 @@ impl Station {
             let lasting = self.sessions.get(&holder);
             let lasting = lasting.filter(|session| !session.one_shot);
             let name = lasting.map(|session| session.name.clone());
-            if let (Some(ending), Some(name)) = (&mut self.ending, name) {
-                ending.evicted.insert(arm, name);
-            }
             if let Some(ending) = &mut self.ending {
                 ending.put_out.insert(holder);
+                if let Some(name) = name {
+                    ending.evicted.insert(arm, name);
+                }
             }
             self.control.evict(now, arm);
         }

@@ -6,10 +6,9 @@ use std::time::{Duration, SystemTime};
 
 use magician::{Arm, ErrorKind};
 use magician_job::recording::{Clock, Options, Recorder};
-use magician_job::report;
 use magician_job::{
-    FileJournal, Job, JobEvent, JobHandle, JobOutcome, JobSpec, JobState, PauseReason, ResumeError,
-    SpeedError, Start, StartsAt, StopOrder,
+    FileJournal, Job, JobEvent, JobHandle, JobOutcome, JobSpec, JobState, NOTICEABLE, PauseReason,
+    ResumeError, SpeedError, Start, StartsAt, StopOrder, report,
 };
 use magician_program::Tool;
 use serde::Serialize;
@@ -19,7 +18,7 @@ use super::input::Input;
 use super::tell::ProgressReporter;
 use super::tui::Screen;
 use super::under_way::{Next, Obeyed, UnderWay};
-use super::wording::{self, NOTICEABLE, Wording};
+use super::wording::{self, Wording};
 use crate::context::{Context, Ended};
 use crate::failure::{Failure, Kind};
 use crate::interrupt::{Control, JobControl, Signals};

@@ -227,12 +227,14 @@ impl<'o> ProgressReporter<'o> {
 
     /// Tells a note.
     pub(super) fn note(&self, note: &Diagnostic) {
-        if let (true, Ok(mut out)) = (self.json, self.out.try_borrow_mut()) {
+        if !self.json {
+            let text = advised(&Command, note.message.clone(), note);
+            return self.say(&format!("note: {}", visible_lines(&text)));
+        }
+        if let Ok(mut out) = self.out.try_borrow_mut() {
             // Output without a reader is no reason to stop an arm.
             let _ = out.note_at_once(note, true);
         }
-        let text = advised(&Command, note.message.clone(), note);
-        self.say(&format!("note: {}", visible_lines(&text)));
     }
 
     /// Says something on a line of its own, to people.

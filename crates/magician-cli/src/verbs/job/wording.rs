@@ -1,7 +1,9 @@
 //! Why a job did not come to its end, and how to go on, in the words of the command.
 
 use magician::{ErrorKind, Given, Setting};
-use magician_job::{Fault, InterruptedJob, JobError, JournalError, Left, PenLift, ResumeError};
+use magician_job::{
+    Fault, InterruptedJob, JobError, JournalError, Left, NOTICEABLE, PenLift, ResumeError,
+};
 use magician_program::resume::{ResumePoint, StepRange};
 use magician_program::{Diagnostic, Origin};
 
@@ -11,9 +13,6 @@ use crate::failure::{Failure, Kind};
 
 /// What is said when a second stop was not waited for.
 pub(super) const UNKNOWN: &str = "interrupted twice: the arm may still be moving";
-
-/// Shortest length that is worth telling, mm.
-pub(super) const NOTICEABLE: f64 = 0.05;
 
 /// What was run, for the sentences about it.
 pub(super) struct Wording<'a> {

@@ -52,6 +52,7 @@ pub(crate) use window::is_started_by_hand;
 
 /// How long listeners and a site get to close at the end.
 const STOPPING: Duration = Duration::from_secs(2);
+
 /// Share arms on the network: many look, one moves, anybody stops
 #[derive(Args, Debug)]
 #[command(after_help = "\
@@ -487,14 +488,17 @@ fn port_of(target: &Target) -> String {
     }
 }
 
-/// The failure of a station that could not stop these arms, with the cause of each.
+/// Failure of a station that could not stop these arms, with the cause of each. `None` without one.
 fn not_stopped(unconfirmed: &[(String, String)]) -> Option<Failure> {
+    if unconfirmed.is_empty() {
+        return None;
+    }
     let arms = { unconfirmed.iter() }.map(|(arm, why)| {
         format!("{arm} did not confirm that it stands with an empty queue: {why}")
     });
     let said = arms.collect::<Vec<_>>().join("; ");
     let failure = Failure::new(Kind::Driver(ErrorKind::Timeout), said);
-    (!unconfirmed.is_empty()).then(|| failure.hint("look at it: its power switch stops it"))
+    Some(failure.hint("look at it: its power switch stops it"))
 }
 
 fn say_addresses(

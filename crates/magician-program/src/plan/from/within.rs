@@ -62,7 +62,7 @@ fn xyz(pose: &Pose) -> [f64; 3] {
     [pose.x, pose.y, pose.z]
 }
 
-pub(super) fn distance(one: [f64; 3], other: [f64; 3]) -> f64 {
+pub(crate) fn distance(one: [f64; 3], other: [f64; 3]) -> f64 {
     length([0, 1, 2].map(|axis| one[axis] - other[axis]))
 }
 
