@@ -620,6 +620,38 @@ fn letters_clips_dashes_and_fills_are_within_tolerance_at_every_width() {
     }
 }
 
+/// A drawing of so many units with letters along a curve.
+fn along_a_path(side: f64, units: f64) -> String {
+    let at = |share: f64| share * units;
+    format!(
+        r##"<svg xmlns="http://www.w3.org/2000/svg" width="{side}mm" height="{side}mm" viewBox="0 0 {units} {units}" fill="none" stroke="black" stroke-width="{0}">
+        <path id="p" d="M{1} {2}C{1} {3} {4} {3} {4} {2}"/><path d="M0 0H{units}V{units}H0Z"/>
+        <text font-size="{5}" fill="black" stroke="none"><textPath href="#p">Magician</textPath></text></svg>"##,
+        at(0.01),
+        at(0.1),
+        at(0.8),
+        at(0.15),
+        at(0.9),
+        at(0.18),
+    )
+}
+
+#[test]
+fn letters_along_a_path_are_as_true_in_a_small_drawing_as_in_a_large_one() {
+    let closely = close(
+        Format::Svg,
+        &along_a_path(SIDE, 24_000.0),
+        SetupOptions::default(),
+    );
+    for larger in [0.01, 0.1, 0.5, 1.0, 20.0] {
+        for laser in [false, true] {
+            let small = along_a_path(SIDE * larger, 24.0);
+            let plan = laid(Format::Svg, &small, laser, Said::Width, larger);
+            stays_within(&closely, &plan, &format!("{larger} times as large"));
+        }
+    }
+}
+
 #[test]
 fn hatch_is_as_dense_and_as_true_at_every_width() {
     let filled = |side: f64, width: Option<f64>| {

@@ -44,6 +44,8 @@ const LARGEST: usize = 64 << 20;
 const PIXEL: f64 = 25.4 / 96.0;
 /// So far beside the page is still on it, mm.
 const BESIDE: f64 = 1.0;
+/// Drawings are made larger for the library by no more than this.
+const MOST_TIMES: f64 = 4096.0;
 /// Elements within elements are read by functions within functions.
 #[cfg_attr(target_family = "wasm", allow(dead_code))]
 const STACK: usize = 64 << 20;
@@ -124,8 +126,26 @@ fn drawing(
         );
         notes.add(Diagnostic::of_file(remark).coded(DiagnosticCode::Assumed));
     }
+    let times = times_larger(chords);
+    let larger = match times > 1.0 && text::runs_along_paths(tree.root()) {
+        true => {
+            // Percentages are of this where the file gives no size.
+            let fallback = Options::default().default_size;
+            let size = match source.page {
+                Page::Sized => [width, height],
+                Page::ViewBox | Page::Unknown => [fallback.width(), fallback.height()],
+            };
+            source::enlarged(&source.text, size, times as f32)?
+        }
+        false => None,
+    };
+    let mut pixel = PIXEL;
+    if let Some(larger) = larger {
+        tree = tree_of(&larger, &fonts, installed)?;
+        pixel /= times;
+    }
     // Up is up, from the lower edge of the page.
-    let to = Affine::new([PIXEL, 0.0, 0.0, -PIXEL, 0.0, page[1]]);
+    let to = Affine::new([pixel, 0.0, 0.0, -pixel, 0.0, page[1]]);
     let tolerance = match has_curves(tree.root()) {
         true => chords.for_curve(),
         false => chords.tolerance(),
@@ -172,6 +192,13 @@ fn drawing(
         content: artwork,
         notes: notes.into_diagnostics(),
     })
+}
+
+/// How many times larger than it is a drawing is read so that letters along a path are where they belong in the size in which it
+/// is drawn: the library places them within about half a pixel. A power of 2 changes no number but by its exponent.
+fn times_larger(chords: &Chords) -> f64 {
+    let finest = PIXEL / (2.0 * chords.tolerance());
+    libm::exp2(libm::ceil(libm::log2(finest.clamp(1.0, MOST_TIMES))))
 }
 
 /// True if anything in it may have a curve.

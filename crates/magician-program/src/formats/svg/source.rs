@@ -277,6 +277,35 @@ fn is_inkscape_layer(node: &Node<'_, '_>) -> bool {
     is(node, "g") && node.attribute((INKSCAPE, "groupmode")) == Some("layer")
 }
 
+/// The text with all of it so many times larger, in the pixels in which the library measures; its coordinates stay. `size` is
+/// its width and height in pixels. `None` if the outermost element is not in the text itself.
+pub(super) fn enlarged(
+    text: &str,
+    size: [f32; 2],
+    times: f32,
+) -> Result<Option<String>, Diagnostic> {
+    let document = parse(text)?;
+    let root = document.root_element();
+    let Some(at) = after_name(text, &root) else {
+        return Ok(None);
+    };
+    let sizes = root.attributes().filter(|attribute| {
+        attribute.namespace().is_none() && matches!(attribute.name(), "width" | "height")
+    });
+    let mut edits: Vec<_> = sizes.map(|size| (size.range(), String::new())).collect();
+    let [width, height] = size;
+    let view_box = match root.attribute("viewBox") {
+        Some(_) => String::new(),
+        None => format!(r#" viewBox="0 0 {width} {height}""#),
+    };
+    let [wide, high] = size.map(|side| side * times);
+    edits.push((
+        at..at,
+        format!(r#" width="{wide}" height="{high}"{view_box}"#),
+    ));
+    Ok(Some(edited(text, edits)))
+}
+
 pub(super) fn parse(text: &str) -> Result<Document<'_>, Diagnostic> {
     let options = ParsingOptions {
         allow_dtd: true,

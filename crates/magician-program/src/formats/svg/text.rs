@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use kurbo::{Affine, BezPath, PathEl};
 use usvg::fontdb::Database;
-use usvg::{FontFamily, FontStyle, Group, Node, Options, Path, Text};
+use usvg::{FontFamily, FontStyle, Group, Node, Options, Path, Text, TextFlow};
 
 use super::collector::{NodeContext, StrokeCollector, matrix};
 use super::lines::{curves, flatten};
@@ -56,6 +56,18 @@ pub(super) fn lacks_glyphs(group: &Group) -> bool {
     group.children().iter().any(|node| match node {
         Node::Group(group) => lacks_glyphs(group),
         Node::Text(text) => !missing(text).is_empty(),
+        _ => false,
+    })
+}
+
+/// True if a text runs along a path.
+pub(super) fn runs_along_paths(group: &Group) -> bool {
+    group.children().iter().any(|node| match node {
+        Node::Group(group) => runs_along_paths(group),
+        Node::Text(text) => {
+            let mut chunks = text.chunks().iter();
+            chunks.any(|chunk| matches!(chunk.text_flow(), TextFlow::Path(_)))
+        }
         _ => false,
     })
 }
