@@ -299,7 +299,7 @@ macro_rules! fields {
 fields! {
     Surface { height, slope }
     Origin { line, column, length, name }
-    Step { action, origin, feed, follows_speed }
+    Step { action, origin, feed, follows_speed, color }
     Part { n, name, color, pass }
     Pause { text, cause }
     Head {

@@ -210,10 +210,17 @@ impl StepWriter<'_> {
             return;
         };
         let dot = stroke.points.iter().all(|point| point == first);
+        let begins = self.plan.steps.len();
         match (self.marking.power, dot) {
             (None, _) => self.write(stroke, dot),
             (Some(power), false) => self.burn(&stroke.points, power, stroke.origin),
             (Some(power), true) => self.burn(&self.speck(*first), power, stroke.origin),
+        }
+        let colors = &self.placed.artwork.colors;
+        let color = (stroke.style.color as usize).checked_sub(1);
+        let color = color.and_then(|at| colors.get(at)).copied();
+        for step in self.plan.steps.iter_mut().skip(begins) {
+            step.color = color;
         }
     }
 

@@ -415,6 +415,7 @@ impl<'a> Placer<'a> {
                 areas: areas.collect(),
                 strokes,
                 names: self.artwork.names.clone(),
+                colors: self.artwork.colors.clone(),
                 parts: self.artwork.parts.clone(),
                 in_order: self.artwork.in_order,
                 ..Artwork::default()
