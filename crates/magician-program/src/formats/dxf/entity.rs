@@ -32,7 +32,7 @@ pub(super) fn draw<'p>(
         "ELLIPSE" => pen.ellipse(canvas),
         "LWPOLYLINE" => pen.light_polyline(canvas),
         "POLYLINE" => pen.polyline(canvas, vertices),
-        "SPLINE" => pen.spline(canvas),
+        "SPLINE" | "HELIX" => pen.spline(canvas),
         "SOLID" | "TRACE" => pen.solid(canvas),
         "3DFACE" => pen.face(canvas),
         "TEXT" => text::text(canvas, record, layer, place),
@@ -261,14 +261,16 @@ impl<'p> Pen<'p> {
     }
 
     fn spline(&self, canvas: &mut Canvas<'p>) -> DrawResult {
+        // A helix is a spline, with its axis and turns behind it.
+        let record = self.record.until_class("AcDbHelix");
         let flat = |points: Vec<([f64; 3], f64)>| -> Vec<Point> {
             let points = points.into_iter();
             points
                 .map(|([x, y, _], _)| self.map * Point::new(x, y))
                 .collect()
         };
-        let controls = flat(self.record.points(10, -1)?);
-        let through = flat(self.record.points(11, -1)?);
+        let controls = flat(record.points(10, -1)?);
+        let through = flat(record.points(11, -1)?);
         if controls.is_empty() && through.len() > 1 {
             let points = self.interpolated(&through, canvas.chords.for_curve())?;
             return match points.len() {
@@ -279,15 +281,15 @@ impl<'p> Pen<'p> {
         if controls.is_empty() {
             return canvas.leave_out(self.record, "it has no control points");
         }
-        let degree = self.record.integer(71)?;
-        let (knots, weights) = (self.record.numbers(40)?, self.record.numbers(41)?);
+        let degree = record.integer(71)?;
+        let (knots, weights) = (record.numbers(40)?, record.numbers(41)?);
         match Spline::new(degree, knots, &controls, &weights) {
             Ok(spline) => {
                 let tolerance = canvas.chords.for_curve();
                 let mut points = spline.points(tolerance, canvas.room());
                 // What is meant to be closed may miss itself by a rounding.
                 if let ([first, .., last], true) =
-                    (points.as_mut_slice(), self.record.integer(70)? & 1 != 0)
+                    (points.as_mut_slice(), record.integer(70)? & 1 != 0)
                     && first.distance(*last) < tolerance
                 {
                     *last = *first;

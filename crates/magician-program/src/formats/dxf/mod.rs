@@ -1,7 +1,7 @@
 //! DXF drawings (AutoCAD DXF Reference; text, and binary as text).
 //!
-//! Drawn are LINE, ARC, CIRCLE, ELLIPSE, LWPOLYLINE, POLYLINE, SPLINE, POINT, 3DFACE, meshes, texts (TEXT, MTEXT, attributes) in the lettering
-//! that is asked for, DIMENSION and tables by the block that they come with, LEADER, MULTILEADER, HATCH, and what blocks hold, within
+//! Drawn are LINE, ARC, CIRCLE, ELLIPSE, LWPOLYLINE, POLYLINE, SPLINE, HELIX, POINT, 3DFACE, meshes, texts (TEXT, MTEXT,
+//! attributes) in the lettering that is asked for, DIMENSION and tables by the block that they come with, LEADER, MULTILEADER, HATCH, and what blocks hold, within
 //! the limits that they are inserted with (XCLIP), seen from above; lines that meet become one. Solid hatches, SOLID, TRACE and
 //! arrows are areas; other hatches have the lines of their pattern. Layers that are off, frozen or not plotted are left out, and so is
 //! the rest, with a note.

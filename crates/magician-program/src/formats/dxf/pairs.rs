@@ -126,6 +126,17 @@ impl<'p> Record<'p> {
         }
     }
 
+    /// Part before the data of a class (code 100).
+    pub(super) fn until_class(&self, name: &str) -> Self {
+        let begins = |pair: &Pair<'_>| pair.code == 100 && pair.value == name;
+        let end = self.pairs.iter().position(begins);
+        let pairs = end.and_then(|end| self.pairs.get(..end));
+        Self {
+            pairs: pairs.unwrap_or(self.pairs),
+            ..*self
+        }
+    }
+
     pub(super) fn number(&self, code: i32) -> Result<Option<f64>, Diagnostic> {
         self.first(code).map(Pair::number).transpose()
     }
