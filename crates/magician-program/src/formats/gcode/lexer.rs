@@ -141,7 +141,10 @@ impl<'l> Words<'l> {
             .get(from)
             .is_some_and(|byte| !matches!(byte, b'[' | b'#'));
         let number = number.map(|number| match is_number {
-            true => self.with_decimals(from, number),
+            true => {
+                let number = self.with_decimals(from, number);
+                self.with_exponent(start, from, number)
+            }
             false => number,
         });
         let range = start..self.at;
@@ -184,6 +187,32 @@ impl<'l> Words<'l> {
         self.at += 1 + count;
         let text = self.line.get(from..self.at).unwrap_or_default();
         text.replace(',', ".").parse().unwrap_or(whole)
+    }
+
+    /// A number with the exponent behind it, if that is none of a word E: it has a sign, and a blank is between the words.
+    fn with_exponent(&mut self, start: usize, from: usize, number: f64) -> f64 {
+        let bytes = self.line.as_bytes();
+        let at = |at: usize| bytes.get(at).copied();
+        let is_blank = |byte: u8| byte.is_ascii_whitespace();
+        let signed = matches!(at(self.at + 1), Some(b'+' | b'-'));
+        let is_apart = start.checked_sub(1).and_then(at).is_some_and(is_blank);
+        if !signed || !is_apart || !self.has_exponent() {
+            return number;
+        }
+        let digits = bytes.get(self.at + 2..).unwrap_or_default();
+        let count = { digits.iter() }
+            .take_while(|byte| byte.is_ascii_digit())
+            .count();
+        let end = self.at + 2 + count;
+        if at(end).is_some_and(|next| !is_blank(next)) {
+            return number;
+        }
+        let text = self.line.get(from..end).unwrap_or_default();
+        let Ok(number) = text.replace(',', ".").parse() else {
+            return number;
+        };
+        self.at = end;
+        number
     }
 
     /// Passes over what a controller is told beside a program; why it is left out.

@@ -1,8 +1,8 @@
 //! Encodings, ends of lines, and numbers as programs of any country write them.
 
-use magician_program::{Content, Diagnostic, Format, ReadOptions, read};
+use magician_program::{Action, Content, Diagnostic, Format, ReadOptions, read};
 
-use super::{artwork, content, data, length, near, plan, told};
+use super::{artwork, data, length, near, plan, told};
 
 fn reading(format: Format, bytes: &[u8]) -> Result<(Content, String), Diagnostic> {
     let parsed = read(format, bytes, &ReadOptions::default())?;
@@ -114,13 +114,18 @@ fn carriage_return_alone_ends_a_line() {
 fn numbers_of_other_languages_are_read_where_only_one_reading_is_possible() {
     let (drawn, _) = artwork("comma.dxf", &ReadOptions::default());
     near(length(&drawn), 20.0_f64.hypot(10.0), 1e-6);
-    let refused = content("expo.nc", &ReadOptions::default()).unwrap_err();
-    assert!(
-        refused
-            .message
-            .contains("one number or a number and a word E"),
-        "{refused}"
-    );
+    let (small, _) = plan("expo.nc");
+    let ends = { small.steps.iter() }.filter_map(|step| match step.action {
+        Action::Path { to: [x, y, _] } => Some([x, y]),
+        _ => None,
+    });
+    assert_eq!(ends.collect::<Vec<_>>(), [[10.0, 1.2e-12], [20.0, 10.0]]);
+    // Between words without blanks it may be a word of its own, as for a printer.
+    for text in ["G0X0Y0\nG1X10Y1.2E-12F600\n", "G0 X0 Y0\nG1 X10 Y1E2\n"] {
+        let refused = reading(Format::Gcode, text.as_bytes()).unwrap_err();
+        let what = "one number or a number and a word E";
+        assert!(refused.message.contains(what), "{refused}");
+    }
     let plain = reading(Format::Gcode, b"G21 G90\nG0 X0 Y0\nG1 X10.5 Y-2.25 F600\n").unwrap();
     let commas = reading(Format::Gcode, b"G21,G90\nG0 X0,Y0\nG1 X10,5,Y-2,25 F600\n").unwrap();
     let steps = |content: Content| match content {

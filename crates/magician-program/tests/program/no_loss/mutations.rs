@@ -248,7 +248,9 @@ fn one_odd_line_of_a_program_or_plot_is_carried_out_noted_or_refused() {
             line.replacen('X', "X abc", 1),
             line.replacen('X', "X1.2.3", 1),
             line.replacen('Y', ",Y", 1),
-            line.replacen('Y', "Y1E-3", 1),
+            // An exponent with a sign has one reading, and another one may be a word E.
+            line.replacen("Y0", "Y0E-3", 1),
+            line.replacen('Y', "Y1E3", 1),
             line.replacen('G', "WHILE [1] DO1\nG", 1),
             line.replacen('X', "U", 1),
         ];
