@@ -1246,7 +1246,10 @@ fn file_at_the_zero_of_another_machine_is_refused_with_one_way_out() {
         check.err
     );
     assert_eq!(check.err.matches("error:").count(), 1, "{}", check.err);
-    for part in ["--place lays it in front of the arm", "`magician engrave`"] {
+    for part in [
+        "--place lays it in front of the arm",
+        "`magician engrave FILE`",
+    ] {
         assert!(check.err.contains(part), "{part}: {}", check.err);
     }
     let check = run(&["run", &file, "--check", "--json"]).object();
