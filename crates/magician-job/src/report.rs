@@ -279,7 +279,7 @@ impl WayOut {
 }
 
 /// Something that was read or done in a certain way.
-#[derive(Debug, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct Note {
     /// Which.

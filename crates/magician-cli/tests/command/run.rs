@@ -1361,3 +1361,24 @@ fn real_arm_asks_before_it_draws_beside_its_front() {
         "{said}"
     );
 }
+
+#[test]
+fn error_of_a_file_that_draws_nothing_has_its_notes() {
+    let place = Place::new();
+    let font = "<svg xmlns='http://www.w3.org/2000/svg'><defs><font horiz-adv-x='500'>\
+        <font-face units-per-em='1000'/><glyph unicode='a' d='M0 0L500 500'/></font></defs></svg>";
+    let file = place.write("letters.svg", font);
+    let refused = run(&["draw", &file, "--check", "--json"]);
+    assert_eq!(refused.status, 10, "{refused:?}");
+    let notes = refused.error()["notes"].clone();
+    let text = notes[0]["text"].as_str().unwrap_or_default();
+    assert!(
+        text.contains("is a font") && text.contains("--font FILE writes text with it"),
+        "{notes}"
+    );
+    let solid = "0\nSECTION\n2\nENTITIES\n0\n3DSOLID\n0\nENDSEC\n0\nEOF\n";
+    let file = place.write("solid.dxf", solid);
+    let refused = run(&["draw", &file, "--check", "--json"]);
+    let notes = refused.error()["notes"].to_string();
+    assert!(notes.contains("3DSOLID is left out"), "{notes}");
+}

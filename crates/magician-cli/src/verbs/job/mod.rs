@@ -406,14 +406,14 @@ impl Job {
                 homed(arm, unhomed).await.map(drop)
             })?;
         }
-        let mut laid = laid.map_err(refused)?;
+        let mut laid = laid.map_err(|problem| refused(problem).noted(&told))?;
         notes(&source, &laid.notes, context);
         told.append(&mut laid.notes);
         let (placed, would_fit) = (laid.placed, laid.would_fit);
         let misfit = laid.misfit.take();
         let misfit = match self.look.is_wanted() {
             true => misfit,
-            false => misfit.map_or(Ok(None), |misfit| Err(refused(misfit)))?,
+            false => misfit.map_or(Ok(None), |misfit| Err(refused(misfit).noted(&told)))?,
         };
         let ending = (self.options).ending(&defaults, self.options.is_drawing(&setup, format));
         let loops = match self.repeats {

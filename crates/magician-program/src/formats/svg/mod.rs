@@ -156,6 +156,7 @@ fn drawing(
         layers: in_file,
         page: says,
         shapes,
+        is_font,
         ..
     } = source;
     let whites = Whites::of(tree.root(), options.white);
@@ -173,7 +174,7 @@ fn drawing(
     } = collector;
     let areas = areas.into_filled();
     if strokes.is_empty() && areas.is_empty() && notes.is_empty() {
-        notes.add(nothing_seen(shapes));
+        notes.add(nothing_seen(shapes, is_font));
     }
     if says != Page::Unknown && !options.clip_page {
         beyond_the_page(&strokes, page, &mut notes);
@@ -218,8 +219,13 @@ fn has_curves(group: &Group) -> bool {
 }
 
 /// Why a drawing has no line.
-fn nothing_seen([shapes, hidden]: [usize; 2]) -> Diagnostic {
+fn nothing_seen([shapes, hidden]: [usize; 2], is_font: bool) -> Diagnostic {
     let message = match shapes {
+        0 if is_font => {
+            let message = "the file is a font: it has letters, and draws nothing by itself";
+            let note = Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut);
+            return note.remedy((Setting::Font, Given::Any("FILE")), "writes text with it");
+        }
         0 => "the drawing has no shapes".to_owned(),
         1 if hidden == 1 => "the only shape of the drawing is hidden".to_owned(),
         all if all == hidden => format!("all {all} shapes of the drawing are hidden"),

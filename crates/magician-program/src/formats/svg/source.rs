@@ -43,6 +43,8 @@ pub(super) struct Source {
     pub(super) text: String,
     /// How many shapes and texts there are, and how many of them are hidden.
     pub(super) shapes: [usize; 2],
+    /// True if it has the letters of a font.
+    pub(super) is_font: bool,
     /// By id.
     pub(super) elements: HashMap<String, Element>,
     /// Its layers: Inkscape's, else its outermost groups that have an id.
@@ -197,11 +199,13 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Diagnosti
         elements.entry(id).or_insert(element);
     }
     let page = page_of(&root);
+    let is_font = root.descendants().any(|node| is(&node, "glyph"));
     let ready = edited(text, edits);
     cost::check(&parse(&ready)?)?;
     Ok(Source {
         text: ready,
         shapes,
+        is_font,
         elements,
         layers: layers.layers,
         page,
