@@ -50,7 +50,8 @@ pub(crate) struct ReadingFlags {
     /// drawn; `draw` draws them all [default: skip]
     #[arg(long, value_name = "skip|draw", value_parser = str::parse::<White>)]
     white: Option<White>,
-    /// Drop points of a recording that are closer than this to the line, mm; the others keep their times
+    /// Drop points of a recording that are closer than this to the line, mm; the others keep their times. It smooths the way:
+    /// the number of steps stays
     #[arg(long, value_name = "MM", value_parser = positive)]
     resample: Option<f64>,
     /// Largest distance of a line from its curve, mm, in the size in which it is drawn [default: 0.05]
