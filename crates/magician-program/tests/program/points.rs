@@ -285,9 +285,9 @@ fn a_recording_takes_as_long_as_it_took() {
     }
 }
 
-/// A square of 30 mm, each side from rest to rest at up to 50 mm/s, seen every 50 ms, the time of each row late by up to so
-/// much, s.
-fn square(late: f64) -> (String, f64) {
+/// So many sides of a square of 30 mm, each from rest to rest at up to 50 mm/s, seen every 50 ms, the time of each row late by up
+/// to so much, s. The tool is not turned, so that J4 turns.
+fn square(sides: u8, late: f64) -> (String, f64) {
     const SIDE: f64 = 30.0;
     const SPEED: f64 = 50.0;
     const ACCELERATION: f64 = 100.0;
@@ -299,12 +299,13 @@ fn square(late: f64) -> (String, f64) {
         t => SIDE - 0.5 * ACCELERATION * (side - t).powi(2),
     };
     let corners = [[200.0, -15.0], [230.0, -15.0], [230.0, 15.0], [200.0, 15.0]];
-    let mut rows = String::from("t,x,y,z\n");
-    let count = (4.0 * side / 0.05).round() as u32;
+    let mut rows = String::from("t,x,y,z,r,j4\n");
+    let seconds = f64::from(sides) * side;
+    let count = (seconds / 0.05).round() as u32;
     let mut random: u32 = 1;
     for nth in 0..=count {
         let t = f64::from(nth) * 0.05;
-        let nth_side = ((t / side) as usize).min(3);
+        let nth_side = ((t / side) as usize).min(usize::from(sides) - 1);
         let share = along(t - nth_side as f64 * side) / SIDE;
         let [from, to] = [nth_side, nth_side + 1].map(|at| corners[at % 4]);
         let [x, y] = [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis]));
@@ -314,15 +315,16 @@ fn square(late: f64) -> (String, f64) {
             nth if nth == count => 0.0,
             _ => late * f64::from(random >> 16) / 65536.0,
         };
-        rows += &format!("{:.4},{x:.4},{y:.4},10\n", t + late);
+        let j4 = -y.atan2(x).to_degrees();
+        rows += &format!("{:.4},{x:.4},{y:.4},10,0,{j4:.4}\n", t + late);
     }
-    (rows, 4.0 * side)
+    (rows, seconds)
 }
 
 #[test]
 fn recording_with_sharp_corners_or_rows_that_jitter_takes_as_long_as_it_took() {
-    for late in [0.0, 0.01, 0.04] {
-        let (rows, seconds) = square(late);
+    for (sides, late) in [(4, 0.0), (4, 0.01), (4, 0.04), (3, 0.0), (3, 0.04)] {
+        let (rows, seconds) = square(sides, late);
         let (plan, _) = points(&rows).unwrap();
         let mut there = Plan::new("there");
         there.push(plan.steps[0].action.clone(), magician_program::Origin::NONE);
@@ -333,7 +335,7 @@ fn recording_with_sharp_corners_or_rows_that_jitter_takes_as_long_as_it_took() {
         let taken = (report.time.unwrap() - way).as_secs_f64();
         assert!(
             (taken - seconds).abs() < 0.02 * seconds,
-            "{taken} s for {seconds} s, rows late by up to {late} s"
+            "{taken} s for {seconds} s, {sides} sides, rows late by up to {late} s"
         );
     }
 }

@@ -25,6 +25,8 @@ const PERIOD: f64 = 0.02;
 /// Largest share by which a segment covers more than a period of the recording, to catch up: the arm is by as much faster than
 /// it was when it was recorded.
 const MOST_CATCH_UP: f64 = 0.5;
+/// Share by which the arm is faster than it was before a turn of J4, so that it is in time when that is done.
+const AHEAD: f64 = 0.25;
 /// The arm is in time if it is late by no more than this, s: segments stay even then.
 const IN_TIME: f64 = 1e-4;
 /// Periods up to which a recording is cut, however few its rows are, and so many more for each row: a small file with a gap of
@@ -279,6 +281,19 @@ impl Sample {
     }
 }
 
+/// Time in which J4 turns by an angle at the speeds of power-up, s.
+fn turn_duration(degrees: f64) -> f64 {
+    let speeds = &ArmModel::MAGICIAN.power_up.speeds;
+    let rates = KinematicLimits {
+        velocity: speeds.rotation_velocity * speeds.velocity_ratio / 100.0,
+        acceleration: speeds.rotation_acceleration * speeds.acceleration_ratio / 100.0,
+    };
+    match degrees > 0.0 {
+        true => VelocityProfile::between(degrees, 0.0, 0.0, &rates).duration(),
+        false => 0.0,
+    }
+}
+
 /// A segment of a path whose duration is known when the next one is.
 #[derive(Clone, Copy)]
 struct Pending {
@@ -336,12 +351,19 @@ impl Replay {
     /// Along a way, a period from each place to the next.
     fn follow(&mut self, course: &Course, from: &Sample, last: &Sample) {
         self.set_period(last.origin);
+        let turned = self
+            .j4
+            .zip(last.j4)
+            .map_or(0.0, |(from, to)| (to - from).abs());
+        let turned = if turned > HELD { turned } else { 0.0 };
+        let turns_for = turn_duration(turned);
         let mut here = *from;
         while here.t < last.t {
             let pending = self.pending.map_or(0.0, |_| self.period);
-            let late = (self.arm + pending - here.t).clamp(0.0, MOST_CATCH_UP * self.period);
+            let early = (turns_for - AHEAD * (last.t - here.t)).max(0.0);
+            let late = self.arm + pending + early - here.t;
             let late = if late > IN_TIME { late } else { 0.0 };
-            let mut t = here.t + self.period + late;
+            let mut t = here.t + self.period + late.min(MOST_CATCH_UP * self.period);
             // No rest of a period, which would be a segment of its own.
             if last.t - t < IN_TIME {
                 t = last.t;
@@ -359,12 +381,9 @@ impl Replay {
             }
             here = Sample { t, ..to };
         }
-        let turned = self
-            .j4
-            .zip(last.j4)
-            .map_or(0.0, |(from, to)| (to - from).abs());
-        if turned > HELD {
+        if turned > 0.0 {
             self.rest();
+            self.arm += turns_for;
             self.turned = self.turned.max(turned);
             let to = last.pose.map(|value| value as f32);
             let by = Travel::Line;
