@@ -655,8 +655,8 @@ fn nothing_to_resume_names_interrupted_jobs_of_the_same_arm() {
         finished: 116,
         ..Checkpoint::default()
     };
-    opened("a1", "DT 1").write(&checkpoint);
-    opened("b2", "DT 12").write(&checkpoint);
+    opened("a1", "DT 1").write(&checkpoint).expect("kept");
+    opened("b2", "DT 12").write(&checkpoint).expect("kept");
     let others = |error: Result<Checkpoint, JournalError>| match error {
         Err(JournalError::Others(others)) => others,
         other => panic!("{other:?}"),
