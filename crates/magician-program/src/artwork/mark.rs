@@ -219,8 +219,14 @@ impl StepWriter<'_> {
         let colors = &self.placed.artwork.colors;
         let color = (stroke.style.color as usize).checked_sub(1);
         let color = color.and_then(|at| colors.get(at)).copied();
-        for step in self.plan.steps.iter_mut().skip(begins) {
-            step.color = color;
+        // The pen goes up from the line before, in its colour.
+        let (before, steps) = self.plan.steps.split_at_mut(begins);
+        let color_before = before.last().and_then(|step| step.color);
+        for step in steps {
+            step.color = match step.origin == stroke.origin {
+                true => color,
+                false => color_before,
+            };
         }
     }
 
