@@ -314,6 +314,61 @@ fn a_recording_of_an_arm_that_moves_in_periods_takes_as_long_as_it_took() {
     }
 }
 
+/// So many sides of a square of 30 mm, each from rest to rest at up to 50 mm/s, seen every 50 ms, the time of each row late by up
+/// to so much, s. The tool is not turned, so that J4 turns.
+fn square(sides: u8, late: f64) -> (String, f64) {
+    const SIDE: f64 = 30.0;
+    const SPEED: f64 = 50.0;
+    const ACCELERATION: f64 = 100.0;
+    let ramp = SPEED / ACCELERATION;
+    let side = SIDE / SPEED + ramp;
+    let along = |t: f64| match t {
+        t if t < ramp => 0.5 * ACCELERATION * t * t,
+        t if t < side - ramp => SPEED * (t - 0.5 * ramp),
+        t => SIDE - 0.5 * ACCELERATION * (side - t).powi(2),
+    };
+    let corners = [[200.0, -15.0], [230.0, -15.0], [230.0, 15.0], [200.0, 15.0]];
+    let mut rows = String::from("t,x,y,z,r,j4\n");
+    let seconds = f64::from(sides) * side;
+    let count = (seconds / 0.05).round() as u32;
+    let mut random: u32 = 1;
+    for nth in 0..=count {
+        let t = f64::from(nth) * 0.05;
+        let nth_side = ((t / side) as usize).min(usize::from(sides) - 1);
+        let share = along(t - nth_side as f64 * side) / SIDE;
+        let [from, to] = [nth_side, nth_side + 1].map(|at| corners[at % 4]);
+        let [x, y] = [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis]));
+        random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let late = match nth {
+            0 => 0.0,
+            nth if nth == count => 0.0,
+            _ => late * f64::from(random >> 16) / 65536.0,
+        };
+        let j4 = -y.atan2(x).to_degrees();
+        rows += &format!("{:.4},{x:.4},{y:.4},10,0,{j4:.4}\n", t + late);
+    }
+    (rows, seconds)
+}
+
+#[test]
+fn recording_with_sharp_corners_or_rows_that_jitter_takes_as_long_as_it_took() {
+    for (sides, late) in [(4, 0.0), (4, 0.01), (4, 0.04), (3, 0.0), (3, 0.04)] {
+        let (rows, seconds) = square(sides, late);
+        let (plan, _) = points(&rows).unwrap();
+        let mut there = Plan::new("there");
+        there.push(plan.steps[0].action.clone(), magician_program::Origin::NONE);
+        let begun = start_of(&stage(&there, &RehearseOptions::default()).unwrap());
+        let way = check(&there, &begun).time.unwrap();
+        let report = check(&plan, &begun);
+        assert!(report.is_good(), "{:?}", report.refused_steps.first());
+        let taken = (report.time.unwrap() - way).as_secs_f64();
+        assert!(
+            (taken - seconds).abs() < 0.02 * seconds,
+            "{taken} s for {seconds} s, {sides} sides, rows late by up to {late} s"
+        );
+    }
+}
+
 #[test]
 fn resampling_leaves_out_what_is_near_the_line_and_keeps_the_times() {
     // Along a line with a hand that trembles, and a rest on it.
@@ -326,7 +381,10 @@ fn resampling_leaves_out_what_is_near_the_line_and_keeps_the_times() {
     }
     let (plan, notes) = resampled(&rows, Some(0.3)).unwrap();
     assert!(
-        notes[1].ends_with("of 201 points are left out: they are closer than 0.3 mm to the line"),
+        notes[1].ends_with(
+            "of 201 points are left out: they are closer than 0.3 mm to the line; a step between \
+             the others still takes a period, so that the number of steps stays"
+        ),
         "{notes:?}"
     );
     let waits = plan.steps.iter().filter_map(|step| match step.action {
