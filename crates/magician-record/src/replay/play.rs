@@ -44,6 +44,8 @@ pub struct Play<'r, 'a> {
     links: BTreeMap<u32, Link>,
     comparer: Comparer,
     poses: Poses,
+    /// When a command was last sent that sets or queues something.
+    commanded: Option<HostInstant>,
     report: Report,
     /// Whether the trace has answers at all: one of requests only is not compared.
     answered: bool,
@@ -105,6 +107,7 @@ impl<'r, 'a> Play<'r, 'a> {
             clock: ArmClock::new(replay.clock, arm.now()),
             comparer: Comparer::new(replay.tolerances, replay.ignored.clone()),
             poses: Poses::default(),
+            commanded: None,
             answered: replay.packets.iter().any(replies),
             replay,
             arm,
@@ -123,8 +126,13 @@ impl<'r, 'a> Play<'r, 'a> {
         let time = replay.time(packet.time);
         let period = self.period_us();
         let mut beside = Beside::default();
-        let is_moving = is_pose_request(packet) && self.arm.state().moving;
-        let looks_beside = is_moving && replay.clock == Speed::Times(1.0);
+        // A motion begins a period after its command.
+        let may_begin = self
+            .commanded
+            .is_some_and(|at| time <= at.after_micros(2 * period + JITTER));
+        let is_moving = self.arm.state().moving || may_begin;
+        let looks_beside =
+            is_pose_request(packet) && is_moving && replay.clock == Speed::Times(1.0);
         let Beside { near, far } = &mut beside;
         if looks_beside {
             for (by, answer) in [(period, &mut far[0]), (JITTER, &mut near[0])] {
@@ -135,7 +143,10 @@ impl<'r, 'a> Play<'r, 'a> {
                 *answer = answer_of(self.arm, packet);
             }
         }
-        self.clock.pass(self.arm, &mut Nobody::None, time);
+        // A recorded answer does nothing to the arm, which then can still be looked at as it was before.
+        if packet.direction == Some(Direction::Request) {
+            self.clock.pass(self.arm, &mut Nobody::None, time);
+        }
         if looks_beside {
             let mut later = self.arm.clone();
             let now = later.now();
@@ -150,6 +161,10 @@ impl<'r, 'a> Play<'r, 'a> {
         }
         let replies = match packet.direction {
             Some(Direction::Request) => {
+                let frame = Frame::new(packet.bytes);
+                if frame.is_some_and(|frame| frame.ctrl().write() || frame.ctrl().queued()) {
+                    self.commanded = Some(time);
+                }
                 let replies = self.request(packet, time);
                 if let Some(asked) = self.links.get_mut(&packet.link)
                     && let Some(asked) = asked.asked.back_mut()
