@@ -113,8 +113,8 @@ impl Segment {
         ramps + (length - ramped).max(0.0) / peak
     }
 
-    /// The place at a time in continuous time.
-    fn continuous(self, at: f64) -> f64 {
+    /// Its ramps in and out in continuous time, s.
+    fn ramps(self) -> (f64, f64) {
         let Self {
             length,
             entry,
@@ -122,19 +122,11 @@ impl Segment {
         } = self;
         let highest = (100.0 * length + 0.5 * (entry * entry + exit * exit)).sqrt();
         let peak = highest.min(100.0_f64.min(length / T));
-        let (up, down) = ((peak - entry) / 100.0, (peak - exit) / 100.0);
-        let left = self.seconds() - at;
-        if at < up {
-            at * (entry + 50.0 * at)
-        } else if left < down {
-            length - left * (exit + 50.0 * left)
-        } else {
-            0.5 * (entry + peak) * up + peak * (at - up)
-        }
+        ((peak - entry).abs() / 100.0, (peak - exit).abs() / 100.0)
     }
 
-    /// The place at a time of a segment in whole periods. In less time all of it is faster by the same share. In more time it
-    /// has a lower peak, waits for its ramp, or goes evenly where its speeds leave no other way.
+    /// The place at a time of a segment in whole periods. In less time each part of it is shorter by the same share. In more time
+    /// it has a lower peak, waits for its ramp, or goes evenly where its speeds leave no other way.
     fn place(self, at: f64) -> f64 {
         let Self {
             length,
@@ -144,7 +136,17 @@ impl Segment {
         let lasts = nearest(self.seconds());
         let share = lasts / self.seconds();
         if share < 1.0 {
-            return self.continuous(at / share);
+            let (up, down) = self.ramps();
+            let (up, down) = (share * up, share * down);
+            let peak = (length - 0.5 * (entry * up + exit * down)) / (lasts - 0.5 * (up + down));
+            let left = lasts - at;
+            return if at < up {
+                at * (entry + 0.5 * (peak - entry) * at / up)
+            } else if left < down {
+                length - left * (exit + 0.5 * (peak - exit) * left / down)
+            } else {
+                0.5 * (entry + peak) * up + peak * (at - up)
+            };
         }
         let rise = 0.5 * (100.0 * lasts + entry + exit);
         let under = rise * rise - 100.0 * length - 0.5 * (entry * entry + exit * exit);

@@ -54,8 +54,6 @@ pub struct VelocityProfile {
     entry: f64,
     peak: f64,
     exit: f64,
-    /// The speed with which what follows begins: that of exit, but for a segment that is done in less time.
-    leaves: f64,
     ramp_in: f64,
     ramp_out: f64,
     /// The period whose speeds are summed, seconds; 0 where the place is the integral of the speed.
@@ -140,7 +138,6 @@ impl VelocityProfile {
             entry: 0.0,
             peak,
             exit: 0.0,
-            leaves: 0.0,
             ramp_in: ramp,
             ramp_out: ramp,
             period: 0.0,
@@ -182,7 +179,6 @@ impl VelocityProfile {
             entry,
             peak,
             exit,
-            leaves: exit,
             ramp_in,
             ramp_out,
             period: 0.0,
@@ -205,7 +201,6 @@ impl VelocityProfile {
             entry,
             peak: entry,
             exit: 0.0,
-            leaves: 0.0,
             ramp_in: 0.0,
             ramp_out: duration,
             period: 0.0,
@@ -226,7 +221,6 @@ impl VelocityProfile {
             entry,
             peak: entry,
             exit,
-            leaves: exit,
             ramp_in: 0.0,
             ramp_out: duration,
             period: 0.0,
@@ -263,12 +257,8 @@ impl VelocityProfile {
 
     /// The speed at the end.
     #[must_use]
-    #[allow(
-        clippy::misnamed_getters,
-        reason = "a segment done in less time ends faster than what follows begins"
-    )]
     pub fn exit(&self) -> f64 {
-        self.leaves
+        self.exit
     }
 
     /// The times in seconds at which the acceleration of the curve changes between start and end; in periods its velocity
@@ -355,7 +345,7 @@ impl VelocityProfile {
     pub fn velocity(&self, t: f64) -> f64 {
         let left = self.duration - t;
         if left <= 0.0 {
-            self.leaves
+            self.exit
         } else if t <= 0.0 {
             self.entry
         } else if self.period > 0.0 {
@@ -474,7 +464,6 @@ impl VelocityProfile {
             entry,
             peak: left,
             exit: left,
-            leaves: left,
             ramp_in: lasting,
             ramp_out: 0.0,
             period,
@@ -503,7 +492,6 @@ impl VelocityProfile {
             entry,
             peak: velocity,
             exit: velocity,
-            leaves: velocity,
             ramp_in,
             ramp_out: 0.0,
             period,
@@ -657,8 +645,8 @@ impl VelocityProfile {
         piece.from + ramp_time(distance - piece.place, piece.velocity, piece.acceleration)
     }
 
-    /// This profile of a segment in another time: in more of it between the same speeds, with a lower peak or slower in its middle
-    /// than at its ends, in less of it with all speeds higher by the same share.
+    /// This profile of a segment in another time, between the same speeds: in more of it with a lower peak, or slower in its
+    /// middle than at its ends, in less of it with a higher peak.
     pub(crate) fn lasting(self, duration: f64, acceleration: f64) -> Self {
         match duration < self.duration {
             true => self.hastened_to(duration),
@@ -666,17 +654,17 @@ impl VelocityProfile {
         }
     }
 
-    /// What follows begins with the exit that was planned: there and at its entry the speed changes at once, as it does from one
-    /// period to the next.
+    /// This profile in less time, each of its parts by the same factor: the peak makes up for that.
     fn hastened_to(self, duration: f64) -> Self {
-        let share = duration / self.duration;
+        let factor = duration / self.duration;
+        let (ramp_in, ramp_out) = (factor * self.ramp_in, factor * self.ramp_out);
+        let at_peak = duration - 0.5 * (ramp_in + ramp_out);
+        let on_ramps = 0.5 * (self.entry * ramp_in + self.exit * ramp_out);
         Self {
             duration,
-            entry: self.entry / share,
-            peak: self.peak / share,
-            exit: self.exit / share,
-            ramp_in: self.ramp_in * share,
-            ramp_out: self.ramp_out * share,
+            peak: (self.length - on_ramps) / at_peak,
+            ramp_in,
+            ramp_out,
             ends: duration,
             ..self
         }

@@ -303,14 +303,15 @@ mod tests {
         plan
     }
 
-    /// Every piece has the power of its mean speed, and is right all along within a tenth, or within half of what changes in three
-    /// periods: the least piece, and one period that is left where an odd number of them is cut. In three periods the arm does what
-    /// takes up to three and a half at the acceleration of [`plan`], by as much faster.
+    /// Every piece has the power of its mean speed, and is right all along within a tenth, or within what three periods let it:
+    /// the least piece, and one period that is left where an odd number of them is cut. What takes three and a half at the
+    /// acceleration of [`plan`] is done in three, so that its mean speed is higher by a sixth, and half of its change is off that.
     fn is_right(reading: &Parsed<Plan>, feed: f64) {
         let period = f64::from(ArmModel::MAGICIAN.law.period_us()) / 1e6;
         let periods = LEAST_PERIODS + 1.0;
-        let change = 100.0 * period * (periods + 0.5) * (periods + 0.5) / periods;
-        let within = 60.0 * f64::max(0.1, 0.5 * change / feed);
+        let share = (periods + 0.5) / periods;
+        let half_change = 0.5 * 100.0 * (periods + 0.5) * period;
+        let within = 60.0 * f64::max(0.1, share - 1.0 + share * half_change / feed);
         let plan = &reading.content;
         let profiles = plan.path_laws();
         for (step, profile) in plan.steps.iter().zip(&profiles) {

@@ -189,10 +189,15 @@ async fn along_a_line_it_is_as_even_as_the_arms_own_jog() {
             assert!(mean <= 1.001, "never faster");
             // At that speed the ramp to rest takes 140 ms. A piece of 40 ms fits when 270 - 140 - 40 = 90 ms of way are left, and the arm
             // begins to brake at half a ramp, 70 ms: of the time between, the age of a pose takes up to 20 ms.
-            let at_most = if own.1 > FASTEST { 2 } else { 10 };
+            // What is left of a piece that is planned anew there is no whole number of periods: 3 % slower in one.
+            let (at_most, even) = if own.1 > FASTEST {
+                (2, 0.96)
+            } else {
+                (10, 0.99)
+            };
             if line && turnaround <= at_most {
                 assert!(
-                    least > 0.99 * (FASTEST / own.1).min(1.0),
+                    least > even * (FASTEST / own.1).min(1.0),
                     "{} {percent} % {turnaround} ms: {least}",
                     axis.name()
                 );
