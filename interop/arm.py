@@ -17,8 +17,6 @@ MOVJ_INC, MOVL_INC, MOVJ_XYZ_INC, JUMP_MOVL_XYZ = range(6, 10)
 POWER_UP_JOINTS = (0.0, 45.0, 45.0, 0.0)
 # How far the suction cup is in front of the flange: 59.7 to the nearest number that the wire has.
 SUCTION_CUP = struct.unpack("<f", struct.pack("<f", 59.7))[0]
-
-
 # The controller computes motion in periods, s (model section 7).
 PERIOD = 0.02
 
