@@ -238,9 +238,9 @@ impl Setup {
             Content::Plan(plan) => self.taught(format, plan.clone(), &mut notes)?,
             Content::Artwork(artwork) => self.drawn(artwork, &mut notes)?,
             Content::Image(image) => match &self.work {
-                Work::Engrave(engrave) => self.engraved(image, engrave.clone())?,
+                Work::Engrave(engrave) => self.engraved(image, engrave.clone(), &mut notes)?,
                 Work::Draw(trace) => self.shaded(image, trace, &mut notes)?,
-                Work::Default => self.engraved(image, Engrave::default())?,
+                Work::Default => self.engraved(image, Engrave::default(), &mut notes)?,
             },
             Content::TestGrid(grid) => self.test_grid(grid)?,
         };
@@ -359,10 +359,14 @@ impl Setup {
         self.power.or(self.default_power)
     }
 
+    /// Speed of the laser, mm/s, if anybody has said it.
+    fn said_laser_speed(&self) -> Option<f64> {
+        self.speed.map(f64::from).or(self.laser_speed)
+    }
+
     /// How an image is engraved, and how fast a drawing is burnt.
     fn engraving(&self, mut engrave: Engrave) -> Engrave {
-        let speed = self.speed.map(f64::from).or(self.laser_speed);
-        engrave.speed = speed.unwrap_or(engrave.speed);
+        engrave.speed = self.said_laser_speed().unwrap_or(engrave.speed);
         if let Some(power) = self.full_power() {
             engrave.power = power.range();
         }

@@ -189,7 +189,7 @@ fn power_is_of_every_source_and_its_default_too() {
 
 #[test]
 fn the_usual_speed_of_the_laser_is_that_of_what_says_none() {
-    let place = Place::new("[engrave]\nspeed = 2\n");
+    let place = Place::new("[engrave]\nspeed = 5\n");
     let seconds = |place: &Place, file: &str| {
         let (status, answer, err) = place.run(&["run", file, "--estimate", "--json"]);
         assert_eq!(status, 0, "{err}");

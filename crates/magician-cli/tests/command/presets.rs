@@ -30,7 +30,7 @@ fn a_flag_goes_before_a_preset_and_a_preset_before_the_settings() {
     let folder = place.path();
     std::fs::write(
         folder.join("config.toml"),
-        "[engrave]\nspeed = 2\npower = 10\n",
+        "[engrave]\nspeed = 5\npower = 10\n",
     )
     .expect("written");
     let most = |more: &[&str]| {
@@ -55,7 +55,7 @@ fn a_flag_goes_before_a_preset_and_a_preset_before_the_settings() {
     assert!(most(&["--preset", "birch", "--power", "90"]) > 60.0);
     // What the preset leaves open is as the settings say.
     let slow = seconds(&["--preset", "birch"]);
-    assert!(seconds(&["--preset", "birch", "--speed", "20"]) < 0.7 * slow);
+    assert!(seconds(&["--preset", "birch", "--speed", "10"]) < 0.7 * slow);
     let notes = check(folder, &["--preset", "birch"])["notes"].to_string();
     assert!(notes.contains("preset birch: 3 mm"), "{notes}");
 }

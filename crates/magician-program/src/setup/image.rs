@@ -6,12 +6,23 @@ use super::placed::ROUNDED;
 use super::{Laid, Setup};
 use crate::artwork::{Layout, Marking, rotated};
 use crate::raster::{Engrave, Grid};
-use crate::{Diagnostic, Raster, Tool};
+use crate::{Diagnostic, DiagnosticCode, Raster, Tool};
 
 impl Setup {
     /// Grey that becomes power.
-    pub(super) fn engraved(&self, image: &Raster, engrave: Engrave) -> Result<Laid, Diagnostic> {
-        let engrave = self.engraving(engrave);
+    pub(super) fn engraved(
+        &self,
+        image: &Raster,
+        engrave: Engrave,
+        notes: &mut Vec<Diagnostic>,
+    ) -> Result<Laid, Diagnostic> {
+        let mut engrave = self.engraving(engrave);
+        let steady = engrave.steady_speed();
+        if self.said_laser_speed().is_none() {
+            engrave.speed = engrave.speed.min(steady);
+        } else if engrave.speed > steady {
+            notes.push(uneven(&engrave, steady));
+        }
         let surface = self.needed_surface()?;
         let natural = image.size(self.size)?;
         let size = natural.map(|side| side * self.placement.scale);
@@ -61,6 +72,18 @@ impl Setup {
             Ok((placed.artwork, placed.scale))
         })
     }
+}
+
+/// The note of an image whose pixels are shorter than the way that the tool should make in a period.
+fn uneven(engrave: &Engrave, steady: f64) -> Diagnostic {
+    let message = format!(
+        "at {} mm/s pixels of {} mm are burnt unevenly: the arm holds at most {steady:.1} mm/s where each differs from the next",
+        engrave.speed, engrave.spacing,
+    );
+    let slower = (steady * 10.0).floor() / 10.0;
+    Diagnostic::of_file(message)
+        .coded(DiagnosticCode::Speed)
+        .remedy((Setting::Speed, Given::Number(slower)), "burns them evenly")
 }
 
 /// Where the middle of an image goes, and how it is turned there, as far as that was said: on a sheet its lower left corner

@@ -1,11 +1,12 @@
 //! How what a person says becomes a plan.
 
 use magician_host::words::Preflight;
-use magician_host::{Act, JointAngles};
+use magician_host::{Act, Given, JointAngles, Setting};
+use magician_protocol::Set;
 
 use super::*;
 use crate::raster::ImageStyle;
-use crate::{Action, Origin, Stroke, Travel, check};
+use crate::{Action, DiagnosticCode, Origin, Stroke, Travel, check};
 use crate::{Artwork, Raster};
 
 fn taught() -> Plan {
@@ -168,6 +169,60 @@ fn an_image_made_to_fit_can_be_engraved_with_its_run_up() {
             }
         }
     }
+}
+
+#[test]
+fn an_image_is_engraved_as_fast_as_is_even_and_a_faster_speed_is_noted() {
+    // No two neighbouring pixels are the same.
+    let image = Raster {
+        width: 40,
+        height: 1,
+        grey: [0, 128].repeat(20),
+        ..Raster::default()
+    };
+    let engraved = |spacing: f64, speed: Option<f32>| {
+        let engrave = Engrave {
+            spacing,
+            ..Engrave::default()
+        };
+        let setup = Setup {
+            default_surface: Some(Surface::level(-60.0)),
+            work: Work::Engrave(engrave),
+            size: Size::Width(40.0 * spacing),
+            speed,
+            ..Setup::default()
+        };
+        let made = setup.plan(Format::Image, Content::Image(image.clone()));
+        let made = made.expect("it is engraved");
+        let burns = made
+            .plan
+            .steps
+            .iter()
+            .filter(|step| matches!(step.action, Action::Burn { .. }));
+        assert!(burns.count() >= 39);
+        let speed = made.plan.steps.iter().find_map(|step| match &step.action {
+            Action::Command(set) => match **set {
+                Set::CpParams(path) => Some(path.junction_vel),
+                _ => None,
+            },
+            _ => None,
+        });
+        let note = made
+            .notes
+            .into_iter()
+            .find(|note| note.code == DiagnosticCode::Speed);
+        (
+            speed.expect("a speed"),
+            note.map(|note| note.remedies[0].act.clone()),
+        )
+    };
+    assert_eq!(engraved(0.2, None), (10.0, None));
+    assert_eq!(engraved(0.1, None), (5.0, None));
+    assert_eq!(engraved(0.5, None), (20.0, None));
+    assert_eq!(engraved(0.2, Some(8.0)), (8.0, None));
+    let (speed, note) = engraved(0.2, Some(30.0));
+    assert_eq!(speed, 30.0);
+    assert_eq!(note, Some(Act::Give(Setting::Speed, Given::Number(10.0))));
 }
 
 #[test]
