@@ -8,10 +8,6 @@ use crate::failure::Failure;
 
 impl From<&clap::Error> for Failure {
     fn from(error: &clap::Error) -> Self {
-        if let Some(wrong) = error.source().and_then(|why| why.downcast_ref()) {
-            let WrongFile(why) = wrong;
-            return Self::invalid(why.clone());
-        }
         let found = Found(error);
         let failure = Self::usage(found.message());
         match found.hints().join("; ") {
@@ -20,18 +16,6 @@ impl From<&clap::Error> for Failure {
         }
     }
 }
-
-/// What is wrong with the file that an option names: that is no mistake in the command line.
-#[derive(Debug)]
-pub(crate) struct WrongFile(pub(crate) String);
-
-impl std::fmt::Display for WrongFile {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl Error for WrongFile {}
 
 struct Found<'e>(&'e clap::Error);
 

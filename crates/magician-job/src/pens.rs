@@ -50,7 +50,7 @@ pub fn from_text(text: &str) -> Result<Vec<PenOptions>, String> {
     })?;
     let mut options = SetupOptions::default();
     options.pens = pens.pen;
-    options.check_values().map_err(|error| error.message)?;
+    options.check().map_err(|error| error.message)?;
     Ok(options.pens)
 }
 
@@ -73,7 +73,7 @@ mod tests {
             ),
             (
                 "[[pen]]\nmatch = 1\nlift = -3\n",
-                "pens: pen 1: lift is a number above 0, not -3",
+                "pens: pen 1: lift is a number above 0 and at most 10000 mm, not -3",
             ),
             (
                 "[[pen]]\nmatch = 0\n",
@@ -93,7 +93,7 @@ mod tests {
             ),
             (
                 "[[pen]]\nmatch = 1\npasses = 0\n",
-                "pens: pen 1: passes is a number from 1 to 1000, not 0",
+                "pens: pen 1: passes is a whole number from 1 to 1000, not 0",
             ),
             (
                 "[[pen]]\nmatch = 1\nfill = \"dots\"\n",

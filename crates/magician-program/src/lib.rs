@@ -96,9 +96,9 @@ pub use formats::{
 pub use frame::{FrameShape, Framing};
 pub use lettering::{Align, BundledFont, FontChoice, FontKind, TextOptions};
 pub use options::{
-    AskedGroup, AskedKind, AskedOption, Begins, Begun, DefaultValue, FileRead, FileToLay, Grid,
-    LaidFile, LaidProgram, Laying, ModeOption, OptionError, PenMatch, PenOptions, Reading,
-    SetupDefaults, SetupOptions, UnknownStart, WorkOption,
+    Begins, Begun, DefaultValue, FileRead, FileToLay, Grid, LaidFile, LaidProgram, Laying,
+    ModeOption, Need, OptionError, OptionGroup, OptionKind, OptionSpec, PenMatch, PenOptions,
+    Reading, SetupDefaults, SetupOptions, UnknownStart, WorkOption,
 };
 pub use origin::{Lines, Origin};
 pub use paper::Paper;

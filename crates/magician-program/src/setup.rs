@@ -45,6 +45,8 @@ pub struct Setup {
     pub order: bool,
     /// What is made of drawings and images.
     pub work: Work,
+    /// How images are engraved where the work is left to the file.
+    pub engrave: Engrave,
     /// How large it becomes, before it is scaled.
     pub size: Size,
     /// How the greys of an image are changed first.
@@ -189,6 +191,7 @@ impl Default for Setup {
             tidy_programs: false,
             order: true,
             work: Work::Default,
+            engrave: Engrave::default(),
             size: Size::Natural,
             adjust: Adjust::default(),
             speed: None,
@@ -240,7 +243,7 @@ impl Setup {
             Content::Image(image) => match &self.work {
                 Work::Engrave(engrave) => self.engraved(image, engrave.clone(), &mut notes)?,
                 Work::Draw(trace) => self.shaded(image, trace, &mut notes)?,
-                Work::Default => self.engraved(image, Engrave::default(), &mut notes)?,
+                Work::Default => self.engraved(image, self.engrave.clone(), &mut notes)?,
             },
             Content::TestGrid(grid) => self.test_grid(grid)?,
         };

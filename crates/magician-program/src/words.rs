@@ -1,7 +1,7 @@
 //! Values that options and files name by a word.
 
-/// Gives an enum its words: `ALL`, `NAMES`, `name`, and both ways between a value and its word. `$what` is what
-/// the message about another word calls it.
+/// Gives an enum its words: `ALL`, `NAMES`, `name`, and both ways between a value and its word, in
+/// JSON as well. `$what` is what the message about another word calls it.
 macro_rules! words {
     ($kind:ident, $what:literal: $($variant:ident = $name:literal),* $(,)?) => {
         impl $kind {
@@ -22,6 +22,19 @@ macro_rules! words {
         impl std::fmt::Display for $kind {
             fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
                 f.pad(self.name())
+            }
+        }
+
+        impl serde::Serialize for $kind {
+            fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                serializer.serialize_str(self.name())
+            }
+        }
+
+        impl<'de> serde::Deserialize<'de> for $kind {
+            fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                let text = String::deserialize(deserializer)?;
+                text.parse().map_err(serde::de::Error::custom)
             }
         }
 

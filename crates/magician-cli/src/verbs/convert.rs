@@ -7,9 +7,7 @@ use magician_job::files::write_whole;
 use magician_job::report::ConversionReport;
 use magician_program::{Conversion, ConversionError, WorkOption};
 
-use super::job::options::{
-    File, ImageFlags, PartFlags, Pen, PlacementOptions, PreviewFlags, RunFlags, TraceFlags,
-};
+use super::job::options::{File, OptionFlags, PreviewFlags, RunFlags, RunsAll};
 use super::job::{Job, notes};
 use crate::context::Context;
 use crate::failure::Failure;
@@ -37,15 +35,7 @@ pub(crate) struct Convert {
     #[arg(long)]
     laser: bool,
     #[command(flatten)]
-    place: PlacementOptions,
-    #[command(flatten)]
-    parts: PartFlags,
-    #[command(flatten)]
-    pen: Pen,
-    #[command(flatten)]
-    trace: TraceFlags,
-    #[command(flatten)]
-    image: ImageFlags,
+    options: OptionFlags<RunsAll>,
 }
 
 impl Convert {
@@ -55,11 +45,7 @@ impl Convert {
             false => WorkOption::ByFile,
         };
         let (look, way) = (PreviewFlags::default(), RunFlags::default());
-        let mut job = Job::new(work, self.file, look, &self.place, way);
-        self.pen.say(&mut job.options);
-        self.trace.say(&mut job.options);
-        self.image.say(&mut job.options);
-        self.parts.say(&mut job.options);
+        let mut job = Job::new(work, self.file, look, &self.options, way)?;
         job.runs = false;
         converted(&mut job, &self.to, context)
     }

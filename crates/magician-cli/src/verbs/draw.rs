@@ -4,10 +4,7 @@ use clap::Args;
 use magician_program::WorkOption;
 
 use super::job::Job;
-use super::job::options::{
-    DrawingFlags, File, ImageFlags, Pen, PlacementOptions, PreviewFlags, RunFlags, SpeedFlag,
-    TraceFlags,
-};
+use super::job::options::{Draws, File, OptionFlags, PreviewFlags, RunFlags};
 use crate::context::Context;
 use crate::failure::Failure;
 
@@ -29,35 +26,24 @@ pub(crate) struct Draw {
     #[command(flatten)]
     look: PreviewFlags,
     #[command(flatten)]
-    pen: Pen,
-    #[command(flatten)]
-    trace: TraceFlags,
-    #[command(flatten)]
-    image: ImageFlags,
-    #[command(flatten)]
-    drawing: DrawingFlags,
-    #[command(flatten)]
-    place: PlacementOptions,
-    #[command(flatten)]
-    speed: SpeedFlag,
+    options: OptionFlags<Draws>,
     #[command(flatten)]
     way: RunFlags,
 }
 
 impl Draw {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        self.job().run(context)
+        self.job()?.run(context)
     }
 
     /// What its flags say.
-    pub(super) fn job(self) -> Job {
-        let draw = WorkOption::Draw;
-        let mut job = Job::new(draw, self.file, self.look, &self.place, self.way);
-        self.speed.say(&mut job.options);
-        self.pen.say(&mut job.options);
-        self.trace.say(&mut job.options);
-        self.image.say(&mut job.options);
-        self.drawing.say(&mut job.options);
-        job
+    pub(super) fn job(self) -> Result<Job, Failure> {
+        Job::new(
+            WorkOption::Draw,
+            self.file,
+            self.look,
+            &self.options,
+            self.way,
+        )
     }
 }

@@ -3,12 +3,8 @@
 use clap::Args;
 use magician_program::FrameShape;
 
-use super::engrave::Laser;
 use super::job::Job;
-use super::job::options::{
-    DrawingFlags, File, ImageFlags, ImageStyleFlags, LaserFlags, Pen, PlacementOptions,
-    PreviewFlags, RunFlags, SpeedFlag, frame_power,
-};
+use super::job::options::{File, Frames, OptionFlags, PreviewFlags, RunFlags};
 use crate::context::Context;
 use crate::failure::Failure;
 
@@ -38,49 +34,24 @@ pub(crate) struct Frame {
     /// Go round until Ctrl-C
     #[arg(long, conflicts_with = "loops")]
     repeat: bool,
-    /// Light the laser on the way with P percent, 5 at most; needs --yes
-    #[arg(long, value_name = "P", value_parser = frame_power)]
-    frame_power: Option<f64>,
     #[command(flatten)]
     look: PreviewFlags,
     #[command(flatten)]
-    beam: LaserFlags,
-    #[command(flatten)]
-    laser: Laser,
-    #[command(flatten)]
-    pen: Pen,
-    #[command(flatten)]
-    image: ImageFlags,
-    #[command(flatten)]
-    style: ImageStyleFlags,
-    #[command(flatten)]
-    drawing: DrawingFlags,
-    #[command(flatten)]
-    place: PlacementOptions,
-    #[command(flatten)]
-    speed: SpeedFlag,
+    options: OptionFlags<Frames>,
     #[command(flatten)]
     way: RunFlags,
 }
 
 impl Frame {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        self.job().run(context)
+        self.job()?.run(context)
     }
 
     /// What its flags say.
-    pub(super) fn job(self) -> Job {
-        let mut job = Job::new(None, self.file, self.look, &self.place, self.way);
-        self.speed.say(&mut job.options);
-        self.beam.say(&mut job.options);
-        self.laser.say(&mut job.options);
-        self.pen.say(&mut job.options);
-        self.image.say(&mut job.options);
-        self.style.say(&mut job.options);
-        self.drawing.say(&mut job.options);
-        job.options.frame = Some(self.shape);
-        job.options.frame_power = self.frame_power;
+    pub(super) fn job(mut self) -> Result<Job, Failure> {
+        self.options.give("frame", self.shape.name());
+        let mut job = Job::new(None, self.file, self.look, &self.options, self.way)?;
         job.repeats = self.repeat;
-        job
+        Ok(job)
     }
 }

@@ -6,9 +6,7 @@ use clap::Args;
 use magician_program::WorkOption;
 
 use super::job::Job;
-use super::job::options::{
-    File, PartFlags, PlacementOptions, PreviewFlags, RunFlags, SpeedFlag, positive,
-};
+use super::job::options::{File, OptionFlags, Plays, PreviewFlags, RunFlags};
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::options::seconds;
@@ -30,26 +28,16 @@ pub(crate) struct Play {
     #[command(flatten)]
     look: PreviewFlags,
     #[command(flatten)]
-    place: PlacementOptions,
-    #[command(flatten)]
-    parts: PartFlags,
-    #[command(flatten)]
-    speed: SpeedFlag,
+    options: OptionFlags<Plays>,
     #[command(flatten)]
     way: RunFlags,
-    /// Pen lift at the end, and between the lines of a drawing, mm
-    #[arg(long, value_name = "MM", value_parser = positive, help_heading = "The run")]
-    lift: Option<f64>,
 }
 
 impl Play {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let pause = self.pause.unwrap_or_default().as_millis();
         let by_file = WorkOption::ByFile;
-        let mut job = Job::new(by_file, self.file, self.look, &self.place, self.way);
-        self.parts.say(&mut job.options);
-        self.speed.say(&mut job.options);
-        job.options.lift = self.lift;
+        let mut job = Job::new(by_file, self.file, self.look, &self.options, self.way)?;
         job.pause = u32::try_from(pause).unwrap_or(u32::MAX);
         job.run(context)
     }

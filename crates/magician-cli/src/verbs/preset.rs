@@ -5,14 +5,9 @@ use std::sync::LazyLock;
 use clap::builder::{PossibleValue, TypedValueParser};
 use clap::{Args, Subcommand};
 use magician_job::presets::{Preset, PresetError, PresetList, PresetReport, Presets};
-use magician_program::SetupOptions;
 use serde::Serialize;
 
-use super::engrave::Laser;
-use super::job::options::{
-    DrawingFlags, ImageFlags, ImageStyleFlags, LaserFlags, MotionFlags, Pen, PlacementOptions,
-    ReadingFlags, SpeedFlag,
-};
+use super::job::options::{Makes, OptionFlags};
 use crate::columns::Columns;
 use crate::context::Context;
 use crate::diagnostics::{self, Severity};
@@ -67,32 +62,7 @@ pub(crate) struct Save {
     #[arg(long, value_name = "TEXT")]
     note: Option<String>,
     #[command(flatten)]
-    making: MakingFlags,
-}
-
-/// All flags that say how something is made of a file.
-#[derive(Args, Debug)]
-pub(crate) struct MakingFlags {
-    #[command(flatten)]
-    reading: ReadingFlags,
-    #[command(flatten)]
-    beam: LaserFlags,
-    #[command(flatten)]
-    laser: Laser,
-    #[command(flatten)]
-    pen: Pen,
-    #[command(flatten)]
-    image: ImageFlags,
-    #[command(flatten)]
-    style: ImageStyleFlags,
-    #[command(flatten)]
-    drawing: DrawingFlags,
-    #[command(flatten)]
-    place: PlacementOptions,
-    #[command(flatten)]
-    speed: SpeedFlag,
-    #[command(flatten)]
-    motion: MotionFlags,
+    options: OptionFlags<Makes>,
 }
 
 #[derive(Serialize)]
@@ -113,7 +83,7 @@ impl Verb {
                 })
             }
             Deed::Save(save) => {
-                let options = save.making.options();
+                let options = save.options.options(false)?;
                 let presets = Presets::of_user();
                 let saved = presets.save(&save.name, save.note.as_deref(), &options);
                 let saved = saved.map_err(|error| match error {
@@ -137,24 +107,6 @@ impl Verb {
                 })
             }
         }
-    }
-}
-
-impl MakingFlags {
-    /// What they say.
-    pub(super) fn options(&self) -> SetupOptions {
-        let mut options = SetupOptions::default();
-        self.reading.say(&mut options);
-        self.beam.say(&mut options);
-        self.laser.say(&mut options);
-        self.pen.say(&mut options);
-        self.image.say(&mut options);
-        self.style.say(&mut options);
-        self.drawing.say(&mut options);
-        self.place.say(&mut options);
-        self.speed.say(&mut options);
-        self.motion.say(&mut options);
-        options
     }
 }
 

@@ -4,10 +4,7 @@ use clap::Args;
 use magician_program::WorkOption;
 
 use super::job::Job;
-use super::job::options::{
-    File, LaserFlags, PartFlags, PlacementOptions, PreviewFlags, RunFlags, SpeedFlag, TidyFlags,
-    positive,
-};
+use super::job::options::{File, OptionFlags, PreviewFlags, RunFlags, RunsAll};
 use crate::context::Context;
 use crate::failure::Failure;
 
@@ -30,31 +27,19 @@ pub(crate) struct Run {
     #[command(flatten)]
     look: PreviewFlags,
     #[command(flatten)]
-    beam: LaserFlags,
-    #[command(flatten)]
-    place: PlacementOptions,
-    #[command(flatten)]
-    parts: PartFlags,
-    #[command(flatten)]
-    tidy: TidyFlags,
-    #[command(flatten)]
-    speed: SpeedFlag,
+    options: OptionFlags<RunsAll>,
     #[command(flatten)]
     way: RunFlags,
-    /// Pen lift at the end, and between the lines of a drawing, mm
-    #[arg(long, value_name = "MM", value_parser = positive, help_heading = "The run")]
-    lift: Option<f64>,
 }
 
 impl Run {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let by_file = WorkOption::ByFile;
-        let mut job = Job::new(by_file, self.file, self.look, &self.place, self.way);
-        self.speed.say(&mut job.options);
-        self.beam.say(&mut job.options);
-        self.parts.say(&mut job.options);
-        self.tidy.say(&mut job.options);
-        job.options.lift = self.lift;
+        let mut job = Job::new(by_file, self.file, self.look, &self.options, self.way)?;
+        if job.options.frame.is_some() {
+            // What is framed is as the tool has it.
+            job.options.work = None;
+        }
         job.run(context)
     }
 }

@@ -7,7 +7,7 @@ use magician_program::{Format, Series, TestGridOptions, WorkOption};
 
 use super::convert;
 use super::job::Job;
-use super::job::options::{File, PlacementOptions, PreviewFlags, RunFlags, positive};
+use super::job::options::{File, Grids, OptionFlags, PreviewFlags, RunFlags, positive};
 use crate::context::Context;
 use crate::failure::Failure;
 
@@ -46,7 +46,7 @@ pub(crate) struct TestGrid {
     #[command(flatten)]
     look: PreviewFlags,
     #[command(flatten)]
-    place: PlacementOptions,
+    options: OptionFlags<Grids>,
     #[command(flatten)]
     way: RunFlags,
 }
@@ -64,7 +64,7 @@ impl TestGrid {
         let file = File::given("test grid", Format::TestGrid);
         let work = WorkOption::Engrave;
         let looks = self.look.is_wanted();
-        let mut job = Job::new(work, file, self.look, &self.place, self.way);
+        let mut job = Job::new(work, file, self.look, &self.options, self.way)?;
         job.text = Some(grid.to_json());
         let Some(to) = self.to else {
             return job.run(context);

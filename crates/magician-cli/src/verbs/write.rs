@@ -7,10 +7,7 @@ use magician_program::{BundledFont, FontKind, Format, WorkOption};
 use serde::Serialize;
 
 use super::job::Job;
-use super::job::options::{
-    File, FillFlags, PartFlags, Pen, PlacementOptions, PreviewFlags, RunFlags, SpeedFlag,
-    TextFlags, TidyFlags, positive,
-};
+use super::job::options::{File, OptionFlags, PreviewFlags, RunFlags, Writes};
 use crate::columns::Columns;
 use crate::context::Context;
 use crate::failure::Failure;
@@ -35,28 +32,10 @@ pub(crate) struct Write {
     /// List the fonts that are built in
     #[arg(long, conflicts_with = "text")]
     fonts: bool,
-    /// Refuse text if its font lacks a character; otherwise that is left out, with a note
-    #[arg(long)]
-    strict_text: bool,
-    /// Largest distance of a line from its curve, mm, in the size in which it is drawn [default: 0.05]
-    #[arg(long, value_name = "MM", value_parser = positive)]
-    tolerance: Option<f64>,
-    #[command(flatten)]
-    letters: TextFlags,
-    #[command(flatten)]
-    fill: FillFlags,
-    #[command(flatten)]
-    tidy: TidyFlags,
-    #[command(flatten)]
-    parts: PartFlags,
     #[command(flatten)]
     look: PreviewFlags,
     #[command(flatten)]
-    pen: Pen,
-    #[command(flatten)]
-    place: PlacementOptions,
-    #[command(flatten)]
-    speed: SpeedFlag,
+    options: OptionFlags<Writes>,
     #[command(flatten)]
     way: RunFlags,
 }
@@ -81,26 +60,19 @@ impl Write {
         if self.fonts {
             return list(context);
         }
-        self.job().run(context)
+        self.job()?.run(context)
     }
 
     /// What its flags say.
-    pub(super) fn job(self) -> Job {
+    pub(super) fn job(self) -> Result<Job, Failure> {
         let (file, text) = match self.text.as_slice() {
             [stdin] if stdin == "-" => (File::given("-", Format::Text), None),
             words => (File::given("text", Format::Text), Some(words.join(" "))),
         };
-        let mut job = Job::new(WorkOption::Draw, file, self.look, &self.place, self.way);
-        self.speed.say(&mut job.options);
+        let draw = WorkOption::Draw;
+        let mut job = Job::new(draw, file, self.look, &self.options, self.way)?;
         job.text = text;
-        self.pen.say(&mut job.options);
-        self.letters.say(&mut job.options);
-        self.fill.say(&mut job.options);
-        self.tidy.say(&mut job.options);
-        self.parts.say(&mut job.options);
-        job.options.strict_text = self.strict_text;
-        job.options.tolerance = self.tolerance;
-        job
+        Ok(job)
     }
 }
 

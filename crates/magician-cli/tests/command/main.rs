@@ -24,6 +24,7 @@ mod hostile;
 mod interrupt;
 mod laser;
 mod offline;
+mod options;
 mod pads;
 mod pause;
 mod power;

@@ -1205,7 +1205,7 @@ fn remedies_are_those_that_the_verb_takes() {
     for (words, takes) in [
         (&["draw", &apart][..], true),
         (&["engrave", &apart], false),
-        (&["run", &apart, "--tool", "laser"], false),
+        (&["run", &apart, "--tool", "laser"], true),
     ] {
         let looked = run(&[words, &["--port", "sim", "--dry-run", "-v"]].concat());
         assert_eq!(looked.status, 0, "{looked:?}");
@@ -1223,7 +1223,7 @@ fn size_or_speed_that_no_arm_has_is_refused() {
     std::fs::write(&svg, text).expect("written");
     let svg = svg.to_str().expect("UTF-8");
     for (flag, value, told) in [
-        ("--speed", "1e-9", "0.01 mm/s or more"),
+        ("--speed", "1e-9", "from 0.01 to 10000 mm/s"),
         ("--width", "1e300", "at most 10000 mm"),
     ] {
         let refused = run(&["draw", svg, "--port", "sim", flag, value]);

@@ -16,7 +16,7 @@ use magician_program::{Diagnostic, DiagnosticCode, FontChoice, Format, Lines, Se
 use serde_json::{Map, Value};
 use toml::de::DeTable;
 
-pub use report::{PresetList, PresetReport, said};
+pub use report::{PresetList, PresetReport};
 #[cfg(feature = "files")]
 pub use store::PresetFolder;
 pub use store::PresetStore;
@@ -335,7 +335,11 @@ fn parse(text: &str) -> Result<(Option<String>, SetupOptions), Diagnostic> {
     let mut note = None;
     for (key, span) in spans.get_ref() {
         let at_value = lines.origin(span.span());
-        let value = values.remove(key.get_ref().as_ref()).unwrap_or_default();
+        let value = match values.remove(key.get_ref().as_ref()) {
+            // What JSON has no form for: a number that is none, or infinite.
+            None | Some(Value::Null) => text[span.span()].into(),
+            Some(value) => value,
+        };
         let name = key.get_ref().replace('-', "_");
         if name == NOTE {
             let Value::String(text) = value else {
@@ -350,16 +354,8 @@ fn parse(text: &str) -> Result<(Option<String>, SetupOptions), Diagnostic> {
         }
         let alone = Map::from_iter([(name.clone(), value.clone())]);
         // Alone it may lack what it needs beside it: that is seen when all of them are there.
-        serde_json::from_value::<SetupOptions>(Value::Object(alone))
-            .map_err(|error| error.to_string())
-            .and_then(|options| options.check_values().map_err(|error| error.message))
-            .map_err(|why| {
-                let why = why
-                    .strip_prefix(&format!("{name}: "))
-                    .unwrap_or(&why)
-                    .to_owned();
-                Diagnostic::new(at_value, format!("{name}: {why}"))
-            })?;
+        SetupOptions::from_fields_of_some(&alone)
+            .map_err(|error| Diagnostic::new(at_value, error.message))?;
         places.push((name.clone(), at_value));
         if fields.insert(name, value).is_some() {
             let message = format!("{} is there twice", key.get_ref());
@@ -390,7 +386,7 @@ fn written(note: Option<&str>, options: &SetupOptions) -> Result<String, PresetE
     if let Some(note) = note {
         put(NOTE, &Value::from(note))?;
     }
-    let said = report::said(options);
+    let said = options.to_fields();
     if said.is_empty() {
         return Err(PresetError::Unsaid("there is no option to save".to_owned()));
     }
@@ -488,11 +484,12 @@ mod tests {
     fn what_is_wrong_in_a_file_has_its_place() {
         for (text, line, column, part) in [
             ("sped = 20", 1, 1, "no sped"),
-            ("# mine\nspeed = 'fast'", 2, 9, "speed: "),
+            ("# mine\nspeed = 'fast'", 2, 9, "speed is a number"),
             ("speed = 20\nwork = 'draw'", 2, 1, "no work"),
             ("frame = 'box'", 1, 1, "no frame"),
             ("note = 3", 1, 8, "quoted"),
-            ("speed = -1", 1, 9, "above 0"),
+            ("speed = -1", 1, 9, "not -1"),
+            ("lift = nan", 1, 8, "not nan"),
             ("power = 120", 1, 9, "power"),
             ("width = 10\nheight = 20", 2, 10, "contradict"),
             ("fill_spacing = 1", 1, 16, "needs fill"),
@@ -508,6 +505,39 @@ mod tests {
         }
         let (_, options) = parse("travel-speed = 90\nlift = 5").expect("flags' names are known");
         assert_eq!(options.travel_speed, Some(90.0));
+    }
+
+    #[test]
+    fn bad_option_of_a_preset_has_the_sentence_of_every_door() {
+        const TABLE: &str = concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../magician-program/tests/data/bad_options.json"
+        );
+        /// Entries that no preset can say: null, no name of an option, and what a preset does not
+        /// decide.
+        const UNSAYABLE: usize = 111;
+        let table = fs::read_to_string(TABLE).expect("the table");
+        let table: Vec<Value> = serde_json::from_str(&table).expect("JSON");
+        let mut unsayable = 0;
+        for entry in &table {
+            let options = entry["options"].as_object().expect("options");
+            let says = |(key, value): (&String, &Value)| {
+                let is_known = SetupOptions::option(key).is_some();
+                is_known && !NOT_OF_A_PRESET.contains(&key.as_str()) && !value.is_null()
+            };
+            if !options.iter().all(says) {
+                unsayable += 1;
+                continue;
+            }
+            let text = toml::to_string(options).expect("TOML");
+            // Numbers that are none are no text in TOML.
+            let text = ["nan", "inf", "-inf"].iter().fold(text, |text, number| {
+                text.replace(&format!("= \"{number}\""), &format!("= {number}"))
+            });
+            let problem = parse(&text).expect_err(&text);
+            assert_eq!(problem.message, entry["message"], "{text}");
+        }
+        assert_eq!(unsayable, UNSAYABLE, "of {}", table.len());
     }
 
     #[test]

@@ -1,6 +1,5 @@
 //! Presets as objects of JSON: the same for the command and for a station.
 
-use magician_program::SetupOptions;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
@@ -44,7 +43,7 @@ impl From<&Preset> for PresetReport {
             shipped: preset.shipped,
             note: preset.note.clone(),
             path: preset.path.as_ref().map(|path| path.display().to_string()),
-            options: Some(said(&preset.options)),
+            options: Some(preset.options.to_fields()),
             text: Some(preset.text.clone()),
             problem: None,
         }
@@ -75,16 +74,4 @@ impl PresetList {
             presets: listed.collect(),
         }
     }
-}
-
-/// The options that are not as they are without being said, as members of an object.
-pub fn said(options: &SetupOptions) -> Map<String, Value> {
-    let members = |options: &SetupOptions| match serde_json::to_value(options) {
-        Ok(Value::Object(members)) => members,
-        _ => Map::new(),
-    };
-    let open = members(&SetupOptions::default());
-    let mut said = members(options);
-    said.retain(|key, value| open.get(key) != Some(value));
-    said
 }

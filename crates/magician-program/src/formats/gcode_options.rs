@@ -22,6 +22,11 @@ pub enum Dialect {
     Servo,
 }
 
+impl Dialect {
+    /// The names of those that can be asked for.
+    pub const NAMES: &'static [&'static str] = &["pen", "laser", "servo"];
+}
+
 impl FromStr for Dialect {
     type Err = String;
 

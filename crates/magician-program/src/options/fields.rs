@@ -1,20 +1,16 @@
-//! Options as members of an object: each is read by itself, so that what is wrong has the name of its member.
+//! Options as members of an object: the one way in for every door.
 
 use std::fmt;
 
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use serde_json::{Map, Value};
 
-use super::asked::{OF_WORK, OfWork};
-use super::{SetupOptions, WorkOption};
-use crate::Framing;
-use crate::fill::{FillMode, LEAST_SPACING};
-use crate::raster::ImageStyle;
+use super::spec::either;
+use super::{Need, OptionKind, OptionSpec, SetupOptions, WorkOption};
+use crate::FontChoice;
 
-/// Largest width and height of a drawing, mm: far beyond every sheet, and numbers of this size are still exact
-/// to the micrometre in the `f32` of the arm.
-const LARGEST_SIZE: f64 = 10_000.0;
-/// Least speed, mm/s: a slower arm cannot be told from one that stands.
-const LEAST_SPEED: f64 = 0.01;
+/// Characters of the name of an unknown option that are shown.
+const SHOWN_NAME: usize = 40;
 
 /// Why an option is not taken.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -24,6 +20,8 @@ pub struct OptionError {
     pub key: String,
     /// What is wrong, in a sentence that names the option.
     pub message: String,
+    /// The option that is missing beside it, if that is what is wrong.
+    pub needs: Option<Need>,
 }
 
 impl OptionError {
@@ -31,6 +29,7 @@ impl OptionError {
         Self {
             key: key.to_owned(),
             message: message.into(),
+            needs: None,
         }
     }
 }
@@ -43,15 +42,22 @@ impl fmt::Display for OptionError {
 
 impl std::error::Error for OptionError {}
 
+/// `fill: hatch, cross or contour`, or the name alone where any value is enough.
+impl fmt::Display for Need {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.values {
+            [] => f.write_str(self.name),
+            values => write!(f, "{}: {}", self.name, either(values)),
+        }
+    }
+}
+
 impl SetupOptions {
     /// The names of all options, as members of an object.
     #[must_use]
     pub fn keys() -> Vec<String> {
-        let all = serde_json::to_value(Self::default());
-        let Ok(Value::Object(all)) = all else {
-            return Vec::new();
-        };
-        all.into_iter().map(|(key, _)| key).collect()
+        let names = Self::OPTIONS.iter().map(|row| row.name.to_owned());
+        names.collect()
     }
 
     /// Reads the members of an object.
@@ -60,7 +66,7 @@ impl SetupOptions {
     /// The first that is no option, has no such value, or contradicts another.
     pub fn from_fields(fields: &Map<String, Value>) -> Result<Self, OptionError> {
         let options = Self::from_fields_of_some(fields)?;
-        options.contradictions()?;
+        options.check_agreement()?;
         Ok(options)
     }
 
@@ -70,56 +76,45 @@ impl SetupOptions {
     /// # Errors
     /// The first that is no option, or has no such value.
     pub fn from_fields_of_some(fields: &Map<String, Value>) -> Result<Self, OptionError> {
+        let mut options = Self::default();
         for (key, value) in fields {
-            let shown: String = key.chars().take(40).collect();
-            if value.is_null() {
-                return Err(OptionError::new(&shown, format!("{shown} has no value")));
-            }
-            let alone = Map::from_iter([(key.clone(), value.clone())]);
-            serde_json::from_value::<Self>(Value::Object(alone)).map_err(|error| {
-                let message = match Self::keys().contains(key) {
-                    true => format!("{shown}: {error}"),
-                    false => format!(
-                        "unknown option {shown}; known are {}",
-                        Self::keys().join(", ")
-                    ),
-                };
-                OptionError::new(&shown, message)
-            })?;
+            let Some(row) = Self::option(key) else {
+                let shown: String = key.chars().take(SHOWN_NAME).collect();
+                let known = Self::keys().join(", ");
+                let message = format!("unknown option {shown}; known are {known}");
+                return Err(OptionError::new(&shown, message));
+            };
+            options.take(row, value)?;
         }
-        let whole = serde_json::from_value::<Self>(Value::Object(fields.clone()));
-        let options = whole.map_err(|error| OptionError::new("", error.to_string()))?;
-        options.check_values()?;
         Ok(options)
     }
 
-    /// These, and where they are left open what others say.
-    ///
-    /// ```
-    /// use magician_program::SetupOptions;
-    ///
-    /// let (mut said, mut preset) = (SetupOptions::default(), SetupOptions::default());
-    /// (said.speed, preset.speed, preset.lift) = (Some(20.0), Some(50.0), Some(5.0));
-    /// let both = said.or(&preset);
-    /// assert_eq!((both.speed, both.lift), (Some(20.0), Some(5.0)));
-    /// ```
-    #[must_use]
-    pub fn or(&self, under: &Self) -> Self {
-        let members = |options: &Self| match serde_json::to_value(options) {
-            Ok(Value::Object(members)) => members,
-            _ => Map::new(),
-        };
-        let (mut all, open) = (members(self), members(&Self::default()));
-        for (key, value) in members(under) {
-            if all.get(&key) == open.get(&key) {
-                all.insert(key, value);
-            }
+    /// Reads the value of an option, and checks its range.
+    fn take(&mut self, row: &OptionSpec, value: &Value) -> Result<(), OptionError> {
+        let name = row.name;
+        if value.is_null() {
+            return Err(OptionError::new(name, format!("{name} has no value")));
         }
-        // Of a font of a file its name would be left.
-        all.remove("font");
-        let both = serde_json::from_value::<Self>(Value::Object(all));
-        let font = self.font.clone().or_else(|| under.font.clone());
-        both.map_or_else(|_| self.clone(), |both| Self { font, ..both })
+        let read = match row.is_within(value) {
+            true => self.set(name, value),
+            false => Err(None),
+        };
+        read.map_err(|why| {
+            let message = match why {
+                Some(why) => format!("{name}: {why}"),
+                None => row.refusal(value),
+            };
+            OptionError::new(name, message)
+        })
+    }
+
+    /// Returns the options that are given, as members of an object. That a file is done as it says is
+    /// not among them, and of a font of a file only its name.
+    #[must_use]
+    pub fn to_fields(&self) -> Map<String, Value> {
+        let values = self.values().into_iter();
+        let given = values.filter_map(|(row, value)| Some((row.name.to_owned(), value?)));
+        given.filter(|(_, value)| !value.is_null()).collect()
     }
 
     /// Checks values, and that none contradicts another.
@@ -127,321 +122,102 @@ impl SetupOptions {
     /// # Errors
     /// The first that is out of its range, or contradicts another.
     pub fn check(&self) -> Result<(), OptionError> {
-        self.check_values()?;
-        self.contradictions()
+        let from_file = matches!(self.font, Some(FontChoice::File { .. }));
+        let by_file = self.work == Some(WorkOption::ByFile);
+        let problems = (1..).zip(&self.pens);
+        let mut problems = problems.filter_map(|(n, pen)| Some((n, pen.problem()?)));
+        if let Some((n, problem)) = problems.next() {
+            return Err(OptionError::new(
+                "pens",
+                format!("pens: pen {n}: {problem}"),
+            ));
+        }
+        let mut read = Self::default();
+        for (row, value) in self.values() {
+            match value {
+                Some(_) if from_file && row.name == "font" => {}
+                Some(_) if by_file && row.name == "work" => {}
+                // JSON has no form for a number that is none.
+                Some(Value::Null) => {
+                    return Err(OptionError::new(row.name, row.refusal(&Value::Null)));
+                }
+                Some(value) => read.take(row, &value)?,
+                None => {}
+            }
+        }
+        self.check_agreement()
     }
 
-    /// Checks that sizes and speeds are such as an arm can have.
-    ///
-    /// # Errors
-    /// The first that is not.
-    pub fn check_extremes(&self) -> Result<(), OptionError> {
-        for (key, value) in [("width", self.width), ("height", self.height)] {
-            if let Some(value) = value.filter(|value| *value > LARGEST_SIZE) {
-                let message = format!("{key} is at most {LARGEST_SIZE} mm, not {value:e}");
-                return Err(OptionError::new(key, message));
-            }
-        }
-        for (key, value) in [("speed", self.speed), ("travel_speed", self.travel_speed)] {
-            if let Some(value) = value.filter(|value| *value < LEAST_SPEED) {
-                let message = format!("{key} is {LEAST_SPEED} mm/s or more, not {value:e}");
-                return Err(OptionError::new(key, message));
-            }
-        }
-        Ok(())
-    }
-
-    /// Checks values alone.
-    ///
-    /// # Errors
-    /// The first that is out of its range.
-    pub fn check_values(&self) -> Result<(), OptionError> {
-        let above_0 = [
-            ("s_max", self.s_max),
-            ("resample", self.resample),
-            ("scale", self.scale),
-            ("speed", self.speed),
-            ("lift", self.lift),
-            ("hop", self.hop),
-            ("travel_speed", self.travel_speed),
-            ("tolerance", self.tolerance),
-            ("width", self.width),
-            ("height", self.height),
-            ("spacing", self.spacing),
-            ("overscan", self.overscan),
-            ("gamma", self.gamma),
-            ("pen_width", self.pen_width),
-            ("size", self.size),
-            ("wrap", self.wrap),
-            ("line_height", self.line_height),
-        ];
-        for (key, value) in above_0 {
-            if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
-                let message = format!("{key} is a number above 0, not {value}");
-                return Err(OptionError::new(key, message));
-            }
-        }
-        self.check_extremes()?;
-        for (key, value) in [
-            ("merge", self.merge),
-            ("simplify", self.simplify),
-            ("despeckle", self.despeckle),
-            ("margin", self.margin),
-        ] {
-            if let Some(value) = value.filter(|value| !(value.is_finite() && *value >= 0.0)) {
-                let message = format!("{key} is a number from 0, not {value}");
-                return Err(OptionError::new(key, message));
-            }
-        }
-        let finite: [(&str, &[f64]); 8] = [
-            ("fill_angle", self.fill_angle.as_slice()),
-            ("surface", self.surface.as_slice()),
-            ("pen_z", self.pen_z.as_slice()),
-            ("rotate", self.rotate.as_slice()),
-            ("at", self.at.as_ref().map_or(&[], |at| at)),
-            ("start", self.start.as_ref().map_or(&[], |at| at)),
-            ("move", self.by.as_ref().map_or(&[], |by| by)),
-            ("park", self.park.as_ref().map_or(&[], |at| at)),
-        ];
-        for (key, values) in finite {
-            if values.iter().any(|value| !value.is_finite()) {
-                return Err(OptionError::new(key, format!("{key} is of finite numbers")));
-            }
-        }
-        if let Some(ratio) = self
-            .speed_ratio
-            .filter(|ratio| !(1.0..=100.0).contains(ratio))
-        {
-            let message = format!("speed_ratio is 1 to 100 percent, not {ratio}");
-            return Err(OptionError::new("speed_ratio", message));
-        }
-        let fine = |spacing: &f64| !(spacing.is_finite() && *spacing >= LEAST_SPACING);
-        if let Some(spacing) = self.fill_spacing.filter(fine) {
-            let message = format!("fill_spacing is {LEAST_SPACING} mm or more, not {spacing}");
-            return Err(OptionError::new("fill_spacing", message));
-        }
-        if let Some(inset) = self
-            .fill_inset
-            .filter(|inset| !(inset.is_finite() && *inset >= 0.0))
-        {
-            let message = format!("fill_inset is a number from 0 on, not {inset}");
-            return Err(OptionError::new("fill_inset", message));
-        }
-        if let Some(message) = super::pens::passes_problem(self.passes) {
-            return Err(OptionError::new("passes", message));
-        }
-        for (n, pen) in (1..).zip(&self.pens) {
-            if let Some(problem) = pen.problem() {
-                return Err(OptionError::new(
-                    "pens",
-                    format!("pens: pen {n}: {problem}"),
-                ));
-            }
-        }
-        if let Some(power) = self
-            .frame_power
-            .filter(|power| !(*power > 0.0 && *power <= Framing::MOST_POWER))
-        {
-            let most = Framing::MOST_POWER;
-            let message = format!("frame_power is above 0 and at most {most} percent, not {power}");
-            return Err(OptionError::new("frame_power", message));
-        }
-        for (key, value) in [("brightness", self.brightness), ("contrast", self.contrast)] {
-            if let Some(value) = value.filter(|value| !(-100.0..=100.0).contains(value)) {
-                let message = format!("{key} is -100 to 100, not {value}");
-                return Err(OptionError::new(key, message));
-            }
-        }
-        if let Some(levels) = self.levels.filter(|levels| !(1..=64).contains(levels)) {
-            let message = format!("levels is 1 to 64, not {levels}");
-            return Err(OptionError::new("levels", message));
-        }
-        if let Some([_, _, width, height]) = self.crop
-            && (width == 0 || height == 0)
-        {
-            let message = "crop is X,Y,W,H in pixels, with a width and a height above 0";
-            return Err(OptionError::new("crop", message));
-        }
-        if self.threshold == Some(0) {
-            let message = "threshold is a grey from 1 to 255, not 0";
-            return Err(OptionError::new("threshold", message));
-        }
-        if self.power.is_some_and(|power| power.range()[1] <= 0.0) {
-            let message = "power is percent above 0, such as 80 or 5..80";
-            return Err(OptionError::new("power", message));
-        }
-        Ok(())
-    }
-
-    fn contradictions(&self) -> Result<(), OptionError> {
-        let both = [
-            ("raw", self.raw, "place", self.place),
-            ("raw", self.raw, "at", self.at.is_some()),
-            ("raw", self.raw, "page", self.page.is_some()),
-            ("raw", self.raw, "fit", self.fit),
-            ("raw", self.raw, "surface", self.surface.is_some()),
-            ("raw", self.raw, "pen_z", self.pen_z.is_some()),
-            (
-                "height",
-                self.height.is_some(),
-                "width",
-                self.width.is_some(),
-            ),
-            ("stay", self.stay, "park", self.park.is_some()),
-        ];
-        for (key, given, other, too) in both {
-            if given && too {
-                let message = format!("{key} and {other} contradict each other");
-                return Err(OptionError::new(key, message));
-            }
-        }
-        let filling = [
-            ("fill_spacing", self.fill_spacing),
-            ("fill_angle", self.fill_angle),
-            ("fill_inset", self.fill_inset),
-        ];
-        let unfilled = matches!(self.fill, None | Some(FillMode::None));
-        if let Some((key, _)) = filling
+    /// Checks that each option has what it needs, and that none contradicts another.
+    fn check_agreement(&self) -> Result<(), OptionError> {
+        let given = self.to_fields();
+        for row in Self::OPTIONS
             .iter()
-            .find(|(_, value)| unfilled && value.is_some())
+            .filter(|row| given.contains_key(row.name))
         {
-            let message = format!("{key} needs fill: hatch, cross or contour");
-            return Err(OptionError::new(key, message));
-        }
-        if self.margin.is_some() && self.page.is_none() {
-            let message = "margin needs page, such as a4 or 200x150";
-            return Err(OptionError::new("margin", message));
+            let name = row.name;
+            let mut others = row.contradicts.iter();
+            if let Some(other) = others.find(|other| given.contains_key(**other)) {
+                let message = format!("{name} and {other} contradict each other");
+                return Err(OptionError::new(name, message));
+            }
+            let is_enough = |need: &Need| {
+                let value = given.get(need.name).and_then(Value::as_str);
+                value.is_some_and(|value| need.values.is_empty() || need.values.contains(&value))
+            };
+            if let Some(need) = row.needs.filter(|need| !is_enough(need)) {
+                return Err(OptionError {
+                    needs: Some(need),
+                    ..OptionError::new(name, format!("{name} needs {need}"))
+                });
+            }
+            let other = match (self.work, row.work) {
+                _ if !row.only => continue,
+                (Some(WorkOption::Draw), Some(WorkOption::Engrave)) => {
+                    "the laser engraves: work is draw"
+                }
+                (Some(WorkOption::Engrave), Some(WorkOption::Draw)) => {
+                    "the pen draws: work is engrave"
+                }
+                _ => continue,
+            };
+            return Err(OptionError::new(
+                name,
+                format!("{name} counts where {other}"),
+            ));
         }
         if let Some(problem) = self.placed_page().and_then(|page| page.problem()) {
-            let key = if self.margin.is_some() {
-                "margin"
-            } else {
-                "page"
+            let key = match self.margin {
+                Some(_) => "margin",
+                None => "page",
             };
             return Err(OptionError::new(key, format!("{key}: {problem}")));
         }
-        if self.frame_power.is_some() && self.frame.is_none() {
-            let message = "frame_power needs frame: box, hull or outline";
-            return Err(OptionError::new("frame_power", message));
-        }
-        for OfWork { key, work, given } in OF_WORK {
-            let said = match (self.work, work) {
-                (Some(WorkOption::Draw), WorkOption::Engrave) => "the laser engraves: work is draw",
-                (Some(WorkOption::Engrave), WorkOption::Draw) => "the pen draws: work is engrave",
-                _ => continue,
-            };
-            if given(self) {
-                return Err(OptionError::new(key, format!("{key} counts where {said}")));
-            }
-        }
-        if self.levels.is_some() && !self.image.is_some_and(ImageStyle::has_levels) {
-            let message = "levels needs image: halftone or hatch";
-            return Err(OptionError::new("levels", message));
-        }
         Ok(())
     }
 }
 
-/// What is text, such as a word of a few.
-pub(super) mod text {
-    use std::fmt::Display;
-    use std::str::FromStr;
-
-    use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
-
-    #[expect(clippy::ref_option, reason = "serde gives a reference to the field")]
-    pub(crate) fn serialize<T: Display, S: Serializer>(
-        value: &Option<T>,
-        serializer: S,
-    ) -> Result<S::Ok, S::Error> {
-        let text = value.as_ref().map(ToString::to_string);
-        text.serialize(serializer)
-    }
-
-    pub(crate) fn deserialize<'de, T: FromStr<Err = String>, D: Deserializer<'de>>(
-        deserializer: D,
-    ) -> Result<Option<T>, D::Error> {
-        let text = Option::<String>::deserialize(deserializer)?;
-        text.map(|text| text.parse().map_err(de::Error::custom))
-            .transpose()
+/// Each option as a member; null, or off, where it is not given.
+impl Serialize for SetupOptions {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let values = self.values().into_iter().map(|(row, value)| {
+            let open = match row.kind {
+                OptionKind::Switch if row.is_off() => Value::Bool(false),
+                OptionKind::List | OptionKind::Pens => Value::Array(Vec::new()),
+                _ => Value::Null,
+            };
+            (row.name, value.unwrap_or(open))
+        });
+        serializer.collect_map(values)
     }
 }
 
-/// Full power as a number, or a range as text.
-pub(super) mod power {
-    use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
-
-    use crate::Power;
-
-    #[derive(Serialize, Deserialize)]
-    #[serde(untagged, expecting = "expected percent, such as 80 or \"5..80\"")]
-    enum Said {
-        Most(f64),
-        Range(String),
-    }
-
-    #[expect(clippy::ref_option, reason = "serde gives a reference to the field")]
-    pub(crate) fn serialize<S: Serializer>(
-        value: &Option<Power>,
-        serializer: S,
-    ) -> Result<S::Ok, S::Error> {
-        let said = value.map(|power| match power.range() {
-            [0.0, most] => Said::Most(most),
-            _ => Said::Range(power.to_string()),
-        });
-        said.serialize(serializer)
-    }
-
-    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
-        deserializer: D,
-    ) -> Result<Option<Power>, D::Error> {
-        let said = Option::<Said>::deserialize(deserializer)?;
-        let power = said.map(|said| match said {
-            Said::Most(most) => Power::new(0.0, most),
-            Said::Range(text) => text.parse(),
-        });
-        power.transpose().map_err(de::Error::custom)
-    }
-}
-
-/// A tool by its name, or its bias as three numbers.
-pub(super) mod tool {
-    use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
-
-    use crate::Tool;
-
-    #[derive(Serialize, Deserialize)]
-    #[serde(
-        untagged,
-        expecting = "expected none, suction, gripper, pen, laser, or three numbers in mm"
-    )]
-    enum Said {
-        Bias([f32; 3]),
-        Name(String),
-    }
-
-    #[expect(clippy::ref_option, reason = "serde gives a reference to the field")]
-    pub(crate) fn serialize<S: Serializer>(
-        value: &Option<Tool>,
-        serializer: S,
-    ) -> Result<S::Ok, S::Error> {
-        let said = value.map(|tool| match tool {
-            Tool::Bias(bias) => Said::Bias(bias),
-            named => Said::Name(named.to_string()),
-        });
-        said.serialize(serializer)
-    }
-
-    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
-        deserializer: D,
-    ) -> Result<Option<Tool>, D::Error> {
-        let said = Option::<Said>::deserialize(deserializer)?;
-        let tool = said.map(|said| match said {
-            Said::Bias(bias) if bias.iter().all(|part| part.is_finite()) => Ok(Tool::Bias(bias)),
-            Said::Bias(_) => Err("expected three finite numbers in mm".to_owned()),
-            Said::Name(name) => name.parse(),
-        });
-        tool.transpose().map_err(de::Error::custom)
+/// Reads what [`Serialize`] writes, without a check whether the options agree.
+impl<'de> Deserialize<'de> for SetupOptions {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let mut fields = Map::<String, Value>::deserialize(deserializer)?;
+        fields.retain(|_, value| !value.is_null());
+        Self::from_fields_of_some(&fields).map_err(de::Error::custom)
     }
 }
 

@@ -1,40 +1,41 @@
 //! What a person may say of how a file is drawn, engraved or run, as plain data: flags of the command, keywords of Python,
-//! `setup` of a station. One option, one name, one meaning.
+//! `setup` of a station. One option, one name, one meaning, one row of [`table`].
 
-mod asked;
 mod fields;
 mod framed;
 mod grid;
 mod laying;
 mod pens;
 mod program;
+mod spec;
+mod table;
+mod value;
 
-use magician_host::{Set, words};
-use serde::{Deserialize, Serialize};
-
-pub use asked::{AskedGroup, AskedKind, AskedOption, DefaultValue};
 pub use fields::OptionError;
 pub use grid::Grid;
 pub use laying::{Begins, FileToLay, LaidProgram, Laying};
+use magician_host::{Set, words};
 pub use pens::{PenMatch, PenOptions};
 pub use program::{Begun, FileRead, LaidFile, Reading, UnknownStart};
+pub use spec::{DefaultValue, Need, OptionGroup, OptionKind, OptionSpec};
+pub use table::SetupOptions;
 
 use crate::artwork::{Marking, Sheet, Tidy};
 use crate::fill::{FillMode, Filling};
 use crate::formats::Dialect;
-use crate::lettering::{Align, FontChoice, TextOptions};
-use crate::raster::{Adjust, Engrave, ImageStyle, Size, Tone, Trace};
+use crate::lettering::TextOptions;
+use crate::raster::{Adjust, Engrave, Size, Tone, Trace};
+use crate::words::words;
 use crate::{
-    Action, Depths, Ending, Fills, Frame, FrameShape, Framing, Page, Paper, PartMode, PartRule,
-    Placement, Plan, Power, ReadOptions, Setup, Surface, SystemFonts, TextLines, Tool, White, Work,
+    Action, Ending, Fills, Frame, Framing, Page, PartRule, Placement, Plan, Power, ReadOptions,
+    Setup, Surface, SystemFonts, Tool, Work,
 };
 
 /// Acceleration along paths when a speed is asked for, as at power-up, mm/s2.
 const ACCELERATION: f32 = 100.0;
 
 /// What is made of drawings and images, as far as that was said.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum WorkOption {
     /// All is drawn with a pen.
@@ -42,13 +43,16 @@ pub enum WorkOption {
     /// All is burnt.
     Engrave,
     /// Drawings are drawn, images engraved, all else is done where its file says.
-    #[serde(skip)]
     ByFile,
 }
 
+impl WorkOption {
+    /// The names of those that can be asked for.
+    pub const NAMES: &'static [&'static str] = &["draw", "engrave"];
+}
+
 /// How grey levels become power.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum ModeOption {
     /// More power where it is darker.
@@ -59,188 +63,11 @@ pub enum ModeOption {
     Dither,
 }
 
-/// The options of drawing and engraving. What is not given is as the settings or the file say. Lengths are mm, angles degrees,
-/// speeds mm/s.
-///
-/// As JSON each is a member of its own name: numbers as numbers, points as arrays, switches as booleans.
-///
-/// ```
-/// use magician_program::{Setup, SetupDefaults, SetupOptions};
-/// use serde_json::json;
-///
-/// let fields = json!({"at": [230, 0], "scale": 0.5, "order": false});
-/// let options = SetupOptions::from_fields(fields.as_object().unwrap())?;
-/// let setup: Setup = options.setup(&SetupDefaults::default());
-/// assert_eq!((setup.placement.at, setup.order), (Some([230.0, 0.0]), false));
-/// let wrong = json!({"scale": -1});
-/// assert_eq!(SetupOptions::from_fields(wrong.as_object().unwrap()).unwrap_err().key, "scale");
-/// # Ok::<(), magician_program::OptionError>(())
-/// ```
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-#[non_exhaustive]
-pub struct SetupOptions {
-    /// What is made of drawings and images; by the tool if not given: the laser engraves, every other tool draws.
-    pub work: Option<WorkOption>,
-    /// Machine of a G-code file.
-    #[serde(with = "fields::text")]
-    pub dialect: Option<Dialect>,
-    /// S of full laser power in a G-code file.
-    pub s_max: Option<f64>,
-    /// What becomes of white lines and shapes.
-    #[serde(with = "fields::text")]
-    pub white: Option<White>,
-    /// Points of a recording that are closer than this to the line are left out.
-    pub resample: Option<f64>,
-    /// Full power, percent, or the range of all power above 0.
-    #[serde(with = "fields::power")]
-    pub power: Option<Power>,
-    /// Tool on the arm.
-    #[serde(with = "fields::tool")]
-    pub tool: Option<Tool>,
-    /// Height of the work surface.
-    pub surface: Option<f64>,
-    /// Where a G-code program begins.
-    pub start: Option<[f64; 3]>,
-    /// A file of coordinates is placed like a drawing.
-    pub place: bool,
-    /// The file's coordinates are the arm's.
-    pub raw: bool,
-    /// Z at which the pen of placed G-code touches.
-    pub pen_z: Option<f64>,
-    /// Treatment of depths below the surface; a pen draws them on it unless given.
-    #[serde(with = "fields::text")]
-    pub depths: Option<Depths>,
-    /// Where its centre goes.
-    pub at: Option<[f64; 2]>,
-    /// The page of paper that it lies on: as on the page of its file if that is as large, else its centre on the centre.
-    #[serde(with = "fields::text")]
-    pub page: Option<Paper>,
-    /// What is made to fit keeps so far from the edges of the page.
-    pub margin: Option<f64>,
-    /// Its size, 1 being the true one.
-    pub scale: Option<f64>,
-    /// Turned counter-clockwise.
-    pub rotate: Option<f64>,
-    /// Made smaller until it can be reached.
-    pub fit: bool,
-    /// True if it may be turned by 90 degrees to lie in front of the arm, or to be larger where it is made to fit; it may unless
-    /// given.
-    pub turn: Option<bool>,
-    /// A drawing is cut at its page.
-    pub clip_page: bool,
-    /// Mirrored left to right.
-    pub mirror: bool,
-    /// Moved on from where it lies.
-    #[serde(rename = "move")]
-    pub by: Option<[f64; 3]>,
-    /// Repeated at each position of a grid.
-    #[serde(with = "fields::text")]
-    pub grid: Option<Grid>,
-    /// Speed along the lines that are drawn or burnt.
-    pub speed: Option<f64>,
-    /// Speed ratio of point-to-point moves, percent.
-    pub speed_ratio: Option<f64>,
-    /// The pen stays down at the end and after a stop.
-    pub stay: bool,
-    /// Where the tip of the tool is parked at the end.
-    pub park: Option<[f64; 3]>,
-    /// Pen lift between lines.
-    pub lift: Option<f64>,
-    /// Least pen lift between lines that are near each other.
-    pub hop: Option<f64>,
-    /// Speed between lines.
-    pub travel_speed: Option<f64>,
-    /// Whether lines are drawn in the order that travels least; they are unless given.
-    pub order: Option<bool>,
-    /// Largest distance of a line from its curve.
-    pub tolerance: Option<f64>,
-    /// What is darker than this is dark, 1 to 255.
-    pub threshold: Option<u8>,
-    /// How wide it becomes.
-    pub width: Option<f64>,
-    /// How high it becomes.
-    pub height: Option<f64>,
-    /// How grey levels become power.
-    pub mode: Option<ModeOption>,
-    /// What a pen makes of an image.
-    #[serde(with = "fields::text")]
-    pub image: Option<ImageStyle>,
-    /// Sizes of dots, or hatchings laid over each other, of an image that a pen draws.
-    pub levels: Option<u8>,
-    /// Spots of an image that are smaller are not drawn; all are with 0.
-    pub despeckle: Option<f64>,
-    /// Width of the line that the pen draws, for an image.
-    pub pen_width: Option<f64>,
-    /// What is kept of an image, in its pixels: from the left, from the top, width, height.
-    pub crop: Option<[u32; 4]>,
-    /// How much lighter an image is made, -100 to 100.
-    pub brightness: Option<f64>,
-    /// How much more contrast an image is given, -100 to 100.
-    pub contrast: Option<f64>,
-    /// White is drawn or burnt, black is not.
-    pub invert: bool,
-    /// Distance between the lines or dots of an image.
-    pub spacing: Option<f64>,
-    /// All lines of an image are burnt in the same direction.
-    pub one_way: bool,
-    /// Run-up and run-out of the tool at the ends of a line.
-    pub overscan: Option<f64>,
-    /// Exponent of the darkness.
-    pub gamma: Option<f64>,
-    /// Ends of lines of a drawing that are no farther apart are joined; none with 0.
-    pub merge: Option<f64>,
-    /// Whether a line that is there twice is drawn once: of drawings it is unless given. Where it is on, the lines of a program (G-code,
-    /// a plan, playback, points) are tidied as those of a drawing, but stay in their order.
-    pub dedupe: Option<bool>,
-    /// Points of a drawing that are no farther from the line without them are left out; none with 0.
-    pub simplify: Option<f64>,
-    /// Font of text.
-    #[serde(with = "fields::text")]
-    pub font: Option<FontChoice>,
-    /// Height of a capital in text.
-    pub size: Option<f64>,
-    /// Width that lines of text are broken at.
-    pub wrap: Option<f64>,
-    /// Where shorter lines of text lie.
-    #[serde(with = "fields::text")]
-    pub align: Option<Align>,
-    /// From one line of text to the next, in heights of a capital.
-    pub line_height: Option<f64>,
-    /// How the letters of texts in drawings are drawn.
-    #[serde(with = "fields::text")]
-    pub text: Option<TextLines>,
-    /// Whether texts in drawings are written in the installed fonts that they name; on unless given.
-    #[serde(with = "fields::text")]
-    pub system_fonts: Option<SystemFonts>,
-    /// How filled shapes are filled.
-    #[serde(with = "fields::text")]
-    pub fill: Option<FillMode>,
-    /// Distance of the lines that fill a shape.
-    pub fill_spacing: Option<f64>,
-    /// Direction of the lines that fill a shape, counter-clockwise from x.
-    pub fill_angle: Option<f64>,
-    /// Distance of the lines that fill a shape from its edge.
-    pub fill_inset: Option<f64>,
-    /// What the parts of a drawing are; layers unless given, where a layer's name has a command to a plotter, or parts are chosen or
-    /// have pens; else it has none.
-    #[serde(with = "fields::text")]
-    pub parts: Option<PartMode>,
-    /// The parts that are drawn, each by its name, its colour or its number; all of them if none is given.
-    pub only: Vec<String>,
-    /// How often each part is drawn before the next.
-    pub passes: Option<u32>,
-    /// Pens of parts; the first that is for a part counts.
-    pub pens: Vec<PenOptions>,
-    /// The job never waits for a person, not between parts nor where the program says so.
-    pub no_pause: bool,
-    /// Text is refused of which the font lacks a character.
-    pub strict_text: bool,
-    /// What is gone round of what would be marked, instead of marking it.
-    #[serde(with = "fields::text")]
-    pub frame: Option<FrameShape>,
-    /// Power of the laser on a frame, percent.
-    pub frame_power: Option<f64>,
+words! {
+    ModeOption, "mode":
+    Grey = "grey",
+    Threshold = "threshold",
+    Dither = "dither",
 }
 
 /// What settings say where an option is left open.
@@ -324,6 +151,7 @@ impl SetupOptions {
             tidy_programs: self.dedupe == Some(true),
             order: self.order.unwrap_or(true),
             work: self.work(defaults),
+            engrave: self.engrave(),
             size: self.size(),
             adjust: self.adjust(defaults),
             speed: self.speed.map(|speed| speed as f32),

@@ -1,8 +1,9 @@
 //! Pens of the parts of a drawing.
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
-use super::fields;
+use super::SetupOptions;
 use crate::artwork::PartPen;
 use crate::fill::FillMode;
 use crate::{PartMatch, PartRule};
@@ -30,11 +31,7 @@ pub struct PenOptions {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub passes: Option<u32>,
     /// How their shapes are filled.
-    #[serde(
-        with = "fields::text",
-        default,
-        skip_serializing_if = "Option::is_none"
-    )]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fill: Option<FillMode>,
 }
 
@@ -57,9 +54,17 @@ impl PenOptions {
         if self.matches == PenMatch::Number(0) {
             return Some("match counts parts from 1".to_owned());
         }
-        for (key, value) in [("lift", self.lift), ("speed", self.speed)] {
-            if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
-                return Some(format!("{key} is a number above 0, not {value}"));
+        // As the options of the same names.
+        for (key, value) in [
+            ("lift", self.lift),
+            ("speed", self.speed),
+            ("passes", self.passes.map(f64::from)),
+        ] {
+            let row = SetupOptions::option(key)?;
+            if let Some(value) = value.map(Value::from)
+                && !row.is_within(&value)
+            {
+                return Some(row.refusal(&value));
             }
         }
         let fits = |power: &f64| *power > 0.0 && *power <= 100.0;
@@ -72,15 +77,8 @@ impl PenOptions {
         {
             return Some(format!("surface_offset is -100 to 100 mm, not {offset}"));
         }
-        passes_problem(self.passes)
+        None
     }
-}
-
-/// What is wrong with a number of passes, in a sentence.
-pub(super) fn passes_problem(passes: Option<u32>) -> Option<String> {
-    let most = crate::setup::MOST_PASSES;
-    let wrong = passes.filter(|passes| !(1..=most).contains(passes))?;
-    Some(format!("passes is a number from 1 to {most}, not {wrong}"))
 }
 
 impl From<&PenOptions> for PartRule {

@@ -3,6 +3,7 @@
 mod interrupted;
 
 mod accepted;
+mod bad_options;
 mod check;
 mod compare;
 mod curves;

@@ -27,10 +27,8 @@ impl Station {
             let format = params.text("format").unwrap_or_default().parse();
             let format: Format =
                 format.map_err(|error: String| RpcError::param("format", error))?;
-            let options = match params.is_on("all") {
-                true => SetupOptions::all_asked(format),
-                false => SetupOptions::asked(format),
-            };
+            let mut options = SetupOptions::options_for(format);
+            options.retain(|option| option.usual || params.is_on("all"));
             return Ok(Handled::Now(json!({"options": options})));
         }
         let (setup, preset) = match name {

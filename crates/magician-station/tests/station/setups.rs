@@ -426,3 +426,28 @@ async fn notes_of_a_check_say_where_a_program_lies_and_what_it_is_not() {
         );
     }
 }
+
+#[tokio::test(start_paused = true)]
+async fn bad_option_of_a_setup_has_the_sentence_of_every_door() {
+    let table = include_str!("../../../magician-program/tests/data/bad_options.json");
+    let table: Vec<Value> = serde_json::from_str(table).unwrap();
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    for entry in &table {
+        let params = json!({"text": SQUARE, "setup": entry["options"]});
+        let error = anna.call("job.check", params).await.unwrap_err();
+        let (key, message) = (
+            entry["key"].as_str().unwrap(),
+            entry["message"].as_str().unwrap(),
+        );
+        assert_eq!(error["code"], json!(-32602), "{error}");
+        assert_eq!(
+            error["data"]["param"],
+            json!(format!("setup.{key}")),
+            "{error}"
+        );
+        assert_eq!(error["message"], json!(format!("`setup`: {message}")));
+        // A session may send 200 messages a second.
+        tokio::time::sleep(Duration::from_millis(10)).await;
+    }
+}

@@ -260,3 +260,29 @@ fn a_check_of_many_steps_lets_a_stop_through_however_long_turns_take() {
     assert!(page.now > sent);
     assert_eq!(page.answer(1, check).unwrap()["steps"], json!(50_002));
 }
+
+#[test]
+fn bad_option_has_the_sentence_of_every_door_and_reaches_no_reader() {
+    let table = include_str!("../../../magician-program/tests/data/bad_options.json");
+    let table: Vec<Value> = serde_json::from_str(table).unwrap();
+    let mut page = ready();
+    for entry in &table {
+        let mut params = gcode(SQUARE);
+        params["setup"] = entry["options"].clone();
+        let error = page.call(1, "job.check", &params).unwrap_err();
+        let (key, message) = (
+            entry["key"].as_str().unwrap(),
+            entry["message"].as_str().unwrap(),
+        );
+        assert_eq!(error["code"], json!(-32602), "{error}");
+        assert_eq!(
+            error["data"]["param"],
+            json!(format!("setup.{key}")),
+            "{error}"
+        );
+        assert_eq!(error["message"], json!(format!("`setup`: {message}")));
+        // One socket may ask for no more in a moment.
+        page.wait(0.1);
+    }
+    assert!(page.asked.is_empty());
+}

@@ -19,7 +19,8 @@ use clap::{Args, Subcommand, ValueHint};
 use magician_program::Format;
 
 use super::class::{Class, Results};
-use super::preset::{MakingFlags, PresetName};
+use super::job::options::{Makes, OptionFlags};
+use super::preset::PresetName;
 use super::serve::{FrontFlags, name_of_site};
 #[cfg(not(feature = "site"))]
 use crate::context::Context;
@@ -125,7 +126,7 @@ struct Run {
     #[arg(long, value_name = "NAME", value_parser = PresetName, hide_possible_values = true)]
     preset: Option<String>,
     #[command(flatten)]
-    making: MakingFlags,
+    options: OptionFlags<Makes>,
 }
 
 /// The name of a site. An empty variable says nothing, as an empty port does.

@@ -8,7 +8,6 @@ use std::time::Duration;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use magician::ErrorKind;
-use magician_job::presets::said;
 use magician_site::carrier::ZenohSite;
 use magician_site::{ArmAt, Caller, Site, SiteError, SiteEvent};
 use serde_json::{Map, Value, json};
@@ -83,7 +82,7 @@ impl Run {
             Err(_) => params.insert("data".to_owned(), json!(STANDARD.encode(bytes))),
         };
         params.insert("format".to_owned(), json!(format.name()));
-        let mut setup = said(&self.making.options());
+        let mut setup = self.options.options(self.preset.is_some())?.to_fields();
         if let Some(preset) = &self.preset {
             setup.insert("preset".to_owned(), json!(preset));
         }

@@ -4,12 +4,12 @@ mod drive;
 mod input;
 mod keys;
 mod list_parts;
+#[cfg(test)]
+mod option_tests;
 pub(crate) mod options;
 mod reading;
 mod report;
 mod setting;
-#[cfg(test)]
-mod setup_keys;
 mod show;
 mod suspend;
 mod tell;
@@ -35,7 +35,7 @@ use magician_program::{
 use magician_protocol::visible_lines;
 
 use self::drive::{Drive, RATE, Ran};
-use self::options::{File, PlacementOptions, PreviewFlags, RunFlags};
+use self::options::{File, OptionFlags, PreviewFlags, RunFlags};
 use self::reading::Read;
 use crate::context::{Context, JobPolicy, StopPolicy};
 use crate::diagnostics::Severity;
@@ -111,19 +111,19 @@ enum Where {
 
 impl Job {
     /// A file that is run, with what these flags say of it.
-    pub(crate) fn new(
+    ///
+    /// # Errors
+    /// An option that is not taken.
+    pub(crate) fn new<V>(
         work: impl Into<Option<WorkOption>>,
         file: File,
         look: PreviewFlags,
-        place: &PlacementOptions,
+        flags: &OptionFlags<V>,
         way: RunFlags,
-    ) -> Self {
-        let mut options = SetupOptions::default();
+    ) -> Result<Self, Failure> {
+        let mut options = flags.options(way.preset.is_some())?;
         options.work = work.into();
-        file.say(&mut options);
-        place.say(&mut options);
-        way.say(&mut options);
-        Self {
+        Ok(Self {
             file,
             text: None,
             look,
@@ -134,7 +134,7 @@ impl Job {
             repeats: false,
             preset_note: None,
             told_first: Vec::new(),
-        }
+        })
     }
 
     /// With what its preset says where its flags say nothing.
@@ -151,16 +151,9 @@ impl Job {
         Ok(())
     }
 
-    /// Checks what the flags say together; each by itself was checked as it was read.
-    fn check_options(&self) -> Result<(), Failure> {
-        let checked = self.options.check_extremes();
-        checked.map_err(|error| Failure::usage(error.to_string()))
-    }
-
     /// Does it.
     pub(crate) fn run(mut self, context: &mut Context) -> Result<(), Failure> {
         self.preset()?;
-        self.check_options()?;
         let looks = self.look.is_wanted();
         if looks && (self.way.resume || self.way.picture.is_some() || self.way.record.is_some()) {
             return Err(

@@ -6,25 +6,25 @@ use super::*;
 use crate::{ReadOptions, Setup, SetupDefaults};
 
 /// A value that it takes.
-fn value(option: &AskedOption) -> Value {
+fn value(option: &OptionSpec) -> Value {
     let number = option.least.or(option.most).unwrap_or(1.5);
     match option.kind {
-        AskedKind::Choice => json!(option.choices[0]),
-        AskedKind::Number => json!(number),
-        AskedKind::Integer => json!(number as i64),
-        AskedKind::Point => json!([200, 0]),
-        AskedKind::Place => json!([200, 0, -10]),
-        AskedKind::Area => json!([0, 0, 10, 20]),
-        AskedKind::Switch => json!(true),
-        AskedKind::Text if option.name == "grid" => json!("2x3:40x30"),
-        AskedKind::Text => json!("50"),
-        AskedKind::List => json!(["a"]),
-        AskedKind::Pens => json!([{"match": 1, "lift": 3}]),
+        OptionKind::Choice => json!(option.choices[0]),
+        OptionKind::Number => json!(number),
+        OptionKind::Integer => json!(number as i64),
+        OptionKind::Point => json!([200, 0]),
+        OptionKind::Place => json!([200, 0, -10]),
+        OptionKind::Area => json!([0, 0, 10, 20]),
+        OptionKind::Switch => json!(true),
+        OptionKind::Text if option.name == "grid" => json!("2x3:40x30"),
+        OptionKind::Text => json!("50"),
+        OptionKind::List => json!(["a"]),
+        OptionKind::Pens => json!([{"match": 1, "lift": 3}]),
     }
 }
 
 /// With what it counts with.
-fn fields(option: &AskedOption, value: Value, all: &[AskedOption]) -> Map<String, Value> {
+fn fields(option: &OptionSpec, value: Value, all: &[OptionSpec]) -> Map<String, Value> {
     let mut fields = Map::from_iter([(option.name.to_owned(), value)]);
     if let (Some(with @ "work"), Some(word)) = (option.with, option.when.first()) {
         fields.insert(with.to_owned(), json!(word));
@@ -47,7 +47,7 @@ fn fields(option: &AskedOption, value: Value, all: &[AskedOption]) -> Map<String
 #[test]
 fn what_is_asked_is_an_option_of_its_kind_and_within_its_range() {
     for format in Format::ALL {
-        let all = SetupOptions::all_asked(format);
+        let all = SetupOptions::options_for(format);
         let names: BTreeSet<_> = all.iter().map(|option| option.name).collect();
         assert_eq!(names.len(), all.len(), "{format}: one is there twice");
         for option in &all {
@@ -67,10 +67,14 @@ fn what_is_asked_is_an_option_of_its_kind_and_within_its_range() {
             ] {
                 let Some(bound) = bound else { continue };
                 let number = |number: f64| match option.kind {
-                    AskedKind::Integer => json!(number as i64),
+                    OptionKind::Integer => json!(number as i64),
+                    OptionKind::Point => json!([0, number]),
+                    OptionKind::Place => json!([0, 0, number]),
                     _ => json!(number),
                 };
-                assert_eq!(takes(number(bound)), taken, "{option:?}");
+                // A margin has to leave something of its page.
+                let is_margin = option.name == "margin" && beyond > 0.0;
+                assert!(is_margin || takes(number(bound)) == taken, "{option:?}");
                 assert!(!takes(number(bound + beyond)), "{option:?}");
             }
         }
@@ -79,7 +83,7 @@ fn what_is_asked_is_an_option_of_its_kind_and_within_its_range() {
 
 #[test]
 fn each_option_is_asked_for_some_format_but_the_work_which_the_tool_says() {
-    let asked = Format::ALL.into_iter().flat_map(SetupOptions::all_asked);
+    let asked = Format::ALL.into_iter().flat_map(SetupOptions::options_for);
     let mut asked: BTreeSet<String> = asked.map(|option| option.name.to_owned()).collect();
     asked.insert("work".to_owned());
     let keys: BTreeSet<String> = SetupOptions::keys().into_iter().collect();
@@ -89,7 +93,7 @@ fn each_option_is_asked_for_some_format_but_the_work_which_the_tool_says() {
 #[test]
 fn an_option_that_one_kind_of_work_refuses_is_bound_to_the_other_kind() {
     for format in Format::ALL {
-        let all = SetupOptions::all_asked(format);
+        let all = SetupOptions::options_for(format);
         let named = |name: &str| all.iter().find(|option| option.name == name);
         for option in all.iter().filter(|_| format != Format::TestGrid) {
             let takes = |work: &str| {
@@ -121,7 +125,7 @@ fn an_option_that_one_kind_of_work_refuses_is_bound_to_the_other_kind() {
 
 #[test]
 fn what_the_pen_makes_of_an_image_counts_with_the_work_draw_alone() {
-    let all = SetupOptions::all_asked(Format::Image);
+    let all = SetupOptions::options_for(Format::Image);
     let bound = |name: &str| {
         let option = all.iter().find(|option| option.name == name).unwrap();
         (option.with, option.when)
@@ -141,13 +145,13 @@ fn made(options: &SetupOptions) -> (Setup, ReadOptions) {
 #[test]
 fn a_default_is_what_holds_without_the_option() {
     for format in Format::ALL {
-        let all = SetupOptions::all_asked(format);
+        let all = SetupOptions::options_for(format);
         for option in all.iter().filter(|option| option.name != "tool") {
             let Some(default) = option.default else {
                 continue;
             };
             let default = match (default, option.kind) {
-                (DefaultValue::Number(number), AskedKind::Integer) => json!(number as i64),
+                (DefaultValue::Number(number), OptionKind::Integer) => json!(number as i64),
                 (default, _) => json!(default),
             };
             for work in ["draw", "engrave"] {
@@ -188,11 +192,11 @@ fn a_default_is_what_holds_without_the_option() {
 #[test]
 fn kinds_and_groups_have_their_names() {
     for format in Format::ALL {
-        for option in SetupOptions::all_asked(format) {
+        for option in SetupOptions::options_for(format) {
             let shown = serde_json::to_value(option).unwrap();
             let name = |member: &str| shown[member].as_str().unwrap().to_owned();
-            assert!(AskedKind::NAMES.contains(&name("kind").as_str()));
-            assert!(AskedGroup::NAMES.contains(&name("group").as_str()));
+            assert!(OptionKind::NAMES.contains(&name("kind").as_str()));
+            assert!(OptionGroup::NAMES.contains(&name("group").as_str()));
         }
     }
 }

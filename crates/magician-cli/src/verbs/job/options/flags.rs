@@ -1,0 +1,358 @@
+//! The flags of a program's options, made of their table: a verb says which rows it takes.
+
+use std::fmt;
+use std::io::Read;
+use std::marker::PhantomData;
+use std::path::Path;
+
+use clap::builder::{PossibleValue, StringValueParser, TypedValueParser};
+use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, ValueHint};
+use magician_program::{
+    DefaultValue, FontChoice, Format, OptionError, OptionGroup, OptionKind, OptionSpec,
+    SetupOptions, WorkOption,
+};
+use serde_json::{Map, Value};
+
+use crate::failure::Failure;
+
+/// Largest file of a font that is read, bytes.
+const LARGEST_FONT: u64 = 128 << 20;
+/// Longest list of words that fits in the place of a value.
+const LONGEST_CHOICE: usize = 26;
+/// Other names of flags.
+const ALIASES: [(&str, &str); 1] = [("grid", "pallet")];
+/// Files whose coordinates are the arm's, taught or computed.
+const TAUGHT: [Format; 4] = [
+    Format::Playback,
+    Format::Blockly,
+    Format::Points,
+    Format::Plan,
+];
+
+/// A verb with flags of options.
+pub(crate) trait TakesOptions {
+    /// True if the verb has flags for this option.
+    fn takes(option: &OptionSpec) -> bool;
+}
+
+/// Kinds of verbs, by the options that they take.
+macro_rules! verbs {
+    ($($(#[$doc:meta])* $verb:ident: $takes:expr;)*) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug)]
+        pub(crate) struct $verb;
+
+        impl TakesOptions for $verb {
+            fn takes(option: &OptionSpec) -> bool {
+                let takes: fn(&OptionSpec) -> bool = $takes;
+                // Which work it is the verb says.
+                option.name != "work" && takes(option)
+            }
+        }
+    )*};
+}
+
+verbs! {
+    /// `draw`.
+    Draws: |option| option.work != Some(WorkOption::Engrave);
+    /// `engrave`.
+    Engraves: |option| option.work != Some(WorkOption::Draw);
+    /// `frame`, which has its own flag for the shape.
+    Frames: |option| option.name != "frame";
+    /// `write`.
+    Writes: |option| Draws::takes(option) && option.counts_for(Format::Text);
+    /// `play`.
+    Plays: |option| !is_frame(option) && TAUGHT.iter().any(|format| option.counts_for(*format));
+    /// `testgrid`, whose powers and speeds are its own.
+    Grids: |option| option.counts_for(Format::TestGrid)
+        || ["tool", "width", "height", "stay"].contains(&option.name);
+    /// `run` and `convert`.
+    RunsAll: |_| true;
+    /// `preset save`: a preset does not say what becomes of a file.
+    Makes: |option| !is_frame(option);
+}
+
+fn is_frame(option: &OptionSpec) -> bool {
+    option.name.starts_with("frame")
+}
+
+/// The options that the flags of a verb have given.
+pub(crate) struct OptionFlags<V> {
+    fields: Map<String, Value>,
+    /// A font that is not built in: the path of its file.
+    font: Option<String>,
+    pens: Option<String>,
+    verb: PhantomData<V>,
+}
+
+impl<V> fmt::Debug for OptionFlags<V> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("OptionFlags").field(&self.fields).finish()
+    }
+}
+
+impl<V> OptionFlags<V> {
+    /// Gives an option that has no flag here.
+    pub(crate) fn give(&mut self, name: &str, value: impl Into<Value>) {
+        self.fields.insert(name.to_owned(), value.into());
+    }
+
+    /// Returns the options. With a preset, which says what is left open, whether they agree is checked
+    /// later.
+    pub(crate) fn options(&self, has_preset: bool) -> Result<SetupOptions, Failure> {
+        let mut fields = self.fields.clone();
+        if let Some(path) = &self.pens {
+            let pens = magician_job::pens::read(Path::new(path)).map_err(Failure::invalid)?;
+            let pens =
+                serde_json::to_value(pens).map_err(|error| Failure::invalid(error.to_string()))?;
+            fields.insert("pens".to_owned(), pens);
+        }
+        let options = match has_preset {
+            true => SetupOptions::from_fields_of_some(&fields),
+            false => SetupOptions::from_fields(&fields),
+        };
+        let mut options = options.map_err(|error| refused(&error, &fields))?;
+        if let Some(path) = &self.font {
+            options.font = Some(font(path)?);
+        }
+        Ok(options)
+    }
+}
+
+/// The failure that an option is not taken: its flag, and the sentence that every door has.
+fn refused(error: &OptionError, fields: &Map<String, Value>) -> Failure {
+    let flag = |name: &str| name.replace('_', "-");
+    let key = flag(&error.key);
+    if let Some(need) = error.needs {
+        let partner = flag(need.name);
+        let needs = need
+            .to_string()
+            .replacen(need.name, &format!("`--{partner}`"), 1);
+        let failure = Failure::usage(format!("`--{key}` needs {needs}"));
+        return match SetupOptions::option(need.name).filter(|_| need.values.is_empty()) {
+            Some(row) => failure.hint(format!("--{partner} takes {}", row.accepted())),
+            None => failure,
+        };
+    }
+    let no = match fields.get(&error.key) {
+        Some(Value::Bool(false)) => "no-",
+        _ => "",
+    };
+    Failure::usage(format!("--{no}{key}: {}", error.message))
+}
+
+/// A font of a file.
+fn font(path: &str) -> Result<FontChoice, Failure> {
+    let read = std::fs::File::open(path).and_then(|file| {
+        let mut bytes = Vec::new();
+        file.take(LARGEST_FONT).read_to_end(&mut bytes)?;
+        Ok(bytes)
+    });
+    let bytes = read.map_err(|error| {
+        let row = SetupOptions::option("font");
+        let refusal = row.map(|row| row.refusal(&path.into())).unwrap_or_default();
+        Failure::usage(format!("--font: {refusal}; as a file: {error}"))
+    })?;
+    Ok(FontChoice::file(path, bytes))
+}
+
+/// Flags by which an option is given: to give it, and to switch it off.
+fn flags_of(row: &'static OptionSpec) -> Vec<Arg> {
+    let (name, heading) = (row.name, heading(row.group));
+    let flag = |no: &str| {
+        let long = format!("{no}{}", name.replace('_', "-"));
+        Arg::new(long.replace('-', "_"))
+            .long(long)
+            .help_heading(heading)
+    };
+    if row.kind == OptionKind::Switch {
+        let on = || flag("").action(ArgAction::SetTrue).help(help(row));
+        let off = || flag("no-").action(ArgAction::SetTrue).help(row.off);
+        return match (row.is_off(), row.has_both_positions()) {
+            (true, _) => vec![on()],
+            (false, false) => vec![off()],
+            (false, true) => vec![on().conflicts_with(format!("no_{name}")), off()],
+        };
+    }
+    let mut arg = flag("")
+        .help(help(row))
+        .value_name(placeholder(row))
+        .value_parser(Words(words(row)))
+        .hide_possible_values(true);
+    arg = match row.kind {
+        OptionKind::List => arg.action(ArgAction::Append),
+        OptionKind::Number | OptionKind::Integer => arg.allow_negative_numbers(true),
+        OptionKind::Point | OptionKind::Place | OptionKind::Area | OptionKind::Text => {
+            arg.allow_hyphen_values(true)
+        }
+        OptionKind::Choice | OptionKind::Switch | OptionKind::Pens => arg,
+    };
+    // The bias of a tool is three numbers.
+    if name == "tool" {
+        arg = arg.allow_hyphen_values(true);
+    }
+    // Without a word it is the usual shape, so that a word behind it is the file.
+    if name == "frame" {
+        arg = arg
+            .num_args(0..=1)
+            .require_equals(true)
+            .default_missing_value("box");
+    }
+    if placeholder(row).contains("FILE") {
+        arg = arg.value_hint(ValueHint::FilePath);
+    }
+    let aliases = ALIASES.iter().filter(|(of, _)| *of == name);
+    vec![aliases.fold(arg, |arg, (_, alias)| arg.visible_alias(*alias))]
+}
+
+/// Heading of a group in the help.
+const fn heading(group: OptionGroup) -> &'static str {
+    match group {
+        OptionGroup::Place => "Tool and place",
+        OptionGroup::Fill => "Fill",
+        OptionGroup::Text => "Text",
+        OptionGroup::Parts => "Layers, pens and colours",
+        OptionGroup::Image => "Images",
+        OptionGroup::Laser => "The laser",
+        OptionGroup::Pen => "Lines and pen",
+        OptionGroup::More => "The run",
+    }
+}
+
+/// Words that complete a value; none where others are taken too.
+fn words(row: &OptionSpec) -> &'static [&'static str] {
+    match row.expects {
+        "" => row.choices,
+        _ => &[],
+    }
+}
+
+fn placeholder(row: &OptionSpec) -> String {
+    let of_kind = match row.kind {
+        OptionKind::Choice => {
+            let words = row.choices.join("|");
+            return match words.len() {
+                _ if !row.placeholder.is_empty() => row.placeholder.to_owned(),
+                0..=LONGEST_CHOICE => words,
+                _ => "WORD".to_owned(),
+            };
+        }
+        OptionKind::Number if row.unit == "mm" => "MM",
+        OptionKind::Number if row.unit == "mm/s" => "MM/S",
+        OptionKind::Number if row.unit == "deg" => "DEGREES",
+        OptionKind::Number if row.unit == "%" => "PERCENT",
+        OptionKind::Number | OptionKind::Integer => "N",
+        OptionKind::Point => "X,Y",
+        OptionKind::Place => "X,Y,Z",
+        OptionKind::Area => "X,Y,W,H",
+        OptionKind::Text | OptionKind::List => "TEXT",
+        OptionKind::Pens => "FILE",
+        OptionKind::Switch => "",
+    };
+    match row.placeholder {
+        "" => of_kind.to_owned(),
+        own => own.to_owned(),
+    }
+}
+
+/// The sentences of an option, and its default.
+fn help(row: &OptionSpec) -> String {
+    let mut help = row.about.to_owned();
+    if placeholder(row) == "WORD" {
+        help += &format!(": {}", row.choices.join(", "));
+    }
+    if row.kind == OptionKind::Pens {
+        help += ": a TOML file of [[pen]] tables";
+    }
+    if !row.detail.is_empty() {
+        help += &format!(". {}", row.detail.trim_end_matches('.'));
+    }
+    let default = match row.default {
+        _ if !row.usually.is_empty() => row.usually.to_owned(),
+        Some(DefaultValue::Number(number)) => number.to_string(),
+        Some(DefaultValue::Word(word)) if row.name != "tool" => word.to_owned(),
+        _ => return help,
+    };
+    format!("{help} [default: {default}]")
+}
+
+impl<V: TakesOptions> Args for OptionFlags<V> {
+    fn augment_args(command: Command) -> Command {
+        let rows = SetupOptions::OPTIONS.iter().filter(|row| V::takes(row));
+        let mut rows: Vec<_> = rows.collect();
+        rows.sort_by_key(|row| row.group);
+        let flags = rows.into_iter().flat_map(flags_of);
+        flags.fold(command, Command::arg)
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl<V: TakesOptions> FromArgMatches for OptionFlags<V> {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let mut flags = Self {
+            fields: Map::new(),
+            font: None,
+            pens: None,
+            verb: PhantomData,
+        };
+        flags.update_from_arg_matches(matches)?;
+        Ok(flags)
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        let is_on = |id: &str| matches.try_get_one(id).ok().flatten() == Some(&true);
+        for row in SetupOptions::OPTIONS.iter().filter(|row| V::takes(row)) {
+            let name = row.name;
+            if row.kind == OptionKind::Switch {
+                for (id, position) in [(name.to_owned(), true), (format!("no_{name}"), false)] {
+                    if is_on(&id) {
+                        self.give(name, position);
+                    }
+                }
+                continue;
+            }
+            let texts = matches.get_many::<String>(name).into_iter().flatten();
+            for text in texts {
+                match (row.kind, row.value_of(text)) {
+                    (OptionKind::Pens, _) => self.pens = Some(text.clone()),
+                    _ if name == "font" && text.parse::<FontChoice>().is_err() => {
+                        self.font = Some(text.clone());
+                    }
+                    (OptionKind::List, Value::Array(mut items)) => {
+                        match self.fields.get_mut(name).and_then(Value::as_array_mut) {
+                            Some(all) => all.append(&mut items),
+                            None => self.give(name, items),
+                        }
+                    }
+                    (_, value) => self.give(name, value),
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Any text, completed by these words: whether it is one of them its option says.
+#[derive(Clone, Debug)]
+struct Words(&'static [&'static str]);
+
+impl TypedValueParser for Words {
+    type Value = String;
+
+    fn parse_ref(
+        &self,
+        command: &Command,
+        arg: Option<&Arg>,
+        value: &std::ffi::OsStr,
+    ) -> Result<String, clap::Error> {
+        StringValueParser::new().parse_ref(command, arg, value)
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        let words = self.0.iter().copied().map(PossibleValue::new);
+        (!self.0.is_empty()).then(|| Box::new(words) as Box<dyn Iterator<Item = PossibleValue>>)
+    }
+}

@@ -1,0 +1,306 @@
+//! Values of options: their forms in JSON.
+
+use serde_json::{Value, json};
+
+use super::{Grid, ModeOption, PenOptions, WorkOption};
+use crate::fill::FillMode;
+use crate::formats::Dialect;
+use crate::lettering::{Align, FontChoice};
+use crate::raster::ImageStyle;
+use crate::{Depths, FrameShape, Paper, PartMode, Power, SystemFonts, TextLines, Tool, White};
+
+/// Most characters of a text.
+const LONGEST_TEXT: usize = 1000;
+
+/// Type of the value of an option.
+///
+/// What is wrong with a value is told by the row of its option; a type says more itself only where
+/// the value has parts.
+pub(super) trait OptionValue: Sized {
+    /// Reads it.
+    ///
+    /// # Errors
+    /// What is wrong with it; `None` if the row says it.
+    fn from_json(value: &Value) -> Result<Self, Option<String>>;
+
+    /// Returns the same in JSON.
+    fn to_json(&self) -> Value;
+}
+
+/// Member of [`SetupOptions`](super::SetupOptions), which may be left open.
+pub(super) trait Member: Sized {
+    /// Reads it.
+    ///
+    /// # Errors
+    /// As of [`OptionValue::from_json`].
+    fn read(value: &Value) -> Result<Self, Option<String>>;
+
+    /// Returns its value; `None` if it is left open.
+    fn given(&self) -> Option<Value>;
+
+    /// True if it is left open.
+    fn is_open(&self) -> bool;
+}
+
+impl<T: OptionValue> Member for Option<T> {
+    fn read(value: &Value) -> Result<Self, Option<String>> {
+        T::from_json(value).map(Some)
+    }
+
+    fn given(&self) -> Option<Value> {
+        self.as_ref().map(T::to_json)
+    }
+
+    fn is_open(&self) -> bool {
+        self.is_none()
+    }
+}
+
+/// A switch that is off where it is left open.
+impl Member for bool {
+    fn read(value: &Value) -> Result<Self, Option<String>> {
+        value.as_bool().ok_or(None)
+    }
+
+    fn given(&self) -> Option<Value> {
+        self.then_some(Value::Bool(true))
+    }
+
+    fn is_open(&self) -> bool {
+        !self
+    }
+}
+
+impl<T: OptionValue> Member for Vec<T>
+where
+    Self: Listed,
+{
+    fn read(value: &Value) -> Result<Self, Option<String>> {
+        let items = value.as_array().ok_or(None)?;
+        let read = (1..).zip(items).map(|(n, item)| {
+            T::from_json(item).map_err(|why| why.map(|why| format!("{} {n}: {why}", Self::ITEM)))
+        });
+        read.collect()
+    }
+
+    fn given(&self) -> Option<Value> {
+        let items = || self.iter().map(T::to_json).collect();
+        (!self.is_empty()).then(|| Value::Array(items()))
+    }
+
+    fn is_open(&self) -> bool {
+        self.is_empty()
+    }
+}
+
+/// List whose items have a name in messages.
+pub(super) trait Listed {
+    /// The name.
+    const ITEM: &'static str;
+}
+
+impl Listed for Vec<String> {
+    const ITEM: &'static str = "text";
+}
+
+impl Listed for Vec<PenOptions> {
+    const ITEM: &'static str = "pen";
+}
+
+impl OptionValue for f64 {
+    fn from_json(value: &Value) -> Result<Self, Option<String>> {
+        value.as_f64().ok_or(None)
+    }
+
+    fn to_json(&self) -> Value {
+        // Bounds are checked as JSON, where a number that is none is null.
+        Value::from(*self)
+    }
+}
+
+impl OptionValue for bool {
+    fn from_json(value: &Value) -> Result<Self, Option<String>> {
+        value.as_bool().ok_or(None)
+    }
+
+    fn to_json(&self) -> Value {
+        Value::Bool(*self)
+    }
+}
+
+impl OptionValue for String {
+    fn from_json(value: &Value) -> Result<Self, Option<String>> {
+        let text = value.as_str().ok_or(None)?;
+        match text.chars().nth(LONGEST_TEXT) {
+            Some(_) => Err(None),
+            None => Ok(text.to_owned()),
+        }
+    }
+
+    fn to_json(&self) -> Value {
+        Value::from(self.as_str())
+    }
+}
+
+impl OptionValue for PenOptions {
+    fn from_json(value: &Value) -> Result<Self, Option<String>> {
+        let pen: Self = serde_json::from_value(value.clone()).map_err(|error| error.to_string())?;
+        match pen.problem() {
+            Some(problem) => Err(Some(problem)),
+            None => Ok(pen),
+        }
+    }
+
+    fn to_json(&self) -> Value {
+        json!(self)
+    }
+}
+
+/// Whole numbers.
+macro_rules! whole {
+    ($($type:ty),*) => {$(
+        impl OptionValue for $type {
+            fn from_json(value: &Value) -> Result<Self, Option<String>> {
+                let number = value.as_u64().and_then(|number| number.try_into().ok());
+                number.ok_or(None)
+            }
+
+            fn to_json(&self) -> Value {
+                Value::from(*self)
+            }
+        }
+    )*};
+}
+
+whole!(u8, u32);
+
+/// Arrays of numbers.
+macro_rules! numbers {
+    ($($count:literal),*) => {$(
+        impl OptionValue for [f64; $count] {
+            fn from_json(value: &Value) -> Result<Self, Option<String>> {
+                let items = value.as_array().ok_or(None)?;
+                let numbers: Option<Vec<f64>> = items.iter().map(Value::as_f64).collect();
+                numbers.and_then(|numbers| numbers.try_into().ok()).ok_or(None)
+            }
+
+            fn to_json(&self) -> Value {
+                json!(self)
+            }
+        }
+    )*};
+}
+
+numbers!(2, 3);
+
+/// A rectangle of pixels, which is not empty.
+impl OptionValue for [u32; 4] {
+    fn from_json(value: &Value) -> Result<Self, Option<String>> {
+        let items = value.as_array().ok_or(None)?;
+        let items: Result<Vec<u32>, _> = items.iter().map(u32::from_json).collect();
+        let area = <[u32; 4]>::try_from(items?).map_err(|_| None)?;
+        let [_, _, width, height] = area;
+        if width == 0 || height == 0 {
+            return Err(None);
+        }
+        Ok(area)
+    }
+
+    fn to_json(&self) -> Value {
+        json!(self)
+    }
+}
+
+/// Values whose JSON is their text.
+macro_rules! texts {
+    ($($type:ty),* $(,)?) => {$(
+        impl OptionValue for $type {
+            fn from_json(value: &Value) -> Result<Self, Option<String>> {
+                let text = value.as_str().ok_or(None)?;
+                text.parse().map_err(|_| None)
+            }
+
+            fn to_json(&self) -> Value {
+                Value::from(self.to_string())
+            }
+        }
+    )*};
+}
+
+texts!(
+    Align,
+    Depths,
+    Dialect,
+    FillMode,
+    FontChoice,
+    FrameShape,
+    Grid,
+    ImageStyle,
+    ModeOption,
+    Paper,
+    PartMode,
+    SystemFonts,
+    TextLines,
+    White,
+);
+
+impl OptionValue for WorkOption {
+    fn from_json(value: &Value) -> Result<Self, Option<String>> {
+        match value.as_str() {
+            Some("draw") => Ok(Self::Draw),
+            Some("engrave") => Ok(Self::Engrave),
+            _ => Err(None),
+        }
+    }
+
+    fn to_json(&self) -> Value {
+        match self {
+            Self::Draw => "draw".into(),
+            Self::Engrave => "engrave".into(),
+            // No door names it: it is what is done where nothing was said.
+            Self::ByFile => Value::Null,
+        }
+    }
+}
+
+/// Full power as a number, or a range as a text.
+impl OptionValue for Power {
+    fn from_json(value: &Value) -> Result<Self, Option<String>> {
+        let power = match (value.as_f64(), value.as_str()) {
+            (Some(most), _) => Self::new(0.0, most).ok(),
+            (None, Some(text)) => text.parse().ok(),
+            (None, None) => None,
+        };
+        power
+            .filter(|power: &Self| power.range()[1] > 0.0)
+            .ok_or(None)
+    }
+
+    fn to_json(&self) -> Value {
+        match self.range() {
+            [0.0, most] => Value::from(most),
+            _ => Value::from(self.to_string()),
+        }
+    }
+}
+
+/// A tool by its name, or its bias as three numbers.
+impl OptionValue for Tool {
+    fn from_json(value: &Value) -> Result<Self, Option<String>> {
+        if let Some(name) = value.as_str() {
+            return name.parse().map_err(|_| None);
+        }
+        let bias = <[f64; 3]>::from_json(value)?.map(|part| part as f32);
+        match bias.iter().all(|part| part.is_finite()) {
+            true => Ok(Self::Bias(bias)),
+            false => Err(None),
+        }
+    }
+
+    fn to_json(&self) -> Value {
+        match self {
+            Self::Bias(bias) => json!(bias),
+            named => Value::from(named.to_string()),
+        }
+    }
+}
