@@ -7,6 +7,7 @@ use clap::error::ErrorKind;
 use clap::{Arg, CommandFactory, FromArgMatches, Parser, Subcommand};
 use magician_motion::ToolBias;
 
+use crate::brief::brief;
 use crate::context::{CommandLine, Context};
 use crate::failure::{Failure, Kind};
 use crate::named_files::NamedFiles;
@@ -105,8 +106,14 @@ impl Cli {
 
     fn read_as(command: clap::Command, arguments: &[OsString]) -> Result<Self, clap::Error> {
         let mut command = help::grouped(command);
-        let arguments = arguments.iter().map(plain_number);
-        let matches = command.try_get_matches_from_mut(arguments)?;
+        let arguments: Vec<_> = arguments.iter().map(plain_number).collect();
+        let matches = match command.try_get_matches_from_mut(&arguments) {
+            Err(error) if error.kind() == ErrorKind::DisplayHelp && asks_briefly(&arguments) => {
+                let brief = brief(command).try_get_matches_from(arguments);
+                return Err(brief.err().unwrap_or(error));
+            }
+            matches => matches?,
+        };
         let mut cli =
             Self::from_arg_matches(&matches).map_err(|error| error.format(&mut command))?;
         let (mut verb, mut chosen) = (&command, &matches);
@@ -203,6 +210,11 @@ pub(crate) fn usage(error: &clap::Error, json: bool, output: &mut Output) -> Res
 pub(crate) fn asks_for_json(arguments: &[OsString]) -> bool {
     let options = arguments.iter().take_while(|argument| *argument != "--");
     options.into_iter().any(|argument| argument == "--json")
+}
+
+/// Whether the help that was asked for is the short one.
+fn asks_briefly(arguments: &[OsString]) -> bool {
+    arguments.iter().any(|argument| argument == "-h")
 }
 
 /// What to do.

@@ -7,6 +7,7 @@
 #![forbid(unsafe_code)]
 
 mod args;
+mod brief;
 mod catalogue;
 mod columns;
 mod config;

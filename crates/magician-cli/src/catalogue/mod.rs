@@ -7,6 +7,7 @@ mod record;
 
 use clap::Args;
 
+use crate::brief::brief;
 use crate::context::Context;
 use crate::failure::Failure;
 
@@ -18,24 +19,31 @@ pub(crate) use record::{Entry, chapter_name};
 #[derive(Args, Debug)]
 pub(crate) struct Wanted {
     /// Command: its name as in the vendor's document or in Rust, or its id
-    #[arg(required_unless_present = "help", value_parser = Names, hide_possible_values = true)]
+    #[arg(required_unless_present_any = ["help", "short_help"], value_parser = Names, hide_possible_values = true)]
     name: Option<String>,
     /// Fields; for a get, those of the request
     #[arg(value_name = "KEY=VALUE")]
     pub(crate) fields: Vec<String>,
     /// Explain the command, or this verb
-    #[arg(short, long)]
+    #[arg(long)]
     help: bool,
+    /// The same in short
+    #[arg(short = 'h')]
+    short_help: bool,
 }
 
 impl Wanted {
     /// The name of the command; `None` when help was asked for and has been given.
     pub(crate) fn name(&self, verb: &str, context: &mut Context) -> Result<Option<&str>, Failure> {
         match self.name.as_deref() {
-            Some(name) if self.help => explain(name, context).map(|()| None),
+            Some(name) if self.help || self.short_help => explain(name, context).map(|()| None),
             Some(name) => Ok(Some(name)),
             None => {
-                let mut description = (context.command_line.description)();
+                let description = (context.command_line.description)();
+                let mut description = match self.short_help {
+                    true => brief(description),
+                    false => description,
+                };
                 let verb = description.find_subcommand_mut(verb);
                 verb.map_or(Ok(()), |verb| context.show_styled(&verb.render_long_help()))?;
                 Ok(None)

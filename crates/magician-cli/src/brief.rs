@@ -1,0 +1,158 @@
+//! The short help of a verb, `-h`: what people use most, on one screen.
+
+use std::collections::BTreeSet;
+
+use clap::{Arg, Command};
+
+/// Options that are shown of a verb, at most.
+const MOST: usize = 12;
+/// Options of verbs that run a file, those that people use most first.
+const USUAL: [&str; 21] = [
+    "shape", "repeat", "cell", "pause", "check", "preview", "surface", "at", "size", "font",
+    "width", "scale", "fit", "tool", "fill", "image", "power", "speed", "preset", "resume",
+    "loops",
+];
+/// Options of text, which verbs for drawings have too.
+const OF_TEXT: [&str; 2] = ["size", "font"];
+/// An option of verbs that draw files.
+const OF_DRAWINGS: &str = "clip_page";
+/// An option that verbs have that run a file.
+const OF_FILES: &str = "speed_ratio";
+/// The one option of every verb that is shown, and what is said of it here.
+const PORT: (&str, &str) = (
+    "port",
+    "Where the arm is: a port, an address, or sim for a virtual arm",
+);
+/// Longest list of words in the place of a value, which would leave no room for sentences.
+const LONGEST_VALUE: usize = 14;
+/// A sentence that takes more than a line.
+const LONG_SENTENCE: usize = 68;
+/// Examples that are shown.
+const EXAMPLES: usize = 2;
+
+/// Returns the same command line with the short help of each verb.
+pub(crate) fn brief(command: Command) -> Command {
+    command.mut_subcommands(|verb| brief_verb(verb, "magician"))
+}
+
+fn brief_verb(command: Command, above: &str) -> Command {
+    let name = format!("{above} {}", command.get_name());
+    let shown = usual(&command);
+    let command = command.mut_args(|arg| {
+        let id = arg.get_id().as_str();
+        let is_shown = arg.is_positional() || id == "help" || shown.contains(id);
+        let is_hidden = arg.is_hide_set() || !is_shown;
+        let help = match id {
+            _ if id == PORT.0 => PORT.1.to_owned(),
+            _ => arg
+                .get_help()
+                .map(|help| sentence(&help.to_string()))
+                .unwrap_or_default(),
+        };
+        let values = arg.get_value_names().unwrap_or_default().concat();
+        let arg = match values.len() {
+            LONGEST_VALUE.. if values.contains('|') => arg.value_name("WORD"),
+            _ => arg,
+        };
+        arg.hide(is_hidden)
+            .help_heading(None)
+            .hide_env(true)
+            .help(help)
+    });
+    let examples = command.get_after_help().map(ToString::to_string);
+    let mut after = examples.as_deref().map(first_examples).unwrap_or_default();
+    after += &format!("`{name} --help` explains all options");
+    let command = command.after_help(after);
+    command.mut_subcommands(|below| brief_verb(below, &name))
+}
+
+/// The options of a verb that people use most.
+fn usual(command: &Command) -> BTreeSet<String> {
+    let is_own = |arg: &&Arg| !arg.is_positional() && !arg.is_global_set() && !arg.is_hide_set();
+    let own = command.get_arguments().filter(is_own);
+    let own: Vec<_> = own.map(|arg| arg.get_id().as_str()).collect();
+    let is_seldom = |id: &str| OF_TEXT.contains(&id) && own.contains(&OF_DRAWINGS);
+    let chosen: Vec<_> = match own.contains(&OF_FILES) {
+        true => { USUAL.iter().copied() }
+            .filter(|id| own.contains(id) && !is_seldom(id))
+            .take(MOST)
+            .collect(),
+        false => own.into_iter().take(MOST).collect(),
+    };
+    chosen
+        .into_iter()
+        .chain([PORT.0])
+        .map(str::to_owned)
+        .collect()
+}
+
+/// The first sentence of a help; of a long one only what comes before its list.
+fn sentence(help: &str) -> String {
+    let until = |ends: &[&str], text: &str| {
+        let end = ends.iter().filter_map(|end| text.find(end)).min();
+        text[..end.unwrap_or(text.len())].to_owned()
+    };
+    let sentence = until(&[". ", "; ", " [default"], help);
+    match sentence.len() {
+        LONG_SENTENCE.. => until(&[": ", ", "], &sentence),
+        _ => sentence,
+    }
+}
+
+/// The first examples of what stands at the end of a help.
+fn first_examples(text: &str) -> String {
+    let mut lines = text.lines();
+    match lines.next() {
+        Some("Examples:") => {
+            let examples = lines
+                .take_while(|line| line.starts_with("  "))
+                .take(EXAMPLES);
+            let examples: String = examples.map(|line| format!("{line}\n")).collect();
+            format!("Examples:\n{examples}\n")
+        }
+        _ => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ffi::OsString;
+
+    use super::*;
+    use crate::args::Cli;
+
+    #[test]
+    fn short_help_of_every_verb_fits_on_a_screen() {
+        /// Lines of a screen, but for the prompt.
+        const SCREEN: usize = 30;
+        let mut description = brief(Cli::description());
+        for verb in description.get_subcommands_mut() {
+            let help = verb.render_help().to_string();
+            let (verb, count) = (verb.get_name(), help.lines().count());
+            assert!(
+                (6..=SCREEN).contains(&count),
+                "{verb} has {count} lines:\n{help}"
+            );
+            assert!(help.contains("--help"), "{help}");
+        }
+    }
+
+    #[test]
+    fn long_help_of_every_verb_has_what_the_short_one_hides() {
+        let words = ["magician", "draw", "--help"].map(OsString::from);
+        let help = Cli::read(&words)
+            .map(drop)
+            .expect_err("help")
+            .render()
+            .to_string();
+        for flag in [
+            "--fill-spacing",
+            "--merge",
+            "--station",
+            "--tui",
+            "Examples:",
+        ] {
+            assert!(help.contains(flag), "{flag}:\n{help}");
+        }
+    }
+}
