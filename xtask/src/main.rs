@@ -10,6 +10,7 @@ mod fidelity;
 mod gallery;
 mod generate;
 mod library;
+mod options;
 mod plan_schema;
 mod protocol;
 #[path = "../../crates/magician-py/build/package.rs"]
@@ -30,6 +31,7 @@ Usage: cargo xtask CHORE
 
   alarms     list the alarms as conformance cases show them: docs/ALARMS.md
   station    list the methods and routes of a station: docs/STATION-API.md
+  python     write the options of a program into the Python package: crates/magician-py/python/magician/programs.py
   studio [--check]
              build the page for browsers with Node: crates/magician-studio/page; compare it
   studio-api [--check]
@@ -77,6 +79,7 @@ fn main() -> ExitCode {
             fidelity::write(&docs).and_then(|()| recorded_jog::write(&docs))
         }
         Some((chore, [])) if chore == "alarms" => alarms::write(&docs),
+        Some((chore, [])) if chore == "python" => options::write_python(&root),
         Some((chore, [])) if chore == "station" => station::write(&docs),
         Some((chore, rest)) if chore == "studio" => studio::page::run(rest, &root),
         Some((chore, rest)) if chore == "studio-api" => studio::api::write(rest, &root),

@@ -5,10 +5,11 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use magician_program::SetupOptions;
 use magician_station::api::{Example, METHODS, Method, Needs};
 use magician_station::http::{ROUTES, RouteNeeds};
 use serde_json::json;
+
+use crate::options;
 
 const INTRODUCTION: &str = "\
 # The API of a station
@@ -55,7 +56,7 @@ pen, to restore settings and to give the lease back. Nothing begins any more: -3
 const OPTIONS: &str = "
 ## Options of a program
 
-The members of `setup`: `work` (`draw` or `engrave`), `preset` (the name of a preset), and the flags of `magician draw` and `magician engrave`, whose help says what each means.
+The members of `setup`: `preset`, the name of a preset, and these, which are the flags of the command as well. What is refused has the same sentence there.
 
 ";
 
@@ -82,10 +83,8 @@ fn page() -> String {
     for method in METHODS {
         page += &section(method);
     }
-    let keys = SetupOptions::keys();
-    let keys: Vec<_> = keys.iter().map(|key| format!("`{key}`")).collect();
     page += OPTIONS;
-    let _ = writeln!(page, "{}", keys.join(" "));
+    page += &options::table();
     page
 }
 

@@ -14,6 +14,7 @@ import magician
 import pytest
 from magician import Arm, Plan, VirtualArm, commands, words
 from magician.errors import InvalidInputError
+from magician.programs import SetupOptions
 
 ROWS = [(200.0, 0.0, 0.0), (220.0, 10.0, 0.0)]
 HUGE = 10**400
@@ -65,10 +66,6 @@ def test_whole_numbers(arm: Arm, name: str, call: Callable[[Arm, Any], object], 
             call(arm, wrong)
 
 
-def _load(name: str, of: Callable[[Any], Any] = lambda bad: bad) -> tuple[str, Callable[[Arm, Path, Any], object]]:
-    return name, lambda arm, sample, bad: magician.load(sample, **{name: of(bad)})
-
-
 REAL: list[tuple[str, Callable[[Arm, Path, Any], object]]] = [
     ("timeout", lambda arm, sample, bad: Arm("sim", timeout=bad)),
     ("timeout", lambda arm, sample, bad: VirtualArm().arm(timeout=bad)),
@@ -118,13 +115,6 @@ REAL: list[tuple[str, Callable[[Arm, Path, Any], object]]] = [
     ("seconds", lambda arm, sample, bad: VirtualArm().delay_answers(bad)),
     ("degrees", lambda arm, sample, bad: VirtualArm().slip(1, bad)),
     (r"joints\[3\]", lambda arm, sample, bad: VirtualArm().guide([0, 0, 0, bad])),
-    _load("scale"),
-    _load("pen_z"),
-    _load("s_max"),
-    _load("rotate"),
-    _load("at", lambda bad: (bad, 0)),
-    _load("move", lambda bad: (0, bad, 0)),
-    _load("start", lambda bad: (0, bad, 0)),
 ]
 
 
@@ -202,12 +192,9 @@ def test_truth_values_texts_and_functions(arm: Arm, sample: Path) -> None:
         ("allow_laser", lambda bad: arm.begin([], allow_laser=bad)),
         ("unhomed", lambda bad: arm.run(plan, unhomed=bad)),
         ("stay", lambda bad: arm.run(plan, stay=bad)),
-        ("place", lambda bad: load(sample, place=bad)),
-        ("raw", lambda bad: load(sample, raw=bad)),
         ("allow_dangerous", lambda bad: arm.raw(10, allow_dangerous=bad)),
         ("on", arm.suction),
         ("high", lambda bad: arm.output(1, bad)),
-        ("fit", lambda bad: load(sample, fit=bad)),
         ("level", lambda bad: VirtualArm().set_input(1, bad)),
         ("side", lambda bad: plan.preview(side=bad)),
     ]
@@ -221,7 +208,6 @@ def test_truth_values_texts_and_functions(arm: Arm, sample: Path) -> None:
     calls = [
         ("by", lambda bad: path(ROWS, by=bad)),
         ("title", lambda bad: Plan.of([], title=bad)),
-        ("work", lambda bad: load(sample, work=bad)),
         ("json", from_json),
     ]
     for name, call in calls:
@@ -251,5 +237,6 @@ def test_every_option_that_a_remedy_names_is_an_argument_or_a_call() -> None:
     names = set(re.findall(r'^ +[A-Z]\w+ = "(\w+)",$', options, re.MULTILINE))
     takers = (magician.load, magician.doctor, Arm, Arm.run)
     taken = {name for taker in takers for name in inspect.signature(taker).parameters}
+    taken |= set(SetupOptions.__annotations__)
     calls = {"loops": Plan.repeated, "speed_ratio": Arm.speed}
     assert len(names) > 20 and names - taken == set(calls)

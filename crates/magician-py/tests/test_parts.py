@@ -53,12 +53,12 @@ def test_parts_are_chosen_and_have_pens(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ({"parts": "pen"}, "parts is 'none', 'layer' or 'color', not 'pen'"),
+        ({"parts": "pen"}, 'parts is none, layer or color, not "pen"'),
         ({"only": "green", "parts": "color"}, "no part has the name, colour or number 'green'"),
-        ({"passes": 0}, "passes is 0"),
+        ({"passes": 0}, "passes is a whole number from 1 to 1000, not 0"),
         ({"pens": [{"match": "red", "width": 3}]}, "unknown field `width`"),
         ({"pens": [{"lift": 3}]}, "missing field `match`"),
-        ({"pens": [{"match": 1, "lift": -3}]}, "lift is a number above 0, not -3"),
+        ({"pens": [{"match": 1, "lift": -3}]}, "lift is a number above 0 and at most 10000 mm, not -3"),
     ],
 )
 def test_what_is_wrong_with_parts_is_said(options: dict[str, Any], said: str) -> None:

@@ -83,6 +83,8 @@ def test_signatures_can_be_read() -> None:
     for name, found in OBJECTS.items():
         if inspect.isclass(found) and issubclass(found, BaseException) and found.__init__ is Exception.__init__:
             continue  # as Python's own
+        if typing.is_typeddict(found):
+            continue  # no more than a dict
         assert inspect.signature(found) is not None, name
 
 

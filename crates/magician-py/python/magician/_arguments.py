@@ -6,7 +6,7 @@ import contextlib
 import math
 import operator
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, SupportsIndex, TypeVar, overload
 
 from ._protocol import Command
@@ -15,6 +15,7 @@ from .errors import InvalidInputError
 __all__ = [
     "DAY",
     "addresses",
+    "as_json",
     "checked",
     "ending",
     "flag",
@@ -150,6 +151,29 @@ def text(name: str, value: Any) -> Any:
     if value is None or isinstance(value, str):
         return value
     raise TypeError(f"{name} is {_shown(value)}; it takes a text")
+
+
+def as_json(name: str, value: Any) -> Any:
+    """A value that JSON can say, of one that Python can: tuples, arrays, NumPy's numbers.
+
+    A number that is none, or infinite, becomes its name, which is refused as every other text.
+    """
+    found: Any = value.tolist() if hasattr(value, "tolist") else value
+    if found is None or isinstance(found, (str, bool)):
+        return found
+    if isinstance(found, Mapping):
+        pairs: Mapping[Any, Any] = found  # pyright: ignore[reportUnknownVariableType]
+        return {str(key): as_json(name, each) for key, each in pairs.items()}
+    if hasattr(found, "__index__"):
+        whole = operator.index(found)
+        return whole if abs(whole) < 2**53 else as_json(name, _real(name, whole))
+    if hasattr(found, "__float__"):
+        real = _real(name, found)
+        return real if math.isfinite(real) else str(real)
+    if isinstance(found, Iterable) and not isinstance(found, (bytes, bytearray)):
+        items: Iterable[Any] = found  # pyright: ignore[reportUnknownVariableType]
+        return [as_json(name, each) for each in items]
+    raise TypeError(f"{name} is {_shown(value)}; it takes no such value")
 
 
 def hearing(value: Any) -> None:

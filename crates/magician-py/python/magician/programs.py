@@ -14,10 +14,10 @@ import io
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import IO, Any, Literal, NamedTuple, overload
+from typing import IO, TYPE_CHECKING, Any, Literal, NamedTuple, TypedDict, overload
 
 from . import _magician
-from ._arguments import flag, flags, number, numbers, seconds, whole
+from ._arguments import as_json, flag, flags, number, numbers, seconds, whole
 from ._arguments import text as string
 from ._meaning import Joints, Position
 from ._pictures import Drawing, Picture
@@ -29,6 +29,19 @@ from ._values import Value
 from .alarms import Alarm
 from .errors import InvalidInputError
 
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+else:
+    import typing
+
+    class _Unpack:
+        """Of Python 3.10, which has none."""
+
+        def __class_getitem__(cls, item: object) -> object:
+            return Any
+
+    Unpack = getattr(typing, "Unpack", _Unpack)
+
 __all__ = [
     "Complaint",
     "Note",
@@ -37,6 +50,7 @@ __all__ = [
     "Points",
     "Rehearsal",
     "Report",
+    "SetupOptions",
     "Sheet",
     "Step",
     "Steps",
@@ -77,6 +91,205 @@ class Sheet(Value):
     """How its lower edge runs, degrees from the arm's X towards its Y."""
     size: tuple[float, float] | None = None
     """Its width and height, where they are known, mm."""
+
+
+# `cargo xtask python` writes this class from the table of options.
+class SetupOptions(TypedDict, total=False):
+    """How a file is drawn or engraved: the keywords of :func:`load`, :func:`write` and :func:`frame`. What is not
+    given is as the file says, or usual. Lengths are mm, angles degrees, speeds mm/s."""
+
+    work: Literal["draw", "engrave"] | None
+    """Work that is made of drawings and images: the pen draws, or the laser engraves. Without it the tool decides:
+    the laser engraves, every other tool draws."""
+    font: str | os.PathLike[str] | None
+    """Font of text: a built-in one, or a file: sans, script or gothic; sans if left out. The letters of a built-in
+    font are single lines. A file is TrueType, OpenType, an SVG font, or the order of strokes of Chinese and Japanese
+    characters (KanjiVG, hanzi-writer)."""
+    size: float | None
+    """Height of a capital in text: a number above 0 and at most 10000 mm; 10 if left out."""
+    wrap: float | None
+    """Width at which lines of text are broken: a number above 0 and at most 10000 mm."""
+    place: bool | None
+    """Place a program (G-code, a plan, playback, points) like a drawing. Its centre goes to the given point, else
+    onto the sheet, else where there is room. A point, a page, a surface, fitting and both works imply it."""
+    tool: Tool | None
+    """Tool on the arm: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm; pen if left out. It stays set on
+    the arm."""
+    fill: Literal["none", "hatch", "cross", "contour"] | None
+    """Fill visible shapes, and letters of outline fonts, with lines; none if left out. Parallel lines, others across
+    them as well, or rings from the edge inwards; without them shapes are outlined."""
+    image: Literal["outline", "centerline", "halftone", "squiggle", "hatch"] | None
+    """Treatment of an image that the pen draws; outline if left out. Edges of what is dark, one stroke along each
+    dark line, dots, swinging lines, or crossed hatchings; the last three keep its greys."""
+    surface: float | Surface | None
+    """Height of the work surface: a number from -10000 to 10000 mm. It is the z of the arm's pose when the tool
+    touches it."""
+    at: tuple[float, float] | None
+    """Position of its centre: two numbers, X and Y, each from -10000 to 10000 mm."""
+    scale: float | None
+    """Scale factor; 1 is the true size: a number above 0 and at most 10000; 1 if left out."""
+    width: float | None
+    """Width that it is scaled to: a number above 0 and at most 10000 mm."""
+    rotate: float | None
+    """Counter-clockwise rotation: a number from -36000 to 36000 degrees; 0 if left out."""
+    fit: bool | None
+    """Shrink it until the arm reaches all of it, and the page has room for it."""
+    height: float | None
+    """Height that it is scaled to, instead of a width: a number above 0 and at most 10000 mm."""
+    clip_page: bool | None
+    """Clip a drawing at its page."""
+    page: str | None
+    """Page of paper that it lies on; a size in mm, such as 200x150, is taken too: a3, a4, a5, a6 or letter, each
+    also with -landscape, or WIDTHxHEIGHT in mm, such as 200x150. It lies there as its file has it on a page of that
+    size, else centre on centre. The page lies at the given point, else on the calibrated sheet, else where there is
+    room."""
+    margin: float | None
+    """Distance from the edges of the page that fitting keeps: a number from 0 to 10000 mm; 10 if left out."""
+    turn: bool | None
+    """Rotate it by 90 degrees where that fits better; on if left out."""
+    mirror: bool | None
+    """Mirror it left to right."""
+    move: tuple[float, float, float] | None
+    """Shift from where it lies: three numbers, X, Y and Z, each from -10000 to 10000 mm."""
+    raw: bool | None
+    """Take the coordinates of the file as the arm's, unchanged."""
+    fill_spacing: float | None
+    """Distance of the lines that fill a shape: a number from 0.02 to 10000 mm; 0.8 with the pen, 0.2 with the laser
+    if left out. It is measured on the surface, whatever the scale."""
+    fill_angle: float | None
+    """Direction of the lines that fill a shape, counter-clockwise from x: a number from -36000 to 36000 degrees; 45
+    if left out."""
+    fill_inset: float | None
+    """Distance of the lines that fill a shape from its edge: a number from 0 to 10000 mm; half the distance of the
+    lines if left out."""
+    white: Literal["skip", "draw"] | None
+    """Treatment of white lines and shapes; skip if left out. They are left out, except on darker shapes and where
+    nothing else would be drawn; or all are drawn."""
+    align: Literal["left", "center", "right"] | None
+    """Alignment of lines of text; left if left out."""
+    line_height: float | None
+    """Distance from one line of text to the next, in heights of a capital: a number above 0 and at most 1000; 1.8 if
+    left out."""
+    text: Literal["outline", "stroke"] | None
+    """Treatment of the letters of texts in a drawing; outline if left out. Their edges, except in fonts whose name
+    begins with Hershey or ends in 1-stroke or Single Line; or all in single lines."""
+    system_fonts: Literal["on", "off"] | None
+    """Use of the installed fonts that texts in a drawing name; on if left out. Without them all is written in the
+    built-in font, on every machine alike."""
+    strict_text: bool | None
+    """Refuse text if its font lacks a character; otherwise that is left out, with a note."""
+    parts: Literal["none", "layer", "color"] | None
+    """Division of a drawing into parts, between which the job pauses for a change of the pen. Layers (also pens of a
+    plot and tools of G-code), or colours. Layers are taken where parts are chosen or have pens, and if names of
+    Inkscape layers have % or !; else there are no parts."""
+    only: str | Iterable[str] | None
+    """Parts that are drawn, each by its name, its colour (#rrggbb or of CSS) or its number. Without them all parts
+    are drawn."""
+    passes: int | None
+    """Number of times that each part is drawn before the next: a whole number from 1 to 1000; 1 if left out."""
+    pens: str | os.PathLike[str] | Iterable[Mapping[str, Any]] | None
+    """Pens of the parts; the first that is for a part counts. Each has a match (a name, a colour or a number) and
+    any of surface_offset, lift, speed, power, passes and fill."""
+    no_pause: bool | None
+    """Never pause for a person, neither between parts nor where the program says so."""
+    levels: int | None
+    """Number of hatchings that are laid over each other, or of sizes of dots: a whole number from 1 to 64; 6
+    hatchings, 64 sizes of dots if left out."""
+    despeckle: float | None
+    """Size of the largest spots of an image that are left out; 0 keeps all: a number from 0 to 10000 mm; 0.3 if left
+    out."""
+    pen_width: float | None
+    """Width of the line that the pen draws, for an image: a number above 0 and at most 10000 mm; 0.5 if left out."""
+    spacing: float | None
+    """Distance between the lines or dots of an image: a number above 0 and at most 10000 mm; 0.2 with the laser;
+    with the pen by its treatment and its width if left out."""
+    threshold: int | None
+    """Grey below which an image counts as dark, where it is drawn or burnt in black and white: a whole number from 1
+    to 255; 128 if left out."""
+    crop: tuple[int, int, int, int] | None
+    """Part of an image that is kept, in its pixels from the upper left corner: four whole numbers of pixels, X, Y, W
+    and H, the last two above 0."""
+    brightness: float | None
+    """Lightening of an image: a number from -100 to 100; 0 if left out."""
+    contrast: float | None
+    """Additional contrast of an image: a number from -100 to 100; 0 if left out."""
+    gamma: float | None
+    """Exponent of the darkness; above 1 makes mid-tones lighter: a number above 0 and at most 100; 1 if left out."""
+    invert: bool | None
+    """Draw or burn what is white instead of what is black."""
+    power: float | tuple[float, float] | None
+    """Full power of the laser, or the range of all power above 0, such as 5..80: percent above 0 and at most 100,
+    such as 80 or 5..80."""
+    mode: Literal["grey", "threshold", "dither"] | None
+    """Use of grey levels: as power, in black and white, or as denser dots; grey if left out."""
+    one_way: bool | None
+    """Burn all lines in the same direction: slower, but free of backlash."""
+    overscan: float | None
+    """Run-up and run-out of the tool at the ends of a line: a number above 0 and at most 10000 mm; as the speed
+    needs if left out."""
+    frame: Literal["box", "hull", "outline"] | None
+    """Go round what would be marked, instead of marking it. Its box along X and Y, its convex hull, or its outer
+    contours."""
+    frame_power: float | None
+    """Power of the laser on a frame: a number above 0 and at most 5 percent. Without it the laser is off."""
+    lift: float | None
+    """Pen lift between lines: a number above 0 and at most 10000 mm; 10, or as the settings say if left out."""
+    hop: float | None
+    """Least pen lift, between lines that are near each other: a number above 0 and at most 10000 mm; 3 if left out.
+    It is half of the way between them, up to the whole lift."""
+    travel_speed: float | None
+    """Speed between lines: a number from 0.01 to 10000 mm/s; 200, or as the settings say if left out."""
+    depths: Literal["flatten", "keep"] | None
+    """Treatment of depths below the surface; flatten if left out. They are drawn on the surface, and a pen never
+    goes below it; or the pen goes down to them."""
+    order: bool | None
+    """Draw lines in the order that travels least; on if left out."""
+    merge: float | None
+    """Largest gap between ends of lines that are joined; 0 joins none: a number from 0 to 10000 mm; 0.1 if left out."""
+    dedupe: bool | None
+    """Draw a line that is there twice once; on if left out. In a program it tidies the lines as those of a drawing,
+    but leaves their order."""
+    simplify: float | None
+    """Distance below which a point is left out whose line goes on almost the same without it; 0 keeps all: a number
+    from 0 to 10000 mm; 0.02 if left out."""
+    tolerance: float | None
+    """Largest distance of a line from its curve, in the size in which it is drawn: a number above 0 and at most
+    10000 mm; 0.05 if left out."""
+    speed: float | None
+    """Speed along the lines that are drawn or burnt: a number from 0.01 to 10000 mm/s; as the file or the settings
+    say if left out."""
+    dialect: Literal["pen", "laser", "servo"] | None
+    """Machine of a G-code file; the servo of a pen is moved by M3, M280 or M300; the laser if the file switches a
+    spindle or sets a power and has nothing of a mill's if left out."""
+    s_max: float | None
+    """S of full laser power in a G-code file: a number above 0 and at most 1000000000; as the file says, else 1000
+    if left out."""
+    pen_z: float | None
+    """Z at which the pen of placed G-code touches the surface: a number from -10000 to 10000 mm; the first depth at
+    which it draws if left out."""
+    start: tuple[float, float, float] | None
+    """Position of the tool where a G-code program begins that does not say so: three numbers, X, Y and Z, each from
+    -10000 to 10000 mm; where the tool is if left out."""
+    resample: float | None
+    """Distance below which points of a recording are left out that are close to the line: a number above 0 and at
+    most 10000 mm. The others keep their times, and the number of steps stays."""
+
+
+_SWITCHES = (
+    "place",
+    "fit",
+    "clip_page",
+    "turn",
+    "mirror",
+    "raw",
+    "strict_text",
+    "no_pause",
+    "invert",
+    "one_way",
+    "order",
+    "dedupe",
+)
+# So far it is written.
 
 
 class Step(Value):
@@ -537,75 +750,9 @@ def load(
     *,
     format: str | None = None,
     title: str | None = None,
-    tool: Tool | None = None,
-    surface: float | Surface | None = None,
     sheet: Sheet | None = None,
-    place: bool = False,
-    raw: bool = False,
-    pen_z: float | None = None,
-    depths: Literal["flatten", "keep"] = "flatten",
-    at: tuple[float, float] | None = None,
-    page: str | None = None,
-    margin: float | None = None,
-    scale: float = 1.0,
-    rotate: float = 0.0,
-    fit: bool = False,
-    turn: bool = True,
-    mirror: bool = False,
-    clip_page: bool = False,
-    resample: float | None = None,
-    white: Literal["skip", "draw"] = "skip",
-    move: tuple[float, float, float] = (0.0, 0.0, 0.0),
-    start: tuple[float, float, float] | None = None,
-    speed: float | None = None,
-    travel_speed: float | None = None,
-    lift: float | None = None,
-    hop: float | None = None,
-    order: bool = True,
-    tolerance: float | None = None,
-    dialect: Literal["pen", "laser", "servo"] | None = None,
-    s_max: float | None = None,
-    work: Literal["draw", "engrave"] | None = None,
-    width: float | None = None,
-    height: float | None = None,
-    threshold: int | None = None,
-    power: float | tuple[float, float] | None = None,
-    mode: Literal["grey", "threshold", "dither"] = "grey",
-    image: Literal["outline", "centerline", "halftone", "squiggle", "hatch"] | None = None,
-    levels: int | None = None,
-    despeckle: float | None = None,
-    pen_width: float | None = None,
-    crop: tuple[int, int, int, int] | None = None,
-    brightness: float | None = None,
-    contrast: float | None = None,
-    invert: bool = False,
-    one_way: bool = False,
-    spacing: float | None = None,
-    overscan: float | None = None,
-    gamma: float | None = None,
-    merge: float | None = None,
-    dedupe: bool | None = None,
-    simplify: float | None = None,
-    font: str | os.PathLike[str] | None = None,
-    size: float | None = None,
-    wrap: float | None = None,
-    align: Literal["left", "center", "right"] | None = None,
-    line_height: float | None = None,
-    text: Literal["outline", "stroke"] | None = None,
-    system_fonts: Literal["on", "off"] | None = None,
-    strict_text: bool = False,
-    fill: Literal["none", "hatch", "cross", "contour"] = "none",
-    fill_spacing: float | None = None,
-    fill_angle: float | None = None,
-    fill_inset: float | None = None,
-    parts: Literal["none", "layer", "color"] | None = None,
-    only: str | Iterable[str] = (),
-    passes: int | None = None,
-    pens: str | os.PathLike[str] | Iterable[Mapping[str, Any]] | None = None,
-    no_pause: bool = False,
-    frame: Literal["box", "hull", "outline"] | None = None,
-    frame_power: float | None = None,
     preset: str | None = None,
+    **options: Unpack[SetupOptions],
 ) -> Plan:
     """A plan of a file: a taught program (``.playback``), G-code, a drawing (SVG, HPGL, DXF), a Blockly program, an
     image, points (CSV, JSON, text), or a plan file. Drawings are drawn with the pen, images engraved.
@@ -614,245 +761,84 @@ def load(
     :param format: What it is, where neither name nor content tells: ``playback``, ``svg``, ``gcode``, ``image``,
         ``dxf``, ``hpgl``, ``blockly``, ``points``, ``text``, ``testgrid``, ``plan``.
     :param title: What it is called; the file's name if left out.
-    :param tool: The tool on the arm, by name or by its bias in mm.
-    :param surface: How high the paper or the wood lies: the z of the arm's pose when its tool touches it, mm. Drawings
-        and images need it; without it they are laid on the table of a virtual arm (-60 mm), and no other arm runs them.
     :param sheet: The sheet that drawings lie on, corner on corner. Without it they lie wherever there is room.
-    :param place: Whether the coordinates of G-code, a plan, a playback file or points are its own: the middle of what
-        it draws goes to ``at``, else onto the sheet, else to where there is room, and what G-code draws lies on the
-        surface. ``at``, ``page``, ``fit``, ``surface`` and ``work`` imply it.
-    :param raw: Whether its coordinates are the arm's, as they stand.
-    :param pen_z: The Z of placed G-code at which its pen touches, mm; the first depth at which it draws if left out.
-    :param depths: Depths below the surface: ``"flatten"`` draws them on the surface, a pen never goes below it;
-        ``"keep"`` takes the pen down to them.
-    :param at: Where its middle goes, x and y, mm.
-    :param page: The page of paper that it lies on, its middle on the middle of the page: ``"a3"``, ``"a4"``, ``"a5"``,
-        ``"a6"`` or ``"letter"``, each also with ``-landscape``, or its width and height in mm, such as ``"200x150"``.
-        The page's middle is at ``at``, else on the middle of the sheet, else where there is room; ``Plan.placed.page``
-        has its corners.
-    :param margin: What ``fit`` makes smaller keeps this far from the edges of the page, mm, 0 or more; 10 if left out.
-    :param scale: Its size, 1 being the true one.
-    :param rotate: By how much it is turned to the left, degrees.
-    :param fit: Whether it is made smaller until the arm reaches all of it, and the page has room for it.
-    :param turn: Whether it may be turned by 90 degrees, to lie in front of the arm or to be larger with ``fit``.
-    :param mirror: Whether it is mirrored, left to right.
-    :param clip_page: Whether what lies beyond the page of a drawing is cut off.
-    :param resample: Points of a recording that are nearer than this to the line are left out, mm; the others keep their
-        times.
-    :param white: White lines and shapes of an SVG: ``"skip"`` leaves them out, but on darker shapes and where nothing
-        else would be drawn; ``"draw"`` draws them all.
-    :param move: By how much it is moved then, mm.
-    :param start: Where the tool stands when G-code that is not placed begins, for what depends on it, mm.
-    :param speed: Along lines that are drawn or burnt, mm/s.
-    :param travel_speed: Between them, mm/s.
-    :param lift: Pen lift between lines, mm.
-    :param hop: Least pen lift between lines that are near each other, mm: half of the way between them, up to ``lift``;
-        3 if left out.
-    :param order: Whether lines may be drawn in another order, to travel less.
-    :param tolerance: Largest distance of a line from its curve, mm; 0.05 if left out.
-    :param dialect: What G-code is for; if left out, a laser where it switches one and nothing in it is a mill's.
-        ``"servo"`` is a pen that M3, M280 or M300 lifts by angles.
-    :param s_max: The S of G-code that is the laser's full power (``$30`` of its controller); if left out, what the file
-        says of it, else 1000.
-    :param work: ``"draw"`` draws all with the pen, images as ``image`` says; ``"engrave"`` burns all, drawings along
-        their lines.
-    :param width: How wide it becomes, mm.
-    :param height: How high it becomes, mm, instead.
-    :param threshold: With ``image="outline"``, ``"centerline"`` or ``mode="threshold"``: darker is dark, 1 to 255.
-    :param power: What full power is, percent, of whatever burns; or the least and the most of all that is above 0.
-    :param mode: How grey levels become power.
-    :param image: What the pen makes of an image: ``"outline"`` draws the edges of what is dark, ``"centerline"`` one
-        stroke along each dark line; ``"halftone"`` dots, ``"squiggle"`` lines that swing and ``"hatch"`` crossed
-        hatchings, which keep its greys. It implies ``work="draw"``, where ``"outline"`` is meant if it is left out.
-    :param levels: With ``image="hatch"`` the number of hatchings, 1 to 64, 6 if left out; with ``"halftone"`` that of
-        the sizes of dots, 64 if left out.
-    :param despeckle: Spots of an image that are smaller are not drawn, mm; 0.3 if left out, 0 keeps all.
-    :param pen_width: Width of the line that the pen draws, mm; 0.5 if left out. ``"halftone"``, ``"squiggle"`` and
-        ``"hatch"`` are made for it.
-    :param crop: What is kept of an image: x and y of its upper left corner, width and height, in pixels.
-    :param brightness: How much lighter an image is made, -100 to 100.
-    :param contrast: How much more contrast it is given, -100 to 100.
-    :param invert: Whether white is drawn or burnt instead of black.
-    :param one_way: Whether all lines of an image are burnt in the same direction.
-    :param spacing: Distance between the lines or dots of an image, mm; if left out, 0.2 with the laser, with the pen by
-        ``image`` and ``pen_width``.
-    :param overscan: Run-up and run-out of the tool at the ends of a line, mm; as needed if left out.
-    :param gamma: Exponent of the darkness; above 1 makes mid-tones lighter.
-    :param merge: Ends of lines of a drawing that are no farther apart than this are joined, mm; 0.1 if left out.
-    :param dedupe: Whether a line that is there twice is drawn once: in a drawing it is if this is left out. ``True``
-        does the same, with ``merge`` and ``simplify``, for G-code, plans, playback and points, whose lines stay in
-        their order.
-    :param simplify: Points of a drawing that are no farther from the line without them are left out, mm; 0.02 if left
-        out.
-    :param font: Font of text: ``"sans"``, ``"script"`` or ``"gothic"``, whose letters are single lines, or the path of
-        a file: TrueType, OpenType, an SVG font, or the order of strokes of Chinese and Japanese characters (KanjiVG,
-        hanzi-writer). ``"sans"`` if left out.
-    :param size: Height of a capital in text, mm; 10 if left out.
-    :param wrap: The width that lines of text are broken at, mm.
-    :param align: Where shorter lines of text lie.
-    :param line_height: From one line of text to the next, in heights of a capital; 1.8 if left out.
-    :param text: How the letters of texts in an SVG are drawn: by their outlines, except in fonts whose name begins with
-        Hershey or ends in 1-stroke or Single Line; or ``"stroke"``, all in single lines.
-    :param system_fonts: Whether texts in an SVG are written in the fonts that they name, where those are installed;
-        ``"on"`` if left out, ``"off"`` writes all in the built-in font, on every machine alike.
-    :param strict_text: Whether text is refused of which the font lacks a character; otherwise that is left out.
-    :param fill: How the visible shapes of an SVG are filled: ``"hatch"`` with parallel lines, ``"cross"`` with others
-        across them as well, ``"contour"`` with rings from the edge inwards. ``"none"`` draws their outlines alone.
-    :param fill_spacing: Distance of those lines, mm on the surface whatever ``scale`` is, 0.02 or more; 0.8 with the
-        pen and 0.2 with the laser if left out. It, ``fill_angle`` and ``fill_inset`` need a ``fill``.
-    :param fill_angle: Their direction, degrees counter-clockwise from x; 45 if left out.
-    :param fill_inset: Their distance from the edge, mm, 0 or more; half of ``fill_spacing`` if left out.
-    :param parts: What a drawing is divided into: ``"layer"`` (layers, pens of a plot, tools of G-code) or ``"color"``.
-        Between its parts the job pauses, so that a pen can be changed; a laser job only before layers whose name
-        begins with ``!``. If left out: layers, with ``only`` or ``pens`` and where names of Inkscape layers begin
-        with ``%`` (left out) or ``!``; else a drawing has no parts.
-    :param only: Parts that are drawn, each by its name, its colour (``#rrggbb`` or a name of CSS) or its number.
-    :param passes: How often each part is drawn before the next, 1 to 1000.
-    :param pens: Pens of the parts: mappings with ``match`` (a name, a colour or a number) and any of
-        ``surface_offset``, ``lift``, ``speed``, ``power``, ``passes`` and ``fill``; or the path of a TOML file with a
-        ``[[pen]]`` for each. The first that matches a part counts.
-    :param no_pause: Whether the plan never waits for a person.
-    :param frame: Go round what would be drawn or burnt, without a mark, instead: see :func:`frame`.
-    :param frame_power: Power of the laser on a frame, percent, 5 at most; dark if left out.
-    :param preset: A preset of ``magician preset``: what it says counts for arguments that are left out or as usual.
+    :param preset: A preset of ``magician preset``: what it says counts for options that are left out.
+    :param options: How it is drawn or engraved, where and how large: see :class:`SetupOptions`. Drawings and images
+        need a ``surface``; without it they are laid on the table of a virtual arm (-60 mm), and no other arm runs them.
     :returns: The plan. :attr:`Plan.notes` lists the parts that were left out or interpreted.
-    :raises InvalidInputError: It cannot be read (with line and column), cannot be placed like this, or an argument is
+    :raises InvalidInputError: It cannot be read (with line and column), cannot be placed like this, or an option is
         invalid.
     :raises OSError: The file cannot be opened.
     """
     name, data = _open(file)
-    font_name, font_file = _font(font)
-    given: Any = power
-    if power is not None:
-        given = _two("power", given if hasattr(power, "__len__") else (0.0, given))
-    wanted: Mapping[str, Any] = {
+    given: dict[str, Any] = {name: value for name, value in options.items() if value is not None}
+    unknown = given.keys() - SetupOptions.__annotations__.keys()
+    if unknown:
+        raise TypeError(f"load() got an unexpected keyword argument {min(unknown)!r}")
+    wanted: dict[str, Any] = {
         "format": string("format", format),
         "title": string("title", title),
-        "tool": _tool(tool),
-        "surface": _surface(surface),
+        "surface": None,
         "sheet": None if sheet is None else _sheet(sheet),
-        "start": None if start is None else _three("start", start),
-        "pen_z": number("pen_z", pen_z, unit="mm"),
-        "depths": string("depths", depths),
-        "at": None if at is None else _two("at", at),
-        "page": string("page", page),
-        "margin": number("margin", margin, least=0, unit="mm"),
-        "scale": number("scale", scale, above=0),
-        "rotate": number("rotate", rotate, unit="deg"),
-        **flags(
-            place=place,
-            raw=raw,
-            fit=fit,
-            turn=turn,
-            mirror=mirror,
-            clip_page=clip_page,
-            order=order,
-            invert=invert,
-            one_way=one_way,
-            strict_text=strict_text,
-            no_pause=no_pause,
-        ),
-        "dedupe": None if dedupe is None else flag("dedupe", dedupe),
-        "by": _three("move", move),
-        "speed": number("speed", speed, above=0, unit="mm/s"),
-        "travel_speed": number("travel_speed", travel_speed, above=0, unit="mm/s"),
-        "lift": number("lift", lift, above=0, unit="mm"),
-        "hop": number("hop", hop, above=0, unit="mm"),
-        "tolerance": number("tolerance", tolerance, above=0, unit="mm"),
-        "resample": number("resample", resample, above=0, unit="mm"),
-        "white": string("white", white),
-        "dialect": string("dialect", dialect),
-        "s_max": number("s_max", s_max, above=0),
-        "work": string("work", work),
-        "width": number("width", width, above=0, unit="mm"),
-        "height": number("height", height, above=0, unit="mm"),
-        "threshold": None if threshold is None else whole("threshold", threshold, 1, 255),
-        "power": given,
-        "mode": string("mode", mode),
-        "image": string("image", image),
-        "levels": None if levels is None else whole("levels", levels, 1, 64),
-        "despeckle": number("despeckle", despeckle, least=0, unit="mm"),
-        "pen_width": number("pen_width", pen_width, above=0, unit="mm"),
-        "crop": None if crop is None else _crop(crop),
-        "brightness": number("brightness", brightness, least=-100, most=100),
-        "contrast": number("contrast", contrast, least=-100, most=100),
-        "spacing": number("spacing", spacing, above=0, unit="mm"),
-        "overscan": number("overscan", overscan, above=0, unit="mm"),
-        "gamma": number("gamma", gamma, above=0),
-        "merge": number("merge", merge, least=0, unit="mm"),
-        "simplify": number("simplify", simplify, least=0, unit="mm"),
-        "font": font_name,
-        "font_file": font_file,
-        "size": number("size", size, above=0, unit="mm"),
-        "wrap": number("wrap", wrap, above=0, unit="mm"),
-        "align": string("align", align),
-        "line_height": number("line_height", line_height, above=0),
-        "text": string("text", text),
-        "system_fonts": string("system_fonts", system_fonts),
-        "fill": string("fill", fill),
-        "fill_spacing": number("fill_spacing", fill_spacing, least=0.02, unit="mm"),
-        "fill_angle": number("fill_angle", fill_angle, unit="deg"),
-        "fill_inset": number("fill_inset", fill_inset, least=0, unit="mm"),
-        "parts": string("parts", parts),
-        "only": [only] if isinstance(only, str) else [str(string("only", one)) for one in only],
-        "passes": None if passes is None else whole("passes", passes, 1, 1000),
-        **_pens(pens),
-        "frame": string("frame", frame),
-        "frame_power": number("frame_power", frame_power, above=0, unit="percent"),
+        "font_file": _font(given),
+        "pens_file": _pens(given),
         "preset": string("preset", preset),
     }
+    surface = given.get("surface")
+    if isinstance(surface, Surface):
+        wanted["surface"] = _surface(surface)
+        given["surface"] = surface.height
+    for switch in given.keys() & set(_SWITCHES):
+        # 1 and 0 are true and false to Python.
+        if isinstance(given[switch], int) and given[switch] in (0, 1):
+            given[switch] = bool(given[switch])
+    if isinstance(given.get("only"), str):
+        given["only"] = [given["only"]]
+    power: Any = given.get("power")
+    if hasattr(power, "__len__") and not isinstance(power, (str, Mapping)):
+        least, most = _two("power", power)
+        given["power"] = f"{least!r}..{most!r}"
+    import json
+
+    wanted["options"] = json.dumps({name: as_json(name, value) for name, value in given.items()})
     return Plan(_magician.Plan.load(name, data, wanted))
 
 
 def write(
     words: str,
     *,
-    font: str | os.PathLike[str] | None = None,
-    size: float | None = None,
-    wrap: float | None = None,
-    align: Literal["left", "center", "right"] | None = None,
-    line_height: float | None = None,
-    strict_text: bool = False,
-    **options: Any,
+    title: str | None = None,
+    sheet: Sheet | None = None,
+    preset: str | None = None,
+    **options: Unpack[SetupOptions],
 ) -> Plan:
     """A plan that writes text with the pen, as ``magician write`` does.
 
     :param words: The text; it may have several lines.
-    :param font: ``"sans"``, ``"script"`` or ``"gothic"``, or the path of a file, as of :func:`load`.
-    :param size: Height of a capital, mm; 10 if left out.
-    :param wrap: The width that lines are broken at, mm.
-    :param align: Where shorter lines lie.
-    :param line_height: From one line to the next, in heights of a capital; 1.8 if left out.
-    :param strict_text: Whether text is refused of which the font lacks a character; otherwise that is left out, and
-        :attr:`Plan.notes` names it.
-    :param options: Where and how it is written: ``surface``, ``at``, ``rotate``, ``speed`` and the others of
-        :func:`load`.
+    :param title: What it is called; the beginning of the text if left out.
+    :param sheet: As of :func:`load`.
+    :param preset: As of :func:`load`.
+    :param options: How and where it is written: ``font``, ``size``, ``wrap``, ``align``, ``surface``, ``at``, ``speed``
+        and the others of :class:`SetupOptions`.
     :returns: The plan.
-    :raises InvalidInputError: There is no text, the font cannot be read, or an argument is invalid.
+    :raises InvalidInputError: There is no text, the font cannot be read, or an option is invalid.
     :raises OSError: The file of the font cannot be opened.
     """
     if not isinstance(words, str):  # pyright: ignore[reportUnnecessaryIsInstance]
         raise TypeError(f"words is {words!r}; it takes text")
-    options.setdefault("title", words.split("\n", 1)[0][:40])
-    return load(
-        io.BytesIO(words.encode()),
-        format="text",
-        font=font,
-        size=size,
-        wrap=wrap,
-        align=align,
-        line_height=line_height,
-        strict_text=strict_text,
-        **options,
-    )
+    title = words.split("\n", 1)[0][:40] if title is None else title
+    return load(io.BytesIO(words.encode()), format="text", title=title, sheet=sheet, preset=preset, **options)
 
 
 def frame(
     file: str | os.PathLike[str] | IO[bytes],
     shape: Literal["box", "hull", "outline"] = "box",
     *,
-    frame_power: float | None = None,
-    **options: Any,
+    format: str | None = None,
+    title: str | None = None,
+    sheet: Sheet | None = None,
+    preset: str | None = None,
+    **options: Unpack[SetupOptions],
 ) -> Plan:
     """A plan that goes round what a file would draw or burn, as ``magician frame`` does: with the laser off at the
     height of the work, with any other tool ``lift`` above it. Each run of it goes round once.
@@ -861,15 +847,18 @@ def frame(
     :param shape: ``"box"`` along the arm's X and Y; ``"hull"``, a rubber band round all lines; ``"outline"``, the outer
         contours, where lines less than 4 mm apart count as one shape. Where the box or the outline leaves the reach it
         is the hull, and :attr:`Plan.notes` says so.
-    :param frame_power: Power of the laser on the way, percent, 5 at most; dark if left out. An arm runs it with
-        ``allow_laser=True`` alone.
+    :param format: As of :func:`load`.
+    :param title: As of :func:`load`.
+    :param sheet: As of :func:`load`.
+    :param preset: As of :func:`load`.
     :param options: Those with which :func:`load` would make the plan; ``tool`` and ``work`` say whether it is drawn or
-        burnt.
+        burnt. With ``frame_power`` the laser is lit on the way, and an arm runs it with ``allow_laser=True`` alone.
     :returns: The plan.
     :raises InvalidInputError: The file marks nothing, or as of :func:`load`.
     :raises OSError: The file cannot be opened.
     """
-    return load(file, frame=shape, frame_power=frame_power, **options)
+    options["frame"] = shape
+    return load(file, format=format, title=title, sheet=sheet, preset=preset, **options)
 
 
 def testgrid(
@@ -917,29 +906,23 @@ _FONTS = ("sans", "script", "gothic")
 _FONTS_OR_FILE = "sans, script, gothic or the path of a file"
 
 
-def _font(font: str | os.PathLike[str] | None) -> tuple[str | None, bytes | None]:
-    if font is None or (isinstance(font, str) and font in _FONTS):
-        return font, None
-    if not isinstance(font, (str, os.PathLike)):  # pyright: ignore[reportUnnecessaryIsInstance]
-        raise TypeError(f"font is {font!r}; it takes {_FONTS_OR_FILE}")
-    path = Path(font)
+def _font(given: dict[str, Any]) -> tuple[str, bytes] | None:
+    """The name and the bytes of a font that is a file, which is no option any more."""
+    font = given.get("font")
+    if not isinstance(font, (str, os.PathLike)) or font in _FONTS:
+        return None
+    path = Path(given.pop("font"))
     try:
         return path.name, path.read_bytes()
     except OSError as error:
         raise OSError(error.errno, f"font takes {_FONTS_OR_FILE}: {error.strerror}", str(path)) from None
 
 
-def _pens(pens: str | os.PathLike[str] | Iterable[Mapping[str, Any]] | None) -> dict[str, str | None]:
-    if pens is None:
-        return {"pens": None, "pens_file": None}
-    if isinstance(pens, (str, os.PathLike)):
-        return {"pens": None, "pens_file": Path(pens).read_text("utf-8")}
-    try:
-        import json
-
-        return {"pens": json.dumps([dict(pen) for pen in pens]), "pens_file": None}
-    except (TypeError, ValueError):
-        raise TypeError(f"pens is {pens!r}; it takes mappings, or the path of a TOML file") from None
+def _pens(given: dict[str, Any]) -> str | None:
+    """The text of a file of pens, which is no option any more."""
+    if isinstance(given.get("pens"), (str, os.PathLike)):
+        return Path(given.pop("pens")).read_text("utf-8")
+    return None
 
 
 def _open(file: str | os.PathLike[str] | IO[bytes]) -> tuple[str, bytes]:
@@ -978,13 +961,6 @@ def _sheet(sheet: Sheet) -> tuple[float, float, float, tuple[float, float] | Non
 def _two(name: str, values: Iterable[float]) -> tuple[float, float]:
     a, b = numbers(name, values, 2)
     return a, b
-
-
-def _crop(values: Iterable[int]) -> tuple[int, ...]:
-    window = tuple(values)
-    if len(window) != 4:
-        raise InvalidInputError(f"crop is {window}; it takes x, y, width and height in pixels")
-    return tuple(whole("crop", value, least, _MOST) for value, least in zip(window, (0, 0, 1, 1), strict=True))
 
 
 def _three(name: str, values: Iterable[float]) -> tuple[float, float, float]:

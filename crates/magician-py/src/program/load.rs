@@ -4,12 +4,13 @@ use magician::Error;
 use magician_job::presets::Presets;
 use magician_program::artwork::Sheet;
 use magician_program::{
-    Content, Diagnostic, FontChoice, Format, ModeOption, Paper, Parsed, Plan, Power, Prepared,
-    ReadOptions, Setup, SetupDefaults, SetupOptions, Surface, Tool, WorkOption, read,
+    Content, Diagnostic, FontChoice, Format, Parsed, Plan, Prepared, ReadOptions, Setup,
+    SetupDefaults, SetupOptions, Surface, Tool, WorkOption, read,
 };
 use pyo3::prelude::*;
+use serde_json::{Map, Value, json};
 
-use super::{PyPlan, Source, surface, tool};
+use super::{PyPlan, Source, surface};
 use crate::errors;
 
 /// The sentence for an unknown height of the paper.
@@ -22,186 +23,65 @@ pub(crate) const SURFACE_ARGUMENT: &str = "work surface height unknown: give loa
 struct Wanted {
     format: Option<String>,
     title: Option<String>,
-    tool: Option<String>,
+    /// A surface that may be on a slope.
     surface: Option<(f64, [f64; 2])>,
     sheet: Option<(f64, f64, f64, Option<[f64; 2]>)>,
-    start: Option<[f64; 3]>,
-    place: bool,
-    raw: bool,
-    pen_z: Option<f64>,
-    depths: Option<String>,
-    at: Option<[f64; 2]>,
-    page: Option<String>,
-    margin: Option<f64>,
-    scale: f64,
-    rotate: f64,
-    fit: bool,
-    turn: bool,
-    mirror: bool,
-    clip_page: bool,
-    resample: Option<f64>,
-    white: Option<String>,
-    by: [f64; 3],
-    speed: Option<f64>,
-    travel_speed: Option<f64>,
-    lift: Option<f64>,
-    hop: Option<f64>,
-    order: bool,
-    tolerance: Option<f64>,
-    dialect: Option<String>,
-    s_max: Option<f64>,
-    work: Option<String>,
-    width: Option<f64>,
-    height: Option<f64>,
-    threshold: Option<u8>,
-    power: Option<[f64; 2]>,
-    mode: Option<String>,
-    invert: bool,
-    image: Option<String>,
-    levels: Option<u8>,
-    despeckle: Option<f64>,
-    pen_width: Option<f64>,
-    crop: Option<[u32; 4]>,
-    brightness: Option<f64>,
-    contrast: Option<f64>,
-    one_way: bool,
-    spacing: Option<f64>,
-    overscan: Option<f64>,
-    gamma: Option<f64>,
-    merge: Option<f64>,
-    dedupe: Option<bool>,
-    simplify: Option<f64>,
-    font: Option<String>,
-    font_file: Option<Vec<u8>>,
-    size: Option<f64>,
-    wrap: Option<f64>,
-    align: Option<String>,
-    line_height: Option<f64>,
-    text: Option<String>,
-    system_fonts: Option<String>,
-    strict_text: bool,
-    fill: Option<String>,
-    fill_spacing: Option<f64>,
-    fill_angle: Option<f64>,
-    fill_inset: Option<f64>,
-    parts: Option<String>,
-    only: Vec<String>,
-    passes: Option<u32>,
-    /// As JSON, or a file of pens.
-    pens: Option<String>,
+    /// The options that were given, as JSON.
+    options: String,
+    /// Name and bytes of a font that is not built in.
+    font_file: Option<(String, Vec<u8>)>,
+    /// The text of a file of pens.
     pens_file: Option<String>,
-    no_pause: bool,
-    frame: Option<String>,
-    frame_power: Option<f64>,
     preset: Option<String>,
+}
+
+/// What the arguments say.
+struct Said {
+    options: SetupOptions,
+    /// What people are told of them first.
+    notes: Vec<Diagnostic>,
+    /// True if they say which work it is.
+    has_work: bool,
 }
 
 impl Wanted {
     /// # Errors
     /// What cannot be meant, in a sentence.
-    fn options(&self, format: Format) -> Result<(SetupOptions, Vec<Diagnostic>), String> {
-        let mut options = SetupOptions::default();
-        options.mode = match self.mode.as_deref() {
-            _ if self.work.as_deref() == Some("draw") => None,
-            None | Some("grey") => None,
-            Some("threshold") => Some(ModeOption::Threshold),
-            Some("dither") => Some(ModeOption::Dither),
-            Some(other) => {
-                return Err(format!(
-                    "mode is \"grey\", \"threshold\" or \"dither\", not \"{other}\""
-                ));
-            }
+    fn options(&self, format: Format) -> Result<Said, String> {
+        let fields = serde_json::from_str(&self.options);
+        let mut fields: Map<String, Value> = fields.map_err(|error| error.to_string())?;
+        if let Some(text) = &self.pens_file {
+            let pens = magician_job::pens::from_text(text);
+            let pens = pens.map_err(|problem| format!("pens: {problem}"))?;
+            fields.insert("pens".to_owned(), json!(pens));
+        }
+        let options = match self.preset {
+            None => SetupOptions::from_fields(&fields),
+            // Whether they agree shows with what the preset says.
+            Some(_) => SetupOptions::from_fields_of_some(&fields),
         };
-        options.dialect = match self.dialect.as_deref() {
-            Some(dialect) => Some(dialect.parse().map_err(|_| {
-                format!("dialect is \"pen\", \"laser\" or \"servo\", not \"{dialect}\"")
-            })?),
-            None => None,
-        };
-        options.tool = self.tool.as_deref().map(str::parse).transpose()?;
-        // What is as usual is not said: a preset may say it.
-        let white = self.white.as_deref().filter(|white| *white != "skip");
-        options.white = white.map(str::parse).transpose()?;
-        (options.s_max, options.resample) = (self.s_max, self.resample);
-        (options.place, options.raw) = (self.place, self.raw);
-        (options.pen_z, options.start) = (self.pen_z, self.start);
-        let depths = self.depths.as_deref().filter(|depths| *depths != "flatten");
-        options.depths = depths.map(str::parse).transpose()?;
-        (options.at, options.by) = (self.at, Some(self.by).filter(|by| *by != [0.0; 3]));
-        let page = self.page.as_deref().map(str::parse::<Paper>);
-        options.page = page.transpose().map_err(|wrong| format!("page: {wrong}"))?;
-        options.margin = self.margin;
-        options.scale = Some(self.scale).filter(|scale| *scale != 1.0);
-        options.rotate = Some(self.rotate).filter(|rotate| *rotate != 0.0);
-        options.fit = self.fit;
-        options.turn = (!self.turn).then_some(false);
-        (options.mirror, options.clip_page) = (self.mirror, self.clip_page);
-        (options.speed, options.travel_speed) = (self.speed, self.travel_speed);
-        (options.lift, options.order) = (self.lift, (!self.order).then_some(false));
-        options.hop = self.hop;
-        (options.tolerance, options.threshold) = (self.tolerance, self.threshold);
-        (options.width, options.height) = (self.width, self.height);
-        (options.invert, options.one_way) = (self.invert, self.one_way);
-        (options.spacing, options.overscan) = (self.spacing, self.overscan);
-        options.gamma = self.gamma;
-        options.image = self.image.as_deref().map(str::parse).transpose()?;
-        (options.levels, options.despeckle) = (self.levels, self.despeckle);
-        (options.pen_width, options.crop) = (self.pen_width, self.crop);
-        (options.brightness, options.contrast) = (self.brightness, self.contrast);
-        (options.merge, options.simplify) = (self.merge, self.simplify);
-        options.dedupe = self.dedupe;
-        options.font = match (&self.font, &self.font_file) {
-            (Some(name), Some(bytes)) => Some(FontChoice::file(name, bytes.as_slice())),
-            (name, _) => name.as_deref().map(str::parse).transpose()?,
-        };
-        (options.size, options.wrap) = (self.size, self.wrap);
-        options.align = self.align.as_deref().map(str::parse).transpose()?;
-        options.line_height = self.line_height;
-        options.text = self.text.as_deref().map(str::parse).transpose()?;
-        let fonts = self.system_fonts.as_deref();
-        options.system_fonts = fonts.map(str::parse).transpose()?;
-        options.strict_text = self.strict_text;
-        let fill = self.fill.as_deref().filter(|fill| *fill != "none");
-        options.fill = fill.map(str::parse).transpose()?;
-        (options.fill_spacing, options.fill_angle) = (self.fill_spacing, self.fill_angle);
-        options.fill_inset = self.fill_inset;
-        options.parts = self.parts.as_deref().map(str::parse).transpose()?;
-        options.only.clone_from(&self.only);
-        (options.passes, options.no_pause) = (self.passes, self.no_pause);
-        options.pens = match (&self.pens, &self.pens_file) {
-            (Some(json), _) => {
-                let pens = serde_json::from_str(json);
-                pens.map_err(|error| format!("pens: {error}"))?
-            }
-            (None, Some(text)) => {
-                let pens = magician_job::pens::from_text(text);
-                pens.map_err(|problem| format!("pens: {problem}"))?
-            }
-            (None, None) => Vec::new(),
-        };
-        options.frame = self.frame.as_deref().map(str::parse).transpose()?;
-        options.frame_power = self.frame_power;
+        let mut options = options.map_err(|error| error.message)?;
+        if let Some((name, bytes)) = &self.font_file {
+            options.font = Some(FontChoice::file(name, bytes.as_slice()));
+        }
+        let (has_work, has_image) = (options.work.is_some(), options.image.is_some());
         let note = self.preset(format, &mut options)?;
-        options.work = match (self.work.as_deref(), format) {
-            (Some("engrave"), _) => Some(WorkOption::Engrave),
-            (Some("draw"), _) => Some(WorkOption::Draw),
-            (Some(other), _) => {
-                return Err(format!("work is \"draw\" or \"engrave\", not \"{other}\""));
-            }
+        options.work = match (options.work, format) {
+            (Some(work), _) => Some(work),
             // What is framed is as the tool has it, and so is what a preset of a laser is for.
             (None, _) if options.frame.is_some() => None,
             (None, _) if note.is_some() && options.tool == Some(Tool::Laser) => None,
-            (None, Format::Image) if self.image.is_some() => Some(WorkOption::Draw),
+            (None, Format::Image) if has_image => Some(WorkOption::Draw),
             (None, Format::Image) => Some(WorkOption::Engrave),
             (None, _) => Some(WorkOption::ByFile),
         };
         options.check().map_err(|error| error.message)?;
         let framed = options.frame_for(&SetupDefaults::default(), None);
-        // No power at all is one, too: it burns nothing.
-        if let Some([least, most]) = self.power {
-            options.power = Some(Power::new(least, most)?);
-        }
-        Ok((options, framed.into_iter().chain(note.flatten()).collect()))
+        Ok(Said {
+            options,
+            notes: framed.into_iter().chain(note.flatten()).collect(),
+            has_work,
+        })
     }
 
     /// With what the preset says where the arguments say nothing; what it tells people, if there is one.
@@ -264,10 +144,14 @@ impl PyPlan {
     #[staticmethod]
     fn load(py: Python<'_>, name: &str, bytes: &[u8], wanted: Wanted) -> PyResult<Self> {
         let refused = |text: String| errors::raise(py, &Error::invalid(format!("{name}: {text}")));
-        // A tool that is none is told of by its argument.
-        tool(py, wanted.tool.as_deref())?;
         let format = format_of(name, bytes, wanted.format.as_deref()).map_err(refused)?;
-        let (said, note) = wanted.options(format).map_err(refused)?;
+        let said = wanted.options(format);
+        let said = said.map_err(|text| errors::raise(py, &Error::invalid(text)))?;
+        let Said {
+            options: said,
+            notes,
+            has_work,
+        } = said;
         let setup = wanted.setup(&said);
         let title = wanted
             .title
@@ -277,7 +161,7 @@ impl PyPlan {
         let placed = format == Format::Gcode && setup.places();
         let made = py.detach(|| made(format, bytes, &options, &setup));
         let (mut made, taught) = made.map_err(|problem| super::raise(py, Some(name), &problem))?;
-        made.notes.splice(0..0, note);
+        made.notes.splice(0..0, notes);
         let source = Source {
             name: Some(name.to_owned()),
             format: Some(format.name().to_owned()),
@@ -286,7 +170,7 @@ impl PyPlan {
                 .map(|placed| (placed.scale, placed.turn, placed.at, placed.page)),
             rows: false,
             assumed: (!taught || placed) && setup.surface.is_none(),
-            is_drawing: wanted.work.is_some() || said.frame.is_some() || format.is_drawing(),
+            is_drawing: has_work || said.frame.is_some() || format.is_drawing(),
             lift: said.lift,
         };
         Ok(Self::of(made.plan, source))
