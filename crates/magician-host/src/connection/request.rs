@@ -100,7 +100,7 @@ impl Request {
     }
 
     /// The three requests that leave the laser dark and the queue empty, in their order: put the laser out, hold the queue,
-    /// drop what waits. The command under way finishes.
+    /// drop what waits. The command under way finishes, or ends where it is (model section 14).
     ///
     /// # Errors
     /// None in practice; as [`Request::raw`].

@@ -113,7 +113,6 @@ impl Bench {
         read.line_speeds = self.get();
         read.ratios = self.get();
         read.jump = self.get();
-        read.arc_speeds = self.get();
         read.path_speeds = self.get();
         read.with_rail = self.get::<magician::commands::DeviceWithL>().with_l.is_on();
         read.rail = Some(self.get::<magician::commands::PoseL>().pose_l);
