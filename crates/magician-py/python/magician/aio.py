@@ -1447,7 +1447,7 @@ class Arm(Bound):
         await self.set(commands.QueuedCmdStartExec(), allow_laser=allow_laser)
 
     async def clear_queue(self) -> None:
-        """Clears the queue; the command under way finishes (document 1.19.6). A run under way ends."""
+        """Clears the queue; the motion under way may end where it is (document 1.19.6). A run under way ends."""
         self._drop()
         await self.set(commands.QueuedCmdClear())
 
