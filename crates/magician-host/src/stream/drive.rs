@@ -2,7 +2,7 @@ use magician_protocol::commands::{QueuedCmdClear, QueuedCmdStartExec, QueuedCmdS
 use magician_protocol::{ArmInstant, Ctrl, EncodeError, FrameBuf};
 
 use super::item::{Entry, Fate, NextOffer};
-use super::resume::{MOVING_PAUSE, QueueSnapshot};
+use super::resume::{APART, MOVING_PAUSE, QueueSnapshot};
 use super::{Stream, StreamEvent};
 use crate::connection::{Connection, Micros, Priority, Request};
 
@@ -140,11 +140,18 @@ impl Stream {
             Phase::Stand(_) | Phase::Brake(_) | Phase::Drain { .. } if !self.reader.has_pose => {
                 self.reader.look_closely(now, true);
             }
+            Phase::Stand(Some(before))
+            | Phase::Brake(Some(before))
+            | Phase::Resolve(Some(before))
+                if now.micros_since(before.at) < APART =>
+            {
+                self.look_again(before.at);
+            }
             Phase::Begin => self.begun(last),
             Phase::Stand(before) => {
                 self.phase = match (self.stands(now, before), before) {
                     (true, _) => Phase::Start,
-                    (false, None) => Phase::Stand(Some(self.reader.snapshot())),
+                    (false, None) => Phase::Stand(Some(self.reader.snapshot(now))),
                     // A start that was not answered came through, or what others have put in runs without one.
                     (false, Some(_)) => self.started(now),
                 }
@@ -152,7 +159,7 @@ impl Stream {
             Phase::Brake(before) => {
                 self.phase = match self.stands(now, before) {
                     true => Phase::Clear,
-                    false => Phase::Brake(Some(self.reader.snapshot())),
+                    false => Phase::Brake(Some(self.reader.snapshot(now))),
                 }
             }
             Phase::Drain { since, left } => self.drained(now, since, left),
@@ -293,12 +300,18 @@ impl Stream {
 
     /// Whether nothing moves: two looks alike, further apart than a pose lasts. If not, another is planned.
     pub(super) fn stands(&mut self, now: ArmInstant, before: Option<QueueSnapshot>) -> bool {
-        let stands = before == Some(self.reader.snapshot());
+        let read = self.reader.snapshot(now);
+        let stands = before.is_some_and(|before| before.is_like(&read));
         if !stands {
-            let at = now.after_micros(MOVING_PAUSE);
-            self.reader.look_closely(at, true);
+            self.look_again(now);
         }
         stands
+    }
+
+    /// Plans the next look at an arm that may move.
+    pub(super) fn look_again(&mut self, after: ArmInstant) {
+        self.reader
+            .look_closely(after.after_micros(MOVING_PAUSE), true);
     }
 
     /// Submits all that may go out.

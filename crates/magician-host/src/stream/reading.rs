@@ -107,9 +107,10 @@ impl Reader {
         (self.pose, self.has_pose) = (beginning.pose, true);
     }
 
-    /// What the last look has read.
-    pub(super) fn snapshot(&self) -> QueueSnapshot {
+    /// What the last look has read, which ended just now.
+    pub(super) fn snapshot(&self, now: ArmInstant) -> QueueSnapshot {
         QueueSnapshot {
+            at: now,
             current: self.current,
             left: self.left,
             pose: self.pose,

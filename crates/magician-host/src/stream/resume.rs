@@ -12,12 +12,26 @@ pub const POSE_TOLERANCE: f64 = 0.5;
 /// Pause between looks at an arm that moves.
 pub(super) const MOVING_PAUSE: Micros = 50_000;
 
+/// Shortest time between two looks that show whether an arm stands: two periods of the controller, in which a pose does
+/// not change although the arm moves.
+pub(super) const APART: Micros = 40_000;
+
 /// What was read of the arm in one look.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct QueueSnapshot {
+    /// When the look ended.
+    pub(super) at: ArmInstant,
     pub(super) current: u64,
     pub(super) left: u32,
     pub(super) pose: [f64; 4],
+}
+
+impl QueueSnapshot {
+    /// Whether another look has read the same.
+    pub(super) fn is_like(&self, other: &Self) -> bool {
+        let read = |look: &Self| (look.current, look.left, look.pose);
+        read(self) == read(other)
+    }
 }
 
 /// What an ended stream has not seen finished, and what is known of it.
@@ -124,10 +138,13 @@ impl Stream {
 
     /// A look while it is found out what became of what was sent.
     pub(super) fn resolve(&mut self, now: ArmInstant, before: Option<QueueSnapshot>) {
-        let glance = self.reader.snapshot();
+        let glance = self.reader.snapshot(now);
         let QueueSnapshot { current, left, .. } = glance;
         self.phase = Phase::Resolve(Some(glance));
-        if !self.stands(now, before) {
+        let stands = self.stands(now, before);
+        // An arm in a WAIT stands as well: the looks go on until all is accounted for.
+        self.look_again(now);
+        if !stands {
             return;
         }
         self.credit.places = self.credit.places.max(left);
