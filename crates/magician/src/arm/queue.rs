@@ -39,12 +39,13 @@ impl Arm {
     /// stopped, and programs that were written on one that was started long ago wait for their first command for ever.
     ///
     /// # Errors
-    /// As [`get`](Self::get).
+    /// As [`start_queue`](Self::start_queue).
     pub async fn start_empty_queue(&self) -> Result<bool> {
         // What another program has left there is not set going.
         let empty = self.waiting().await? == 0;
         if empty {
-            self.start_standing().await?;
+            // The arm may move all the same: by an immediate motion of another program.
+            self.start_queue().await?;
         }
         Ok(empty)
     }
