@@ -1439,12 +1439,12 @@ class Arm(Bound):
     # The queue, and coming to a stand.
 
     async def start_queue(self, *, allow_laser: bool = False) -> None:
-        """Lets the queue run (document 1.19.1).
+        """Lets the queue run (document 1.19.1), once the arm stands: a start may end the motion under way.
 
         :param allow_laser: on a real arm, lets it run also when commands of another program wait in it, since they may
             burn and cannot be read back.
         """
-        await self.set(commands.QueuedCmdStartExec(), allow_laser=allow_laser)
+        await until(self._core.start_queue(flag("allow_laser", allow_laser)))
 
     async def clear_queue(self) -> None:
         """Clears the queue; the motion under way may end where it is (document 1.19.6). A run under way ends."""
