@@ -132,7 +132,7 @@ def test_methods_take_what_they_always_took(library: type) -> None:
 def test_connecting_sets_the_speeds_and_reads_the_pose(dobot: pydobot.Dobot) -> None:
     assert dobot.pose() == pytest.approx(START, abs=1e-3)
     assert (dobot.x, dobot.j2) == pytest.approx((START[0], 45.0), abs=1e-3)
-    assert dobot._get_queued_cmd_current_index() == 4
+    assert dobot._get_queued_cmd_current_index() == 5
     assert struct.unpack("<2f", ask(dobot, 83)) == (100.0, 100.0)
 
 
@@ -632,7 +632,7 @@ def test_ctrl_c_stops_the_arm_at_once(tmp_path: Path, waiting: int, rest: str, l
     assert done.returncode == -signal.SIGINT
     moving, waits, index, x, y = done.stdout.split()
     # The first move, the seventh command, was under way: 100 mm in twenty seconds.
-    assert (moving, waits, index) == ("False", "0", "7") and 258 < float(x) < 260 and 0 <= float(y) < 50
+    assert (moving, waits, index) == ("False", "0", "8") and 258 < float(x) < 260 and 0 <= float(y) < 50
     said = done.stderr.splitlines()
     assert said[0] == "magician.compat: interrupted, so the arm at sim:1 is stopped"
     assert said[1] == "Traceback (most recent call last):" and said[-1] == "KeyboardInterrupt"
@@ -652,7 +652,7 @@ except KeyboardInterrupt:
     done = run(PRESSES.format(waiting=0, rest=rest), tmp_path, "--port", "sim:1", "")
     assert done.returncode == 0, done.stderr
     moving, waits, index, x, y = done.stdout.split()
-    assert (moving, waits, index) == ("False", "0", "10") and (round(float(x)), round(float(y))) == (210, 0)
+    assert (moving, waits, index) == ("False", "0", "11") and (round(float(x)), round(float(y))) == (210, 0)
 
 
 @pytest.mark.skipif(os.name == "nt", reason="there, the keys of a console are pressed otherwise")
@@ -674,7 +674,7 @@ while cell.state()["moving"] or cell.state()["waiting"]:
     done = run(PRESSES.format(waiting=9, rest=rest), tmp_path, "--port", "sim:1", "")
     assert done.returncode == 0, done.stderr
     moving, waits, index, _, y = done.stdout.split()
-    assert (moving, waits, index) == ("False", "0", "7") and float(y) < 50
+    assert (moving, waits, index) == ("False", "0", "8") and float(y) < 50
 
 
 # What programs make of the classes.

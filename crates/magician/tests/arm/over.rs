@@ -398,7 +398,7 @@ async fn a_start_that_was_not_answered_is_stopped_when_the_last_handle_goes() {
     let arm = acquainted(&desk).await;
     desk.swallow(&[240]);
     let error = arm.start(waits(3, 60_000)).wait(|_| {}).await.unwrap_err();
-    assert_eq!(error.kind(), ErrorKind::Timeout, "{error}");
+    assert_eq!(error.kind(), ErrorKind::Uncertain, "{error}");
     assert!(desk.with(|arm| arm.state().queue.started));
     assert!(arm.moving());
     arm.close().await;
@@ -424,7 +424,7 @@ async fn any_number_of_commands() {
             assert_eq!(ran.commands, count as u64);
             assert_eq!(
                 desk.with(|arm| arm.state().queue.current_index),
-                count as u64
+                if count == 0 { 0 } else { count as u64 + 1 }
             );
         }
     }
