@@ -138,7 +138,7 @@ list_assumptions! {
     CpTimes Sibling "8" "a segment takes a whole number of periods, none less than one";
     CpFollows Choice "8" "a running segment is planned anew as further ones are queued; an empty queue ends it at rest"
         kept "the path is known, this decides only its speed";
-    CpStops Choice "14" "after a stop, a clear or an alarm the segment under way ends at its end, at rest"
+    CpStops Choice "14" "after a stop or an alarm the segment under way ends at its end, at rest"
         kept "a stop is never refused";
     ArcPath Vendor "9" "an arc leads from the tool through cirPoint to toPoint";
     ArcPoints Vendor "9" "points of an arc that coincide raise 0x13, points on a line 0x14";
