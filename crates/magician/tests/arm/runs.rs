@@ -114,6 +114,42 @@ async fn will_not_start_what_others_left_behind() {
         .unwrap();
 }
 
+/// A start in the middle of a motion would end it.
+#[tokio::test(start_paused = true)]
+async fn queue_of_an_arm_that_moves_is_started_when_the_arm_stands() {
+    for empty in [true, false] {
+        let desk = Desk::new();
+        let arm = desk.connect(Options::default()).await;
+        arm.set_any(&words::line_to(220.0, 60.0, 20.0, 0.0))
+            .await
+            .unwrap();
+        sleep(Duration::from_millis(300)).await;
+        match empty {
+            true => assert!(arm.start_empty_queue().await.unwrap()),
+            false => arm.start_queue().await.unwrap(),
+        }
+        let Pose { x, y, z, .. } = arm.get().await.unwrap();
+        assert_eq!([x, y, z], [220.0, 60.0, 20.0]);
+        assert!(desk.with(|arm| arm.state().queue.started));
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn queue_that_runs_a_motion_is_not_started_again() {
+    let desk = Desk::new();
+    let arm = desk.connect(Options::default()).await;
+    arm.start_queue().await.unwrap();
+    let there = words::line_to(220.0, 60.0, 20.0, 0.0);
+    let index = arm.enqueue_set(&there).await.unwrap();
+    sleep(Duration::from_millis(300)).await;
+    desk.heard();
+    arm.start_queue().await.unwrap();
+    assert_eq!(desk.count(240), 0);
+    arm.wait(index).await.unwrap();
+    let Pose { x, y, z, .. } = arm.get().await.unwrap();
+    assert_eq!([x, y, z], [220.0, 60.0, 20.0]);
+}
+
 #[tokio::test(start_paused = true)]
 async fn an_index_that_was_cleared_will_not_come() {
     let arm = std::sync::Arc::new(real_time().await);
