@@ -767,9 +767,9 @@ fn the_speed_may_change_on_the_way() {
     runner.set_speed(700_000, Speed::Times(1.0));
     runner.receive(700_000, USB, &wait(100));
     runner.handle_timeout(700_000);
-    assert_eq!(at(&runner), (3_100_000, 2));
+    assert_eq!(at(&runner), (3_100_000, 3));
     runner.handle_timeout(800_000);
-    assert_eq!(at(&runner), (3_200_000, 3));
+    assert_eq!(at(&runner), (3_200_000, 4));
 }
 
 /// Replies that a peer does not take are there for him, and nothing that is still to happen.
