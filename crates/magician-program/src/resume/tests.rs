@@ -265,7 +265,7 @@ fn run_without_an_answer_is_counted_from_the_index_at_rest() {
     // One that has finished nothing since it was switched on begins with 2.
     let first = Checkpoint {
         rest: Some(0),
-        index: None,
+        index: StepCounter::new(0, false).from_rest(Some(0)).last(),
         ..checkpoint.clone()
     };
     for (current, steps) in [(0, 0), (2, 1), (3, 2)] {
