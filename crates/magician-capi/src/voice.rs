@@ -60,6 +60,7 @@ mod tests {
                 Action::ListCommands,
                 Action::CalibrateSurface,
                 Action::TouchOff,
+                Action::Engrave,
             ];
             assert!(known || absent.contains(action), "{said}");
         }

@@ -7,7 +7,9 @@ use std::path::Path;
 use magician::report::ErrorFigures;
 use magician::{ErrorCode, ErrorKind, Voice};
 use magician_job::recording::RecordError;
+use magician_job::report::Note;
 use magician_motion::MotionError;
+use magician_program::Diagnostic;
 use serde::Serialize;
 
 use crate::json::write_json;
@@ -76,6 +78,8 @@ pub(crate) struct Failure {
     figures: Option<Box<ErrorFigures>>,
     /// The same with its place in a file, drawn for people.
     drawn: Option<Box<str>>,
+    /// Notes on the file, which people have read by then.
+    notes: Vec<Note>,
     /// Whether the user has been told already.
     told: bool,
 }
@@ -92,6 +96,8 @@ struct Body<'a> {
     message: &'a str,
     #[serde(flatten)]
     figures: Option<&'a ErrorFigures>,
+    #[serde(skip_serializing_if = "<[Note]>::is_empty")]
+    notes: &'a [Note],
 }
 
 impl Failure {
@@ -102,6 +108,7 @@ impl Failure {
             hint: None,
             figures: None,
             drawn: None,
+            notes: Vec::new(),
             told: false,
         }
     }
@@ -161,6 +168,12 @@ impl Failure {
         self
     }
 
+    /// Adds the notes on the file: the reason may be among them.
+    pub(crate) fn noted<'n>(mut self, notes: impl IntoIterator<Item = &'n Diagnostic>) -> Self {
+        self.notes = Note::all(&Command, notes);
+        self
+    }
+
     /// Shows people this picture of it instead of the message.
     pub(crate) fn drawn(mut self, picture: impl Into<Box<str>>) -> Self {
         self.drawn = Some(picture.into());
@@ -185,6 +198,7 @@ impl Failure {
                 kind: self.kind.name(),
                 message: &self.message,
                 figures: self.figures.as_deref(),
+                notes: &self.notes,
             },
         };
         write_json(&mut *to, &report)?;
@@ -277,6 +291,9 @@ impl From<&magician::Error> for Failure {
     fn from(error: &magician::Error) -> Self {
         if error.code() == ErrorCode::LaserNotAllowed {
             return Self::not_allowed_to_burn(error.to_string());
+        }
+        if let Some(detail) = error.detail() {
+            tracing::info!("{detail}");
         }
         let failure = Self::new(Kind::Driver(error.kind()), error.to_string());
         failure.about(ErrorFigures::of(error))

@@ -5,7 +5,7 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use magician::report::ErrorFigures;
-use magician_program::{Content, Diagnostic, Format, Parsed, ReadOptions};
+use magician_program::{Content, Diagnostic, Format, Parsed, ReadOptions, foreign, source_text};
 
 use crate::diagnostics::{self, Severity};
 use crate::failure::Failure;
@@ -72,10 +72,19 @@ impl Source {
         }
     }
 
+    /// Its name without its folder.
+    pub(crate) fn short_name(&self) -> &str {
+        let name = Path::new(&self.name).file_name();
+        name.and_then(|name| name.to_str()).unwrap_or(&self.name)
+    }
+
     /// What it is: as the person says, else as its name and its first bytes do.
     pub(crate) fn format(&self, said: Option<Format>) -> Result<Format, Failure> {
         let known = said.or_else(|| Format::of(&self.name, &self.bytes));
         known.ok_or_else(|| {
+            if let Some(foreign) = foreign(&self.name, &self.bytes) {
+                return self.failure(&foreign);
+            }
             let message = format!("{}: unrecognised file type", self.name);
             let endings = Format::ALL.iter().flat_map(|format| format.endings());
             let endings: Vec<_> = endings.copied().collect();
@@ -105,7 +114,7 @@ impl Source {
 
     /// What a line of it says, if it is text; no more than fits into a sentence.
     pub(crate) fn words(&self, line: u32) -> Option<String> {
-        let text = std::str::from_utf8(&self.bytes).ok()?;
+        let text = source_text(&self.bytes)?;
         let nth = (line as usize).checked_sub(1)?;
         let words = text.lines().nth(nth)?.trim();
         let short: String = words.chars().take(WORDS).collect();
@@ -127,7 +136,7 @@ impl Source {
 
     /// A problem with it, drawn.
     pub(crate) fn draw(&self, problem: &Diagnostic, severity: Severity) -> String {
-        let text = std::str::from_utf8(&self.bytes).ok();
-        diagnostics::draw(problem, severity, &self.name, text)
+        let text = source_text(&self.bytes);
+        diagnostics::draw(problem, severity, &self.name, text.as_deref())
     }
 }

@@ -36,6 +36,7 @@ impl Voice for Command {
             Action::ListCommands => "commands",
             Action::CalibrateSurface | Action::TouchOff => "calibrate surface",
             Action::UseRail => "rail on",
+            Action::Engrave => "engrave FILE",
             other => return other.name().to_owned(),
         };
         format!("`magician {verb}`")

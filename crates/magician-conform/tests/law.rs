@@ -21,6 +21,12 @@ fn whole(seconds: f64) -> f64 {
     (seconds / T - ROUNDING).ceil() * T
 }
 
+/// The time of a segment of a path: the nearest whole number of periods, at least one. What is a tie but for what binary32 makes
+/// of the ends of a segment is the longer one.
+fn nearest(seconds: f64) -> f64 {
+    (seconds / T + 0.5 + ROUNDING).floor().max(1.0) * T
+}
+
 /// A way from rest to rest: length, highest speed, acceleration.
 #[derive(Clone, Copy)]
 struct Way(f64, f64, f64);
@@ -107,15 +113,41 @@ impl Segment {
         ramps + (length - ramped).max(0.0) / peak
     }
 
-    /// The place at a time of a segment that is slowed down to whole periods: by a lower peak, by waiting for its ramp, or evenly
-    /// where its speeds leave no other way.
+    /// Its ramps in and out in continuous time, s.
+    fn ramps(self) -> (f64, f64) {
+        let Self {
+            length,
+            entry,
+            exit,
+        } = self;
+        let highest = (100.0 * length + 0.5 * (entry * entry + exit * exit)).sqrt();
+        let peak = highest.min(100.0_f64.min(length / T));
+        ((peak - entry).abs() / 100.0, (peak - exit).abs() / 100.0)
+    }
+
+    /// The place at a time of a segment in whole periods. In less time each part of it is shorter by the same share. In more time
+    /// it has a lower peak, waits for its ramp, or goes evenly where its speeds leave no other way.
     fn place(self, at: f64) -> f64 {
         let Self {
             length,
             entry,
             exit,
         } = self;
-        let lasts = whole(self.seconds());
+        let lasts = nearest(self.seconds());
+        let share = lasts / self.seconds();
+        if share < 1.0 {
+            let (up, down) = self.ramps();
+            let (up, down) = (share * up, share * down);
+            let peak = (length - 0.5 * (entry * up + exit * down)) / (lasts - 0.5 * (up + down));
+            let left = lasts - at;
+            return if at < up {
+                at * (entry + 0.5 * (peak - entry) * at / up)
+            } else if left < down {
+                length - left * (exit + 0.5 * (peak - exit) * left / down)
+            } else {
+                0.5 * (entry + peak) * up + peak * (at - up)
+            };
+        }
         let rise = 0.5 * (100.0 * lasts + entry + exit);
         let under = rise * rise - 100.0 * length - 0.5 * (entry * entry + exit * exit);
         let mut peak = rise - under.max(0.0).sqrt();
@@ -158,7 +190,7 @@ fn path(lengths: &[f64], corner: f64) -> Vec<Segment> {
 fn path_lasts(segments: &[Segment]) -> f64 {
     segments
         .iter()
-        .map(|segment| whole(segment.seconds()))
+        .map(|segment| nearest(segment.seconds()))
         .sum()
 }
 
@@ -166,7 +198,7 @@ fn path_place(segments: &[Segment], at: f64) -> f64 {
     let mut at = f64::from(ended(at)) * T;
     let mut place = 0.0;
     for segment in segments {
-        let lasts = whole(segment.seconds());
+        let lasts = nearest(segment.seconds());
         if at < lasts - 1e-9 {
             return place + segment.place(at);
         }
@@ -463,7 +495,7 @@ fn continuous_paths_follow_from_the_law() {
     cases.lasts("cp.indices-on-the-way", 0, path_lasts(&straight(2, 50.0)));
     let y = -50.0 + path_place(&straight(2, 50.0), 1.01);
     cases.pose("cp.indices-on-the-way", 0, &[("y", y)]);
-    let corner = path(&[49.1, 49.1], right_angle);
+    let corner = path(&[50.0, 50.0], right_angle);
     cases.lasts("cp.corner", 0, path_lasts(&corner));
     let alone = path_lasts(&straight(1, 50.0));
     cases.lasts("cp.runs-dry", 0, alone);
@@ -475,7 +507,6 @@ fn continuous_paths_follow_from_the_law() {
         cases.pose("cp.on-the-way", nth, &[("y", y)]);
     }
     cases.lasts("cp.on-the-way", 0, path_lasts(&many));
-    let corner = path(&[50.0, 50.0], right_angle);
     for (nth, at) in [0.5, 1.4].into_iter().enumerate() {
         let y = -50.0 + path_place(&corner, at);
         cases.pose("cp.corner-on-the-way", nth, &[("y", y)]);
@@ -487,5 +518,9 @@ fn continuous_paths_follow_from_the_law() {
         0,
         path_lasts(&straight(4, 25.0)),
     );
-    cases.lasts("cp.whole-periods", 0, path_lasts(&straight(20, 0.5)));
+    // 4.5 mm to 30 mm/s at 100 mm/s2 and as many to rest, and 30 segments at that speed between.
+    for (nth, length) in [1.0, 1.4].into_iter().enumerate() {
+        let lasts = 2.0 * nearest(0.3) + 30.0 * nearest(length / 30.0);
+        cases.lasts("cp.whole-periods", nth, lasts);
+    }
 }

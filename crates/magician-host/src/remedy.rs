@@ -200,6 +200,8 @@ named! {
         CalibrateSurface = "calibrate-surface",
         /// Take the height of the work surface from where the tool touches it now.
         TouchOff = "touch-off",
+        /// Burn the file with the laser instead of drawing it.
+        Engrave = "engrave",
     }
 }
 

@@ -73,6 +73,13 @@ impl RestDetector {
         })
     }
 
+    /// When the next pose counts, us; `None` if none was seen.
+    #[must_use]
+    pub fn next_read(&self) -> Option<Micros> {
+        self.seen
+            .map(|seen| seen.last.saturating_add(REST_READ_INTERVAL))
+    }
+
     /// Forgets the poses: something may move the arm.
     pub fn forget(&mut self) {
         self.seen = None;

@@ -174,7 +174,9 @@ impl fmt::Display for JobError {
                 }
                 None => f.write_str("the check failed"),
             },
-            Fault::Journal(JournalError::Nothing) => f.write_str("nothing to resume"),
+            Fault::Journal(JournalError::Nothing | JournalError::Others(_)) => {
+                f.write_str("nothing to resume")
+            }
             Fault::Journal(JournalError::Unreadable { place }) => {
                 write!(f, "the journal {place} cannot be read")
             }

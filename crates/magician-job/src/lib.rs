@@ -94,7 +94,7 @@ pub use handle::JobHandle;
 pub use homings::homings;
 #[cfg(feature = "files")]
 pub use journal::FileJournal;
-pub use journal::{Journal, JournalError, JournalKey, NoJournal};
+pub use journal::{InterruptedJob, Journal, JournalError, JournalKey, NoJournal};
 pub use observed::{ObservedState, Speeds};
 pub use polled::Polled;
 pub use saved::{Access, SavedSettings, Settled};

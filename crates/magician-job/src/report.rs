@@ -54,13 +54,30 @@ pub struct CheckReport {
     pub notes: Vec<Note>,
 }
 
+/// The first refused step of each place in the file, no more than are told: what one line, row or element of a file becomes
+/// is refused for the same reason.
+#[must_use]
+pub fn refused_places(report: &Report) -> Vec<&RefusedStep> {
+    let mut places: Vec<&RefusedStep> = Vec::new();
+    for refused_step in &report.refused_steps {
+        let is_of = |other: &&RefusedStep| {
+            let is_known = refused_step.origin.line > 0;
+            is_known && (other.origin, &other.name) == (refused_step.origin, &refused_step.name)
+        };
+        if places.len() < SHOWN && !places.iter().any(is_of) {
+            places.push(refused_step);
+        }
+    }
+    places
+}
+
 impl CheckReport {
     /// Creates the report of a program with so many steps left (`None` without an end). `ok` is true if the arm can do all of
     /// it, or else holds what would do instead.
     #[must_use]
     pub fn new(report: &Report, steps: Option<u64>, ok: Result<bool, WayOut>) -> Self {
-        let refusals = report.refused_steps.iter().take(SHOWN);
-        let refusals = refusals.map(|refused_step| Refusal::of(report, refused_step));
+        let refusals = { refused_places(report).into_iter() }
+            .map(|refused_step| Refusal::of(report, refused_step));
         Self {
             ok: Some(ok.unwrap_or(false)),
             estimate: Estimate::new(report, steps),
@@ -263,7 +280,7 @@ impl WayOut {
 }
 
 /// Something that was read or done in a certain way.
-#[derive(Debug, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct Note {
     /// Which.
@@ -328,7 +345,7 @@ impl Note {
             code: note.code.name(),
             text: advised(voice, note.message.clone(), note),
             line: Some(note.origin.line).filter(|line| *line > 0),
-            element: note.name.clone(),
+            element: note.name.clone().filter(|name| !name.is_empty()),
             remedies: note.remedies.clone(),
         };
         notes.into_iter().map(told).collect()

@@ -128,8 +128,11 @@ impl MotionLaw {
     }
 
     /// A segment of a continuous path: from one speed to another over `length`, as
-    /// [`VelocityProfile::between`] says. In periods it takes a whole number of them, with as much less speed on the way
-    /// as that asks for, and its places are those of the continuous profile (choice `CpTimes`).
+    /// [`VelocityProfile::between`] says.
+    ///
+    /// In periods it takes the nearest whole number of them, at least one, and ends on its target: its speed on the way
+    /// is as much lower or higher as that asks for, and its places are those of a continuous profile (choice
+    /// `CpTimes`). A tie counts as the slower of both, whatever binary32 makes of the ends of the segment.
     #[must_use]
     pub fn segment(
         self,
@@ -138,14 +141,14 @@ impl MotionLaw {
         exit: f64,
         limits: &KinematicLimits,
     ) -> VelocityProfile {
-        let fastest = VelocityProfile::between(length, entry, exit, limits);
+        let profile = VelocityProfile::between(length, entry, exit, limits);
         match self.is_continuous() {
-            true => fastest,
+            true => profile,
             false => {
-                let length = (length - LENGTH_ROUNDING).max(0.0);
-                let known = VelocityProfile::between(length, entry, exit, limits);
-                let lasting = whole_periods(known.duration(), self.period()).max(1.0);
-                fastest.slowed_to(lasting * self.period(), limits.acceleration)
+                let period = self.period();
+                let rounding = LENGTH_ROUNDING / limits.velocity;
+                let periods = libm::floor((profile.duration() + rounding) / period + 0.5);
+                profile.lasting(periods.max(1.0) * period, limits.acceleration)
             }
         }
     }
@@ -168,9 +171,8 @@ pub(crate) fn ended_periods(t: f64, period: f64) -> f64 {
     libm::floor(t / period + ROUNDING)
 }
 
-/// Part of the length of a segment that is rounding, mm: a target comes in binary32, and is off by 2^-16 mm on each axis from 256 to
-/// 512 mm. Of both ends of a diagonal that is `2 * sqrt(3) * 2^-16 = 5.3e-5`. A segment that is to last whole periods takes no
-/// more of them for that.
+/// Part of the length of a segment that is rounding, mm: a target comes in binary32, and is off by 2^-16 mm on each axis
+/// from 256 to 512 mm. Of both ends of a diagonal that is `2 * sqrt(3) * 2^-16 = 5.3e-5`.
 const LENGTH_ROUNDING: f64 = 6e-5;
 /// A share of a period that is rounding.
 const ROUNDING: f64 = 1e-7;

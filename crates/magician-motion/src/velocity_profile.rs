@@ -645,17 +645,35 @@ impl VelocityProfile {
         piece.from + ramp_time(distance - piece.place, piece.velocity, piece.acceleration)
     }
 
-    /// This profile of a segment in more time, between the same speeds: with a lower peak, or slower in its middle than at
-    /// its ends.
-    pub(crate) fn slowed_to(self, duration: f64, acceleration: f64) -> Self {
+    /// This profile of a segment in another time, between the same speeds: in more of it with a lower peak, or slower in its
+    /// middle than at its ends, in less of it with a higher peak.
+    pub(crate) fn lasting(self, duration: f64, acceleration: f64) -> Self {
+        match duration < self.duration {
+            true => self.hastened_to(duration),
+            false => self.slowed_to(duration, acceleration),
+        }
+    }
+
+    /// This profile in less time, each of its parts by the same factor: the peak makes up for that.
+    fn hastened_to(self, duration: f64) -> Self {
+        let factor = duration / self.duration;
+        let (ramp_in, ramp_out) = (factor * self.ramp_in, factor * self.ramp_out);
+        let at_peak = duration - 0.5 * (ramp_in + ramp_out);
+        let on_ramps = 0.5 * (self.entry * ramp_in + self.exit * ramp_out);
+        Self {
+            duration,
+            peak: (self.length - on_ramps) / at_peak,
+            ramp_in,
+            ramp_out,
+            ends: duration,
+            ..self
+        }
+    }
+
+    fn slowed_to(self, duration: f64, acceleration: f64) -> Self {
         let (length, entry, exit) = (self.length, self.entry, self.exit);
         if duration <= self.duration {
-            // Rounding alone is longer.
-            return Self {
-                duration,
-                ends: duration,
-                ..self
-            };
+            return self;
         }
         let (high, low) = (entry.max(exit), entry.min(exit));
         let squares = entry * entry + exit * exit;

@@ -1,6 +1,7 @@
 //! What would become of a plan, before anything moves.
 
 mod beyond;
+mod foreign;
 mod pen;
 mod way;
 mod would_fit;
@@ -16,6 +17,7 @@ use crate::turns::{AtOnce, SLICE, Turns, at_once};
 use crate::{Action, Diagnostic, DiagnosticCode, Origin, Part, Plan};
 use beyond::beyond;
 pub(crate) use beyond::reaches;
+pub use foreign::foreign_coordinates;
 use pen::Pen;
 use way::{corners, length, point};
 pub use would_fit::{would_do_at, would_fit, would_fit_turned};

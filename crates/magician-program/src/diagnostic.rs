@@ -196,11 +196,13 @@ impl fmt::Display for Diagnostic {
             (line, 0) => write!(f, "line {line}")?,
             (line, column) => write!(f, "line {line}, column {column}")?,
         }
-        if let Some(name) = &self.name {
+        // An element without an id has an empty name.
+        let name = self.name.as_ref().filter(|name| !name.is_empty());
+        if let Some(name) = name {
             let space = if self.origin.is_known() { " " } else { "" };
             write!(f, "{space}({})", visible(name))?;
         }
-        if self.origin.is_known() || self.name.is_some() {
+        if self.origin.is_known() || name.is_some() {
             f.write_str(": ")?;
         }
         visible_lines(&self.message).fmt(f)

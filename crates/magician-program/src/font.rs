@@ -134,7 +134,80 @@ pub(crate) fn is_bundled(database: &Database, font: ID) -> bool {
 
 #[cfg(all(test, feature = "system-fonts", feature = "read-svg"))]
 mod tests {
-    use crate::{Content, Format, ReadOptions, SystemFonts, read};
+    use std::collections::{BTreeSet, HashMap};
+    use std::sync::Arc;
+
+    use usvg::fontdb::ID;
+
+    use crate::{Content, Format, ReadOptions, SystemFonts, TextLines, read};
+
+    /// Height in mm of an H of 60 units that is written in single lines in a family, and what is noted.
+    fn height_in_single_lines(family: &str) -> (f64, String) {
+        let options = ReadOptions {
+            system_fonts: SystemFonts::On,
+            text_lines: TextLines::Stroke,
+            ..ReadOptions::default()
+        };
+        let svg = format!(
+            r#"<svg xmlns="http://www.w3.org/2000/svg" width="90mm" height="90mm" viewBox="0 0 90 90"><text y="80" font-size="60" font-family="'{family}'">H</text></svg>"#
+        );
+        let parsed = read(Format::Svg, svg.as_bytes(), &options).unwrap();
+        let Content::Artwork(artwork) = parsed.content else {
+            panic!("no drawing");
+        };
+        let notes: Vec<_> = parsed.notes.iter().map(ToString::to_string).collect();
+        let heights = artwork.strokes.iter().flat_map(|stroke| &stroke.points);
+        let range = heights.fold([f64::MAX, f64::MIN], |[least, most], at| {
+            [least.min(at[1]), most.max(at[1])]
+        });
+        ((range[1] - range[0]).max(0.0), notes.join("\n"))
+    }
+
+    #[test]
+    fn every_installed_family_is_written_in_single_lines_as_high_as_its_own_capitals() {
+        let installed = super::installed();
+        let ours = super::first(&installed);
+        let mut files: HashMap<ID, f64> = HashMap::new();
+        let mut families = BTreeSet::new();
+        let faces = installed.faces().filter(|face| Some(face.id) != ours);
+        for (name, _) in faces.filter_map(|face| face.families.first()) {
+            families.insert(name.clone());
+        }
+        if families.is_empty() {
+            eprintln!("skipped: no font is installed");
+            return;
+        }
+        for family in &families {
+            let (height, notes) = height_in_single_lines(family);
+            let query = usvg::fontdb::Query {
+                families: &[usvg::fontdb::Family::Name(family)],
+                ..usvg::fontdb::Query::default()
+            };
+            let Some(face) = installed.query(&query) else {
+                continue;
+            };
+            let own = *files.entry(face).or_insert_with(|| {
+                let database = Arc::clone(&installed);
+                let height = database.with_face_data(face, |data, index| {
+                    let font = skrifa::FontRef::from_index(data, index).ok()?;
+                    let units = skrifa::MetadataProvider::metrics(
+                        &font,
+                        skrifa::instance::Size::unscaled(),
+                        skrifa::instance::LocationRef::default(),
+                    );
+                    let cap = crate::lettering::cap_height(&font);
+                    Some(60.0 * cap / f64::from(units.units_per_em))
+                });
+                height.flatten().unwrap_or_default()
+            });
+            // A family without an H is written in our font, which a note says.
+            let written = (height - own).abs() < 0.01 * own || notes.contains("instead of");
+            assert!(
+                height > 10.0 && written,
+                "{family}: {height} mm of {own}; {notes}"
+            );
+        }
+    }
 
     /// How many points the letters have, and what is noted.
     fn written(family: &str, text: &str, fonts: SystemFonts) -> (usize, String) {

@@ -48,6 +48,7 @@ mod convert;
 #[cfg(any(feature = "read-svg", feature = "font-files"))]
 mod curves;
 mod diagnostic;
+mod encoding;
 mod ending;
 pub mod fill;
 #[cfg(all(feature = "text", any(feature = "read-svg", feature = "picture")))]
@@ -81,14 +82,16 @@ mod words;
 pub use artwork::{Artwork, FilledArea, Stroke, WouldFit};
 pub use calibrate::{Tip, rounded_height};
 pub use check::{
-    DoubtfulSteps, PartFigures, RefusedStep, Report, check, would_do_at, would_fit,
-    would_fit_turned,
+    DoubtfulSteps, PartFigures, RefusedStep, Report, check, foreign_coordinates, would_do_at,
+    would_fit, would_fit_turned,
 };
 pub use convert::{Conversion, ConversionError};
 pub use diagnostic::{Diagnostic, DiagnosticCode, Missing};
+pub use encoding::source_text;
 pub use ending::Ending;
+pub use formats::foreign;
 pub use formats::{
-    Content, Fills, Format, Parsed, ReadOptions, SystemFonts, TextLines, White, read,
+    Content, Curves, Fills, Format, Parsed, ReadOptions, SystemFonts, TextLines, White, read,
 };
 pub use frame::{FrameShape, Framing};
 pub use lettering::{Align, BundledFont, FontChoice, FontKind, TextOptions};
@@ -110,7 +113,7 @@ pub use reach::{Fit, Reach, SheetTransform};
 pub use recording::{CaptureMode, PoseReading, Recording};
 pub use setup::{
     AppliedPlacement, Depths, Frame, Page, PartMatch, PartMode, PartRule, PartSummary, Placement,
-    Prepared, Setup, Work, tip,
+    Prepared, Setup, Side, Work, tip,
 };
 pub use surface::Surface;
 pub use testgrid::{Series, TestCell, TestGrid, TestGridOptions};

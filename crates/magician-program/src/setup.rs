@@ -91,7 +91,7 @@ mod work_lines;
 pub use depths::Depths;
 use fitting::PlacedPlan;
 pub(crate) use fitting::report;
-pub use fitting::{AppliedPlacement, Prepared};
+pub use fitting::{AppliedPlacement, Prepared, Side};
 pub use list::PartSummary;
 use page::LaidPage;
 pub use page::Page;
@@ -134,17 +134,20 @@ pub struct Placement {
     pub pen_z: Option<f64>,
     /// Its middle goes to this x and y, mm.
     pub at: Option<[f64; 2]>,
+    /// True if the middle of the file's page goes there, and not that of what it draws.
+    pub keeps_page: bool,
     /// Its size, 1 being the true one.
     pub scale: f64,
     /// Turned to the left, degrees.
     pub rotate: f64,
-    /// The page that it lies on, its middle on the middle of the page.
+    /// The page that it lies on: its middle on the middle of the page, or the file's page on it if both have the same size.
     pub page: Option<Page>,
     /// Where it is repeated afterwards: what is said of the page is said of all of it.
     pub grid: Option<Grid>,
     /// Made smaller until it can be reached, and lies on the page.
     pub fit: bool,
-    /// Whether what is made to fit may be turned by 90 degrees, where that lets it be larger.
+    /// True if it may be turned by 90 degrees: what is made to fit where that lets it be larger, anything else where that lets
+    /// it lie in front of the arm.
     pub turn: bool,
     /// Mirrored, left to right.
     pub mirror: bool,
@@ -158,6 +161,7 @@ impl Default for Placement {
             frame: Frame::Default,
             pen_z: None,
             at: None,
+            keeps_page: false,
             page: None,
             grid: None,
             scale: 1.0,
@@ -247,7 +251,16 @@ impl Setup {
         if self.no_pause {
             plan.without_pauses();
         }
-        if self.power.is_some() && !plan.burns() {
+        let burns = plan.burns();
+        if !burns && format == Format::Gcode && self.framing.is_none() {
+            self.check_burns()?;
+        }
+        if !burns && plan.tool == Some(Tool::Laser) && matches!(self.work, Work::Draw(_)) {
+            let what = "the laser stays dark: a drawing is done with a pen";
+            let note = Diagnostic::of_file(what).coded(DiagnosticCode::Power);
+            notes.push(note.remedy(Action::Engrave, "burns it"));
+        }
+        if self.power.is_some() && !burns {
             let what = "nothing burns here: the given power has no effect";
             notes.push(Diagnostic::of_file(what).coded(DiagnosticCode::Power));
         }
@@ -259,6 +272,22 @@ impl Setup {
             misfit,
             fence: self.fence,
         })
+    }
+
+    /// Refuses a program that was to burn and does not.
+    fn check_burns(&self) -> Result<(), Diagnostic> {
+        if !matches!(self.work, Work::Engrave(_)) {
+            return Ok(());
+        }
+        Err(Diagnostic::of_file("nothing would burn")
+            .remedy(
+                (Setting::Dialect, Given::Word("laser")),
+                "takes it for a laser's program",
+            )
+            .remedy(
+                (Setting::SMax, Given::Any("N")),
+                "does so too, with the S of full power",
+            ))
     }
 
     /// A plan that is in the arm's coordinates already.
@@ -421,6 +450,7 @@ impl Setup {
     fn layout(&self) -> Result<Layout, Diagnostic> {
         let Placement {
             at,
+            keeps_page,
             scale,
             rotate,
             page,
@@ -435,8 +465,11 @@ impl Setup {
             scale,
             rotate,
             at,
-            room: page.map(|page| page.room()),
+            keeps_page,
+            // The margins of a layout that is kept are the file's.
+            room: page.filter(|_| !keeps_page).map(|page| page.room()),
             fit,
+            turn: self.may_turn(),
             mirror,
             sheet: sheet.map(|sheet| Sheet { surface, ..sheet }),
         })
@@ -482,29 +515,32 @@ struct Laid {
 /// Where the middle of what a plan draws or burns is, and its lowest point; of all the places to which it leads, if it draws
 /// nothing.
 pub(crate) fn middle(plan: &Plan) -> [f64; 3] {
-    let drawn = WorkLines::of(plan, None).ok().and_then(|marks| {
-        let [least, most] = marks.artwork.bounds()?;
-        Some([
-            [least[0], least[1], marks.touch],
-            [most[0], most[1], marks.touch],
-        ])
-    });
-    let [least, most] = drawn.or_else(|| extent(plan)).unwrap_or_default();
+    let drawn = extent_of_marks(plan).or_else(|| plan.extent());
+    let [least, most] = drawn.unwrap_or_default();
     let middle = |axis: usize| f64::midpoint(least[axis], most[axis]);
     [middle(0), middle(1), least[2]]
 }
 
-/// The least and the greatest x, y, z to which steps lead.
-fn extent(plan: &Plan) -> Option<[[f64; 3]; 2]> {
-    let mut targets = plan.steps.iter().filter_map(|step| step.action.target());
-    let first = targets.next()?.map(f64::from);
-    Some(targets.fold([first, first], |[least, most], to| {
-        let at = |axis: usize| f64::from(to[axis]);
-        [
-            [0, 1, 2].map(|axis| least[axis].min(at(axis))),
-            [0, 1, 2].map(|axis| most[axis].max(at(axis))),
-        ]
-    }))
+impl Plan {
+    /// The least and the greatest x, y, z to which steps lead.
+    pub(crate) fn extent(&self) -> Option<[[f64; 3]; 2]> {
+        let mut targets = self.steps.iter().filter_map(|step| step.action.target());
+        let first = targets.next()?.map(f64::from);
+        Some(targets.fold([first, first], |[least, most], to| {
+            let at = |axis: usize| f64::from(to[axis]);
+            [
+                [0, 1, 2].map(|axis| least[axis].min(at(axis))),
+                [0, 1, 2].map(|axis| most[axis].max(at(axis))),
+            ]
+        }))
+    }
+}
+
+/// The least and the greatest x, y, z of what a plan draws or burns, if it does.
+pub(crate) fn extent_of_marks(plan: &Plan) -> Option<[[f64; 3]; 2]> {
+    let marks = WorkLines::of(plan, None).ok()?;
+    let bounds = marks.artwork.bounds()?;
+    Some(bounds.map(|[x, y]| [x, y, marks.touch]))
 }
 
 /// Brought where all of it is reached, and made smaller if that is wanted and need be: how much.
@@ -528,7 +564,7 @@ pub(crate) fn offset_within_reach(plan: &Plan) -> Option<[f64; 2]> {
 
 /// The best place for all the places to which a plan leads; none if it leads nowhere.
 fn place_of(plan: &Plan, fit: Fit) -> Result<Option<SheetTransform>, Diagnostic> {
-    let Some([least, most]) = extent(plan) else {
+    let Some([least, most]) = plan.extent() else {
         return Ok(None);
     };
     let tool = plan.tool.map_or(UNSAID, Tool::bias);

@@ -18,7 +18,7 @@ use crate::turns::{AtOnce, SLICE, Turns, at_once};
 use crate::{
     Action, AppliedPlacement, Begins, Color, Diagnostic, DiagnosticCode, FileToLay, Format,
     LaidProgram, Laying, Missing, Origin, Part, PartSummary, Pause, PauseCause, Plan, Power,
-    Program, SetupDefaults, SetupOptions, Step, Surface, Tool, WorkOption, WouldFit,
+    Program, SetupDefaults, SetupOptions, Side, Step, Surface, Tool, WorkOption, WouldFit,
 };
 use codec::{Input, Wire};
 
@@ -225,6 +225,7 @@ impl Head {
             surface,
             names,
             steps: _,
+            curves: _,
         } = &**plan;
         Self {
             title: title.clone(),
@@ -251,6 +252,7 @@ impl Head {
             surface: self.surface,
             steps,
             names: self.names,
+            ..Plan::default()
         };
         LaidProgram {
             program: Program {
@@ -297,7 +299,7 @@ macro_rules! fields {
 fields! {
     Surface { height, slope }
     Origin { line, column, length, name }
-    Step { action, origin, feed, follows_speed }
+    Step { action, origin, feed, follows_speed, color }
     Part { n, name, color, pass }
     Pause { text, cause }
     Head {
@@ -306,7 +308,7 @@ fields! {
     PartSummary { n, name, color, strokes, drawn_mm, seconds, skipped }
     Diagnostic { origin, name, code, message, help, remedies, missing }
     Remedy { act, effect }
-    AppliedPlacement { scale, turn, at, page }
+    AppliedPlacement { scale, turn, at, page, beside }
     WouldFit { scale, rotate }
     Sheet { corner, rotation, surface, size }
     Cuboid { min, max }
@@ -415,6 +417,7 @@ kinds! {
     Tool { 0 = None, 1 = Suction, 2 = Gripper, 3 = Pen, 4 = Laser, 5 = Bias(bias) }
     Missing { 0 = Start, 1 = Feature(feature) }
     Begins { 0 = Ask, 1 = At(at), 2 = Unknown, 3 = OnStage }
+    Side { 0 = Left, 1 = Right }
     Act { 0 = Do(deed), 1 = Give(setting, given), 2 = Omit(setting), 3 = System(line), 4 = SetPin(pin, function) }
     PinUse { 0 = DigitalOutput, 1 = Pwm }
     Given { 0 = On, 1 = Off, 2 = Number(number), 3 = Point(x, y), 4 = Word(word), 5 = Any(word) }

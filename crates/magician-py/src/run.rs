@@ -102,7 +102,7 @@ fn why(error: &JobError, source: &Source) -> Arc<Error> {
             let message = "the job was stopped before its end";
             Arc::new(Error::new(ErrorCode::Stopped, message))
         }
-        Fault::Journal(JournalError::Nothing) => invalid(
+        Fault::Journal(JournalError::Nothing | JournalError::Others(_)) => invalid(
             "nothing to resume: no interrupted job of this plan, in this placement, on this arm; \
                 first_step=N begins \
              at any step"

@@ -23,6 +23,7 @@ impl Voice for Python {
             Action::UseRail => "arm.rail(True, ..)",
             Action::CalibrateSurface => "magician calibrate surface",
             Action::TouchOff => "arm.touch_off()",
+            Action::Engrave => "magician.load(.., work=\"engrave\")",
             other => return other.name().to_owned(),
         };
         format!("`{call}`")

@@ -171,8 +171,6 @@ def test_options_that_contradict_each_other_are_refused(samples: Path) -> None:
         magician.load(samples / "engrave_gradient.png", work="engrave", image="hatch")
     with pytest.raises(InvalidInputError, match="levels needs image: halftone or hatch"):
         magician.load(samples / "engrave_gradient.png", image="squiggle", levels=3)
-    with pytest.raises(InvalidInputError, match="turn counts with fit alone"):
-        magician.load(samples / "logo.svg", turn=False)
 
 
 def test_options_of_files_have_the_names_of_a_station() -> None:

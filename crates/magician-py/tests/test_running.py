@@ -287,11 +287,11 @@ def test_a_program_without_a_console(arm: magician.Arm, monkeypatch: pytest.Monk
     assert arm.run([words.wait(0)], progress=True).steps == 1
 
 
-def test_a_refusal_names_the_command_once() -> None:
+def test_a_refusal_tells_the_place_and_not_the_command() -> None:
     with magician.Arm("sim") as arm, pytest.raises(UnreachableError) as caught:
         arm.run(Plan.path([(210, 0, 20), (500, 0, 20)], by="line"))
-    assert str(caught.value).startswith("SetPTPCmd: row 1, step 2: ")
-    assert str(caught.value).count("SetPTPCmd") == 1 and caught.value.command == "SetPTPCmd"
+    assert str(caught.value).startswith("row 1, step 2: x 500, y 0, z 20 is out of reach; ")
+    assert caught.value.command == "SetPTPCmd"
 
 
 def test_a_plan_and_a_lesson_need_a_homed_arm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

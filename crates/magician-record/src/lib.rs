@@ -7,6 +7,7 @@
 //! * `mcap`: what an arm did on a clock, as MCAP for Foxglove and its like; with feature `sim` also all that a virtual arm
 //!   shows (`mcap::Recorder`).
 //! * `replay` (feature `sim`): a trace sent to a virtual arm once more, and the answers compared.
+//! * `law` (features `mcap` and `sim`): how far the poses of a trace or of readings are from the law of motion.
 //!
 //! Formats only: everything goes through `std::io::Write` or slices of bytes. Nothing here opens a file, has a thread or
 //! reads a clock, so all of it builds for `wasm32-unknown-unknown`.
@@ -26,6 +27,8 @@ pub mod csv;
 pub mod hex;
 #[cfg(feature = "json")]
 pub mod jsonl;
+#[cfg(all(feature = "mcap", feature = "sim"))]
+pub mod law;
 #[cfg(feature = "mcap")]
 pub mod mcap;
 pub mod pieces;

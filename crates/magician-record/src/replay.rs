@@ -60,10 +60,15 @@ mod compare;
 mod fit;
 mod play;
 mod report;
+mod residue;
 mod saved;
 
+#[cfg(feature = "mcap")]
+pub(crate) use play::JITTER;
 pub use play::{Moment, Play};
-pub use report::{Difference, Report, What};
+pub use report::{Difference, Report, Residue, What};
+#[cfg(feature = "mcap")]
+pub(crate) use residue::values_of;
 pub use saved::ReplayWriter;
 
 pub use crate::trace::LINE_OF_ARM;
@@ -301,13 +306,23 @@ impl<'a> Replay<'a> {
     /// What the recorded arm's clock showed when the trace began, if it tells.
     fn uptime(&self) -> Option<ArmInstant> {
         let row = commands::DeviceTime::ROW;
-        let readings = self.packets.iter().filter_map(|packet| {
-            let frame = Frame::new(packet.bytes)?;
-            let reply = packet.direction == Some(Direction::Reply) && frame.id() == row.id;
-            let read = reply.then(|| commands::DeviceTime::decode(frame.params()))?;
-            Some((packet.time, read.ok()?))
+        let mut asked = None;
+        let mut readings = self.packets.iter().filter_map(|packet| {
+            let frame = Frame::new(packet.bytes).filter(|frame| frame.id() == row.id)?;
+            match packet.direction? {
+                Direction::Request => {
+                    asked = Some(packet.time);
+                    None
+                }
+                Direction::Reply => {
+                    let read = commands::DeviceTime::decode(frame.params()).ok()?;
+                    // The arm read its clock when it was asked: at the answer that would show less than it did, and a command
+                    // of the first microseconds would belong to the period before.
+                    Some((asked.unwrap_or(packet.time), read))
+                }
+            }
         });
-        let (time, reading) = readings.take(1).next()?;
+        let (time, reading) = readings.next()?;
         let Speed::Times(times) = self.clock else {
             return None;
         };

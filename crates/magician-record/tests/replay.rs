@@ -219,6 +219,7 @@ fn the_arm_has_been_on_as_long_as_the_trace_says() {
     let replay = Replay::new(&file).unwrap();
     let mut arm = Controller::default();
     assert_eq!(replay.against(&mut arm).differences, []);
+    // The trace lasts two seconds.
     assert_eq!(arm.now().as_micros(), 1236 * SECOND);
 }
 

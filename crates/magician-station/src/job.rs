@@ -17,7 +17,7 @@ use magician_program::preview::Outline;
 use magician_program::{
     AppliedPlacement, Begins, Conversion, ConversionError, Diagnostic, DiagnosticCode, Ending,
     FileToLay, Format, LaidProgram, Laying, Origin, PartSummary, Program, RemainingProgram, Report,
-    Setup, SetupDefaults, SetupOptions, Surface, Tool, WouldFit, tip,
+    Setup, SetupDefaults, SetupOptions, Surface, Tool, WouldFit, foreign_coordinates, tip,
 };
 use magician_protocol::visible;
 use serde::{Deserialize, Serialize};
@@ -307,6 +307,9 @@ impl FormatReader {
                 .parse()
                 .map_err(|error: String| RpcError::param("format", error))?,
             None => Format::of(source.bytes.name(), &bytes).ok_or_else(|| {
+                if let Some(foreign) = magician_program::foreign(source.bytes.name(), &bytes) {
+                    return RpcError::param("format", foreign.to_string());
+                }
                 let why = "the type of the program is not recognised: name it";
                 RpcError::param("format", why)
             })?,
@@ -533,7 +536,12 @@ impl ReadProgram {
         found.parts = Some(parts);
         let mut warnings = warnings(report, self.placed);
         warnings.extend(doubts(report));
-        found.notes = Note::all(&Words, self.notes.iter().chain(&warnings));
+        let raw = self.format == Format::Gcode && self.placed.is_none() && self.misfit.is_none();
+        let foreign = raw
+            .then(|| foreign_coordinates(rest.first(), report))
+            .flatten();
+        let notes = self.notes.iter().chain(&warnings).chain(&foreign);
+        found.notes = Note::all(&Words, notes);
         found
     }
 }

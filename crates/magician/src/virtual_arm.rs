@@ -86,6 +86,11 @@ impl fmt::Debug for VirtualArm {
 }
 
 impl VirtualArm {
+    /// True if the arm lets its time pass itself, at full speed or in virtual time, and not with the wall's clock.
+    pub(crate) fn passes_time_itself(&self) -> bool {
+        self.lock().can_be_led()
+    }
+
     /// Number of this arm among the virtual arms of this process.
     pub(crate) fn number(&self) -> u64 {
         self.number

@@ -288,6 +288,14 @@ pub(super) const PIECES: &[Piece] = &[
         ..PLAIN
     },
     Piece {
+        name: "icon",
+        title: "An icon made large",
+        says: "An icon of 24 pixels, 6 mm, becomes 80 mm wide: its curves are followed in that size.",
+        input: Input::Lines("icon.svg", Reader::Svg),
+        command: "magician draw icon.svg --width 80",
+        ..PLAIN
+    },
+    Piece {
         name: "curves",
         title: "Curves on a page",
         says: "Bézier curves, elliptical arcs and transforms, on a page measured in hundredths of a millimetre.",

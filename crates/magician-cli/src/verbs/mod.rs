@@ -28,6 +28,7 @@ pub(crate) mod io;
 pub(crate) mod job;
 pub(crate) mod jog;
 pub(crate) mod laser;
+mod law;
 pub(crate) mod man;
 pub(crate) mod play;
 pub(crate) mod ports;

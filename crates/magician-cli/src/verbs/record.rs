@@ -1,17 +1,21 @@
 //! `record`: what an arm does while it is moved by hand or by another program.
 
 use std::io::{self, IsTerminal, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::pin::Pin;
 use std::time::{Duration, SystemTime};
 
 use clap::{Args, ValueHint};
 use magician::Arm;
 use magician_job::recording::{Format, Options, Recorder, Summary, Tally};
+use magician_record::law::LawReport;
+use serde::Serialize;
 use tokio::time::{MissedTickBehavior, interval, sleep};
 
 use super::jog::AT_SIGHT;
+use super::law;
 use super::pose::rate;
+use super::replay;
 use crate::context::{Context, ToldPolicy};
 use crate::failure::Failure;
 use crate::options::{number, seconds};
@@ -28,6 +32,7 @@ Examples:
   magician record day.csv --rate 50 --for 60
   magician record lead.plan.json            guide the arm by hand (its unlock button), then Ctrl-C
   magician run lead.plan.json               repeat the motion
+  magician record day.csv --rate 23 --law   how far from the law of motion the arm was; of an older file: magician replay day.csv --law
 
 The ending of the name selects the format: .mcap, .csv and .jsonl are readings (time, seconds, pose and joints in mm and deg, queue index \
 and space, alarms; .mcap and .jsonl also have alarms and breaks of the line); .plan.json is a \
@@ -51,6 +56,18 @@ pub(crate) struct Record {
     /// Largest distance of a program from the motion that it repeats, mm
     #[arg(long, value_name = "MM", default_value_t = 0.5, value_parser = tolerance)]
     tolerance: f64,
+    /// Print how far the readings are from the law of motion (see magician replay --help)
+    #[arg(long)]
+    law: bool,
+}
+
+/// The summary in JSON.
+#[derive(Serialize)]
+struct Told<'a> {
+    #[serde(flatten)]
+    summary: &'a Summary,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    law: Option<LawReport>,
 }
 
 fn tolerance(text: &str) -> Result<f64, String> {
@@ -62,26 +79,12 @@ fn tolerance(text: &str) -> Result<f64, String> {
 
 impl Record {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        let format = Format::of(&self.file)?;
-        // What hands did cannot be done again by a computer.
-        if self.file.exists() && !context.global.yes {
-            let message = format!("{} already exists", self.file.display());
-            return Err(Failure::usage(message).hint("--yes replaces it"));
-        }
+        check(&self.file, self.law, context)?;
         let json = context.global.json;
         let summary = context.until_told(AT_SIGHT, ToldPolicy::Record, async |arm, _, over| {
             self.record(arm, json, over).await
         })?;
-        context.show(&summary, |out| {
-            out.line(told(&summary))?;
-            if format.is_program() {
-                out.line(format_args!(
-                    "`magician run {}` repeats it",
-                    self.file.display()
-                ))?;
-            }
-            Ok(())
-        })
+        show(&summary, self.law, context)
     }
 
     async fn record(
@@ -125,7 +128,44 @@ impl Record {
     }
 }
 
-fn told(summary: &Summary) -> String {
+/// Checks before an arm is connected to that a file may be recorded.
+pub(super) fn check(file: &Path, law: bool, context: &Context) -> Result<(), Failure> {
+    let format = Format::of(file)?;
+    if law && format.is_program() {
+        return Err(Failure::usage(
+            "--law needs readings: a .csv, .jsonl or .mcap file",
+        ));
+    }
+    // What hands did cannot be done again by a computer.
+    if file.exists() && !context.global.yes {
+        let message = format!("{} already exists", file.display());
+        return Err(Failure::usage(message).hint("--yes replaces it"));
+    }
+    Ok(())
+}
+
+/// Shows what a recording came to, and the residue of its readings if that is asked for.
+pub(super) fn show(summary: &Summary, law: bool, context: &mut Context) -> Result<(), Failure> {
+    // Of the file, so that it is what the file tells later.
+    let law = match law {
+        true => Some(replay::law_of_readings(&summary.file)?),
+        false => None,
+    };
+    let told = Told { summary, law };
+    context.show(&told, |out| {
+        out.line(in_words(summary))?;
+        if let Some(report) = &told.law {
+            law::show(report, out)?;
+        }
+        if summary.format.is_program() {
+            let file = summary.file.display();
+            out.line(format_args!("`magician run {file}` repeats it"))?;
+        }
+        Ok(())
+    })
+}
+
+fn in_words(summary: &Summary) -> String {
     let Summary {
         seconds,
         readings,

@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::job::Job;
 use super::job::options::{
     File, FillFlags, PartFlags, Pen, PlacementOptions, PreviewFlags, RunFlags, SpeedFlag,
-    TextFlags, TidyFlags,
+    TextFlags, TidyFlags, positive,
 };
 use crate::columns::Columns;
 use crate::context::Context;
@@ -38,6 +38,9 @@ pub(crate) struct Write {
     /// Refuse text if its font lacks a character; otherwise that is left out, with a note
     #[arg(long)]
     strict_text: bool,
+    /// Largest distance of a line from its curve, mm, in the size in which it is drawn [default: 0.05]
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    tolerance: Option<f64>,
     #[command(flatten)]
     letters: TextFlags,
     #[command(flatten)]
@@ -96,6 +99,7 @@ impl Write {
         self.tidy.say(&mut job.options);
         self.parts.say(&mut job.options);
         job.options.strict_text = self.strict_text;
+        job.options.tolerance = self.tolerance;
         job
     }
 }

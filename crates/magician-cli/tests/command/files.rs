@@ -28,8 +28,8 @@ enum Kind {
 
 use Kind::{Grows, Whole};
 
-/// Each output of each verb that ends by itself: the words of the command line, in which IN, POINTS,
-/// SESSION and CLASS stand for its inputs and OUT for the file.
+/// Each output of each verb that ends by itself: the words of the command line, in which IN, BURN,
+/// POINTS, SESSION and CLASS stand for its inputs and OUT for the file.
 const OUTPUTS: [(&str, &str, Kind); 27] = [
     ("convert IN OUT", "a.plan.json", Whole),
     ("convert POINTS OUT", "a.playback", Whole),
@@ -40,7 +40,11 @@ const OUTPUTS: [(&str, &str, Kind); 27] = [
     ("run IN --port sim --picture OUT", "a.png", Whole),
     ("run IN --port sim --preview OUT", "a.svg", Whole),
     ("run IN --port sim --preview OUT", "a.png", Whole),
-    ("engrave IN --port sim --yes --preview OUT", "a.svg", Whole),
+    (
+        "engrave BURN --port sim --yes --preview OUT",
+        "a.svg",
+        Whole,
+    ),
     ("frame IN --port sim --preview OUT", "a.svg", Whole),
     ("testgrid OUT", "a.plan.json", Whole),
     ("testgrid OUT", "a.svg", Whole),
@@ -84,6 +88,8 @@ impl Place {
             .map(|pupil| format!("[[pupil]]\nname = \"P{pupil}\"\ncode = \"{pupil:04}\"\n"))
             .collect();
         place.input("IN.gcode", &drawing);
+        let burnt = format!("G21 G90\nM3 S500\nG0 X225 Y0\nF3000\n{spiral}M5\n");
+        place.input("BURN.gcode", &burnt);
         place.input("POINTS.csv", &format!("x,y,z\n{rows}"));
         place.input("CLASS.toml", &pupils);
         let session = place.inputs.path().join("SESSION.pcapng");
@@ -112,6 +118,7 @@ impl Place {
         };
         let words = line.split(' ').map(|word| match word {
             "IN" => at(&self.inputs, "IN.gcode"),
+            "BURN" => at(&self.inputs, "BURN.gcode"),
             "POINTS" => at(&self.inputs, "POINTS.csv"),
             "CLASS" => at(&self.inputs, "CLASS.toml"),
             "SESSION" => at(&self.inputs, "SESSION.pcapng"),

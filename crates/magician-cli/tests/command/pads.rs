@@ -85,7 +85,7 @@ fn jog_steps_and_refuses_what_is_out_of_reach() {
     place.terminal.types(UP);
     place.terminal.until_drawn("x 314.10 mm");
     place.terminal.until_drawn("stands");
-    place.shows(UP, "limit 282.0 mm");
+    place.shows(UP, "is out of reach");
     assert!((place.axis("x") - 314.104).abs() < 0.001);
     place.shows("?", "stop all motion");
     place.terminal.types("xq");

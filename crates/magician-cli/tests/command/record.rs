@@ -320,3 +320,74 @@ fn what_cannot_be_recorded_is_refused_before_the_arm_is_asked() {
     ]);
     assert_eq!(nowhere.status, 3, "{}", nowhere.err);
 }
+
+#[test]
+fn law_of_an_arm_at_rest_is_what_the_file_tells_later() {
+    let place = Place::new();
+    for name in ["a.csv", "a.jsonl", "a.mcap"] {
+        let more = ["--law", "--for", "0.5"];
+        let child = place.command(name, &more).spawn().expect("it starts");
+        let (status, out, err) = Recording { child }.ended();
+        assert_eq!(status, Some(0), "{err}");
+        let summary: Value = serde_json::from_str(&out).expect("an object");
+        assert_eq!(summary["law"]["basis"], "readings");
+        let untold = &summary["law"]["not_told"];
+        assert_eq!(
+            untold[0]["why"], "the arm was at rest throughout",
+            "{summary}"
+        );
+        let file = place.file(name);
+        let later = run(&["replay", "--law", "--json", file.to_str().expect("UTF-8")]);
+        assert_eq!(later.object(), summary["law"]);
+    }
+    let program = run(&["record", "a.plan.json", "--law", "--port", "sim"]);
+    assert_eq!(program.status, 2, "{program:?}");
+    assert!(
+        program.err.contains("--law needs readings"),
+        "{}",
+        program.err
+    );
+}
+
+#[test]
+fn what_is_watched_is_recorded_until_the_signal() {
+    let place = Place::new();
+    let watch = |name: &str| {
+        let mut command = command();
+        command
+            .args([
+                "--json",
+                "--port",
+                &place.served.door("tcp"),
+                "watch",
+                "--law",
+                "--record",
+            ])
+            .arg(place.file(name))
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped());
+        command
+    };
+    let child = watch("w.csv").spawn().expect("it starts");
+    place.until("w.csv", "259.");
+    let (status, out, err) = Recording { child }.end("-INT");
+    assert_eq!(status, Some(0), "{err}");
+    let lines: Vec<Value> = out
+        .lines()
+        .map(|line| serde_json::from_str(line).expect("an object"))
+        .collect();
+    let (summary, readings) = lines.split_last().expect("a summary");
+    assert!(
+        readings.iter().all(|reading| reading["x"].is_number()),
+        "{out}"
+    );
+    assert_eq!(
+        (&summary["format"], &summary["law"]["basis"]),
+        (&"csv".into(), &"readings".into())
+    );
+    assert_eq!(summary["readings"], rows(&place.text("w.csv")).len());
+    let again = watch("w.csv").output().expect("it ends");
+    assert_eq!(again.status.code(), Some(2));
+    assert_eq!(run(&["watch", "--law", "--port", "sim"]).status, 2);
+}

@@ -422,3 +422,85 @@ fn poses_of_another_period_are_differences() {
     );
     assert_eq!(summary["differences"], json!(objects.len()));
 }
+
+#[test]
+fn law_of_the_recorded_jogs_is_period_acceleration_and_ratio_and_continuous_is_far_off() {
+    let dir = tempfile::tempdir().expect("a directory");
+    let path = dir.path().join("jogs.pcapng");
+    recorded_jogs(&path, ToolBias::SUCTION);
+    let run = replay(&["--law", "--json"], &path);
+    assert_eq!(run.status, 0, "{run:?}");
+    let law = run.object();
+    assert_eq!(law["basis"], "commands");
+    assert_eq!(
+        (&law["profile"], &law["period_ms"]),
+        (&json!("3.6.14"), &json!(20.0))
+    );
+    let expected = json!([{
+        "motion": "jog-space", "acceleration": 60.0, "speed": 30.0, "ratio": 50.0
+    }]);
+    assert_eq!((&law["speeds"], &law["not_told"]), (&expected, &json!([])));
+    let residues = law["residues"].as_array().expect("a list");
+    let off = |nth: usize| residues[nth]["mm"].as_f64().expect("a number");
+    assert_eq!(residues[0]["profile"], "3.6.14");
+    assert!(off(0) <= 0.015, "{law}");
+    assert_eq!(residues[1]["profile"], "continuous");
+    assert!(off(1) > 1.0, "{law}");
+    let told = replay(&["--law"], &path);
+    assert!(
+        told.out
+            .contains("profile 3.6.14 (3.7.0, 4.0.3 move alike): fits best, off by 0.001")
+            && told.out.contains("\n  period 20 ms\n")
+            && told
+                .out
+                .contains("\n  jog in space: acceleration 60 mm/s2, speed 30 mm/s, ratio 50 %\n"),
+        "{}",
+        told.out
+    );
+    // A profile that is known by another name is not told twice.
+    let same = replay(&["--law", "--json", "--profile", "4.0.3"], &path);
+    assert_eq!(same.object(), law);
+    // Poses of another period are residue.
+    recorded_jogs_late(&path, ToolBias::SUCTION, 20_000);
+    let law = replay(&["--law", "--json"], &path).object();
+    assert!(law["residues"][0]["mm"].as_f64() > Some(0.1), "{law}");
+}
+
+#[test]
+fn law_of_a_file_that_is_no_log_is_refused_with_the_reason() {
+    let dir = tempfile::tempdir().expect("a directory");
+    let path = dir.path().join("day.csv");
+    let refused = |bytes: &[u8], about: &str| {
+        fs::write(&path, bytes).expect("written");
+        let run = replay(&["--law", "--json"], &path);
+        assert_eq!((run.status, run.out.as_str()), (3, ""), "{run:?}");
+        let error = run.error();
+        let message = error["message"].as_str().unwrap_or_default();
+        assert!(
+            message.contains("day.csv") && message.contains(about),
+            "{message}"
+        );
+    };
+    refused(b"", "no readings");
+    refused(b"t,x,y,z\n", "no readings");
+    refused(b"G1 X10\n", "neither a trace nor readings");
+    refused(&[0xFF, 0x00, 0x12], "neither a trace nor readings");
+    refused(b"t,x,y,z\n0,1,NaN,3\n", "line 2: y is NaN");
+    written(&path, &[(1, false, &GET_POSE)]);
+    let whole = fs::read(&path).expect("there");
+    refused(&whole[..whole.len() - 1], "ends inside the block");
+    // What is a log is told, even if that is little.
+    fs::write(&path, "t,x,y,z\n0,1,2,3\n").expect("written");
+    let run = replay(&["--law", "--json"], &path);
+    assert_eq!(
+        (run.status, &run.object()["not_told"][0]["about"]),
+        (0, &json!("law"))
+    );
+    for refused in ["--speed=1", "--tolerance=1", "--to=decode"] {
+        assert_eq!(replay(&["--law", refused], &path).status, 2, "{refused}");
+    }
+    assert_eq!(
+        replay(&["--law", "--profile", "continuous"], &path).status,
+        0
+    );
+}

@@ -29,6 +29,10 @@ pub struct Error(Box<Details>);
 struct Details {
     code: ErrorCode,
     message: String,
+    /// The same in the terms of the arm, where the message is in those of the caller.
+    detail: Option<String>,
+    /// How far a motion would come that leaves the reach on its way, percent.
+    progress: Option<f64>,
     step: Option<usize>,
     command: Option<String>,
     value: Option<f64>,
@@ -70,6 +74,12 @@ impl Error {
     #[must_use]
     pub fn message(&self) -> &str {
         &self.0.message
+    }
+
+    /// The fact in the terms of the arm (joints, distances from its shoulder), where the message tells it by a place.
+    #[must_use]
+    pub fn detail(&self) -> Option<&str> {
+        self.0.detail.as_deref()
     }
 
     /// What to do about it, the best first.
@@ -158,6 +168,8 @@ impl Error {
         Self(Box::new(Details {
             code,
             message: message.into(),
+            detail: None,
+            progress: None,
             step: None,
             command: None,
             value: None,
@@ -227,9 +239,21 @@ impl Error {
         self
     }
 
+    /// How far the motion would come, percent, if it leaves the reach on its way.
+    pub(crate) fn progress(&self) -> Option<f64> {
+        self.0.progress
+    }
+
+    /// Tells it by a place; what was said so far is the detail.
+    pub(crate) fn in_place(mut self, message: String) -> Self {
+        self.0.detail = Some(std::mem::replace(&mut self.0.message, message));
+        self
+    }
+
     /// The end would be reachable, but not the way there.
     pub fn on_the_way(mut self, percent: f64) -> Self {
         self.0.message = format!("{:.0} % of the way there: {}", percent, self.0.message);
+        self.0.progress = Some(percent);
         self
     }
 
@@ -303,6 +327,7 @@ impl Error {
         Self(Box::new(Details {
             source: None,
             message: self.0.message.clone(),
+            detail: self.0.detail.clone(),
             command: self.0.command.clone(),
             alarms: self.0.alarms,
             remedies: self.0.remedies.clone(),
@@ -448,7 +473,9 @@ impl fmt::Debug for Error {
 /// A sentence may quote an arm, a file or a port; a terminal obeys nothing of that.
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some(command) = &self.0.command {
+        // Where the arm cannot go is a fact about a place: which command would lead there says nothing to a person.
+        let is_of_a_place = matches!(self.0.code, ErrorCode::OutOfReach | ErrorCode::Fenced);
+        if let Some(command) = self.0.command.as_ref().filter(|_| !is_of_a_place) {
             write!(f, "{}: ", visible_lines(command))?;
         }
         visible_lines(&self.0.message).fmt(f)

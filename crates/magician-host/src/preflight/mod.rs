@@ -7,6 +7,7 @@ mod meeting;
 mod motion;
 mod numbers;
 mod path;
+mod place;
 mod rail;
 mod readings;
 mod retract;
@@ -235,7 +236,9 @@ impl Preflight {
             .and_then(|()| self.check_fence(command))
             .and_then(|()| self.follow(command));
         let own = passed.map_err(|error| {
-            let named = error.with_command(command.row().set_name);
+            let named = self
+                .told_by_place(command, error)
+                .with_command(command.row().set_name);
             match self.now.tool.is_zero() && depends_on_tool(command) {
                 true => named.of_unknown_tool(),
                 false => named,

@@ -16,8 +16,8 @@ const FASTEST_PULSES: f64 = 1e6;
 
 /// A point-to-point move as its commands give it.
 pub(super) struct Ptp {
-    mode: PtpMode,
-    numbers: [f32; 4],
+    pub(super) mode: PtpMode,
+    pub(super) numbers: [f32; 4],
     rail: Option<f32>,
 }
 

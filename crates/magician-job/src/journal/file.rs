@@ -3,6 +3,7 @@
 //! A file belongs to one job of one arm, and is locked meanwhile: arms that tell the same serial number, as
 //! all virtual ones do that end with their process, each have a file of their own.
 
+use std::cmp::Reverse;
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{self, Read as _, Seek as _};
@@ -11,12 +12,15 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use magician_program::resume::Checkpoint;
 
-use super::{Journal, JournalError, JournalKey};
+use super::{InterruptedJob, Journal, JournalError, JournalKey};
 use crate::dirs;
 use crate::files::replace_locked;
 
 /// Arms with one serial number that have journals of one program, at most. Beyond that nothing is kept.
 const MOST_ARMS: u32 = 32;
+
+/// Interrupted jobs of other programs that are told.
+const MOST_OTHERS: usize = 20;
 
 /// Claims by path of the first such file and number of the arm.
 type Claims = BTreeMap<(PathBuf, u64), Claim>;
@@ -78,6 +82,53 @@ impl FileJournal {
         Some(folder)
     }
 
+    /// Why there is nothing of this program, with what there is of others at the same arm.
+    fn nothing(&self) -> JournalError {
+        let others = self.others().unwrap_or_default();
+        match others.is_empty() {
+            true => JournalError::Nothing,
+            false => JournalError::Others(others),
+        }
+    }
+
+    fn others(&self) -> Option<Vec<InterruptedJob>> {
+        let (first, _) = self.key.as_ref()?;
+        let own = first.file_stem()?.to_str()?;
+        let (_, arm) = own.split_once('-')?;
+        let is_of_arm = |path: &PathBuf| {
+            let stem = path.file_stem().and_then(|stem| stem.to_str());
+            let rest = stem
+                .and_then(|stem| stem.split_once('-'))
+                .map(|(_, rest)| rest);
+            let rest = rest.and_then(|rest| rest.strip_prefix(arm));
+            // Arms of one serial number are counted.
+            let is_number =
+                |count: &str| !count.is_empty() && count.bytes().all(|sign| sign.is_ascii_digit());
+            rest.is_some_and(|rest| {
+                rest.is_empty() || rest.strip_prefix('-').is_some_and(is_number)
+            })
+        };
+        let entries = fs::read_dir(first.parent()?).ok()?.flatten();
+        let claims = entries.map(|entry| entry.path()).filter(is_of_arm);
+        let left = claims.filter_map(Claim::of).filter_map(|claim| {
+            let at = claim
+                .file
+                .metadata()
+                .and_then(|about| about.modified())
+                .ok()?;
+            let checkpoint: Checkpoint = serde_json::from_str(&claim.text().ok()?).ok()?;
+            Some(InterruptedJob {
+                title: checkpoint.title,
+                finished: checkpoint.finished,
+                at,
+            })
+        });
+        let mut left: Vec<_> = left.collect();
+        left.sort_by_key(|job| Reverse(job.at));
+        left.truncate(MOST_OTHERS);
+        Some(left)
+    }
+
     fn try_write(&mut self, text: &str) -> io::Result<()> {
         let Some((first, _)) = &self.key else {
             let why = "the system names no folder for it";
@@ -118,7 +169,7 @@ impl Journal for FileJournal {
 
     fn left(&self) -> Result<Checkpoint, JournalError> {
         let claim = self.claim.as_ref().filter(|claim| claim.path.exists());
-        let claim = claim.ok_or(JournalError::Nothing)?;
+        let claim = claim.ok_or_else(|| self.nothing())?;
         let checkpoint: Option<Checkpoint> = claim
             .text()
             .ok()

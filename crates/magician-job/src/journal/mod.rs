@@ -4,6 +4,7 @@
 mod file;
 
 use std::io;
+use std::time::SystemTime;
 
 use magician_program::resume::Checkpoint;
 
@@ -35,12 +36,27 @@ impl JournalKey {
     }
 }
 
+/// A job of another program that was interrupted.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct InterruptedJob {
+    /// What was run.
+    pub title: String,
+    /// Steps that are known to be finished.
+    pub finished: u64,
+    /// When that was written.
+    pub at: SystemTime,
+}
+
 /// Why there is nothing to resume.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum JournalError {
     /// No job of this program was interrupted at this arm.
     Nothing,
+    /// The same, but jobs of other programs were: the newest first. The same file placed or drawn in another way is another
+    /// program.
+    Others(Vec<InterruptedJob>),
     /// It is there and cannot be read: another version wrote it, or something damaged it.
     Unreadable {
         /// Where it is.

@@ -646,3 +646,31 @@ async fn a_resumed_burn_overlaps_by_so_much_along_its_line() {
         }
     }
 }
+
+/// The same file with another flag is another program: what was interrupted of it is not denied.
+#[test]
+fn nothing_to_resume_names_interrupted_jobs_of_the_same_arm() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let opened = |program: &str, arm: &str| {
+        let mut journal = FileJournal::at(folder.path());
+        journal.open(&JournalKey::new(program, arm));
+        journal
+    };
+    let checkpoint = Checkpoint {
+        version: Checkpoint::VERSION,
+        title: "logo".to_owned(),
+        finished: 116,
+        ..Checkpoint::default()
+    };
+    opened("a1", "DT 1").write(&checkpoint).expect("kept");
+    opened("b2", "DT 12").write(&checkpoint).expect("kept");
+    let others = |error: Result<Checkpoint, JournalError>| match error {
+        Err(JournalError::Others(others)) => others,
+        other => panic!("{other:?}"),
+    };
+    let left = others(opened("c3", "DT 1").left());
+    assert_eq!(left.len(), 1);
+    assert_eq!((left[0].title.as_str(), left[0].finished), ("logo", 116));
+    assert_eq!(opened("c3", "DT 3").left(), Err(JournalError::Nothing));
+    assert_eq!(opened("a1", "DT 1").left(), Ok(checkpoint));
+}

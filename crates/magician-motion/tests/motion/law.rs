@@ -82,10 +82,10 @@ proptest! {
         let profile = MotionLaw::MAGICIAN.stop(speed, acceleration);
         let places = added_up(jogged(speed, 0.0, acceleration).take_while(|speed| *speed > 0.0));
         for (step, place) in places.iter().enumerate() {
-            prop_assert!((at(&profile, step) - place).abs() < 1e-9);
+            prop_assert!((at(&profile, step) - place).abs() < 1e-9 * (1.0 + place));
         }
         let length = places.last().copied().unwrap_or(0.0);
-        prop_assert!((profile.length() - length).abs() < 1e-9);
+        prop_assert!((profile.length() - length).abs() < 1e-9 * (1.0 + length));
         prop_assert!(profile.duration() <= (places.len() as f64) * PERIOD + 1e-9);
     }
 
@@ -133,26 +133,62 @@ proptest! {
         prop_assert_eq!(braked.duration_us() % PERIOD_US, 0);
     }
 
-    /// A segment of a path keeps its bounds, ends exactly and takes whole periods.
+    /// A segment of a path takes the nearest number of whole periods, keeps its bounds as far as that lets it, and ends exactly.
     #[test]
-    fn a_segment_takes_whole_periods(
+    fn a_segment_takes_the_nearest_whole_number_of_periods(
         length in 0.01..50.0f64, entry in 0.0..100.0f64, exit in 0.0..100.0f64, limits in limits(),
     ) {
-        let fastest = VelocityProfile::between(length, entry, exit, &limits);
+        let exact = VelocityProfile::between(length, entry, exit, &limits);
         let profile = MotionLaw::MAGICIAN.segment(length, entry, exit, &limits);
         let count = profile.duration() / PERIOD;
         prop_assert!((count - count.round()).abs() < 1e-9 && count.round() >= 1.0);
-        prop_assert!(profile.duration() >= fastest.duration() - 1e-9);
-        prop_assert!(profile.duration() < fastest.duration() + PERIOD + 1e-9);
+        // What binary32 makes of the ends of a segment, 0.00006 mm, decides a tie and nothing else.
+        let half = 0.5 * PERIOD + 6e-5 / limits.velocity + 1e-9;
+        let off = profile.duration() - exact.duration();
+        prop_assert!(off.abs() <= half || count.round() == 1.0 && off > 0.0, "{off}");
         prop_assert_eq!((profile.position(0.0), profile.position(profile.duration())), (0.0, length));
-        prop_assert_eq!(profile.exit(), fastest.exit());
-        let highest = limits.velocity.max(entry).max(fastest.exit()) * (1.0 + 1e-9);
+        prop_assert_eq!(profile.exit(), exact.exit());
+        // In a share of the time a cruise is faster by that share, and makes up for what ramps between the same speeds lose.
+        let share = (profile.duration() / exact.duration()).min(1.0);
+        let highest = limits.velocity.max(entry).max(exact.exit()) * (1.0 + 1e-9);
+        let highest = highest * (2.0 - share) / share;
         for nth in 0..100 {
             let t = profile.duration() * f64::from(nth) / 100.0;
             prop_assert!(profile.velocity(t) <= highest, "{} of {highest}", profile.velocity(t));
             let gone = profile.position(t + 1e-4) - profile.position(t);
             prop_assert!(gone >= 0.0 && gone <= 1e-4 * highest + 1e-12, "{gone}");
         }
+    }
+}
+
+#[test]
+fn segments_at_one_speed_take_the_nearest_number_of_periods() {
+    let limits = |velocity| KinematicLimits {
+        velocity,
+        acceleration: 100.0,
+    };
+    for (length, velocity, periods) in [
+        // 1.67, 1.33 and 2.33 periods at the speed of the path.
+        (1.0, 30.0, 2),
+        (0.8, 30.0, 1),
+        (1.4, 30.0, 2),
+        // A tie, whatever binary32 makes of both ends.
+        (3.0, 100.0, 2),
+        (3.0 - 5e-5, 100.0, 2),
+        (3.0 + 5e-5, 100.0, 2),
+        // None takes less than one.
+        (0.1, 30.0, 1),
+    ] {
+        let profile = MotionLaw::MAGICIAN.segment(length, velocity, velocity, &limits(velocity));
+        let lasting = f64::from(periods) * PERIOD;
+        assert!(
+            (profile.duration() - lasting).abs() < 1e-9,
+            "{length} mm at {velocity} mm/s: {} s",
+            profile.duration()
+        );
+        // One speed all along.
+        let middle = profile.position(0.5 * lasting);
+        assert!((middle - 0.5 * length).abs() < 1e-9, "{length}: {middle}");
     }
 }
 

@@ -210,10 +210,23 @@ impl StepWriter<'_> {
             return;
         };
         let dot = stroke.points.iter().all(|point| point == first);
+        let begins = self.plan.steps.len();
         match (self.marking.power, dot) {
             (None, _) => self.write(stroke, dot),
             (Some(power), false) => self.burn(&stroke.points, power, stroke.origin),
             (Some(power), true) => self.burn(&self.speck(*first), power, stroke.origin),
+        }
+        let colors = &self.placed.artwork.colors;
+        let color = (stroke.style.color as usize).checked_sub(1);
+        let color = color.and_then(|at| colors.get(at)).copied();
+        // The pen goes up from the line before, in its colour.
+        let (before, steps) = self.plan.steps.split_at_mut(begins);
+        let color_before = before.last().and_then(|step| step.color);
+        for step in steps {
+            step.color = match step.origin == stroke.origin {
+                true => color,
+                false => color_before,
+            };
         }
     }
 

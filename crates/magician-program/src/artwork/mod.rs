@@ -18,6 +18,7 @@ pub(crate) use tidy::from_the_least;
 pub use tidy::{Tidied, Tidy};
 
 use crate::fill::{Area, Fill, FillMode};
+use crate::formats::Curves;
 use crate::{Color, Origin};
 
 /// Lines on a sheet. Coordinates are those of the sheet, mm: x to the right, y up, from its lower left corner.
@@ -41,6 +42,8 @@ pub struct Artwork {
     pub parts: Vec<DrawingPart>,
     /// Whether the lines are drawn in this order, because it has a meaning: that of the strokes of a character.
     pub in_order: bool,
+    /// The curves behind its lines.
+    pub curves: Curves,
 }
 
 /// One line without a break; one of a single point is a dot.

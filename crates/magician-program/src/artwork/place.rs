@@ -47,10 +47,15 @@ pub struct Layout {
     pub rotate: f64,
     /// Where the middle of its lines goes, in the arm's x and y, mm; wherever its page would then lie.
     pub at: Option<[f64; 2]>,
+    /// True if the middle of its page goes there instead.
+    pub keeps_page: bool,
     /// The width and height, mm, turned with the sheet, that it keeps within if it is made to fit.
     pub room: Option<[f64; 2]>,
     /// Whether it is made smaller until it fits.
     pub fit: bool,
+    /// True if the caller turns it by another 90 degrees where it is larger so: what is said of its largest size counts on
+    /// that, unless a place was given.
+    pub turn: bool,
     /// Whether it is mirrored, left to right, before it is turned.
     pub mirror: bool,
 }
@@ -65,8 +70,10 @@ impl Layout {
             scale: 1.0,
             rotate: 0.0,
             at: None,
+            keeps_page: false,
             room: None,
             fit: false,
+            turn: false,
             mirror: false,
         }
     }
@@ -119,6 +126,15 @@ impl Artwork {
             (placed, None) => Ok(placed),
             (_, Some(misfit)) => Err(misfit.diagnostic),
         }
+    }
+
+    /// The largest size that fits, but not above that of the layout. `None` if none does.
+    pub(crate) fn largest(&self, layout: &Layout, marking: &Marking) -> Option<f64> {
+        layout.check().ok()?;
+        let reach = marking.reach(layout.surface);
+        reach.ahead()?;
+        let placer = Placer::new(self, self.bounds()?, layout, &reach);
+        placer.largest().map(|(scale, _)| scale)
     }
 
     /// As [`placed`](Self::placed); what does not fit is laid where it would go, with why it does not fit.
@@ -220,6 +236,8 @@ struct Placer<'a> {
     size: [f64; 2],
     /// From the lower left corner of its page to the middle of its lines, turned with the sheet.
     inset: [f64; 2],
+    /// From the middle of its page to the middle of its lines, turned with the sheet.
+    offset: [f64; 2],
     /// Width and height of the page.
     page: [f64; 2],
 }
@@ -274,6 +292,10 @@ impl<'a> Placer<'a> {
             hull,
             size: [0, 1].map(|axis| most[axis] - least[axis]),
             inset: rotated([0, 1].map(|axis| middle[axis] - page_least[axis]), sheet),
+            offset: rotated(
+                [0, 1].map(|axis| middle[axis] - f64::midpoint(page_least[axis], page_most[axis])),
+                sheet,
+            ),
             page: [0, 1].map(|axis| page_most[axis] - page_least[axis]),
         }
     }
@@ -333,7 +355,11 @@ impl<'a> Placer<'a> {
     fn middle(&self, scale: f64) -> Option<[f64; 2]> {
         let on_sheet =
             |sheet: Sheet| [0, 1].map(|axis| sheet.corner[axis] + scale * self.inset[axis]);
-        self.layout.at.or(self.layout.sheet.map(on_sheet))
+        let at = self.layout.at.map(|at| match self.layout.keeps_page {
+            true => [0, 1].map(|axis| at[axis] + scale * self.offset[axis]),
+            false => at,
+        });
+        at.or(self.layout.sheet.map(on_sheet))
     }
 
     /// The same, if all of it is reached there.
@@ -386,14 +412,13 @@ impl<'a> Placer<'a> {
         PlacedArtwork {
             artwork: Artwork {
                 title: self.artwork.title.clone(),
-                page: None,
                 areas: areas.collect(),
                 strokes,
                 names: self.artwork.names.clone(),
+                colors: self.artwork.colors.clone(),
                 parts: self.artwork.parts.clone(),
-                layers: Vec::new(),
-                colors: Vec::new(),
                 in_order: self.artwork.in_order,
+                ..Artwork::default()
             },
             surface: self.layout.surface,
             scale,
@@ -440,6 +465,11 @@ impl<'a> Placer<'a> {
             (None, Some(_)) => "at most {} of that shape fits the sheet and is reachable",
             (None, None) => "at most {} of that shape is reachable",
         };
+        let other = turned.filter(|other| *other > most * 1.001);
+        let free = (self.layout.at, self.layout.sheet) == (None, None);
+        // What may be turned has its largest size so.
+        let turns = free && self.layout.turn;
+        let most = other.filter(|_| turns).unwrap_or(most);
         let message = format!("the drawing is {own}, {}", place.replace("{}", &size(most)));
         let mut would_fit = WouldFit::new(most, self.layout.rotate);
         let scale = (Setting::Scale, Given::Number(would_fit.scale));
@@ -449,11 +479,13 @@ impl<'a> Placer<'a> {
         if let Some(place) = elsewhere {
             diagnostic = diagnostic.remedy(at(place), "fits at this size");
         }
-        if let Some(other) = turned.filter(|other| *other > most * 1.001) {
+        if let Some(other) = other {
             let rotate = self.layout.rotate + 90.0;
             would_fit = WouldFit::new(other, rotate);
-            let turn = (Setting::Rotate, Given::Number(rotate));
-            diagnostic = diagnostic.remedy(turn, "leaves it more room");
+            if !turns {
+                let turn = (Setting::Rotate, Given::Number(rotate));
+                diagnostic = diagnostic.remedy(turn, "leaves it more room");
+            }
         }
         FitFailure {
             diagnostic,

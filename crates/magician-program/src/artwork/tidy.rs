@@ -5,6 +5,8 @@ use std::collections::HashSet;
 
 use super::order::join;
 use super::{Artwork, Stroke};
+use crate::FilledArea;
+use crate::fill::Area;
 use crate::simplify::simplified;
 
 /// Corners of two lines no farther apart than about this are the same, mm.
@@ -44,6 +46,29 @@ pub struct Tidied {
 }
 
 impl Artwork {
+    /// Its lines and areas with as few points as this distance allows, and nothing else of it but its page.
+    pub(crate) fn thinned(&self, distance: f64) -> Self {
+        let strokes = self.strokes.iter().map(|stroke| Stroke {
+            points: simplified(&stroke.points, distance),
+            ..*stroke
+        });
+        let areas = self.areas.iter().map(|filled| FilledArea {
+            area: Area {
+                rings: { filled.area.rings.iter() }
+                    .map(|ring| simplified(ring, distance))
+                    .collect(),
+                rule: filled.area.rule,
+            },
+            ..*filled
+        });
+        Self {
+            page: self.page,
+            strokes: strokes.collect(),
+            areas: areas.collect(),
+            ..Self::default()
+        }
+    }
+
     /// Tidies its lines, those of each part by themselves. None of what is drawn then is farther from what was drawn before than `merge` and `simplify` together, nor
     /// the other way round. Strokes whose order has a meaning are thinned alone.
     ///
@@ -62,6 +87,11 @@ impl Artwork {
     /// assert_eq!((tidied.repeated, tidied.joined, drawing.strokes.len()), (1, 1, 1));
     /// ```
     pub fn tidy(&mut self, tidy: &Tidy) -> Tidied {
+        self.tidy_to_draw(tidy, 1.0)
+    }
+
+    /// The same for lines that are drawn in this size: lengths are those of what is drawn.
+    pub(crate) fn tidy_to_draw(&mut self, tidy: &Tidy, scale: f64) -> Tidied {
         let mut tidied = Tidied::default();
         if !self.strokes.iter().all(Stroke::is_finite) {
             return tidied;
@@ -74,16 +104,16 @@ impl Artwork {
             if dedupe {
                 let count = strokes.len();
                 let mut known = HashSet::new();
-                strokes.retain(|stroke| known.insert(shape(stroke)));
+                strokes.retain(|stroke| known.insert(shape(stroke, SAME / scale)));
                 tidied.repeated += count - strokes.len();
             }
             if merge {
-                tidied.joined += join::join(strokes, tidy.merge);
+                tidied.joined += join::join(strokes, tidy.merge / scale);
             }
         });
         if tidy.simplify > 0.0 {
             for stroke in &mut self.strokes {
-                stroke.points = simplified(&stroke.points, tidy.simplify);
+                stroke.points = simplified(&stroke.points, tidy.simplify / scale);
             }
         }
         tidied
@@ -91,8 +121,8 @@ impl Artwork {
 }
 
 /// The same for lines of the same corners, whichever way they go; for closed ones wherever they begin.
-fn shape(stroke: &Stroke) -> Vec<[i64; 2]> {
-    let near = |point: &[f64; 2]| point.map(|value| (value / SAME).round() as i64);
+fn shape(stroke: &Stroke, same: f64) -> Vec<[i64; 2]> {
+    let near = |point: &[f64; 2]| point.map(|value| (value / same).round() as i64);
     let mut corners: Vec<[i64; 2]> = stroke.points.iter().map(near).collect();
     if stroke.is_closed() {
         corners.pop();

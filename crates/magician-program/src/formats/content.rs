@@ -4,6 +4,7 @@ pub(super) mod plot;
 pub(super) mod points;
 
 use super::Format;
+use crate::encoding;
 
 /// So much of a file is looked at.
 const HEAD: usize = 4096;
@@ -21,6 +22,7 @@ pub(super) fn of(bytes: &[u8]) -> Option<Format> {
         || begins(b"II*\0")
         || begins(b"MM\0*")
         || begins(b"RIFF") && head.get(8..12) == Some(b"WEBP")
+        || is_netpbm(head)
     {
         return Some(Format::Image);
     }
@@ -34,12 +36,8 @@ pub(super) fn of(bytes: &[u8]) -> Option<Format> {
     if begins(b"AutoCAD Binary DXF\r\n") {
         return Some(Format::Dxf);
     }
-    // The head may end within a character.
-    let text = match std::str::from_utf8(head) {
-        Ok(text) => text,
-        Err(error) => std::str::from_utf8(head.get(..error.valid_up_to())?).ok()?,
-    };
-    let text = text.strip_prefix('\u{FEFF}').unwrap_or(text).trim_start();
+    let text = encoding::head(head)?;
+    let text = text.trim_start();
     match text.chars().next()? {
         '<' => match root_element(text)? {
             "root" => Some(Format::Playback),
@@ -51,11 +49,34 @@ pub(super) fn of(bytes: &[u8]) -> Option<Format> {
         '{' if text.contains("\"magician-testgrid\"") => Some(Format::TestGrid),
         _ if points::is_one(text) => Some(Format::Points),
         '{' => None,
+        // A list of DobotLab.
+        '[' if text.contains("\"type\"") && text.contains("\"params\"") => Some(Format::Playback),
         _ if is_dxf(text) => Some(Format::Dxf),
         _ if is_hpgl(text) => Some(Format::Hpgl),
         _ if is_gcode(text) => Some(Format::Gcode),
         _ => None,
     }
+}
+
+/// True for the netpbm formats: `P1` to `P6`, then the size.
+fn is_netpbm(head: &[u8]) -> bool {
+    let Some((magic, rest)) = head.split_at_checked(2) else {
+        return false;
+    };
+    let mut rest = rest.iter().skip_while(|byte| byte.is_ascii_whitespace());
+    let is_one = matches!(magic, [b'P', b'1'..=b'6']);
+    let separated = head.get(2).is_some_and(u8::is_ascii_whitespace);
+    is_one
+        && separated
+        && rest
+            .next()
+            .is_some_and(|byte| byte.is_ascii_digit() || *byte == b'#')
+}
+
+/// True if a file is XML whose first element has this name.
+pub(super) fn begins_with_element(bytes: &[u8], name: &str) -> bool {
+    let text = encoding::head(bytes.get(..HEAD).unwrap_or(bytes));
+    text.is_some_and(|text| text.trim_start().starts_with('<') && root_element(&text) == Some(name))
 }
 
 /// The name of the first element, without its namespace.

@@ -63,6 +63,8 @@ pub enum Arcs {
 pub struct GcodeOptions {
     /// What draws.
     pub dialect: Dialect,
+    /// True if the program is to burn: coolant (M7, M8) alone does not make it a mill's then, but is the air assist of a laser.
+    pub burns: bool,
     /// Where the arm stands when the program begins. Moves of one axis and relative moves begin there; nothing is drawn from
     /// there that the program does not count from there. Without it moves wait until the program has named X and Y, then the
     /// arm comes from above, and what counts from the start is refused: relative moves and arcs.
@@ -95,6 +97,7 @@ impl Default for GcodeOptions {
     fn default() -> Self {
         Self {
             dialect: Dialect::Detect,
+            burns: false,
             start: None,
             placed: false,
             s_max: None,

@@ -3,18 +3,26 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::{Content, Format, Parsed, ReadOptions, content};
+use super::{Chords, Content, Format, Parsed, ReadOptions, content};
 use crate::plan::file;
 use crate::{Diagnostic, Missing};
 
 /// Makes of the bytes of a file what is in it.
-type Reader = fn(&[u8], &ReadOptions) -> Result<Parsed, Diagnostic>;
+type Reader = fn(&[u8], &ReadOptions, &Chords) -> Result<Parsed, Diagnostic>;
 
 /// A feature of this crate, and the reader that it builds in.
 macro_rules! behind {
-    ($feature:literal, $module:ident) => {{
+    ($feature:literal, $module:ident) => {
+        behind!($feature, |bytes, options, _| super::$module::read(
+            bytes, options
+        ))
+    };
+    ($feature:literal, curved $module:ident) => {
+        behind!($feature, super::$module::read)
+    };
+    ($feature:literal, $reader:expr) => {{
         #[cfg(feature = $feature)]
-        let reader: Option<Reader> = Some(super::$module::read);
+        let reader: Option<Reader> = Some($reader);
         #[cfg(not(feature = $feature))]
         let reader: Option<Reader> = None;
         (Some($feature), reader)
@@ -67,7 +75,8 @@ impl Format {
             Self::Dxf => &[".dxf"],
             Self::Blockly => &[".blockly"],
             Self::Image => &[
-                ".png", ".jpg", ".jpeg", ".bmp", ".webp", ".gif", ".tif", ".tiff",
+                ".png", ".jpg", ".jpeg", ".bmp", ".webp", ".gif", ".tif", ".tiff", ".pgm", ".pbm",
+                ".ppm", ".pnm",
             ],
             Self::Points => &[".csv", ".xyz", ".mcap"],
             // No ending says that its text is to be written: `.txt` may be points or G-code.
@@ -106,7 +115,7 @@ impl Format {
             Self::Hpgl => "HPGL plot",
             Self::Dxf => "DXF drawing",
             Self::Blockly => "DobotBlockly workspace",
-            Self::Image => "PNG, JPEG, BMP, WebP, GIF or TIFF image",
+            Self::Image => "PNG, JPEG, BMP, WebP, GIF, TIFF or PNM image",
             Self::Points => "points as CSV, JSON or text, and recordings as CSV or MCAP",
             Self::Text => "text, to be written with the pen",
             Self::TestGrid => "squares to be burnt with many powers and speeds",
@@ -118,14 +127,14 @@ impl Format {
         match self {
             Self::Plan => (None, Some(read_plan)),
             Self::Playback => behind!("read-playback", playback),
-            Self::Gcode => behind!("read-gcode", gcode),
-            Self::Svg => behind!("read-svg", svg),
-            Self::Hpgl => behind!("read-hpgl", hpgl),
-            Self::Dxf => behind!("read-dxf", dxf),
+            Self::Gcode => behind!("read-gcode", curved gcode),
+            Self::Svg => behind!("read-svg", curved svg),
+            Self::Hpgl => behind!("read-hpgl", curved hpgl),
+            Self::Dxf => behind!("read-dxf", curved dxf),
             Self::Blockly => behind!("read-blockly", blockly),
             Self::Image => behind!("image", image),
             Self::Points => behind!("read-points", points),
-            Self::Text => behind!("read-text", words),
+            Self::Text => behind!("read-text", curved words),
             Self::TestGrid => behind!("read-text", testgrid),
         }
     }
@@ -199,7 +208,7 @@ impl Format {
     }
 }
 
-fn read_plan(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
+fn read_plan(bytes: &[u8], options: &ReadOptions, _: &Chords) -> Result<Parsed, Diagnostic> {
     let read = file::read(bytes, options)?;
     Ok(Parsed {
         content: Content::Plan(read.content),

@@ -3,8 +3,10 @@
 #[cfg(feature = "read-blockly")]
 mod blockly;
 pub(crate) mod content;
+mod curved;
 #[cfg(feature = "read-dxf")]
 mod dxf;
+mod foreign;
 #[cfg(feature = "read-gcode")]
 mod gcode;
 mod gcode_options;
@@ -25,13 +27,14 @@ mod span;
 mod svg;
 #[cfg(feature = "read-text")]
 mod testgrid;
-#[cfg(any(feature = "read-dxf", feature = "read-gcode", feature = "read-hpgl"))]
-mod text;
 #[cfg(feature = "read-text")]
 mod words;
 #[cfg(any(feature = "read-blockly", feature = "read-playback"))]
 mod xml;
 
+pub(crate) use curved::Chords;
+pub use curved::Curves;
+pub use foreign::foreign;
 pub use gcode_options::{Arcs, Dialect, GcodeOptions};
 
 use magician_host::{Remedy, Setting};
@@ -59,7 +62,7 @@ pub enum Format {
     Dxf,
     /// DobotBlockly workspaces.
     Blockly,
-    /// PNG, JPEG, BMP, WebP, GIF and TIFF images.
+    /// PNG, JPEG, BMP, WebP, GIF, TIFF and netpbm images.
     Image,
     /// Lists of points: CSV, JSON, text.
     Points,
@@ -75,8 +78,11 @@ pub enum Format {
 pub struct ReadOptions {
     /// What it is called in what is made of it; the file's name without its ending, as a rule.
     pub title: String,
-    /// Largest distance of a line from its curve, mm.
+    /// Largest distance of a line from its curve, mm in the size in which it is drawn.
     pub tolerance: f64,
+    /// Size in which it is drawn, 1 being the true one, as far as that is known. [`Setup::plan`](crate::Setup::plan) follows
+    /// curves again where they are drawn larger.
+    pub scale: f64,
     /// What G-code leaves open.
     pub gcode: GcodeOptions,
     /// What becomes of filled shapes that have no line of their own.
@@ -168,6 +174,7 @@ impl Default for ReadOptions {
         Self {
             title: String::new(),
             tolerance: 0.05,
+            scale: 1.0,
             gcode: GcodeOptions::default(),
             fills: Fills::default(),
             white: White::default(),
@@ -217,7 +224,19 @@ pub fn read(format: Format, bytes: &[u8], options: &ReadOptions) -> Result<Parse
     if format != Format::Image {
         only_images(options.crop)?;
     }
-    let mut reading = format.reader()?(bytes, options)?;
+    curved::read(format, bytes, options)
+}
+
+/// Reads the lines of a file, its curves as these chords.
+fn lines(
+    format: Format,
+    bytes: &[u8],
+    options: &ReadOptions,
+    chords: &Chords,
+) -> Result<Parsed, Diagnostic> {
+    let reader = format.reader()?;
+    foreign::check(bytes)?;
+    let mut reading = reader(bytes, options, chords)?;
     if options.clip_page {
         let note = reading.clip_to_page();
         reading.notes.extend(note);

@@ -1,6 +1,7 @@
 //! Test grids: what they are to have, as JSON.
 
 use super::{Content, Parsed, ReadOptions};
+use crate::encoding::{Otherwise, decode};
 use crate::lettering::lay_out;
 use crate::testgrid::{TestGrid, TestGridOptions};
 use crate::{BundledFont, Diagnostic, FontChoice, Origin, TextOptions};
@@ -15,7 +16,8 @@ const WIDEST: f64 = 1.1;
 const TOLERANCE: f64 = 0.02;
 
 pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
-    let wanted: TestGridOptions = serde_json::from_slice(bytes).map_err(|error| {
+    let text = decode(bytes, Otherwise::Refused)?.text;
+    let wanted: TestGridOptions = serde_json::from_str(&text).map_err(|error| {
         let number = |value: usize| u32::try_from(value).unwrap_or(u32::MAX);
         let origin = Origin {
             line: number(error.line()),

@@ -4,8 +4,9 @@ use std::ops::Range;
 
 use magician_host::{Given, Setting};
 
-use super::{Content, Fills, Parsed, ReadOptions};
+use super::{Chords, Content, Fills, Parsed, ReadOptions};
 use crate::artwork::Style;
+use crate::encoding::{Otherwise, decode};
 use crate::fill::{Area, FillRule};
 use crate::lettering::{Glyphs, LaidText, lacks, lay_out};
 use crate::{Artwork, Diagnostic, DiagnosticCode, FilledArea, Lines, Origin, Stroke};
@@ -16,15 +17,14 @@ const LONGEST: usize = 100_000;
 const LARGEST: f64 = 10_000.0;
 /// As many characters are named that a font lacks.
 const NAMED: usize = 20;
-/// Finer is of no use to any arm, mm.
-const FINEST: f64 = 1e-3;
 
-pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
-    let text = std::str::from_utf8(bytes).map_err(|error| {
-        let at = error.valid_up_to();
-        Diagnostic::of_file(format!("the text is not UTF-8 from byte {at} on"))
-    })?;
-    let text = text.trim_end_matches(['\n', '\r']);
+pub(super) fn read(
+    bytes: &[u8],
+    options: &ReadOptions,
+    chords: &Chords,
+) -> Result<Parsed, Diagnostic> {
+    let decoded = decode(bytes, Otherwise::Western)?;
+    let text = decoded.text.trim_end_matches(['\n', '\r']);
     let lines = Lines::new(text);
     if text.trim().is_empty() {
         return Err(Diagnostic::of_file("there is no text"));
@@ -42,14 +42,14 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
         );
     }
     let font = options.text.font.load()?;
-    let tolerance = options.tolerance.max(FINEST);
     let LaidText {
         lines: penned,
         missing,
         substituted,
-    } = lay_out(text, &font, &options.text, tolerance)?;
+    } = lay_out(text, &font, &options.text, chords.for_curve())?;
     let mut notes = notes(&missing, &lines, options)?;
     notes.extend(substitution(&substituted, &lines, options));
+    notes.extend(decoded.note);
     let mut artwork = Artwork {
         title: options.title.clone(),
         in_order: font.has_stroke_order(),

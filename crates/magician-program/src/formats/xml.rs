@@ -1,21 +1,11 @@
-//! XML as the readers of this crate take it: UTF-8, without a document type, with places.
+//! XML as the readers of this crate take it: without a document type, with places.
 
 use roxmltree::{Document, Node, ParsingOptions};
 
-use crate::{Diagnostic, Lines, Origin};
+use crate::{Diagnostic, Origin};
 
 /// More elements, texts and comments than any file of these kinds has.
 const MOST_NODES: u32 = 8_000_000;
-
-/// The text of a file.
-pub(super) fn text(bytes: &[u8]) -> Result<&str, Diagnostic> {
-    std::str::from_utf8(bytes).map_err(|error| {
-        let good = bytes.get(..error.valid_up_to()).unwrap_or_default();
-        let good = String::from_utf8_lossy(good);
-        let place = Lines::new(&good).origin(good.len()..good.len());
-        Diagnostic::new(place, "the file is not UTF-8 from here on").help("save it as UTF-8")
-    })
-}
 
 /// The document in a text.
 pub(super) fn parse(text: &str) -> Result<Document<'_>, Diagnostic> {

@@ -21,6 +21,8 @@ mod loaded;
 #[cfg(feature = "read-text")]
 mod marks;
 mod options;
+#[cfg(any(feature = "font-files", all(feature = "read-svg", feature = "text")))]
+mod outlines;
 #[cfg(feature = "read-text")]
 mod placed;
 #[cfg(any(feature = "font-files", all(feature = "read-svg", feature = "text")))]
@@ -38,7 +40,7 @@ pub(crate) use {
 };
 
 #[cfg(all(feature = "read-svg", feature = "text"))]
-pub(crate) use svg_font::SvgFont;
+pub(crate) use {outlines::cap_height, svg_font::SvgFont};
 
 #[cfg(feature = "read-text")]
 /// What gives the glyphs of a font.

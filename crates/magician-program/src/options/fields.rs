@@ -324,9 +324,6 @@ impl SetupOptions {
             let message = "frame_power needs frame: box, hull or outline";
             return Err(OptionError::new("frame_power", message));
         }
-        if self.turn == Some(false) && !self.fit {
-            return Err(OptionError::new("turn", "turn counts with fit alone"));
-        }
         for OfWork { key, work, given } in OF_WORK {
             let said = match (self.work, work) {
                 (Some(WorkOption::Draw), WorkOption::Engrave) => "the laser engraves: work is draw",
@@ -513,7 +510,6 @@ mod tests {
             (json!({"margin": 5}), "margin"),
             (json!({"page": "a4", "margin": -1}), "margin"),
             (json!({"page": "a4", "margin": 105}), "margin"),
-            (json!({"turn": false}), "turn"),
             (json!({"stay": true, "park": [1, 2, 3]}), "stay"),
             (json!({"width": 1, "height": 1}), "height"),
             (json!({"work": "draw", "one_way": true}), "one_way"),

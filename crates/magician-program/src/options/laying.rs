@@ -119,7 +119,7 @@ impl FileToLay {
             options,
             ..
         } = self;
-        let file = match options.read(*format, bytes, title, &setup)? {
+        let mut file = match options.read(*format, bytes, title, &setup)? {
             Reading::Done(file) => file,
             Reading::UnknownStart(unknown) => {
                 let at = match self.begins {
@@ -137,6 +137,7 @@ impl FileToLay {
         };
         let begun = file.begun.as_ref().filter(|begun| !begun.said);
         let start = begun.map(|begun| begun.at);
+        file.content = setup.followed(*format, file.content)?;
         let mut notes = file.notes.clone();
         let mut parts = setup.parts_in(&file.content, 1.0)?;
         let fills = setup.fills(&file.content);

@@ -113,7 +113,7 @@ pub struct SetupOptions {
     pub depths: Option<Depths>,
     /// Where its centre goes.
     pub at: Option<[f64; 2]>,
-    /// The page of paper that it lies on, its centre on the centre of the page.
+    /// The page of paper that it lies on: as on the page of its file if that is as large, else its centre on the centre.
     #[serde(with = "fields::text")]
     pub page: Option<Paper>,
     /// What is made to fit keeps so far from the edges of the page.
@@ -124,7 +124,8 @@ pub struct SetupOptions {
     pub rotate: Option<f64>,
     /// Made smaller until it can be reached.
     pub fit: bool,
-    /// Whether what is made to fit may be turned by 90 degrees; it may unless given.
+    /// True if it may be turned by 90 degrees to lie in front of the arm, or to be larger where it is made to fit; it may unless
+    /// given.
     pub turn: Option<bool>,
     /// A drawing is cut at its page.
     pub clip_page: bool,
@@ -297,6 +298,7 @@ impl SetupOptions {
             fit: self.fit,
             turn: self.turn.unwrap_or(true),
             mirror: self.mirror,
+            keeps_page: false,
             by: self.by.unwrap_or_default(),
         };
         let speed = |said: Option<f64>, usual| said.map_or(usual, |speed| speed as f32);
@@ -355,6 +357,7 @@ impl SetupOptions {
     pub fn reading(&self, setup: &Setup) -> ReadOptions {
         let mut options = ReadOptions::default();
         options.tolerance = self.tolerance.unwrap_or(options.tolerance);
+        options.scale = self.scale.unwrap_or(options.scale);
         options.white = self.white.unwrap_or_default();
         options.clip_page = self.clip_page;
         let fills = |pen: &PenOptions| pen.fill.is_some_and(|mode| mode != FillMode::None);
@@ -368,7 +371,10 @@ impl SetupOptions {
         options.system_fonts = self.system_fonts.unwrap_or(SystemFonts::On);
         options.strict_text = self.strict_text;
         setup.prepare(&mut options.gcode, setup.known_surface());
-        options.gcode.dialect = self.dialect.unwrap_or_default();
+        // What has an S of full power is a laser's.
+        let of_laser = self.s_max.map(|_| Dialect::Laser);
+        options.gcode.dialect = self.dialect.or(of_laser).unwrap_or_default();
+        options.gcode.burns = matches!(setup.work, Work::Engrave(_));
         options.gcode.s_max = self.s_max;
         options.gcode.laser_speed = setup.laser_speed.unwrap_or(options.gcode.laser_speed);
         options

@@ -32,16 +32,8 @@ struct Key<'t>(#[serde(borrow)] Cow<'t, str>);
 
 impl<'t> Json<'t> {
     /// The text of a file.
-    pub(crate) fn of(bytes: &'t [u8]) -> Result<Self, Diagnostic> {
-        let text = std::str::from_utf8(bytes).map_err(|error| {
-            let known = bytes.get(..error.valid_up_to()).unwrap_or_default();
-            let known = std::str::from_utf8(known).unwrap_or_default();
-            let origin = Lines::new(known).origin(known.len()..known.len());
-            Diagnostic::new(origin, "this is not UTF-8 text")
-        })?;
-        Ok(Self {
-            text: text.strip_prefix('\u{FEFF}').unwrap_or(text),
-        })
+    pub(crate) fn of(text: &'t str) -> Self {
+        Self { text }
     }
 
     /// The value that the text is, after a look at the syntax of all of it.

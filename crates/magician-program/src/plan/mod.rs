@@ -28,6 +28,7 @@ pub use pallet::Pallet;
 pub use part::{Color, Part, Pause, PauseCause};
 pub use step::{Step, Tool};
 
+use crate::formats::Curves;
 use crate::{Origin, Surface};
 
 /// What the arm is to do: steps in their order, each with where it came from.
@@ -46,6 +47,8 @@ pub struct Plan {
     pub steps: Vec<Step>,
     /// Names that origins refer to.
     pub names: Vec<String>,
+    /// The curves behind its lines, if it was read from a program that has arcs.
+    pub curves: Curves,
 }
 
 impl Plan {

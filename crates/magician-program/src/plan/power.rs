@@ -165,8 +165,8 @@ fn between(from: [f32; 3], to: [f32; 3], share: f64) -> [f32; 3] {
     [at((x, to_x)), at((y, to_y)), at((z, to_z))]
 }
 
-/// A piece takes at least this many periods of the arm. It takes whole ones, and one that is shorter than two may be slowed down to
-/// half of its speed.
+/// A piece takes at least this many periods of the arm. It takes the nearest whole number of them: one that is shorter than two may
+/// be faster by up to a half.
 const LEAST_PERIODS: f64 = 2.0;
 /// Part of the least time from which a piece is not taken for shorter, for rounding errors of times.
 const ROUNDED: f64 = 1.0 - 1e-6;
@@ -303,12 +303,15 @@ mod tests {
         plan
     }
 
-    /// Every piece has the power of its mean speed, and is right all along within a tenth, or within half of what three periods
-    /// change at the acceleration of [`plan`]: the least piece, and one period that is left where an odd number of them is cut.
+    /// Every piece has the power of its mean speed, and is right all along within a tenth, or within what three periods let it:
+    /// the least piece, and one period that is left where an odd number of them is cut. What takes three and a half at the
+    /// acceleration of [`plan`] is done in three, so that its mean speed is higher by a sixth, and half of its change is off that.
     fn is_right(reading: &Parsed<Plan>, feed: f64) {
         let period = f64::from(ArmModel::MAGICIAN.law.period_us()) / 1e6;
-        let change = 100.0 * (LEAST_PERIODS + 1.0) * period;
-        let within = 60.0 * f64::max(0.1, 0.5 * change / feed);
+        let periods = LEAST_PERIODS + 1.0;
+        let share = (periods + 0.5) / periods;
+        let half_change = 0.5 * 100.0 * (periods + 0.5) * period;
+        let within = 60.0 * f64::max(0.1, share - 1.0 + share * half_change / feed);
         let plan = &reading.content;
         let profiles = plan.path_laws();
         for (step, profile) in plan.steps.iter().zip(&profiles) {

@@ -4,11 +4,11 @@ use std::str::FromStr;
 use magician_motion::ToolBias;
 use magician_protocol::commands::EndEffectorParams;
 
-use super::Action;
+use super::{Action, Color};
 use crate::Origin;
 
-/// One step of a plan: one command.
-#[derive(Clone, Debug, PartialEq)]
+/// One step of a plan: one command. Steps that do the same are equal, whatever their colour.
+#[derive(Clone, Debug)]
 pub struct Step {
     /// What is done.
     pub action: Action,
@@ -19,6 +19,27 @@ pub struct Step {
     pub feed: Option<f32>,
     /// Whether its power was made in proportion to speed: at a lower speed it burns as deep with a lower power.
     pub follows_speed: bool,
+    /// Colour of its line in the drawing, which a preview shows; `None` if it is unknown. Files of plans do not keep it.
+    pub color: Option<Color>,
+}
+
+impl PartialEq for Step {
+    fn eq(&self, other: &Self) -> bool {
+        let Self {
+            action,
+            origin,
+            feed,
+            follows_speed,
+            color: _,
+        } = self;
+        (action, origin, feed, follows_speed)
+            == (
+                &other.action,
+                &other.origin,
+                &other.feed,
+                &other.follows_speed,
+            )
+    }
 }
 
 impl Step {
@@ -30,6 +51,7 @@ impl Step {
             origin,
             feed: None,
             follows_speed: false,
+            color: None,
         }
     }
 }

@@ -85,6 +85,8 @@ impl Plan {
                 && line.last_burn(self, &traced) == next.first_burn(self, &traced)
                 && gap <= if bends { merge.min(SAME) } else { merge };
             let near = |step: &Step| match step.action.target().map(wide) {
+                // Even a burn without a way, which is no line, is more than travel.
+                Some(_) if step.action.burns() => false,
                 // It works nowhere else, and comes near nothing.
                 Some(to) => {
                     line.is_lit

@@ -22,6 +22,8 @@ const WIDE: f64 = 0.54;
 const GAP: f64 = 1.8;
 const APART: f64 = 6.5;
 
+/// Colours of lines that are shown.
+const MOST_INKS: usize = 8;
 /// As many lines has one complaint.
 const MOST_LINES: usize = 3;
 /// How a line that goes on begins.
@@ -118,7 +120,7 @@ fn entries_of(toolpath: &Toolpath) -> Vec<(Sign, String)> {
     };
     let inks = toolpath.layers.iter().map(|layer| layer.leaves);
     let inks = inks.filter(|leaves| matches!(leaves, StrokeKind::Ink(_)));
-    inks.for_each(|ink| lines(ink, "drawn"));
+    inks.take(MOST_INKS).for_each(|ink| lines(ink, "drawn"));
     lines(StrokeKind::Carried, "with something held");
     let nothing = match toolpath.purpose {
         PlanPurpose::Draws(_) => "pen up",

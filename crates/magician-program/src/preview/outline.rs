@@ -133,8 +133,11 @@ impl Outlines {
         from: [f64; 3],
         to: [f64; 3],
     ) {
-        let [[x, y, height], [to_x, to_y, _]] = [from, to];
+        let [[x, y, from_z], [to_x, to_y, to_z]] = [from, to];
         let (from, to) = ([x, y], [to_x, to_y]);
+        // A pen that comes down draws already a little above the height at which its line begins.
+        let comes_down = from_z - to_z > libm::hypot(to_x - x, to_y - y);
+        let height = if comes_down { to_z } else { from_z };
         self.arrived = true;
         let Self { lines, end, .. } = self;
         match lines.last_mut() {
@@ -142,6 +145,9 @@ impl Outlines {
                 if (line.reachable, line.power, line.part) == (reachable, power, part)
                     && *end == Some(from) =>
             {
+                if comes_down {
+                    line.height = line.height.min(height);
+                }
                 line.track.line_to(to);
             }
             last => {

@@ -24,7 +24,7 @@ pub(super) enum StrokeKind {
     Nothing,
     /// Nothing, and the tool holds something.
     Carried,
-    /// A pen's line, in the colour of its part if that has one.
+    /// A pen's line, in its colour or that of its part if it has one.
     Ink(Option<Color>),
     /// A burnt line, by how dark it is: 1 to [`SHADES`].
     Burn(usize),

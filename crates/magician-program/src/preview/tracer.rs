@@ -19,6 +19,8 @@ use crate::{Action, Color, Grip, Plan, Report, Travel};
 const FINE: f64 = 0.02;
 /// A pen that has drawn less than this has made a dot, mm.
 const DOT: f64 = 0.05;
+/// Colours that are told apart; lines of more are drawn in that of a drawing without any.
+const MOST_INKS: usize = 48;
 /// As many marks are drawn.
 const MOST_MARKS: usize = 400;
 /// Corners of a curve, at least and at most.
@@ -50,11 +52,13 @@ pub(super) struct PathTracer {
     lit: bool,
     /// The number of the part under way, and its colour.
     part: Option<u64>,
+    part_color: Option<Color>,
+    /// Colour of the step under way.
     ink: Option<Color>,
     /// Refused steps, the next one last.
     awaited: Vec<usize>,
-    /// Where the pen has come down and has not drawn a line yet.
-    touched: Option<[f64; 3]>,
+    /// Where the pen has come down and has not drawn a line yet, and its colour.
+    touched: Option<([f64; 3], Option<Color>)>,
     /// What it has drawn since it came down, mm: the last of a way down is a little of that.
     inked: f64,
     /// Whether it has come to a first place of its own: the way there leaves nothing.
@@ -100,6 +104,7 @@ impl PathTracer {
             holds: false,
             lit: false,
             part: None,
+            part_color: None,
             ink: None,
             awaited,
             touched: None,
@@ -142,6 +147,9 @@ impl PathTracer {
         }
         for (slice, steps) in plan.steps.chunks(SLICE).enumerate() {
             for (nth, step) in (slice * SLICE..).zip(steps) {
+                // White would not be seen, and black is what lines are drawn in anyway.
+                let color = step.color.or(self.part_color);
+                self.ink = color.filter(|color| !color.is_pale() && *color != Color::default());
                 self.step(nth, &step.action, plan.name_of(&step.origin));
             }
             turns.give().await;
@@ -193,10 +201,9 @@ impl PathTracer {
             Action::Wait(_) => self.mark(MarkerKind::Wait, name),
             Action::Home => self.at = None,
             Action::Command(ref command) => self.command(command),
-            // White would not be seen.
             Action::Part(ref part) => {
                 self.part = Some(part.n);
-                self.ink = part.color.filter(|color| !color.is_pale());
+                self.part_color = part.color;
             }
             Action::Pause(_) => {}
         }
@@ -376,9 +383,9 @@ impl PathTracer {
         }
         if let StrokeKind::Ink(_) = leaves {
             self.inked += libm::hypot(to[0] - from[0], to[1] - from[1]);
-            self.touched = (self.inked < DOT).then_some(to);
+            self.touched = (self.inked < DOT).then_some((to, self.ink));
         } else if is_down(to) {
-            self.touched = (self.inked < DOT).then_some(to);
+            self.touched = (self.inked < DOT).then_some((to, self.ink));
         } else {
             self.dot();
             self.inked = 0.0;
@@ -386,7 +393,7 @@ impl PathTracer {
     }
 
     fn dot(&mut self) {
-        if let Some(at) = self.touched.take()
+        if let Some((at, color)) = self.touched.take()
             && self.inked == 0.0
         {
             let ink = StrokeKind::Ink(None);
@@ -394,7 +401,10 @@ impl PathTracer {
                 true => ink,
                 false => StrokeKind::Unreachable,
             };
+            // By then the pen is on its way to a line of another colour.
+            let next = std::mem::replace(&mut self.ink, color);
             self.draw(shown, ink, at, at);
+            self.ink = next;
         }
     }
 
@@ -405,7 +415,18 @@ impl PathTracer {
             other => other,
         };
         let toolpath = &mut self.toolpath;
-        let known = (toolpath.layers.iter()).position(|layer| layer.leaves == shown);
+        let layer_of = |layers: &[Layer], leaves| {
+            let mut layers = layers.iter();
+            layers.position(|layer| layer.leaves == leaves)
+        };
+        let mut known = layer_of(&toolpath.layers, shown);
+        let mut shown = shown;
+        if let (StrokeKind::Ink(Some(_)), None) = (shown, known)
+            && toolpath.layers.len() >= MOST_INKS
+        {
+            shown = StrokeKind::Ink(None);
+            known = layer_of(&toolpath.layers, shown);
+        }
         let nth = known.unwrap_or_else(|| {
             let (above, side) = (Track::new(FINE), Track::new(FINE));
             toolpath.layers.push(Layer {

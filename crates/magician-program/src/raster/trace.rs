@@ -115,6 +115,7 @@ impl Trace {
     #[must_use]
     pub(crate) fn drawn_larger(&self, scale: f64) -> Self {
         Self {
+            tolerance: self.tolerance / scale,
             despeckle: self.despeckle / scale,
             spacing: self.spacing.map(|spacing| spacing / scale),
             pen_width: self.pen_width / scale,

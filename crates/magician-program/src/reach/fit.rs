@@ -10,8 +10,10 @@ use crate::artwork::distance;
 const GRID: f64 = 10.0;
 /// Room kept free at the edges, as a share of the size: coordinates are rounded to 32 bits on their way to the arm.
 const MARGIN: f64 = 1e-4;
-/// Before the arm means within this angle to either side of its x axis, deg.
-const FRONT: f64 = 45.0;
+/// Ratio of sizes above which a place beside the arm is chosen instead of one in front.
+const BESIDE: f64 = 1.01;
+/// Largest distance from the line straight ahead of the arm at which a drawing is in front of it, mm.
+const AHEAD: f64 = 0.01;
 /// Ways are looked at in pieces of this length while a place is searched, mm; the place found is then checked exactly.
 const PIECE: f64 = 15.0;
 /// Sizes are found to this share.
@@ -21,8 +23,9 @@ impl Reach {
     /// The best place for a drawing with these points: one where all of it, and every straight way from one of its points to
     /// another, is within reach on the surface and above it.
     ///
-    /// At its true size it goes as near as it can to the middle of what is within reach straight ahead. Otherwise it goes
-    /// before the arm, where it can be largest.
+    /// At its true size it goes as near as it can to the middle of what is within reach straight ahead: in front of the arm,
+    /// where the line straight ahead passes through it, or beside the arm if it fits nowhere in front. Otherwise it goes where
+    /// it can be largest, in front unless it is larger beside the arm.
     ///
     /// # Errors
     /// A [`Diagnostic`] with the size of the drawing and the largest that fits, and for points that are no numbers.
@@ -62,7 +65,7 @@ impl Reach {
         if shape.is_a_point() {
             return Ok(shape.placed(search.wish, 1.0));
         }
-        let largest = search.largest(FRONT).and_then(|best| search.settled(best));
+        let largest = search.largest().and_then(|best| search.settled(best));
         let (at, scale) = largest.ok_or_else(|| self.nothing_here())?;
         if fit == Fit::TrueSize {
             return Err(self.too_large(&shape, scale));
@@ -81,8 +84,8 @@ impl Reach {
     fn too_large(&self, shape: &Shape, scale: f64) -> Diagnostic {
         let [width, height] = shape.size;
         let message = format!(
-            "the drawing is {width:.1} x {height:.1} mm; the largest that fits in front of the \
-                arm is {:.1} x {:.1} mm",
+            "the drawing is {width:.1} x {height:.1} mm; the largest of that shape that fits is \
+                {:.1} x {:.1} mm",
             scale * width,
             scale * height,
         );
@@ -107,6 +110,8 @@ struct Shape {
     middle: [f64; 2],
     /// Width and height.
     size: [f64; 2],
+    /// Least and greatest y of its corners, from its middle.
+    across: [f64; 2],
 }
 
 impl Shape {
@@ -119,15 +124,30 @@ impl Shape {
             let most = values().fold(f64::NEG_INFINITY, f64::max);
             (most - values().fold(f64::INFINITY, f64::min)).max(0.0)
         };
+        let corners: Vec<_> = corners.collect();
+        let across = corners.iter().fold([0.0_f64; 2], |[least, most], [_, y]| {
+            [least.min(*y), most.max(*y)]
+        });
         Self {
-            corners: corners.collect(),
+            corners,
             middle,
             size: [extent(0), extent(1)],
+            across,
         }
     }
 
     fn is_a_point(&self) -> bool {
         self.size == [0.0, 0.0]
+    }
+
+    /// Smallest scale at which the line straight ahead of the arm passes through it at a place.
+    fn least_in_front(&self, [_, y]: [f64; 2]) -> f64 {
+        let [least, most] = self.across;
+        match y {
+            y if y > AHEAD => y / -least,
+            y if y < -AHEAD => -y / most,
+            _ => 0.0,
+        }
     }
 
     /// With its middle at a place.
@@ -149,6 +169,15 @@ impl Shape {
         let next = self.corners_at(at, scale).cycle().skip(1);
         self.corners_at(at, scale).zip(next).map(|(a, b)| [a, b])
     }
+}
+
+/// Area in which a place for a shape is sought.
+#[derive(Clone, Copy, Debug)]
+enum Area {
+    /// In front of the arm: the line straight ahead passes through the shape.
+    Front,
+    /// Wherever the arm reaches.
+    Anywhere,
 }
 
 /// A search for the place of a shape. Scaling it about a point within makes it neither leave nor enter anything that a
@@ -197,37 +226,50 @@ impl Search<'_> {
         edges.all(|[a, b]| self.reach.contains_line(a, b).is_ok())
     }
 
-    /// Places of a grid round the wish, the nearest ones first, whose direction is within so many degrees of ahead.
-    fn places(&self, within: f64) -> Vec<[f64; 2]> {
+    /// Places of a grid within the farthest reach, the nearest to the wish first.
+    fn places(&self) -> Vec<[f64; 2]> {
         let most = (2.0 * self.wish[0] / GRID).ceil().min(60.0) as i32;
         let ahead = self.wish[0];
         let grid = (-2 * most..=most).flat_map(|x| (-most..=most).map(move |y| (x, y)));
         let mut places: Vec<[f64; 2]> = grid
             .map(|(x, y)| [ahead + f64::from(x) * GRID, f64::from(y) * GRID])
-            .filter(|[x, y]| libm::atan2(*y, *x).to_degrees().abs() <= within)
+            .filter(|at| self.reach.has(*at))
             .collect();
         places.sort_by(|a, b| distance(*a, self.wish).total_cmp(&distance(*b, self.wish)));
         places
     }
 
-    /// The place nearest to the wish where it fits as it is: before the arm if it can, else beside it.
+    /// The place nearest to the wish where it fits as it is: in front of the arm if it can, else beside it.
     fn true_size(&self) -> Option<[f64; 2]> {
+        let places = self.places();
         let fits = |at: &[f64; 2]| self.fits(*at, 1.0) && self.holds(*at, 1.0);
-        let tight = || {
-            let (at, scale) = self.largest(FRONT)?;
+        let in_front = |at: &[f64; 2]| self.shape.least_in_front(*at) <= 1.0;
+        let ahead = places.iter().find(|at| in_front(at) && fits(at)).copied();
+        // Where there is just room for it, that is hardly on the grid.
+        let tight = |area: Area| {
+            let (at, scale) = self.largest_in(area, &places)?;
             (scale >= 1.0 && fits(&at)).then_some(at)
         };
-        let ahead = self.places(FRONT).into_iter().find(fits);
         ahead
-            .or_else(tight)
-            .or_else(|| self.places(180.0).into_iter().find(fits))
+            .or_else(|| tight(Area::Front))
+            .or_else(|| places.iter().find(|at| fits(at)).copied())
+            .or_else(|| tight(Area::Anywhere))
     }
 
-    /// Where it can be largest, and how large.
-    fn largest(&self, within: f64) -> Option<([f64; 2], f64)> {
+    /// Finds the place where it can be largest, and that size: in front of the arm unless it is larger beside it.
+    fn largest(&self) -> Option<([f64; 2], f64)> {
+        let places = self.places();
+        let front = self.largest_in(Area::Front, &places);
+        let anywhere = self.largest_in(Area::Anywhere, &places);
+        let is_larger =
+            |(_, beside): &([f64; 2], f64)| front.is_none_or(|(_, ahead)| *beside > BESIDE * ahead);
+        anywhere.filter(is_larger).or(front)
+    }
+
+    fn largest_in(&self, area: Area, places: &[[f64; 2]]) -> Option<([f64; 2], f64)> {
         let mut best: Option<([f64; 2], f64)> = None;
-        for at in self.places(within) {
-            best = self.better(best, at);
+        for at in places {
+            best = self.better(area, best, *at);
         }
         let mut step = GRID;
         while step > 0.01 {
@@ -243,7 +285,7 @@ impl Search<'_> {
                 [-1.0, -1.0],
             ];
             let improved = round.iter().fold(best, |best, [x, y]| {
-                self.better(best, [at[0] + step * x, at[1] + step * y])
+                self.better(area, best, [at[0] + step * x, at[1] + step * y])
             });
             if improved == best {
                 step *= 0.5;
@@ -254,9 +296,18 @@ impl Search<'_> {
     }
 
     /// The better of a place known and another.
-    fn better(&self, best: Option<([f64; 2], f64)>, at: [f64; 2]) -> Option<([f64; 2], f64)> {
+    fn better(
+        &self,
+        area: Area,
+        best: Option<([f64; 2], f64)>,
+        at: [f64; 2],
+    ) -> Option<([f64; 2], f64)> {
         let least = best.map_or(0.0, |(_, scale)| scale * (1.0 + FINE));
-        if !self.fits(at, least) {
+        let least = match area {
+            Area::Front => least.max(self.shape.least_in_front(at)),
+            Area::Anywhere => least,
+        };
+        if !least.is_finite() || !self.fits(at, least) {
             return best;
         }
         let (mut low, mut high) = (least, f64::max(2.0 * least, 1e-6));
@@ -345,6 +396,60 @@ mod tests {
                 .iter()
                 .any(|corner| reach().contains(larger.of(*corner)).is_err())
         );
+    }
+
+    #[test]
+    fn wide_drawing_is_beside_the_arm_only_if_it_fits_nowhere_in_front() {
+        for (size, in_front) in [
+            ([150.0, 20.0], true),
+            ([240.0, 20.0], false),
+            ([20.0, 240.0], true),
+        ] {
+            let [width, height] = size;
+            let corners = [[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]];
+            let place = reach().best_place(&corners, Fit::TrueSize).unwrap();
+            lies_within(&reach(), &corners, &place);
+            let [low, high] = [0.0, height].map(|y| place.of([0.0, y])[1]);
+            assert_eq!(
+                low <= 0.0 && high >= 0.0,
+                in_front,
+                "{size:?}: {low} {high}"
+            );
+        }
+    }
+
+    /// The size is sought together with the place: no larger one passes anywhere.
+    #[test]
+    fn largest_size_is_that_of_the_best_place_in_reach() {
+        for [width, height] in [
+            [500.0, 200.0],
+            [300.0, 200.0],
+            [600.0, 60.0],
+            [100.0, 500.0],
+            [300.0, 300.0],
+        ] {
+            let corners = [[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]];
+            let place = reach().best_place(&corners, Fit::Shrink).unwrap();
+            lies_within(&reach(), &corners, &place);
+            let larger = 1.02 * place.scale;
+            let shape = Shape::of(&corners);
+            let search = Search {
+                reach: &reach(),
+                shape: &shape,
+                wish: [0.0, 0.0],
+            };
+            for degrees in -90..=90 {
+                let (sin, cos) = libm::sincos(1.5 * f64::from(degrees).to_radians());
+                for radius in 60..160 {
+                    let radius = 2.0 * f64::from(radius);
+                    let at = [radius * cos, radius * sin];
+                    assert!(
+                        !search.fits(at, larger),
+                        "{width} x {height}: {larger} at {at:?}, {place:?}"
+                    );
+                }
+            }
+        }
     }
 
     #[test]

@@ -271,10 +271,10 @@ pub(super) struct Flat {
 }
 
 impl Flat {
-    /// All depths of a program at its first one. `None` if it has one depth, which is laid on the surface as it is.
-    pub(super) fn of(plan: &Plan, pen_z: Option<f64>, lift: f64) -> Option<Self> {
+    /// All depths of a program at its first one, to be drawn in this size. `None` if it has one depth, which is laid on the surface as it is.
+    pub(super) fn of(plan: &Plan, pen_z: Option<f64>, lift: f64, scale: f64) -> Option<Self> {
         let survey = DepthSurvey::of(plan, pen_z).filter(|survey| survey.several)?;
-        let mut flattener = Flattener::new(plan, survey.first, lift, survey.threshold);
+        let mut flattener = Flattener::new(plan, survey.first, lift, survey.threshold, scale);
         walk(plan, survey.threshold, |event| flattener.take(event));
         let (plan, tally) = flattener.done();
         Some(Self {

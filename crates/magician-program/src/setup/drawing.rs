@@ -4,12 +4,18 @@ use magician_host::{Given, Setting};
 
 use super::work_lines::WorkLines;
 use super::{Laid, Setup, Work};
-use crate::artwork::{Order, Tidy};
+use crate::artwork::Order;
 use crate::raster::{ImageLines, Size, Trace};
-use crate::{Artwork, Content, Diagnostic, DiagnosticCode, Plan, Raster};
+use crate::{Artwork, Content, Diagnostic, DiagnosticCode, Format, Plan, Raster};
 
 /// How long something better is looked for than the rows in which an image is shaded, which are good already.
 const SHADED_EFFORT: u64 = 20_000_000;
+/// Longest side of anything that the arm can draw, rounded up generously, mm.
+const LARGEST: f64 = 1000.0;
+/// Accuracy of the first estimate of a size that fits, mm.
+const ROUGH: f64 = 0.1;
+/// Readings of one file, at most: closer chords change its size a little, and so what they have to be.
+const MOST_READINGS: usize = 4;
 
 impl Setup {
     /// As it is when all is as wide or as high as was said. An image is so already.
@@ -41,19 +47,51 @@ impl Setup {
         Ok(setup)
     }
 
+    /// Returns the content with curves as close as the size needs in which it is drawn: reads the file again where they are
+    /// too coarse, or far too fine.
+    pub(crate) fn followed(
+        &self,
+        format: Format,
+        mut content: Content,
+    ) -> Result<Content, Diagnostic> {
+        for _ in 0..MOST_READINGS {
+            let Some(file) = content.take_curves() else {
+                break;
+            };
+            let scale = self.scale_of(format, &content)?;
+            let size = content.longest_side();
+            // Nothing that is larger can be drawn, and need not be read as if it were.
+            let scale = if size > 0.0 {
+                scale.min(LARGEST / size)
+            } else {
+                scale
+            };
+            if !file.is_unfit_for(scale) {
+                content.put_curves(file);
+                break;
+            }
+            content = file.read(scale)?;
+        }
+        Ok(content)
+    }
+
     /// An image that is drawn as its outlines, and lines in the order in which they are drawn.
     pub(super) fn lines_of(
         &self,
         content: Content,
     ) -> Result<(Content, Vec<Diagnostic>), Diagnostic> {
-        let scale = self.placement.scale;
         let mut notes = Vec::new();
         let mut artwork = match (content, &self.work) {
             // What is shaded is drawn when it is known how large it is.
             (Content::Image(image), Work::Draw(trace)) if !trace.style.is_shaded() => {
-                let trace = self.trace(trace, scale);
-                let lines = image.adjusted(&self.adjust).lines(&trace)?;
-                notes.extend(left_out(lines.specks, trace.despeckle * scale));
+                let image = image.adjusted(&self.adjust);
+                let lines_for = |scale| image.lines(&self.trace(trace, scale));
+                let mut lines = lines_for(self.placement.scale)?;
+                let scale = self.fitted_scale(&lines.artwork);
+                if scale < self.placement.scale {
+                    lines = lines_for(scale)?;
+                }
+                notes.extend(left_out(lines.specks, trace.despeckle));
                 lines.artwork
             }
             (Content::Image(image), _) => {
@@ -63,16 +101,17 @@ impl Setup {
             (content, _) => return Ok((content, notes)),
         };
         artwork = self.divided(artwork, &mut notes)?;
-        let repeated = artwork.tidy(&self.tidied(scale)).repeated;
+        let scale = self.fitted_scale(&artwork);
+        let repeated = artwork.tidy_to_draw(&self.tidy, scale).repeated;
         notes.extend(drawn_once(repeated));
         // What is filled has its lines when it is known how large it is.
         if !artwork.areas.is_empty() {
             return Ok((Content::Artwork(artwork), notes));
         }
-        let order = self.order_of(&artwork);
+        let order = self.order_of(&artwork).to_draw(scale);
         let saving = artwork.put_in_order(&order);
-        let reordered = (saving.before_mm - saving.after_mm >= 1.0).then(|| {
-            let (before, after) = (saving.before_mm, saving.after_mm);
+        let [before, after] = [saving.before_mm, saving.after_mm].map(|way| way * scale);
+        let reordered = (before - after >= 1.0).then(|| {
             let what = format!(
                 "drawn in another order: {after:.0} mm of travel between its lines instead of \
                     {before:.0} mm"
@@ -92,12 +131,25 @@ impl Setup {
         }
     }
 
-    /// How lines are tidied in this size.
-    fn tidied(&self, scale: f64) -> Tidy {
-        Tidy {
-            merge: self.tidy.merge / scale,
-            simplify: self.tidy.simplify / scale,
-            ..self.tidy
+    /// The size of lines, which may be less than was asked for where they are made to fit.
+    fn fitted_scale(&self, artwork: &Artwork) -> f64 {
+        let wanted = self.placement.scale;
+        if !self.placement.fit {
+            return wanted;
+        }
+        let marking = self.marking();
+        let rough = artwork.thinned(ROUGH / wanted);
+        let laid = |setup: &Self| rough.largest(&setup.layout().ok()?, &marking);
+        match laid(self) {
+            Some(scale) if scale >= wanted || !self.placement.turn => scale,
+            straight => {
+                let turned = laid(&self.turned(90.0)).filter(|_| self.placement.turn);
+                straight
+                    .into_iter()
+                    .chain(turned)
+                    .reduce(f64::max)
+                    .unwrap_or(wanted)
+            }
         }
     }
 
@@ -130,12 +182,13 @@ impl Setup {
             ..
         } = image.lines(&trace)?;
         notes.extend(left_out(specks, trace.despeckle * scale));
-        artwork.tidy(&self.tidied(scale));
+        artwork.tidy_to_draw(&self.tidy, scale);
         if self.order {
-            artwork.put_in_order(&Order {
+            let order = Order {
                 effort: SHADED_EFFORT,
                 ..Order::default()
-            });
+            };
+            artwork.put_in_order(&order.to_draw(scale));
         }
         let (placed, misfit) = artwork.laid(&layout, &marking)?;
         let plan = placed.plan(&marking);
@@ -148,7 +201,10 @@ impl Setup {
 
     pub(super) fn order_of(&self, artwork: &Artwork) -> Order {
         match self.order && !artwork.in_order {
-            true => Order::default(),
+            true => Order {
+                inside_first: matches!(self.work, Work::Engrave(_)),
+                ..Order::default()
+            },
             false => Order::OF_FILE,
         }
     }

@@ -1,11 +1,13 @@
 //! What is made to fit: as large as it can be, turned where that helps, and never refused by the check.
 
+use std::fmt;
+
 use magician_host::words::{Guards, Preflight};
 use magician_host::{Given, JointAngles, Setting};
 use magician_motion::Fence;
 use serde::Serialize;
 
-use super::{Frame, LaidPage, Placement, Setup, UNSAID, middle};
+use super::{Frame, LaidPage, Placement, Setup, UNSAID, extent_of_marks, middle};
 use crate::artwork::{FitFailure, WouldFit};
 use crate::check::check;
 use crate::{Content, Diagnostic, DiagnosticCode, Format, Plan, Report};
@@ -16,6 +18,10 @@ const SHRINK: f64 = 0.98;
 const LEAST_SHRUNK: f64 = 0.5;
 /// Turned is better if it is larger by this share.
 const LARGER: f64 = 1.001;
+/// Ratio of sizes above which a place beside the arm is better than one in front.
+const BESIDE: f64 = 1.01;
+/// Largest distance from the line straight ahead of the arm at which a drawing is in front of it, mm.
+const AHEAD: f64 = 0.1;
 /// A share that is taken for the whole.
 const WHOLE: f64 = 1.0 - 1e-6;
 /// Below this share of its size a drawing is hardly what a person wants.
@@ -51,6 +57,28 @@ pub struct AppliedPlacement {
     /// counter-clockwise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub page: Option<[[f64; 2]; 4]>,
+    /// The side of the arm on which it lies, if its place was not given and it does not fit in front. A note says so.
+    #[serde(skip)]
+    pub beside: Option<Side>,
+}
+
+/// A side of the arm, as the arm looks along its x axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+pub enum Side {
+    /// The side of positive y.
+    Left,
+    /// The side of negative y.
+    Right,
+}
+
+impl fmt::Display for Side {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Left => "left",
+            Self::Right => "right",
+        })
+    }
 }
 
 impl Prepared {
@@ -141,6 +169,19 @@ impl Setup {
     /// A [`Diagnostic`] if there is nothing to place or nowhere, or a surface is needed and not known. A drawing that does not
     /// fit is not an error: [`misfit`](Prepared::misfit) holds the reason, so that the plan can still be previewed.
     pub fn plan(&self, format: Format, content: Content) -> Result<Prepared, Diagnostic> {
+        let mut content = self.followed(format, content)?;
+        let file = content.take_curves();
+        let prepared = self.prepared(format, content)?;
+        // What is made to fit becomes as small as it must: what was an arc for the arm may be a point then.
+        let scale = prepared.placed.map_or(1.0, |placed| placed.scale);
+        match file.filter(|file| scale > 0.0 && file.is_unfit_for(scale)) {
+            Some(file) if self.placement.fit => self.prepared(format, file.read(scale)?),
+            _ => Ok(prepared),
+        }
+    }
+
+    /// The plan for content whose curves are followed as closely as its size wants.
+    fn prepared(&self, format: Format, content: Content) -> Result<Prepared, Diagnostic> {
         let mut depth_notes = Vec::new();
         let (setup, content, depths) = self.flattened(format, content, &mut depth_notes);
         let (setup, page) = setup.sized(&content)?.on_page(format, &content)?;
@@ -151,11 +192,16 @@ impl Setup {
             let content = whole.as_ref().unwrap_or(&content);
             match setup.placement.fit {
                 true => setup.made_to_fit(format, content)?,
-                false => (setup.made(format, content)?, 0.0),
+                false => setup.made_in_front(format, content)?,
             }
         };
         let placed = setup.places() || !matches!(content, Content::Plan(_));
         let at = placed.then(|| middle(&made.plan));
+        let lies = setup
+            .chooses_place(&content)
+            .then(|| setup.lies(&made.plan));
+        let beside = lies.flatten().filter(|lies| lies.side.is_some());
+        let beside = beside.filter(|_| made.misfit.is_none());
         if whole.is_some() {
             let mut there = setup.turned(turned);
             there.placement.scale = made.scale;
@@ -174,9 +220,9 @@ impl Setup {
             ..
         } = made;
         let mut notes: Vec<_> = reordered.into_iter().collect();
-        if self.placement.fit {
-            notes.extend(fitted_note(scale / setup.placement.scale, turned));
-        }
+        let fitted = self.placement.fit.then_some(scale / setup.placement.scale);
+        notes.extend(turned_note(format, fitted, turned));
+        notes.extend(beside.map(|beside| beside.note(format)));
         notes.extend(laid);
         notes.extend(depth_notes);
         notes.extend(depths.iter().flat_map(|depths| depths.notes(scale)));
@@ -193,6 +239,7 @@ impl Setup {
                 turn: self.placement.rotate + turned,
                 at: [x, y].map(rounded),
                 page: page.as_ref().map(LaidPage::corners),
+                beside: beside.and_then(|beside| beside.side),
             }
         });
         let would_fit = misfit.as_ref().and_then(|misfit| misfit.would_fit);
@@ -223,14 +270,22 @@ impl Setup {
     ) -> Result<(PlacedPlan, f64), Diagnostic> {
         let straight = self.shrunk(format, content);
         let passing = straight.as_ref().ok().filter(|straight| straight.passes);
+        let in_front = |made: &PlacedPlan| !self.chooses_place(content) || self.is_in_front(made);
         let scale = passing.map_or(0.0, |straight| straight.made.scale);
+        let ahead = passing.is_some_and(|straight| in_front(&straight.made));
         if self.placement.turn
-            && scale < WHOLE * self.placement.scale
+            && (scale < WHOLE * self.placement.scale || !ahead)
             && let Ok(turned) = self.turned(90.0).shrunk(format, content)
             && turned.passes
-            && turned.made.scale > LARGER * scale
         {
-            return Ok((turned.made, 90.0));
+            let least = match (ahead, in_front(&turned.made)) {
+                (true, false) => BESIDE * scale,
+                (false, true) => scale / BESIDE,
+                _ => LARGER * scale,
+            };
+            if turned.made.scale > least {
+                return Ok((turned.made, 90.0));
+            }
         }
         let ShrinkResult { made, passes } = straight?;
         let stays = matches!(content, Content::Plan(_)) && format != Format::Gcode;
@@ -244,7 +299,61 @@ impl Setup {
         Ok((made, 0.0))
     }
 
-    fn turned(&self, degrees: f64) -> Self {
+    /// Lays it in its size, turned by 90 degrees if it lies in front of the arm only so; returns the turn as well.
+    fn made_in_front(
+        &self,
+        format: Format,
+        content: &Content,
+    ) -> Result<(PlacedPlan, f64), Diagnostic> {
+        let straight = self.made(format, content);
+        let fits = |made: &Result<PlacedPlan, Diagnostic>| {
+            made.as_ref().is_ok_and(|made| made.misfit.is_none())
+        };
+        let in_front = |made: &Result<PlacedPlan, Diagnostic>| {
+            made.as_ref().is_ok_and(|made| self.is_in_front(made))
+        };
+        if !self.may_turn()
+            || !self.chooses_place(content)
+            || fits(&straight) && in_front(&straight)
+        {
+            return Ok((straight?, 0.0));
+        }
+        let turned = self.turned(90.0).made(format, content);
+        match fits(&turned) && (in_front(&turned) || !fits(&straight)) {
+            true => Ok((turned?, 90.0)),
+            false => Ok((straight?, 0.0)),
+        }
+    }
+
+    /// True if its place is chosen here: neither a position nor a sheet or page was given.
+    fn chooses_place(&self, content: &Content) -> bool {
+        let is_placed = self.places() || !matches!(content, Content::Plan(_));
+        is_placed && self.placement.at.is_none() && self.sheet.is_none()
+    }
+
+    /// True if it may be turned in its size to lie in front. A given rotation decides how it lies.
+    pub(super) fn may_turn(&self) -> bool {
+        self.placement.turn && self.placement.rotate == 0.0
+    }
+
+    fn is_in_front(&self, made: &PlacedPlan) -> bool {
+        self.lies(&made.plan).is_none_or(|lies| lies.side.is_none())
+    }
+
+    /// Returns where a plan lies, before it is moved on by what was asked for.
+    fn lies(&self, plan: &Plan) -> Option<Lies> {
+        let [least, most] = extent_of_marks(plan).or_else(|| plan.extent())?;
+        let [_, moved, _] = self.placement.by;
+        let side = match (least[1] - moved, most[1] - moved) {
+            (least, _) if least > AHEAD => Some(Side::Left),
+            (_, most) if most < -AHEAD => Some(Side::Right),
+            _ => None,
+        };
+        let [x, y] = [0, 1].map(|axis| [least[axis], most[axis]]);
+        Some(Lies { side, x, y })
+    }
+
+    pub(super) fn turned(&self, degrees: f64) -> Self {
         let mut setup = self.clone();
         setup.placement.rotate += degrees;
         setup
@@ -301,20 +410,58 @@ fn whole(content: &Content) -> Option<Content> {
     })
 }
 
-/// What was done to make it fit, if anything was.
-fn fitted_note(share: f64, turned: f64) -> Option<Diagnostic> {
+/// Bounds of a drawing, mm, and the side of the arm on which they are.
+#[derive(Clone, Copy)]
+struct Lies {
+    /// The side of the arm, unless it is in front.
+    side: Option<Side>,
+    x: [f64; 2],
+    y: [f64; 2],
+}
+
+impl Lies {
+    fn note(&self, format: Format) -> Diagnostic {
+        let side = self.side.unwrap_or(Side::Left);
+        let [x, y] = [self.x, self.y].map(|[least, most]| format!("{least:.0} to {most:.0}"));
+        let what = format!("does not fit in front of the arm: lies at its {side}, x {x}, y {y} mm");
+        let note = Diagnostic::of_file(what).coded(DiagnosticCode::Placed);
+        let note = match format {
+            Format::Text => note.remedy((Setting::Wrap, Given::Any("MM")), WRAPS),
+            _ => note,
+        };
+        note.remedy(
+            (Setting::At, Given::Any("X,Y")),
+            "sets the position of its centre",
+        )
+    }
+}
+
+/// Effect of a width for lines of text.
+const WRAPS: &str = "breaks its lines";
+
+/// Note about a size or a turn that was chosen here; `fitted` is the share of the size asked for, if it was to fit.
+fn turned_note(format: Format, fitted: Option<f64>, turned: f64) -> Option<Diagnostic> {
+    let share = fitted.unwrap_or(1.0);
     let percent = 100.0 * share;
-    let smaller = (share < WHOLE).then(|| match percent {
+    let is_smaller = share < WHOLE;
+    let smaller = is_smaller.then(|| match percent {
         percent if percent < 10.0 => format!("made smaller to fit: {percent:.1} % of its size"),
         percent => format!("made smaller to fit: {percent:.0} % of its size"),
     });
-    let turned = (turned != 0.0).then(|| format!("turned by {turned} degrees to be larger"));
-    let turns = turned.is_some();
+    let turns = turned != 0.0;
+    let turned = turns.then(|| match is_smaller {
+        true => format!("turned by {turned} degrees to be larger"),
+        false => format!("turned by {turned} degrees to fit in front of the arm"),
+    });
     let done: Vec<String> = smaller.into_iter().chain(turned).collect();
     let note = Diagnostic::of_file(done.join(", ")).coded(DiagnosticCode::Placed);
     let note = match turns {
         true => note.remedy((Setting::Turn, Given::Off), "leaves it as it lies"),
         false => note,
+    };
+    let note = match format {
+        Format::Text if turns => note.remedy((Setting::Wrap, Given::Any("MM")), WRAPS),
+        _ => note,
     };
     (!done.is_empty()).then_some(note)
 }

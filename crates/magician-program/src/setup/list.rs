@@ -39,6 +39,7 @@ impl Setup {
         format: Format,
         content: &Content,
     ) -> Result<Vec<PartSummary>, Diagnostic> {
+        let content = &self.followed(format, content.clone())?;
         let mut listed = self.parts_in(content, self.placement.scale)?;
         let pens = self.pens.iter().map(|rule| PartRule {
             passes: None,

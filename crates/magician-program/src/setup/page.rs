@@ -1,19 +1,23 @@
-//! A page of paper before the arm, which a drawing lies on with its middle on the middle of the page.
+//! A page of paper before the arm, which a drawing lies on with its middle on the middle of the page, or as its file has it on a
+//! page of that size.
 
 use magician_host::words::Preflight;
 use magician_host::{Given, JointAngles, Setting};
 
 use super::placed::middle_of_sheet;
-use super::{Frame, Setup, UNSAID, Work, WorkLines, extent, fitted};
+use super::{Frame, Setup, UNSAID, Work, WorkLines, fitted};
 use crate::artwork::{Marking, rotated, rounded};
 use crate::preview::DrawnLine;
 use crate::raster::Engrave;
 use crate::{
-    Content, Diagnostic, DiagnosticCode, Fit, Format, Grid, Paper, Plan, Reach, Surface, Tool,
+    Artwork, Content, Diagnostic, DiagnosticCode, Fit, Format, Grid, Paper, Plan, Reach, Surface,
+    Tool,
 };
 
 /// What is beyond an edge by no more than this is not, mm.
 const FINE: f64 = 0.05;
+/// Sides of pages that differ by no more than this are the same: files round them to their own units, mm.
+const SAME: f64 = 1.0;
 
 /// A page, and what of it is kept free.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -229,7 +233,30 @@ impl Setup {
             }
         };
         setup.placement.at = Some(at);
+        if self.has_page(content, page.paper) {
+            setup.placement.keeps_page = true;
+            // Turned, it would not lie on the page any more.
+            setup.placement.turn = false;
+        }
         Ok((setup, Some(self.laid_page(page, at))))
+    }
+
+    /// True if the file has a page of this size, as large and as turned as it is laid.
+    fn has_page(&self, content: &Content, paper: Paper) -> bool {
+        let Content::Artwork(Artwork {
+            page: Some(page), ..
+        }) = content
+        else {
+            return false;
+        };
+        let (sin, cos) = libm::sincos(self.placement.rotate.to_radians());
+        let [width, height] = page.map(|side| side * self.placement.scale);
+        let turned = [[cos, sin], [sin, cos]];
+        let turned = turned.map(|[x, y]| width * x.abs() + height * y.abs());
+        let sides = turned.into_iter().zip(paper.size());
+        sides
+            .into_iter()
+            .all(|(side, of_paper)| (side - of_paper).abs() <= SAME)
     }
 
     /// A page with its middle there.
@@ -260,7 +287,7 @@ impl Setup {
                 ..self.pen
             },
             Content::Plan(plan) => {
-                let [least, most] = extent(plan).unwrap_or_default();
+                let [least, most] = plan.extent().unwrap_or_default();
                 let tool = self.tool.or(plan.tool).or(self.default_tool);
                 let tool = tool.map_or(UNSAID, Tool::bias);
                 return Ok(Reach::new(

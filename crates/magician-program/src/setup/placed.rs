@@ -9,6 +9,7 @@ use super::work_lines::WorkLines;
 use super::{Depths, Laid, Setup, fitted, middle};
 use crate::artwork::{Layout, Marking, Sheet, rotated};
 use crate::formats::GcodeOptions;
+use crate::raster::Size;
 use crate::{Artwork, Content, Diagnostic, DiagnosticCode, Fit, Format, Plan, Surface, Tool, Work};
 use guide::Guide;
 
@@ -91,29 +92,66 @@ impl Setup {
         content: Content,
         notes: &mut Vec<Diagnostic>,
     ) -> (Self, Content, Option<DepthTally>) {
-        let mut setup = self.clone();
         let plan = match content {
-            Content::Plan(plan) if format == Format::Gcode && self.places() => plan,
-            content => return (setup, content, None),
+            Content::Plan(plan) => plan,
+            content => return (self.clone(), content, None),
         };
-        let pen_z = self.placement.pen_z;
-        if plan.steps.iter().any(|step| step.action.is_of_a_laser()) {
+        let (setup, flat) = self.flat(format, &plan, notes);
+        let Some(mut flat) = flat else {
             return (setup, Content::Plan(plan), None);
+        };
+        // What is the same line depends on the size, and the size on what is drawn.
+        let sized = setup.sized(&Content::Plan(flat.plan.clone()));
+        let scale = sized.map_or(1.0, |sized| sized.placement.scale);
+        if scale != 1.0
+            && let Some(there) = Flat::of(&plan, self.placement.pen_z, self.pen.lift, scale)
+        {
+            flat = there;
         }
+        (setup, Content::Plan(flat.plan), Some(flat.tally))
+    }
+
+    /// The size that was asked for, 1 being the true one.
+    pub(super) fn scale_of(&self, format: Format, content: &Content) -> Result<f64, Diagnostic> {
+        let Content::Plan(plan) = content else {
+            return Ok(self.sized(content)?.placement.scale);
+        };
+        if matches!(self.size, Size::Natural | Size::Pixel(_)) {
+            return Ok(self.placement.scale);
+        }
+        let (setup, flat) = self.flat(format, plan, &mut Vec::new());
+        let flat = flat.map(|flat| Content::Plan(flat.plan));
+        Ok(setup
+            .sized(flat.as_ref().unwrap_or(content))?
+            .placement
+            .scale)
+    }
+
+    /// How a program is laid, and the same with all its depths at the first one in its own size, if it is placed and a pen's.
+    fn flat(
+        &self,
+        format: Format,
+        plan: &Plan,
+        notes: &mut Vec<Diagnostic>,
+    ) -> (Self, Option<Flat>) {
+        let mut setup = self.clone();
+        let laser = || plan.steps.iter().any(|step| step.action.is_of_a_laser());
+        if format != Format::Gcode || !self.places() || laser() {
+            return (setup, None);
+        }
+        let pen_z = self.placement.pen_z;
         if self.depths == Depths::Keep {
-            if let Some(survey) = DepthSurvey::of(&plan, pen_z) {
+            if let Some(survey) = DepthSurvey::of(plan, pen_z) {
                 setup.placement.pen_z = Some(survey.first);
                 notes.extend(kept(&survey));
             }
-            return (setup, Content::Plan(plan), None);
+            return (setup, None);
         }
-        match Flat::of(&plan, pen_z, self.pen.lift) {
-            Some(flat) => {
-                setup.placement.pen_z = Some(flat.touch);
-                (setup, Content::Plan(flat.plan), Some(flat.tally))
-            }
-            None => (setup, Content::Plan(plan), None),
+        let flat = Flat::of(plan, pen_z, self.pen.lift, 1.0);
+        if let Some(flat) = &flat {
+            setup.placement.pen_z = Some(flat.touch);
         }
+        (setup, flat)
     }
 
     /// G-code in its own coordinates, laid where it belongs: the lowest Z at which it draws, or the one that was said, on the

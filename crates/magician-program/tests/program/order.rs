@@ -1,7 +1,8 @@
 //! Lines in an order with short ways between them: what is drawn stays, the ways never grow.
 
 use magician_program::artwork::{Order, Tidy};
-use magician_program::{Artwork, Origin, Stroke};
+use magician_program::raster::{Engrave, Trace};
+use magician_program::{Artwork, Format, Origin, ReadOptions, Setup, Stroke, Surface, Work, read};
 use proptest::prelude::*;
 
 fn artwork(lines: Vec<Vec<[f64; 2]>>) -> Artwork {
@@ -305,4 +306,133 @@ fn strokes_whose_order_has_a_meaning_are_not_joined() {
     let before = drawing.clone();
     drawing.tidy(&Tidy::default());
     assert_eq!(drawing, before);
+}
+
+/// A square about a point.
+fn square([x, y]: [f64; 2], side: f64) -> Vec<[f64; 2]> {
+    let far = side / 2.0;
+    let corners = [
+        [-far, -far],
+        [far, -far],
+        [far, far],
+        [-far, far],
+        [-far, -far],
+    ];
+    corners.map(|[dx, dy]| [x + dx, y + dy]).to_vec()
+}
+
+/// Where a line begins in the order, by its box.
+fn sides(artwork: &Artwork) -> Vec<f64> {
+    let width = |stroke: &Stroke| {
+        let xs = stroke.points.iter().map(|point| point[0]);
+        xs.clone().fold(f64::MIN, f64::max) - xs.fold(f64::MAX, f64::min)
+    };
+    artwork.strokes.iter().map(width).collect()
+}
+
+const INSIDE_FIRST: Order = Order {
+    rearrange: true,
+    inside_first: true,
+    joining: 0.01,
+    effort: 1_000_000,
+};
+
+#[test]
+fn plate_within_a_plate_is_cut_from_the_inside_out() {
+    // An outline, a window in it, a mark in the window, and a plate beside them with a hole and a slit.
+    let mut art = artwork(vec![
+        square([0.0, 0.0], 80.0),
+        square([5.0, 5.0], 40.0),
+        vec![[0.0, 5.0], [8.0, 5.0]],
+        square([200.0, 0.0], 50.0),
+        square([190.0, 0.0], 10.0),
+        vec![[205.0, 0.0], [217.0, 0.0]],
+    ]);
+    let drawn = pieces(&art);
+    art.put_in_order(&INSIDE_FIRST);
+    assert_eq!(pieces(&art), drawn);
+    let sides = sides(&art);
+    let at = |side: f64| sides.iter().position(|other| (other - side).abs() < 1e-9);
+    assert!(at(8.0) < at(40.0) && at(40.0) < at(80.0), "{sides:?}");
+    assert!(at(10.0) < at(50.0) && at(12.0) < at(50.0), "{sides:?}");
+    // One plate after the other.
+    assert!(
+        at(80.0) < at(10.0).min(at(12.0)) || at(50.0) < at(8.0),
+        "{sides:?}"
+    );
+    art.put_in_order(&Order::default());
+}
+
+#[test]
+fn file_that_cuts_the_inside_first_by_short_ways_is_left_alone() {
+    let lines = vec![square([0.0, 0.0], 10.0), square([0.0, 0.0], 20.0)];
+    let mut art = artwork(lines);
+    let before = art.clone();
+    art.put_in_order(&INSIDE_FIRST);
+    assert_eq!(sides(&art), sides(&before));
+}
+
+proptest! {
+    #[test]
+    fn whatever_lies_within_a_square_comes_before_it(
+        squares in prop::collection::vec(((-50_i32..50), (-50_i32..50), (1_u32..60)), 1..40),
+    ) {
+        let lines = squares.iter().map(|(x, y, side)| square([f64::from(*x), f64::from(*y)], f64::from(*side)));
+        let mut art = artwork(lines.collect());
+        let drawn = pieces(&art);
+        art.put_in_order(&INSIDE_FIRST);
+        prop_assert_eq!(pieces(&art), drawn);
+        let place = |stroke: &Stroke| {
+            let side = |axis: usize| {
+                let values = stroke.points.iter().map(move |point| point[axis]);
+                [values.clone().fold(f64::MAX, f64::min), values.fold(f64::MIN, f64::max)]
+            };
+            [side(0), side(1)]
+        };
+        let places: Vec<_> = art.strokes.iter().map(place).collect();
+        for (at, outer) in places.iter().enumerate() {
+            for inner in &places[at + 1..] {
+                let lies = |axis: usize| outer[axis][0] < inner[axis][0] && inner[axis][1] < outer[axis][1];
+                prop_assert!(!(lies(0) && lies(1)), "{inner:?} comes after {outer:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn outline_of_twenty_thousand_lines_comes_last() {
+    let mut art = scattered(20_000, 400.0);
+    art.strokes
+        .insert(0, Stroke::new(square([200.0, 200.0], 410.0), Origin::NONE));
+    art.put_in_order(&INSIDE_FIRST);
+    let last = art.strokes.last().expect("lines");
+    assert_eq!(last.points.len(), 5);
+}
+
+/// The lines of a file that are marked, in order.
+fn lines_marked(work: Work) -> Vec<u32> {
+    let plate = b"<svg xmlns='http://www.w3.org/2000/svg' width='70mm' height='50mm' viewBox='0 0 70 50' \
+        fill='none' stroke='black'>\n<rect width='70' height='50'/>\n<circle cx='18' cy='25' r='6'/>\n\
+        <rect x='44' y='17' width='16' height='16'/>\n</svg>";
+    let mut setup = Setup::default();
+    (setup.surface, setup.work) = (Some(Surface::level(-60.0)), work);
+    let parsed = read(Format::Svg, plate, &ReadOptions::default()).expect("it is read");
+    let prepared = setup
+        .plan(Format::Svg, parsed.content)
+        .expect("it is planned");
+    let mut lines: Vec<_> = prepared
+        .plan
+        .steps
+        .iter()
+        .map(|step| step.origin.line)
+        .collect();
+    lines.retain(|line| *line > 0);
+    lines.dedup();
+    lines
+}
+
+#[test]
+fn laser_cuts_the_holes_of_a_plate_first_and_a_pen_goes_the_shortest_way() {
+    assert_eq!(lines_marked(Work::Engrave(Engrave::default())), [3, 4, 2]);
+    assert_eq!(lines_marked(Work::Draw(Trace::default())), [2, 3, 4]);
 }

@@ -6,7 +6,9 @@ use magician::words;
 use magician_program::compare::compare;
 use magician_program::preview::{DrawnLine, PictureError, Preview, PreviewOptions};
 use magician_program::rehearse::{RehearseOptions, rehearse, stage, start_of};
-use magician_program::{Action, Origin, Plan, Program, Surface, Tool, Travel, check};
+use magician_program::{
+    Action, Format, Origin, Plan, Program, ReadOptions, Setup, Surface, Tool, Travel, check, read,
+};
 
 const PAPER: f32 = -60.0;
 
@@ -290,4 +292,28 @@ fn complaints_have_the_numbers_of_the_whole_program() {
         let named = picture.to_svg().matches(&format!(">step {last}")).count();
         assert_eq!(named, 2, "{from}");
     }
+}
+
+/// Lines, a dot and pale ones on the sheet, in the colours of the drawing.
+#[test]
+fn preview_of_a_drawing_without_parts_shows_its_colours() {
+    let svg = "<svg xmlns='http://www.w3.org/2000/svg' width='60mm' height='40mm' viewBox='0 0 60 40'>\
+        <path d='M5 5H25' stroke='red'/><path d='M5 15H25' stroke='blue'/>\
+        <path d='M5 25H25' stroke='black'/><path d='M5 35H25' stroke='#f0f0f0'/>\
+        <path d='M30 5h0' stroke='lime' stroke-linecap='round'/></svg>";
+    let parsed = read(Format::Svg, svg.as_bytes(), &ReadOptions::default()).unwrap();
+    let mut setup = Setup::default();
+    setup.surface = Some(Surface::level(PAPER.into()));
+    let plan = setup.plan(Format::Svg, parsed.content).unwrap().plan;
+    let shown = preview(&plan, &PreviewOptions::default());
+    let drawn = shown.to_svg().lines().flat_map(|line| line.split("<path"));
+    let drawn = drawn.filter(|path| path.contains("class=\"drawn\""));
+    let colour = |path: &str| {
+        let (_, from) = path.split_once("stroke=\"").unwrap();
+        from.split('"').next().unwrap().to_owned()
+    };
+    let mut colours: Vec<String> = drawn.map(colour).collect();
+    colours.sort();
+    // Black and pale lines are shown as those of a drawing without colours.
+    assert_eq!(colours, ["#0000ff", "#00ff00", "#1a1a1a", "#ff0000"]);
 }

@@ -128,8 +128,8 @@ fn what_a_drawing_leaves_open_is_an_option() {
 
 #[test]
 fn what_has_too_many_points_has_fewer_with_a_wider_tolerance() {
-    // No circle has more than 100,000 points.
-    let circles = "0\nCIRCLE\n10\n0\n20\n0\n40\n10000\n".repeat(21);
+    // No circle has more than 100,000 points; one of a kilometre has them at the finest tolerance.
+    let circles = "0\nCIRCLE\n10\n0\n20\n0\n40\n1000000\n".repeat(21);
     let file = format!("0\nSECTION\n2\nENTITIES\n{circles}0\nENDSEC\n0\nEOF\n");
     let fine = remedies(Format::Dxf, file.as_bytes(), |options, _| {
         options.tolerance = 1e-9;
@@ -151,8 +151,15 @@ fn what_has_no_place_is_told_where_and_how_large_it_may_be() {
     );
     has(&anywhere, &["fit shrinks it"]);
     let wide = page([400.0, 80.0]);
-    let wide = remedies(Format::Svg, &wide, |_, _| {});
-    has(&wide, &["rotate 90 leaves it more room"]);
+    let there = remedies(Format::Svg, &wide, |_, setup| {
+        setup.placement.at = Some([240.0, 0.0]);
+    });
+    has(&there, &["rotate 90 leaves it more room"]);
+    // Whose place is chosen is turned itself.
+    has(
+        &remedies(Format::Svg, &wide, |_, _| {}),
+        &["turn off leaves it as it lies"],
+    );
     let small = page([20.0, 20.0]);
     let far = remedies(Format::Svg, &small, |_, setup| {
         setup.placement.at = Some([330.0, 0.0]);

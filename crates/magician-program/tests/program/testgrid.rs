@@ -33,6 +33,9 @@ fn prepared(file: &Value, options: &Value) -> Prepared {
         .unwrap()
 }
 
+/// The period of the arm, s.
+const PERIOD: f64 = 0.02;
+
 /// What a plan says of the cell of this name: powers above 0, speeds, and the box of what is burnt.
 fn said(plan: &Plan, name: &str) -> (Vec<f32>, Vec<f32>, [[f64; 2]; 2]) {
     let (mut powers, mut speeds, mut bounds) = (vec![], vec![], [[f64::MAX; 2], [f64::MIN; 2]]);
@@ -72,7 +75,7 @@ fn each_cell_has_the_power_and_the_speed_it_names_in_the_plan_and_at_the_arm() {
     let report = check(&plan, &Preflight::at(JointAngles::HOME, ToolBias::LASER));
     assert!(report.is_good(), "{:?}", report.refused_steps.first());
     let mut watched = RehearseOptions::default();
-    watched.watch = Some(Duration::from_millis(20));
+    watched.watch = Some(Duration::from_secs_f64(PERIOD));
     let done = rehearse(&plan, &watched).unwrap();
     assert!(done.is_good(), "{:?}", done.log);
     for cell in cells {
@@ -110,19 +113,20 @@ fn each_cell_has_the_power_and_the_speed_it_names_in_the_plan_and_at_the_arm() {
                 && (pair[1][1] - pair[0][1]).abs() < 1e-6
         });
         let passed: Vec<f64> = looks
-            .map(|pair| 50.0 * (pair[1][0] - pair[0][0]).abs())
+            .map(|pair| (pair[1][0] - pair[0][0]).abs() / PERIOD)
             .collect();
+        // A line of 8 mm takes the nearest whole number of periods.
+        let speed = 8.0 / (PERIOD * (8.0 / (cell.speed * PERIOD)).round());
         let fastest = passed.iter().copied().fold(0.0, f64::max);
         assert!(
-            // A line takes whole periods, with as much less speed as that needs.
-            (0.95..1.01).contains(&(fastest / cell.speed)),
-            "{name}: {fastest}"
+            (fastest / speed - 1.0).abs() < 0.01,
+            "{name}: {fastest} and not {speed}"
         );
         // The rest of 16 lines of 8 mm are looks between which less time passed.
         let even = passed
             .iter()
-            .filter(|speed| (**speed / cell.speed - 1.0).abs() < 0.1);
-        let length = even.sum::<f64>() / 50.0;
+            .filter(|passed| (**passed / speed - 1.0).abs() < 0.01);
+        let length = even.sum::<f64>() * PERIOD;
         assert!(length > 0.9 * 16.0 * 8.0, "{name}: {length} mm");
     }
     // All else is labels: the weakest power.

@@ -634,7 +634,7 @@ def load(
     :param scale: Its size, 1 being the true one.
     :param rotate: By how much it is turned to the left, degrees.
     :param fit: Whether it is made smaller until the arm reaches all of it, and the page has room for it.
-    :param turn: Whether ``fit`` may turn it by 90 degrees, where that lets it be larger.
+    :param turn: Whether it may be turned by 90 degrees, to lie in front of the arm or to be larger with ``fit``.
     :param mirror: Whether it is mirrored, left to right.
     :param clip_page: Whether what lies beyond the page of a drawing is cut off.
     :param resample: Points of a recording that are nearer than this to the line are left out, mm; the others keep their

@@ -249,6 +249,9 @@ fn format_of(name: &str, bytes: &[u8], said: Option<&str>) -> Result<Format, Str
     match said {
         Some(said) => said.parse(),
         None => Format::of(name, bytes).ok_or_else(|| {
+            if let Some(foreign) = magician_program::foreign(name, bytes) {
+                return foreign.to_string();
+            }
             let names = Format::ALL.map(Format::name).join(", ");
             format!("unrecognised file type; give format=, one of {names}")
         }),

@@ -54,6 +54,15 @@ impl Replay<'_> {
         profile
     }
 
+    /// True if a command in it moves the arm.
+    #[cfg(feature = "mcap")]
+    pub(crate) fn moves(&self) -> bool {
+        self.requests().any(|frame| {
+            let ctrl = frame.ctrl();
+            (ctrl.write() || ctrl.queued()) && moves_arm(frame.id())
+        })
+    }
+
     fn requests(&self) -> impl Iterator<Item = Frame<'_>> {
         let requests = self.packets.iter();
         let requests = requests.filter(|packet| packet.direction == Some(Direction::Request));
@@ -81,10 +90,12 @@ impl Replay<'_> {
 
 /// True if a command may change what the next pose is.
 fn changes_pose(id: u8) -> bool {
-    use magician_protocol::Effect;
-    id == <EndEffectorParams as Writable>::ROW.id
-        || magician_protocol::Row::with_id(id)
-            .is_some_and(|row| matches!(row.effect, Effect::Motion | Effect::Jog))
+    id == <EndEffectorParams as Writable>::ROW.id || moves_arm(id)
+}
+
+fn moves_arm(id: u8) -> bool {
+    use magician_protocol::{Effect, Row};
+    Row::with_id(id).is_some_and(|row| matches!(row.effect, Effect::Motion | Effect::Jog))
 }
 
 fn joints_near(joints: &JointAngles, others: &JointAngles) -> bool {

@@ -2,13 +2,17 @@
 //!
 //! An arm computes in periods of its own clock, which a trace does not show. So a replay tries each millisecond of a period for
 //! its beginning, and takes the middle of those at which the arm moves most like the recorded one.
+//!
+//! The host's clock jitters, so a command may have come to the arm in the period beside the one that its time is in. That shifts
+//! the whole motion by a period. Where poses tell of it, such a command is moved by half a period.
 
 use std::time::Duration;
 
+use magician_protocol::{Direction, Frame};
 use magician_sim::Controller;
 
 use super::Replay;
-use super::report::{Report, What};
+use super::report::{Report, Residue, What};
 
 /// Steps in which the periods are shifted, us.
 const STEP: u64 = 1_000;
@@ -60,6 +64,61 @@ impl<'a> Replay<'a> {
     #[must_use]
     pub fn shift(&self) -> Duration {
         self.shift
+    }
+}
+
+/// Farthest that a command is moved, us: half a period. The phase of the periods is not known well where commands
+/// contradict each other, so this is more than the jitter of one pose.
+const COMMAND_JITTER: u64 = 10_000;
+/// Commands before a pose that may be the reason that it is off: a start, and what prepared it.
+const REASONS: usize = 3;
+/// Most commands that are moved ..
+const MOST_MOVED: usize = 200;
+/// .. and most packets that are replayed for that: a few seconds of work.
+const MOST_PACKETS: usize = 2_000_000;
+
+impl Replay<'_> {
+    /// How far the recorded poses are from those of an arm, with commands in the period beside where poses tell that they came in
+    /// that one.
+    #[must_use]
+    pub fn residue(mut self, arm: &Controller) -> Residue {
+        let mut known = self.against(&mut arm.clone()).residue;
+        let most = match arm.arm_model().law.is_continuous() {
+            true => 0,
+            false => MOST_PACKETS / (2 * REASONS * self.packets.len().max(1)),
+        };
+        for _ in 0..most.min(MOST_MOVED) {
+            let Some(off) = known.first_off else { break };
+            let before = self.packets.iter().enumerate().rev();
+            let before = before.filter(|(_, packet)| self.time(packet.time) <= off);
+            let commands = before.filter(|(_, packet)| {
+                let frame = Frame::new(packet.bytes);
+                packet.direction == Some(Direction::Request)
+                    && frame.is_some_and(|frame| frame.ctrl().write() || frame.ctrl().queued())
+            });
+            let commands: Vec<usize> = commands.map(|(at, _)| at).take(REASONS).collect();
+            let tried = commands.into_iter().flat_map(|at| {
+                let earlier = self.packets[at].time.saturating_sub(COMMAND_JITTER);
+                [(at, earlier), (at, self.packets[at].time + COMMAND_JITTER)]
+            });
+            let tried = tried.map(|(at, time)| {
+                let mut session = self.clone();
+                // The first packet is when the trace began.
+                let begin = self.packets.first().map_or(0, |packet| packet.time);
+                session.packets[at].time = time.max(begin);
+                session.packets.sort_by_key(|packet| packet.time);
+                let residue = session.against(&mut arm.clone()).residue;
+                (residue, session)
+            });
+            let last = |residue: &Residue| residue.first_off.map_or(u64::MAX, |at| at.as_micros());
+            match tried.max_by_key(|(residue, _)| last(residue)) {
+                Some((residue, session)) if last(&residue) > last(&known) => {
+                    (known, self) = (residue, session);
+                }
+                _ => break,
+            }
+        }
+        known
     }
 }
 

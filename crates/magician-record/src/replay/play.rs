@@ -10,6 +10,7 @@ use magician_protocol::{
 
 use super::compare::Comparer;
 use super::report::{Difference, Report, What};
+use super::residue::Poses;
 use super::{Packet, Replay};
 use magician_sim::{ArmClock, ArmInstant, Controller, HostInstant, LinkId, Observer, Speed};
 
@@ -42,6 +43,9 @@ pub struct Play<'r, 'a> {
     next: usize,
     links: BTreeMap<u32, Link>,
     comparer: Comparer,
+    poses: Poses,
+    /// When a command was last sent that sets or queues something.
+    commanded: Option<HostInstant>,
     report: Report,
     /// Whether the trace has answers at all: one of requests only is not compared.
     answered: bool,
@@ -60,7 +64,7 @@ struct Link {
 
 /// When a request came to the recorded arm is not known better than this, us: a USB adapter holds bytes for up to 1 ms or, with a
 /// latency timer, a few, and so does the host.
-const JITTER: u64 = 5_000;
+pub(crate) const JITTER: u64 = 5_000;
 
 /// A request, and what the virtual arm said to it.
 #[derive(Debug)]
@@ -102,6 +106,8 @@ impl<'r, 'a> Play<'r, 'a> {
         Self {
             clock: ArmClock::new(replay.clock, arm.now()),
             comparer: Comparer::new(replay.tolerances, replay.ignored.clone()),
+            poses: Poses::default(),
+            commanded: None,
             answered: replay.packets.iter().any(replies),
             replay,
             arm,
@@ -118,12 +124,15 @@ impl<'r, 'a> Play<'r, 'a> {
         self.next += 1;
         let known = self.report.differences.len();
         let time = replay.time(packet.time);
-        let period = match is_pose_request(packet) && self.arm.state().moving {
-            true => u64::from(self.arm.arm_model().law.period_us()),
-            false => 0,
-        };
+        let period = self.period_us();
         let mut beside = Beside::default();
-        let looks_beside = period > 0 && replay.clock == Speed::Times(1.0);
+        // A motion begins a period after its command.
+        let may_begin = self
+            .commanded
+            .is_some_and(|at| time <= at.after_micros(2 * period + JITTER));
+        let is_moving = self.arm.state().moving || may_begin;
+        let looks_beside =
+            is_pose_request(packet) && is_moving && replay.clock == Speed::Times(1.0);
         let Beside { near, far } = &mut beside;
         if looks_beside {
             for (by, answer) in [(period, &mut far[0]), (JITTER, &mut near[0])] {
@@ -134,7 +143,10 @@ impl<'r, 'a> Play<'r, 'a> {
                 *answer = answer_of(self.arm, packet);
             }
         }
-        self.clock.pass(self.arm, &mut Nobody::None, time);
+        // A recorded answer does nothing to the arm, which then can still be looked at as it was before.
+        if packet.direction == Some(Direction::Request) {
+            self.clock.pass(self.arm, &mut Nobody::None, time);
+        }
         if looks_beside {
             let mut later = self.arm.clone();
             let now = later.now();
@@ -149,6 +161,10 @@ impl<'r, 'a> Play<'r, 'a> {
         }
         let replies = match packet.direction {
             Some(Direction::Request) => {
+                let frame = Frame::new(packet.bytes);
+                if frame.is_some_and(|frame| frame.ctrl().write() || frame.ctrl().queued()) {
+                    self.commanded = Some(time);
+                }
                 let replies = self.request(packet, time);
                 if let Some(asked) = self.links.get_mut(&packet.link)
                     && let Some(asked) = asked.asked.back_mut()
@@ -173,6 +189,10 @@ impl<'r, 'a> Play<'r, 'a> {
             replies,
             differences: fresh.to_vec(),
         })
+    }
+
+    fn period_us(&self) -> u64 {
+        u64::from(self.arm.arm_model().law.period_us())
     }
 
     /// How many packets have been replayed.
@@ -285,8 +305,15 @@ impl<'r, 'a> Play<'r, 'a> {
             return;
         };
         self.report.answers += 1;
+        let is_continuous = self.period_us() == 0;
+        let places = [&asked.beside.near[0], &asked.reply, &asked.beside.near[1]];
+        if let Some((off, moved)) = self.poses.residue(recorded, places, is_continuous) {
+            let tolerance = self.replay.tolerances.measured;
+            (self.report.residue).add(off, moved, tolerance, asked.time);
+        }
         let mut found = self.comparer.compare(&recorded.frame(), &reply.frame());
-        if !found.is_empty() {
+        // Without periods there is none beside.
+        if !found.is_empty() && !is_continuous {
             // A pose is one thing: all of it is that of another time.
             let is_one_of = |answers: &[Option<FrameBuf>]| {
                 answers.iter().flatten().any(|other| {

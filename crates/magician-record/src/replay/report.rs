@@ -20,6 +20,8 @@ pub struct Report {
     /// Poses of the period beside that were asked for within 5 ms of its end: when a request came to the recorded arm is not known
     /// better. The pose of another period at any other time is a difference ([`What::Period`]).
     pub late: u64,
+    /// How far the recorded poses are from those of the virtual arm.
+    pub residue: Residue,
     /// How many differences there are in all.
     pub found: u64,
     /// The differences in the order of time, the first [`Report::MOST`] of them.
@@ -35,6 +37,41 @@ impl Report {
         if self.differences.len() < Self::MOST {
             self.differences.push(difference);
         }
+    }
+}
+
+/// How far recorded poses are from those of the virtual arm, whatever the tolerances: at the instant within 5 ms of the request at
+/// which they are nearest.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Residue {
+    /// Poses that were compared.
+    pub poses: u64,
+    /// Those that are another place than the recorded one before.
+    pub moved: u64,
+    /// Farthest that x, y or z was off, mm.
+    pub mm: f64,
+    /// Farthest that r or a joint was off, deg.
+    pub deg: f64,
+    /// When the first pose was asked for that was off by more than the tolerance of what is measured.
+    pub first_off: Option<HostInstant>,
+}
+
+impl Residue {
+    /// Takes in a pose that was off by so much.
+    pub(super) fn add(
+        &mut self,
+        [mm, deg]: [f64; 2],
+        moved: bool,
+        tolerance: f32,
+        time: HostInstant,
+    ) {
+        if mm.max(deg) > f64::from(tolerance) {
+            self.first_off.get_or_insert(time);
+        }
+        self.poses += 1;
+        self.moved += u64::from(moved);
+        self.mm = self.mm.max(mm);
+        self.deg = self.deg.max(deg);
     }
 }
 

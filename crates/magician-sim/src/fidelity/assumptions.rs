@@ -135,7 +135,7 @@ list_assumptions! {
     CpLaw Sibling "8" "segments follow each other without a stop, within planAcc, junctionVel and the limit of corners";
     CpRotation Sibling "8" "J4 stands along a continuous path, so r drifts with J1";
     CpLaser Sibling "8" "the laser has the power of its segment and is off at rest";
-    CpTimes Sibling "8" "a segment takes a whole number of periods, none less than one";
+    CpTimes Sibling "8" "a segment takes the nearest whole number of periods, at least one";
     CpFollows Choice "8" "a running segment is planned anew as further ones are queued; an empty queue ends it at rest"
         kept "the path is known, this decides only its speed";
     CpStops Choice "14" "after a stop or an alarm the segment under way ends at its end, at rest"

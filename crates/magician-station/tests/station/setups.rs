@@ -52,6 +52,26 @@ async fn a_setup_says_where_and_how_a_drawing_is_done() {
     assert!((drawn(&grid) - 4.0 * drawn(&plain)).abs() < 1.0, "{grid}");
 }
 
+/// A circle in an icon of 24 pixels.
+const ICON: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='24' height='24' viewBox='0 0 24 24'>\
+    <circle cx='12' cy='12' r='11' fill='none' stroke='black'/></svg>";
+
+#[tokio::test(start_paused = true)]
+async fn circle_of_an_icon_is_round_in_the_size_of_its_setup() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    for work in ["draw", "engrave"] {
+        for width in [10.0, 80.0, 120.0] {
+            let params = json!({"text": ICON, "setup": {"work": work, "width": width}});
+            let report = anna.ok("job.check", params).await;
+            // Chords within 0.05 mm of so large a circle are 0.1 mm shorter than it.
+            let round = std::f64::consts::PI * width;
+            let drawn = report["drawn_mm"].as_f64().unwrap();
+            assert!((drawn - round).abs() < 0.3, "{work} {width}: {drawn}");
+        }
+    }
+}
+
 #[tokio::test(start_paused = true)]
 async fn pen_of_a_setup_never_goes_below_the_surface_unless_depths_are_kept() {
     const TWO: &str = "G21 G90\nG0 Z5\nG0 X5 Y5\nG1 Z-0.2 F900\nX35\nY25\nG0 Z5\nG0 X0 Y0\nG1 Z-3\nX40\nY30\nX0\nY0\nG0 Z5\n";
@@ -360,4 +380,49 @@ async fn a_job_that_began_where_the_arm_stood_goes_on_there() {
         refused["message"].as_str().unwrap().contains("setup.start"),
         "{refused}"
     );
+}
+
+/// What is not in front of the arm, stays dark or is of another machine is a note of the check here as well.
+#[tokio::test(start_paused = true)]
+async fn notes_of_a_check_say_where_a_program_lies_and_what_it_is_not() {
+    const WIDE: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='240mm' height='20mm' viewBox='0 0 240 20'>\
+        <rect width='240' height='20' fill='none' stroke='black'/></svg>";
+    const FOREIGN: &str = "G21 G90\nG0 X10 Y10 Z20\nG1 Z10 F600\nG1 X60\nG1 Y40\nG0 Z20\n";
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    for (text, format, setup, said) in [
+        (
+            WIDE,
+            "svg",
+            json!({}),
+            "turned by 90 degrees to fit in front of the arm",
+        ),
+        (
+            WIDE,
+            "svg",
+            json!({"turn": false}),
+            "does not fit in front of the arm: lies at its ",
+        ),
+        (
+            SQUARE,
+            "svg",
+            json!({"work": "draw", "tool": "laser"}),
+            "the laser stays dark",
+        ),
+        (
+            FOREIGN,
+            "gcode",
+            json!({"raw": true}),
+            "its coordinates look like those of another machine",
+        ),
+    ] {
+        let params = json!({"text": text, "format": format, "setup": setup});
+        let report = anna.ok("job.check", params).await;
+        let mut notes = report["notes"].as_array().unwrap().iter();
+        let text = |note: &Value| note["text"].as_str().unwrap_or_default().to_owned();
+        assert!(
+            notes.any(|note| text(note).contains(said)),
+            "{said}: {report}"
+        );
+    }
 }

@@ -14,13 +14,12 @@ use tokio::time::{Instant, sleep};
 
 use super::Arm;
 use super::driver::micros;
-use super::halt::APART;
 use super::laser::answered;
 use super::lights_out::Darkness;
-use crate::Result;
 use crate::connection::{Failure, Micros};
 use crate::stream::ArmPace;
 use crate::words::state_at;
+use crate::{RestDetector, Result};
 
 /// How long the pose of an arm at rest, and the absence of alarms, stay valid: a hand may have moved it since.
 const LATELY: Micros = 1_000_000;
@@ -29,8 +28,6 @@ const SHARED: Duration = Duration::from_millis(100);
 
 /// A motion of this time tells how fast an arm is.
 const TELLING: Duration = Duration::from_millis(100);
-/// This many frames between two reads of the pose take as long as [`APART`].
-const FRAMES_APART: u64 = 6;
 /// An arm this near to where it was left has not been moved, mm and degrees.
 const NEAR: f64 = 0.05;
 
@@ -242,7 +239,7 @@ impl Known {
 }
 
 impl Arm {
-    fn clock(&self) -> Micros {
+    pub(super) fn clock(&self) -> Micros {
         micros(self.inner.shared.begun.elapsed())
     }
 
@@ -379,13 +376,13 @@ impl Arm {
         }
     }
 
-    /// Where the arm stands that was seen `there` after this many frames were sent, by this look at its queue: unknown while
-    /// commands wait in it, or while it moves.
+    /// Where the arm stands that was seen at `there`, by this look at its queue: unknown while commands wait in it, or while it
+    /// moves. `rest` has seen that pose.
     pub(super) async fn stands_at(
         &self,
         there: Pose,
+        rest: RestDetector,
         look: &QueueLook,
-        sent: u64,
     ) -> Result<Option<Pose>> {
         if look.waiting() > 0 {
             return Ok(None);
@@ -393,17 +390,33 @@ impl Arm {
         let left_there = self.inner.shared.known().standing;
         let left_there = left_there.filter(|standing| standing.index == look.current);
         let seen = place(&there);
-        if !left_there.is_some_and(|standing| is_near(place(&standing.pose), seen)) {
-            // An arm that moves is elsewhere by then.
-            if self.stats().await?.0.sent < sent + FRAMES_APART {
-                sleep(APART).await;
-            }
-            if self.get::<Pose>().await? != there {
-                return Ok(None);
-            }
+        let was_left = left_there.is_some_and(|standing| is_near(place(&standing.pose), seen));
+        if !was_left && !self.is_still_at(there, rest).await? {
+            return Ok(None);
         }
         self.note_standing(look.current, there);
         Ok(Some(there))
+    }
+
+    /// True if the arm is at rest at `there`, where `rest` has seen it. What was read since then took some time, and no line says
+    /// how much: the clock does.
+    async fn is_still_at(&self, there: Pose, mut rest: RestDetector) -> Result<bool> {
+        #[cfg(feature = "sim")]
+        if let Some(arm) = self.virtual_arm().filter(|arm| arm.passes_time_itself()) {
+            // No wait of this clock is one of its own.
+            return Ok(self.get::<Pose>().await? == there && !arm.state().moving);
+        }
+        while !rest.is_at_rest() {
+            let now = self.clock();
+            let next = rest.next_read().unwrap_or(now);
+            sleep(Duration::from_micros(next.saturating_sub(now))).await;
+            let pose = self.get::<Pose>().await?;
+            if pose != there {
+                return Ok(false);
+            }
+            rest.see(self.clock(), pose);
+        }
+        Ok(true)
     }
 
     /// All that it had is finished, the last of it under this index, and it stands there.

@@ -12,7 +12,7 @@ use super::run::{Ran, RunOptions};
 use super::watch::Progress;
 use crate::connection::Request;
 use crate::words::{Guards, Needs, Preflight, Readings, doubt_in_words, refuse};
-use crate::{Action, ErrorKind, Result};
+use crate::{Action, ErrorKind, RestDetector, Result};
 
 /// So many commands are checked before other tasks get their turn.
 const TURN: usize = 1024;
@@ -182,12 +182,16 @@ impl Arm {
         on_rail: bool,
         look: &QueueLook,
     ) -> Result<Preflight> {
-        let (before_it, _) = self.stats().await?;
         // A fence asks the arm itself: a hand may have moved it.
         let known = self.standing(look).filter(|_| self.fence().is_none());
+        let mut rest = RestDetector::default();
         let before = match known {
             Some(pose) => pose,
-            None => self.get::<Pose>().await?,
+            None => {
+                let pose = self.get::<Pose>().await?;
+                rest.see(self.clock(), pose);
+                pose
+            }
         };
         let mut read = Readings::default();
         read.tool = self.setting().await?;
@@ -214,7 +218,7 @@ impl Arm {
         }
         read.pose = match known {
             Some(pose) => Some(pose),
-            None => self.stands_at(before, look, before_it.sent).await?,
+            None => self.stands_at(before, rest, look).await?,
         };
         Ok(self.fenced(Preflight::new(&read).model(self.inner.options.model)))
     }

@@ -1,12 +1,17 @@
 //! What is refused before anything is sent.
 
-use magician::commands::EndEffectorParams;
-use magician::protocol::CpMode;
+use std::time::Duration;
+
+use magician::commands::{EndEffectorParams, JogCmd};
+use magician::protocol::{CpMode, Flag, FrameBuf, JogCommand};
+use magician::sim::LinkId;
 use magician::words::Guards;
-use magician::{Act, Action, ErrorKind, RunOptions, words};
+use magician::{Act, Action, Ctrl, ErrorKind, Options, RunOptions, Set, words};
 use magician_motion::ArmModel;
+use tokio::time::sleep;
 
 use crate::bench::{fast, real_time};
+use crate::desk::Desk;
 
 #[tokio::test(start_paused = true)]
 async fn checks_before_a_byte_is_sent() {
@@ -129,6 +134,41 @@ async fn a_moving_arm_is_at_an_unknown_start() {
     assert_eq!(error.guard(), Some("unknown_start"), "{error}");
     arm.wait(index).await.unwrap();
     arm.run(&line).await.unwrap();
+}
+
+/// A jog of another program: where nothing of this connection moves, poses alone tell.
+#[tokio::test(start_paused = true)]
+async fn an_arm_that_moves_or_turns_round_is_at_an_unknown_start_however_fast_it_is_read() {
+    // Frames at 1000, 200 and 50 Hz: six of them take less than a period, and more than two.
+    for turnaround in [1, 5, 20].map(Duration::from_millis) {
+        for phase in 0..12 {
+            // On its way at a steady speed, and near where its speed passes through zero, 0.5 s after it is turned round.
+            for (turned, later) in [(false, 600), (true, 440)] {
+                let desk = Desk::new();
+                let arm = desk.connect(Options::default()).await;
+                desk.answers_after(turnaround);
+                let jog = |command| {
+                    let jog = JogCmd {
+                        is_joint: Flag::OFF,
+                        cmd: JogCommand::from(command),
+                    };
+                    let frame = FrameBuf::set(&Set::from(jog), Ctrl::SET).unwrap();
+                    desk.with(|arm| arm.receive(LinkId(5), frame.bytes()));
+                };
+                jog(3);
+                if turned {
+                    sleep(Duration::from_millis(600)).await;
+                    jog(4);
+                }
+                sleep(Duration::from_millis(later + 7 * phase)).await;
+                let told = format!("{turnaround:?} {phase} {turned}");
+                assert!(arm.preflight().await.unwrap().arm().is_none(), "{told}");
+                jog(0);
+                sleep(Duration::from_secs(2)).await;
+                assert!(arm.preflight().await.unwrap().arm().is_some(), "{told}");
+            }
+        }
+    }
 }
 
 #[tokio::test(start_paused = true)]

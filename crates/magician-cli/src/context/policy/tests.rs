@@ -35,7 +35,11 @@ const VERBS: &[(&str, &[&str], &[&str])] = &[
     ("testgrid", &["testgrid.rs", "job"], JOB),
     ("play", &["play.rs", "job"], JOB),
     ("convert", &["convert.rs"], &[]),
-    ("watch", &["watch"], &["StopPolicy::Watch"]),
+    (
+        "watch",
+        &["watch"],
+        &["StopPolicy::Watch", "ToldPolicy::Record"],
+    ),
     (
         "stop",
         &["stop.rs"],

@@ -74,7 +74,7 @@ pub(super) async fn measure(
         ..Load::default()
     };
     if bench.wants(Which::H1) {
-        let alone = drawing.draw("h1: segments alone", SHORT, Load::default());
+        let alone = drawing.draw("segments alone", SHORT, Load::default());
         figures.segments(&alone.await?);
     }
     if bench.wants(Which::H1) || bench.wants(Which::H2) {
@@ -87,9 +87,9 @@ pub(super) async fn measure(
             queue: POLLS,
             ..Load::default()
         };
-        let dense = drawing.draw("h3: 0.2 mm segments, pauses of 10 ms", DENSE, pausing(10));
+        let dense = drawing.draw("0.2 mm segments, pauses of 10 ms", DENSE, pausing(10));
         let dense = dense.await?;
-        let fast = drawing.draw("h3: 0.5 mm segments, pauses of 50 ms", FAST, pausing(50));
+        let fast = drawing.draw("0.5 mm segments, pauses of 50 ms", FAST, pausing(50));
         figures.starvation(&dense, &fast.await?);
     }
     if bench.wants(Which::H5) {
@@ -97,7 +97,7 @@ pub(super) async fn measure(
             poses: 50.0,
             ..Load::default()
         };
-        let busy = drawing.draw("h5: processor time", DENSE, load).await?;
+        let busy = drawing.draw("processor time", DENSE, load).await?;
         figures.processor(&busy);
     }
     if bench.draws() {
@@ -116,7 +116,7 @@ pub(super) async fn stops(
     count: u32,
     quiet: bool,
 ) -> Result<Stops, Failure> {
-    let bar = Bar::begin(quiet, "h4: stopping a stream", u64::from(count));
+    let bar = Bar::begin(quiet, "stopping a stream", u64::from(count));
     let tick = |done| bar.at(u64::from(done));
     Ok(magician::measure::stops(target, options, paced, ring, count, tick).await?)
 }

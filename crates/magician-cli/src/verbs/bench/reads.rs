@@ -28,9 +28,9 @@ pub(super) async fn measure(
     }
     if bench.wants(Which::H1) {
         let work = reads::<Pose>(arm, bench.seconds);
-        let poses = attended(quiet, "h1: reading the pose", work).await?;
+        let poses = attended(quiet, "reading the pose", work).await?;
         let work = reads::<QueuedCmdCurrentIndex>(arm, bench.seconds);
-        let indices = attended(quiet, "h1: reading the current index", work).await?;
+        let indices = attended(quiet, "reading the current index", work).await?;
         figures.reads(poses.per_second(), indices.per_second());
     }
     Ok(())
@@ -41,7 +41,7 @@ pub(super) async fn measure(
 pub(super) async fn added(quiet: bool) -> Result<Option<AddedFigures>, Failure> {
     /// Enough for one in a hundred.
     const TRIPS: usize = 5000;
-    let bar = Bar::begin(quiet, "h7: round trips", TRIPS as u64);
+    let bar = Bar::begin(quiet, "round trips", TRIPS as u64);
     let added = magician::measure::added_latency(TRIPS, |done| bar.at(done as u64)).await?;
     Ok(added
         .at(50)

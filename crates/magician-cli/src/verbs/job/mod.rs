@@ -29,8 +29,8 @@ use magician::{JointAngles, Options, SimSpeed, Target, VirtualArm, blocking, bur
 use magician_job::report::advised;
 use magician_program::rehearse::{RehearseOptions, stage};
 use magician_program::{
-    AppliedPlacement, Diagnostic, Ending, Format, Plan, Program, Setup, SetupOptions, Tool,
-    WorkOption, WouldFit,
+    AppliedPlacement, Diagnostic, DiagnosticCode, Ending, Format, Plan, Program, Setup,
+    SetupOptions, Tool, WorkOption, WouldFit,
 };
 use magician_protocol::visible_lines;
 
@@ -95,6 +95,8 @@ struct Made {
     ending: Ending,
     /// How a virtual arm stands when it begins, if it depends on that.
     standing: Option<JointAngles>,
+    /// True if everything that is refused is shown.
+    verbose: bool,
 }
 
 /// Where a program is tried or run.
@@ -404,14 +406,14 @@ impl Job {
                 homed(arm, unhomed).await.map(drop)
             })?;
         }
-        let mut laid = laid.map_err(refused)?;
+        let mut laid = laid.map_err(|problem| refused(problem).noted(&told))?;
         notes(&source, &laid.notes, context);
         told.append(&mut laid.notes);
         let (placed, would_fit) = (laid.placed, laid.would_fit);
         let misfit = laid.misfit.take();
         let misfit = match self.look.is_wanted() {
             true => misfit,
-            false => misfit.map_or(Ok(None), |misfit| Err(refused(misfit)))?,
+            false => misfit.map_or(Ok(None), |misfit| Err(refused(misfit).noted(&told)))?,
         };
         let ending = (self.options).ending(&defaults, self.options.is_drawing(&setup, format));
         let loops = match self.repeats {
@@ -438,6 +440,7 @@ impl Job {
             misfit,
             would_fit,
             format,
+            verbose: context.global.verbose > 0,
         })
     }
 
@@ -596,6 +599,10 @@ pub(crate) fn notes(source: &Source, notes: &[Diagnostic], context: &Context) {
     if context.global.json {
         return;
     }
+    // In which order lines are drawn is of no use to most people.
+    let all = context.global.verbose > 0;
+    let is_told = |note: &&Diagnostic| all || note.code != DiagnosticCode::Reordered;
+    let notes: Vec<_> = notes.iter().filter(is_told).collect();
     for note in notes.iter().take(NOTES) {
         match context.global.verbose {
             0 => say(&line_of(source, note)),
@@ -608,7 +615,7 @@ pub(crate) fn notes(source: &Source, notes: &[Diagnostic], context: &Context) {
 }
 
 fn line_of(source: &Source, note: &Diagnostic) -> String {
-    let text = advised(&Command, format!("{}: {note}", source.name), note);
+    let text = advised(&Command, format!("{}: {note}", source.short_name()), note);
     let paint = Paint::for_stderr();
     format!("{} {}", paint.note("note:"), visible_lines(&text))
 }

@@ -50,9 +50,13 @@ pub(crate) struct ReadingFlags {
     /// drawn; `draw` draws them all [default: skip]
     #[arg(long, value_name = "skip|draw", value_parser = str::parse::<White>)]
     white: Option<White>,
-    /// Drop points of a recording that are closer than this to the line, mm; the others keep their times
+    /// Drop points of a recording that are closer than this to the line, mm; the others keep their times. It smooths the way:
+    /// the number of steps stays
     #[arg(long, value_name = "MM", value_parser = positive)]
     resample: Option<f64>,
+    /// Largest distance of a line from its curve, mm, in the size in which it is drawn [default: 0.05]
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    tolerance: Option<f64>,
     /// Letters of text in an SVG: `outline` draws their edges, except in fonts whose name begins with Hershey or ends in 1-stroke or
     /// Single Line; `stroke` draws all in single lines
     #[arg(long, value_name = "outline|stroke", value_parser = str::parse::<TextLines>)]
@@ -126,8 +130,8 @@ pub(crate) struct PlacementOptions {
     /// Put its centre at this x and y, mm
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = numbers::<2>)]
     at: Option<[f64; 2]>,
-    /// Put it on a page of paper, its centre on the centre of the page: a3, a4, a5, a6 or letter, each also with -landscape, or
-    /// WIDTHxHEIGHT in mm. The page lies at --at, else on the calibrated sheet, else where there is room
+    /// Put it on a page of paper, as its file has it on a page of that size, else its centre on the centre of the page: a3, a4,
+    /// a5, a6 or letter, each also with -landscape, or WIDTHxHEIGHT in mm. The page lies at --at, else on the calibrated sheet, else where there is room
     #[arg(long, value_name = "NAME|WxH")]
     page: Option<Paper>,
     /// With --page: what --fit makes smaller keeps this far from the edges of the page, mm [default: 10]
@@ -149,8 +153,8 @@ pub(crate) struct PlacementOptions {
     /// size
     #[arg(long)]
     fit: bool,
-    /// With --fit: do not rotate it
-    #[arg(long, requires = "fit")]
+    /// Do not rotate it by 90 degrees, neither to fit in front of the arm nor to be larger with --fit
+    #[arg(long)]
     no_turn: bool,
     /// Clip a drawing at its page
     #[arg(long)]
@@ -262,9 +266,6 @@ pub(crate) struct Pen {
     /// Draw the lines in the order of the file
     #[arg(long)]
     no_order: bool,
-    /// Largest distance of a line from its curve, mm
-    #[arg(long, value_name = "MM", value_parser = positive)]
-    tolerance: Option<f64>,
 }
 
 impl File {
@@ -289,6 +290,7 @@ impl ReadingFlags {
         options.s_max = self.s_max;
         options.white = self.white;
         options.resample = self.resample;
+        options.tolerance = self.tolerance;
         options.text = self.text;
         options.system_fonts = self.system_fonts;
         options.strict_text = self.strict_text;
@@ -357,7 +359,6 @@ impl Pen {
         options.hop = self.hop;
         options.travel_speed = self.travel_speed;
         options.order = self.no_order.then_some(false);
-        options.tolerance = self.tolerance;
     }
 }
 

@@ -2,8 +2,10 @@
 
 use magician::report::ErrorFigures;
 use magician::{ErrorKind, Given, Setting};
-use magician_job::report::{Bounds, Estimate, PowerRange, SHOWN, WayOut, clock};
-use magician_program::{Diagnostic, Format, RefusedStep, RemainingProgram, Report, WouldFit};
+use magician_job::report::{Bounds, Estimate, PowerRange, WayOut, clock, refused_places};
+use magician_program::{
+    Diagnostic, Format, RefusedStep, RemainingProgram, Report, WouldFit, foreign_coordinates,
+};
 
 use super::Made;
 use crate::diagnostics::Severity;
@@ -85,12 +87,15 @@ impl Made {
         WayOut::of(rest, &self.setup, self.format)
     }
 
+    /// True if its coordinates are taken as the arm's.
+    fn is_raw(&self) -> bool {
+        self.placed.is_none() && self.misfit.is_none()
+    }
+
     /// True if its coordinates are taken as the arm's, and the first that is refused is out of reach.
     fn could_be_placed(&self, report: &Report) -> bool {
         let first = report.refused_steps.first();
-        self.placed.is_none()
-            && self.misfit.is_none()
-            && first.is_some_and(|refused_step| refused_step.beyond().is_some())
+        self.is_raw() && first.is_some_and(|refused_step| refused_step.beyond().is_some())
     }
 
     /// The hint for the user; a drawing that does not fit brings its own.
@@ -116,16 +121,21 @@ impl Made {
 /// Why it is refused, as a failure: that it does not fit and the first complaints, drawn for people, the first of all for
 /// programs. Of kind `check` if it was only looked at.
 pub(super) fn failure(made: &Made, report: &Report, check: bool, way_out: WayOut) -> Failure {
-    let way_out = made.told(way_out);
+    let foreign = (made.format == Format::Gcode && made.is_raw())
+        .then(|| foreign_coordinates(made.program.plan(), report))
+        .flatten();
+    let way_out = made.told(way_out).filter(|_| foreign.is_none());
     let source = &made.source;
     let problem = |refused_step: &RefusedStep| Diagnostic {
         message: sentence(made, report, refused_step),
         ..Diagnostic::from(refused_step)
     };
-    let mut problems: Vec<Diagnostic> = (made.misfit.iter().cloned())
-        .chain(report.refused_steps.iter().take(SHOWN).map(problem))
+    let is_foreign = foreign.is_some();
+    let mut problems: Vec<Diagnostic> = (made.misfit.iter().cloned().chain(foreign))
+        .chain(refused_places(report).into_iter().map(problem))
         .collect();
     if let Some(first) = problems.first_mut()
+        && !is_foreign
         && made.could_be_placed(report)
     {
         *first = { first.clone() }
@@ -135,20 +145,20 @@ pub(super) fn failure(made: &Made, report: &Report, check: bool, way_out: WayOut
             )
             .remedy((Setting::Fit, Given::On), "chooses its size as well");
     }
-    let drawn = problems.iter();
+    let shown = if made.verbose { problems.len() } else { 1 };
+    let drawn = problems.iter().take(shown);
     let mut drawn: Vec<String> = drawn
         .map(|problem| source.draw(problem, Severity::Error))
         .collect();
-    let (all, shown) = (report.refused, report.refused_steps.len().min(SHOWN));
-    let count = match (all, shown < all) {
-        (0, _) => "nothing was sent".to_owned(),
-        (1, _) => "1 step is refused; nothing was sent".to_owned(),
-        (all, false) => format!("{all} steps are refused; nothing was sent"),
-        (all, true) => {
-            format!("{all} steps are refused, the first {shown} are shown; nothing was sent")
-        }
+    let count = match report.refused {
+        0 => "nothing was sent".to_owned(),
+        1 => "1 step is refused; nothing was sent".to_owned(),
+        all => format!("{all} steps are refused; nothing was sent"),
     };
-    drawn.push(count.clone());
+    drawn.push(match shown < problems.len() {
+        true => format!("{count} (-v shows the first of each line)"),
+        false => count.clone(),
+    });
     let message = match problems.first() {
         Some(problem) => format!("{}: {problem}; {count}", source.name),
         None => count,
@@ -183,7 +193,7 @@ fn sentence(made: &Made, report: &Report, refused_step: &RefusedStep) -> String 
             _ => None,
         };
         let what = words.unwrap_or(step);
-        return format!("{what} is {beyond:.0} mm beyond the reach: {error}");
+        return format!("{what} is {beyond:.0} mm beyond the reach");
     }
     let over = match (error.value(), error.limit(), error.unit()) {
         (Some(value), Some(limit), Some(unit)) => {

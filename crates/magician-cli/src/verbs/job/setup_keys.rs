@@ -129,7 +129,7 @@ fn examples() -> Vec<(Value, Value)> {
         (json!({"scale": 0.5}), json!({})),
         (json!({"rotate": -30.0}), json!({})),
         (json!({"fit": true}), json!({})),
-        (json!({"turn": false}), json!({"fit": true})),
+        (json!({"turn": false}), json!({})),
         (json!({"clip_page": true}), json!({})),
         (json!({"mirror": true}), json!({})),
         (json!({"move": [1.0, -2.0, 3.0]}), json!({})),

@@ -77,7 +77,7 @@ impl Shown<'_> {
             false => Err(way_out),
         };
         let answer = self.answer(&report, ok, &warnings);
-        context.show(&answer, |out| self.lines(&answer, out))?;
+        context.show(&answer, |out| self.lines(&answer, is_good, out))?;
         match is_good {
             true => parks.map_err(|error| {
                 let mut failure = Failure::from(error);
@@ -110,17 +110,20 @@ impl Shown<'_> {
         answer
     }
 
-    fn lines(&self, answer: &CheckReport, out: &mut Output) -> Result<(), Failure> {
-        out.line(format_args!(
-            "{}: {}",
-            self.made.source.name,
-            answer.estimate.line()
-        ))?;
-        if let Some(place) = answer.estimate.place() {
-            out.line(place)?;
-        }
-        if let Some(power) = answer.estimate.power_line() {
-            out.line(power)?;
+    fn lines(&self, answer: &CheckReport, is_good: bool, out: &mut Output) -> Result<(), Failure> {
+        // What is refused takes no time.
+        if is_good {
+            out.line(format_args!(
+                "{}: {}",
+                self.made.source.name,
+                answer.estimate.line()
+            ))?;
+            if let Some(place) = answer.estimate.place() {
+                out.line(place)?;
+            }
+            if let Some(power) = answer.estimate.power_line() {
+                out.line(power)?;
+            }
         }
         if let Some(fence) = &self.made.setup.fence {
             out.line(format_args!("fence: {fence}"))?;

@@ -1,4 +1,4 @@
-//! Jobs that are probably a mistake: a drawing scaled below a tenth, or more than two hours of work.
+//! Jobs that are probably a mistake: a drawing scaled below a tenth or placed beside the arm, or more than two hours of work.
 
 use magician::words::Preflight;
 use magician::{JointAngles, ToolBias};
@@ -25,6 +25,10 @@ impl Made {
         let warnings: Vec<String> = (warnings(&report, self.placed).into_iter())
             .map(|warning| warning.message)
             .collect();
+        let beside = self.placed.and_then(|placed| placed.beside);
+        let beside = beside
+            .map(|side| format!("it does not fit in front of the arm, and lies at its {side}"));
+        let warnings: Vec<String> = beside.into_iter().chain(warnings).collect();
         if warnings.is_empty() {
             return Ok(());
         }

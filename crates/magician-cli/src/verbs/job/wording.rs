@@ -1,7 +1,9 @@
 //! Why a job did not come to its end, and how to go on, in the words of the command.
 
 use magician::{ErrorKind, Given, Setting};
-use magician_job::{Fault, JobError, JournalError, Left, NOTICEABLE, PenLift, ResumeError};
+use magician_job::{
+    Fault, InterruptedJob, JobError, JournalError, Left, NOTICEABLE, PenLift, ResumeError,
+};
 use magician_program::resume::{ResumePoint, StepRange};
 use magician_program::{Diagnostic, Origin};
 
@@ -109,6 +111,14 @@ impl Wording<'_> {
                 Failure::invalid(format!("{place} cannot be read: another version wrote it"))
                     .hint(from_step)
             }
+            Fault::Journal(JournalError::Others(others))
+                if self.with_other_flags(others).is_some() =>
+            {
+                let message = self.with_other_flags(others).unwrap_or_default();
+                Failure::invalid(message).hint(format!(
+                    "repeat the flags of that run with --resume; {from_step}"
+                ))
+            }
             Fault::Journal(_) => Failure::invalid(
                 "nothing to resume: no interrupted run of this program in this placement",
             )
@@ -129,6 +139,23 @@ impl Wording<'_> {
             Fault::BeginsElsewhere => needs_start(),
             other => Failure::invalid(format!("{other:?}")),
         }
+    }
+
+    /// That this was interrupted with other flags, if it was.
+    fn with_other_flags(&self, others: &[InterruptedJob]) -> Option<String> {
+        let title = &self.made.program.plan().title;
+        let job = others.iter().find(|job| job.title == *title)?;
+        let age = job.at.elapsed().unwrap_or_default().as_secs() / 60;
+        let age = match age {
+            0 => "a moment ago".to_owned(),
+            minutes if minutes < 120 => format!("{minutes} min ago"),
+            minutes => format!("{} h ago", minutes / 60),
+        };
+        Some(format!(
+            "no run of {title} with these flags was interrupted; one with other flags was, {age}, after at least \
+                {} steps",
+            job.finished
+        ))
     }
 
     /// How to go on.

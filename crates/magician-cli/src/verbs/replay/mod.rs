@@ -9,11 +9,13 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use magician_job::files::WholeFile;
-use magician_record::mcap::{is_recording, trace_of};
-use magician_record::replay::{Replay as Session, ReplayWriter, Tolerances};
+use magician_record::law::{LawReport, LogError, Samples};
+use magician_record::mcap::{FramesError, is_recording, trace_of};
+use magician_record::replay::{Replay as Session, ReplayError, ReplayWriter, Tolerances};
+use magician_record::trace::TraceError;
 use magician_sim::{Controller, Speed, World};
 
-use super::{decode, sim};
+use super::{decode, law, sim};
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
 use crate::options::number;
@@ -35,16 +37,22 @@ A TRACE is the file that `magician sim`, `magician proxy` and every other verb w
   magician replay session.pcapng
   magician replay session.pcapng --scenario cell.toml --ignore GetPose.joint_angle --json
   magician replay session.pcapng --to decode --speed 1
+  magician replay day.csv --law
 
 The virtual arm starts as after power-up, at the first pose of the trace if that was read before anything was set, and runs in the trace's time, which passes at once unless --speed is given. It computes in periods of 20 ms, whose begin no trace shows: the replay tries each millisecond and takes the best. A pose of the period before or after counts as the same if it was asked for within 5 ms of its end, and as a difference at any other time; both are counted. Queue indices are compared relative to the first, the arm's clock by the time between two readings (--time-tolerance); read-only floats, such as a pose, may be off by --tolerance; everything else must be equal bit for bit. --ignore leaves out a command (GetPose), a field of one (GetPose.x) or every field of a name (queued_cmd_index). A reply later than 3 s counts as missing.
 
 A session that was recorded from its middle differs by the settings made before. A trace is never sent to a real arm: it would repeat another arm's moves from an unknown position.
 
+--law prints how far the poses are from the law of motion (docs/MODEL.md, section 7): period, accelerations and ratio, and the profile of a virtual arm that fits best. A log with commands (a trace, an .mcap with frames) is replayed on each profile; readings alone (.csv, .jsonl, .mcap of `magician record`) tell of motions from rest to rest along a straight line or in the joints. Times are the computer's, which jitter: a pose may be up to 5 ms early or late, a command half a period, and only what is then left counts. At least 10 poses a second are needed; 23 tell more than 20 or 25, because they do not come at whole periods. What the log does not tell is listed.
+
 Exit status 10 if a reply differs (with --to decode: if a frame cannot be decoded).")]
 pub(crate) struct Replay {
-    /// The trace
+    /// The trace; with --law also a .csv, .jsonl or .mcap file of readings
     #[arg(value_name = "TRACE")]
     session: PathBuf,
+    /// Print how far the poses are from the law of motion, and nothing else
+    #[arg(long, conflicts_with_all = ["to", "speed", "clock", "ignore", "tolerance", "time_tolerance", "scenario", "save"])]
+    law: bool,
     /// Target of the replay
     #[arg(long, value_name = "WHERE", default_value = "sim")]
     to: To,
@@ -97,6 +105,10 @@ fn tolerance(text: &str) -> Result<f32, String> {
 impl Replay {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let bytes = read(&self.session)?;
+        if self.law {
+            let report = self.law(&bytes)?;
+            return context.show(&report, |out| law::show(&report, out));
+        }
         let bytes = if is_recording(&bytes) {
             let wrong = |error| Failure::invalid(format!("{}: {error}", self.session.display()));
             trace_of(&bytes).map_err(wrong)?
@@ -107,6 +119,44 @@ impl Replay {
         match self.to {
             To::Sim => self.simulate(&session, context),
             To::Decode => self.explain(&session, context),
+        }
+    }
+
+    /// The residue of the trace, or of a file of readings.
+    fn law(&self, bytes: &[u8]) -> Result<LawReport, Failure> {
+        let more = match &self.profile {
+            Some(path) => {
+                let profile = sim::profile_of(Some(path.as_path()))?;
+                Some((path.display().to_string(), profile))
+            }
+            None => None,
+        };
+        let wrong = |error: &dyn std::fmt::Display| {
+            Failure::invalid(format!("{}: {error}", self.session.display()))
+        };
+        let frames = match is_recording(bytes) {
+            true => match trace_of(bytes) {
+                Ok(trace) => Some(trace),
+                Err(FramesError::Empty) => None,
+                Err(error) => return Err(wrong(&error)),
+            },
+            false => None,
+        };
+        match Session::new(frames.as_deref().unwrap_or(bytes)) {
+            Err(ReplayError::Trace(TraceError::NotATrace)) => {
+                let log = Samples::read(bytes).map_err(|error| wrong(&error))?;
+                Ok(LawReport::of_samples(&log, more))
+            }
+            Err(ReplayError::Empty) => Err(wrong(&LogError::Empty)),
+            Err(error) => Err(wrong(&error)),
+            Ok(session) => {
+                let link = self.link.clone().or_else(|| session.line_of_arm());
+                let session = match link {
+                    Some(link) => session.only_link(&link).map_err(|error| wrong(&error))?,
+                    None => session,
+                };
+                Ok(LawReport::of_session(&session, more))
+            }
         }
     }
 
@@ -210,6 +260,13 @@ impl Replay {
             packets.finish()
         })
     }
+}
+
+/// The residue of a file of readings against the law of motion.
+pub(super) fn law_of_readings(path: &Path) -> Result<LawReport, Failure> {
+    let wrong = |error| Failure::invalid(format!("{}: {error}", path.display()));
+    let log = Samples::read(&read(path)?).map_err(wrong)?;
+    Ok(LawReport::of_samples(&log, None))
 }
 
 /// The trace, whole: its blocks refer to each other.

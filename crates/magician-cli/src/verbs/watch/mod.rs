@@ -5,21 +5,24 @@ mod look;
 mod view;
 
 use std::io::{self, IsTerminal};
-use std::time::Instant;
+use std::path::{Path, PathBuf};
+use std::time::{Instant, SystemTime};
 
-use clap::Args;
+use clap::{Args, ValueHint};
 use magician::commands::DeviceWithL;
 use magician::report::StatusReport;
 use magician::{Arm, ArmOutputs, Link};
 use magician_job::jog::rail_position;
+use magician_job::recording::{Options, Recorder};
 use ratatui::crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
-use crate::context::{Context, StopPolicy};
-use crate::failure::Failure;
+use crate::context::{Context, StopPolicy, ToldPolicy};
+use crate::failure::{Failure, Kind};
 use crate::output::Output;
 use crate::terminal::{self, Help, Seen, Stage, Told, take_log};
 use crate::verbs::jog::{AT_SIGHT, next_of, title};
 use crate::verbs::pose::rate;
+use crate::verbs::record;
 use view::Model;
 
 pub(super) use look::{Around, around};
@@ -36,6 +39,12 @@ pub(crate) struct Watch {
     /// Readings per second; default: 20 on a terminal, 10 elsewhere
     #[arg(long, value_name = "HZ", value_parser = rate)]
     rate: Option<f64>,
+    /// Record the readings to a file meanwhile, as magician record does
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    record: Option<PathBuf>,
+    /// Print at the end how far the readings are from the law of motion (see magician replay --help)
+    #[arg(long, requires = "record")]
+    law: bool,
 }
 
 impl Watch {
@@ -45,10 +54,43 @@ impl Watch {
         if drawn {
             terminal::check("watch", "`magician watch | cat` gives lines")?;
         }
-        context.arm_or(AT_SIGHT, StopPolicy::Watch, async |arm, out| match drawn {
-            true => draw(arm, self.rate.unwrap_or(20.0)).await,
-            false => lines(arm, self.rate.unwrap_or(10.0), json, out).await,
-        })
+        let rate = self.rate.unwrap_or(if drawn { 20.0 } else { 10.0 });
+        let shown = async |arm: &Arm, out: &mut Output| match drawn {
+            true => draw(arm, rate).await,
+            false => lines(arm, rate, json, out).await,
+        };
+        match &self.record {
+            None => context.arm_or(AT_SIGHT, StopPolicy::Watch, shown),
+            Some(file) => self.recorded(file, rate, context, shown),
+        }
+    }
+
+    /// Records while it is shown; what ends the watching ends the recording.
+    fn recorded(
+        &self,
+        file: &Path,
+        rate: f64,
+        context: &mut Context,
+        shown: impl AsyncFnOnce(&Arm, &mut Output) -> Result<(), Failure>,
+    ) -> Result<(), Failure> {
+        record::check(file, self.law, context)?;
+        let summary =
+            context.until_told(AT_SIGHT, ToldPolicy::Record, async |arm, out, over| {
+                let options = Options::new(SystemTime::now(), rate);
+                let mut recorder = Recorder::begin(arm, file, options).await?;
+                let watched = tokio::select! {
+                    biased;
+                    () = over => Ok(()),
+                    error = recorder.failed() => return Err(Failure::from(error)),
+                    watched = shown(arm, out) => watched,
+                };
+                let summary = recorder.finish().await?;
+                match watched {
+                    Err(failure) if failure.kind != Kind::Interrupted => Err(failure),
+                    _ => Ok(summary),
+                }
+            })?;
+        record::show(&summary, self.law, context)
     }
 }
 

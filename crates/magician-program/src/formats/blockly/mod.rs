@@ -23,13 +23,16 @@ mod value;
 
 use super::{Content, Parsed, ReadOptions};
 use crate::Diagnostic;
+use crate::encoding::{Otherwise, decode};
 
 pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
-    let tree = tree::Tree::read(bytes)?;
+    let decoded = decode(bytes, Otherwise::Western)?;
+    let tree = tree::Tree::read(&decoded.text)?;
     let Parsed {
         content: mut plan,
-        notes,
+        mut notes,
     } = machine::Machine::run(&tree)?;
+    notes.extend(decoded.note);
     plan.title.clone_from(&options.title);
     Ok(Parsed {
         content: Content::Plan(plan),

@@ -12,6 +12,8 @@ enum Reason {
     Clock,
     /// It is for the M1.
     OtherArm,
+    /// It is of DobotLab.
+    Lab,
     /// It is for a MagicBox, or what is plugged into one.
     MagicBox,
 }
@@ -45,6 +47,12 @@ fn reason(kind: &str) -> Option<Reason> {
         return Some(*reason);
     }
     let lower = kind.to_ascii_lowercase();
+    if lower.starts_with("magician_") || lower.starts_with("dobotlab_") {
+        return Some(Reason::Lab);
+    }
+    if lower.starts_with("magicbox_") || lower.starts_with("magicianlite_") {
+        return Some(Reason::MagicBox);
+    }
     let robot = lower.starts_with("dobot");
     let has = |part| robot && lower.contains(part);
     if has("seeed") || has("servo") || has("speedratio") {
@@ -67,6 +75,13 @@ pub(super) fn diagnostic(block: &Block) -> Diagnostic {
         Some(Reason::Clock) => (
             "gives another value each time, but a plan is made once, before anything moves",
             Some("put a number in its place"),
+        ),
+        Some(Reason::Lab) => (
+            "is a block of DobotLab, whose blocks are not read",
+            Some(
+                "DobotLab shows its blocks as Python: run that program with the Python package; or \
+                build it from the blocks of DobotStudio",
+            ),
         ),
         Some(Reason::OtherArm) => ("is for the M1, not for the Magician", None),
         Some(Reason::MagicBox) => (

@@ -79,8 +79,7 @@ enum Hook<'a> {
 }
 
 impl Tree {
-    pub(super) fn read(bytes: &[u8]) -> Result<Self, Diagnostic> {
-        let text = xml::text(bytes)?;
+    pub(super) fn read(text: &str) -> Result<Self, Diagnostic> {
         let document = xml::parse(text)?;
         let lines = Lines::new(text);
         let root = document.root_element();

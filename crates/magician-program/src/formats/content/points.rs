@@ -169,5 +169,7 @@ pub(in crate::formats) fn numbers(line: &str) -> Option<[f32; 3]> {
 
 /// A number that an arm can use.
 pub(in crate::formats) fn number(text: &str) -> Option<f32> {
-    text.parse().ok().filter(|value: &f32| value.is_finite())
+    let plain = text.parse().ok();
+    let value = plain.or_else(|| Some(crate::encoding::number(text)? as f32));
+    value.filter(|value: &f32| value.is_finite())
 }

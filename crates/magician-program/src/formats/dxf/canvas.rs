@@ -15,7 +15,7 @@ use super::text::{Style as TextStyle, turn_of};
 use super::xclip::Clip;
 use crate::artwork::{Layer, Style, numbered};
 use crate::fill::{Area, FillRule};
-use crate::formats::{Fills, ReadOptions};
+use crate::formats::{Chords, Fills, ReadOptions};
 use crate::lettering::{Glyph, Lettering};
 use crate::{Artwork, Color, Diagnostic, DiagnosticCode, FilledArea, Origin, Stroke};
 
@@ -28,14 +28,12 @@ const MOST_DEPTH: usize = 32;
 /// Notes, at most.
 const MOST_NOTES: usize = 50;
 const ON_SHEET: &str = "it is on the sheet of a layout, not in the drawing";
-/// A tolerance that is none becomes this, mm.
-const TOLERANCE: f64 = 0.05;
 
 /// What is drawn, as far as it is.
 pub(super) struct Canvas<'p> {
     drawing: &'p Drawing<'p>,
-    /// How far a line may be from its curve, mm.
-    pub(super) tolerance: f64,
+    /// How far a line may be from its curve.
+    pub(super) chords: &'p Chords,
     options: &'p ReadOptions,
     /// Whether what lies on the sheet of a layout is drawn instead of the drawing; whether there is anything.
     on_sheet: bool,
@@ -79,12 +77,14 @@ impl InsertContext<'_> {
 }
 
 impl<'p> Canvas<'p> {
-    pub(super) fn new(drawing: &'p Drawing<'p>, options: &'p ReadOptions) -> Self {
-        let tolerance = options.tolerance;
-        let usable = tolerance > 0.0 && tolerance.is_finite();
+    pub(super) fn new(
+        drawing: &'p Drawing<'p>,
+        options: &'p ReadOptions,
+        chords: &'p Chords,
+    ) -> Self {
         Self {
             drawing,
-            tolerance: if usable { tolerance } else { TOLERANCE },
+            chords,
             options,
             on_sheet: false,
             has_sheet: false,
@@ -105,10 +105,14 @@ impl<'p> Canvas<'p> {
     }
 
     /// The sheet of the layout, which some programs draw on alone.
-    pub(super) fn of_sheet(drawing: &'p Drawing<'p>, options: &'p ReadOptions) -> Self {
+    pub(super) fn of_sheet(
+        drawing: &'p Drawing<'p>,
+        options: &'p ReadOptions,
+        chords: &'p Chords,
+    ) -> Self {
         Self {
             on_sheet: true,
-            ..Self::new(drawing, options)
+            ..Self::new(drawing, options, chords)
         }
     }
 
@@ -421,7 +425,7 @@ impl<'p> Canvas<'p> {
     ) -> Result<Option<Glyph>, Diagnostic> {
         let lettering = match self.lettering.take() {
             Some(lettering) => lettering,
-            None => Lettering::new(self.options, self.tolerance)?,
+            None => Lettering::new(self.options, self.chords.for_curve())?,
         };
         let glyph = lettering.glyph(character, size);
         if glyph.is_none() && self.missing.iter().all(|(known, _)| *known != character) {

@@ -2,6 +2,8 @@
 
 use kurbo::{Affine, Point, Vec2};
 
+use crate::formats::Chords;
+
 /// Pieces of one curve, at most.
 const MOST_PIECES: f64 = 100_000.0;
 
@@ -38,9 +40,10 @@ impl Ellipse {
         ((one + other) / 2.0 + libm::hypot(half, self.one.dot(self.other))).sqrt()
     }
 
-    /// Its points, both ends included, so that no chord is farther from it than the tolerance. A whole one ends with the very
+    /// Its points, both ends included, so that no chord is farther from it than they may be. A whole one ends with the very
     /// point that it begins with.
-    pub(super) fn points(&self, tolerance: f64) -> Vec<Point> {
+    pub(super) fn points(&self, chords: &Chords) -> Vec<Point> {
+        let tolerance = chords.for_curve();
         // A chord over an angle a of a circle is off by r (1 - cos(a / 2)), and an ellipse is a circle pressed flat.
         let step = 4.0 * libm::asin((tolerance / (2.0 * self.radius())).sqrt().min(0.19));
         let pieces = (self.sweep.abs() / step).ceil().clamp(1.0, MOST_PIECES);
@@ -75,7 +78,7 @@ pub(super) fn bulge(
     map: &Affine,
     [from, to]: [Point; 2],
     bulge: f64,
-    tolerance: f64,
+    chords: &Chords,
 ) {
     let chord = to - from;
     if bulge != 0.0 && from != to {
@@ -90,7 +93,7 @@ pub(super) fn bulge(
             from: 0.0,
             sweep: 4.0 * libm::atan(bulge),
         };
-        let inner = arc.points(tolerance);
+        let inner = arc.points(chords);
         let count = inner.len().saturating_sub(2);
         points.extend(inner.into_iter().skip(1).take(count));
     }

@@ -5,7 +5,7 @@ use kurbo::{Affine, Point, Vec2};
 use super::canvas::{Canvas, InsertContext};
 use super::curve::{self, Ellipse};
 use super::pairs::Record;
-use super::spline::Spline;
+use super::spline::{Spline, interpolated};
 use super::{hatch, leader, mesh, mtext, text};
 use crate::Diagnostic;
 
@@ -32,7 +32,7 @@ pub(super) fn draw<'p>(
         "ELLIPSE" => pen.ellipse(canvas),
         "LWPOLYLINE" => pen.light_polyline(canvas),
         "POLYLINE" => pen.polyline(canvas, vertices),
-        "SPLINE" => pen.spline(canvas),
+        "SPLINE" | "HELIX" => pen.spline(canvas),
         "SOLID" | "TRACE" => pen.solid(canvas),
         "3DFACE" => pen.face(canvas),
         "TEXT" => text::text(canvas, record, layer, place),
@@ -150,7 +150,7 @@ impl<'p> Pen<'p> {
         };
         let map = self.map * plane(self.record, z)?;
         let arc = Ellipse::circle(&map, Point::new(x, y), radius, from, sweep);
-        self.stroke(canvas, arc.points(canvas.tolerance))
+        self.stroke(canvas, arc.points(canvas.chords))
     }
 
     fn ellipse(&self, canvas: &mut Canvas<'p>) -> DrawResult {
@@ -171,7 +171,7 @@ impl<'p> Pen<'p> {
             from,
             sweep: curve::sweep(from, to),
         };
-        self.stroke(canvas, ellipse.points(canvas.tolerance))
+        self.stroke(canvas, ellipse.points(canvas.chords))
     }
 
     fn light_polyline(&self, canvas: &mut Canvas<'p>) -> DrawResult {
@@ -233,7 +233,7 @@ impl<'p> Pen<'p> {
         let mut points = vec![*map * first.0];
         for pair in corners.windows(2) {
             if let [(from, bulge), (to, _)] = *pair {
-                curve::bulge(&mut points, map, [from, to], bulge, canvas.tolerance);
+                curve::bulge(&mut points, map, [from, to], bulge, canvas.chords);
             }
             if points.len() > canvas.room() {
                 break;
@@ -242,26 +242,55 @@ impl<'p> Pen<'p> {
         self.stroke(canvas, points)
     }
 
+    /// A spline that the file gives by the points that it goes through, and by its directions at both ends.
+    fn interpolated(&self, through: &[Point], tolerance: f64) -> Result<Vec<Point>, Diagnostic> {
+        let direction = |code| -> Result<Option<Vec2>, Diagnostic> {
+            match self.record.text(code) {
+                Some(_) => {
+                    let [x, y, _] = self.record.point(code)?;
+                    // A direction turns with the drawing, and does not move.
+                    let way = self.map * Point::new(x, y) - self.map * Point::ORIGIN;
+                    Ok(Some(way))
+                }
+                None => Ok(None),
+            }
+        };
+        let ends = [direction(12)?, direction(13)?];
+        let closed = self.record.integer(70)? & 1 != 0;
+        Ok(interpolated(through, ends, closed, tolerance))
+    }
+
     fn spline(&self, canvas: &mut Canvas<'p>) -> DrawResult {
+        // A helix is a spline, with its axis and turns behind it.
+        let record = self.record.until_class("AcDbHelix");
         let flat = |points: Vec<([f64; 3], f64)>| -> Vec<Point> {
             let points = points.into_iter();
             points
                 .map(|([x, y, _], _)| self.map * Point::new(x, y))
                 .collect()
         };
-        let controls = flat(self.record.points(10, -1)?);
+        let controls = flat(record.points(10, -1)?);
+        let through = flat(record.points(11, -1)?);
+        if controls.is_empty() && through.len() > 1 {
+            let points = self.interpolated(&through, canvas.chords.for_curve())?;
+            return match points.len() {
+                0 | 1 => canvas.leave_out(self.record, "its fit points are all the same"),
+                _ => self.stroke(canvas, points),
+            };
+        }
         if controls.is_empty() {
             return canvas.leave_out(self.record, "it has no control points");
         }
-        let degree = self.record.integer(71)?;
-        let (knots, weights) = (self.record.numbers(40)?, self.record.numbers(41)?);
+        let degree = record.integer(71)?;
+        let (knots, weights) = (record.numbers(40)?, record.numbers(41)?);
         match Spline::new(degree, knots, &controls, &weights) {
             Ok(spline) => {
-                let mut points = spline.points(canvas.tolerance, canvas.room());
+                let tolerance = canvas.chords.for_curve();
+                let mut points = spline.points(tolerance, canvas.room());
                 // What is meant to be closed may miss itself by a rounding.
                 if let ([first, .., last], true) =
-                    (points.as_mut_slice(), self.record.integer(70)? & 1 != 0)
-                    && first.distance(*last) < canvas.tolerance
+                    (points.as_mut_slice(), record.integer(70)? & 1 != 0)
+                    && first.distance(*last) < tolerance
                 {
                     *last = *first;
                 }

@@ -9,6 +9,7 @@ use super::pairs::{Pair, Record};
 use super::spline::Spline;
 use crate::Diagnostic;
 use crate::fill::LineFamily;
+use crate::formats::Chords;
 
 type DrawResult = Result<(), Diagnostic>;
 
@@ -132,7 +133,7 @@ fn paths(
         let kind = reader.number(92)? as i64;
         let mut ring = Vec::new();
         if kind & 2 != 0 {
-            polyline(reader, map, canvas.tolerance, &mut ring)?;
+            polyline(reader, map, canvas.chords, &mut ring)?;
         } else {
             for _ in 0..reader.count(93)? {
                 edge(reader, map, canvas, &mut ring)?;
@@ -151,7 +152,7 @@ fn paths(
 fn polyline(
     reader: &mut Reader<'_>,
     map: &Affine,
-    tolerance: f64,
+    chords: &Chords,
     ring: &mut Vec<Point>,
 ) -> DrawResult {
     let bulged = reader.number(72)? != 0.0;
@@ -166,7 +167,7 @@ fn polyline(
     ring.extend(corners.first().map(|(first, _)| *map * *first));
     for pair in corners.windows(2) {
         if let [(from, bulge), (to, _)] = *pair {
-            curve::bulge(ring, map, [from, to], bulge, tolerance);
+            curve::bulge(ring, map, [from, to], bulge, chords);
         }
     }
     Ok(())
@@ -190,7 +191,7 @@ fn edge(
             let [from, to] = [reader.number(50)?, reader.number(51)?].map(f64::to_radians);
             let turns = reader.number(73)?;
             turned(map, centre, Vec2::new(radius, 0.0), 1.0, [from, to], turns)
-                .points(canvas.tolerance)
+                .points(canvas.chords)
         }
         3 => {
             let centre = reader.point(10)?;
@@ -198,7 +199,7 @@ fn edge(
             let ratio = reader.number(40)?;
             let [from, to] = [reader.number(50)?, reader.number(51)?].map(f64::to_radians);
             let turns = reader.number(73)?;
-            turned(map, centre, major, ratio, [from, to], turns).points(canvas.tolerance)
+            turned(map, centre, major, ratio, [from, to], turns).points(canvas.chords)
         }
         4 => spline(reader, map, canvas)?,
         _ => {
@@ -256,7 +257,7 @@ fn spline(
     }
     let spline = Spline::new(degree, knots, &points, &weights);
     let spline = spline.map_err(|why| Diagnostic::new(reader.record.origin, why))?;
-    Ok(spline.points(canvas.tolerance, canvas.room()))
+    Ok(spline.points(canvas.chords.for_curve(), canvas.room()))
 }
 
 /// The lines of the pattern, as the file has them: turned and scaled already.

@@ -1,7 +1,7 @@
 //! DXF drawings (AutoCAD DXF Reference; text, and binary as text).
 //!
-//! Drawn are LINE, ARC, CIRCLE, ELLIPSE, LWPOLYLINE, POLYLINE, SPLINE, POINT, 3DFACE, meshes, texts (TEXT, MTEXT, attributes) in the lettering
-//! that is asked for, DIMENSION and tables by the block that they come with, LEADER, MULTILEADER, HATCH, and what blocks hold, within
+//! Drawn are LINE, ARC, CIRCLE, ELLIPSE, LWPOLYLINE, POLYLINE, SPLINE, HELIX, POINT, 3DFACE, meshes, texts (TEXT, MTEXT,
+//! attributes) in the lettering that is asked for, DIMENSION and tables by the block that they come with, LEADER, MULTILEADER, HATCH, and what blocks hold, within
 //! the limits that they are inserted with (XCLIP), seen from above; lines that meet become one. Solid hatches, SOLID, TRACE and
 //! arrows are areas; other hatches have the lines of their pattern. Layers that are off, frozen or not plotted are left out, and so is
 //! the rest, with a note.
@@ -27,35 +27,40 @@ mod xclip;
 use canvas::Canvas;
 use drawing::Drawing;
 
-use super::text::text_of;
-use super::{Content, Parsed, ReadOptions};
+use super::{Chords, Content, Parsed, ReadOptions};
+use crate::encoding::{Otherwise, decode};
 use crate::{Diagnostic, Origin};
 
-pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
-    if bytes.starts_with(b"AC10") {
-        return Err(Diagnostic::of_file("this is a DWG file, not a DXF file")
-            .help("save it as DXF in the program that made it"));
-    }
+pub(super) fn read(
+    bytes: &[u8],
+    options: &ReadOptions,
+    chords: &Chords,
+) -> Result<Parsed, Diagnostic> {
     match binary::to_text(bytes)? {
         // Positions in a text that does not exist are left out.
-        Some(text) => read_text(&text, options)
+        Some(text) => read_text(&text, options, chords)
             .map(without_places)
             .map_err(|diagnostic| Diagnostic {
                 origin: Origin::NONE,
                 ..diagnostic
             }),
-        None => read_text(&text_of(bytes), options),
+        None => {
+            let decoded = decode(bytes, Otherwise::Western)?;
+            let mut parsed = read_text(&decoded.text, options, chords)?;
+            parsed.notes.extend(decoded.note);
+            Ok(parsed)
+        }
     }
 }
 
-fn read_text(text: &str, options: &ReadOptions) -> Result<Parsed, Diagnostic> {
+fn read_text(text: &str, options: &ReadOptions, chords: &Chords) -> Result<Parsed, Diagnostic> {
     let pairs = pairs::pairs(text)?;
     let records = pairs::records(&pairs);
     let drawing = Drawing::new(&records)?;
-    let mut canvas = Canvas::new(&drawing, options);
+    let mut canvas = Canvas::new(&drawing, options, chords);
     canvas.draw()?;
     if canvas.is_empty() && canvas.has_sheet {
-        canvas = Canvas::of_sheet(&drawing, options);
+        canvas = Canvas::of_sheet(&drawing, options, chords);
         canvas.draw()?;
     }
     let (artwork, notes) = canvas.finish();

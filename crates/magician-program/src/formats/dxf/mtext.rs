@@ -5,7 +5,7 @@ use kurbo::{Affine, Vec2};
 use super::canvas::{Canvas, InsertContext};
 use super::entity::plane;
 use super::pairs::Record;
-use super::text::{BELOW, Row, decoded, turn_of};
+use super::text::{BELOW, Row, bounded, decoded, turn_of};
 use crate::Diagnostic;
 
 /// From a baseline to the next one, in heights of a capital, where the factor is 1.
@@ -60,6 +60,7 @@ pub(super) fn draw<'p>(
     let own = record.until(101);
     let pieces = own.pairs.iter().filter(|pair| matches!(pair.code, 1 | 3));
     let content: String = pieces.map(|pair| pair.verbatim).collect();
+    let content = bounded(record, content)?;
     let style = canvas.style(own.text(7));
     let height = own.number(40)?.unwrap_or(style.height);
     let [x, y, _] = own.point(10)?;

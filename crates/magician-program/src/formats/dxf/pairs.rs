@@ -1,5 +1,6 @@
 //! A DXF file as what it is made of: pairs of a group code and a value, each on a line of its own, and records of them.
 
+use crate::encoding::number;
 use crate::{Diagnostic, Origin};
 
 /// A value, and the code that says what it means.
@@ -66,13 +67,10 @@ fn shortened(text: &str) -> String {
 
 impl Pair<'_> {
     pub(super) fn number(&self) -> Result<f64, Diagnostic> {
-        let number = self.value.parse().ok();
-        number
-            .filter(|number: &f64| number.is_finite())
-            .ok_or_else(|| {
-                let what = shortened(self.value);
-                Diagnostic::new(self.origin, format!("expected a number, found \"{what}\""))
-            })
+        number(self.value).ok_or_else(|| {
+            let what = shortened(self.value);
+            Diagnostic::new(self.origin, format!("expected a number, found \"{what}\""))
+        })
     }
 
     pub(super) fn integer(&self) -> Result<i64, Diagnostic> {
@@ -121,6 +119,17 @@ impl<'p> Record<'p> {
     /// What of it is before the first value with this code.
     pub(super) fn until(&self, code: i32) -> Self {
         let end = self.pairs.iter().position(|pair| pair.code == code);
+        let pairs = end.and_then(|end| self.pairs.get(..end));
+        Self {
+            pairs: pairs.unwrap_or(self.pairs),
+            ..*self
+        }
+    }
+
+    /// Part before the data of a class (code 100).
+    pub(super) fn until_class(&self, name: &str) -> Self {
+        let begins = |pair: &Pair<'_>| pair.code == 100 && pair.value == name;
+        let end = self.pairs.iter().position(begins);
         let pairs = end.and_then(|end| self.pairs.get(..end));
         Self {
             pairs: pairs.unwrap_or(self.pairs),

@@ -1,6 +1,6 @@
 //! Splines: rational B-splines of any degree and any knots.
 
-use kurbo::Point;
+use kurbo::{BezPath, PathEl, Point, Vec2};
 
 /// The highest degree that is drawn.
 const MOST_DEGREE: usize = 25;
@@ -9,6 +9,99 @@ const HALVINGS: u32 = 16;
 /// Where a piece is compared with its chord, as shares of its parameter; in no simple ratio, so that a curve that winds is not
 /// found where it was each time.
 const CHECKS: [f64; 5] = [0.2137, 0.3791, 0.5, 0.6173, 0.7919];
+
+/// The curve through points that bends least: cubic, with the lengths of its chords as its parameter, as CAD programs draw it.
+/// `ends` are its directions at both ends where they are given.
+pub(super) fn interpolated(
+    through: &[Point],
+    ends: [Option<Vec2>; 2],
+    closed: bool,
+    tolerance: f64,
+) -> Vec<Point> {
+    let mut points: Vec<Point> = through.to_vec();
+    if closed && points.first() != points.last() {
+        points.extend(points.first().copied());
+    }
+    points.dedup();
+    // A closed one goes on evenly where it begins: it is followed once more around, and the middle is taken.
+    let rounds = if closed && points.len() > 3 { 3 } else { 1 };
+    let length = points.len() - 1;
+    if rounds > 1 {
+        let round: Vec<Point> = points[1..].to_vec();
+        points.extend(round.iter().chain(&round));
+    }
+    let slopes = slopes(&points, if rounds > 1 { [None; 2] } else { ends });
+    let from = if rounds > 1 { length } else { 0 };
+    let mut path = BezPath::new();
+    for at in from..from + length {
+        let [Some(start), Some(end)] = [points.get(at), points.get(at + 1)] else {
+            continue;
+        };
+        if at == from {
+            path.move_to(*start);
+        }
+        let third = start.distance(*end) / 3.0;
+        path.curve_to(
+            *start + slopes[at] * third,
+            *end - slopes[at + 1] * third,
+            *end,
+        );
+    }
+    let mut flat = Vec::new();
+    kurbo::flatten(path, tolerance, |element| {
+        if let PathEl::MoveTo(to) | PathEl::LineTo(to) = element {
+            flat.push(to);
+        }
+    });
+    flat
+}
+
+/// The slopes at points of the natural spline, or of the one with these directions at its ends: the solution of a system of
+/// three diagonals.
+fn slopes(points: &[Point], ends: [Option<Vec2>; 2]) -> Vec<Vec2> {
+    let last = points.len().saturating_sub(1);
+    let chord = |at: usize| {
+        let way = points[at + 1] - points[at];
+        (way.hypot(), way)
+    };
+    let unit = |way: Vec2| way / way.hypot();
+    let ends = ends.map(|way| way.filter(|way| way.hypot() > 0.0));
+    // Each row: what stands before the diagonal, on it, and behind it, and the right side.
+    let row = |at: usize| -> (f64, f64, f64, Vec2) {
+        if let (0, [Some(way), _]) = (at, ends) {
+            return (0.0, 1.0, 0.0, unit(way));
+        }
+        if at == last
+            && let [_, Some(way)] = ends
+        {
+            return (0.0, 1.0, 0.0, unit(way));
+        }
+        if at == 0 || at == last {
+            let (length, way) = chord(if at == 0 { 0 } else { last - 1 });
+            let [before, behind] = if at == 0 { [0.0, 1.0] } else { [1.0, 0.0] };
+            return (before, 2.0, behind, way * 3.0 / length);
+        }
+        let ((before, came), (behind, goes)) = (chord(at - 1), chord(at));
+        let right = came * (3.0 * behind / before) + goes * (3.0 * before / behind);
+        (behind, 2.0 * (before + behind), before, right)
+    };
+    if last == 0 {
+        return vec![Vec2::ZERO; points.len()];
+    }
+    let mut swept: Vec<(f64, Vec2)> = Vec::with_capacity(points.len());
+    for at in 0..=last {
+        let (before, on, behind, right) = row(at);
+        let (ratio, sum) = swept.last().copied().unwrap_or((0.0, Vec2::ZERO));
+        let pivot = on - before * ratio;
+        swept.push((behind / pivot, (right - sum * before) / pivot));
+    }
+    let mut slopes = vec![Vec2::ZERO; points.len()];
+    for at in (0..=last).rev() {
+        let next = slopes.get(at + 1).copied().unwrap_or(Vec2::ZERO);
+        slopes[at] = swept[at].1 - next * swept[at].0;
+    }
+    slopes
+}
 
 /// A spline whose numbers fit together.
 pub(super) struct Spline {

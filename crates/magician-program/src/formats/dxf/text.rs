@@ -41,7 +41,7 @@ pub(super) fn text<'p>(
     place: &InsertContext<'p>,
 ) -> DrawResult {
     let code = if record.kind == "ATTDEF" { 2 } else { 1 };
-    let content = decoded(record.verbatim(code).unwrap_or_default());
+    let content = bounded(record, decoded(record.verbatim(code).unwrap_or_default()))?;
     if content.trim().is_empty() {
         return Ok(());
     }
@@ -190,6 +190,16 @@ pub(super) fn turn_of(direction: Vec2) -> Affine {
     }
 }
 
+/// Refuses more characters than a text may have.
+pub(super) fn bounded(record: &Record<'_>, text: String) -> Result<String, Diagnostic> {
+    let count = text.chars().count();
+    if count <= LONGEST {
+        return Ok(text);
+    }
+    let message = format!("the text has {count} characters, limit {LONGEST}");
+    Err(Diagnostic::new(record.origin, message))
+}
+
 /// A text with the signs that its codes stand for: `%%d`, `%%c`, `%%p`, `%%065`, `\U+00E9`, `^I`. Lines below and above it are left
 /// out.
 pub(super) fn decoded(text: &str) -> String {
@@ -200,7 +210,7 @@ pub(super) fn decoded(text: &str) -> String {
         decoded.extend(sign);
         rest = rest.get(length..).unwrap_or_default();
     }
-    decoded.chars().take(LONGEST).collect()
+    decoded
 }
 
 /// What a text begins with, and how many bytes that takes, if it is a code.

@@ -51,6 +51,8 @@ pub(super) struct Block {
     pub(super) bare: Option<(char, Range<usize>)>,
     /// Parameters that it sets, each with its new value and where that stands.
     pub(super) sets: Vec<(Key, f64, Range<usize>)>,
+    /// What of it is left out: why, and where it stands.
+    pub(super) left_out: Vec<(&'static str, Range<usize>)>,
     /// From its first word to its last.
     pub(super) range: Range<usize>,
 }
@@ -67,11 +69,16 @@ impl Block {
         self.bare = None;
         self.range = 0..0;
         self.sets.clear();
+        self.left_out.clear();
         for item in Words::new(line, values) {
             let word = match item? {
                 Item::Word(word) => word,
                 Item::Set(key, value, range) => {
                     self.sets.push((key, value, range));
+                    continue;
+                }
+                Item::LeftOut(why, range) => {
+                    self.left_out.push((why, range));
                     continue;
                 }
             };

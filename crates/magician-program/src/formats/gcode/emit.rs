@@ -4,7 +4,7 @@ use magician_host::words;
 use magician_protocol::Set;
 
 use super::arc::Arc;
-use super::{Arcs, GcodeOptions};
+use super::{Arcs, Chords, GcodeOptions};
 use crate::{Action, Origin, Part, Pause, PauseCause, Plan, Step, Travel};
 
 /// The rotation of all poses: a pen or a laser has none.
@@ -25,7 +25,7 @@ pub(super) struct CutSettings {
 pub(super) struct Emitter<'o> {
     pub(super) plan: Plan,
     options: &'o GcodeOptions,
-    tolerance: f64,
+    chords: &'o Chords,
     /// A laser draws.
     laser: bool,
     /// Where the program begins, until something has moved.
@@ -41,11 +41,16 @@ pub(super) struct Emitter<'o> {
 }
 
 impl<'o> Emitter<'o> {
-    pub(super) fn new(title: &str, options: &'o GcodeOptions, tolerance: f64, laser: bool) -> Self {
+    pub(super) fn new(
+        title: &str,
+        options: &'o GcodeOptions,
+        chords: &'o Chords,
+        laser: bool,
+    ) -> Self {
         Self {
             plan: Plan::new(title),
             options,
-            tolerance,
+            chords,
             laser,
             start: options.begins_at(),
             line_speed: None,
@@ -131,6 +136,11 @@ impl<'o> Emitter<'o> {
         self.plan.steps.push(step);
     }
 
+    /// Largest distance of a line from the curve that it stands for, mm in the file.
+    pub(super) fn tolerance_of_curve(&self) -> f64 {
+        self.chords.for_curve()
+    }
+
     /// An arc of the tool.
     pub(super) fn arc(
         &mut self,
@@ -139,11 +149,12 @@ impl<'o> Emitter<'o> {
         origin: Origin,
     ) -> Result<(), String> {
         self.begin(origin);
+        let tolerance = self.chords.for_curve();
         let lines = self.laser || self.options.arcs == Arcs::Lines || !arc.is_level();
         // What is as good as a line is one: the path goes on, and the arm refuses arcs that are flat.
-        if lines || arc.height() <= self.tolerance {
+        if lines || arc.height() <= tolerance {
             self.path_speed(work.feed, origin);
-            for corner in arc.corners(self.tolerance)? {
+            for corner in arc.corners(tolerance)? {
                 self.segment(corner, work, origin);
             }
             return Ok(());

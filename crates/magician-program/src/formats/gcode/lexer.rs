@@ -2,9 +2,12 @@
 
 use std::ops::Range;
 
+use super::behind_number;
 use super::parameters::{Key, Parameters};
 use crate::formats::span::SpanDiagnostic;
 
+/// Letters behind a comma that belong to the line's corner (Fanuc): its radius, what is cut off, its angle.
+const CORNERS: [u8; 3] = *b"RCA";
 /// No number of a program for this arm is as great, whatever its unit.
 const GREATEST: f64 = 1e9;
 /// So many digits fit into the whole number that they are gathered in.
@@ -32,6 +35,8 @@ pub(super) enum Item {
     Word(Word),
     /// A parameter that has this value after the line, and where that stands.
     Set(Key, f64, Range<usize>),
+    /// What belongs to a controller and is left out: why, and where it stands.
+    LeftOut(&'static str, Range<usize>),
 }
 
 /// The words of a line. Spaces may stand anywhere but inside a number; comments, the percent signs around a program and
@@ -76,11 +81,25 @@ impl<'l> Words<'l> {
             match self.peek()? {
                 b'%' => self.at += 1,
                 b'(' => self.skip_comment(),
+                // Some programs set one between words. A number behind it has no letter.
+                b',' if self
+                    .behind_comma()
+                    .is_some_and(|next| next.is_ascii_alphabetic()) =>
+                {
+                    self.at += 1;
+                }
                 // A checksum ends a line, and so does the sign that ends a DOS file.
                 b';' | b'*' | b'\x1a' => return None,
                 byte => return Some(byte),
             }
         }
+    }
+
+    /// The first byte behind a comma; `None` if it begins a word that is no word of its own, as `,R2` does.
+    fn behind_comma(&self) -> Option<u8> {
+        let rest = self.line.as_bytes().get(self.at + 1..)?;
+        let next = rest.iter().find(|byte| !byte.is_ascii_whitespace())?;
+        (!CORNERS.contains(&next.to_ascii_uppercase())).then_some(*next)
     }
 
     /// From a parenthesis to the one that closes it; to the first where not all are closed.
@@ -105,6 +124,11 @@ impl<'l> Words<'l> {
 
     fn word(&mut self, letter: u8) -> Result<Word, SpanDiagnostic> {
         let start = self.at;
+        if let Some(word) = self.macro_word() {
+            let message = format!("{word} of a Fanuc macro is not supported");
+            let help = "export the program without macros, or write its loops and conditions as LinuxCNC does: o1 while [..]";
+            return Err(SpanDiagnostic::new(start..start + word.len(), message).help(help));
+        }
         self.at += 1;
         self.skip_blanks();
         let from = self.at;
@@ -112,11 +136,18 @@ impl<'l> Words<'l> {
         if number.is_none() {
             self.at = start + 1;
         }
-        let range = start..self.at;
         let bytes = self.line.as_bytes();
         let is_number = bytes
             .get(from)
             .is_some_and(|byte| !matches!(byte, b'[' | b'#'));
+        let number = number.map(|number| match is_number {
+            true => {
+                let number = self.with_decimals(from, number);
+                self.with_exponent(start, from, number)
+            }
+            false => number,
+        });
+        let range = start..self.at;
         if number.is_some() && is_number && self.has_exponent() {
             self.pass(|byte| byte.is_ascii_alphanumeric() || matches!(byte, b'+' | b'-'));
             let text = self.line.get(from..self.at).unwrap_or_default();
@@ -137,6 +168,93 @@ impl<'l> Words<'l> {
             number,
             range,
         })
+    }
+
+    /// A whole number with the digits behind a decimal comma: digits without a letter mean nothing else.
+    fn with_decimals(&mut self, from: usize, whole: f64) -> f64 {
+        let bytes = self.line.as_bytes();
+        let has_point = bytes
+            .get(from..self.at)
+            .is_some_and(|text| text.contains(&b'.'));
+        let digits = bytes.get(self.at + 1..).unwrap_or_default();
+        let count = digits
+            .iter()
+            .take_while(|byte| byte.is_ascii_digit())
+            .count();
+        if has_point || count == 0 || self.peek() != Some(b',') {
+            return whole;
+        }
+        self.at += 1 + count;
+        let text = self.line.get(from..self.at).unwrap_or_default();
+        text.replace(',', ".").parse().unwrap_or(whole)
+    }
+
+    /// A number with the exponent behind it, if that is none of a word E: it has a sign, and a blank is between the words.
+    fn with_exponent(&mut self, start: usize, from: usize, number: f64) -> f64 {
+        let bytes = self.line.as_bytes();
+        let at = |at: usize| bytes.get(at).copied();
+        let is_blank = |byte: u8| byte.is_ascii_whitespace();
+        let signed = matches!(at(self.at + 1), Some(b'+' | b'-'));
+        let is_apart = start.checked_sub(1).and_then(at).is_some_and(is_blank);
+        if !signed || !is_apart || !self.has_exponent() {
+            return number;
+        }
+        let digits = bytes.get(self.at + 2..).unwrap_or_default();
+        let count = { digits.iter() }
+            .take_while(|byte| byte.is_ascii_digit())
+            .count();
+        let end = self.at + 2 + count;
+        if at(end).is_some_and(|next| !is_blank(next)) {
+            return number;
+        }
+        let text = self.line.get(from..end).unwrap_or_default();
+        let Ok(number) = text.replace(',', ".").parse() else {
+            return number;
+        };
+        self.at = end;
+        number
+    }
+
+    /// Passes over what a controller is told beside a program; why it is left out.
+    fn of_the_controller(&mut self, sign: char) -> Option<&'static str> {
+        let start = self.at;
+        self.at += sign.len_utf8();
+        match sign {
+            '?' | '!' | '~' => Some("a request to the controller (? ! ~) is left out"),
+            '$' if self.peek().is_some_and(|next| next.is_ascii_digit()) => {
+                self.pass(|byte| byte.is_ascii_digit());
+                Some("the number of a spindle ($) is left out: there is one tool")
+            }
+            _ => {
+                self.at = start;
+                None
+            }
+        }
+    }
+
+    /// The word of a macro of Fanuc that a line begins with.
+    fn macro_word(&self) -> Option<&'static str> {
+        // Not behind an O, which has words of the same names.
+        if self.at != behind_number(self.line) {
+            return None;
+        }
+        let rest = self.line.as_bytes().get(self.at..)?;
+        let begins = |word: &&&str| {
+            let own = rest.get(..word.len());
+            own.is_some_and(|own| own.eq_ignore_ascii_case(word.as_bytes()))
+        };
+        let word = ["WHILE", "GOTO", "THEN", "END", "IF", "DO"]
+            .iter()
+            .find(begins)
+            .copied()?;
+        let behind = rest.get(word.len()..).unwrap_or_default();
+        let next = behind.iter().find(|byte| !byte.is_ascii_whitespace());
+        let fits = match word {
+            "WHILE" | "IF" => next == Some(&b'['),
+            "THEN" => true,
+            _ => next.is_some_and(|next| next.is_ascii_digit() || matches!(next, b'#' | b'[')),
+        };
+        fits.then_some(word)
     }
 
     /// Whether an `e` with whole digits follows a number directly.
@@ -222,10 +340,18 @@ impl Iterator for Words<'_> {
         }
         let start = self.at;
         let sign = self.line.get(start..)?.chars().next()?;
+        if let Some(why) = self.of_the_controller(sign) {
+            return Some(Ok(Item::LeftOut(why, start..self.at)));
+        }
         self.at = self.line.len();
         let error = match sign {
             '[' | '0'..='9' | '.' | '-' | '+' => {
                 SpanDiagnostic::new(start..start + 1, "a number has no letter")
+            }
+            ',' => {
+                let message = "a corner that is rounded or cut off (,R ,C ,A) is not supported";
+                let help = "export the file with the arcs and lines of its corners";
+                SpanDiagnostic::new(start..start + 1, message).help(help)
             }
             _ => {
                 let range = start..start + sign.len_utf8();

@@ -1,7 +1,8 @@
 //! What the lines of a program have set by now, and what each of them does.
 
-use magician_host::{Given, Setting};
+use magician_host::{Action as Deed, Given, Setting};
 
+use super::Chords;
 use super::GcodeOptions;
 use super::Notes;
 use super::SourceLine;
@@ -11,6 +12,7 @@ use super::block::{Block, Code};
 use super::cycle::Cycle;
 use super::emit::Emitter;
 use super::interpreter::LineOutcome;
+use super::motion::ROUNDED;
 use super::offsets::Offsets;
 use super::pause::{self, pause_code};
 use super::power::s_max;
@@ -29,6 +31,10 @@ pub(super) enum Mode {
     Line,
     /// Clockwise or not.
     Arc(bool),
+    /// G5, a cubic one, or G5.1, a quadratic one.
+    Curve {
+        cubic: bool,
+    },
     /// A drill's cycle, in tenths of its G.
     Cycle(u32),
     /// G80: none.
@@ -38,6 +44,7 @@ pub(super) enum Mode {
 #[derive(Debug)]
 pub(super) struct Machine<'o> {
     pub(super) options: &'o GcodeOptions,
+    /// The two radii of an arc may differ by this, mm.
     pub(super) tolerance: f64,
     pub(super) survey: Survey,
     pub(super) out: Emitter<'o>,
@@ -49,6 +56,8 @@ pub(super) struct Machine<'o> {
     pub(super) absolute_centres: bool,
     pub(super) plane: Plane,
     pub(super) cycle: Cycle,
+    /// Where the last curve was going (P, Q of its line), and where it ended: the next one goes on there.
+    pub(super) curve: Option<([f64; 2], [f64; 3])>,
     /// F as the program says it, mm/s.
     pub(super) feed: Option<f64>,
     /// Whether M3, M4 or M106 has switched the laser on.
@@ -80,7 +89,7 @@ impl<'o> Machine<'o> {
     pub(super) fn new(
         title: &str,
         options: &'o GcodeOptions,
-        tolerance: f64,
+        chords: &'o Chords,
         survey: Survey,
     ) -> Result<Self, Diagnostic> {
         let kind = survey.kind(options);
@@ -106,7 +115,11 @@ impl<'o> Machine<'o> {
                     nothing burns"
             );
             notes.add_with(DiagnosticCode::Power, origin, &message, |note| {
-                note.remedy((Setting::Dialect, Given::Word("laser")), "burns with it")
+                let note = note.remedy((Setting::Dialect, Given::Word("laser")), "burns with it");
+                match survey.mill.is_cooled_alone() {
+                    true => note.remedy(Deed::Engrave, "takes the coolant for air assist"),
+                    false => note,
+                }
             });
         }
         let down = if lifts {
@@ -114,13 +127,13 @@ impl<'o> Machine<'o> {
         } else {
             Vec::new()
         };
-        let out = Emitter::new(title, options, tolerance, laser);
+        let out = Emitter::new(title, options, chords, laser);
         Ok(Self {
             // A program that never says S switches only, and one that switches nothing only says S.
             power: if never { range } else { 0.0 },
             on: !survey.switches && !survey.fan_lights(),
             options,
-            tolerance,
+            tolerance: chords.drawn().min(ROUNDED),
             out,
             notes,
             mode: Mode::Travel,
@@ -129,6 +142,7 @@ impl<'o> Machine<'o> {
             absolute_centres: false,
             plane: Plane::default(),
             cycle: Cycle::default(),
+            curve: None,
             feed: None,
             follows_speed: false,
             range,
@@ -168,7 +182,11 @@ impl<'o> Machine<'o> {
                     .add(DiagnosticCode::LeftOut, line.origin(&range), message);
                 Ok(())
             }
-            LineOutcome::Words if !block.is_empty() => {
+            LineOutcome::Words if !(block.is_empty() && block.left_out.is_empty()) => {
+                for (why, range) in &block.left_out {
+                    self.notes
+                        .add(DiagnosticCode::LeftOut, line.origin(range), why);
+                }
                 let done = self.follow(block, line);
                 done.map_err(|error| line.diagnostic(error))
             }
@@ -180,6 +198,13 @@ impl<'o> Machine<'o> {
     fn follow(&mut self, block: &Block, line: &SourceLine<'_>) -> Result<(), SpanDiagnostic> {
         let origin = line.origin(&block.range);
         for code in block.codes.iter() {
+            // With a word it is the progress of a slicer.
+            let progress = code.is(b'M', 73) && block.has_any(b"PRQSCLD");
+            if progress {
+                let message = "M73, the progress of a print, is left out";
+                self.notes.add(DiagnosticCode::LeftOut, origin, message);
+                return Ok(());
+            }
             if code.is(b'M', 72) || code.is(b'M', 73) {
                 let message = format!("{code} restores earlier settings, which is not supported");
                 let help = "write the settings out (G20, G91, F) where they change";
@@ -365,29 +390,25 @@ impl<'o> Machine<'o> {
     }
 
     fn pause(&mut self, block: &Block, origin: Origin) -> Result<(), SpanDiagnostic> {
+        let in_seconds = self.survey.pauses_in_seconds();
         let milliseconds = match (block.number(b'P'), block.number(b'S')) {
+            (Some(seconds), _) if in_seconds => seconds * 1000.0,
             (Some(milliseconds), _) => milliseconds,
             (None, Some(seconds)) => seconds * 1000.0,
             (None, None) => {
-                return Err(SpanDiagnostic::new(
-                    block.range.clone(),
-                    "G4 needs P (ms) or S (s)",
-                ));
+                let message = "G4 without P or S is left out: it does not say how long";
+                self.notes.add(DiagnosticCode::LeftOut, origin, message);
+                return Ok(());
             }
         };
         if !(0.0..=f64::from(u32::MAX)).contains(&milliseconds) {
             let message = format!("the pause is {milliseconds} ms, which is out of range");
             return Err(SpanDiagnostic::new(block.range.clone(), message));
         }
-        if block
-            .number(b'P')
-            .is_some_and(|number| number.fract() != 0.0)
-        {
-            self.notes.add(
-                DiagnosticCode::Assumed,
-                origin,
-                "P of a pause (G4) counts milliseconds; S counts seconds",
-            );
+        if block.number(b'P').is_some() && in_seconds {
+            let message = "P of a pause (G4) counts seconds here, as in GRBL and LinuxCNC: the \
+                program has fractions of it, or settings of such a controller ($)";
+            self.notes.add(DiagnosticCode::Assumed, origin, message);
         }
         if self.out.wait(milliseconds.round() as u32, origin) {
             let message = "the laser is off during pauses (G4): it would burn a hole";

@@ -6,6 +6,9 @@ use super::modes::Modes;
 use super::power::setting;
 use crate::Origin;
 
+/// The sign of a mill that a laser's program has as well, which blows air.
+const COOLANT: &str = "it switches coolant";
+
 /// Whether a tool is lifted, led across, and fed down again: no laser is.
 #[derive(Clone, Debug, Default)]
 struct Lifts {
@@ -41,6 +44,8 @@ pub(super) struct Mill {
     /// The first sign of a mill, and where.
     sign: Option<(String, Origin)>,
     laser: bool,
+    /// Coolant is the air assist of a laser.
+    has_air_assist: bool,
     /// Something has moved: the header is over.
     moved: bool,
     /// The height by then, in the program's own unit and coordinates.
@@ -50,6 +55,13 @@ pub(super) struct Mill {
 }
 
 impl Mill {
+    pub(super) fn new(has_air_assist: bool) -> Self {
+        Self {
+            has_air_assist,
+            ..Self::default()
+        }
+    }
+
     /// Reads the comments and settings of a line: `$32=1` is the laser mode of a controller.
     pub(super) fn read(&mut self, text: &str) {
         if self.moved || self.laser {
@@ -94,8 +106,8 @@ impl Mill {
             format!("it cuts at Z{}", self.z)
         } else if block.has(b'M', 6) || changes {
             "it changes tools".to_owned()
-        } else if block.has(b'M', 7) || block.has(b'M', 8) {
-            "it switches coolant".to_owned()
+        } else if !self.has_air_assist && (block.has(b'M', 7) || block.has(b'M', 8)) {
+            COOLANT.to_owned()
         } else if modes.drills() {
             "it drills, G81 to G89".to_owned()
         } else if block.has(b'G', 43) {
@@ -110,6 +122,11 @@ impl Mill {
         if self.sign.is_none() {
             self.sign = Some((sign, line.origin(&block.range)));
         }
+    }
+
+    /// True if the coolant that it switches is the first sign of a mill.
+    pub(super) fn is_cooled_alone(&self) -> bool {
+        { self.sign.as_ref() }.is_some_and(|(sign, _)| sign == COOLANT)
     }
 
     /// Whether its header is a laser's.

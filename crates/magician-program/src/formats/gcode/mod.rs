@@ -10,7 +10,8 @@
 //! | G1 | a segment of a continuous path, for a laser with its power |
 //! | G2, G3 with I J K (G90.1: absolute) or R, P turns | arcs of the arm; lines for a laser, for helices, in the planes of G18 and G19, and for what is as flat as the tolerance |
 //! | G73, G81 to G83, G85, G86, G89, G98, G99 | holes of a pen: one way down and up each |
-//! | G4 P (ms) or S (s) | a wait, with the laser dark |
+//! | G4 P (ms; s where the program has fractions of it or settings of GRBL) or S (s) | a wait, with the laser dark |
+//! | G5, G5.1 | curves, as lines within the tolerance |
 //! | G17, G18, G19, G20, G21, G90, G91, G90.1, G91.1, G80, G94 | as everywhere |
 //! | G54 to G59.3, G10 L2 and L20, G52, G92 to G92.3 | where the zero is, from 0 on |
 //! | G53 | the arm's coordinates; of a placed program only up, as the machine's zero is not known |
@@ -55,8 +56,8 @@ use std::ops::Range;
 use magician_host::{Act, Remedy};
 
 use super::notes::Notes;
-use super::text::text_of;
-use super::{Arcs, Content, Dialect, GcodeOptions, Parsed, ReadOptions};
+use super::{Arcs, Chords, Content, Dialect, GcodeOptions, Parsed, ReadOptions};
+use crate::encoding::{Otherwise, decode};
 use crate::{Diagnostic, DiagnosticCode, Origin};
 
 use crate::formats::span::SpanDiagnostic;
@@ -69,22 +70,19 @@ use survey::Survey;
 
 /// A program that repeats lines makes no more moves than this.
 const MOST_STEPS: usize = 1_000_000;
-/// No arc is followed more closely than this, mm.
-const FINEST: f64 = 1e-4;
 
-pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
-    let text = text_of(bytes);
+pub(super) fn read(
+    bytes: &[u8],
+    options: &ReadOptions,
+    chords: &Chords,
+) -> Result<Parsed, Diagnostic> {
+    // What is not UTF-8 stands in comments: a guess needs no note.
+    let text = decode(bytes, Otherwise::Bytes)?.text;
     let program = Program::new(&text)?;
     let gcode = &options.gcode;
     let interpreter = || Interpreter::new(&program, Modes::new(gcode.begins_at(), gcode.placed));
     let survey = Survey::of(interpreter(), gcode);
-    let tolerance = options.tolerance;
-    let tolerance = if tolerance > FINEST {
-        tolerance
-    } else {
-        FINEST
-    };
-    let mut machine = Machine::new(&options.title, gcode, tolerance, survey)?;
+    let mut machine = Machine::new(&options.title, gcode, chords, survey)?;
     let mut interpreter = interpreter();
     let mut block = Block::default();
     while let Some((line, stepped)) = interpreter.step(&mut block)? {

@@ -8,7 +8,9 @@ use super::offsets::{Offsets, Setting};
 /// mm of an inch.
 pub(super) const INCH: f64 = 25.4;
 /// G codes of motion and what follows them, in tenths, as `#<_motion_mode>` has them.
-const MOTIONS: [u32; 12] = [0, 10, 20, 30, 800, 730, 810, 820, 830, 850, 860, 890];
+const MOTIONS: [u32; 14] = [
+    0, 10, 20, 30, 50, 51, 800, 730, 810, 820, 830, 850, 860, 890,
+];
 
 /// The state of a program between two lines.
 #[derive(Clone, Debug)]
@@ -54,12 +56,12 @@ impl Modes {
 
     /// Whether motions draw.
     pub(super) fn feeds(&self) -> bool {
-        matches!(self.motion, 10 | 20 | 30)
+        matches!(self.motion, 10 | 20 | 30 | 50 | 51)
     }
 
     /// Whether a drill's cycle is in force.
     pub(super) fn drills(&self) -> bool {
-        self.motion > 30 && self.motion != 800
+        self.motion > 51 && self.motion != 800
     }
 
     /// Follows a line.

@@ -22,7 +22,9 @@ const CENTRES: [u8; 3] = *b"IJK";
 /// Beyond this no place is told apart from another within a thousandth of a millimetre.
 const FARTHEST: f64 = 1e6;
 /// The two radii of an arc may differ by the tolerance, and by no more than this, mm.
-const ROUNDED: f64 = 0.5;
+pub(super) const ROUNDED: f64 = 0.5;
+/// Lines that one curve becomes, at most.
+const MOST_CHORDS: f64 = 10_000.0;
 /// More turns than this are no arc of a drawing.
 const MOST_TURNS: f64 = 100.0;
 
@@ -54,6 +56,7 @@ impl Machine<'_> {
                 "the line has coordinates but no motion: G80 has ended the last one",
             )),
             Mode::Travel | Mode::Line if axes => self.straight(block, origin),
+            Mode::Curve { cubic } if axes => self.curve(block, cubic, origin),
             Mode::Cycle(cycle) if axes => self.drill(block, cycle, origin),
             Mode::Arc(clockwise) if axes || block.has_any(b"IJKR") => {
                 self.arc(block, clockwise, origin)
@@ -236,9 +239,61 @@ impl Machine<'_> {
             clockwise,
         };
         let turns = turns(block)?;
-        let arc = Arc::new(&ends, round, turns, self.tolerance.min(ROUNDED)).map_err(refused)?;
+        let arc = Arc::new(&ends, round, turns, self.tolerance).map_err(refused)?;
         let work = self.work(origin);
         self.out.arc(&arc, work, origin).map_err(refused)?;
+        self.arrive(to);
+        Ok(())
+    }
+
+    /// G5: a cubic curve, whose handles are I, J from where it begins and P, Q from where it ends; G5.1: a quadratic one, whose
+    /// one handle is I, J. In X and Y; Z changes evenly.
+    fn curve(&mut self, block: &Block, cubic: bool, origin: Origin) -> Result<(), SpanDiagnostic> {
+        let refused = |message: &str| Err(SpanDiagnostic::new(block.range.clone(), message));
+        if self.plane != Plane::Xy {
+            return refused("a curve (G5) lies in the plane of G17 only");
+        }
+        self.note_z(block, origin);
+        self.hear_z(block);
+        self.begins_somewhere(block)?;
+        self.lower();
+        self.put_down(origin);
+        let from = self.place(self.at, true, origin);
+        let from = from.ok_or_else(|| unknown_start(block))?;
+        let to = self.target(block)?;
+        let to = self.place(to, true, origin).unwrap_or(from);
+        let handle = |words: [u8; 2]| {
+            let given = block.has_any(&words);
+            given.then(|| words.map(|word| block.number(word).unwrap_or_default() * self.unit))
+        };
+        let goes_on = self.curve.filter(|(_, end)| *end == from);
+        let first = handle(*b"IJ").or_else(|| {
+            let (last, _) = goes_on.filter(|_| cubic)?;
+            Some(last.map(|way| -way))
+        });
+        let Some(first) = first else {
+            return refused("the curve does not say how it begins (I, J)");
+        };
+        let plus = |at: [f64; 3], way: [f64; 2]| [at[0] + way[0], at[1] + way[1]];
+        let [begin, end] = [[from[0], from[1]], [to[0], to[1]]];
+        let controls = if cubic {
+            let Some(last) = handle(*b"PQ") else {
+                return refused("the curve does not say how it ends (P, Q)");
+            };
+            self.curve = Some((last, to));
+            [plus(from, first), plus(to, last)]
+        } else {
+            // The cubic curve that is the same.
+            let middle = plus(from, first);
+            let third = |from: f64, to: f64| from + (to - from) * 2.0 / 3.0;
+            [begin, end].map(|side| [third(side[0], middle[0]), third(side[1], middle[1])])
+        };
+        let points = [begin, controls[0], controls[1], end];
+        let work = self.work(origin);
+        for (share, [x, y]) in bezier(points, self.out.tolerance_of_curve()) {
+            let z = from[2] + (to[2] - from[2]) * share;
+            self.out.line([x, y, z], work, origin);
+        }
         self.arrive(to);
         Ok(())
     }
@@ -317,6 +372,27 @@ impl Machine<'_> {
             self.notes.add(DiagnosticCode::LeftOut, origin, message);
         }
     }
+}
+
+/// Corners along a cubic curve that are nowhere farther from it than the tolerance, without the first, each with its share of
+/// the way.
+fn bezier(points: [[f64; 2]; 4], tolerance: f64) -> impl Iterator<Item = (f64, [f64; 2])> {
+    let [a, b, c, d] = points;
+    let bend = |a: [f64; 2], b: [f64; 2], c: [f64; 2]| {
+        let side = |axis: usize| a[axis] - 2.0 * b[axis] + c[axis];
+        libm::hypot(side(0), side(1))
+    };
+    // A chord over a share h is at most h * h / 8 times the second derivative off, which is at most 6 bends.
+    let bent = bend(a, b, c).max(bend(b, c, d));
+    let count = (0.75 * bent / tolerance).sqrt().ceil();
+    let count = count.clamp(1.0, MOST_CHORDS) as u32;
+    (1..=count).map(move |nth| {
+        let t = f64::from(nth) / f64::from(count);
+        let u = 1.0 - t;
+        let weights = [u * u * u, 3.0 * u * u * t, 3.0 * u * t * t, t * t * t];
+        let at = [0, 1].map(|axis| (0..4).map(|of| weights[of] * points[of][axis]).sum());
+        (t, at)
+    })
 }
 
 /// How many turns more than one an arc makes.

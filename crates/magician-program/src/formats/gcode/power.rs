@@ -122,7 +122,11 @@ impl Powers {
             Some((s, origin)) => {
                 let message = format!("S{s} is above 1000, but the S of full power is unknown");
                 let help = "it is the S of the laser at full power, $30 of its controller";
-                Err(Diagnostic::new(origin, message).help(help).with(s_max()))
+                let pen = (Setting::Dialect, Given::Word("pen"));
+                Err(Diagnostic::new(origin, message)
+                    .help(help)
+                    .with(s_max())
+                    .remedy(pen, "draws with a pen, if the file is for a mill"))
             }
         }
     }

@@ -23,6 +23,8 @@ impl Machine<'_> {
                 10 => Mode::Line,
                 20 => Mode::Arc(true),
                 30 => Mode::Arc(false),
+                50 => Mode::Curve { cubic: true },
+                51 => Mode::Curve { cubic: false },
                 800 => Mode::None,
                 cycle @ (730 | 810..=830 | 850 | 860 | 890) if cycle % 10 == 0 => {
                     if self.mode != Mode::Cycle(cycle) {

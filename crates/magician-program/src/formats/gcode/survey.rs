@@ -38,6 +38,8 @@ pub(super) struct Survey {
     /// M300 or M280 moves a servo.
     m300: bool,
     m280: bool,
+    /// A pause (G4) whose P has a fraction, or a sign of a controller whose P counts seconds.
+    seconds: bool,
     /// The highest that it says it goes to, mm.
     pub(super) highest_z: Option<f64>,
 }
@@ -50,17 +52,20 @@ impl Survey {
             lights: false,
             fan: false,
             powers: Powers::default(),
-            mill: Mill::default(),
+            mill: Mill::new(options.burns),
             angles: Angles::new(options.dialect == Dialect::Servo),
             extrudes: false,
             m300: false,
             m280: false,
+            seconds: false,
             highest_z: None,
         };
         let mut block = Block::default();
         while let Ok(Some((line, stepped))) = interpreter.step(&mut block) {
             survey.powers.read(&line);
             survey.mill.read(line.text);
+            let setting = line.text.trim_start().starts_with('$');
+            survey.seconds |= setting || line.text.contains("LightBurn");
             if stepped == LineOutcome::Words {
                 survey.look(&block, &line, interpreter.modes());
             }
@@ -77,6 +82,8 @@ impl Survey {
         self.switches |= self.lights || block.has(b'M', 5);
         self.fan |= block.has(b'M', 106);
         self.extrudes |= block.number(b'E').is_some();
+        let pause = block.number(b'P').filter(|_| block.has(b'G', 4));
+        self.seconds |= pause.is_some_and(|pause| pause.fract() != 0.0);
         self.powers.look(block, line);
         let places = NOT_MOVED.iter().any(|code| block.has(b'G', *code));
         let marks = modes.feeds() && !places && block.has_any(b"XYIJ");
@@ -93,6 +100,11 @@ impl Survey {
         if let Some(z) = z.filter(|_| moves) {
             self.highest_z = Some(self.highest_z.map_or(z, |highest| highest.max(z)));
         }
+    }
+
+    /// True if P of a pause counts seconds, as GRBL and LinuxCNC have it, and not milliseconds.
+    pub(super) fn pauses_in_seconds(&self) -> bool {
+        self.seconds
     }
 
     /// What it is for.

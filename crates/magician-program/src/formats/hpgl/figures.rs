@@ -156,7 +156,7 @@ impl Plotter<'_> {
             for point in [a, b, c] {
                 self.fits(point, instruction)?;
             }
-            let tolerance = self.tolerance / self.scale.most();
+            let tolerance = self.chords.for_curve() / self.scale.most();
             for corner in curves::curve([self.at, a, b, c], tolerance) {
                 self.line(corner, instruction)?;
             }
@@ -179,7 +179,7 @@ impl Plotter<'_> {
             let message = format!("an arc of {sweep} degrees has too many turns");
             return Err(SpanDiagnostic::new(instruction.range.clone(), message));
         }
-        let tolerance = self.tolerance / self.scale.most();
+        let tolerance = self.chords.for_curve() / self.scale.most();
         Ok(curves::arc(centre, from, sweep, tolerance))
     }
 

@@ -107,6 +107,36 @@ impl<'t> Instructions<'t> {
         })
     }
 
+    /// An instruction of Roland's own: `!PG`, `!VZ10`. Its name is `!` and its first letter, its text all of it.
+    fn of_the_maker(&mut self) -> Result<Instruction, SpanDiagnostic> {
+        let start = self.scan.at;
+        self.scan.at += 1;
+        let letter = self.scan.peek().filter(u8::is_ascii_alphabetic);
+        let Some(letter) = letter else {
+            let message = "! has no letters of an instruction behind it";
+            return Err(SpanDiagnostic::new(start..self.scan.at, message));
+        };
+        let mut letters = 2;
+        while letters > 0
+            && self
+                .scan
+                .peek()
+                .is_some_and(|byte| byte.is_ascii_alphabetic())
+        {
+            self.scan.at += 1;
+            letters -= 1;
+        }
+        let text = self.scan.text.get(start..self.scan.at).unwrap_or_default();
+        let mut numbers = Vec::new();
+        self.numbers(&mut numbers)?;
+        Ok(Instruction {
+            name: [b'!', letter.to_ascii_uppercase()],
+            numbers,
+            text: text.to_ascii_uppercase(),
+            range: start..self.scan.at,
+        })
+    }
+
     /// `DT` and the sign that ends labels from now on; `DT;` sets it back.
     fn set_end_of_text(&mut self) {
         self.end_of_text = match self.scan.peek() {
@@ -167,6 +197,9 @@ impl Iterator for Instructions<'_> {
         let first = self.scan.begin()?;
         if first.is_ascii_alphabetic() {
             return Some(self.instruction(first));
+        }
+        if first == b'!' {
+            return Some(self.of_the_maker());
         }
         let start = self.scan.at;
         let sign = self.scan.text.get(start..)?.chars().next()?;

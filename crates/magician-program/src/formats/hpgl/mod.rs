@@ -33,27 +33,24 @@ mod scale;
 mod text;
 
 use super::notes::Notes;
-use super::text::text_of;
-use super::{Content, Parsed, ReadOptions};
+use super::{Chords, Content, Parsed, ReadOptions};
+use crate::encoding::{Otherwise, characters, with_line_feeds};
 use crate::{Diagnostic, Lines};
 
 use lexer::Instructions;
 use plotter::Plotter;
 
-/// No curve is followed more closely than this, mm.
-const FINEST: f64 = 1e-4;
-
-pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
-    let text = text_of(bytes);
+pub(super) fn read(
+    bytes: &[u8],
+    options: &ReadOptions,
+    chords: &Chords,
+) -> Result<Parsed, Diagnostic> {
+    // Encoded polylines mean bytes.
+    let text = characters(bytes, Otherwise::Bytes)?.text;
     let latin = std::str::from_utf8(bytes).is_err();
-    let lines = Lines::new(&text);
-    let tolerance = options.tolerance;
-    let tolerance = if tolerance > FINEST {
-        tolerance
-    } else {
-        FINEST
-    };
-    let mut plotter = Plotter::new(options, tolerance, &lines, latin);
+    let divided = with_line_feeds(text.as_ref().into());
+    let lines = Lines::new(&divided);
+    let mut plotter = Plotter::new(options, chords, &lines, latin);
     for instruction in Instructions::new(&text) {
         let done = instruction.and_then(|instruction| plotter.take(&instruction));
         done.map_err(|error| {

@@ -10,7 +10,7 @@ use super::scale::Scale;
 use super::text::LabelStyle;
 use crate::artwork::{Layer, Style};
 use crate::formats::span::SpanDiagnostic;
-use crate::formats::{Fills, ReadOptions};
+use crate::formats::{Chords, Fills, ReadOptions};
 use crate::lettering::Lettering;
 use crate::{Artwork, Diagnostic, DiagnosticCode, Lines, Stroke};
 
@@ -33,7 +33,7 @@ pub(super) struct Plotter<'t> {
     options: &'t ReadOptions,
     pub(super) fills: Fills,
     pub(super) artwork: Artwork,
-    pub(super) tolerance: f64,
+    pub(super) chords: &'t Chords,
     pub(super) lines: &'t Lines<'t>,
     pub(super) notes: Notes,
     pub(super) scale: Scale,
@@ -71,7 +71,7 @@ pub(super) struct Plotter<'t> {
 impl<'t> Plotter<'t> {
     pub(super) fn new(
         options: &'t ReadOptions,
-        tolerance: f64,
+        chords: &'t Chords,
         lines: &'t Lines<'t>,
         latin: bool,
     ) -> Self {
@@ -83,7 +83,7 @@ impl<'t> Plotter<'t> {
             options,
             fills: options.fills,
             artwork,
-            tolerance,
+            chords,
             lines,
             notes: Notes::default(),
             scale: Scale::default(),
@@ -203,6 +203,13 @@ impl<'t> Plotter<'t> {
             | "QL" | "MG" | "MT" | "ST" | "NR" | "RP" | "CM" | "CT" | "CV" | "CF" | "IM" | "IV"
             | "FI" | "FN" | "GM" | "WD" | "OA" | "OB" | "OC" | "OD" | "OE" | "OF" | "OG" | "OH"
             | "OI" | "OK" | "OL" | "OO" | "OP" | "OS" | "OT" | "OW" => {}
+            _ if name.starts_with('!') => {
+                let message = format!(
+                    "{}, an instruction of Roland's own, is left out",
+                    instruction.text
+                );
+                self.note(instruction, &message);
+            }
             _ => self.note(instruction, &format!("{name} is left out")),
         }
         Ok(())
@@ -254,7 +261,7 @@ impl<'t> Plotter<'t> {
     /// The font of labels.
     pub(super) fn lettering(&mut self) -> Result<&Lettering, SpanDiagnostic> {
         if self.lettering.is_none() {
-            let lettering = Lettering::new(self.options, self.tolerance);
+            let lettering = Lettering::new(self.options, self.chords.for_curve());
             self.lettering = Some(lettering.map_err(|wrong| SpanDiagnostic::of(0..0, wrong))?);
         }
         self.lettering

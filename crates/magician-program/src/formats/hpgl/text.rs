@@ -211,7 +211,11 @@ impl Plotter<'_> {
         let [forth, down] = self.steps(&cell);
         let from = self.scale.place(self.at);
         let start = *self.labels.start.get_or_insert(from);
-        let text: String = text.chars().take(LONGEST).collect();
+        let count = text.chars().count();
+        if count > LONGEST {
+            let message = format!("the label has {count} characters, limit {LONGEST}");
+            return Err(SpanDiagnostic::new(instruction.range.clone(), message));
+        }
         let rows: Vec<&str> = text.split('\n').collect();
         let origin = self.labels.origin;
         let begin = self.shifted(

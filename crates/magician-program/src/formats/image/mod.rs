@@ -1,4 +1,4 @@
-//! PNG, JPEG, BMP, WebP, GIF (its first picture) and TIFF images.
+//! PNG, JPEG, BMP, WebP, GIF (its first picture), TIFF and netpbm (PGM, PBM, PPM) images.
 //!
 //! Colours become grey by the weights of Rec. 709 (0.2126, 0.7152, 0.0722) on the values as they are stored; what is transparent
 //! shows white below it, and its opacity is kept; 16 bits are rounded to 8. An image that a camera holds turned (EXIF) is turned upright.
@@ -65,6 +65,16 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
         );
         notes.push(Diagnostic::of_file(message).coded(DiagnosticCode::Assumed));
     }
+    let pictures = match format {
+        ImageFormat::Gif => pictures(bytes),
+        _ => 1,
+    };
+    if pictures > 1 {
+        let message =
+            format!("the image is animated: only the first of its {pictures} pictures is used");
+        let note = Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut);
+        notes.push(note.help("save another one of them as an image of its own to use that"));
+    }
     if format == ImageFormat::Jpeg && large::is_cut_off(bytes) {
         let message = "the file is cut off: what is missing of the image is grey";
         notes.push(Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut));
@@ -83,18 +93,47 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
     })
 }
 
+/// How many pictures a GIF has, by its blocks (GIF89a, sections 18 to 25): nothing is decoded.
+fn pictures(bytes: &[u8]) -> usize {
+    let table = |flags: u8| match flags & 0x80 {
+        0 => 0,
+        _ => 3 << ((flags & 7) + 1),
+    };
+    // Blocks of data, each with its length before it, up to one without any.
+    let behind_data = |mut at: usize| {
+        while let Some(length) = bytes.get(at).filter(|length| **length > 0) {
+            at += 1 + usize::from(*length);
+        }
+        at + 1
+    };
+    let mut at = 13 + bytes.get(10).copied().map_or(0, table);
+    let mut count = 0;
+    loop {
+        match bytes.get(at) {
+            Some(b'!') => at = behind_data(at + 2),
+            Some(b',') => {
+                count += 1;
+                let flags = bytes.get(at + 9).copied().unwrap_or_default();
+                at = behind_data(at + 10 + table(flags) + 1);
+            }
+            _ => return count,
+        }
+    }
+}
+
 /// What is read.
-const KNOWN: [ImageFormat; 6] = [
+const KNOWN: [ImageFormat; 7] = [
     ImageFormat::Png,
     ImageFormat::Jpeg,
     ImageFormat::Bmp,
     ImageFormat::WebP,
     ImageFormat::Gif,
     ImageFormat::Tiff,
+    ImageFormat::Pnm,
 ];
 
 fn unknown() -> Diagnostic {
-    Diagnostic::of_file("this is not a PNG, JPEG, BMP, WebP, GIF or TIFF image")
+    Diagnostic::of_file("this is not a PNG, JPEG, BMP, WebP, GIF, TIFF or PNM image")
         .help("save it as one of these")
 }
 
@@ -214,6 +253,11 @@ fn refused(refused: DecodeFailure) -> Diagnostic {
             ));
         }
         DecodeFailure::By(error @ ImageError::Limits(_)) => (error.to_string(), true),
+        DecodeFailure::By(ImageError::Unsupported(_)) => {
+            let message = "the image is of a kind that is not read, such as a fax (CCITT G3) or \
+                numbers with a fraction";
+            return Diagnostic::of_file(message).help("save it as PNG or JPEG");
+        }
         DecodeFailure::By(error) => (error.to_string(), false),
     };
     if too_large {

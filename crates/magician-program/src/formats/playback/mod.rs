@@ -16,7 +16,11 @@
 //! | 11 | gripper: 0 off, 1 open, 2 closed |
 //! | 12 | suction cup: 0 off, 1 on |
 //! | 36 | position on the sliding rail, mm; 0 throughout where no rail is in use |
+//!
+//! Those of DobotLab, which are JSON, are read as well (`lab`).
 
+#[cfg(feature = "read-playback")]
+mod lab;
 mod play;
 #[cfg(feature = "read-playback")]
 mod read;

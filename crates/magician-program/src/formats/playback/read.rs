@@ -5,8 +5,10 @@ use std::ops::Range;
 
 use roxmltree::Node;
 
+use super::lab;
 use super::row::{Part, Places, RAIL, numbered};
 use super::{Playback, Point, PointMotion, Row};
+use crate::encoding::{Otherwise, decode};
 use crate::formats::rail::RailCourse;
 use crate::formats::{Content, Parsed, ReadOptions, xml};
 use crate::{Diagnostic, DiagnosticCode, Grip, Lines, Origin, Travel};
@@ -31,7 +33,17 @@ const MEANINGS: [&str; 13] = [
 const NO_PLAYBACK: &str = "this is not a playback file of DobotStudio";
 
 pub(in crate::formats) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
-    let playback = Playback::read(bytes)?;
+    let decoded = decode(bytes, Otherwise::Western)?;
+    if decoded.text.trim_start().starts_with('[') {
+        let mut parsed = lab::read(&decoded.text)?;
+        parsed.content.title.clone_from(&options.title);
+        parsed.notes.extend(decoded.note);
+        return Ok(Parsed {
+            content: Content::Plan(parsed.content),
+            notes: parsed.notes,
+        });
+    }
+    let playback = Playback::of_text(&decoded.text)?;
     let Parsed {
         content: mut plan,
         notes,
@@ -39,7 +51,10 @@ pub(in crate::formats) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Pa
     plan.title.clone_from(&options.title);
     Ok(Parsed {
         content: Content::Plan(plan),
-        notes: playback.notes.into_iter().chain(notes).collect(),
+        notes: (playback.notes.into_iter())
+            .chain(notes)
+            .chain(decoded.note)
+            .collect(),
     })
 }
 
@@ -50,7 +65,11 @@ impl Playback {
     /// The first [`Diagnostic`] that makes it unreadable, with its place: no XML, another kind of file, a row without a
     /// coordinate, a number that is not one, an unknown motion style.
     pub fn read(bytes: &[u8]) -> Result<Self, Diagnostic> {
-        let playback = document(bytes)?;
+        Self::of_text(&decode(bytes, Otherwise::Western)?.text)
+    }
+
+    fn of_text(text: &str) -> Result<Self, Diagnostic> {
+        let playback = document(text)?;
         playback.check_tool()?;
         playback.check_rail()?;
         Ok(playback)
@@ -88,8 +107,7 @@ impl Playback {
     }
 }
 
-fn document(bytes: &[u8]) -> Result<Playback, Diagnostic> {
-    let text = xml::text(bytes)?;
+fn document(text: &str) -> Result<Playback, Diagnostic> {
     let document = xml::parse(text)?;
     let lines = Lines::new(text);
     let root = document.root_element();
@@ -405,6 +423,15 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
         let name = self
             .node(1)
             .map(|item| xml::content(item).trim().to_owned());
+        for number in 10..=12 {
+            if let Some(item) = self.node(number).filter(|_| self.text(number).is_none()) {
+                let message = format!(
+                    "item_{number} ({}) is empty: it is left out",
+                    meaning(number)
+                );
+                notes.push(self.wrong(item, message).coded(DiagnosticCode::LeftOut));
+            }
+        }
         let gripper = self.code(11, 2, "0 off, 1 open, 2 closed")?;
         let suction = self.code(12, 1, "0 off, 1 on")?;
         Ok(Point {

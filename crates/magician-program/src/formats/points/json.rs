@@ -11,8 +11,8 @@ use crate::{Diagnostic, DiagnosticCode, Parsed, Plan};
 /// More rows are surely not taught by hand.
 const MOST_ROWS: usize = 1_000_000;
 
-pub(super) fn read(bytes: &[u8]) -> Result<Parsed<Plan>, Diagnostic> {
-    let json = Json::of(bytes)?;
+pub(super) fn read(text: &str) -> Result<Parsed<Plan>, Diagnostic> {
+    let json = Json::of(text);
     let whole = json.whole()?;
     let lines = json.lines();
     let mut rows = Vec::new();

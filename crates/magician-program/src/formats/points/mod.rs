@@ -19,7 +19,8 @@ mod strokes;
 
 use super::content::points::{MAGIC, is_strokes};
 use super::{Content, Parsed, ReadOptions, only_recordings};
-use crate::{Diagnostic, Lines, Origin};
+use crate::encoding::{Otherwise, decode};
+use crate::{Diagnostic, Origin};
 
 /// Reads a list of points of any of the three kinds.
 pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
@@ -31,18 +32,13 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
             notes: reading.notes,
         });
     }
-    let text = std::str::from_utf8(bytes).map_err(|error| {
-        let known = bytes.get(..error.valid_up_to()).unwrap_or_default();
-        let known = std::str::from_utf8(known).unwrap_or_default();
-        let origin = Lines::new(known).origin(known.len()..known.len());
-        Diagnostic::new(origin, "this is not UTF-8 text")
-    })?;
-    let text = text.strip_prefix('\u{FEFF}').unwrap_or(text);
+    let decoded = decode(bytes, Otherwise::Western)?;
+    let text = decoded.text.as_ref();
     let mut reading = match text.trim_start() {
         "" => return Err(Diagnostic::of_file("the file has no points")),
         json if json.starts_with('{') => {
             only_recordings(options.resample)?;
-            json::read(bytes)?
+            json::read(text)?
         }
         _ if is_strokes(text) => {
             only_recordings(options.resample)?;
@@ -51,6 +47,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
         _ => csv::read(text, options.resample)?,
     };
     reading.content.title.clone_from(&options.title);
+    reading.notes.extend(decoded.note);
     Ok(Parsed {
         content: Content::Plan(reading.content),
         notes: reading.notes,

@@ -2,9 +2,12 @@
 //!
 //! A recording is rows of a time and a place. While the tool moves it follows a continuous path in real-time mode (document
 //! 1.11.1, errata E31): a segment takes a period, so that rows come after even times. Where it stands it waits as long.
+//!
+//! The arm takes more than a period where its speed changes from one segment to the next. After a corner it is late, and
+//! catches up by longer segments.
 
 use magician_host::commands::CpParams;
-use magician_motion::{ArmModel, Pose};
+use magician_motion::{ArmModel, KinematicLimits, Pose};
 use magician_protocol::Flag;
 
 use crate::recording::{HELD, LONGEST};
@@ -17,13 +20,21 @@ const STILL: f64 = 0.05;
 const STANDS: usize = 3;
 /// A shorter way takes an arm no time, mm.
 const NO_WAY: f64 = 1e-3;
-/// A segment of a path takes so long, s: two periods of the arm, which rounds the time of each up to whole ones.
-const PERIOD: f64 = 0.04;
-/// The period that is told to the arm is shorter by this share: what is a little longer than two of its periods would take
-/// three. An arm that did not round up would be faster by no more than this.
-const LEAST_LAG: f64 = 0.25;
-/// The share by which it is shortened at most.
-const MOST_LAG: f64 = 0.1;
+/// A segment of a path takes so long, s: a period of the arm, which takes the nearest whole number of them.
+const PERIOD: f64 = ArmModel::MAGICIAN.law.period_us() as f64 / 1e6;
+/// Steps in which the beginning of the arm's periods is looked for, s.
+const PHASE_STEP: f64 = 0.001;
+/// A share of a period that is rounding of times written to a microsecond.
+const ROUNDING: f64 = 1e-4;
+/// Times of periods are those of an arm if speeds change by less than this share of what they do at the times that were read.
+const EVENER: f64 = 0.5;
+/// Largest share by which a segment covers more than a period of the recording, to catch up: the arm is by as much faster than
+/// it was when it was recorded.
+const MOST_CATCH_UP: f64 = 0.5;
+/// Share by which the arm is faster than it was before a turn of J4, so that it is in time when that is done.
+const AHEAD: f64 = 0.25;
+/// The arm is in time if it is late by no more than this, s: segments stay even then.
+const IN_TIME: f64 = 1e-4;
 /// Periods up to which a recording is cut, however few its rows are, and so many more for each row: a small file with a gap of
 /// years takes no memory for it.
 const MOST_PERIODS: f64 = 1e6;
@@ -55,13 +66,15 @@ pub(super) fn plan(rows: &[Sample], resample: Option<f64>) -> Result<Parsed<Plan
     let [Some(first), Some(end)] = [rows.first(), rows.last()] else {
         return Err(Diagnostic::of_file("there are no rows in the recording"));
     };
-    let period = PERIOD;
-    let thinned = resample.map(|nearer| thinned(rows, nearer));
-    let even = match &thinned {
-        Some(rows) => evenly(rows, period, Interpolation::Straight)?,
-        None => evenly(rows, period, Interpolation::Smooth)?,
+    let (period, timed) = (PERIOD, timed(rows));
+    let thinned = resample.map(|nearer| thinned(&timed, nearer));
+    let (rows_left, between) = match &thinned {
+        Some(thinned) => (thinned.as_slice(), Interpolation::Straight),
+        None => (timed.as_slice(), Interpolation::Smooth),
     };
-    let mut replay = Replay::at(first, period * (1.0 - lag(&even, period).max(LEAST_LAG)));
+    let course = Course::through(rows_left, between);
+    let even = course.evenly(period)?;
+    let mut replay = Replay::at(first, period);
     let mut at = 0;
     while at + 1 < even.len() {
         match standing(&even[at..]) {
@@ -70,7 +83,7 @@ pub(super) fn plan(rows: &[Sample], resample: Option<f64>) -> Result<Parsed<Plan
                 let stands = |(nth, _): &(usize, &Sample)| standing(&even[at + nth..]) > 0;
                 let end = moving.take_while(|each| !stands(each)).count() + 1;
                 let end = (at + end).min(even.len() - 1);
-                replay.follow(&even[at..=end]);
+                replay.follow(&course, &even[at], &even[end]);
                 at = end;
             }
             periods => at += periods,
@@ -85,7 +98,8 @@ pub(super) fn plan(rows: &[Sample], resample: Option<f64>) -> Result<Parsed<Plan
     if let (Some(nearer), Some(thinned)) = (resample, &thinned) {
         let (left_out, all) = (rows.len() - thinned.len(), rows.len());
         let what = format!(
-            "{left_out} of {all} points are left out: they are closer than {nearer} mm to the line"
+            "{left_out} of {all} points are left out: they are closer than {nearer} mm to the line; \
+                a step between the others still takes a period, so that the number of steps stays"
         );
         notes.push(Diagnostic::of_file(what).coded(DiagnosticCode::LeftOut));
     }
@@ -111,6 +125,54 @@ enum Interpolation {
     Straight,
 }
 
+/// The rows, each at the time at which the arm was there.
+///
+/// A pose is read up to a period after the arm came to it, so that an even speed looks uneven. When the arm's periods begin is not
+/// written down: it is the time at which speeds change least. Rows that are of no such arm keep their times.
+fn timed(rows: &[Sample]) -> Vec<Sample> {
+    let as_read = rows.to_vec();
+    let steps = (PERIOD / PHASE_STEP).round() as u32;
+    let phases = (0..steps).map(|nth| f64::from(nth) * PHASE_STEP);
+    let candidates = phases.filter_map(|phase| at_periods(rows, phase));
+    let least = |best: (f64, Vec<Sample>), rows: Vec<Sample>| match unevenness(&rows) {
+        uneven if uneven < best.0 => (uneven, rows),
+        _ => best,
+    };
+    let best = (EVENER * unevenness(&as_read), as_read);
+    candidates.fold(best, least).1
+}
+
+/// The rows at the ends of periods that begin at this phase, one of each period; `None` if two poses of one period differ.
+fn at_periods(rows: &[Sample], phase: f64) -> Option<Vec<Sample>> {
+    let mut timed: Vec<Sample> = Vec::with_capacity(rows.len());
+    for row in rows {
+        let t = phase + PERIOD * ((row.t - phase) / PERIOD + ROUNDING).floor();
+        match timed.last() {
+            Some(last) if last.t >= t => {
+                if last.apart(row) > NO_WAY {
+                    return None;
+                }
+            }
+            _ => timed.push(Sample { t, ..*row }),
+        }
+    }
+    Some(timed)
+}
+
+/// How much the speed changes from row to row, (mm/s)2.
+fn unevenness(rows: &[Sample]) -> f64 {
+    let speeds = rows.windows(2).filter_map(|pair| match pair {
+        [from, to] if to.t > from.t => Some(from.apart(to) / (to.t - from.t)),
+        _ => None,
+    });
+    let (mut before, mut sum) = (0.0, 0.0);
+    for speed in speeds {
+        sum += (speed - before) * (speed - before);
+        before = speed;
+    }
+    sum
+}
+
 /// The rows without which the tool is nowhere farther than this from where it was seen at the time. By the line alone a rest on it
 /// would be lost.
 fn thinned(rows: &[Sample], nearer: f64) -> Vec<Sample> {
@@ -125,30 +187,49 @@ fn thinned(rows: &[Sample], nearer: f64) -> Vec<Sample> {
     kept.map(|(row, _)| *row).collect()
 }
 
-/// The rows after each period.
-fn evenly(rows: &[Sample], period: f64, between: Interpolation) -> Result<Vec<Sample>, Diagnostic> {
-    // Of two rows at the same time the first counts.
-    let mut rows = rows.to_vec();
-    rows.dedup_by(|later, earlier| later.t <= earlier.t);
-    let [Some(first), Some(last)] = [rows.first(), rows.last()] else {
-        return Ok(Vec::new());
-    };
-    let count = ((last.t - first.t) / period).ceil();
-    if count > MOST_PERIODS + PERIODS_OF_A_ROW * rows.len() as f64 {
-        let time = last.t - first.t;
-        let message = format!("the recording takes {time:.0} s, which is too long");
-        return Err(Diagnostic::new(last.origin, message));
-    }
-    let slopes = slopes(&rows);
-    let mut at = 0;
-    let even = (0..=count as u64).map(|nth| {
-        let t = (first.t + nth as f64 * period).min(last.t);
-        while rows.get(at + 1).is_some_and(|row| row.t < t) {
-            at += 1;
+/// The way through rows of rising times.
+struct Course {
+    rows: Vec<Sample>,
+    slopes: Vec<[f64; 4]>,
+    between: Interpolation,
+}
+
+impl Course {
+    /// Through these. Of two rows at the same time the first counts.
+    fn through(rows: &[Sample], between: Interpolation) -> Self {
+        let mut rows = rows.to_vec();
+        rows.dedup_by(|later, earlier| later.t <= earlier.t);
+        let slopes = slopes(&rows);
+        Self {
+            rows,
+            slopes,
+            between,
         }
-        let ends = [at, at + 1].map(|nth| rows.get(nth).zip(slopes.get(nth)));
-        match ends {
-            [Some((before, leaving)), Some((after, arriving))] => match between {
+    }
+
+    /// The rows after each period.
+    fn evenly(&self, period: f64) -> Result<Vec<Sample>, Diagnostic> {
+        let [Some(first), Some(last)] = [self.rows.first(), self.rows.last()] else {
+            return Ok(Vec::new());
+        };
+        let count = ((last.t - first.t) / period).ceil();
+        if count > MOST_PERIODS + PERIODS_OF_A_ROW * self.rows.len() as f64 {
+            let time = last.t - first.t;
+            let message = format!("the recording takes {time:.0} s, which is too long");
+            return Err(Diagnostic::new(last.origin, message));
+        }
+        let times = (0..=count as u64).map(|nth| first.t + nth as f64 * period);
+        Ok(times.filter_map(|t| self.at(t)).collect())
+    }
+
+    /// Where the tool is at a time: at the last row after it.
+    fn at(&self, t: f64) -> Option<Sample> {
+        let last = self.rows.last()?;
+        let t = t.min(last.t);
+        let next = self.rows.partition_point(|row| row.t < t).max(1);
+        let ends = [next - 1, next].map(|nth| self.rows.get(nth).zip(self.slopes.get(nth)));
+        Some(match ends {
+            [Some((before, leaving)), Some((after, arriving))] => match self.between {
                 Interpolation::Smooth => before.towards(after, [leaving, arriving], t),
                 Interpolation::Straight => {
                     let straight = before.straight(after);
@@ -156,9 +237,8 @@ fn evenly(rows: &[Sample], period: f64, between: Interpolation) -> Result<Vec<Sa
                 }
             },
             _ => Sample { t, ..*last },
-        }
-    });
-    Ok(even.collect())
+        })
+    }
 }
 
 /// How fast each coordinate changes at each row: not at all where it turns round.
@@ -238,37 +318,40 @@ impl Sample {
     }
 }
 
-/// The share of the time by which the arm lags: at each change of its speed by `change^2 / (2 acceleration speed)` (model
-/// section 8). A period that is shorter by this makes up for it.
-fn lag(rows: &[Sample], period: f64) -> f64 {
-    let speeds = rows.windows(2).map(|pair| match pair {
-        [from, to] => from.apart(to) / period,
-        _ => 0.0,
-    });
-    let speeds: Vec<f64> = speeds.filter(|speed| speed * period > NO_WAY).collect();
-    let late = speeds.windows(2).map(|pair| match pair {
-        [before, after] => {
-            let change = after - before;
-            change * change
-                / (2.0 * ArmModel::MAGICIAN.ceilings.linear_acceleration * before.max(*after))
-        }
-        _ => 0.0,
-    });
-    let late: f64 = late.sum();
-    let time = speeds.len() as f64 * period;
-    if time > 0.0 {
-        (late / time).min(MOST_LAG)
-    } else {
-        0.0
+/// Time in which J4 turns by an angle at the speeds of power-up, s.
+fn turn_duration(degrees: f64) -> f64 {
+    let speeds = &ArmModel::MAGICIAN.power_up.speeds;
+    let rates = KinematicLimits {
+        velocity: speeds.rotation_velocity * speeds.velocity_ratio / 100.0,
+        acceleration: speeds.rotation_acceleration * speeds.acceleration_ratio / 100.0,
+    };
+    match degrees > 0.0 {
+        true => ArmModel::MAGICIAN
+            .law
+            .rest_to_rest(degrees, &rates)
+            .duration(),
+        false => 0.0,
     }
+}
+
+/// A segment of a path whose duration is known when the next one is.
+#[derive(Clone, Copy)]
+struct Pending {
+    length: f64,
+    /// Speed at its beginning, mm/s.
+    entry: f64,
 }
 
 /// A program that is being made.
 struct Replay {
     plan: Plan,
-    /// Up to when it is made, s.
+    /// Time of the recording up to which it is made, s.
     t: f64,
+    /// Time by which the arm is there, s: later than `t` where it has lost time.
+    arm: f64,
     period: f64,
+    /// The last segment of the path under way.
+    pending: Option<Pending>,
     /// Whether a step sets it.
     has_period: bool,
     j4: Option<f64>,
@@ -285,46 +368,97 @@ impl Replay {
         Self {
             plan,
             t: first.t,
+            arm: first.t,
             period,
+            pending: None,
             has_period: false,
             j4: first.j4,
             turned: 0.0,
         }
     }
 
+    /// Waits for a time, if the arm is there before it.
     fn wait_until(&mut self, t: f64, origin: Origin) {
-        let milliseconds = ((t - self.t) * 1000.0).round().min(LONGEST);
+        self.rest();
+        let milliseconds = ((t - self.arm) * 1000.0).round().min(LONGEST);
         if milliseconds >= 1.0 {
             self.plan.push(Action::Wait(milliseconds as u32), origin);
-            self.t += milliseconds / 1000.0;
+            self.arm += milliseconds / 1000.0;
         }
+        self.t = self.t.max(t);
     }
 
-    /// Along these rows, a period from each to the next.
-    fn follow(&mut self, rows: &[Sample]) {
-        let Some(last) = rows.last() else { return };
+    /// Along a way, a period from each place to the next.
+    fn follow(&mut self, course: &Course, from: &Sample, last: &Sample) {
         self.set_period(last.origin);
-        for pair in rows.windows(2) {
-            let [from, to] = pair else { continue };
-            if from.apart(to) < NO_WAY {
-                continue;
-            }
-            self.wait_until(from.t, from.origin);
-            let [x, y, z, _] = to.pose.map(|value| value as f32);
-            self.plan.push(Action::Path { to: [x, y, z] }, to.origin);
-            self.t = to.t;
-        }
         let turned = self
             .j4
             .zip(last.j4)
             .map_or(0.0, |(from, to)| (to - from).abs());
-        if turned > HELD {
+        let turned = if turned > HELD { turned } else { 0.0 };
+        let turns_for = turn_duration(turned);
+        let mut here = *from;
+        while here.t < last.t {
+            let pending = self.pending.map_or(0.0, |_| self.period);
+            let early = (turns_for - AHEAD * (last.t - here.t)).max(0.0);
+            let late = self.arm + pending + early - here.t;
+            let late = if late > IN_TIME { late } else { 0.0 };
+            let mut t = here.t + self.period + late.min(MOST_CATCH_UP * self.period);
+            // No rest of a period, which would be a segment of its own.
+            if last.t - t < IN_TIME {
+                t = last.t;
+            }
+            let Some(to) = course.at(t) else { break };
+            let length = here.apart(&to);
+            if length >= NO_WAY {
+                if here.t > self.t + IN_TIME {
+                    self.wait_until(here.t, here.origin);
+                }
+                let [x, y, z, _] = to.pose.map(|value| value as f32);
+                self.plan.push(Action::Path { to: [x, y, z] }, to.origin);
+                self.go_on(length);
+                self.t = t;
+            }
+            here = Sample { t, ..to };
+        }
+        if turned > 0.0 {
+            self.rest();
+            self.arm += turns_for;
             self.turned = self.turned.max(turned);
             let to = last.pose.map(|value| value as f32);
             let by = Travel::Line;
             self.plan.push(Action::Move { to, by }, last.origin);
             self.j4 = last.j4;
         }
+    }
+
+    /// A segment follows: the one before it ends with the speed that both allow.
+    fn go_on(&mut self, length: f64) {
+        let entry = match self.pending {
+            Some(pending) => self.end(pending, pending.length.min(length) / self.period),
+            None => 0.0,
+        };
+        self.pending = Some(Pending { length, entry });
+    }
+
+    /// The path ends at rest.
+    fn rest(&mut self) {
+        if let Some(pending) = self.pending.take() {
+            self.end(pending, 0.0);
+        }
+    }
+
+    /// Counts the time of a segment that is to end with a speed; returns the speed that it ends with (model section 8).
+    fn end(&mut self, segment: Pending, exit: f64) -> f64 {
+        let ceilings = ArmModel::MAGICIAN.ceilings;
+        let rates = KinematicLimits {
+            velocity: (segment.length / self.period).min(ceilings.linear_velocity),
+            acceleration: ceilings.linear_acceleration,
+        };
+        let law = ArmModel::MAGICIAN.law;
+        let profile = law.segment(segment.length, segment.entry, exit, &rates);
+        self.arm += profile.duration();
+        profile.exit()
     }
 
     /// Sets, once, how long a segment takes.

@@ -114,7 +114,7 @@ impl Row {
                 });
             }
             Field::Time | Field::J4 => {
-                let value = text.parse().ok().filter(|value: &f64| value.is_finite());
+                let value = crate::encoding::number(text);
                 let value = value.ok_or_else(|| match field {
                     Field::Time => super::no_number(origin, "a time", text),
                     _ => super::no_number(origin, "an angle", text),

@@ -3,19 +3,16 @@
 use super::lines::Line;
 use crate::artwork::distance;
 
-/// What is thinner than this has no area, mm.
-const THIN: f64 = 1e-3;
-
-/// Whether a closed line has something inside: one that only leads there and back, over whatever corners, has nothing.
-pub(super) fn encloses(line: &Line) -> bool {
+/// Whether a closed line has something inside that is not thinner than this: one that only leads there and back, over whatever corners, has nothing.
+pub(super) fn encloses(line: &Line, thin: f64) -> bool {
     let mut left: Line = Vec::new();
     for point in line.iter().chain(line.first()) {
         left.push(*point);
         while let [.., a, b, c] = left.as_slice() {
-            if distance(*a, *c) < THIN {
+            if distance(*a, *c) < thin {
                 // There and back.
                 left.truncate(left.len() - 2);
-            } else if off(*b, [*a, *c]) < THIN {
+            } else if off(*b, [*a, *c]) < thin {
                 left.remove(left.len() - 2);
             } else {
                 break;
@@ -34,6 +31,7 @@ fn off([x, y]: [f64; 2], [a, b]: [[f64; 2]; 2]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::formats::svg::lines::NEAR;
 
     #[test]
     fn only_what_goes_round_has_an_inside() {
@@ -46,9 +44,9 @@ mod tests {
             .collect();
         for round in [&square[..], &eight, &spiked, &circle] {
             let mut line = round.to_vec();
-            assert!(encloses(&line), "{line:?}");
+            assert!(encloses(&line, NEAR), "{line:?}");
             line.push(line[0]);
-            assert!(encloses(&line), "{line:?}");
+            assert!(encloses(&line, NEAR), "{line:?}");
         }
         for none in [
             &[][..],
@@ -68,9 +66,9 @@ mod tests {
             ],
         ] {
             let mut line = none.to_vec();
-            assert!(!encloses(&line), "{line:?}");
+            assert!(!encloses(&line, NEAR), "{line:?}");
             line.extend(none.first());
-            assert!(!encloses(&line), "{line:?}");
+            assert!(!encloses(&line, NEAR), "{line:?}");
         }
     }
 }

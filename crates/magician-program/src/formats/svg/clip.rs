@@ -4,14 +4,11 @@ use kurbo::Affine;
 use usvg::{ClipPath, FillRule, Group, Node};
 
 use super::collector::matrix;
-use super::lines::{Line, curves, flatten};
+use super::lines::{Closeness, Line, curves, flatten};
 use crate::fill::{Area, Region as Shapes};
 
 /// As many crossings of corners and edges are looked at for one path.
 const MOST_WORK: usize = 200_000_000;
-
-/// What is so near to the edge of a region lies on it, and is inside, mm: half of a line there is painted.
-const EDGE: f64 = 1e-3;
 
 /// A region that lines are clipped to: inside any of its shapes, and inside each further region.
 #[derive(Clone, Debug, Default)]
@@ -28,15 +25,17 @@ pub(super) struct Shape {
     rule: FillRule,
     /// What clips this shape alone.
     within: Vec<Region>,
+    /// What is so near to its edge lies on it, and is inside, mm: half of a line there is painted.
+    near: f64,
 }
 
 impl Region {
     /// Of a clip path of something drawn in these coordinates.
-    pub(super) fn of(clip: &ClipPath, to: Affine, tolerance: f64) -> Self {
+    pub(super) fn of(clip: &ClipPath, to: Affine, close: Closeness) -> Self {
         let to_own = to * matrix(clip.transform());
         let mut shapes = Vec::new();
-        collect(clip.root(), to_own, &[], tolerance, &mut shapes);
-        let also = clip.clip_path().map(|outer| Self::of(outer, to, tolerance));
+        collect(clip.root(), to_own, &[], close, &mut shapes);
+        let also = clip.clip_path().map(|outer| Self::of(outer, to, close));
         let shows = shapes.into_iter().map(|shape| (shape, true));
         Self {
             shapes: shows.collect(),
@@ -50,9 +49,9 @@ impl Region {
     }
 
     /// Within one closed line.
-    pub(super) fn inside(corners: &[[f64; 2]]) -> Self {
+    pub(super) fn inside(corners: &[[f64; 2]], near: f64) -> Self {
         let closed: Line = corners.iter().chain(corners.first()).copied().collect();
-        let shape = Shape::new(&[closed], FillRule::NonZero, &[]);
+        let shape = Shape::new(&[closed], FillRule::NonZero, &[], near);
         Self {
             shapes: vec![(shape, true)],
             also: Vec::new(),
@@ -165,7 +164,7 @@ fn rejoin(line: &Line, pieces: &mut Vec<Line>) {
 
 impl Shape {
     /// Of closed lines, as far as it lies within each of these regions.
-    pub(super) fn new(outline: &[Line], rule: FillRule, within: &[Region]) -> Self {
+    pub(super) fn new(outline: &[Line], rule: FillRule, within: &[Region], near: f64) -> Self {
         let edges = outline
             .iter()
             .flat_map(|line| line.iter().zip(line.iter().skip(1)));
@@ -173,6 +172,7 @@ impl Shape {
             edges: edges.map(|(from, to)| [*from, *to]).collect(),
             rule,
             within: within.to_vec(),
+            near,
         }
     }
 
@@ -216,12 +216,17 @@ impl Shape {
             FillRule::NonZero => winding != 0,
             FillRule::EvenOdd => winding % 2 != 0,
         };
-        (inside || self.edges.iter().any(|edge| is_on([x, y], *edge)))
+        (inside
+            || self
+                .edges
+                .iter()
+                .any(|edge| off_edge([x, y], *edge) <= self.near))
             && self.within.iter().all(|region| region.contains([x, y]))
     }
 }
 
-fn is_on(at: [f64; 2], [from, to]: [[f64; 2]; 2]) -> bool {
+/// How far a place is from an edge, mm.
+fn off_edge(at: [f64; 2], [from, to]: [[f64; 2]; 2]) -> f64 {
     let edge = [to[0] - from[0], to[1] - from[1]];
     let way = [at[0] - from[0], at[1] - from[1]];
     let length = edge[0] * edge[0] + edge[1] * edge[1];
@@ -232,7 +237,7 @@ fn is_on(at: [f64; 2], [from, to]: [[f64; 2]; 2]) -> bool {
     } else {
         0.0
     };
-    libm::hypot(way[0] - share * edge[0], way[1] - share * edge[1]) <= EDGE
+    libm::hypot(way[0] - share * edge[0], way[1] - share * edge[1])
 }
 
 /// Where one way crosses another, as a share of the first.
@@ -250,25 +255,27 @@ fn crossing([from, to]: [[f64; 2]; 2], [start, end]: [[f64; 2]; 2]) -> Option<f6
     ((0.0..=1.0).contains(&share) && (0.0..=1.0).contains(&along)).then_some(share)
 }
 
-fn collect(group: &Group, to: Affine, within: &[Region], tolerance: f64, shapes: &mut Vec<Shape>) {
+fn collect(
+    group: &Group,
+    to: Affine,
+    within: &[Region],
+    close: Closeness,
+    shapes: &mut Vec<Shape>,
+) {
     for node in group.children() {
         match node {
             Node::Group(group) => {
                 let own = to * matrix(group.transform());
                 let mut inner = within.to_vec();
-                inner.extend(
-                    group
-                        .clip_path()
-                        .map(|clip| Region::of(clip, own, tolerance)),
-                );
-                collect(group, own, &inner, tolerance, shapes);
+                inner.extend(group.clip_path().map(|clip| Region::of(clip, own, close)));
+                collect(group, own, &inner, close, shapes);
             }
             Node::Path(path) => {
                 let rule = path.fill().map_or(FillRule::NonZero, |fill| fill.rule());
-                let outline = flatten(&curves(path.data(), to), tolerance, true);
-                shapes.push(Shape::new(&outline, rule, within));
+                let outline = flatten(&curves(path.data(), to), close.tolerance, true);
+                shapes.push(Shape::new(&outline, rule, within, close.near));
             }
-            Node::Text(text) => collect(text.flattened(), to, within, tolerance, shapes),
+            Node::Text(text) => collect(text.flattened(), to, within, close, shapes),
             Node::Image(_) => {}
         }
     }

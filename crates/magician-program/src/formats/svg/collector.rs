@@ -9,7 +9,7 @@ use usvg::{Group, Node, Paint, Path, Stroke as Outline, Transform};
 use super::area::encloses;
 use super::clip::Region;
 use super::filled::Areas;
-use super::lines::{Line, curves, dashed, flatten};
+use super::lines::{Closeness, Line, curves, dashed, flatten};
 use super::notes::Notes;
 use super::source::Element;
 use super::text::LaidFonts;
@@ -21,13 +21,15 @@ use crate::{Color, Diagnostic, DiagnosticCode, ReadOptions, Stroke};
 
 /// As many corners a drawing may have.
 const MOST_CORNERS: usize = 5_000_000;
+/// Dashes are measured along chords so many times as close: all that these are shorter than the curve adds up to the last dash.
+const DASHED: f64 = 8.0;
 /// Nothing lies farther out, mm.
 const FARTHEST: f64 = 100_000.0;
 
 /// What goes through the elements and collects strokes.
 pub(super) struct StrokeCollector<'a> {
     pub(super) elements: &'a HashMap<String, Element>,
-    pub(super) tolerance: f64,
+    pub(super) close: Closeness,
     pub(super) fills: Fills,
     #[cfg_attr(
         not(feature = "text"),
@@ -71,7 +73,7 @@ impl<'a> StrokeCollector<'a> {
     pub(super) fn new(
         elements: &'a HashMap<String, Element>,
         source: &'a [Layer],
-        tolerance: f64,
+        close: Closeness,
         writing: &'a ReadOptions,
         whites: Whites,
         notes: &'a mut Notes,
@@ -79,7 +81,7 @@ impl<'a> StrokeCollector<'a> {
     ) -> Self {
         Self {
             elements,
-            tolerance,
+            close,
             fills: writing.fills,
             writing,
             fonts,
@@ -116,10 +118,10 @@ impl<'a> StrokeCollector<'a> {
         let mut place = self.inner(group.id(), outer);
         place.to = outer.to * matrix(group.transform());
         if let Some(clip) = group.clip_path() {
-            place.clips.push(Region::of(clip, place.to, self.tolerance));
+            place.clips.push(Region::of(clip, place.to, self.close));
         }
         if let Some(mask) = group.mask() {
-            match Region::of_mask(mask, place.to, self.tolerance) {
+            match Region::of_mask(mask, place.to, self.close) {
                 Some(region) => place.clips.push(region),
                 None => {
                     let remark = "a gradual mask is ignored: the shapes that it hides are drawn";
@@ -173,23 +175,22 @@ impl<'a> StrokeCollector<'a> {
         // A white line round a darker shape is the edge of the shape, if there is anything in it.
         let edge_alone = white_line
             && fill.is_some_and(darker)
-            && flatten(&self.curves(path, &place)?, self.tolerance, true)
+            && flatten(&self.curves(path, &place)?, self.close.tolerance, true)
                 .iter()
-                .any(encloses);
+                .any(|line| encloses(line, self.close.near));
         let white = match stroke {
             Some(_) => white_line && !edge_alone,
             None => !fill.is_none_or(darker),
         };
         let stroke = stroke.filter(|_| !edge_alone);
         if let Some(fill) = fill.filter(|_| self.fills == Fills::Areas) {
-            let rings = flatten(&self.curves(path, &place)?, self.tolerance, true);
+            let rings = flatten(&self.curves(path, &place)?, self.close.tolerance, true);
             self.area(rings, fill, &place)?;
         }
         let drawn = self.lines_of(path, stroke, fill, &place)?;
         let paint = stroke.map(Outline::paint).or(fill.map(usvg::Fill::paint));
         self.add(drawn, &place, white, paint)?;
-        self.whites
-            .paint(path, place.to, &place.clips, self.tolerance);
+        self.whites.paint(path, place.to, &place.clips, self.close);
         Ok(())
     }
 
@@ -205,9 +206,9 @@ impl<'a> StrokeCollector<'a> {
             (Some(stroke), _) => self.stroked(path, stroke, place),
             (None, Some(fill)) if self.is_area(fill) => Ok(Vec::new()),
             (None, Some(fill)) => {
-                let mut lines = flatten(&self.curves(path, place)?, self.tolerance, true);
+                let mut lines = flatten(&self.curves(path, place)?, self.close.tolerance, true);
                 let all = lines.len();
-                lines.retain(encloses);
+                lines.retain(|line| encloses(line, self.close.near));
                 if lines.len() < all {
                     let remark = "lines without a stroke that enclose no area are left out: they \
                         are invisible";
@@ -299,7 +300,7 @@ impl<'a> StrokeCollector<'a> {
         place: &NodeContext,
     ) -> Result<Vec<Line>, Diagnostic> {
         let curves = self.curves(path, place)?;
-        let whole = || flatten(&curves, self.tolerance, false);
+        let whole = || flatten(&curves, self.close.tolerance, false);
         let Some(pattern) = stroke.dasharray() else {
             return Ok(whole());
         };
@@ -309,7 +310,7 @@ impl<'a> StrokeCollector<'a> {
         let own = super::lines::curves(path.data(), Affine::IDENTITY);
         let pattern: Vec<f64> = pattern.iter().map(|part| f64::from(*part)).collect();
         let offset = f64::from(stroke.dashoffset());
-        let fine = self.tolerance / scale;
+        let fine = self.close.tolerance / scale / DASHED;
         if !(fine.is_finite() && fine > 0.0) {
             return Ok(whole());
         }

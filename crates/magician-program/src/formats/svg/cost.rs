@@ -13,6 +13,8 @@ use crate::{Diagnostic, Origin};
 const MOST: f64 = 2_000_000.0;
 /// Elements within elements, those reached through references included.
 const DEEPEST: u32 = 250;
+/// A character of a text costs as much as so many elements.
+const PER_CHARACTER: f64 = 4.0;
 /// Rules of style sheets times elements.
 const MOST_STYLING: f64 = 2e8;
 
@@ -133,7 +135,12 @@ impl<'a, 'i> Costs<'a, 'i> {
             None => {}
         }
         self.known.insert(node.id(), None);
-        let (mut work, mut deepest) = (1.0 + self.marker * corners(&node), 0);
+        let written = if is(&node, "text") {
+            PER_CHARACTER * corners(&node)
+        } else {
+            0.0
+        };
+        let (mut work, mut deepest) = (1.0 + self.marker * corners(&node) + written, 0);
         for next in node
             .children()
             .filter(Node::is_element)
@@ -172,6 +179,12 @@ impl<'a, 'i> Costs<'a, 'i> {
 fn corners(node: &Node<'_, '_>) -> f64 {
     let length = |name| node.attribute(name).map_or(0, str::len);
     match (length("d"), length("points")) {
+        // One that is used many times is laid out as often.
+        (0, 0) if is(node, "text") => {
+            let texts = node.descendants().filter(Node::is_text);
+            let lengths = texts.filter_map(|text| text.text()).map(str::len);
+            2.0 + lengths.sum::<usize>() as f64
+        }
         (0, 0) => 2.0,
         (path, points) => 2.0 + (path + points) as f64 / 2.0,
     }

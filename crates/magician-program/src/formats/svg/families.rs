@@ -32,7 +32,7 @@ pub(super) fn quoted(text: &str, node: &Node<'_, '_>) -> Vec<(Range<usize>, Stri
 }
 
 /// What stands around a value: none where the value comes from elsewhere.
-fn quote_before(text: &str, value: &Range<usize>) -> Option<char> {
+pub(super) fn quote_before(text: &str, value: &Range<usize>) -> Option<char> {
     let before = text.get(..value.start)?.chars().next_back()?;
     matches!(before, '"' | '\'').then_some(before)
 }

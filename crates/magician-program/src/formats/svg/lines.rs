@@ -8,6 +8,27 @@ pub(super) use crate::curves::{Line, flatten};
 
 /// As many dashes a path may have.
 const MOST_DASHES: f64 = 100_000.0;
+/// What is so near to a line that is drawn lies on it, mm.
+pub(super) const NEAR: f64 = 1e-3;
+
+/// How closely lines follow what a drawing shows, mm in the size of the file.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Closeness {
+    /// Largest distance of a chord from a curve.
+    pub(super) tolerance: f64,
+    /// What is so near to a line lies on it.
+    pub(super) near: f64,
+}
+
+impl Closeness {
+    /// A drawing's, of which a length of 1 mm is so long in the file.
+    pub(super) fn new(tolerance: f64, unit: f64) -> Self {
+        Self {
+            tolerance,
+            near: NEAR * unit,
+        }
+    }
+}
 
 /// The curves of a path in other coordinates.
 pub(super) fn curves(path: &Path, to: Affine) -> BezPath {

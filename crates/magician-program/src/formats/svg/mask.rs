@@ -8,7 +8,7 @@ use usvg::{Group, Mask, MaskType, Node, Paint, Path, Stop};
 
 use super::clip::{Region, Shape};
 use super::collector::matrix;
-use super::lines::{curves, flatten};
+use super::lines::{Closeness, NEAR, curves, flatten};
 
 /// What is painted more faintly than this is not seen; and what is painted more strongly hides all below it.
 const FAINT: f32 = 1e-3;
@@ -16,11 +16,11 @@ const SOLID: f32 = 0.999;
 
 impl Region {
     /// Of a mask of something drawn in these coordinates; `None` if it cannot be said of a place whether it is shown.
-    pub(super) fn of_mask(mask: &Mask, to: Affine, tolerance: f64) -> Option<Self> {
+    pub(super) fn of_mask(mask: &Mask, to: Affine, close: Closeness) -> Option<Self> {
         let mut shapes = Vec::new();
         let how = MaskSettings {
             kind: mask.kind(),
-            tolerance,
+            close,
             solid: true,
         };
         painted(mask.root(), to, &[], how, &mut shapes)?;
@@ -35,9 +35,9 @@ impl Region {
             let at = to * kurbo::Point::new(x.into(), y.into());
             [at.x, at.y]
         });
-        let mut also = vec![Self::inside(&corners)];
+        let mut also = vec![Self::inside(&corners, close.near)];
         if let Some(outer) = mask.mask() {
-            also.push(Self::of_mask(outer, to, tolerance)?);
+            also.push(Self::of_mask(outer, to, close)?);
         }
         Some(Self::painted(shapes, also))
     }
@@ -46,7 +46,7 @@ impl Region {
 #[derive(Clone, Copy)]
 struct MaskSettings {
     kind: MaskType,
-    tolerance: f64,
+    close: Closeness,
     /// Whether all around is as strong as can be.
     solid: bool,
 }
@@ -75,10 +75,10 @@ fn painted(
                 let own = to * matrix(group.transform());
                 let mut inner = within.to_vec();
                 if let Some(clip) = group.clip_path() {
-                    inner.push(Region::of(clip, own, how.tolerance));
+                    inner.push(Region::of(clip, own, how.close));
                 }
                 if let Some(mask) = group.mask() {
-                    inner.push(Region::of_mask(mask, own, how.tolerance)?);
+                    inner.push(Region::of_mask(mask, own, how.close)?);
                 }
                 let how = MaskSettings {
                     solid: how.solid && group.opacity().get() > SOLID && group.mask().is_none(),
@@ -110,9 +110,9 @@ fn path_of(
     if let Some((paint, opacity, rule)) = fill {
         let does = does(paint, opacity, how)?;
         if does != PaintEffect::Nothing {
-            let outline = flatten(&curves(path.data(), to), how.tolerance, true);
+            let outline = flatten(&curves(path.data(), to), how.close.tolerance, true);
             shapes.push((
-                Shape::new(&outline, rule, within),
+                Shape::new(&outline, rule, within, how.close.near),
                 does == PaintEffect::Show,
             ));
         }
@@ -121,12 +121,13 @@ fn path_of(
         let does = does(stroke.paint(), stroke.opacity().get(), how)?;
         if does != PaintEffect::Nothing {
             let [a, b, c, d, ..] = to.as_coeffs();
-            let scale = libm::hypot(a, b).max(libm::hypot(c, d)).max(1.0) as f32;
+            let scale = libm::hypot(a, b).max(libm::hypot(c, d)).max(1.0);
+            let scale = (scale * NEAR / how.close.near) as f32;
             let outline = path.data().stroke(&stroke.to_tiny_skia(), scale)?;
-            let outline = flatten(&curves(&outline, to), how.tolerance, true);
+            let outline = flatten(&curves(&outline, to), how.close.tolerance, true);
             let rule = usvg::FillRule::NonZero;
             shapes.push((
-                Shape::new(&outline, rule, within),
+                Shape::new(&outline, rule, within, how.close.near),
                 does == PaintEffect::Show,
             ));
         }

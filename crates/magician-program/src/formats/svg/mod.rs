@@ -9,6 +9,7 @@ mod area;
 mod circles;
 mod clip;
 mod cost;
+mod css;
 mod families;
 mod filled;
 mod lines;
@@ -20,17 +21,21 @@ mod source;
 mod collector;
 #[cfg_attr(not(feature = "text"), path = "no_text.rs")]
 mod text;
+mod values;
 mod white;
 
 use kurbo::Affine;
 use magician_host::{Given, Setting};
-use usvg::{ImageHrefResolver, Options, Tree};
+use usvg::tiny_skia_path::PathSegment;
+use usvg::{ClipPath, Group, ImageHrefResolver, Mask, Node, Options, Tree};
 
 use self::collector::StrokeCollector;
+use self::lines::Closeness;
 use self::notes::Notes;
 use self::source::{Page, Source};
 use self::white::Whites;
-use super::{Content, Parsed, ReadOptions, SystemFonts};
+use super::{Chords, Content, Parsed, ReadOptions, SystemFonts};
+use crate::encoding::{Otherwise, decode};
 use crate::{Artwork, Diagnostic, DiagnosticCode, Stroke};
 
 /// Files may be as large, bytes.
@@ -39,28 +44,30 @@ const LARGEST: usize = 64 << 20;
 const PIXEL: f64 = 25.4 / 96.0;
 /// So far beside the page is still on it, mm.
 const BESIDE: f64 = 1.0;
+/// Drawings are made larger for the library by no more than this.
+const MOST_TIMES: f64 = 4096.0;
 /// Elements within elements are read by functions within functions.
 #[cfg_attr(target_family = "wasm", allow(dead_code))]
 const STACK: usize = 64 << 20;
-/// Finer is of no use to any arm, mm.
-const FINEST: f64 = 1e-3;
 /// What is not followed, or not followed without end: filters, and markers on the lines of markers.
 const STYLE: &str = "* { filter: none !important }
 marker * { marker-start: none !important; marker-mid: none !important; marker-end: none !important }
 marker use { display: none !important }";
 
-pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
+pub(super) fn read(
+    bytes: &[u8],
+    options: &ReadOptions,
+    chords: &Chords,
+) -> Result<Parsed, Diagnostic> {
     if bytes.len() > LARGEST {
         let message = format!("it has {} bytes, limit {LARGEST}", bytes.len());
         return Err(Diagnostic::of_file(message));
     }
     let bytes = crate::packed::unpacked(bytes, LARGEST)?;
     let bytes = bytes.as_ref();
-    let text = std::str::from_utf8(bytes).map_err(|error| {
-        let at = error.valid_up_to();
-        Diagnostic::of_file(format!("it is not UTF-8 from byte {at} on"))
-    })?;
-    let drawing = on_a_deep_stack(|| drawing(text, options))?;
+    let decoded = decode(bytes, Otherwise::Western)?;
+    let mut drawing = on_a_deep_stack(|| drawing(&decoded.text, options, chords))?;
+    drawing.notes.extend(decoded.note);
     Ok(Parsed {
         content: Content::Artwork(drawing.content),
         notes: drawing.notes,
@@ -93,7 +100,11 @@ fn on_a_deep_stack<T: Send>(
     })
 }
 
-fn drawing(text: &str, options: &ReadOptions) -> Result<Parsed<Artwork>, Diagnostic> {
+fn drawing(
+    text: &str,
+    options: &ReadOptions,
+    chords: &Chords,
+) -> Result<Parsed<Artwork>, Diagnostic> {
     let mut notes = Notes::default();
     let source = source::prepare(text, &mut notes)?;
     let mut installed = options.system_fonts == SystemFonts::On && text::names_fonts(&source.text);
@@ -115,21 +126,42 @@ fn drawing(text: &str, options: &ReadOptions) -> Result<Parsed<Artwork>, Diagnos
         );
         notes.add(Diagnostic::of_file(remark).coded(DiagnosticCode::Assumed));
     }
-    // Up is up, from the lower edge of the page.
-    let to = Affine::new([PIXEL, 0.0, 0.0, -PIXEL, 0.0, page[1]]);
-    let tolerance = match options.tolerance {
-        tolerance if tolerance.is_finite() => tolerance.max(FINEST),
-        _ => ReadOptions::default().tolerance,
+    let times = times_larger(chords);
+    let larger = match times > 1.0 && text::runs_along_paths(tree.root()) {
+        true => {
+            // Percentages are of this where the file gives no size.
+            let fallback = Options::default().default_size;
+            let size = match source.page {
+                Page::Sized => [width, height],
+                Page::ViewBox | Page::Unknown => [fallback.width(), fallback.height()],
+            };
+            source::enlarged(&source.text, size, times as f32)?
+        }
+        false => None,
     };
+    let mut pixel = PIXEL;
+    if let Some(larger) = larger {
+        tree = tree_of(&larger, &fonts, installed)?;
+        pixel /= times;
+    }
+    // Up is up, from the lower edge of the page.
+    let to = Affine::new([pixel, 0.0, 0.0, -pixel, 0.0, page[1]]);
+    let tolerance = match has_curves(tree.root()) {
+        true => chords.for_curve(),
+        false => chords.tolerance(),
+    };
+    let close = Closeness::new(tolerance, chords.unit());
     let Source {
         elements,
         layers: in_file,
         page: says,
+        shapes,
+        is_font,
         ..
     } = source;
     let whites = Whites::of(tree.root(), options.white);
     let mut collector = StrokeCollector::new(
-        &elements, &in_file, tolerance, options, whites, &mut notes, fonts,
+        &elements, &in_file, close, options, whites, &mut notes, fonts,
     );
     collector.all(tree.root(), to)?;
     let StrokeCollector {
@@ -140,6 +172,10 @@ fn drawing(text: &str, options: &ReadOptions) -> Result<Parsed<Artwork>, Diagnos
         colors,
         ..
     } = collector;
+    let areas = areas.into_filled();
+    if strokes.is_empty() && areas.is_empty() && notes.is_empty() {
+        notes.add(nothing_seen(shapes, is_font));
+    }
     if says != Page::Unknown && !options.clip_page {
         beyond_the_page(&strokes, page, &mut notes);
     }
@@ -147,17 +183,58 @@ fn drawing(text: &str, options: &ReadOptions) -> Result<Parsed<Artwork>, Diagnos
         title: options.title.clone(),
         page: (says != Page::Unknown).then_some(page),
         strokes,
-        areas: areas.into_filled(),
+        areas,
         names,
         layers,
         colors,
-        parts: Vec::new(),
-        in_order: false,
+        ..Artwork::default()
     };
     Ok(Parsed {
         content: artwork,
         notes: notes.into_diagnostics(),
     })
+}
+
+/// How many times larger than it is a drawing is read so that letters along a path are where they belong in the size in which it
+/// is drawn: the library places them within about half a pixel. A power of 2 changes no number but by its exponent.
+fn times_larger(chords: &Chords) -> f64 {
+    let finest = PIXEL / (2.0 * chords.tolerance());
+    libm::exp2(libm::ceil(libm::log2(finest.clamp(1.0, MOST_TIMES))))
+}
+
+/// True if anything in it may have a curve.
+fn has_curves(group: &Group) -> bool {
+    let clip = group.clip_path().map(ClipPath::root);
+    let mask = group.mask().map(Mask::root);
+    let curved = |node: &Node| match node {
+        Node::Group(group) => has_curves(group),
+        Node::Path(path) => path
+            .data()
+            .segments()
+            .any(|segment| matches!(segment, PathSegment::QuadTo(..) | PathSegment::CubicTo(..))),
+        Node::Text(_) => true,
+        Node::Image(_) => false,
+    };
+    clip.into_iter().chain(mask).any(has_curves) || group.children().iter().any(curved)
+}
+
+/// Why a drawing has no line.
+fn nothing_seen([shapes, hidden]: [usize; 2], is_font: bool) -> Diagnostic {
+    let message = match shapes {
+        0 if is_font => {
+            let message = "the file is a font: it has letters, and draws nothing by itself";
+            let note = Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut);
+            return note.remedy((Setting::Font, Given::Any("FILE")), "writes text with it");
+        }
+        0 => "the drawing has no shapes".to_owned(),
+        1 if hidden == 1 => "the only shape of the drawing is hidden".to_owned(),
+        all if all == hidden => format!("all {all} shapes of the drawing are hidden"),
+        1 => "the only shape of the drawing has no visible line or fill, or is cut off".to_owned(),
+        all => format!(
+            "of the {all} shapes of the drawing none has a visible line or fill that is not cut off"
+        ),
+    };
+    Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut)
 }
 
 /// What a viewer would not show, a pen draws all the same: beside the paper, maybe.

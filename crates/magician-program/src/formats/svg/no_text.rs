@@ -33,6 +33,11 @@ pub(super) fn names_fonts(_text: &str) -> bool {
     false
 }
 
+/// True if a text runs along a path.
+pub(super) fn runs_along_paths(_group: &usvg::Group) -> bool {
+    false
+}
+
 /// Whether a text has characters that no font has.
 pub(super) fn lacks_glyphs(_group: &usvg::Group) -> bool {
     false

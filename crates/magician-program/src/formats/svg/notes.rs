@@ -23,6 +23,11 @@ impl Notes {
         }
     }
 
+    /// True if nothing was said.
+    pub(super) fn is_empty(&self) -> bool {
+        self.made.is_empty()
+    }
+
     pub(super) fn into_diagnostics(self) -> Vec<Diagnostic> {
         let told = self.made.into_iter().map(|(mut note, times)| {
             if times > 1 {

@@ -10,7 +10,7 @@ use roxmltree::{Document, Node, ParsingOptions};
 
 use super::cost;
 use super::notes::Notes;
-use super::{families, numbers, text};
+use super::{css, families, numbers, text, values};
 use crate::artwork::Layer;
 use crate::{Diagnostic, DiagnosticCode, Lines, Origin};
 
@@ -19,21 +19,32 @@ const DRAWING: [&str; 13] = [
     "path", "rect", "circle", "ellipse", "line", "polyline", "polygon", "text", "use", "g", "a",
     "svg", "switch",
 ];
+/// Those of them that draw something themselves.
+const SHAPES: [&str; 8] = [
+    "path", "rect", "circle", "ellipse", "line", "polyline", "polygon", "text",
+];
 /// Elements that draw, but not lines.
 const LEFT_OUT: [(&str, &str); 2] = [
-    ("image", "images in the drawing are left out"),
+    ("image", IMAGES),
     ("foreignObject", "elements that are not SVG are left out"),
 ];
+const IMAGES: &str = "images in the drawing are left out";
 /// Properties that are not followed.
 const IGNORED: [(&str, &str); 1] = [("filter", "filters are left out")];
 /// As many elements are read, those in definitions included.
 const MOST_NODES: u32 = 2_000_000;
+/// Characters in all texts: each costs about 75 us and 5 kB.
+const MOST_CHARACTERS: usize = 50_000;
 const INKSCAPE: &str = "http://www.inkscape.org/namespaces/inkscape";
 const SVG: &str = "http://www.w3.org/2000/svg";
 
 /// A text that is ready, and where its elements are in the one that it was made of.
 pub(super) struct Source {
     pub(super) text: String,
+    /// How many shapes and texts there are, and how many of them are hidden.
+    pub(super) shapes: [usize; 2],
+    /// True if it has the letters of a font.
+    pub(super) is_font: bool,
     /// By id.
     pub(super) elements: HashMap<String, Element>,
     /// Its layers: Inkscape's, else its outermost groups that have an id.
@@ -93,6 +104,10 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Diagnosti
     let mut edits = Vec::new();
     let mut emptied = 0..0;
     let mut layers = LayerTracker::of(&root);
+    let mut shapes = [0; 2];
+    let mut characters = 0;
+    let variables = css::Variables::of(&document);
+    let ids = values::Ids::of(&document);
     for (nth, node) in root.descendants().enumerate() {
         let range = node.range();
         let within = root.range().contains(&range.start) && range.start >= emptied.end;
@@ -114,8 +129,28 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Diagnosti
             return Err(diagnostic.named(node.attribute("id").unwrap_or(node.tag_name().name())));
         }
         edits.extend(families::quoted(text, &node));
+        for edit in variables.edits(text, &node) {
+            if let Some(remark) = edit.remark {
+                let name = node.attribute("id").unwrap_or(node.tag_name().name());
+                // Of a style sheet the place in it, of an element all of its tag.
+                let around = match is(&node, "style") {
+                    true => edit.range.clone(),
+                    false => start_tag(text, &node),
+                };
+                let note = Diagnostic::new(place.origin(around), remark).named(name);
+                notes.add(note.coded(DiagnosticCode::Assumed));
+            }
+            edits.push((edit.range, edit.value));
+        }
         let drawing = DRAWING.iter().any(|tag| is(&node, tag));
-        let remarks: Vec<_> = remarks(&node).collect();
+        if SHAPES.iter().any(|tag| is(&node, tag)) {
+            shapes[0] += 1;
+            shapes[1] += usize::from(node.ancestors().any(|node| is_hidden(&node)));
+        }
+        let remarks: Vec<String> = remarks(&node)
+            .map(str::to_owned)
+            .chain(ids.remarks(&node))
+            .collect();
         if !drawing && remarks.is_empty() {
             continue;
         }
@@ -128,7 +163,26 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Diagnosti
             layer,
         };
         for remark in remarks {
-            notes.add(element.diagnostic(remark).coded(DiagnosticCode::LeftOut));
+            let note = element.diagnostic(remark).coded(DiagnosticCode::LeftOut);
+            notes.add(match note.message.as_str() {
+                IMAGES => note.help("save the image as a file of its own, and draw or burn that"),
+                _ => note,
+            });
+        }
+        if is(&node, "text") {
+            let texts = node.descendants().filter(Node::is_text);
+            characters += texts
+                .filter_map(|text| text.text())
+                .map(|text| text.chars().count())
+                .sum::<usize>();
+            if characters > MOST_CHARACTERS {
+                let message = format!(
+                    "the texts of the drawing have {characters} characters up to here, limit \
+                    {MOST_CHARACTERS}"
+                );
+                let help = "split the drawing, or write the text by itself";
+                return Err(element.diagnostic(message).help(help));
+            }
         }
         if is(&node, "text")
             && let Some(note) = text::left_out(&element)
@@ -145,10 +199,13 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Diagnosti
         elements.entry(id).or_insert(element);
     }
     let page = page_of(&root);
+    let is_font = root.descendants().any(|node| is(&node, "glyph"));
     let ready = edited(text, edits);
     cost::check(&parse(&ready)?)?;
     Ok(Source {
         text: ready,
+        shapes,
+        is_font,
         elements,
         layers: layers.layers,
         page,
@@ -158,6 +215,8 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Diagnosti
 /// Tells the layers of nodes that come in the order of the file.
 struct LayerTracker {
     layers: Vec<Layer>,
+    /// What the outermost groups are in: the drawing, or the one group without a name that is all of it.
+    within: roxmltree::NodeId,
     /// Whether Inkscape has made them.
     inkscape: bool,
     /// Where the one that it is in ends.
@@ -167,8 +226,13 @@ struct LayerTracker {
 impl LayerTracker {
     fn of(root: &Node<'_, '_>) -> Self {
         let inkscape = root.descendants().any(|node| is_inkscape_layer(&node));
+        let mut within = *root;
+        while let Some(group) = wrapper(&within) {
+            within = group;
+        }
         Self {
             layers: Vec::new(),
+            within: within.id(),
             inkscape,
             ends: 0,
         }
@@ -182,7 +246,7 @@ impl LayerTracker {
         }
         let outermost = || {
             let parent = node.parent_element();
-            is(node, "g") && parent.is_some_and(|parent| parent.parent_element().is_none())
+            is(node, "g") && parent.is_some_and(|parent| parent.id() == self.within)
         };
         let id = node.attribute("id");
         let name = match self.inkscape {
@@ -202,8 +266,48 @@ impl LayerTracker {
     }
 }
 
+/// The group without a name that is all that an element draws: programs put one around their layers.
+fn wrapper<'a, 'i>(node: &Node<'a, 'i>) -> Option<Node<'a, 'i>> {
+    let mut drawing = node
+        .children()
+        .filter(|child| DRAWING.iter().any(|tag| is(child, tag)));
+    let (only, None) = (drawing.next()?, drawing.next()) else {
+        return None;
+    };
+    (is(&only, "g") && only.attribute("id").is_none()).then_some(only)
+}
+
 fn is_inkscape_layer(node: &Node<'_, '_>) -> bool {
     is(node, "g") && node.attribute((INKSCAPE, "groupmode")) == Some("layer")
+}
+
+/// The text with all of it so many times larger, in the pixels in which the library measures; its coordinates stay. `size` is
+/// its width and height in pixels. `None` if the outermost element is not in the text itself.
+pub(super) fn enlarged(
+    text: &str,
+    size: [f32; 2],
+    times: f32,
+) -> Result<Option<String>, Diagnostic> {
+    let document = parse(text)?;
+    let root = document.root_element();
+    let Some(at) = after_name(text, &root) else {
+        return Ok(None);
+    };
+    let sizes = root.attributes().filter(|attribute| {
+        attribute.namespace().is_none() && matches!(attribute.name(), "width" | "height")
+    });
+    let mut edits: Vec<_> = sizes.map(|size| (size.range(), String::new())).collect();
+    let [width, height] = size;
+    let view_box = match root.attribute("viewBox") {
+        Some(_) => String::new(),
+        None => format!(r#" viewBox="0 0 {width} {height}""#),
+    };
+    let [wide, high] = size.map(|side| side * times);
+    edits.push((
+        at..at,
+        format!(r#" width="{wide}" height="{high}"{view_box}"#),
+    ));
+    Ok(Some(edited(text, edits)))
 }
 
 pub(super) fn parse(text: &str) -> Result<Document<'_>, Diagnostic> {
@@ -231,6 +335,24 @@ pub(super) fn parse(text: &str) -> Result<Document<'_>, Diagnostic> {
 pub(super) fn is(node: &Node<'_, '_>, tag: &str) -> bool {
     let name = node.tag_name();
     node.is_element() && name.name() == tag && matches!(name.namespace(), None | Some(SVG))
+}
+
+/// Whether an element says of itself that it is not seen.
+fn is_hidden(node: &Node<'_, '_>) -> bool {
+    const HIDDEN: [(&str, &str); 3] = [
+        ("display", "none"),
+        ("visibility", "hidden"),
+        ("opacity", "0"),
+    ];
+    let style = node.attribute("style").unwrap_or_default();
+    let mut hidden = HIDDEN.iter();
+    hidden.any(|(name, value)| {
+        let declared = style.split(';').any(|one| {
+            let parts = one.split_once(':');
+            parts.is_some_and(|(own, says)| own.trim() == *name && says.trim() == *value)
+        });
+        node.attribute(*name).map(str::trim) == Some(*value) || declared
+    })
 }
 
 /// What is to be said of an element that is not drawn as it should be.

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use kurbo::{Affine, BezPath, PathEl};
 use usvg::fontdb::Database;
-use usvg::{FontFamily, FontStyle, Group, Node, Options, Path, Text};
+use usvg::{FontFamily, FontStyle, Group, Node, Options, Path, Text, TextFlow};
 
 use super::collector::{NodeContext, StrokeCollector, matrix};
 use super::lines::{curves, flatten};
@@ -56,6 +56,18 @@ pub(super) fn lacks_glyphs(group: &Group) -> bool {
     group.children().iter().any(|node| match node {
         Node::Group(group) => lacks_glyphs(group),
         Node::Text(text) => !missing(text).is_empty(),
+        _ => false,
+    })
+}
+
+/// True if a text runs along a path.
+pub(super) fn runs_along_paths(group: &Group) -> bool {
+    group.children().iter().any(|node| match node {
+        Node::Group(group) => runs_along_paths(group),
+        Node::Text(text) => {
+            let mut chunks = text.chunks().iter();
+            chunks.any(|chunk| matches!(chunk.text_flow(), TextFlow::Path(_)))
+        }
         _ => false,
     })
 }
@@ -154,7 +166,7 @@ impl StrokeCollector<'_> {
                     let letters: BezPath =
                         letters.flat_map(|(_, placed)| placed).copied().collect();
                     let white = is_all_white(&self.whites, path);
-                    let lines = flatten(&letters, self.tolerance, true);
+                    let lines = flatten(&letters, self.close.tolerance, true);
                     let fill = path.fill().filter(|_| self.fills == Fills::Areas);
                     if let Some(fill) = fill {
                         self.area(lines.clone(), fill, &place)?;
@@ -164,8 +176,7 @@ impl StrokeCollector<'_> {
                         let paint = paint.or(path.fill().map(usvg::Fill::paint));
                         self.add(lines, &place, white, paint)?;
                     }
-                    self.whites
-                        .paint(path, place.to, &place.clips, self.tolerance);
+                    self.whites.paint(path, place.to, &place.clips, self.close);
                 }
                 _ => {}
             }

@@ -6,7 +6,7 @@ use usvg::{Color, Group, Node, Paint, Path};
 
 use super::clip::{Region, Shape};
 use super::collector::StrokeCollector;
-use super::lines::{Line, curves, flatten};
+use super::lines::{Closeness, Line, curves, flatten};
 use super::source::Element;
 use crate::formats::White;
 use crate::{DiagnosticCode, Stroke};
@@ -50,7 +50,7 @@ impl Whites {
     }
 
     /// A filled shape lies on all before it.
-    pub(super) fn paint(&mut self, path: &Path, to: Affine, clips: &[Region], tolerance: f64) {
+    pub(super) fn paint(&mut self, path: &Path, to: Affine, clips: &[Region], close: Closeness) {
         let Some(fill) = path.fill().filter(|fill| fill.opacity().get() > 0.0) else {
             return;
         };
@@ -59,8 +59,15 @@ impl Whites {
         }
         let curves = curves(path.data(), to);
         self.painted.push(Painted {
-            bounds: curves.bounding_box().inflate(tolerance, tolerance),
-            shape: Shape::new(&flatten(&curves, tolerance, true), fill.rule(), clips),
+            bounds: curves
+                .bounding_box()
+                .inflate(close.tolerance, close.tolerance),
+            shape: Shape::new(
+                &flatten(&curves, close.tolerance, true),
+                fill.rule(),
+                clips,
+                close.near,
+            ),
             white: is_white(fill.paint()),
         });
     }

@@ -6,6 +6,7 @@ mod stroke_order;
 use std::sync::Arc;
 
 use super::{Glyphs, svg_font};
+use crate::encoding::{Otherwise, decode};
 use crate::{Diagnostic, packed};
 
 /// Files may be as large once they are unpacked, bytes.
@@ -24,10 +25,12 @@ pub(super) fn read(name: &str, bytes: &Arc<[u8]>) -> Result<Box<dyn Glyphs>, Dia
     };
     let font: Result<Box<dyn Glyphs>, Diagnostic> = match of(&bytes) {
         Some(Kind::Outline) => outline::read(bytes).map(|font| Box::new(font) as _),
-        Some(Kind::Svg) => svg_font::read(text(&bytes)?).map(|font| Box::new(font) as _),
-        Some(Kind::KanjiVg) => stroke_order::kanjivg(text(&bytes)?).map(|font| Box::new(font) as _),
+        Some(Kind::Svg) => svg_font::read(&text(&bytes)?).map(|font| Box::new(font) as _),
+        Some(Kind::KanjiVg) => {
+            stroke_order::kanjivg(&text(&bytes)?).map(|font| Box::new(font) as _)
+        }
         Some(Kind::Medians) => {
-            stroke_order::medians(text(&bytes)?, name).map(|font| Box::new(font) as _)
+            stroke_order::medians(&text(&bytes)?, name).map(|font| Box::new(font) as _)
         }
         None => Err(Diagnostic::of_file(
             "this is neither TrueType or OpenType, nor an SVG font, nor an order of strokes (KanjiVG, hanzi-writer)",
@@ -54,8 +57,7 @@ fn of(bytes: &[u8]) -> Option<Kind> {
     if OUTLINES.iter().any(|magic| bytes.starts_with(magic)) {
         return Some(Kind::Outline);
     }
-    let text = std::str::from_utf8(bytes).ok()?;
-    let text = text.trim_start_matches('\u{FEFF}').trim_start();
+    let text = text(bytes).ok()?;
     match text.chars().next()? {
         '{' => Some(Kind::Medians),
         '<' if text.contains("\"kvg:") => Some(Kind::KanjiVg),
@@ -64,10 +66,9 @@ fn of(bytes: &[u8]) -> Option<Kind> {
     }
 }
 
-fn text(bytes: &[u8]) -> Result<&str, Diagnostic> {
-    let text =
-        std::str::from_utf8(bytes).map_err(|_| Diagnostic::of_file("the file is not UTF-8"))?;
-    Ok(text.trim_start_matches('\u{FEFF}').trim_start())
+fn text(bytes: &[u8]) -> Result<String, Diagnostic> {
+    let text = decode(bytes, Otherwise::Refused)?.text;
+    Ok(text.trim_start().to_owned())
 }
 
 /// An XML file.

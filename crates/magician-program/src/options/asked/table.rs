@@ -149,9 +149,8 @@ const HEIGHT: AskedOption = number(
 const ROTATE: AskedOption =
     number("rotate", "deg", Place, "Turned counter-clockwise").or(Number(0.0));
 const FIT: AskedOption = switch("fit", Place, "Made smaller until it can be reached");
-const TURN: AskedOption = switch("turn", Place, "Turned by 90 degrees where that fits better")
-    .or(Switch(true))
-    .with("fit", &[]);
+const TURN: AskedOption =
+    switch("turn", Place, "Turned by 90 degrees where that fits better").or(Switch(true));
 const MIRROR: AskedOption = switch("mirror", Place, "Mirrored left to right");
 const MOVE: AskedOption = option(
     "move",

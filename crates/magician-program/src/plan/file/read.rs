@@ -7,6 +7,7 @@ use magician_protocol::{MAX_PARAMS, ParseError, Row, Set, Writer, encode_text};
 
 use super::write::{grip_name, travel};
 use super::{FORMAT, VERSION, WITH_PARTS};
+use crate::encoding::{Otherwise, decode};
 use crate::plan::json::{Json, Member};
 use crate::{
     Action, Diagnostic, Grip, Origin, Part, Pause, PauseCause, Plan, Step, Surface, Tool, Travel,
@@ -14,7 +15,8 @@ use crate::{
 
 /// Reads a plan file.
 pub(super) fn plan(bytes: &[u8]) -> Result<Plan, Diagnostic> {
-    let json = Json::of(bytes)?;
+    let text = decode(bytes, Otherwise::Refused)?.text;
+    let json = Json::of(&text);
     let file = json.object(json.whole()?)?;
     let mut plan = Plan::default();
     let mut names = HashMap::new();

@@ -205,6 +205,13 @@ fn lines_that_nearly_meet_are_one() {
     draw(&mut plan, &[[250.0, 0.0, 0.0]], 20.0);
     draw(&mut plan, &on, 20.0);
     assert_eq!(tidied(&plan, &merge).1.joined, 0);
+    // A burn without a way is not lost, either.
+    let mut plan = Plan::new("burnt");
+    burn(&mut plan, L, 40.0, 10.0);
+    burn(&mut plan, &[[250.0, 0.0, 0.0]; 2], 60.0, 10.0);
+    burn(&mut plan, &on, 40.0, 10.0);
+    let (left, found) = tidied(&plan, &merge);
+    assert_eq!((found.joined, left), (0, plan));
     // Weaker from there on.
     let mut plan = Plan::new("burnt");
     burn(&mut plan, L, 40.0, 10.0);

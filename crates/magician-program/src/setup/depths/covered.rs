@@ -13,8 +13,9 @@ const OFFSET: f64 = 0.02;
 const GAP: i64 = 20;
 
 /// Lines, arcs and dots by where they lie, with the Z of the first cut there.
-#[derive(Default)]
 pub(super) struct Covered {
+    /// Size in which they are drawn: lines that lie apart there are not the same.
+    scale: f64,
     /// By direction and offset of the line; on it by the start of a piece, micrometres: its end, and Z.
     lines: BTreeMap<[i64; 2], BTreeMap<i64, (i64, f64)>>,
     arcs: BTreeMap<[i64; 6], f64>,
@@ -32,8 +33,22 @@ fn sorted(mut ends: [[i64; 2]; 2]) -> [[i64; 2]; 2] {
 }
 
 impl Covered {
+    pub(super) fn new(scale: f64) -> Self {
+        Self {
+            scale,
+            lines: BTreeMap::new(),
+            arcs: BTreeMap::new(),
+            dots: BTreeSet::new(),
+        }
+    }
+
+    fn drawn(&self, at: [f64; 2]) -> [f64; 2] {
+        at.map(|value| value * self.scale)
+    }
+
     /// Notes a line. True if it was cut already, and lies deeper now.
     pub(super) fn line(&mut self, from: [f64; 2], to: [f64; 2], z: f64) -> bool {
+        let [from, to] = [from, to].map(|end| self.drawn(end));
         let way = distance(from, to);
         if way <= SAME {
             return false;
@@ -70,14 +85,15 @@ impl Covered {
 
     /// Notes an arc. True if it was cut already, and lies deeper now.
     pub(super) fn arc(&mut self, [from, via, to]: [[f64; 2]; 3], z: f64) -> bool {
-        let [a, b] = sorted([from, to].map(|end| end.map(micrometres)));
-        let via = via.map(micrometres);
+        let [a, b] = sorted([from, to].map(|end| self.drawn(end).map(micrometres)));
+        let via = self.drawn(via).map(micrometres);
         let first = self.arcs.entry([a[0], a[1], via[0], via[1], b[0], b[1]]);
         *first.or_insert(z) > z + SAME
     }
 
     /// Notes a dot. True if there is one already.
     pub(super) fn dot(&mut self, at: [f64; 2]) -> bool {
+        let at = self.drawn(at);
         !self.dots.insert(at.map(micrometres))
     }
 }

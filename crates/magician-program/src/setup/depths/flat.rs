@@ -14,6 +14,8 @@ pub(super) struct Flattener {
     plan: Plan,
     touch: f64,
     lift: f64,
+    /// Size in which it is drawn.
+    scale: f64,
     tally: DepthTally,
     covered: Covered,
     /// Place of the tool in the flattened program, and true if it touches there.
@@ -37,7 +39,7 @@ struct Held {
 }
 
 impl Flattener {
-    pub(super) fn new(plan: &Plan, touch: f64, lift: f64, threshold: f64) -> Self {
+    pub(super) fn new(plan: &Plan, touch: f64, lift: f64, threshold: f64, scale: f64) -> Self {
         let mut empty = Plan::new(plan.title.clone());
         (empty.tool, empty.surface) = (plan.tool, plan.surface);
         empty.names.clone_from(&plan.names);
@@ -45,11 +47,12 @@ impl Flattener {
             plan: empty,
             touch,
             lift,
+            scale,
             tally: DepthTally {
                 threshold,
                 ..DepthTally::default()
             },
-            covered: Covered::default(),
+            covered: Covered::new(scale),
             at: None,
             down: false,
             run: Vec::new(),
@@ -137,7 +140,7 @@ impl Flattener {
         // Drawing a short piece once more takes less time than going over it in the air.
         let held = std::mem::take(&mut self.held);
         if let Some((last, _)) = held.points.last() {
-            if held.length <= self.lift && meets(*last, from) {
+            if held.length * self.scale <= self.lift && meets(*last, from) {
                 self.tally.again -= held.length;
                 for (point, origin) in held.points {
                     self.draw_on(point, origin);
@@ -202,7 +205,7 @@ impl Flattener {
     fn end_run(&mut self) {
         let run = std::mem::take(&mut self.run);
         let points: Vec<[f64; 2]> = run.iter().map(|(point, _)| *point).collect();
-        let stays = kept(&points, SAME);
+        let stays = kept(&points, SAME / self.scale);
         for ((point, origin), stays) in run.into_iter().zip(stays).skip(1) {
             if stays {
                 self.path(point, origin);

@@ -157,7 +157,7 @@ fn complaints_have_their_place_their_step_and_by_how_much() {
     assert!(far.error.value() > far.error.limit());
     let diagnostic = Diagnostic::from(far).to_string();
     assert!(
-        diagnostic.starts_with("line 2, column 1 (far corner): SetPTPCmd: out of reach"),
+        diagnostic.starts_with("line 2, column 1 (far corner): x "),
         "{diagnostic}"
     );
     assert_eq!((nan.step, nan.error.kind()), (2, ErrorKind::InvalidInput));

@@ -40,7 +40,6 @@ fn what_is_wrong_says_where_and_why() {
             "G1 X9000000 Y0",
             "line 1, column 4: X would be at 9000000 mm",
         ),
-        ("G4", "line 1, column 1: G4 needs P (ms) or S (s)"),
         (
             "G4 P-1",
             "line 1, column 1: the pause is -1 ms, which is out of range",
@@ -54,8 +53,8 @@ fn what_is_wrong_says_where_and_why() {
             "line 1, column 1: G93 is not supported: F must be a speed in mm or inches a minute (G94)",
         ),
         (
-            "G5 X1 Y1 I1 J1 P1 Q1",
-            "line 1, column 1: G5 may move the arm, which is not supported",
+            "G5.2 X1 Y1 P1 L3",
+            "line 1, column 1: G5.2 may move the arm, which is not supported",
         ),
         (
             "G84 X1 Y1 Z1 R1",

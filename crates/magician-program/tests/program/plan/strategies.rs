@@ -150,6 +150,7 @@ pub(crate) fn plan() -> impl Strategy<Value = Plan> {
                 .map(|(action, origin)| Step::new(action, origin))
                 .collect(),
             names,
+            ..Plan::default()
         },
     )
 }

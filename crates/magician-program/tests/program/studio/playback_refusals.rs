@@ -43,10 +43,10 @@ fn another_file_is_told_from_a_playback_file() {
         no_xml.starts_with("line 1, column 1: this is not XML: "),
         "{no_xml}"
     );
-    let diagnostic = Playback::read(b"<root>\n \xff</root>").unwrap_err();
+    let diagnostic = Playback::read(b"<root>\n \xff\0</root>").unwrap_err();
     assert_eq!(
         diagnostic.to_string(),
-        "line 2, column 2: the file is not UTF-8 from here on"
+        "line 2, column 2: this is not UTF-8 text"
     );
     let m1 = "<root><DobotType><item_0>M1</item_0></DobotType></root>";
     assert_eq!(

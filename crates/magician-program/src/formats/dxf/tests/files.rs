@@ -67,7 +67,10 @@ fn what_is_no_dxf_says_where() {
         diagnostic.to_string()
     };
     assert_eq!(refusal(""), "this is not a DXF file: it has no sections");
-    assert_eq!(refusal("AC1027"), "this is a DWG file, not a DXF file");
+    assert_eq!(
+        refusal("AC1027"),
+        "this is a DWG drawing of AutoCAD, which is not read"
+    );
     assert_eq!(
         refusal("0\nSECTION\n two\nENTITIES\n"),
         "line 3, column 2: expected a group code, found \"two\""

@@ -132,6 +132,12 @@ impl LaidFonts {
         found.map(|(_, font)| &**font)
     }
 
+    /// Height of a capital of a font of the file, in the units of the face that stands for it.
+    pub(super) fn cap_height(&self, face: ID) -> Option<f64> {
+        let FileFont { font, .. } = self.of(face)?;
+        Some(font.cap_height() * measures::EM / font.em())
+    }
+
     /// The first family that the file has a font of, before those that the others find.
     pub(super) fn resolver(&self, others: FontResolver<'static>) -> FontResolver<'static> {
         let FontResolver {
@@ -197,7 +203,7 @@ impl StrokeCollector<'_> {
                 };
                 let scale = measures::EM / font.em();
                 let to = place.to * matrix(laid.outline_transform()) * Affine::scale(scale);
-                let tolerance = self.tolerance / to.determinant().abs().sqrt();
+                let tolerance = self.close.tolerance / to.determinant().abs().sqrt();
                 let mut advance = 0.0;
                 for character in laid.text.chars() {
                     let Some(glyph) = font.glyph(character, tolerance) else {

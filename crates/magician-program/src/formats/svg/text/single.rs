@@ -3,17 +3,21 @@
 //! The library lays a text out with the outline font; each letter is put where its own would be and made as wide. So anchors, tspans,
 //! spacing, turned letters and texts on paths count, and the letters of a hand stay joined.
 
+use std::collections::HashMap;
+
 use kurbo::Affine;
 use magician_host::{Given, Setting};
 use skrifa::instance::{LocationRef, Size};
 use skrifa::{FontRef, GlyphId, MetadataProvider};
-use usvg::fontdb::Database;
+use usvg::fontdb::ID;
+use usvg::layout::PositionedGlyph;
 use usvg::{FontFamily, Path, Text};
 
 use super::super::collector::{NodeContext, StrokeCollector, matrix};
 use super::super::lines::Line;
-use crate::lettering::{BundledFont, FontChoice, Glyphs};
-use crate::{Diagnostic, ReadOptions, TextLines};
+use super::LaidFonts;
+use crate::lettering::{BundledFont, FontChoice, Glyphs, cap_height};
+use crate::{Diagnostic, DiagnosticCode, ReadOptions, TextLines};
 
 /// The font that a text is written with in single lines; none if its outlines are drawn.
 pub(super) fn font(text: &Text, writing: &ReadOptions) -> Option<FontChoice> {
@@ -47,22 +51,36 @@ fn single_line(family: &str) -> Option<BundledFont> {
     })
 }
 
-/// What of the font that a text is laid out with counts: its units.
+/// Measures of a glyph in the font that a text is laid out with, in that font's units.
 struct Metrics {
     cap_height: f64,
     advance: f64,
 }
 
-fn metrics(database: &Database, glyph: &usvg::layout::PositionedGlyph) -> Option<Metrics> {
-    database.with_face_data(glyph.font, |data, index| {
-        let font = FontRef::from_index(data, index).ok()?;
-        let (size, place) = (Size::unscaled(), LocationRef::default());
-        let id = GlyphId::new(glyph.id.0);
-        Some(Metrics {
-            cap_height: font.metrics(size, place).cap_height?.into(),
-            advance: font.glyph_metrics(size, place).advance_width(id)?.into(),
-        })
-    })?
+impl LaidFonts {
+    /// Measures of a glyph; `cap_heights` keeps what is known of the fonts so far. `None` if the font cannot be read.
+    fn metrics(
+        &self,
+        glyph: &PositionedGlyph,
+        cap_heights: &mut HashMap<ID, f64>,
+    ) -> Option<Metrics> {
+        self.database.with_face_data(glyph.font, |data, index| {
+            let font = FontRef::from_index(data, index).ok()?;
+            let metrics = font.glyph_metrics(Size::unscaled(), LocationRef::default());
+            let cap_height = cap_heights.entry(glyph.font).or_insert_with(|| {
+                // The one that stands for a font of the file has no letters.
+                let of_file = self.cap_height(glyph.font);
+                of_file.unwrap_or_else(|| cap_height(&font))
+            });
+            Some(Metrics {
+                cap_height: *cap_height,
+                advance: metrics
+                    .advance_width(GlyphId::new(glyph.id.0))
+                    .unwrap_or_default()
+                    .into(),
+            })
+        })?
+    }
 }
 
 impl StrokeCollector<'_> {
@@ -73,7 +91,8 @@ impl StrokeCollector<'_> {
         place: &NodeContext,
     ) -> Result<(), Diagnostic> {
         let font = choice.load()?;
-        let database = std::sync::Arc::clone(&self.fonts.database);
+        let fonts = self.fonts.clone();
+        let mut cap_heights = HashMap::new();
         let mut missing = String::new();
         for span in text.layouted().iter().filter(|span| span.visible) {
             let paints = [
@@ -87,12 +106,16 @@ impl StrokeCollector<'_> {
                 self.add(vec![middle(line, place.to)], place, white, paint)?;
             }
             for laid in &span.positioned_glyphs {
-                let Some(own) = metrics(&database, laid) else {
+                let Some(own) = fonts.metrics(laid, &mut cap_heights) else {
+                    let remark =
+                        "text is left out: the font that it is laid out with cannot be read";
+                    let note = place.element.diagnostic(remark);
+                    self.notes.add(note.coded(DiagnosticCode::LeftOut));
                     continue;
                 };
                 let to = place.to * matrix(laid.outline_transform());
                 let scale = own.cap_height / font.cap_height();
-                let tolerance = self.tolerance / (scale * to.determinant().abs().sqrt());
+                let tolerance = self.close.tolerance / (scale * to.determinant().abs().sqrt());
                 let mut advance = 0.0;
                 let mut letters: Vec<Line> = Vec::new();
                 for character in laid

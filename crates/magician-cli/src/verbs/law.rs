@@ -1,0 +1,60 @@
+//! The residue of a log against the law of motion, for people.
+
+use magician_record::law::{Basis, LawReport, ProfileResidue, Speeds};
+
+use crate::failure::Failure;
+use crate::output::Output;
+
+/// Shows a residue in lines.
+pub(super) fn show(report: &LawReport, out: &mut Output) -> Result<(), Failure> {
+    for line in lines(report) {
+        out.line(line)?;
+    }
+    Ok(())
+}
+
+fn lines(report: &LawReport) -> Vec<String> {
+    let mut lines = Vec::new();
+    let by = match report.basis {
+        Basis::Commands => "by the commands of the log",
+        Basis::Readings => "by poses alone",
+    };
+    let (poses, moving) = (report.poses, report.moving);
+    lines.push(format!("law: {poses} poses, {moving} on the way, {by}"));
+    for (nth, residue) in report.residues.iter().enumerate() {
+        let best = nth == 0 && report.profile.is_some();
+        let verdict = if best { "fits best, off by" } else { "off by" };
+        let ProfileResidue {
+            profile, mm, deg, ..
+        } = residue;
+        let same = match residue.same.is_empty() {
+            true => String::new(),
+            false => format!(" ({} move alike)", residue.same.join(", ")),
+        };
+        lines.push(format!(
+            "  profile {profile}{same}: {verdict} {mm:.4} mm, {deg:.4} deg at most"
+        ));
+    }
+    match report.period_ms {
+        Some(0.0) => lines.push("  period none: the arm moves in continuous time".to_owned()),
+        Some(period) => lines.push(format!("  period {period} ms")),
+        None => {}
+    }
+    lines.extend(report.speeds.iter().map(told));
+    let untold = report.untold.iter();
+    lines.extend(untold.map(|what| format!("  not told, {}: {what}", what.about())));
+    lines
+}
+
+/// `jog in space: 60 mm/s2 to 30 mm/s, ratio 50 %`.
+fn told(speeds: &Speeds) -> String {
+    let (name, unit) = (speeds.kind.name(), speeds.kind.unit());
+    let mut line = format!("  {name}: acceleration {} {unit}/s2", speeds.acceleration);
+    if let Some(speed) = speeds.speed {
+        line += &format!(", speed {speed} {unit}/s");
+    }
+    if let Some(ratio) = speeds.ratio {
+        line += &format!(", ratio {ratio} %");
+    }
+    line
+}

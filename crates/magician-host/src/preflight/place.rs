@@ -1,0 +1,216 @@
+//! Errors of the reach in millimetres, as the caller asked for the place.
+
+use magician_motion::{Geometry, Limits, Pose};
+use magician_protocol::{CpMode, PtpMode, Set};
+
+use super::Preflight;
+use super::motion::ptp_of;
+use crate::{Error, ErrorCode};
+
+/// Places nearer to the base and farther from it are tried by this step first, mm.
+const STEP: f64 = 10.0;
+/// Steps to either side: beyond them no tool of the arm reaches.
+const STEPS: u32 = 60;
+/// Bisections of a step: to less than a tenth of a millimetre.
+const BISECTIONS: u32 = 8;
+/// Places are told to a tenth of a millimetre.
+const TENTH: f64 = 10.0;
+
+impl Preflight {
+    /// Tells an error by the first place of the command that is out of reach, and the nearest one in reach.
+    ///
+    /// Errors of another kind and of joint angles that were given stay as they are.
+    pub(super) fn told_by_place(&self, command: &Set, error: Error) -> Error {
+        if error.code() != ErrorCode::OutOfReach {
+            return error;
+        }
+        let (geometry, limits) = (self.geometry(), &self.model.limits);
+        let places = self.places_of(command);
+        let mut beyond = places.into_iter().flatten();
+        let beyond = beyond.find(|place| !reaches(&geometry, limits, *place));
+        let Some(place) = beyond else {
+            return match error
+                .progress()
+                .filter(|_| places.iter().any(Option::is_some))
+            {
+                Some(percent) => error.in_place(format!(
+                    "the way there leaves the reach of the arm after {percent:.0} % of it"
+                )),
+                None => error,
+            };
+        };
+        let [x, y, _] = place;
+        let at = told(place);
+        let Some(nearest) = nearest(&geometry, limits, place) else {
+            return error.in_place(format!(
+                "{at} is out of reach at any distance from the base"
+            ));
+        };
+        let is_too_near = libm::hypot(nearest[0], nearest[1]) > libm::hypot(x, y);
+        let why = match is_too_near {
+            true => "too close to the base of the arm",
+            false => "out of reach",
+        };
+        let nearest = told(nearest);
+        error.in_place(format!(
+            "{at} is {why}; the nearest place in reach is {nearest}"
+        ))
+    }
+
+    /// The places that a command names, where it names some.
+    fn places_of(&self, command: &Set) -> [Option<[f64; 3]>; 2] {
+        let from = self.at.map(|at| [at.pose.x, at.pose.y, at.pose.z]);
+        let by = |way: [f64; 3]| from.map(|from| [0, 1, 2].map(|axis| from[axis] + way[axis]));
+        let point = |[x, y, z, _]: [f32; 4]| [x, y, z].map(f64::from);
+        if let Some(ptp) = ptp_of(command) {
+            let numbers = point(ptp.numbers);
+            return [
+                match ptp.mode {
+                    PtpMode::JumpXyz
+                    | PtpMode::MovjXyz
+                    | PtpMode::MovlXyz
+                    | PtpMode::JumpMovlXyz => Some(numbers),
+                    PtpMode::MovlXyzInc | PtpMode::MovjXyzInc => by(numbers),
+                    _ => None,
+                },
+                None,
+            ];
+        }
+        let segment = |mode: CpMode, to: [f32; 3]| {
+            let to = to.map(f64::from);
+            match mode {
+                CpMode::Relative => by(to),
+                _ => Some(to),
+            }
+        };
+        match command {
+            Set::CpCmd(cp) => [segment(cp.cp_mode, [cp.x, cp.y, cp.z]), None],
+            Set::CpLeCmd(cp) => [segment(cp.cp_mode, [cp.x, cp.y, cp.z]), None],
+            Set::ArcCmd(arc) => [arc.cir_point, arc.to_point].map(|at| Some(point(at))),
+            Set::CircleCmd(circle) => [circle.cir_point, circle.to_point].map(|at| Some(point(at))),
+            Set::HomeParams(home) => [Some(point([home.x, home.y, home.z, 0.0])), None],
+            _ => [None, None],
+        }
+    }
+}
+
+/// True if the tool can be at a place, however it is turned.
+fn reaches(geometry: &Geometry, limits: &Limits, [x, y, z]: [f64; 3]) -> bool {
+    // Straight on from the base the servo stands near its middle.
+    let r = libm::atan2(y, x).to_degrees();
+    let pose = Pose::new(x, y, z, r);
+    geometry.inverse_within(&pose, limits).is_ok()
+}
+
+/// Nearest place in reach at the same height and in the same direction from the base, or in the nearest
+/// direction to which the base turns. `None` if there is none at that height.
+fn nearest(geometry: &Geometry, limits: &Limits, [x, y, z]: [f64; 3]) -> Option<[f64; 3]> {
+    let heading = libm::atan2(y, x).to_degrees();
+    let heading = heading.clamp(limits.j1.min, limits.j1.max).to_radians();
+    let (sin, cos) = libm::sincos(heading);
+    let place = |radius: f64| [radius * cos, radius * sin, z];
+    let is_reached = |radius: f64| radius > 0.0 && reaches(geometry, limits, place(radius));
+    // How far out it lies in that direction.
+    let radius = (x * cos + y * sin).max(0.0).min(STEP * f64::from(STEPS));
+    let (way, first) = (0..=STEPS).find_map(|nth| {
+        let by = STEP * f64::from(nth);
+        let mut ways = [1.0, -1.0].into_iter();
+        let way = ways.find(|way| is_reached(radius + way * by))?;
+        Some((way, radius + way * by))
+    })?;
+    let (mut within, mut beyond) = (first, first - way * STEP);
+    for _ in 0..BISECTIONS {
+        let middle = f64::midpoint(within, beyond);
+        match is_reached(middle) {
+            true => within = middle,
+            false => beyond = middle,
+        }
+    }
+    // As it is told, it is in reach as well.
+    let tenths = |at: [f64; 3]| at.map(|value| (value * TENTH).round() / TENTH);
+    let mut inwards = (0..=3).map(|nth| place(within + way * f64::from(nth) / TENTH));
+    let found = inwards.find(|at| reaches(geometry, limits, tenths(*at)));
+    Some(found.unwrap_or_else(|| place(within)))
+}
+
+/// `x 400, y 0, z 12.5`.
+fn told(place: [f64; 3]) -> String {
+    // Without a minus before a zero.
+    let [x, y, z] = place.map(|value| (value * TENTH).round() / TENTH + 0.0);
+    format!("x {x}, y {y}, z {z}")
+}
+
+#[cfg(test)]
+mod tests {
+    use magician_motion::{JointAngles, ToolBias};
+
+    use super::*;
+    use crate::words;
+
+    fn refused(command: &Set) -> Error {
+        let mut check = Preflight::at(JointAngles::HOME, ToolBias::SUCTION);
+        check.check(command).unwrap_err()
+    }
+
+    #[test]
+    fn unreachable_place_is_told_in_millimetres_with_the_nearest_one_in_reach() {
+        for (at, why) in [
+            ([0.0, 0.0, 0.0], "too close to the base of the arm"),
+            ([20.0, 40.0, 50.0], "too close to the base of the arm"),
+            ([400.0, 0.0, 0.0], "out of reach"),
+            ([0.0, 300.0, 140.0], "out of reach"),
+        ] {
+            let [x, y, z] = at;
+            let error = refused(&words::line_to(x, y, z, 0.0));
+            let said = error.to_string();
+            let begin = format!("x {x}, y {y}, z {z} is {why}; the nearest place in reach is ");
+            let numbers = said.strip_prefix(&begin);
+            let numbers = numbers.unwrap_or_else(|| panic!("{said}"));
+            let numbers: Vec<f64> = { numbers.split(", ") }
+                .map(|number| number[2..].parse().expect("a number"))
+                .collect();
+            let check = Preflight::at(JointAngles::HOME, ToolBias::SUCTION);
+            let nearest = [numbers[0], numbers[1], numbers[2]];
+            assert!(
+                reaches(&check.geometry(), &check.model.limits, nearest),
+                "{said}"
+            );
+            assert!(error.detail().is_some() && error.value().is_some());
+            assert_eq!(error.command(), Some("SetPTPCmd"));
+        }
+    }
+
+    #[test]
+    fn way_that_leaves_the_reach_is_told_without_joints() {
+        let mut check = Preflight::at(JointAngles::HOME, ToolBias::SUCTION);
+        check
+            .check(&words::move_joints(80.0, 0.0, 45.0, 0.0))
+            .unwrap();
+        let [x, y, z] = check
+            .arm()
+            .map(|at| [at.pose.x, at.pose.y, at.pose.z])
+            .unwrap();
+        let error = check
+            .check(&words::line_to(x as f32, -y as f32, z as f32, 0.0))
+            .unwrap_err();
+        let said = error.to_string();
+        assert!(
+            said.starts_with("the way there leaves the reach of the arm after "),
+            "{said}"
+        );
+        assert!(
+            error
+                .detail()
+                .is_some_and(|detail| detail.contains("% of the way there: "))
+        );
+    }
+
+    #[test]
+    fn joints_that_were_given_are_told_as_joints() {
+        let error = refused(&words::move_joints(0.0, 95.0, 45.0, 0.0));
+        assert_eq!(
+            error.to_string(),
+            "joint 2 would be at 95.0 deg, limit 90.0 deg"
+        );
+    }
+}

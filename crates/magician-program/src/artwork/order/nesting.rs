@@ -1,0 +1,204 @@
+//! Which lines lie within which closed line.
+
+use std::ops::Range;
+
+use super::super::Stroke;
+
+/// Strips of a drawing or a line, at most.
+const MOST_STRIPS: usize = 1024;
+/// Closed lines around one that are looked for: the others are around these.
+const MOST_AROUND: usize = 256;
+/// Segments of a line that must lie within a closed one, at most.
+const PROBES: usize = 8;
+
+/// Index of the closed line that each line lies within. `None` for lines that lie within no other one.
+///
+/// A line may lie within several that do not lie within each other: these follow one another by size, so that all of them are
+/// found by going from line to line.
+pub(super) fn surrounding(strokes: &[Stroke]) -> Vec<Option<usize>> {
+    let boxes: Vec<Bounds> = strokes.iter().map(Bounds::of).collect();
+    let mut closed: Vec<Closed<'_>> = (strokes.iter().zip(&boxes).enumerate())
+        .filter(|(_, (stroke, bounds))| stroke.is_closed() && bounds.area() > 0.0)
+        .map(|(index, (stroke, bounds))| Closed::new(index, stroke, *bounds))
+        .collect();
+    closed.sort_by(|one, other| one.bounds.area().total_cmp(&other.bounds.area()));
+    let all = boxes.iter().fold(Bounds::NONE, |all, one| all.with(*one));
+    let strips = Strips::new([all.least[1], all.most[1]], closed.len());
+    let mut by_strip = vec![Vec::new(); strips.count];
+    for (at, shape) in closed.iter().enumerate() {
+        for strip in strips.of([shape.bounds.least[1], shape.bounds.most[1]]) {
+            by_strip[strip].push(at);
+        }
+    }
+    let mut tree = Tree::new(strokes.len(), closed.iter().map(|shape| shape.index));
+    for (line, (stroke, bounds)) in strokes.iter().zip(&boxes).enumerate() {
+        let strip = strips.of([bounds.least[1]; 2]).start;
+        let Some(candidates) = by_strip.get(strip) else {
+            continue;
+        };
+        // They are in order of size: what is smaller than the line is left out.
+        let from = candidates.partition_point(|at| closed[*at].bounds.area() <= bounds.area());
+        let larger = candidates[from..].iter().map(|at| &closed[*at]);
+        let around = larger.filter(|shape| shape.bounds.contain(bounds) && shape.contain(stroke));
+        let mut within = line;
+        for shape in around.take(MOST_AROUND) {
+            tree.put(within, shape.index);
+            within = shape.index;
+        }
+    }
+    tree.around
+}
+
+/// The closed line that each line lies within.
+struct Tree {
+    around: Vec<Option<usize>>,
+    /// Place of each closed line in the order of size.
+    rank: Vec<usize>,
+}
+
+impl Tree {
+    fn new(count: usize, by_size: impl Iterator<Item = usize>) -> Self {
+        let mut rank = vec![0; count];
+        by_size.enumerate().for_each(|(at, line)| rank[line] = at);
+        Self {
+            around: vec![None; count],
+            rank,
+        }
+    }
+
+    /// Puts a line into a larger closed one: what they both lie within follows by size.
+    fn put(&mut self, mut line: usize, mut into: usize) {
+        while let Some(next) = self.around[line].replace(into) {
+            if next == into {
+                return;
+            }
+            if self.rank[next] < self.rank[into] {
+                self.around[line] = Some(next);
+                line = next;
+            } else {
+                line = std::mem::replace(&mut into, next);
+            }
+        }
+    }
+}
+
+/// The smallest upright rectangle around a line.
+#[derive(Clone, Copy, Debug)]
+struct Bounds {
+    least: [f64; 2],
+    most: [f64; 2],
+}
+
+impl Bounds {
+    const NONE: Self = Self {
+        least: [f64::INFINITY; 2],
+        most: [f64::NEG_INFINITY; 2],
+    };
+
+    fn of(stroke: &Stroke) -> Self {
+        let points = stroke.points.iter().map(|point| Self {
+            least: *point,
+            most: *point,
+        });
+        points.fold(Self::NONE, Self::with)
+    }
+
+    fn with(self, other: Self) -> Self {
+        Self {
+            least: [0, 1].map(|axis| self.least[axis].min(other.least[axis])),
+            most: [0, 1].map(|axis| self.most[axis].max(other.most[axis])),
+        }
+    }
+
+    fn area(&self) -> f64 {
+        (self.most[0] - self.least[0]) * (self.most[1] - self.least[1])
+    }
+
+    fn contain(&self, other: &Self) -> bool {
+        let within = |axis: usize| {
+            self.least[axis] <= other.least[axis] && other.most[axis] <= self.most[axis]
+        };
+        within(0) && within(1)
+    }
+}
+
+/// A range of heights, divided evenly so that what is at a height is found without looking at all.
+#[derive(Clone, Copy, Debug)]
+struct Strips {
+    least: f64,
+    height: f64,
+    count: usize,
+}
+
+impl Strips {
+    /// About one strip for each thing.
+    fn new([least, most]: [f64; 2], things: usize) -> Self {
+        let count = things.clamp(1, MOST_STRIPS);
+        let height = (most - least) / count as f64;
+        Self {
+            least,
+            height: height.max(f64::MIN_POSITIVE),
+            count,
+        }
+    }
+
+    /// The strips between two heights.
+    fn of(&self, heights: [f64; 2]) -> Range<usize> {
+        let [from, to] = heights
+            .map(|height| (((height - self.least) / self.height) as usize).min(self.count - 1));
+        from..to + 1
+    }
+}
+
+/// A closed line, and its segments by height.
+struct Closed<'a> {
+    index: usize,
+    stroke: &'a Stroke,
+    bounds: Bounds,
+    strips: Strips,
+    /// The first corner of each segment that crosses a strip.
+    segments: Vec<Vec<usize>>,
+}
+
+impl<'a> Closed<'a> {
+    fn new(index: usize, stroke: &'a Stroke, bounds: Bounds) -> Self {
+        let strips = Strips::new([bounds.least[1], bounds.most[1]], stroke.points.len() / 2);
+        let mut segments = vec![Vec::new(); strips.count];
+        for (at, ends) in stroke.points.windows(2).enumerate() {
+            let [low, high] = [ends[0][1].min(ends[1][1]), ends[0][1].max(ends[1][1])];
+            for strip in strips.of([low, high]) {
+                segments[strip].push(at);
+            }
+        }
+        Self {
+            index,
+            stroke,
+            bounds,
+            strips,
+            segments,
+        }
+    }
+
+    /// True if a line lies within, by the middles of a few of its segments: its corners may touch the closed one.
+    fn contain(&self, line: &Stroke) -> bool {
+        let segments = line.points.len().saturating_sub(1);
+        let probed = line
+            .points
+            .windows(2)
+            .step_by(segments.div_ceil(PROBES).max(1));
+        let mut middles =
+            probed.map(|ends| [0, 1].map(|axis| ends[0][axis].midpoint(ends[1][axis])));
+        segments > 0 && middles.all(|middle| self.surrounds(middle))
+    }
+
+    /// True if a ray from the point leaves the line an odd number of times.
+    fn surrounds(&self, [x, y]: [f64; 2]) -> bool {
+        let strip = self.strips.of([y; 2]).start;
+        let points = &self.stroke.points;
+        let crossed = self.segments[strip].iter().filter(|at| {
+            let [[x0, y0], [x1, y1]] = [points[**at], points[**at + 1]];
+            (y0 <= y) != (y1 <= y) && x < x0 + (y - y0) / (y1 - y0) * (x1 - x0)
+        });
+        crossed.count() % 2 == 1
+    }
+}

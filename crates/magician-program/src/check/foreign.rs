@@ -1,0 +1,42 @@
+//! Coordinates of another machine, taken as the arm's.
+
+use magician_host::{Action, Given, Setting};
+
+use super::Report;
+use crate::setup::extent_of_marks;
+use crate::{Diagnostic, Plan};
+
+/// Distance from the axis of the base within which no program for this arm draws, mm.
+const BASE: f64 = 110.0;
+/// Distance beyond the reach from which on a program is not meant for this arm, mm.
+const FAR: f64 = 100.0;
+
+/// Returns why a refused program in the arm's coordinates looks like one of another machine.
+///
+/// Nothing that it draws is anywhere near the reach, or it leads into the arm's own base, as a program does
+/// that counts from the zero of its machine. `None` for any other program.
+#[must_use]
+pub fn foreign_coordinates(plan: &Plan, report: &Report) -> Option<Diagnostic> {
+    let refused = || report.refused_steps.iter();
+    let (first, beyond) = refused().find_map(|step| Some((step, step.beyond()?)))?;
+    let is_in_base = |at: [f64; 3]| libm::hypot(at[0], at[1]) < BASE;
+    let mut targets = refused().filter_map(|step| step.target.map(|(_, at)| at));
+    let is_far = report.bounds.is_none() && beyond > FAR;
+    if !is_far && !targets.any(is_in_base) {
+        return None;
+    }
+    let [least, most] = extent_of_marks(plan).or_else(|| plan.extent())?;
+    let [x, y] = [0, 1].map(|axis| format!("{:.0} to {:.0}", least[axis], most[axis]));
+    let message = format!(
+        "its coordinates look like those of another machine: it draws at x {x}, y {y} mm, and x 0, y 0 is \
+            the axis of this arm's base"
+    );
+    let problem = Diagnostic::new(first.origin, message)
+        .remedy((Setting::Place, Given::On), "lays it in front of the arm")
+        .remedy((Setting::Fit, Given::On), "chooses its size as well");
+    let burns = plan.steps.iter().any(|step| step.action.is_of_a_laser());
+    Some(match burns {
+        true => problem.remedy(Action::Engrave, "lays it in front of the arm, too"),
+        false => problem,
+    })
+}

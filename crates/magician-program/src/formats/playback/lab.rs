@@ -1,0 +1,197 @@
+//! Playback files of DobotLab, the studio's successor: JSON, a list of motions and of what the tool does.
+//!
+//! ```json
+//! [{"key":1,"type":"move","device":"Magician","params":{"moveType":"moveJ","pointName":"P","point":[220,0,40,0],
+//!   "slide":false,"slideL":0}},
+//!  {"key":2,"type":"endtool","device":"Magician","params":{"name":"suctionCup","status":"on"}}]
+//! ```
+//!
+//! What is not known is refused by its name: a list that is played without a step of it goes elsewhere.
+
+use crate::formats::rail::RailCourse;
+use crate::plan::json::{Json, Member};
+use crate::{Action, Diagnostic, DiagnosticCode, Grip, Origin, Parsed, Plan, Tool, Travel};
+
+/// More entries are surely not taught by hand.
+const MOST_ENTRIES: usize = 1_000_000;
+const KNOWN_MOTIONS: &str = "known are jump, moveJ and moveL";
+
+/// An entry of the list.
+struct Entry {
+    action: Deed,
+    origin: Origin,
+}
+
+enum Deed {
+    Move {
+        motion: Action,
+        rail: Option<f32>,
+        name: String,
+    },
+    Tool(Action),
+}
+
+pub(super) fn read(text: &str) -> Result<Parsed<Plan>, Diagnostic> {
+    let json = Json::of(text);
+    let lines = json.lines();
+    let whole = json.whole()?;
+    let list = json.array(whole)?;
+    if list.is_empty() {
+        return Err(Diagnostic::of_file("the playback file has no entries"));
+    }
+    if list.len() > MOST_ENTRIES {
+        let message = format!("too many entries: {}, limit {MOST_ENTRIES}", list.len());
+        return Err(Diagnostic::of_file(message));
+    }
+    let mut notes = Vec::new();
+    let mut entries = Vec::new();
+    for value in list {
+        entries.extend(entry(&json, value, json.place(&lines, value), &mut notes)?);
+    }
+    let rails = entries.iter().map(|entry| match &entry.action {
+        Deed::Move { rail, .. } => *rail,
+        Deed::Tool(_) => None,
+    });
+    let mut course = RailCourse::of(rails);
+    notes.extend(course.note());
+    let mut plan = Plan::default();
+    for Entry { action, origin } in entries {
+        match action {
+            Deed::Move { motion, rail, name } => {
+                let origin = match name.as_str() {
+                    "" => origin,
+                    _ => origin.named(plan.name(name)),
+                };
+                let along = course.lead(motion, rail);
+                plan.push(along.map_err(|why| Diagnostic::new(origin, why))?, origin);
+            }
+            Deed::Tool(action) => {
+                let tool = match action {
+                    Action::Gripper(_) => Tool::Gripper,
+                    _ => Tool::Suction,
+                };
+                if *plan.tool.get_or_insert(tool) != tool {
+                    let message = "the file uses both the gripper and the suction cup";
+                    return Err(Diagnostic::new(origin, message).help("an arm has one tool"));
+                }
+                plan.push(action, origin);
+            }
+        }
+    }
+    Ok(Parsed {
+        content: plan,
+        notes,
+    })
+}
+
+/// Reads an entry; `None` if it does nothing.
+fn entry<'t>(
+    json: &Json<'t>,
+    value: &'t str,
+    origin: Origin,
+    notes: &mut Vec<Diagnostic>,
+) -> Result<Option<Entry>, Diagnostic> {
+    let members = json.object(value)?;
+    let text = |name: &str| string(json, &members, name);
+    let device = text("device")?.unwrap_or_default();
+    if !(device.is_empty() || device.eq_ignore_ascii_case("magician")) {
+        let message =
+            format!("this was taught on a {device}, whose points are other positions here");
+        return Err(Diagnostic::new(origin, message).help("teach the points again on a Magician"));
+    }
+    let params = member(&members, "params").map(|member| member.value);
+    let params = json.object(params.unwrap_or("{}"))?;
+    let of_params = |name: &str| string(json, &params, name);
+    let kind = text("type")?.unwrap_or_default();
+    let action = match kind.as_str() {
+        "move" => {
+            let way = of_params("moveType")?.unwrap_or_default();
+            let by = match way.to_ascii_lowercase().as_str() {
+                "movej" | "movj" => Travel::Joints,
+                "movel" | "movl" => Travel::Line,
+                "jump" | "movejump" => Travel::Jump,
+                _ => {
+                    let message = format!("the motion '{way}' is not known");
+                    return Err(Diagnostic::new(origin, message).help(KNOWN_MOTIONS));
+                }
+            };
+            let point = member(&params, "point");
+            let point = point.and_then(|point| serde_json::from_str::<Vec<f32>>(point.value).ok());
+            let to = match point.as_deref() {
+                Some([x, y, z, r]) if [x, y, z, r].iter().all(|value| value.is_finite()) => {
+                    [*x, *y, *z, *r]
+                }
+                _ => {
+                    let message = "the move has no point: [x, y, z, r] in mm and degrees";
+                    return Err(Diagnostic::new(origin, message));
+                }
+            };
+            let slides = member(&params, "slide").is_some_and(|slide| slide.value == "true");
+            let at = member(&params, "slideL").map(|at| at.value.trim_matches('"').parse());
+            let rail = match (slides, at) {
+                (false, _) => None,
+                (true, Some(Ok(at))) => Some(at).filter(|at: &f32| at.is_finite()),
+                (true, _) => None,
+            };
+            if slides && rail.is_none() {
+                let message = "the move takes the rail along, and slideL does not say where to";
+                return Err(Diagnostic::new(origin, message));
+            }
+            Deed::Move {
+                motion: Action::Move { to, by },
+                rail,
+                name: of_params("pointName")?.unwrap_or_default(),
+            }
+        }
+        "endtool" => {
+            let name = of_params("name")?.unwrap_or_default();
+            let status = of_params("status")?
+                .unwrap_or_default()
+                .to_ascii_lowercase();
+            let tool = name.to_ascii_lowercase();
+            let action = match (tool.as_str(), status.as_str()) {
+                ("suctioncup" | "suction", "on" | "true") => Action::Suction(true),
+                ("suctioncup" | "suction", "off" | "false") => Action::Suction(false),
+                ("gripper", "open" | "on") => Action::Gripper(Grip::Open),
+                ("gripper", "close" | "closed" | "grip") => Action::Gripper(Grip::Close),
+                ("gripper", "off" | "false" | "disable") => Action::Gripper(Grip::Off),
+                ("none" | "", _) => {
+                    let note = "an entry without a tool is left out";
+                    notes.push(Diagnostic::new(origin, note).coded(DiagnosticCode::LeftOut));
+                    return Ok(None);
+                }
+                _ => {
+                    let message =
+                        format!("the tool '{name}' with the state '{status}' is not known");
+                    let help = "known are suctionCup (on, off) and gripper (open, close, off)";
+                    return Err(Diagnostic::new(origin, message).help(help));
+                }
+            };
+            Deed::Tool(action)
+        }
+        other => {
+            let message = format!("an entry of the type '{other}' is not known");
+            return Err(Diagnostic::new(origin, message).help("known are move and endtool"));
+        }
+    };
+    Ok(Some(Entry { action, origin }))
+}
+
+fn member<'m, 't>(members: &'m [Member<'t>], name: &str) -> Option<&'m Member<'t>> {
+    members.iter().find(|member| member.key == name)
+}
+
+/// The text of a member; `None` if it is not there, or null.
+fn string<'t>(
+    json: &Json<'t>,
+    members: &[Member<'t>],
+    name: &str,
+) -> Result<Option<String>, Diagnostic> {
+    let value = member(members, name).map(|member| member.value);
+    match value.filter(|value| *value != "null") {
+        // A tool may be switched by true and false.
+        Some(plain @ ("true" | "false")) => Ok(Some(plain.to_owned())),
+        Some(value) => Ok(Some(json.string(value)?.into_owned())),
+        None => Ok(None),
+    }
+}

@@ -1,0 +1,222 @@
+//! Values that the library cannot read: it leaves out what they belong to, or ends a path there, without a word.
+
+use std::collections::HashSet;
+use std::str::FromStr as _;
+
+use roxmltree::{Document, Node};
+use svgtypes::{Length, NumberListParser, PathParser, Transform};
+
+use super::source::is;
+
+/// Elements that are known, whatever becomes of them.
+const KNOWN: [&str; 62] = [
+    "a",
+    "animate",
+    "animateMotion",
+    "animateTransform",
+    "circle",
+    "clipPath",
+    "color-profile",
+    "cursor",
+    "defs",
+    "desc",
+    "ellipse",
+    "feBlend",
+    "feFlood",
+    "filter",
+    "font",
+    "font-face",
+    "font-face-format",
+    "font-face-name",
+    "font-face-src",
+    "font-face-uri",
+    "foreignObject",
+    "g",
+    "glyph",
+    "glyphRef",
+    "hatch",
+    "hatchpath",
+    "hkern",
+    "image",
+    "line",
+    "linearGradient",
+    "marker",
+    "mask",
+    "mesh",
+    "meshgradient",
+    "meshpatch",
+    "meshrow",
+    "metadata",
+    "missing-glyph",
+    "mpath",
+    "path",
+    "pattern",
+    "polygon",
+    "polyline",
+    "radialGradient",
+    "rect",
+    "script",
+    "set",
+    "solidcolor",
+    "stop",
+    "style",
+    "svg",
+    "switch",
+    "symbol",
+    "text",
+    "textPath",
+    "title",
+    "tref",
+    "tspan",
+    "use",
+    "view",
+    "vkern",
+    "altGlyph",
+];
+
+/// The ids of a drawing.
+pub(super) struct Ids<'a>(HashSet<&'a str>);
+
+impl<'a> Ids<'a> {
+    pub(super) fn of(document: &'a Document<'_>) -> Self {
+        let ids = document
+            .descendants()
+            .filter_map(|node| node.attribute("id"));
+        Self(ids.collect())
+    }
+
+    /// Remarks on what of an element is not drawn as it is written; empty if all of it is.
+    pub(super) fn remarks(&self, node: &Node<'_, '_>) -> Vec<String> {
+        let tag = node.tag_name().name();
+        if node
+            .tag_name()
+            .namespace()
+            .is_none_or(|space| space.ends_with("/svg"))
+            && !KNOWN.contains(&tag)
+            && !tag.starts_with("fe")
+            && !within(
+                node,
+                &["metadata", "foreignObject", "defs", "font", "filter"],
+            )
+        {
+            return vec![format!("the element <{tag}> is unknown: it is left out")];
+        }
+        let mut remarks = Vec::new();
+        // What a variable stands for is put in later.
+        let value = |name: &str| {
+            let value = node.attribute(name).map(str::trim);
+            value.filter(|value| !value.contains("var("))
+        };
+        if let Some(transform) =
+            value("transform").filter(|value| !value.is_empty() && *value != "none")
+            && Transform::from_str(transform).is_err()
+        {
+            remarks.push(cannot_be_read("transform", transform, "it is left out"));
+        }
+        for name in lengths(tag) {
+            let Some(length) = value(name) else { continue };
+            let automatic = ["rx", "ry"].contains(name) && length == "auto";
+            if !automatic && Length::from_str(length).is_err() {
+                remarks.push(cannot_be_read(
+                    name,
+                    length,
+                    "the shape is drawn without it, or not at all",
+                ));
+            }
+        }
+        match tag {
+            "path" => {
+                let data = value("d").unwrap_or_default();
+                if data.is_empty() && value("style").is_none_or(|style| !style.contains("d:")) {
+                    remarks.push("a path without data (d) is left out".to_owned());
+                } else if PathParser::from(data).any(|segment| segment.is_err()) {
+                    remarks.push(cannot_be_read(
+                        "d",
+                        data,
+                        "the path is drawn up to the first flaw",
+                    ));
+                }
+            }
+            "polyline" | "polygon" => {
+                let points = value("points").unwrap_or_default();
+                let numbers: Result<Vec<f64>, _> = NumberListParser::from(points).collect();
+                match numbers {
+                    Err(_) => remarks.push(cannot_be_read(
+                        "points",
+                        points,
+                        "the shape is drawn up to the first flaw",
+                    )),
+                    Ok(numbers) if numbers.len() < 4 => {
+                        remarks.push("a shape with fewer than two points is left out".to_owned());
+                    }
+                    Ok(numbers) if numbers.len() % 2 == 1 => {
+                        remarks.push("the last x of a shape has no y: it is left out".to_owned());
+                    }
+                    Ok(_) => {}
+                }
+            }
+            "rect" | "circle" | "ellipse" => {
+                let sizes: &[&str] = match tag {
+                    "rect" => &["width", "height"],
+                    "circle" => &["r"],
+                    _ => &["rx", "ry"],
+                };
+                let styled = value("style")
+                    .is_some_and(|style| sizes.iter().any(|size| style.contains(size)));
+                let none = |size: &&str| match value(size) {
+                    Some(length) => {
+                        Length::from_str(length).is_ok_and(|length| length.number <= 0.0)
+                    }
+                    None => tag != "ellipse" && !styled,
+                };
+                if let Some(size) = sizes.iter().find(|size| none(size)) {
+                    remarks.push(format!("a {tag} without size ({size}) is left out"));
+                }
+            }
+            "use" => {
+                let mut links = node.attributes().filter(|link| link.name() == "href");
+                let target = links.next().map(|link| link.value().trim());
+                match target {
+                    None => remarks.push("a use without a target (href) is left out".to_owned()),
+                    Some(target) if !self.has(target.strip_prefix('#')) => {
+                        let shown: String = target.chars().take(40).collect();
+                        let message =
+                            format!("use of {shown}, which is not in the file, is left out");
+                        remarks.push(message);
+                    }
+                    Some(_) => {}
+                }
+            }
+            _ => {}
+        }
+        remarks
+    }
+
+    /// True if there is an element with this id.
+    pub(super) fn has(&self, id: Option<&str>) -> bool {
+        id.is_some_and(|id| self.0.contains(id))
+    }
+}
+
+fn within(node: &Node<'_, '_>, tags: &[&str]) -> bool {
+    node.ancestors()
+        .skip(1)
+        .any(|above| tags.iter().any(|tag| is(&above, tag)))
+}
+
+/// Attributes of a shape that are lengths.
+fn lengths(tag: &str) -> &'static [&'static str] {
+    match tag {
+        "rect" => &["x", "y", "width", "height", "rx", "ry"],
+        "circle" => &["cx", "cy", "r"],
+        "ellipse" => &["cx", "cy", "rx", "ry"],
+        "line" => &["x1", "y1", "x2", "y2"],
+        _ => &[],
+    }
+}
+
+fn cannot_be_read(name: &str, value: &str, what: &str) -> String {
+    let shown: String = value.chars().take(40).collect();
+    let more = if shown.len() < value.len() { ".." } else { "" };
+    format!("{name} '{shown}{more}' cannot be read: {what}")
+}

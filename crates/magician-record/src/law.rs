@@ -1,0 +1,627 @@
+//! The residue of a log against the law of motion: how far an arm was from where the law has it
+//! (model section 7).
+//!
+//! Two kinds of logs tell:
+//!
+//! * **A session** ([`LawReport::of_session`]) has what the arm was told. It is
+//!   [replayed](crate::replay) on a virtual arm of each built-in profile that moves in a way of its
+//!   own, with the periods where they fit best, and the poses are compared.
+//! * **Readings** ([`LawReport::of_samples`]) have poses alone. Motions that go from rest to rest
+//!   along one line are held against the profile of the same way; its begin, speed and acceleration
+//!   are searched for.
+//!
+//! Times are the host's, and jitter. A pose may belong to an instant up to 5 ms before or after its
+//! time: what is off at the best of these instants is residue. The pose of the period beside is
+//! none near the end of a period, and in continuous time what was passed within these 10 ms is
+//! none. A command may have come to the arm up to half a period before or after its time: if that
+//! is in the period beside, and the poses that follow tell so, it is taken to have come there.
+//!
+//! What a log does not tell is listed ([`LawReport::untold`]), not guessed.
+
+mod log;
+mod ramp;
+mod settings;
+
+use std::fmt;
+
+use magician_motion::ArmModel;
+use magician_sim::{Controller, Profile};
+use serde::Serialize;
+
+pub use log::{LogError, Sample, Samples};
+use ramp::{Along, Motions};
+
+use crate::replay::{Replay, Residue, Tolerances};
+
+/// Largest residue that the law leaves, mm or deg. A recording of a real arm has 0.001 mm of it.
+pub const LIMIT: f64 = 0.015;
+/// A profile that is farther from the poses is not theirs, mm or deg: so much noise is let pass.
+const FARTHEST: f64 = 0.05;
+/// Poses that come more rarely do not show ramps, s between two.
+const SLOWEST: f64 = 0.125;
+/// A profile is told from another one if its residue is by so much smaller.
+const CLEARLY: f64 = 2.0;
+
+/// How a log was judged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Basis {
+    /// By the commands in it, replayed.
+    Commands,
+    /// By its poses alone.
+    Readings,
+}
+
+/// What a motion was.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Kind {
+    /// A jog of x, y or z.
+    JogSpace,
+    /// A jog of r.
+    JogRotation,
+    /// A jog of a joint.
+    JogJoint,
+    /// A straight move.
+    Line,
+    /// A move of all joints together.
+    Joints,
+    /// A continuous path.
+    Path,
+    /// An arc.
+    Arc,
+    /// A motion along a straight line, by readings.
+    StraightWay,
+    /// A motion of joints together, by readings.
+    JointWay,
+}
+
+impl Kind {
+    /// What it is called.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::JogSpace => "jog in space",
+            Self::JogRotation => "jog of r",
+            Self::JogJoint => "jog of a joint",
+            Self::Line => "straight move",
+            Self::Joints => "joint move",
+            Self::Path => "continuous path",
+            Self::Arc => "arc",
+            Self::StraightWay => "along a line",
+            Self::JointWay => "in the joints",
+        }
+    }
+
+    /// Unit of its way.
+    #[must_use]
+    pub const fn unit(self) -> &'static str {
+        match self {
+            Self::JogRotation | Self::JogJoint | Self::Joints | Self::JointWay => "deg",
+            _ => "mm",
+        }
+    }
+}
+
+/// How fast motions of a kind were.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Speeds {
+    /// What moved.
+    #[serde(rename = "motion")]
+    pub kind: Kind,
+    /// Acceleration in force, mm/s2 or deg/s2.
+    pub acceleration: f64,
+    /// Speed in force, mm/s or deg/s; `None` if no motion was long enough to reach it.
+    pub speed: Option<f64>,
+    /// Ratio of the speed, percent: of commands the one in force; of readings the one that the
+    /// settings of power-up would need, `None` if they do not explain speed and acceleration.
+    pub ratio: Option<f64>,
+}
+
+/// How far a profile is from the log.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ProfileResidue {
+    /// Name of the profile.
+    pub profile: String,
+    /// Other profiles that move in the same way.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub same: Vec<&'static str>,
+    /// Its period, ms; 0 for continuous time.
+    pub period_ms: f64,
+    /// Farthest that x, y or z of a pose is off, mm; of readings the place on a line.
+    pub mm: f64,
+    /// Farthest that r or a joint is off, deg.
+    pub deg: f64,
+}
+
+impl ProfileResidue {
+    fn worst(&self) -> f64 {
+        self.mm.max(self.deg)
+    }
+}
+
+/// What a log does not tell.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Untold {
+    /// There are no poses in it.
+    NoPoses,
+    /// The poses cover less than two periods.
+    Brief,
+    /// The arm never moved.
+    AtRest,
+    /// Poses are too far apart.
+    Slow {
+        /// Between two poses, ms.
+        every_ms: u64,
+    },
+    /// Motions with too few poses.
+    Sparse {
+        /// How many.
+        motions: usize,
+    },
+    /// Motions that are no single straight way.
+    Bent {
+        /// How many.
+        motions: usize,
+    },
+    /// Motions too short to tell.
+    Short {
+        /// How many.
+        motions: usize,
+    },
+    /// Motions that the log begins or ends in.
+    Open {
+        /// How many.
+        motions: usize,
+    },
+    /// Motions beyond those that were looked at.
+    Left {
+        /// How many.
+        motions: usize,
+    },
+    /// The profiles are equally near.
+    Alike,
+    /// No profile is near.
+    NoProfile,
+    /// Settings made before the session began.
+    SetBefore,
+    /// The speed was never reached.
+    Speed,
+    /// The settings of power-up do not explain speed and acceleration.
+    Ratio,
+    /// The last line of the log was cut off.
+    Cut,
+}
+
+impl Untold {
+    /// What it is that is not told.
+    #[must_use]
+    pub const fn about(&self) -> &'static str {
+        match self {
+            Self::NoPoses | Self::Brief | Self::AtRest | Self::Slow { .. } => "law",
+            Self::Alike => "period",
+            Self::NoProfile => "profile",
+            Self::SetBefore => "settings",
+            Self::Speed => "speed",
+            Self::Ratio => "ratio",
+            Self::Cut => "end",
+            _ => "motions",
+        }
+    }
+}
+
+impl fmt::Display for Untold {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let count = |f: &mut fmt::Formatter<'_>, motions: usize, what: &str| match motions {
+            1 => write!(f, "1 motion {what}"),
+            several => write!(f, "{several} motions {what}"),
+        };
+        match self {
+            Self::NoPoses => f.write_str("no pose was read"),
+            Self::Brief => f.write_str("its poses cover less than two periods of the arm, 40 ms"),
+            Self::AtRest => f.write_str("the arm was at rest throughout"),
+            Self::Slow { every_ms } => write!(
+                f,
+                "a pose came every {every_ms} ms only; 10 a second are needed, 23 a second are better"
+            ),
+            Self::Sparse { motions } => count(
+                f,
+                *motions,
+                "had fewer than 6 poses on the way: read faster or move farther",
+            ),
+            Self::Bent { motions } => count(
+                f,
+                *motions,
+                "went neither straight nor with all joints in proportion, or turned round: only a trace has the commands",
+            ),
+            Self::Short { motions } => count(f, *motions, "was shorter than 0.5 mm or deg"),
+            Self::Open { motions } => count(
+                f,
+                *motions,
+                "without a rest of two periods before and after it",
+            ),
+            Self::Left { motions } => count(f, *motions, "beyond the first 20"),
+            Self::Alike => f.write_str(
+                "profiles with different periods are equally near: poses came at whole periods, or hardly moved; 23 a second tell",
+            ),
+            Self::NoProfile => write!(f, "no profile is within {FARTHEST} mm and deg"),
+            Self::SetBefore => f.write_str(
+                "no profile makes these poses with the settings in the log: others were made before it began",
+            ),
+            Self::Speed => f.write_str("no motion was long enough to reach its speed"),
+            Self::Ratio => {
+                f.write_str("the settings of power-up do not explain speed and acceleration")
+            }
+            Self::Cut => f.write_str("the last line is cut off and left out"),
+        }
+    }
+}
+
+impl Serialize for Untold {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        #[derive(Serialize)]
+        struct Told<'a> {
+            about: &'a str,
+            why: String,
+        }
+        let (about, why) = (self.about(), self.to_string());
+        Told { about, why }.serialize(serializer)
+    }
+}
+
+/// The residue of a log.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LawReport {
+    /// By what the log was judged.
+    pub basis: Basis,
+    /// Poses in it.
+    pub poses: usize,
+    /// Those that were read while the arm moved.
+    pub moving: usize,
+    /// From the first pose to the last, s.
+    pub seconds: f64,
+    /// The profile that fits best, `None` if the log does not tell.
+    pub profile: Option<String>,
+    /// Its period, ms; 0 for continuous time; `None` if the log does not tell.
+    pub period_ms: Option<f64>,
+    /// All profiles, the nearest first.
+    pub residues: Vec<ProfileResidue>,
+    /// Speeds and accelerations.
+    pub speeds: Vec<Speeds>,
+    /// What the log does not tell.
+    #[serde(rename = "not_told")]
+    pub untold: Vec<Untold>,
+}
+
+/// A profile that moves in a way of its own.
+struct Candidate {
+    name: String,
+    same: Vec<&'static str>,
+    profile: Profile,
+}
+
+impl Candidate {
+    /// Those that are built in, and another one by its name if it moves in another way.
+    fn all(more: Option<(String, Profile)>) -> Vec<Self> {
+        let mut all: Vec<Self> = Vec::new();
+        for (name, _) in Profile::NAMED {
+            let Some(profile) = Profile::named(name) else {
+                continue;
+            };
+            match all.iter_mut().find(|known| known.moves_as(&profile)) {
+                Some(known) => known.same.push(name),
+                None => all.push(Self {
+                    name: name.to_owned(),
+                    same: Vec::new(),
+                    profile,
+                }),
+            }
+        }
+        let more = more.filter(|(_, profile)| !all.iter().any(|known| known.moves_as(profile)));
+        all.extend(more.map(|(name, profile)| Self {
+            name,
+            same: Vec::new(),
+            profile,
+        }));
+        all
+    }
+
+    /// Identity moves nothing.
+    fn moves_as(&self, profile: &Profile) -> bool {
+        let identity = self.profile.identity.clone();
+        self.profile
+            == Profile {
+                identity,
+                ..profile.clone()
+            }
+    }
+
+    fn residue(&self, mm: f64, deg: f64) -> ProfileResidue {
+        let law = self.profile.arm_model().law;
+        ProfileResidue {
+            profile: self.name.clone(),
+            same: self.same.clone(),
+            period_ms: f64::from(law.period_us()) / 1000.0,
+            mm,
+            deg,
+        }
+    }
+}
+
+impl LawReport {
+    /// The residue of a recorded session. Without commands that move the arm, and where the
+    /// commands do not explain the poses, it is that of its poses alone. `more` is a profile to
+    /// compare besides those built in.
+    ///
+    /// ```
+    /// use magician_record::law::{LawReport, Untold};
+    /// use magician_record::replay::Replay;
+    ///
+    /// # let mut file = Vec::new();
+    /// # {
+    /// #     use magician_protocol::Direction::Request;
+    /// #     use magician_record::trace::TraceWriter;
+    /// #     let mut trace = TraceWriter::new(&mut file)?;
+    /// #     let link = trace.link("arm")?;
+    /// #     trace.record(link, 1, Request, &[0xAA, 0xAA, 0x02, 0x0A, 0x00, 0xF6])?;
+    /// # }
+    /// let report = LawReport::of_session(&Replay::new(&file)?, None);
+    /// assert_eq!(report.untold, [Untold::NoPoses]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn of_session(session: &Replay<'_>, more: Option<(String, Profile)>) -> Self {
+        let log = Samples::of_session(session);
+        let candidates = Candidate::all(more);
+        if log.samples.is_empty() || !session.moves() {
+            return Self::of(&log, &candidates);
+        }
+        let tolerances = Tolerances {
+            measured: LIMIT as f32,
+            ..Tolerances::default()
+        };
+        let session = session.clone().tolerances(tolerances);
+        let residues = candidates.iter().map(|candidate| {
+            let arm = Controller::new(session.beginning(candidate.profile.clone()));
+            session.clone().fitted(&arm).residue(&arm)
+        });
+        let residues: Vec<Residue> = residues.collect();
+        let mut report = Self::begun(&log, Basis::Commands);
+        report.moving = residues.first().map_or(0, |first| first.moved as usize);
+        if report.moving == 0 {
+            report.untold.push(Untold::AtRest);
+            return report;
+        }
+        let pairs = candidates.iter().zip(&residues);
+        let pairs = pairs.map(|(candidate, off)| candidate.residue(off.mm, off.deg));
+        report.judge(pairs.collect());
+        let best = candidates
+            .iter()
+            .find(|own| Some(&own.name) == report.profile.as_ref());
+        match best.or(candidates
+            .first()
+            .filter(|_| report.untold == [Untold::Alike]))
+        {
+            Some(best) => report.speeds = settings::speeds(&session, &best.profile),
+            None => {
+                // The poses alone may tell.
+                let alone = Self::of(&log, &candidates);
+                if alone.profile.is_some() {
+                    report = alone;
+                    report.untold.insert(0, Untold::SetBefore);
+                } else {
+                    report.untold.push(Untold::SetBefore);
+                }
+            }
+        }
+        report
+    }
+
+    /// The residue of readings. `more` is a profile to compare besides those built in.
+    ///
+    /// ```
+    /// use magician_record::law::{LawReport, Sample, Samples, Untold};
+    ///
+    /// let still = |t| Sample { t, values: [200.0, 0.0, 50.0, 0.0, 0.0, 45.0, 45.0, 0.0] };
+    /// let samples = (0..10).map(|nth| still(f64::from(nth) * 0.05)).collect();
+    /// let report = LawReport::of_samples(&Samples { samples, cut: false }, None);
+    /// assert_eq!(report.untold, [Untold::AtRest]);
+    /// ```
+    #[must_use]
+    pub fn of_samples(log: &Samples, more: Option<(String, Profile)>) -> Self {
+        Self::of(log, &Candidate::all(more))
+    }
+
+    fn begun(log: &Samples, basis: Basis) -> Self {
+        let span = match (log.samples.first(), log.samples.last()) {
+            (Some(first), Some(last)) => last.t - first.t,
+            _ => 0.0,
+        };
+        let cut = log.cut.then_some(Untold::Cut);
+        Self {
+            basis,
+            poses: log.samples.len(),
+            moving: 0,
+            seconds: thousandths(span),
+            profile: None,
+            period_ms: None,
+            residues: Vec::new(),
+            speeds: Vec::new(),
+            untold: cut.into_iter().collect(),
+        }
+    }
+
+    fn of(log: &Samples, candidates: &[Candidate]) -> Self {
+        let mut report = Self::begun(log, Basis::Readings);
+        let motions = Motions::of(&log.samples);
+        report.moving = motions.moving;
+        let untold = &mut report.untold;
+        if log.samples.is_empty() {
+            untold.push(Untold::NoPoses);
+            return report;
+        }
+        if report.seconds < ramp::REST {
+            untold.push(Untold::Brief);
+            return report;
+        }
+        if motions.at_rest {
+            untold.push(Untold::AtRest);
+            return report;
+        }
+        let mut gaps: Vec<f64> = log
+            .samples
+            .windows(2)
+            .map(|two| two[1].t - two[0].t)
+            .collect();
+        gaps.sort_by(f64::total_cmp);
+        let gap = gaps.get(gaps.len() / 2).copied().unwrap_or_default();
+        if gap > SLOWEST {
+            let every_ms = (gap * 1000.0).round() as u64;
+            untold.push(Untold::Slow { every_ms });
+        }
+        let told = [
+            (
+                motions.sparse,
+                Untold::Sparse {
+                    motions: motions.sparse,
+                },
+            ),
+            (
+                motions.bent,
+                Untold::Bent {
+                    motions: motions.bent,
+                },
+            ),
+            (
+                motions.short,
+                Untold::Short {
+                    motions: motions.short,
+                },
+            ),
+            (
+                motions.open,
+                Untold::Open {
+                    motions: motions.open,
+                },
+            ),
+            (
+                motions.left,
+                Untold::Left {
+                    motions: motions.left,
+                },
+            ),
+        ];
+        untold.extend(
+            told.into_iter()
+                .filter_map(|(count, what)| (count > 0).then_some(what)),
+        );
+        if motions.told.is_empty() {
+            return report;
+        }
+        let mut residues = Vec::new();
+        let mut ramps = Vec::new();
+        for candidate in candidates {
+            let law = candidate.profile.arm_model().law;
+            let fits: Vec<_> = motions.told.iter().map(|motion| motion.fit(law)).collect();
+            let worst = |in_joints: bool| {
+                let own = motions.told.iter().zip(&fits);
+                let own =
+                    own.filter(|(motion, _)| matches!(motion.along, Along::Joint(_)) == in_joints);
+                own.map(|(_, fit)| fit.worst).fold(0.0, f64::max)
+            };
+            residues.push(candidate.residue(worst(false), worst(true)));
+            ramps.push(fits);
+        }
+        report.judge(residues);
+        let best = candidates
+            .iter()
+            .position(|own| Some(&own.name) == report.profile.as_ref());
+        // Where periods cannot be told, speeds and accelerations hardly depend on them.
+        let best = best.or(report.untold.contains(&Untold::Alike).then_some(0));
+        let Some(ramps) = best.map(|best| &ramps[best]) else {
+            return report;
+        };
+        for (motion, ramp) in motions.told.iter().zip(ramps) {
+            let speeds = Speeds {
+                kind: match motion.along {
+                    Along::Joint(_) => Kind::JointWay,
+                    Along::Axis(_) | Along::Line => Kind::StraightWay,
+                },
+                acceleration: thousandths(ramp.acceleration),
+                speed: ramp.speed.map(thousandths),
+                ratio: ratio(motion.along, ramp.speed, ramp.acceleration),
+            };
+            if !report.speeds.contains(&speeds) {
+                report.speeds.push(speeds);
+            }
+        }
+        if report.speeds.iter().all(|speeds| speeds.speed.is_none()) {
+            report.untold.push(Untold::Speed);
+        } else if report.speeds.iter().all(|speeds| speeds.ratio.is_none()) {
+            report.untold.push(Untold::Ratio);
+        }
+        report
+    }
+
+    /// Names the profile that is nearest.
+    fn judge(&mut self, mut residues: Vec<ProfileResidue>) {
+        residues.sort_by(|a, b| a.worst().total_cmp(&b.worst()));
+        for residue in &mut residues {
+            (residue.mm, residue.deg) = (rounded(residue.mm), rounded(residue.deg));
+        }
+        let mut others = residues.iter();
+        if let Some(best) = others.next() {
+            let clearly = |other: &ProfileResidue| {
+                other.worst() > LIMIT && other.worst() > CLEARLY * best.worst()
+                    || other.period_ms == best.period_ms
+            };
+            if best.worst() > FARTHEST {
+                self.untold.push(Untold::NoProfile);
+            } else if !others.all(clearly) {
+                self.untold.push(Untold::Alike);
+            } else {
+                self.profile = Some(best.profile.clone());
+                self.period_ms = Some(best.period_ms);
+            }
+        }
+        self.residues = residues;
+    }
+}
+
+/// The ratio by which the settings of power-up make a motion.
+fn ratio(along: Along, speed: Option<f64>, acceleration: f64) -> Option<f64> {
+    let power_up = &ArmModel::MAGICIAN.power_up;
+    let (jog, ptp) = (&power_up.jog, &power_up.speeds);
+    let near = |a: f64, b: f64| (a - b).abs() <= 0.01 * b;
+    let percent = |share: f64| (share * 1000.0).round() / 10.0;
+    let speed = speed?;
+    let (jog, ptp) = match along {
+        Along::Joint(joint) => (
+            (jog.joint_velocity[joint], jog.joint_acceleration[joint]),
+            (ptp.joint_velocity[joint], ptp.joint_acceleration[joint]),
+        ),
+        Along::Axis(_) => (
+            (jog.linear_velocity, jog.linear_acceleration),
+            (ptp.linear_velocity, ptp.linear_acceleration),
+        ),
+        // No jog goes along several axes.
+        Along::Line => ((0.0, 0.0), (ptp.linear_velocity, ptp.linear_acceleration)),
+    };
+    // Of a jog the ratio scales the speed alone, of a move the acceleration as well.
+    if near(acceleration, jog.1) && speed <= jog.0 * 1.01 {
+        return Some(percent(speed / jog.0));
+    }
+    let (fast, steep) = (speed / ptp.0, acceleration / ptp.1);
+    (near(fast, steep) && fast <= 1.01).then(|| percent(fast))
+}
+
+/// A micrometre is what poses are exact to.
+fn rounded(residue: f64) -> f64 {
+    (residue * 1e4).round() / 1e4
+}
+
+fn thousandths(value: f64) -> f64 {
+    (value * 1000.0).round() / 1000.0
+}

@@ -1,0 +1,494 @@
+//! Motions told from readings alone: from rest to rest along a line, with one ramp up and one down.
+//!
+//! Readings do not tell what the arm was told. A jog of one axis, a straight or a joint move from
+//! point to point all have the same profile, of three numbers: its begin, its speed and its
+//! acceleration. They are searched for so that the readings are nearest to the profile.
+//!
+//! Times are the host's, and jitter. A reading is held against the profile at its time and
+//! [`JITTER`] before and after: only what is left at the best of them is residue. In periods that
+//! is the pose of the period beside, for readings within the jitter of its end; in continuous time
+//! it is what was passed meanwhile.
+
+use magician_motion::{KinematicLimits, MotionLaw};
+
+use super::log::Sample;
+use crate::replay::JITTER;
+
+/// Values that differ by no more are the same place, mm or deg: the noise of readings, and less
+/// than a power-up jog goes in its first period.
+const STILL: f64 = 0.02;
+/// So long a place is kept at rest, s: two periods.
+pub(super) const REST: f64 = 0.04;
+/// A way is straight in a space if no reading is farther from it, mm or deg.
+const BEND: f64 = 0.03;
+/// A shorter way tells nothing, mm or deg.
+const SHORTEST: f64 = 0.5;
+/// Fewer readings on the way leave the three numbers free.
+const FEWEST: usize = 6;
+/// Readings at rest beside a motion that are held against its profile.
+const BESIDE: usize = 3;
+/// Most motions that are searched; the search of each costs some ten milliseconds.
+const MOST: usize = 20;
+
+/// Along what a motion is straight.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Along {
+    /// One axis of space, by its number from 0 for x.
+    Axis(usize),
+    /// A line in space.
+    Line,
+    /// The joints together; the number of the one that goes farthest, from 0.
+    Joint(usize),
+}
+
+/// A motion from rest to rest.
+#[derive(Clone, Debug)]
+pub(super) struct Motion {
+    pub(super) along: Along,
+    /// The way, mm or deg.
+    length: f64,
+    /// Time and place of its readings.
+    places: Vec<(f64, f64)>,
+    /// Between the last reading at rest and the first on the way, and the same at the end.
+    ends: [(f64, f64); 2],
+}
+
+/// What readings show.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Motions {
+    pub(super) told: Vec<Motion>,
+    /// Motions with too few readings.
+    pub(super) sparse: usize,
+    /// Motions that are straight neither in space nor in the joints, or turn round.
+    pub(super) bent: usize,
+    /// Motions that are too short.
+    pub(super) short: usize,
+    /// Motions that the log begins or ends in.
+    pub(super) open: usize,
+    /// Motions beyond the most that are searched.
+    pub(super) left: usize,
+    /// True if no two readings differ.
+    pub(super) at_rest: bool,
+    /// Readings on the way.
+    pub(super) moving: usize,
+}
+
+/// The profile that is nearest to a motion.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ramp {
+    /// Speed, mm/s or deg/s; `None` if the motion is too short to reach one.
+    pub(super) speed: Option<f64>,
+    /// Acceleration, mm/s2 or deg/s2.
+    pub(super) acceleration: f64,
+    /// Farthest that a reading is from the profile, mm or deg.
+    pub(super) worst: f64,
+}
+
+fn near(one: &Sample, other: &Sample) -> bool {
+    let pairs = one.values.iter().zip(other.values);
+    pairs.into_iter().all(|(a, b)| (a - b).abs() <= STILL)
+}
+
+/// Stretches at rest, as the indices of their first and last readings.
+fn rests(samples: &[Sample]) -> Vec<(usize, usize)> {
+    let mut rests = Vec::new();
+    let mut at = 0;
+    while at < samples.len() {
+        let same = samples[at + 1..].iter();
+        let end = at + same.take_while(|other| near(&samples[at], other)).count();
+        if samples[end].t - samples[at].t >= REST {
+            rests.push((at, end));
+            at = end + 1;
+        } else {
+            at += 1;
+        }
+    }
+    rests
+}
+
+/// Where the arm stands in a stretch: the median of each value.
+fn place(samples: &[Sample]) -> [f64; 8] {
+    std::array::from_fn(|nth| {
+        let mut values: Vec<f64> = samples.iter().map(|sample| sample.values[nth]).collect();
+        values.sort_by(f64::total_cmp);
+        values.get(values.len() / 2).copied().unwrap_or_default()
+    })
+}
+
+impl Motions {
+    pub(super) fn of(samples: &[Sample]) -> Self {
+        let mut found = Self::default();
+        let rests = rests(samples);
+        let (Some(first), Some(last)) = (rests.first(), rests.last()) else {
+            found.open = usize::from(samples.len() > 1);
+            found.moving = samples.len();
+            return found;
+        };
+        found.open = usize::from(first.0 > 0) + usize::from(last.1 + 1 < samples.len());
+        found.moving = first.0 + samples.len() - last.1 - 1;
+        for pair in rests.windows(2) {
+            let [before, after] = [pair[0], pair[1]];
+            found.moving += after.0 - before.1 - 1;
+            found.add(samples, before, after);
+        }
+        found.at_rest = found.moving == 0 && rests.len() == 1;
+        found
+    }
+
+    fn add(&mut self, samples: &[Sample], before: (usize, usize), after: (usize, usize)) {
+        let from = place(&samples[before.0..=before.1]);
+        let to = place(&samples[after.0..=after.1]);
+        let on_way = after.0 - before.1 - 1;
+        let head = before.1.saturating_sub(BESIDE).max(before.0);
+        let tail = (after.0 + BESIDE).min(after.1);
+        let way = &samples[head..=tail];
+        let spaces = [in_space(&from, &to, way), in_joints(&from, &to, way)];
+        let farthest = (0..8).map(|nth| (to[nth] - from[nth]).abs());
+        let farthest = farthest.fold(0.0, f64::max);
+        let straight = spaces.into_iter().flatten();
+        let straight = straight.filter(|line| line.bend <= BEND && line.length >= SHORTEST);
+        let straight = straight.min_by(|a, b| a.bend.total_cmp(&b.bend));
+        match straight {
+            _ if farthest < SHORTEST => self.short += 1,
+            _ if on_way < FEWEST => self.sparse += 1,
+            None => self.bent += 1,
+            Some(_) if self.told.len() >= MOST => self.left += 1,
+            Some(line) => {
+                let t = |at: usize| samples[at].t;
+                self.told.push(Motion {
+                    along: line.along,
+                    length: line.length,
+                    places: way.iter().map(|sample| sample.t).zip(line.places).collect(),
+                    ends: [(t(before.1), t(before.1 + 1)), (t(after.0 - 1), t(after.0))],
+                });
+            }
+        }
+    }
+}
+
+/// A way in one of the two spaces.
+struct Line {
+    along: Along,
+    length: f64,
+    /// How far readings are beside it or behind each other.
+    bend: f64,
+    places: Vec<f64>,
+}
+
+impl Line {
+    /// With the places in order.
+    fn in_order(mut self) -> Self {
+        let mut last = 0.0_f64;
+        for place in self.places.iter().copied().chain([self.length]) {
+            self.bend = self.bend.max(last - place);
+            last = last.max(place);
+        }
+        self
+    }
+}
+
+fn in_space(from: &[f64; 8], to: &[f64; 8], way: &[Sample]) -> Option<Line> {
+    let along: [f64; 3] = std::array::from_fn(|axis| to[axis] - from[axis]);
+    let dot = |a: &[f64; 3], b: &[f64; 3]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let length = libm::sqrt(dot(&along, &along));
+    if length == 0.0 {
+        return None;
+    }
+    let mut bend = 0.0_f64;
+    let places = way.iter().map(|sample| {
+        let off: [f64; 3] = std::array::from_fn(|axis| sample.values[axis] - from[axis]);
+        let place = dot(&off, &along) / length;
+        let beside = dot(&off, &off) - place * place;
+        bend = bend.max(libm::sqrt(beside.max(0.0)));
+        place
+    });
+    let places = places.collect();
+    let alone = (0..3).find(|axis| along[*axis].abs() >= length - STILL);
+    Some(
+        Line {
+            along: alone.map_or(Along::Line, Along::Axis),
+            length,
+            bend,
+            places,
+        }
+        .in_order(),
+    )
+}
+
+fn in_joints(from: &[f64; 8], to: &[f64; 8], way: &[Sample]) -> Option<Line> {
+    let turns: [f64; 4] = std::array::from_fn(|joint| to[4 + joint] - from[4 + joint]);
+    let joint = (0..4).max_by(|a, b| turns[*a].abs().total_cmp(&turns[*b].abs()))?;
+    let length = turns[joint].abs();
+    if length == 0.0 {
+        return None;
+    }
+    let mut bend = 0.0_f64;
+    let places = way.iter().map(|sample| {
+        let off = |nth: usize| sample.values[4 + nth] - from[4 + nth];
+        let share = off(joint) / turns[joint];
+        for (nth, turn) in turns.iter().enumerate() {
+            bend = bend.max((off(nth) - share * turn).abs());
+        }
+        share * length
+    });
+    let places = places.collect();
+    Some(
+        Line {
+            along: Along::Joint(joint),
+            length,
+            bend,
+            places,
+        }
+        .in_order(),
+    )
+}
+
+/// What is searched for.
+#[derive(Clone, Copy)]
+struct Guess {
+    /// The middle of the motion, s: it does not depend on the other two.
+    middle: f64,
+    /// Natural logarithms, so that steps are shares.
+    speed: f64,
+    acceleration: f64,
+}
+
+impl Guess {
+    const NONE: Self = Self {
+        middle: 0.0,
+        speed: 0.0,
+        acceleration: 0.0,
+    };
+}
+
+/// Shares of the speed that readings show which are tried. Of a triangle they do not show the
+/// highest.
+const FASTER: [f64; 14] = [
+    0.94, 0.96, 0.97, 0.975, 0.98, 0.985, 0.99, 0.995, 1.0, 1.005, 1.01, 1.03, 1.2, 1.5,
+];
+/// Ramps are tried in such steps, s: less than a period, so that one of them is near to the right one.
+const RAMP_STEP: f64 = 0.006;
+/// And middles.
+const MIDDLE_STEP: f64 = 0.003;
+
+/// Numbers from one to another, at most a thousand of them.
+fn steps(from: f64, to: f64, step: f64) -> impl Iterator<Item = f64> {
+    let all = (0..1000).map(move |nth| from + f64::from(nth) * step);
+    all.take_while(move |value| *value <= to)
+}
+
+/// Directions of a step: middle, speed and acceleration, each up or down or neither.
+const STEPS: [[f64; 3]; 26] = {
+    let mut steps = [[0.0; 3]; 26];
+    let (mut nth, mut at) = (0, 0);
+    while nth < 27 {
+        if nth != 13 {
+            steps[at] = [
+                (nth / 9) as f64 - 1.0,
+                (nth / 3 % 3) as f64 - 1.0,
+                (nth % 3) as f64 - 1.0,
+            ];
+            at += 1;
+        }
+        nth += 1;
+    }
+    steps
+};
+
+/// Of the square of the distance at a reading's own time, next to that at the best time within the
+/// jitter.
+const OWN_TIME: f64 = 0.01;
+
+/// Guesses that are followed to the nearest profile: steps of periods make many that are near to
+/// none.
+const FOLLOWED: usize = 6;
+
+impl Motion {
+    /// The profile of a law that is nearest.
+    pub(super) fn fit(&self, law: MotionLaw) -> Ramp {
+        let mut best: Option<(f64, Guess)> = None;
+        for (cost, guess) in self.guesses(law) {
+            let least = best.map_or(f64::MAX, |(least, _)| least);
+            let (cost, guess) = self.follow(law, cost, guess);
+            if cost < least {
+                best = Some((cost, guess));
+            }
+        }
+        let (_, guess) = best.unwrap_or((f64::MAX, Guess::NONE));
+        self.rounded(law, guess)
+    }
+
+    /// Goes from a guess to the nearest profile, in steps that become finer.
+    fn follow(&self, law: MotionLaw, mut cost: f64, mut best: Guess) -> (f64, Guess) {
+        let (mut time, mut share) = (0.003, 0.03);
+        while time > 1e-6 {
+            let mut found = None;
+            for [middle, speed, acceleration] in STEPS {
+                let guess = Guess {
+                    middle: best.middle + middle * time,
+                    speed: best.speed + speed * share,
+                    acceleration: best.acceleration + acceleration * 2.0 * share,
+                };
+                let tried = self.cost(law, guess, cost);
+                if tried < cost {
+                    (cost, found) = (tried, Some(guess));
+                }
+            }
+            match found {
+                Some(guess) => best = guess,
+                None => (time, share) = (time * 0.5, share * 0.5),
+            }
+        }
+        (cost, best)
+    }
+
+    /// The speed that is held longest, as far as readings show.
+    fn steady_speed(&self, lasting: f64) -> f64 {
+        let mean = self.length / lasting;
+        let least = 0.3 * lasting;
+        let speeds = self.places.iter().enumerate().filter_map(|(at, from)| {
+            let later = self.places[at..].iter().find(|to| to.0 - from.0 >= least)?;
+            Some((later.1 - from.1) / (later.0 - from.0))
+        });
+        speeds.fold(mean, f64::max)
+    }
+
+    /// The best of many guesses around what the times of begin and end tell.
+    fn guesses(&self, law: MotionLaw) -> Vec<(f64, Guess)> {
+        let middle = |(a, b): (f64, f64)| 0.5 * (a + b);
+        let [begin, end] = self.ends.map(middle);
+        let lasting = (end - begin).max(0.01);
+        let gap = self.ends.iter().map(|(a, b)| b - a).fold(0.0, f64::max);
+        let fastest = self.steady_speed(lasting);
+        let reach = 0.5 * gap + 0.01;
+        let mut best: Vec<(f64, Guess)> = Vec::new();
+        for faster in FASTER {
+            let velocity = fastest * faster;
+            let cruise = self.length / velocity;
+            // The ramp is what the way at full speed leaves of the time. Of its ends the slowest parts
+            // are taken for rest, more of them the longer it is.
+            let ramp = (lasting - cruise).max(0.0);
+            let least = (ramp - gap - 0.01).max(0.01);
+            let unseen = 2.0 * libm::sqrt(2.0 * STILL * ramp.max(0.02) / velocity);
+            let most = (ramp + gap + 0.01 + unseen).min(1.05 * cruise);
+            for ramp in steps(least, most, RAMP_STEP) {
+                let acceleration = libm::log(velocity / ramp);
+                for off in steps(-reach, reach, MIDDLE_STEP) {
+                    let guess = Guess {
+                        middle: 0.5 * (begin + end) + off,
+                        speed: libm::log(velocity),
+                        acceleration,
+                    };
+                    let most = match best.get(FOLLOWED - 1) {
+                        Some((most, _)) => *most,
+                        None => f64::MAX,
+                    };
+                    let cost = self.cost(law, guess, most);
+                    if cost < most {
+                        let at = best.partition_point(|(known, _)| *known <= cost);
+                        best.insert(at, (cost, guess));
+                        best.truncate(FOLLOWED);
+                    }
+                }
+            }
+        }
+        best
+    }
+
+    fn limits(guess: Guess) -> KinematicLimits {
+        KinematicLimits {
+            velocity: libm::exp(guess.speed),
+            acceleration: libm::exp(guess.acceleration),
+        }
+    }
+
+    /// The sum of squares that is to be least; any higher number than `most` where it is no less
+    /// than that.
+    fn cost(&self, law: MotionLaw, guess: Guess, most: f64) -> f64 {
+        let mut sum = 0.0;
+        self.distances(law, Self::limits(guess), guess.middle, |own, best| {
+            sum += best * best + OWN_TIME * own * own;
+            sum < most
+        });
+        sum
+    }
+
+    /// How far each reading is from a profile, at its own time and at the best one within the
+    /// jitter, until `tell` has enough.
+    fn distances(
+        &self,
+        law: MotionLaw,
+        limits: KinematicLimits,
+        middle: f64,
+        mut tell: impl FnMut(f64, f64) -> bool,
+    ) {
+        let profile = law.rest_to_rest(self.length, &limits);
+        let begin = middle - 0.5 * limits.least_time(self.length);
+        let period = f64::from(law.period_us()) / 1e6;
+        let place = |t: f64| match period > 0.0 {
+            // A rounding error of the times is no period.
+            true => profile.position(libm::floor(t / period + 1e-6) * period),
+            false => profile.position(t),
+        };
+        let jitter = JITTER as f64 / 1e6;
+        for (t, seen) in &self.places {
+            let t = t - begin;
+            let [early, own, late] = [t - jitter, t, t + jitter].map(place);
+            let off = (own - seen).abs();
+            let best = match period > 0.0 {
+                true => off.min((early - seen).abs()).min((late - seen).abs()),
+                false => (seen - seen.clamp(early, late)).abs(),
+            };
+            if !tell(off, best) {
+                return;
+            }
+        }
+    }
+
+    /// The same with round numbers where readings are no farther from them.
+    fn rounded(&self, law: MotionLaw, guess: Guess) -> Ramp {
+        let worst = |limits, middle| {
+            let mut worst = 0.0_f64;
+            self.distances(law, limits, middle, |_, best| {
+                worst = worst.max(best);
+                true
+            });
+            worst
+        };
+        // A triangle has no steady speed: any that is higher has the same readings.
+        let reaches = |limits: &KinematicLimits| {
+            limits.velocity * limits.velocity < 0.98 * limits.acceleration * self.length
+        };
+        let own = Self::limits(guess);
+        let mut known = (worst(own, guess.middle), own);
+        // What a controller was set to has few digits, and a ratio of it hardly more.
+        let digits = [0.1, 0.2, 1.0, 2.0, 10.0, 100.0];
+        let tried = digits.into_iter().flat_map(|digits| {
+            let round = |value: f64, digits: f64| (value * digits).round() / digits;
+            let acceleration = round(own.acceleration, f64::max(digits, 1.0));
+            // A speed that is hardly reached may as well be a higher one.
+            let speeds = [round(own.velocity, digits), 10.0 * own.velocity];
+            speeds.map(|velocity| KinematicLimits {
+                velocity,
+                acceleration,
+            })
+        });
+        let tried = tried.filter(|limits| limits.velocity > 0.0 && limits.acceleration > 0.0);
+        let tried = tried.map(|limits| {
+            let middles = (-24..=24).map(|nth| guess.middle + f64::from(nth) * 5e-4);
+            let off = middles.map(|middle| worst(limits, middle));
+            (off.fold(f64::MAX, f64::min), limits)
+        });
+        let tried: Vec<_> = tried.collect();
+        let least = tried.iter().map(|(off, _)| *off).fold(known.0, f64::min);
+        if let Some(round) = tried.into_iter().find(|(off, _)| *off <= least + 1e-3) {
+            known = round;
+        }
+        let (worst, limits) = known;
+        Ramp {
+            speed: reaches(&limits).then_some(limits.velocity),
+            acceleration: limits.acceleration,
+            worst,
+        }
+    }
+}

@@ -1,0 +1,213 @@
+//! Speeds that a session moves with: those of power-up, and what it sets.
+
+use magician_protocol::commands::{
+    ArcCommonParams, ArcParams, CpCommonParams, CpParams, JogCommonParams, JogCoordinateParams,
+    JogJointParams, PtpCommonParams, PtpCoordinateParams, PtpJointParams, Set,
+};
+use magician_protocol::{Direction, Flag, Frame, PtpMode, Request};
+use magician_sim::Profile;
+
+use super::{Kind, Speeds};
+use crate::replay::Replay;
+
+/// What motions of the session move with, each once, in the order in which they were first sent.
+///
+/// A setting counts from its frame on. That is what the arm does: what is queued takes effect in
+/// the order of the queue.
+pub(super) fn speeds(session: &Replay<'_>, profile: &Profile) -> Vec<Speeds> {
+    let mut settings = Settings::new(profile);
+    let mut all: Vec<Speeds> = Vec::new();
+    for packet in session.packets() {
+        let request = packet.direction == Some(Direction::Request);
+        let frame = Frame::new(packet.bytes).filter(|_| request);
+        let Some(Ok(Request::Set(set) | Request::Queue(set))) = frame.as_ref().map(Request::decode)
+        else {
+            continue;
+        };
+        for speeds in settings.take(&set) {
+            if !all.contains(&speeds) {
+                all.push(speeds);
+            }
+        }
+    }
+    all
+}
+
+#[derive(Clone, Debug)]
+struct Settings {
+    jog: JogCommonParams,
+    jog_joint: JogJointParams,
+    jog_space: JogCoordinateParams,
+    ptp: PtpCommonParams,
+    ptp_joint: PtpJointParams,
+    ptp_space: PtpCoordinateParams,
+    cp: CpParams,
+    cp_common: CpCommonParams,
+    arc: ArcParams,
+    arc_common: ArcCommonParams,
+}
+
+impl Settings {
+    fn new(profile: &Profile) -> Self {
+        let defaults = &profile.defaults;
+        let (jog, ptp, cp, arc) = (&defaults.jog, &defaults.ptp, &defaults.cp, &defaults.arc);
+        Self {
+            jog: JogCommonParams {
+                velocity_ratio: jog.velocity_ratio,
+                acceleration_ratio: jog.acceleration_ratio,
+            },
+            jog_joint: JogJointParams {
+                velocity: jog.joint_velocity,
+                acceleration: jog.joint_acceleration,
+            },
+            jog_space: JogCoordinateParams {
+                velocity: jog.coordinate_velocity,
+                acceleration: jog.coordinate_acceleration,
+            },
+            ptp: PtpCommonParams {
+                velocity_ratio: ptp.velocity_ratio,
+                acceleration_ratio: ptp.acceleration_ratio,
+            },
+            ptp_joint: PtpJointParams {
+                velocity: ptp.joint_velocity,
+                acceleration: ptp.joint_acceleration,
+            },
+            ptp_space: PtpCoordinateParams {
+                xyz_velocity: ptp.linear_velocity,
+                r_velocity: ptp.rotation_velocity,
+                xyz_acceleration: ptp.linear_acceleration,
+                r_acceleration: ptp.rotation_acceleration,
+            },
+            cp: CpParams {
+                plan_acc: cp.plan_acceleration,
+                junction_vel: cp.junction_velocity,
+                acc_or_period: cp.acceleration,
+                real_time_track: Flag::from(cp.real_time_track),
+            },
+            cp_common: CpCommonParams {
+                velocity_ratio: cp.velocity_ratio,
+                acceleration_ratio: cp.acceleration_ratio,
+            },
+            arc: ArcParams {
+                xyz_velocity: arc.linear_velocity,
+                r_velocity: arc.rotation_velocity,
+                xyz_acceleration: arc.linear_acceleration,
+                r_acceleration: arc.rotation_acceleration,
+            },
+            arc_common: ArcCommonParams {
+                velocity_ratio: arc.velocity_ratio,
+                acceleration_ratio: arc.acceleration_ratio,
+            },
+        }
+    }
+
+    /// Takes a setting over; the speeds of a motion.
+    fn take(&mut self, set: &Set) -> Vec<Speeds> {
+        match set {
+            Set::JogCommonParams(set) => self.jog = *set,
+            Set::JogJointParams(set) => self.jog_joint = *set,
+            Set::JogCoordinateParams(set) => self.jog_space = *set,
+            Set::PtpCommonParams(set) => self.ptp = *set,
+            Set::PtpJointParams(set) => self.ptp_joint = *set,
+            Set::PtpCoordinateParams(set) => self.ptp_space = *set,
+            Set::CpParams(set) => self.cp = *set,
+            Set::CpCommonParams(set) => self.cp_common = *set,
+            Set::ArcParams(set) => self.arc = *set,
+            Set::ArcCommonParams(set) => self.arc_common = *set,
+            Set::JogCmd(jog) => {
+                let Some((axis, _)) = jog.cmd.axis() else {
+                    return Vec::new();
+                };
+                return match jog.is_joint == Flag::OFF {
+                    true => vec![self.jog_of(
+                        if axis < 3 {
+                            Kind::JogSpace
+                        } else {
+                            Kind::JogRotation
+                        },
+                        self.jog_space.velocity[axis],
+                        self.jog_space.acceleration[axis],
+                    )],
+                    false => vec![self.jog_of(
+                        Kind::JogJoint,
+                        self.jog_joint.velocity[axis],
+                        self.jog_joint.acceleration[axis],
+                    )],
+                };
+            }
+            Set::PtpCmd(ptp) => return self.moves(ptp.ptp_mode),
+            Set::PtpWithLCmd(ptp) => return self.moves(ptp.ptp_mode),
+            Set::PtpPoCmd(ptp) => return self.moves(ptp.ptp_mode),
+            Set::PtpPoWithLCmd(ptp) => return self.moves(ptp.ptp_mode),
+            Set::CpCmd(_) | Set::CpLeCmd(_) => {
+                let ratios = [
+                    self.cp_common.velocity_ratio,
+                    self.cp_common.acceleration_ratio,
+                ];
+                return vec![scaled(
+                    Kind::Path,
+                    self.cp.junction_vel,
+                    self.cp.plan_acc,
+                    ratios,
+                )];
+            }
+            Set::ArcCmd(_) | Set::CircleCmd(_) => {
+                let ratios = [
+                    self.arc_common.velocity_ratio,
+                    self.arc_common.acceleration_ratio,
+                ];
+                let (speed, acceleration) = (self.arc.xyz_velocity, self.arc.xyz_acceleration);
+                return vec![scaled(Kind::Arc, speed, acceleration, ratios)];
+            }
+            _ => {}
+        }
+        Vec::new()
+    }
+
+    /// The ratio scales the speed of a jog and not its acceleration (model section 6).
+    fn jog_of(&self, kind: Kind, speed: f32, acceleration: f32) -> Speeds {
+        scaled(kind, speed, acceleration, [self.jog.velocity_ratio, 100.0])
+    }
+
+    fn moves(&self, mode: PtpMode) -> Vec<Speeds> {
+        let ratios = [self.ptp.velocity_ratio, self.ptp.acceleration_ratio];
+        let line = || {
+            let PtpCoordinateParams {
+                xyz_velocity,
+                xyz_acceleration,
+                ..
+            } = self.ptp_space;
+            scaled(Kind::Line, xyz_velocity, xyz_acceleration, ratios)
+        };
+        let joints = || {
+            let joint = &self.ptp_joint;
+            let pairs = joint.velocity.into_iter().zip(joint.acceleration);
+            let mut all: Vec<Speeds> = Vec::new();
+            for (speed, acceleration) in pairs {
+                let speeds = scaled(Kind::Joints, speed, acceleration, ratios);
+                if !all.contains(&speeds) {
+                    all.push(speeds);
+                }
+            }
+            all
+        };
+        match mode {
+            PtpMode::MovlXyz | PtpMode::MovlAngle | PtpMode::MovlXyzInc => vec![line()],
+            PtpMode::MovjXyz | PtpMode::MovjAngle | PtpMode::MovjAngleInc | PtpMode::MovjXyzInc => {
+                joints()
+            }
+            // A jump goes up and down along lines, or by its joints.
+            _ => std::iter::once(line()).chain(joints()).collect(),
+        }
+    }
+}
+
+fn scaled(kind: Kind, speed: f32, acceleration: f32, [faster, steeper]: [f32; 2]) -> Speeds {
+    let share = |value: f32, ratio: f32| f64::from(value) * f64::from(ratio.min(100.0)) / 100.0;
+    Speeds {
+        kind,
+        acceleration: share(acceleration, steeper),
+        speed: Some(share(speed, faster)),
+        ratio: Some(f64::from(faster)),
+    }
+}

@@ -1,0 +1,81 @@
+//! How far a recorded pose is from the virtual arm's.
+
+use magician_protocol::{FrameBuf, Layout, Readable, commands};
+
+/// x, y, z in mm, r and J1 to J4 in deg.
+pub(crate) type Values = [f64; 8];
+
+/// The poses of a session.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Poses {
+    /// The recorded one before.
+    last: Option<Values>,
+}
+
+impl Poses {
+    /// How far a recorded answer is from these of the virtual arm at instants in a row, mm and deg,
+    /// and whether it is another place than the one before; `None` if it is no pose. In continuous
+    /// time what lies between two instants was passed as well.
+    pub(super) fn residue(
+        &mut self,
+        recorded: &FrameBuf,
+        answers: [&Option<FrameBuf>; 3],
+        is_continuous: bool,
+    ) -> Option<([f64; 2], bool)> {
+        let recorded = pose_in(recorded)?;
+        let moved = self.last.is_some_and(|last| last != recorded);
+        self.last = Some(recorded);
+        let places = answers.into_iter().flatten().filter_map(pose_in);
+        let places: Vec<Values> = places.collect();
+        let between = places.windows(2).filter(|_| is_continuous);
+        let between = between.map(|two| nearest(&recorded, &two[0], &two[1]));
+        let all = places.iter().copied().chain(between);
+        let off = all.map(|place| distance(&recorded, &place));
+        let off = off.min_by(|a, b| a[0].max(a[1]).total_cmp(&b[0].max(b[1])))?;
+        Some((off, moved))
+    }
+}
+
+/// A pose, if all of it are numbers.
+fn pose_in(answer: &FrameBuf) -> Option<Values> {
+    let frame = answer.frame();
+    if frame.id() != <commands::Pose as Readable>::ROW.id {
+        return None;
+    }
+    let values = values_of(&commands::Pose::decode(frame.params()).ok()?);
+    values
+        .iter()
+        .all(|value| value.is_finite())
+        .then_some(values)
+}
+
+/// The numbers of a pose.
+pub(crate) fn values_of(pose: &commands::Pose) -> Values {
+    let [j1, j2, j3, j4] = pose.joint_angle;
+    [pose.x, pose.y, pose.z, pose.r, j1, j2, j3, j4].map(f64::from)
+}
+
+/// Farthest of x, y and z, mm, and of r and the joints, deg.
+fn distance(one: &Values, other: &Values) -> [f64; 2] {
+    let farthest = |range: std::ops::Range<usize>| {
+        let off = range.map(|nth| (one[nth] - other[nth]).abs());
+        off.fold(0.0, f64::max)
+    };
+    [farthest(0..3), farthest(3..8)]
+}
+
+/// The place nearest to a pose on the straight way between two others.
+fn nearest(pose: &Values, from: &Values, to: &Values) -> Values {
+    let (mut along, mut square) = (0.0, 0.0);
+    for nth in 0..8 {
+        let way = to[nth] - from[nth];
+        along += (pose[nth] - from[nth]) * way;
+        square += way * way;
+    }
+    let share = if square > 0.0 {
+        (along / square).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
+    std::array::from_fn(|nth| from[nth] + share * (to[nth] - from[nth]))
+}
