@@ -17,6 +17,8 @@ MOVJ_INC, MOVL_INC, MOVJ_XYZ_INC, JUMP_MOVL_XYZ = range(6, 10)
 POWER_UP_JOINTS = (0.0, 45.0, 45.0, 0.0)
 # How far the suction cup is in front of the flange: 59.7 to the nearest number that the wire has.
 SUCTION_CUP = struct.unpack("<f", struct.pack("<f", 59.7))[0]
+# The controller computes motion in periods, s (model section 7).
+PERIOD = 0.02
 
 
 def forward(joints, bias_x=SUCTION_CUP):
@@ -49,13 +51,13 @@ def within_limits(joints):
 
 
 def trapezoid(distance, velocity, acceleration):
-    """Time of a move that starts and ends at rest."""
+    """Time of a move that starts and ends at rest: whole periods of the controller."""
     distance = abs(distance)
-    if distance == 0:
-        return 0.0
     if distance > velocity**2 / acceleration:
-        return distance / velocity + velocity / acceleration
-    return 2 * math.sqrt(distance / acceleration)
+        seconds = distance / velocity + velocity / acceleration
+    else:
+        seconds = 2 * math.sqrt(distance / acceleration)
+    return math.ceil(seconds / PERIOD - 1e-7) * PERIOD
 
 
 def arc_length(a, via, b):

@@ -248,12 +248,14 @@ def check_durations(checks, observer, timed):
         good = least - slack <= want <= most + slack
         checks.ok(f"{name} takes {want:.3f} s", good, f"between {least:.3f} and {most:.3f} s of the arm's clock")
     total = sum(want for _, _, want in timed)
+    # A way in binary32 that ends at the border of a period of 20 ms may end in the one beside.
+    border = 0.02
     lo0, hi0 = observer.reached(timed[0][1] - 1)
     lo1, hi1 = observer.reached(timed[-1][1])
     least, most = (lo1 - hi0) / 1000, (hi1 - lo0) / 1000
     checks.ok(
         f"all {len(timed)} take {total:.3f} s",
-        least - slack <= total <= most + slack and most - least < total / 2,
+        least - slack - border <= total <= most + slack + border and most - least < total / 2,
         f"between {least:.3f} and {most:.3f} s",
     )
 

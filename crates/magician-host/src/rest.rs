@@ -1,4 +1,4 @@
-//! Whether poses that were read are those of an arm at rest.
+//! Rest of an arm, told by the poses that were read.
 
 use magician_motion::MotionLaw;
 use magician_protocol::commands::Pose;

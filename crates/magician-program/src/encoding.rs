@@ -29,6 +29,7 @@ pub(crate) enum Otherwise {
 
 /// A text that was decoded.
 #[derive(Clone, Debug)]
+#[cfg_attr(not(feature = "read"), allow(dead_code))]
 pub(crate) struct Decoded<'b> {
     /// Without a byte order mark; its lines end with a line feed, or with both.
     pub(crate) text: Cow<'b, str>,

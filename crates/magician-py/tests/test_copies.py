@@ -128,6 +128,6 @@ def test_plans_go_to_other_processes() -> None:
         found = list(pool.map(methodcaller("check"), [good, bad]))
         assert found == [good.check(), bad.check()] and [report.ok for report in found] == [True, False]
         assert pool.submit(methodcaller("rehearse"), good).result() == good.rehearse()
-        with pytest.raises(UnreachableError, match="x 500, y 0, z 0 is out of reach"):
+        with pytest.raises(UnreachableError, match="x 500, y 0, z 10 is out of reach; the nearest place"):
             pool.submit(methodcaller("raise_if_refused"), found[1]).result()
     assert sys.modules["magician"] is magician

@@ -65,7 +65,7 @@ def test_a_report_has_figures_and_a_plan_its_steps(samples: Path) -> None:
     assert plan.tool == "pen" and plan.title == "house"
 
 
-def test_complaints_name_their_place_and_both_values(samples: Path) -> None:
+def test_complaints_name_their_place_and_what_would_do(samples: Path) -> None:
     plan = magician.load(samples / "pen_outline.gcode").moved(y=250)
     report = plan.check()
     assert not report.ok and report.refused == len(report.complaints)
@@ -74,9 +74,10 @@ def test_complaints_name_their_place_and_both_values(samples: Path) -> None:
     assert first.line is not None and first.value is not None and first.limit is not None
     assert first.unit in ("mm", "deg")
     assert f"line {first.line}" in str(first) and f"step {first.step}" in str(first)
-    for number in (first.value, first.limit):
-        assert f"{number:.1f}" in first.message
-    with pytest.raises(UnreachableError, match="limit"):
+    assert first.value > first.limit
+    nearest = "the nearest place in reach is x 247.1, y 218.6, z 0"
+    assert first.message == f"x 260, y 230, z 0 is out of reach; {nearest}"
+    with pytest.raises(UnreachableError, match=nearest):
         report.raise_if_refused()
     assert first.message.split(":")[0] in in_notebook(report, "html")
 

@@ -18,6 +18,7 @@ const ROUNDING: f64 = 1e-6;
 
 /// Tolerance of the chords of a file, and true in `curved` once a curve has asked for it.
 #[derive(Debug)]
+#[cfg_attr(not(feature = "read"), allow(dead_code))]
 pub(crate) struct Chords {
     /// Largest distance of a line from its curve in the size in which it is drawn, mm.
     drawn: f64,
@@ -26,6 +27,7 @@ pub(crate) struct Chords {
     curved: AtomicBool,
 }
 
+#[cfg_attr(not(feature = "read"), allow(dead_code))]
 impl Chords {
     fn of(options: &ReadOptions) -> Self {
         let usual = ReadOptions::default();

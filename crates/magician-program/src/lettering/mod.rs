@@ -36,8 +36,11 @@ pub(crate) use {
     glyph::Glyph,
     layout::{LaidText, lay_out},
     loaded::LoadedFont,
-    placed::{Lettering, lacks},
+    placed::lacks,
 };
+
+#[cfg(any(feature = "read-dxf", feature = "read-hpgl"))]
+pub(crate) use placed::Lettering;
 
 #[cfg(all(feature = "read-svg", feature = "text"))]
 pub(crate) use {outlines::cap_height, svg_font::SvgFont};

@@ -952,3 +952,41 @@ fn an_entity_does_not_confuse_the_places() {
         (3, 1)
     );
 }
+
+/// The library places letters along a path in a larger drawing, which is made smaller again.
+#[test]
+fn text_along_a_path_leaves_the_size_of_the_drawing_as_it_is() {
+    let sizes = [
+        r#"width="200mm" height="100mm" viewBox="0 0 400 200""#,
+        r#"width="400" height="200""#,
+        r#"width="400" viewBox="0 0 400 200""#,
+        r#"width="100%" height="100%" viewBox="0 0 400 200""#,
+        r#"width="50%" viewBox="0 0 400 200""#,
+        r#"viewBox="0 0 400 200""#,
+        r#"viewBox="-100 -50 400 200""#,
+        "",
+    ];
+    for size in sizes {
+        let drawing = |text: &str| {
+            let file = format!(
+                r##"<svg xmlns="http://www.w3.org/2000/svg" {size}>
+                <path id="p" d="M20 150C20 20 180 20 180 150" fill="none" stroke="black"/>
+                <path d="M5 5H195V195H5Z" fill="none" stroke="black"/>{text}</svg>"##
+            );
+            let (artwork, _) = reading(file);
+            let frame = artwork
+                .strokes
+                .iter()
+                .find(|stroke| stroke.points.len() == 5);
+            (artwork.page, frame.expect("the frame").points.clone())
+        };
+        let plain = drawing("");
+        let along =
+            drawing(r##"<text font-size="20"><textPath href="#p">magician</textPath></text>"##);
+        assert_eq!(plain.0, along.0, "{size}");
+        for (one, other) in plain.1.iter().zip(&along.1) {
+            near(one[0], other[0], 1e-3);
+            near(one[1], other[1], 1e-3);
+        }
+    }
+}

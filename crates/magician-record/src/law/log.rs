@@ -42,7 +42,7 @@ pub enum LogError {
     Line {
         /// Number of the line, from 1.
         line: usize,
-        /// What is wrong with it.
+        /// The reason why it cannot be used.
         what: String,
     },
     /// A recording that cannot be read.

@@ -10,7 +10,7 @@ use magician_sim::Profile;
 use super::{Kind, Speeds};
 use crate::replay::Replay;
 
-/// What motions of the session move with, each once, in the order in which they were first sent.
+/// Settings of motions in the session, each once, in the order in which they were first sent.
 ///
 /// A setting counts from its frame on. That is what the arm does: what is queued takes effect in
 /// the order of the queue.

@@ -29,7 +29,7 @@ fn number(text: &str) -> f64 {
     text.parse().expect("a number")
 }
 
-/// How far the poses of an arm are from those recorded, mm: the worst of x, y and z.
+/// Largest distance of the poses of an arm from those recorded, mm: the worst of x, y and z.
 fn worst(mut profile: Profile) -> f64 {
     let mut recorded = rows(RECORDING).map(|row| {
         let [at, x, y, z] = row[..] else {

@@ -107,7 +107,7 @@ pub(super) fn read(
     })
 }
 
-/// Where in a line the first sign is that is neither a blank nor of the line's number.
+/// Place in a line of the first sign that is neither a blank nor of the line's number.
 fn behind_number(line: &str) -> usize {
     let blank = |byte: &u8| byte.is_ascii_whitespace() || *byte == b'\x0b';
     let bytes = line.as_bytes();

@@ -31,7 +31,7 @@ pub(super) fn quoted(text: &str, node: &Node<'_, '_>) -> Vec<(Range<usize>, Stri
     edits
 }
 
-/// What stands around a value: none where the value comes from elsewhere.
+/// Signs around a value: none where the value comes from elsewhere.
 pub(super) fn quote_before(text: &str, value: &Range<usize>) -> Option<char> {
     let before = text.get(..value.start)?.chars().next_back()?;
     matches!(before, '"' | '\'').then_some(before)

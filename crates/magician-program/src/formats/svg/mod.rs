@@ -129,11 +129,13 @@ fn drawing(
     let times = times_larger(chords);
     let larger = match times > 1.0 && text::runs_along_paths(tree.root()) {
         true => {
-            // Percentages are of this where the file gives no size.
-            let fallback = Options::default().default_size;
             let size = match source.page {
-                Page::Sized => [width, height],
-                Page::ViewBox | Page::Unknown => [fallback.width(), fallback.height()],
+                Page::Sized | Page::ViewBox => [width, height],
+                // Percentages are of this where the file gives no size at all.
+                Page::Unknown => {
+                    let fallback = Options::default().default_size;
+                    [fallback.width(), fallback.height()]
+                }
             };
             source::enlarged(&source.text, size, times as f32)?
         }
