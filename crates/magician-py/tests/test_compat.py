@@ -165,8 +165,8 @@ def test_verbose_prints_every_frame(capsys: pytest.CaptureFixture[str]) -> None:
     dobot.close()
     said = capsys.readouterr().out.splitlines()
     assert said[0].startswith("pydobot: >> AA AA:19:84:3:01 00 00 5C 43")
-    assert said[1].startswith("pydobot: << AA AA:10:84:3:05 00")
-    assert said[2:] == ["pydobot: waiting for command 5", "pydobot: command 5 executed", "pydobot: sim closed"]
+    assert said[1].startswith("pydobot: << AA AA:10:84:3:06 00")
+    assert said[2:] == ["pydobot: waiting for command 6", "pydobot: command 6 executed", "pydobot: sim closed"]
 
 
 def test_a_move_that_the_arm_refuses_is_an_error_that_says_what_to_do(dobot: pydobot.Dobot) -> None:
@@ -246,7 +246,7 @@ def test_the_port_in_the_library_takes_frames(dobot: pydobot.Dobot) -> None:
     assert dobot.ser.in_waiting == 0
     dobot.ser.write(frame[3:])
     answer = Message(dobot.ser.read_all())
-    assert (answer.id, answer.params) == (246, struct.pack("<Q", 4))
+    assert (answer.id, answer.params) == (246, struct.pack("<Q", 5))
     dobot.ser.write(frame)
     dobot.ser.reset_input_buffer()
     assert dobot.ser.read_all() == b""
@@ -267,10 +267,10 @@ def test_frames_sum_up_to_0() -> None:
 
 def test_newer_ones_return_indices(plus: pydobotplus.Dobot) -> None:
     assert plus.get_alarms() == set()
-    assert plus.suck(True) == 5
-    assert plus.move_to(220, 10, 30) == 6
+    assert plus.suck(True) == 6
+    assert plus.move_to(220, 10, 30) == 7
     assert plus.get_pose().position == pytest.approx((220, 10, 30, 0), abs=1e-3)
-    assert plus.move_to(z=40, mode=MODE_PTP.MOVL_XYZ, wait=False) == 7
+    assert plus.move_to(z=40, mode=MODE_PTP.MOVL_XYZ, wait=False) == 8
     plus.wait_for_cmd(plus.home())
     plus.move_rel(x=10, y=-5)
     assert plus.get_pose().position[:2] == pytest.approx((START[0] + 10, -5), abs=1e-2)
@@ -302,7 +302,7 @@ def test_pydobot2_passes_its_own_example() -> None:
     dobot = pydobot2.Dobot("sim")
     position = dobot.get_pose().position
     dobot.move_to(position.x + 20, position.y, position.z, position.r, wait=False)
-    assert dobot.move_to(position.x, position.y, position.z, position.r, wait=True) == 6
+    assert dobot.move_to(position.x, position.y, position.z, position.r, wait=True) == 7
     assert dobot.get_pose().position == pytest.approx(position, abs=1e-3)
     assert dobot.get_pose().joints.in_radians().j2 == pytest.approx(0.7854, abs=1e-4)
     dobot.close()

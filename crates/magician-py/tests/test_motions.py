@@ -251,6 +251,7 @@ def test_speed_is_for_one_move(virtual_arm: VirtualArm) -> None:
 def test_an_arc_has_a_speed_of_its_own(virtual_arm: VirtualArm) -> None:
     arm = virtual_arm.arm()
     arm.set(commands.ArcCommonParams(80, 70))
+    arm.set(commands.PtpCommonParams(90, 60))
 
     def seconds(speed: float | None = None) -> float:
         arm.move_to(200, 0, 20, 0)
@@ -262,6 +263,7 @@ def test_an_arc_has_a_speed_of_its_own(virtual_arm: VirtualArm) -> None:
     arm.move_to(200, 0, 20, 0)
     arm.circle((220, 20, 20, 0), (240, 0, 20, 0), speed=50)
     assert arm.get(commands.ArcCommonParams) == commands.ArcCommonParams(80, 70)
+    assert arm.get(commands.PtpCommonParams) == commands.PtpCommonParams(90, 60)
 
 
 def test_speed_is_given_back_by_a_move_that_was_cut_short(slow: Arm) -> None:

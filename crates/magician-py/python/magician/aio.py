@@ -1170,7 +1170,7 @@ class Arm(Bound):
     async def arc_to(self, via: Four, to: Four, *, speed: float | None = None, wait: bool = True) -> Motion[Ran]:
         """Goes to ``to`` along the arc through ``via``; both are x, y, z, r (document 1.12.2, E33).
 
-        :param speed: Share of :meth:`arc_speed` for this arc alone, percent.
+        :param speed: Share of the set speeds for this arc alone, percent.
         :param wait: As for :meth:`move_to`.
         """
         return await self._arc(words.arc_to(via, to), speed, wait)
