@@ -81,11 +81,10 @@ pub(super) fn violation(assumption: A) -> Option<Violation> {
             profile.defaults.arc.linear_velocity = 201.0;
         }),
         A::CappedWhenSet => profile(|profile| profile.ceilings.linear_velocity = 2000.0),
-        A::BeyondCeilings => sets(|_, set, _| match set {
-            Set::PtpCommonParams(ratios) => {
-                ratios.velocity_ratio = ratios.velocity_ratio.min(100.0)
+        A::BeyondCeilings => sets(|_, set, _| {
+            if let Set::PtpCommonParams(ratios) = set {
+                ratios.velocity_ratio = ratios.velocity_ratio.min(100.0);
             }
-            _ => {}
         }),
         A::RailDefaults => profile(|profile| {
             profile.defaults.ptp.rail_velocity = 50.0;
