@@ -1276,7 +1276,10 @@ class Arm(Bound):
         await self.set(words.path_speed(velocity, acceleration))
 
     async def arc_speed(self, velocity: float, acceleration: float) -> None:
-        """Speed (mm/s) and acceleration (mm/s2) on arcs and circles (document 1.12.1)."""
+        """Speed (mm/s) and acceleration (mm/s2) on arcs and circles (document 1.12.1).
+
+        By the vendor's code arcs have the speeds of :meth:`line_speed` instead (model section 9): set both.
+        """
         await self.set(words.arc_speed(velocity, acceleration))
 
     async def rail_speed(self, velocity: float, acceleration: float) -> None:
