@@ -15,6 +15,8 @@ JUMP_XYZ, MOVJ_XYZ, MOVL_XYZ, JUMP_ANGLE, MOVJ_ANGLE, MOVL_ANGLE = range(6)
 MOVJ_INC, MOVL_INC, MOVJ_XYZ_INC, JUMP_MOVL_XYZ = range(6, 10)
 
 POWER_UP_JOINTS = (0.0, 45.0, 45.0, 0.0)
+# Index of the first queued command after power-up (model section 14).
+FIRST_INDEX = 2
 # How far the suction cup is in front of the flange: 59.7 to the nearest number that the wire has.
 SUCTION_CUP = struct.unpack("<f", struct.pack("<f", 59.7))[0]
 # The controller computes motion in periods, s (model section 7).

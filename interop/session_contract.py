@@ -94,10 +94,10 @@ def power_up(checks, link, speed):
     checks.equal("alarms: 16 bytes, only the reset alarm", link.ask(ALARMS), b"\x01" + bytes(15))
     checks.near("home parameters", floats(link.ask(HOME_PARAMS)), (259.10413, 0, -8.48528, 0))
     first = link.queue(WAIT, struct.pack("<I", 1))
-    checks.equal("the first queue index", first, 1)
+    checks.equal("the first queue index", first, model.FIRST_INDEX)
     checks.equal("the queue is stopped until it is started", link.index(), 0)
     link.ask(START, SET)
-    checks.equal("started", link.wait(first), 1)
+    checks.equal("started", link.wait(first), first)
     for ident in (20, 21):
         checks.equal(f"alarms cleared with id {ident}", link.ask(ident, SET), b"")
     checks.equal("no alarm is left", link.ask(ALARMS), bytes(16))

@@ -78,7 +78,7 @@ class Picture:
 def connect(checks, dobot):
     print("connect")
     checks.near("pose at power-up", joined(dobot.get_pose()), (259.10413, 0, -8.48528, 0, 0, 45, 45, 0))
-    checks.equal("the constructor's four queued sets are 1 to 4", dobot._get_queued_cmd_current_index(), 4)
+    checks.equal("the constructor's four queued sets finish", dobot._get_queued_cmd_current_index(), model.FIRST_INDEX + 3)
     checks.equal("it cleared the reset alarm", dobot.get_alarms(), set())
     checks.equal("joint speeds read back", read_floats(dobot, 80), [200.0] * 8)
     checks.equal("coordinate speeds read back", read_floats(dobot, 81), [200.0] * 4)
@@ -91,7 +91,7 @@ def home(checks, dobot, observer):
     dobot._set_queued_cmd_stop_exec()
     request(dobot, 110, 3, bytes(4))
     index = dobot.home()
-    checks.equal("its index", index, 6)
+    checks.equal("its index", index, model.FIRST_INDEX + 5)
     dobot._set_queued_cmd_start_exec()
     dobot.wait_for_cmd(index)
     checks.near("pose after homing", joined(dobot.get_pose()), (259.10413, 0, -8.48528, 0, 0, 45, 45, 0))

@@ -31,7 +31,8 @@ exec(compile(sys.stdin.read(), "example.py", "exec"), {"__name__": "__main__"})
 """
 DESCRIPTION = "import importlib.metadata as m, sys; print(m.metadata(sys.argv[1]).get_payload() or m.metadata(sys.argv[1])['Description'])"
 START = model.forward(model.POWER_UP_JOINTS)
-PARAMETERS = 4
+# Index of the last of the four settings that the constructors queue.
+PARAMETERS = model.FIRST_INDEX + 3
 
 EXAMPLES = {
     # Two lines there and back.

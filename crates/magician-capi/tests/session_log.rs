@@ -82,7 +82,7 @@ fn a_call_is_a_line_of_the_session_log() {
         "{set}"
     );
     assert!(
-        home.contains("SetHOMECmd reserved=0 index 1 -> 0 ("),
+        home.contains("SetHOMECmd reserved=0 index 2 -> 0 ("),
         "{home}"
     );
     assert!(

@@ -399,7 +399,8 @@ fn jumps_follow_from_the_law() {
 #[test]
 fn arcs_follow_from_the_law() {
     let cases = Cases::read();
-    // ARC parameters at power-up: 200 mm/s and 200 mm/s2, a ratio of 100. A circle of 50 mm round x = 200.
+    // Point-to-point speeds at power-up: 200 mm/s and 200 mm/s2, which most cases set to a ratio of 100. A circle of 50 mm
+    // round x = 200.
     let turn = |share: f64| Way(share * std::f64::consts::TAU * 50.0, 200.0, 200.0);
     let at = |way: Way, seconds: f64| (way.place(seconds) / 50.0).sin_cos();
     let (half, full) = (turn(0.5), turn(1.0));
@@ -415,15 +416,16 @@ fn arcs_follow_from_the_law() {
     let (sin, cos) = at(turn(0.75), 1.089);
     let place = [("x", 200.0 + 50.0 * cos), ("y", 50.0 * sin)];
     cases.pose("arc.more-than-half", 0, &place);
+    // A ratio of 50.
+    let slower = Way(half.0, 100.0, 100.0);
     for id in [
         "arc.duration",
-        "arc.not-the-ptp-parameters",
+        "arc.not-the-arc-parameters",
+        "arc.own-ratio",
         "arc.after-a-cleared-alarm",
     ] {
-        cases.lasts(id, 0, half.lasts());
+        cases.lasts(id, 0, slower.lasts());
     }
-    let own = Way(half.0, 100.0, 100.0);
-    cases.lasts("arc.own-ratio", 0, own.lasts());
     for (name, v, a) in [("slow-ramps", 200.0, 50.0), ("slow-speed", 50.0, 200.0)] {
         let id = format!("arc.ratios-apart-{name}");
         cases.lasts(&id, 0, Way(half.0, v, a).lasts());

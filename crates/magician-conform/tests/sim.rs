@@ -87,7 +87,7 @@ fn fails(change: impl FnOnce(&mut Profile), named: &[&str]) {
 
 #[test]
 fn another_first_index_is_found_where_it_counts_only() {
-    let failed = failed_with(|profile| profile.queue.first_index = 2);
+    let failed = failed_with(|profile| profile.queue.first_index = 1);
     assert_eq!(failed, ["queue.at-power-up"]);
 }
 

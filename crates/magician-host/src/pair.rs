@@ -6,7 +6,10 @@ use std::collections::{HashMap, VecDeque};
 use crate::connection::{Connection, Event, Failure, Micros, Request, Settings, Ticket};
 pub use crate::faults::{Dice, Faults};
 use crate::faults::{Injector, Passed, Side};
-use magician_protocol::{Deframer, FrameBuf, INTER_BYTE_TIMEOUT_MS, Layout, QueuedCmdIndex};
+use magician_protocol::commands::{QueuedCmdClear, QueuedCmdStartExec};
+use magician_protocol::{
+    Deframer, FrameBuf, INTER_BYTE_TIMEOUT_MS, Layout, QueuedCmdIndex, Writable,
+};
 use magician_sim::{ArmInstant, Controller, LinkId, Profile};
 
 /// One direction: faults, then a delay.
@@ -94,6 +97,7 @@ pub struct Pair {
     pub host: Connection,
     /// The virtual arm.
     pub arm: Controller,
+    profile: Profile,
     /// Where chance comes from.
     pub dice: Dice,
     /// When the arm was switched on last.
@@ -111,6 +115,8 @@ pub struct Pair {
     pub accepted: Vec<(Vec<u8>, u64)>,
     /// Every frame that the arm got whole.
     pub heard: Vec<FrameBuf>,
+    /// How many starts and clears of the queue came while the arm moved: each may end a motion (model section 14).
+    pub cuts: u32,
     /// How requests ended that were not fetched yet with [`finish`](Self::finish).
     pub results: HashMap<Ticket, Result<FrameBuf, Failure>>,
     /// How often the host noticed that the arm was reset.
@@ -135,6 +141,7 @@ impl Pair {
             now: 0,
             host: Connection::new(settings),
             arm: Controller::new(Profile::default()),
+            profile: Profile::default(),
             booted: 0,
             to_arm: Line::new(faults.on(Side::Requests), dice.number()),
             to_host: Line::new(faults.on(Side::Replies), dice.number()),
@@ -145,6 +152,7 @@ impl Pair {
             boots: 0,
             accepted: Vec::new(),
             heard: Vec::new(),
+            cuts: 0,
             results: HashMap::new(),
             resets: 0,
             unaccounted: 0,
@@ -153,6 +161,12 @@ impl Pair {
             digest: Digest::default(),
             mute: false,
         }
+    }
+
+    /// Switches to an arm that gives its first queued command this index. Arms were seen to begin with 2.
+    pub fn count_from(&mut self, first: u64) {
+        self.profile.queue.first_index = first;
+        self.arm = Controller::new(self.profile.clone());
     }
 
     /// From now on the line does this, both ways.
@@ -191,7 +205,7 @@ impl Pair {
 
     /// Switches the arm off and on.
     pub fn power_cycle(&mut self) {
-        self.arm = Controller::new(Profile::default());
+        self.arm = Controller::new(self.profile.clone());
         self.booted = self.now;
         self.boots += 1;
         self.arm_ear = Deframer::new();
@@ -232,6 +246,9 @@ impl Pair {
             };
             let frame = FrameBuf::from(frame);
             self.heard.push(frame);
+            let steers = [QueuedCmdStartExec::ROW.id, QueuedCmdClear::ROW.id];
+            let cuts = steers.contains(&frame.frame().id()) && self.arm.state().moving;
+            self.cuts += u32::from(cuts);
             self.arm.receive(LinkId(0), frame.bytes());
             while let Some(reply) = self.arm.poll_transmit(LinkId(0)) {
                 self.arm_says(&frame, &reply);

@@ -43,8 +43,13 @@ impl Waits {
             .0
             .extract_if(.., |wait| wait.index <= current)
             .collect();
+        // The first index that an arm gives is 1 or 2 (model section 14).
+        let next = match current {
+            0 => 1..=2,
+            _ => current.saturating_add(1)..=current.saturating_add(1),
+        };
         for wait in &mut self.0 {
-            if wait.index == current + 1 && wait.due.is_none() {
+            if next.contains(&wait.index) && wait.due.is_none() {
                 wait.due = Some(now + wait.timeout);
             }
         }
@@ -70,5 +75,29 @@ impl Waits {
     /// All of them: they will not end.
     pub(crate) fn cancel(&mut self) -> Vec<Wait> {
         std::mem::take(&mut self.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn time_of_first_command_begins_at_index_1_or_2() {
+        let now = HostInstant::ZERO;
+        for (index, due) in [(1, true), (2, true), (3, false)] {
+            let mut waits = Waits::default();
+            waits.push(Wait {
+                id: None,
+                method: String::new(),
+                odd: Vec::new(),
+                index,
+                timeout: Duration::from_secs(1),
+                homing: false,
+                due: None,
+            });
+            assert!(waits.finished(now, 0).is_empty());
+            assert_eq!(waits.due().is_some(), due, "{index}");
+        }
     }
 }

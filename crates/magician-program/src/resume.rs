@@ -89,7 +89,7 @@ impl StepCounter {
     /// Before the first command the arm was at rest, its queue empty, and this was the index it had finished last.
     #[must_use]
     pub fn from_rest(mut self, index: Option<u64>) -> Self {
-        self.rest = index;
+        self.rest = index.map(counts_from);
         self
     }
 
@@ -517,7 +517,7 @@ impl Checkpoint {
     /// Of a run that had no answer from an arm that was at rest when it began: an arm that still is has done nothing of it, and
     /// each step that it has done has raised its index.
     fn since_rest(&self, seen: ObservedProgress) -> Option<StepRange> {
-        let raised = seen.current.checked_sub(self.rest?)?;
+        let raised = counts_from(seen.current).checked_sub(counts_from(self.rest?))?;
         let most = self.finished.saturating_add(raised);
         (seen.clock >= self.clock).then_some(StepRange {
             least: self.finished,
@@ -538,6 +538,12 @@ impl Checkpoint {
         let least = if self.mixed { steps } else { most };
         StepRange { least, most }
     }
+}
+
+/// Index behind which the next commands of an arm at rest are numbered. Arms begin with 2 (model section 14), so that 0, of
+/// one that has finished none, counts as 1. On an arm that begins with 1 one command too few counts, until its first answer.
+fn counts_from(current: u64) -> u64 {
+    current.max(1)
 }
 
 /// The arm counts a step that was cut short as finished; where it stands tells the two apart.

@@ -662,7 +662,7 @@ commands! {
     }
 
     240 "QueuedCmdStartExec" "Starts the queue." [Queue "1.19.1" Document High]
-    [queue ignored, resend yes, danger no, effect Queue]
+    [queue ignored, resend no, danger no, effect Queue]
     action QueuedCmdStartExec {
     }
 

@@ -132,7 +132,7 @@ def test_methods_take_what_they_always_took(library: type) -> None:
 def test_connecting_sets_the_speeds_and_reads_the_pose(dobot: pydobot.Dobot) -> None:
     assert dobot.pose() == pytest.approx(START, abs=1e-3)
     assert (dobot.x, dobot.j2) == pytest.approx((START[0], 45.0), abs=1e-3)
-    assert dobot._get_queued_cmd_current_index() == 4
+    assert dobot._get_queued_cmd_current_index() == 5
     assert struct.unpack("<2f", ask(dobot, 83)) == (100.0, 100.0)
 
 
@@ -165,8 +165,8 @@ def test_verbose_prints_every_frame(capsys: pytest.CaptureFixture[str]) -> None:
     dobot.close()
     said = capsys.readouterr().out.splitlines()
     assert said[0].startswith("pydobot: >> AA AA:19:84:3:01 00 00 5C 43")
-    assert said[1].startswith("pydobot: << AA AA:10:84:3:05 00")
-    assert said[2:] == ["pydobot: waiting for command 5", "pydobot: command 5 executed", "pydobot: sim closed"]
+    assert said[1].startswith("pydobot: << AA AA:10:84:3:06 00")
+    assert said[2:] == ["pydobot: waiting for command 6", "pydobot: command 6 executed", "pydobot: sim closed"]
 
 
 def test_a_move_that_the_arm_refuses_is_an_error_that_says_what_to_do(dobot: pydobot.Dobot) -> None:
@@ -246,7 +246,7 @@ def test_the_port_in_the_library_takes_frames(dobot: pydobot.Dobot) -> None:
     assert dobot.ser.in_waiting == 0
     dobot.ser.write(frame[3:])
     answer = Message(dobot.ser.read_all())
-    assert (answer.id, answer.params) == (246, struct.pack("<Q", 4))
+    assert (answer.id, answer.params) == (246, struct.pack("<Q", 5))
     dobot.ser.write(frame)
     dobot.ser.reset_input_buffer()
     assert dobot.ser.read_all() == b""
@@ -267,10 +267,10 @@ def test_frames_sum_up_to_0() -> None:
 
 def test_newer_ones_return_indices(plus: pydobotplus.Dobot) -> None:
     assert plus.get_alarms() == set()
-    assert plus.suck(True) == 5
-    assert plus.move_to(220, 10, 30) == 6
+    assert plus.suck(True) == 6
+    assert plus.move_to(220, 10, 30) == 7
     assert plus.get_pose().position == pytest.approx((220, 10, 30, 0), abs=1e-3)
-    assert plus.move_to(z=40, mode=MODE_PTP.MOVL_XYZ, wait=False) == 7
+    assert plus.move_to(z=40, mode=MODE_PTP.MOVL_XYZ, wait=False) == 8
     plus.wait_for_cmd(plus.home())
     plus.move_rel(x=10, y=-5)
     assert plus.get_pose().position[:2] == pytest.approx((START[0] + 10, -5), abs=1e-2)
@@ -302,7 +302,7 @@ def test_pydobot2_passes_its_own_example() -> None:
     dobot = pydobot2.Dobot("sim")
     position = dobot.get_pose().position
     dobot.move_to(position.x + 20, position.y, position.z, position.r, wait=False)
-    assert dobot.move_to(position.x, position.y, position.z, position.r, wait=True) == 6
+    assert dobot.move_to(position.x, position.y, position.z, position.r, wait=True) == 7
     assert dobot.get_pose().position == pytest.approx(position, abs=1e-3)
     assert dobot.get_pose().joints.in_radians().j2 == pytest.approx(0.7854, abs=1e-4)
     dobot.close()
@@ -632,7 +632,7 @@ def test_ctrl_c_stops_the_arm_at_once(tmp_path: Path, waiting: int, rest: str, l
     assert done.returncode == -signal.SIGINT
     moving, waits, index, x, y = done.stdout.split()
     # The first move, the seventh command, was under way: 100 mm in twenty seconds.
-    assert (moving, waits, index) == ("False", "0", "7") and 258 < float(x) < 260 and 0 <= float(y) < 50
+    assert (moving, waits, index) == ("False", "0", "8") and 258 < float(x) < 260 and 0 <= float(y) < 50
     said = done.stderr.splitlines()
     assert said[0] == "magician.compat: interrupted, so the arm at sim:1 is stopped"
     assert said[1] == "Traceback (most recent call last):" and said[-1] == "KeyboardInterrupt"
@@ -652,7 +652,7 @@ except KeyboardInterrupt:
     done = run(PRESSES.format(waiting=0, rest=rest), tmp_path, "--port", "sim:1", "")
     assert done.returncode == 0, done.stderr
     moving, waits, index, x, y = done.stdout.split()
-    assert (moving, waits, index) == ("False", "0", "10") and (round(float(x)), round(float(y))) == (210, 0)
+    assert (moving, waits, index) == ("False", "0", "11") and (round(float(x)), round(float(y))) == (210, 0)
 
 
 @pytest.mark.skipif(os.name == "nt", reason="there, the keys of a console are pressed otherwise")
@@ -674,7 +674,7 @@ while cell.state()["moving"] or cell.state()["waiting"]:
     done = run(PRESSES.format(waiting=9, rest=rest), tmp_path, "--port", "sim:1", "")
     assert done.returncode == 0, done.stderr
     moving, waits, index, _, y = done.stdout.split()
-    assert (moving, waits, index) == ("False", "0", "7") and float(y) < 50
+    assert (moving, waits, index) == ("False", "0", "8") and float(y) < 50
 
 
 # What programs make of the classes.

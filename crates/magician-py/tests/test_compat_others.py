@@ -97,7 +97,7 @@ def test_pydobotpp_stops_when_it_is_closed(frames: list[str]) -> None:
     assert "20/1" not in frames
     bot.move_to(210, 20, 30, 5, mode=pydobotpp.PTPMode.MOVL_XYZ)
     assert bot.get_pose().position.x == pytest.approx(210, abs=1e-2)
-    assert bot.wait(10) == 6
+    assert bot.wait(10) == 7
     del frames[:]
     bot.close()
     assert frames == ["242/1", "245/1", "240/1", "61/3 0000", "63/3 0100", "62/3 0100", "241/1", "245/1"]
@@ -114,10 +114,10 @@ def test_dobotwrapperpy_sends_structures(frames: list[str]) -> None:
     bot: Any = dobotwrapperpy.DobotApi(dobotwrapperpy.DobotConnection(port="COM3"))
     bot.initialize_robot()
     del frames[:]
-    assert bot.set_ptp_cmd(tag.tagPTPCmd(PTPMode.MOVJ_XYZ, 210, 20, 30, 5), wait=True, is_queued=True) == 5
-    assert bot.set_io_do(tag.tagIODO(address=1, level=Level.HIGH), True, True) == 6
-    assert bot.set_wait_cmd(params=tag.tagWAITCmd(timeout=1), is_queued=True) == 7
-    assert bot.set_end_effector_suction_cup(True, False, True) == 8
+    assert bot.set_ptp_cmd(tag.tagPTPCmd(PTPMode.MOVJ_XYZ, 210, 20, 30, 5), wait=True, is_queued=True) == 6
+    assert bot.set_io_do(tag.tagIODO(address=1, level=Level.HIGH), True, True) == 7
+    assert bot.set_wait_cmd(params=tag.tagWAITCmd(timeout=1), is_queued=True) == 8
+    assert bot.set_end_effector_suction_cup(True, False, True) == 9
     assert bot.set_ptp_common_params(tag.tagPTPCommonParams(50, 40)) is None
     assert frames == [
         "84/3 01000052430000a0410000f0410000a040",

@@ -61,7 +61,7 @@ def test_a_motion_goes_on_by_itself(slow: Arm) -> None:
     assert not motion.done() and repr(motion) == "<Motion, under way>"
     with pytest.raises(errors.ResponseTimeoutError, match=r"under way after 0.01 s"):
         motion.wait(0.01)
-    assert motion.wait() == Ran(1, 1, 1) == motion.wait() and motion.done() and repr(motion) == "<Motion, done>"
+    assert motion.wait() == Ran(1, 2, 2) == motion.wait() and motion.done() and repr(motion) == "<Motion, done>"
     assert slow.pose().y == 40
     motion.cancel()
     assert motion.wait(0).commands == 1
@@ -72,7 +72,7 @@ def test_motions_go_one_after_the_other(arm: Arm) -> None:
     second = arm.line_to(220, -60, 20, wait=False)
     third = arm.move_joints_by(d1=1, wait=False)
     assert arm.move_by(dz=5).done() and first.done() and second.done() and third.done()
-    assert (first.wait().first, second.wait().first, third.wait().first) == (2, 3, 4)
+    assert (first.wait().first, second.wait().first, third.wait().first) == (3, 4, 5)
     assert arm.pose().z == 25 and arm.pose().r == pytest.approx(6, abs=1e-3)
 
 
@@ -251,6 +251,7 @@ def test_speed_is_for_one_move(virtual_arm: VirtualArm) -> None:
 def test_an_arc_has_a_speed_of_its_own(virtual_arm: VirtualArm) -> None:
     arm = virtual_arm.arm()
     arm.set(commands.ArcCommonParams(80, 70))
+    arm.set(commands.PtpCommonParams(90, 60))
 
     def seconds(speed: float | None = None) -> float:
         arm.move_to(200, 0, 20, 0)
@@ -262,6 +263,7 @@ def test_an_arc_has_a_speed_of_its_own(virtual_arm: VirtualArm) -> None:
     arm.move_to(200, 0, 20, 0)
     arm.circle((220, 20, 20, 0), (240, 0, 20, 0), speed=50)
     assert arm.get(commands.ArcCommonParams) == commands.ArcCommonParams(80, 70)
+    assert arm.get(commands.PtpCommonParams) == commands.PtpCommonParams(90, 60)
 
 
 def test_speed_is_given_back_by_a_move_that_was_cut_short(slow: Arm) -> None:
@@ -283,7 +285,7 @@ def test_a_generator_without_an_end_is_streamed(arm: Arm) -> None:
         for nth in itertools.count():
             taken += 1
             yield words.line_to(220, 20 * (nth % 2), 20)
-            if arm.current_index() > 40:
+            if arm.current_index() > 41:
                 return
 
     ran = arm.stream(endless(), ahead=5)

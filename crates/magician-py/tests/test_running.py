@@ -30,11 +30,11 @@ def test_a_run_tells_what_it_has_come_to(arm: magician.Arm, virtual_arm: Virtual
     told: list[PlanProgress] = []
     result = arm.run(plan, progress=told.append)
     assert (result.steps, result.commands) == (len(plan), len(plan) + 1)
-    assert (result.first_index, result.last_index) == (1, len(plan) + 1)
+    assert (result.first_index, result.last_index) == (2, len(plan) + 2)
     assert result.report.ok and 20 < result.seconds < 60
     assert told[-1] == PlanProgress(len(plan), len(plan), 0.0) and told[-1].share == 1
     assert [each.done for each in told] == sorted(each.done for each in told)
-    assert virtual_arm.queue_index == len(plan) + 1
+    assert virtual_arm.queue_index == len(plan) + 2
 
 
 def test_settings_are_given_back(arm: magician.Arm) -> None:

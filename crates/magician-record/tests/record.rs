@@ -164,9 +164,9 @@ fn what_changes_is_written_when_it_changes_and_every_second() {
             .find(|read| read.value["current_index"] == index);
         found.unwrap().at
     };
-    // The suction cup takes no time: 2 and 3 finish together.
-    assert_eq!(first.at, finished(3));
-    assert_eq!(finished(4), finished(3) + 130_000);
+    // The suction cup takes no time: 3 and 4 finish together.
+    assert_eq!(first.at, finished(4));
+    assert_eq!(finished(5), finished(4) + 130_000);
     for topic in ["/queue", "/io", "/alarms", "/status"] {
         let times: Vec<Micros> = of(&all, topic).iter().map(|read| read.at).collect();
         assert!(
@@ -200,7 +200,7 @@ fn alarms_and_events_have_the_instant_at_which_they_came() {
         found.unwrap_or_else(|| panic!("{text}: {events:#?}")).at
     };
     assert_eq!(told("alarm 0x00"), 0);
-    assert_eq!(told("1 WAITCmd finished"), 333_000);
+    assert_eq!(told("2 WAITCmd finished"), 333_000);
     let name = raised.value["standing"][0]["name"].as_str().unwrap();
     let code = raised.value["standing"][0]["code"].as_u64().unwrap();
     assert_eq!(told(&format!("alarm {code:#04x} {name} raised")), 333_000);
@@ -436,7 +436,7 @@ fn frames_have_both_directions_names_and_what_was_wrong_with_them() {
     );
     assert_eq!(frames[2]["command"], "SetWAITCmd");
     assert_eq!(frames[2]["params"], json!({"timeout": 5}));
-    assert_eq!(frames[3]["params"], json!({"queued_cmd_index": 1}));
+    assert_eq!(frames[3]["params"], json!({"queued_cmd_index": 2}));
     let rest: Vec<(&str, &str, &str, u64)> = frames[4..]
         .iter()
         .map(|frame| {

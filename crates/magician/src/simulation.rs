@@ -383,7 +383,7 @@ mod tests {
         }
         other.step(ActionKind::LineTo, target, None);
         assert_eq!(one.observe().pose, other.observe().pose);
-        assert_eq!(one.arm.state().queue.current_index, 1);
+        assert_eq!(one.arm.state().queue.current_index, 2);
         one.step(ActionKind::LineTo, to([250.0, 0.0, 20.0, 0.0]), tenth);
         let way = one.step(ActionKind::LineTo, target, Some(Duration::from_secs(20)));
         assert_eq!(way.pose, other.observe().pose);

@@ -241,7 +241,10 @@ class _Watch:
             self.pose, self.since = values, now if self.pose is not None else self.since
             return
         stood = now - self.since
-        more = self.arms.slow.get(_key(self.arm), {}).get(self.index + 1, 0)
+        slow = self.arms.slow.get(_key(self.arm), {})
+        # The first index that an arm gives is 1 or 2 (model section 14).
+        under_way = (self.index + 1, 2) if self.index == 0 else (self.index + 1,)
+        more = max(slow.get(index, 0) for index in under_way)
         alarms = self.alarms()
         # Homing goes on under an alarm.
         if alarms and more != HOMING:

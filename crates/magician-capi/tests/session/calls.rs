@@ -15,7 +15,7 @@ fn a_full_queue_is_said_at_once_and_takes_nothing() {
     run(&registry, "SetQueuedCmdStopExec", 0, |arm| {
         call::set(arm, &QueuedCmdStopExec {})
     });
-    for index in 1..=32 {
+    for index in 2..=33 {
         assert_eq!(home(&registry), (0, index));
     }
     for _ in 0..3 {

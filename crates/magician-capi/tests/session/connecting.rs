@@ -70,8 +70,8 @@ fn whoever_connects_again_finds_the_arm_as_it_was_left() {
     run(&registry, "SetQueuedCmdStopExec", 0, |arm| {
         call::set(arm, &QueuedCmdStopExec {})
     });
-    assert_eq!(home(&registry), (0, 1));
-    for index in 2..5 {
+    assert_eq!(home(&registry), (0, 2));
+    for index in 3..6 {
         assert_eq!(registry.disconnect(0), 0);
         assert_eq!(pose(&registry).0, 2, "nobody is connected");
         assert_eq!(connect_v1(&registry, "sim").code, 0);
@@ -88,7 +88,7 @@ fn a_second_connection_takes_the_place_of_the_first() {
     assert_eq!(home(&registry).0, 0);
     let before = registry.find(Family::V1, 0).unwrap();
     assert_eq!(connect_v1(&registry, "sim").code, 0);
-    assert_eq!(home(&registry), (0, 2), "it is the same arm");
+    assert_eq!(home(&registry), (0, 3), "it is the same arm");
     let released = before.get::<DeviceName>().unwrap_err();
     assert_eq!(released.code as i32, 0, "{released}");
 }
@@ -109,7 +109,7 @@ fn a_new_virtual_arm_works_off_its_queue() {
     let registry = registry();
     connect_v1(&registry, "sim");
     let (code, index) = home(&registry);
-    assert_eq!((code, index), (0, 1));
+    assert_eq!((code, index), (0, 2));
     let arm = registry.find(Family::V1, 0).unwrap();
     let finished = |arm: &magician_capi::session::Session| {
         let read = arm.get::<magician::commands::QueuedCmdCurrentIndex>();

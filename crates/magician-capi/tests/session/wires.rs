@@ -162,11 +162,11 @@ fn over_a_pseudo_terminal_again_and_again() {
     let path = folder.path().join("arm");
     let _served = serve(|server| server.pty(&path));
     let registry = registry();
-    for index in 1..4 {
+    for index in 2..5 {
         let said = connect_v1(&registry, &arm_at(&path));
         assert_eq!((said.code, said.firmware.as_str()), (0, "DobotSerial"));
         assert_eq!(home(&registry), (0, index));
-        if index == 2 {
+        if index == 3 {
             registry.disconnect(0);
         }
     }
@@ -217,7 +217,7 @@ fn a_pulled_plug_is_a_timeout_at_once() {
     assert_eq!(home(&registry), (2, 0));
     served.handle.plug().wait().unwrap();
     assert_eq!(connect_v1(&registry, &arm_at(&path)).code, 0);
-    assert_eq!(home(&registry), (0, 1), "nothing had been taken");
+    assert_eq!(home(&registry), (0, 2), "nothing had been taken");
 }
 
 #[test]

@@ -20,7 +20,7 @@ enum Action {
     Start,
     /// Finish the command under way and hold the rest
     Stop,
-    /// Drop the waiting commands; the command under way finishes
+    /// Drop the waiting commands; the motion under way may end where it is
     Clear,
 }
 

@@ -99,7 +99,7 @@ fn a_speed_ratio_is_for_one_move_and_a_tool_stays() {
 fn without_waiting_the_answer_is_the_index() {
     let run = script("move 220 0 0 --no-wait\nmove 220 10 0 --no-wait --speed-ratio 50\n");
     assert_eq!(run.status, 0, "{run:?}");
-    assert_eq!(run.objects(), [json!({"index": 1}), json!({"index": 4})]);
+    assert_eq!(run.objects(), [json!({"index": 2}), json!({"index": 5})]);
 }
 
 #[test]
@@ -152,8 +152,8 @@ fn get_set_and_enqueue_speak_every_name() {
         answers[1],
         json!({"velocity": [1.0, 2.0, 3.0, 4.0], "acceleration": [5.0, 6.0, 7.0, 8.5]})
     );
-    assert_eq!(answers[2], json!({"index": 1}));
-    assert_eq!(answers[3], json!({"index": 2}));
+    assert_eq!(answers[2], json!({"index": 2}));
+    assert_eq!(answers[3], json!({"index": 3}));
     assert_eq!(answers[4], json!({"address": 4, "level": 0}));
 }
 

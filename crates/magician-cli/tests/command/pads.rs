@@ -79,7 +79,7 @@ impl Place {
 fn jog_steps_and_refuses_what_is_out_of_reach() {
     let mut place = Place::at(&["jog"], "x 259.10");
     place.terminal.types(UP);
-    place.terminal.until_drawn("command 1 finished");
+    place.terminal.until_drawn("command 2 finished");
     assert!((place.axis("x") - 264.104).abs() < 0.001);
     place.shows("++", "step 50 mm");
     place.terminal.types(UP);
@@ -381,7 +381,7 @@ fn watch_shows_an_arm_that_others_move_and_leaves_it_alone() {
     run(&["--port", &door, "io", "mux", "6", "digital-output"]);
     run(&["--port", &door, "io", "set", "6", "1"]);
     place.terminal.until_drawn("x 220.00 mm");
-    place.terminal.until_drawn("done 1");
+    place.terminal.until_drawn("done 2");
     place.terminal.until_drawn("6o●");
     place.terminal.until_drawn("tool stands");
     place.shows("?", "Nothing here moves");

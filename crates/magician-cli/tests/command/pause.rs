@@ -112,7 +112,7 @@ fn keys_pause_a_job_go_on_with_it_and_stop_it() {
         let modes = tcgetattr(&terminal.line).expect("a terminal").local_modes;
         modes.contains(LocalModes::ICANON | LocalModes::ECHO)
     };
-    terminal.until_seen("3/");
+    terminal.until_step(3);
     assert!(!canonical(&terminal));
     terminal.types("p");
     terminal.until_seen("paused: p resumes, space stops");

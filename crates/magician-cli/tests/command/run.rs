@@ -259,7 +259,7 @@ fn a_program_comes_from_stdin_too() {
     ] {
         let piped = run_with(arguments, &bytes);
         assert_eq!(piped.status, 0, "{piped:?}");
-        assert_eq!(piped.object()["steps"], 14);
+        assert_eq!(piped.object()["steps"], 16);
     }
 }
 
@@ -575,8 +575,8 @@ fn placing_moves_scales_turns_and_repeats() {
     let turned = look(&["--rotate", "90", "--at", "230,0"]);
     let straight = look(&["--at", "230,0"]);
     assert!((number(&turned["drawn_mm"]) - number(&straight["drawn_mm"])).abs() < 0.1);
-    assert_eq!(look(&["--grid", "2x2:10x-10"])["steps"], 56);
-    assert_eq!(look(&["--pallet", "1x2:10x0"])["steps"], 28);
+    assert_eq!(look(&["--grid", "2x2:10x-10"])["steps"], 64);
+    assert_eq!(look(&["--pallet", "1x2:10x0"])["steps"], 32);
     let far = run(&["run", &file, "--move", "200,0,0", "--check", "--json"]);
     assert_eq!(far.status, 10);
     for wrong in [

@@ -25,7 +25,7 @@ fn is_as_it_was(terminal: &Terminal) -> bool {
 
 fn draws(place: &Place) -> Terminal {
     let mut terminal = Terminal::running(place.draw(&[]));
-    terminal.until_seen("3/");
+    terminal.until_step(3);
     terminal
 }
 
@@ -82,7 +82,7 @@ fn a_wish_that_comes_at_once_is_followed() {
     assert!(is_as_it_was(&terminal));
     is_at_rest(&place);
     terminal.tell(Signal::CONT);
-    terminal.until_seen("3/");
+    terminal.until_step(3);
     terminal.interrupts("s", "interrupted:");
 }
 

@@ -99,17 +99,13 @@ impl Request {
         Ok([first?, second?].map(|request| request.priority(Priority::Stop)))
     }
 
-    /// The three requests that leave the laser dark and the queue empty, in their order: put the laser out, hold the queue,
-    /// drop what waits. The command under way finishes.
+    /// The two requests that leave the laser dark, in their order: put the laser out, hold the queue. The command under way
+    /// finishes. A Clear belongs behind them once the arm stands: it may end the command where it is (model section 14).
     ///
     /// # Errors
     /// None in practice; as [`Request::raw`].
-    pub fn dark() -> Result<[Self; 3], EncodeError> {
-        let all = [
-            Self::set(&LASER_OFF)?,
-            Self::set(&QueuedCmdStopExec {})?,
-            Self::set(&QueuedCmdClear {})?,
-        ];
+    pub fn dark() -> Result<[Self; 2], EncodeError> {
+        let all = [Self::set(&LASER_OFF)?, Self::set(&QueuedCmdStopExec {})?];
         Ok(all.map(|request| request.priority(Priority::Stop)))
     }
 

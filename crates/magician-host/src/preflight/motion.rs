@@ -311,7 +311,7 @@ impl Preflight {
             return Ok(FOREVER);
         };
         let [via, to] = [via, to].map(|point| point.map(f64::from).into());
-        let planner = self.planner(self.now.arc_speeds());
+        let planner = self.planner(self.now.ptp_speeds());
         let plan = planner.arc(&from, &via, &to);
         self.note_doubt(&plan);
         self.arrive_in_time(plan)
@@ -326,7 +326,7 @@ impl Preflight {
             return Ok(FOREVER);
         };
         let [via, to] = points.map(|point| point.map(f64::from).into());
-        let planner = self.planner(self.now.arc_speeds());
+        let planner = self.planner(self.now.ptp_speeds());
         let plan = planner.circle(&from, &via, &to, circle.count);
         self.note_doubt(&plan);
         self.arrive_in_time(plan)

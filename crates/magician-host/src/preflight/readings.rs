@@ -2,8 +2,8 @@ use magician_motion::{
     ArmModel, ArmState, CpSpeeds, JumpHeights, KinematicLimits, PowerUp, Speeds, ToolBias,
 };
 use magician_protocol::commands::{
-    ArcCommonParams, ArcParams, CpParams, EndEffectorLaser, EndEffectorParams, HomeParams, Pose,
-    PtpCommonParams, PtpCoordinateParams, PtpJointParams, PtpJump2Params, PtpLParams,
+    CpParams, EndEffectorLaser, EndEffectorParams, HomeParams, Pose, PtpCommonParams,
+    PtpCoordinateParams, PtpJointParams, PtpJump2Params, PtpLParams,
 };
 use magician_protocol::{Flag, Set};
 
@@ -30,10 +30,6 @@ pub struct Readings {
     pub ratios: PtpCommonParams,
     /// Heights of jumps, mm.
     pub jump: PtpJump2Params,
-    /// Speeds on arcs and circles.
-    pub arc_speeds: ArcParams,
-    /// Share of the speeds on arcs, percent; not in the vendor's document, so it is not read.
-    pub arc_ratios: ArcCommonParams,
     /// Speeds on continuous paths.
     pub path_speeds: CpParams,
     /// Whether the arm stands on a rail that is in use.
@@ -56,7 +52,6 @@ impl Readings {
     pub fn at_power_up(model: &ArmModel) -> Self {
         let PowerUp {
             speeds,
-            arc,
             path,
             jump,
             rail,
@@ -94,16 +89,6 @@ impl Readings {
                 start_jump_height: wire(jump.start),
                 end_jump_height: wire(jump.end),
                 z_limit: wire(jump.z_limit),
-            },
-            arc_speeds: ArcParams {
-                xyz_velocity: wire(arc.linear_velocity),
-                r_velocity: wire(arc.rotation_velocity),
-                xyz_acceleration: wire(arc.linear_acceleration),
-                r_acceleration: wire(arc.rotation_acceleration),
-            },
-            arc_ratios: ArcCommonParams {
-                velocity_ratio: wire(arc.velocity_ratio),
-                acceleration_ratio: wire(arc.acceleration_ratio),
             },
             path_speeds: CpParams {
                 plan_acc: wire(path.plan_acceleration),
@@ -144,8 +129,6 @@ impl Readings {
                 }
             }
             Set::PtpLParams(speeds) => self.rail_speeds = *speeds,
-            Set::ArcParams(speeds) => self.arc_speeds = *speeds,
-            Set::ArcCommonParams(ratios) => self.arc_ratios = *ratios,
             Set::CpParams(speeds) => self.path_speeds = *speeds,
             Set::SetDeviceWithL(rail) => self.with_rail = rail.with_l.is_on(),
             _ => return false,
@@ -182,20 +165,6 @@ impl Readings {
             rotation_acceleration: line.r_acceleration.into(),
             velocity_ratio: ratios.velocity_ratio.into(),
             acceleration_ratio: ratios.acceleration_ratio.into(),
-        }
-    }
-
-    /// The speeds of arcs and circles.
-    pub(super) fn arc_speeds(&self) -> Speeds {
-        let (arc, ratios) = (&self.arc_speeds, &self.arc_ratios);
-        Speeds {
-            linear_velocity: arc.xyz_velocity.into(),
-            linear_acceleration: arc.xyz_acceleration.into(),
-            rotation_velocity: arc.r_velocity.into(),
-            rotation_acceleration: arc.r_acceleration.into(),
-            velocity_ratio: ratios.velocity_ratio.into(),
-            acceleration_ratio: ratios.acceleration_ratio.into(),
-            ..self.ptp_speeds()
         }
     }
 
@@ -270,8 +239,6 @@ pub fn pose_of(state: &ArmState) -> Pose {
 pub struct Needs {
     /// Where homing leads.
     pub home: bool,
-    /// Speeds on arcs.
-    pub arc: bool,
     /// Speeds on continuous paths.
     pub path: bool,
     /// The rail: whether it is in use, where the carriage is, its speeds.
@@ -284,7 +251,6 @@ impl Needs {
     pub const fn all(rail: bool) -> Self {
         Self {
             home: true,
-            arc: true,
             path: true,
             rail,
         }
@@ -297,7 +263,6 @@ impl Needs {
         for command in commands {
             match command {
                 Set::HomeCmd(_) => needs.home = true,
-                Set::ArcCmd(_) | Set::CircleCmd(_) => needs.arc = true,
                 Set::CpCmd(_) | Set::CpLeCmd(_) => needs.path = true,
                 Set::PtpWithLCmd(_) | Set::PtpPoWithLCmd(_) => needs.rail = true,
                 _ => {}

@@ -114,12 +114,12 @@ impl Preflight {
         let pose = |point: [f32; 4]| point.map(f64::from).into();
         let plan = match command {
             Set::ArcCmd(arc) => {
-                let planner = self.planner(self.now.arc_speeds());
+                let planner = self.planner(self.now.ptp_speeds());
                 planner.arc(from, &pose(arc.cir_point), &pose(arc.to_point))
             }
             Set::CircleCmd(circle) => {
                 let [via, over] = [circle.cir_point, circle.to_point].map(pose);
-                let planner = self.planner(self.now.arc_speeds());
+                let planner = self.planner(self.now.ptp_speeds());
                 planner.circle(from, &via, &over, circle.count)
             }
             _ => {

@@ -6,6 +6,9 @@ use super::reading::SOON;
 use super::{Stream, StreamEvent, StreamFailure};
 use crate::connection::{Connection, Failure, Micros, Ticket};
 
+/// A start of the queue is sent no more often than this without an answer.
+const STARTS: u8 = 4;
+
 impl Stream {
     /// The connection has ended a request; whether it was one of the stream's. Call [`advance`](Self::advance)
     /// afterwards.
@@ -149,6 +152,14 @@ impl Stream {
     fn control_answered(&mut self, now: ArmInstant, result: &Result<FrameBuf, Failure>) {
         match result {
             Err(Failure::Busy) => self.retry_at = Some(now.after_micros(SOON)),
+            // It may have got through, and a second one may end a motion.
+            Err(Failure::Timeout { sent: 1.. } | Failure::Uncertain { .. })
+                if self.phase == Phase::Start && self.starts + 1 < STARTS =>
+            {
+                self.starts += 1;
+                self.reader.look_closely(now, true);
+                self.phase = Phase::Stand(None);
+            }
             Err(failure) => self.fail(StreamFailure::Request(*failure)),
             Ok(_) if self.is_over() => {}
             Ok(_) => {
@@ -157,14 +168,11 @@ impl Stream {
                         self.stopped = true;
                         Phase::Load
                     }
-                    Phase::Start => {
-                        self.stopped = false;
-                        self.reader.begins(now);
-                        Phase::Run
-                    }
+                    Phase::Start => self.started(now),
                     Phase::Halt => {
                         self.stopped = true;
-                        Phase::Clear
+                        self.reader.look_closely(now, true);
+                        Phase::Brake(None)
                     }
                     Phase::Clear => {
                         self.reader.look_closely(now, true);

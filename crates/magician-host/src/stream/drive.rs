@@ -2,7 +2,7 @@ use magician_protocol::commands::{QueuedCmdClear, QueuedCmdStartExec, QueuedCmdS
 use magician_protocol::{ArmInstant, Ctrl, EncodeError, FrameBuf};
 
 use super::item::{Entry, Fate, NextOffer};
-use super::resume::QueueSnapshot;
+use super::resume::{APART, MOVING_PAUSE, QueueSnapshot};
 use super::{Stream, StreamEvent};
 use crate::connection::{Connection, Micros, Priority, Request};
 
@@ -31,6 +31,9 @@ pub(super) enum Phase {
     Stop,
     /// A group goes in.
     Load,
+    /// The group is in, and it shows whether something is under way; the last look. A start may end a motion (model
+    /// section 14).
+    Stand(Option<QueueSnapshot>),
     /// The queue is being started.
     Start,
     /// Commands flow.
@@ -39,6 +42,8 @@ pub(super) enum Phase {
     Settle,
     /// The queue is being stopped, because something was lost.
     Halt,
+    /// The stopped queue finishes what is under way; the last look. A Clear may end a motion (model section 14).
+    Brake(Option<QueueSnapshot>),
     Clear,
     /// The cleared queue finishes what is under way; its left space, and since when it stands.
     Drain {
@@ -85,7 +90,11 @@ impl Stream {
             Phase::Load => self.load(now, to),
             Phase::Run => self.run(now, to),
             Phase::Settle => self.settle(now),
-            Phase::Drain { .. } | Phase::Resolve(_) | Phase::Over => {}
+            Phase::Stand(_)
+            | Phase::Brake(_)
+            | Phase::Drain { .. }
+            | Phase::Resolve(_)
+            | Phase::Over => {}
         }
         self.phase != before
     }
@@ -127,7 +136,32 @@ impl Stream {
     /// A look is complete: what it means for the phase.
     pub(super) fn look_complete(&mut self, now: ArmInstant, last: Option<u64>) {
         match self.phase {
+            // A look that began before says neither what is left nor where the arm stands.
+            Phase::Stand(_) | Phase::Brake(_) | Phase::Drain { .. } if !self.reader.has_pose => {
+                self.reader.look_closely(now, true);
+            }
+            Phase::Stand(Some(before))
+            | Phase::Brake(Some(before))
+            | Phase::Resolve(Some(before))
+                if now.micros_since(before.at) < APART =>
+            {
+                self.look_again(before.at);
+            }
             Phase::Begin => self.begun(last),
+            Phase::Stand(before) => {
+                self.phase = match (self.stands(now, before), before) {
+                    (true, _) => Phase::Start,
+                    (false, None) => Phase::Stand(Some(self.reader.snapshot(now))),
+                    // A start that was not answered came through, or what others have put in runs without one.
+                    (false, Some(_)) => self.started(now),
+                }
+            }
+            Phase::Brake(before) => {
+                self.phase = match self.stands(now, before) {
+                    true => Phase::Clear,
+                    false => Phase::Brake(Some(self.reader.snapshot(now))),
+                }
+            }
             Phase::Drain { since, left } => self.drained(now, since, left),
             Phase::Resolve(before) => self.resolve(now, before),
             _ => self.tell_progress(),
@@ -161,8 +195,16 @@ impl Stream {
         };
         (self.group, self.gathers) = (group, None);
         let several = group.map_or_else(|| self.entries.waiting() > 1, |count| count > 1);
-        let stops = !self.stopped && (lights || several && self.is_empty());
-        self.phase = if stops { Phase::Stop } else { Phase::Load };
+        let empty = self.is_empty();
+        self.phase = match self.stopped {
+            false if lights || several && empty => Phase::Stop,
+            // While nothing can move: a start in the middle of a motion may end it.
+            false if empty && !self.settings.running => Phase::Start,
+            _ => Phase::Load,
+        };
+        if self.phase == Phase::Start {
+            self.group = None;
+        }
     }
 
     /// Whether nothing is in the queue.
@@ -210,9 +252,14 @@ impl Stream {
         match self.group.is_none_or(|left| left == 0) {
             true => {
                 self.group = None;
-                self.phase = match self.settings.running && !self.stopped {
-                    true => Phase::Run,
-                    false => Phase::Start,
+                self.phase = match (self.stopped, self.settings.running) {
+                    // It was empty when it was stopped.
+                    (true, _) => Phase::Start,
+                    (false, true) => Phase::Run,
+                    (false, false) => {
+                        self.reader.look_closely(now, true);
+                        Phase::Stand(None)
+                    }
                 };
             }
             false => self.pace(now),
@@ -240,7 +287,31 @@ impl Stream {
 
     /// Whether the queue holds what was counted.
     pub(super) fn takes_stock(&self) -> bool {
-        matches!(self.phase, Phase::Load | Phase::Start | Phase::Run)
+        use Phase::{Load, Run, Stand, Start};
+        matches!(self.phase, Load | Stand(_) | Start | Run)
+    }
+
+    /// The queue runs.
+    pub(super) fn started(&mut self, now: ArmInstant) -> Phase {
+        (self.stopped, self.starts) = (false, 0);
+        self.reader.begins(now);
+        Phase::Run
+    }
+
+    /// Whether nothing moves: two looks alike, further apart than a pose lasts. If not, another is planned.
+    pub(super) fn stands(&mut self, now: ArmInstant, before: Option<QueueSnapshot>) -> bool {
+        let read = self.reader.snapshot(now);
+        let stands = before.is_some_and(|before| before.is_like(&read));
+        if !stands {
+            self.look_again(now);
+        }
+        stands
+    }
+
+    /// Plans the next look at an arm that may move.
+    pub(super) fn look_again(&mut self, after: ArmInstant) {
+        self.reader
+            .look_closely(after.after_micros(MOVING_PAUSE), true);
     }
 
     /// Submits all that may go out.

@@ -164,6 +164,8 @@ pub struct Stream {
     lit: bool,
     /// The stream has stopped the queue and not started it since.
     stopped: bool,
+    /// Starts of the queue in a row that were not answered.
+    starts: u8,
     /// Commands of the group that goes in while the queue is stopped which have not gone out; `None`: as many as may.
     group: Option<usize>,
     control: Option<Ticket>,
@@ -179,7 +181,7 @@ pub struct Stream {
     expected: Option<u64>,
     /// The command that was accepted last.
     newest: Option<Entry>,
-    /// Its index may be too low ([`Connection::is_last_a_guess`]).
+    /// Its index may be too low ([`Connection::is_last_a_guess`]), or that of what was found in the queue.
     guessed: bool,
     confirmed: Option<u64>,
     /// Where the arm stands after what was finished and let go, when that is known.
@@ -229,6 +231,7 @@ impl Stream {
             told: false,
             lit: false,
             stopped: false,
+            starts: 0,
             group: None,
             control: None,
             retry_at: None,

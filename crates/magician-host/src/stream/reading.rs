@@ -3,6 +3,7 @@ use magician_protocol::{ArmInstant, FrameBuf, NoArgs, Readable};
 
 use super::drive::Beginning;
 use super::item::{ArmPace, Entry, NextOffer};
+use super::resume::QueueSnapshot;
 use super::{Stream, StreamEvent, StreamFailure};
 use crate::connection::{Connection, Failure, Micros, Priority, Request, Ticket};
 
@@ -104,6 +105,16 @@ impl Reader {
         (self.left, self.left_at) = (beginning.left, Some(now));
         (self.current, self.known, self.changed) = (beginning.current, true, now);
         (self.pose, self.has_pose) = (beginning.pose, true);
+    }
+
+    /// What the last look has read, which ended just now.
+    pub(super) fn snapshot(&self, now: ArmInstant) -> QueueSnapshot {
+        QueueSnapshot {
+            at: now,
+            current: self.current,
+            left: self.left,
+            pose: self.pose,
+        }
     }
 
     pub(super) fn poll_timeout(&self) -> Option<ArmInstant> {

@@ -48,10 +48,6 @@ impl Stream {
     /// The cleared queue was looked at: left space first, so that the current index is that of an empty queue.
     pub(super) fn drained(&mut self, now: ArmInstant, since: ArmInstant, before: u32) {
         let (left, places) = (self.reader.left, self.credit.places);
-        // A look that began before the queue was cleared says neither what is left nor where the arm stands.
-        if !self.reader.has_pose {
-            return self.reader.look_closely(now, true);
-        }
         if left >= places {
             return self.restart();
         }

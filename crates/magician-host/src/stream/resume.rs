@@ -10,14 +10,28 @@ use crate::connection::Micros;
 pub const POSE_TOLERANCE: f64 = 0.5;
 
 /// Pause between looks at an arm that moves.
-const MOVING_PAUSE: Micros = 50_000;
+pub(super) const MOVING_PAUSE: Micros = 50_000;
+
+/// Shortest time between two looks that show whether an arm stands: two periods of the controller, in which a pose does
+/// not change although the arm moves.
+pub(super) const APART: Micros = 40_000;
 
 /// What was read of the arm in one look.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct QueueSnapshot {
-    current: u64,
-    left: u32,
-    pose: [f64; 4],
+    /// When the look ended.
+    pub(super) at: ArmInstant,
+    pub(super) current: u64,
+    pub(super) left: u32,
+    pub(super) pose: [f64; 4],
+}
+
+impl QueueSnapshot {
+    /// Whether another look has read the same.
+    pub(super) fn is_like(&self, other: &Self) -> bool {
+        let read = |look: &Self| (look.current, look.left, look.pose);
+        read(self) == read(other)
+    }
 }
 
 /// What an ended stream has not seen finished, and what is known of it.
@@ -124,17 +138,13 @@ impl Stream {
 
     /// A look while it is found out what became of what was sent.
     pub(super) fn resolve(&mut self, now: ArmInstant, before: Option<QueueSnapshot>) {
-        let reader = &mut self.reader;
-        let (current, left, pose) = (reader.current, reader.left, reader.pose);
-        let glance = QueueSnapshot {
-            current,
-            left,
-            pose,
-        };
+        let glance = self.reader.snapshot(now);
+        let QueueSnapshot { current, left, .. } = glance;
         self.phase = Phase::Resolve(Some(glance));
-        self.reader
-            .look_closely(now.after_micros(MOVING_PAUSE), true);
-        if before != Some(glance) {
+        let stands = self.stands(now, before);
+        // An arm in a WAIT stands as well: the looks go on until all is accounted for.
+        self.look_again(now);
+        if !stands {
             return;
         }
         self.credit.places = self.credit.places.max(left);
@@ -178,7 +188,7 @@ impl Stream {
     fn must_recover(&self) -> bool {
         let recovering = matches!(
             self.was,
-            Phase::Settle | Phase::Halt | Phase::Clear | Phase::Drain { .. }
+            Phase::Settle | Phase::Halt | Phase::Brake(_) | Phase::Clear | Phase::Drain { .. }
         );
         recovering || self.gaps > 0 && self.expected.is_none()
     }
@@ -192,6 +202,19 @@ impl Stream {
         let doubtful = gone.filter(|entry| entry.index().is_none()).count() as u64;
         let unsure = (self.unconfirmed().count() as u64).saturating_sub(doubtful);
         let (from, to) = (last.saturating_sub(unsure), last.saturating_add(doubtful));
+        // The first index that an arm gives is 1 or 2 (model section 14); none has come yet.
+        if self.base == 0 && self.last.is_none() {
+            match (current, doubtful) {
+                // As if it were 1: the answer to the next command corrects it.
+                (0, _) => self.guessed = true,
+                (_, 1) if tail == 2 => {
+                    self.base = 1;
+                    return self.account(current, left);
+                }
+                (_, 2..) if self.may_go_back() => return self.go_back(),
+                _ => {}
+            }
+        }
         if !(from..=to).contains(&tail) {
             return self.fail(StreamFailure::Tail {
                 found: tail,
@@ -217,7 +240,7 @@ impl Stream {
         if current >= tail {
             return self.go_on(found);
         }
-        let loading = matches!(self.was, Phase::Load | Phase::Start);
+        let loading = matches!(self.was, Phase::Load | Phase::Stand(_) | Phase::Start);
         if loading && self.check_pose(current) {
             // It stands although commands wait: the queue was not started yet.
             self.phase = Phase::Load;

@@ -55,7 +55,7 @@ pub fn path_speed(velocity: f32, acceleration: f32) -> Set {
 }
 
 /// Speed (mm/s) and acceleration (mm/s2) on arcs and circles, and of the rotation (deg/s, deg/s2)
-/// (document 1.12.1).
+/// (document 1.12.1). By the vendor's code arcs have the speeds of [`line_speed`] instead (model section 9): set both.
 #[must_use]
 pub fn arc_speed(velocity: f32, acceleration: f32) -> Set {
     ArcParams {

@@ -228,6 +228,8 @@ impl Work {
 
     /// Waits a while for a line that broke while the laser burnt; whether it is back.
     async fn is_back(&self) -> bool {
+        // Asked for now, it goes out as soon as the line is there.
+        let _ = self.arm.stopper().request_stop();
         self.shared.tell(JobEvent::Waits(Waits::Line));
         let back = timeout(BACK, self.arm.reconnected()).await;
         self.shared.tell(JobEvent::Waits(Waits::Nothing));

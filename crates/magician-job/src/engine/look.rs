@@ -59,6 +59,14 @@ impl Work {
             let (dark, _) = tokio::join!(arm.darken(), arm.get::<Pose>());
             dark?;
             arm.stop_gentle().await?;
+            // A Clear may end the piece under way where it is, and the arm would count it as finished.
+            if !arm.stands().await? {
+                self.shared.tell(JobEvent::Waits(Waits::Queue));
+                while !arm.stands().await? {
+                    sleep(LOOKS).await;
+                }
+                self.shared.tell(JobEvent::Waits(Waits::Nothing));
+            }
             arm.clear_queue().await?;
         }
         self.check_ready().await?;

@@ -303,15 +303,12 @@ mod tests {
         plan
     }
 
-    /// Every piece has the power of its mean speed, and is right all along within a tenth, or within what three periods let it:
-    /// the least piece, and one period that is left where an odd number of them is cut. What takes three and a half at the
-    /// acceleration of [`plan`] is done in three, so that its mean speed is higher by a sixth, and half of its change is off that.
+    /// Every piece has the power of its mean speed, and is right all along within a tenth, or within what its periods let it.
+    /// The shortest piece that is cut has two periods, or three where an odd number of them is left; a line of the plan may have
+    /// one. The arm takes the nearest whole number of n periods for what lasts up to n + 1/2 at the acceleration of [`plan`]:
+    /// the mean speed is higher by that share, and the slow end is half of the change below it.
     fn is_right(reading: &Parsed<Plan>, feed: f64) {
         let period = f64::from(ArmModel::MAGICIAN.law.period_us()) / 1e6;
-        let periods = LEAST_PERIODS + 1.0;
-        let share = (periods + 0.5) / periods;
-        let half_change = 0.5 * 100.0 * (periods + 0.5) * period;
-        let within = 60.0 * f64::max(0.1, share - 1.0 + share * half_change / feed);
         let plan = &reading.content;
         let profiles = plan.path_laws();
         for (step, profile) in plan.steps.iter().zip(&profiles) {
@@ -326,6 +323,16 @@ mod tests {
             if profile.length() < 4.0 * SHORTEST {
                 continue;
             }
+            let [start, end] = [0.0, profile.duration()].map(|time| profile.velocity(time));
+            let slowest = start.min(end).min(feed);
+            let lasts = (profile.duration() / period).round();
+            let share = (lasts + 0.5) / lasts;
+            let half_change = 0.5 * 100.0 * (lasts + 0.5) * period;
+            let hastened = match lasts <= LEAST_PERIODS + 1.0 {
+                true => (share - 1.0) * slowest + share * half_change,
+                false => 0.0,
+            };
+            let within = 60.0 * f64::max(0.1, hastened / feed);
             // Not at its end: a piece that is slowed down to whole periods leaves its end to the next one.
             for nth in 0..20 {
                 let speed = profile.velocity(profile.duration() * (f64::from(nth) + 0.5) / 20.0);

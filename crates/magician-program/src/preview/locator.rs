@@ -8,11 +8,24 @@ use magician_sim::svg::{Anchor, Svg, TextStyle};
 
 /// How large it is drawn.
 const SCALE: f64 = 0.1;
-/// Which part of the plane it shows: all that any tool reaches before the arm, mm.
+/// Part of the plane that it shows: all that any tool reaches before the arm, mm.
 const PART: [[f64; 2]; 2] = [[-100.0, -350.0], [380.0, 350.0]];
-/// Its width, and its height with what is written below, mm.
-pub(super) const WIDTH: f64 = (PART[1][0] - PART[0][0]) * SCALE;
+/// Its left edge where the view reaches beyond that of [`PART`], mm: all that any tool reaches beside the arm.
+const BESIDE: f64 = -380.0;
+/// Its height with the text below, mm.
 pub(super) const HEIGHT: f64 = (PART[1][1] - PART[0][1]) * SCALE + 6.0;
+
+/// Width of the locator of a view, mm.
+pub(super) fn width(view: &Panel) -> f64 {
+    let [[left, _], [right, _]] = part(view);
+    (right - left) * SCALE
+}
+
+fn part(view: &Panel) -> [[f64; 2]; 2] {
+    let [[left, bottom], end] = PART;
+    let left = if view.part[0][0] < left { BESIDE } else { left };
+    [[left, bottom], end]
+}
 
 /// Draws it with its upper left corner at a place.
 pub(super) fn draw(
@@ -23,7 +36,7 @@ pub(super) fn draw(
     within_reach: &[Vec<[f64; 2]>],
 ) {
     let panel = Panel {
-        part: PART,
+        part: part(view),
         corner,
         scale: SCALE,
         id: "locator",
@@ -56,4 +69,24 @@ pub(super) fn draw(
         "the view before the arm, 1 : 10",
         &text,
     );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_view_beside_the_arm_is_within_the_locator() {
+        for left in [-170.0, -99.0, 150.0] {
+            let view = Panel {
+                part: [[left, 100.0], [left + 80.0, 180.0]],
+                corner: [0.0, 0.0],
+                scale: 1.0,
+                id: "above",
+            };
+            let [[least, _], [most, _]] = part(&view);
+            assert!(least <= left && left + 80.0 <= most, "{left}");
+            assert!((width(&view) - (most - least) * SCALE).abs() < 1e-9);
+        }
+    }
 }

@@ -215,7 +215,7 @@ impl Page {
             [end[0].max(view[0]), end[1].max(view[1])]
         });
         let locator = right + MARGIN;
-        let right = locator + locator::WIDTH;
+        let right = locator + locator::width(&above);
         let legend = Legend::new(toolpath, report, options, right - left);
         let foot = bottom + TICKS[1] + 2.0;
         Self {

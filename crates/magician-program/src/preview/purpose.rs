@@ -28,7 +28,8 @@ impl PlanPurpose {
         };
         let tool = kind_of(plan, tool_of(plan, &RehearseOptions::default()));
         match tool {
-            Tool::Laser => Self::Burns(plan.surface),
+            // Where the program names no surface it burns at the height of its places.
+            Tool::Laser => Self::Burns(plan.surface.or_else(|| lowest().map(Surface::level))),
             Tool::Suction | Tool::Gripper => Self::Carries(lowest()),
             Tool::None | Tool::Pen | Tool::Bias(_) => match plan.drawn_on() {
                 None => Self::Carries(lowest()),

@@ -96,6 +96,8 @@ pub fn rehearse(plan: &Plan, options: &RehearseOptions) -> Result<Rehearsal, Err
 struct Run {
     arm: Controller,
     began: ArmInstant,
+    /// Number of commands handed over.
+    told: usize,
     log: Vec<(Duration, Event)>,
     /// From one look to the next.
     watch: Option<Duration>,
@@ -107,6 +109,7 @@ impl Run {
         let mut run = Self {
             began: arm.now(),
             arm,
+            told: 0,
             log: Vec::new(),
             watch: watch.map(|each| each.max(Duration::from_micros(1))),
             way: Vec::new(),
@@ -120,13 +123,19 @@ impl Run {
         self.arm.now() - self.began
     }
 
+    /// Number of commands in the queue, the one under way among them.
+    fn unfinished(&self) -> usize {
+        let queue = self.arm.state().queue;
+        queue.waiting + usize::from(queue.running.is_some())
+    }
+
     /// Hands over commands as long as there is room.
     fn fill(&mut self, commands: &mut impl Iterator<Item = Set>) -> Result<(), Error> {
-        let queue = self.arm.state().queue;
-        let at_work = usize::from(queue.running.is_some());
-        let room = queue.capacity.saturating_sub(queue.waiting + at_work);
+        let capacity = self.arm.state().queue.capacity;
+        let room = capacity.saturating_sub(self.unfinished());
         for command in commands.take(room) {
             tell(&mut self.arm, &command, Ctrl::QUEUED)?;
+            self.told += 1;
         }
         Ok(())
     }
@@ -178,7 +187,7 @@ impl Run {
     fn finish(mut self, plan: &Plan) -> Rehearsal {
         self.note();
         let state = self.arm.state();
-        let done = usize::try_from(state.queue.current_index).unwrap_or(usize::MAX);
+        let done = self.told.saturating_sub(self.unfinished());
         let told_first = plan.preamble().into_iter().count();
         Rehearsal {
             drawing: self.arm.drawing(),

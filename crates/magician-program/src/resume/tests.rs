@@ -262,6 +262,18 @@ fn run_without_an_answer_is_counted_from_the_index_at_rest() {
     assert_eq!(told(6, true).1, Some(DoubtReason::Reset));
     assert_eq!(told(74, true).1, Some(DoubtReason::Others));
     assert!(checkpoint.is_untouched(at(7)) && !checkpoint.is_untouched(at(8)));
+    // One that has finished nothing since it was switched on begins with 2.
+    let first = Checkpoint {
+        rest: Some(0),
+        index: StepCounter::new(0, false).from_rest(Some(0)).last(),
+        ..checkpoint.clone()
+    };
+    for (current, steps) in [(0, 0), (2, 1), (3, 2)] {
+        let point = first.resume_point(at(current), &numbering, |_| Some(true));
+        assert_eq!(point, ResumePoint::After(steps));
+    }
+    let counter = StepCounter::new(2, false).from_rest(Some(0));
+    assert_eq!(counter.last(), Some((3, 0)));
     let reset = ObservedProgress {
         current: 7,
         clock: 4000,

@@ -216,6 +216,17 @@ fn a_picture_is_in_true_size() {
 }
 
 #[test]
+fn a_burn_without_a_surface_shows_the_reach_at_its_height() {
+    let mut plan = Plan::new("burn");
+    plan.tool = Some(Tool::Laser);
+    go(&mut plan, [220.0, 0.0, -8.5], Travel::Line);
+    let (to, power) = ([240.0, 0.0, -8.5], 50.0);
+    plan.push(Action::Burn { to, power }, Origin::NONE);
+    let svg = preview(&plan, &PreviewOptions::default());
+    assert!(svg.to_svg().contains("within reach at z = −8.5 mm"));
+}
+
+#[test]
 fn what_is_wrong_is_marked_and_counted() {
     let mut plan = drawing(40);
     for x in [400.0, 10.0, 500.0, f32::NAN, f32::INFINITY] {

@@ -12,11 +12,15 @@ use super::interrupted::{place, run_until};
 
 const PAPER: f64 = -60.0;
 const UP: f32 = -45.0;
-/// Neither gap nor double stroke is longer, mm.
+/// Longest gap, mm.
 const MOST: f64 = 0.2;
-/// Way of a period of 20 ms in the bend, whose pieces of 0.42 mm take one each, mm. A segment that is planned anew to rest within a
-/// period is slower from the last pose on than the pen, which is up to this far ahead of where the line goes on then.
-const PERIOD_WAY: f64 = 0.42;
+/// Radius of the bend, mm, and the angle of each of its pieces, degrees.
+const RADIUS: f64 = 8.0;
+const PIECE: f64 = 3.0;
+/// Longest double stroke, mm: the way of a period of 20 ms in the bend, 0.42 mm, because each of its pieces takes one period. A
+/// segment that is planned anew to rest within a period is slower from the last pose on than the pen was, which is up to this way
+/// ahead of where the line goes on.
+const PERIOD_WAY: f64 = RADIUS * PIECE.to_radians();
 
 /// Each line is stopped at so many instants.
 const COUNT: u32 = 17;
@@ -36,10 +40,10 @@ enum Kind {
 fn corners() -> Vec<Point> {
     let mut points = vec![[205.0, -30.0], [235.0, -30.0], [235.0, -12.0]];
     let bend = (1..=60).map(|nth| {
-        let turned = f64::from(nth) * 3.0_f64.to_radians();
+        let turned = f64::from(nth) * PIECE.to_radians();
         [
-            235.0 + 8.0 * (1.0 - turned.cos()),
-            -12.0 + 8.0 * turned.sin(),
+            235.0 + RADIUS * (1.0 - turned.cos()),
+            -12.0 + RADIUS * turned.sin(),
         ]
     });
     points.extend(bend);

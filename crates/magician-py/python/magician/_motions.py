@@ -47,7 +47,8 @@ def performing(
 
     :param asks: Whether they depend on where the arm is.
     :param speed: Share of the set speeds for them alone, percent.
-    :param arc: Whether that share is the one of arcs; else it is that of point-to-point moves and lines.
+    :param arc: Whether the commands are arcs: the share of arcs is set as well. The document has arcs obey that one,
+        and the vendor's code the one of point-to-point moves and lines (model section 9).
     """
     pose: Pose | None = None
     if asks:
@@ -60,18 +61,24 @@ def performing(
     how = list(skip), require_homed, keep, allow_laser
     if speed is None:
         return Ran(*(yield core.perform(program, *how), True))
-    ratio = ArcCommonParams if arc else PtpCommonParams
-    before: PtpCommonParams | ArcCommonParams = yield core.get(ratio), False
+    ratios: list[type[PtpCommonParams | ArcCommonParams]] = [PtpCommonParams]
+    if arc:
+        ratios.append(ArcCommonParams)
+    before: list[PtpCommonParams | ArcCommonParams] = []
+    for ratio in ratios:
+        before.append((yield core.get(ratio), False))
     try:
-        return Ran(*(yield core.perform([ratio(speed, speed), *program, before], *how), True))
+        own = [ratio(speed, speed) for ratio in ratios]
+        return Ran(*(yield core.perform([*own, *program, *before], *how), True))
     except GeneratorExit:
         raise
     except BaseException as error:
         if isinstance(error, Error) and error.step:
-            error.step -= 1
-        # The command that would have given it back may have been dropped.
-        with contextlib.suppress(Error):
-            yield core.set(before, False, False), False
+            error.step -= len(ratios)
+        # The commands that would have given them back may have been dropped.
+        for setting in before:
+            with contextlib.suppress(Error):
+                yield core.set(setting, False, False), False
         raise
 
 

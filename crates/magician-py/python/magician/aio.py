@@ -1170,7 +1170,7 @@ class Arm(Bound):
     async def arc_to(self, via: Four, to: Four, *, speed: float | None = None, wait: bool = True) -> Motion[Ran]:
         """Goes to ``to`` along the arc through ``via``; both are x, y, z, r (document 1.12.2, E33).
 
-        :param speed: Share of :meth:`arc_speed` for this arc alone, percent.
+        :param speed: Share of the set speeds for this arc alone, percent.
         :param wait: As for :meth:`move_to`.
         """
         return await self._arc(words.arc_to(via, to), speed, wait)
@@ -1276,7 +1276,10 @@ class Arm(Bound):
         await self.set(words.path_speed(velocity, acceleration))
 
     async def arc_speed(self, velocity: float, acceleration: float) -> None:
-        """Speed (mm/s) and acceleration (mm/s2) on arcs and circles (document 1.12.1)."""
+        """Speed (mm/s) and acceleration (mm/s2) on arcs and circles (document 1.12.1).
+
+        By the vendor's code arcs have the speeds of :meth:`line_speed` instead (model section 9): set both.
+        """
         await self.set(words.arc_speed(velocity, acceleration))
 
     async def rail_speed(self, velocity: float, acceleration: float) -> None:
@@ -1439,15 +1442,15 @@ class Arm(Bound):
     # The queue, and coming to a stand.
 
     async def start_queue(self, *, allow_laser: bool = False) -> None:
-        """Lets the queue run (document 1.19.1).
+        """Lets the queue run (document 1.19.1), once the arm stands: a start may end the motion under way.
 
         :param allow_laser: on a real arm, lets it run also when commands of another program wait in it, since they may
             burn and cannot be read back.
         """
-        await self.set(commands.QueuedCmdStartExec(), allow_laser=allow_laser)
+        await until(self._core.start_queue(flag("allow_laser", allow_laser)))
 
     async def clear_queue(self) -> None:
-        """Clears the queue; the command under way finishes (document 1.19.6). A run under way ends."""
+        """Clears the queue; the motion under way may end where it is (document 1.19.6). A run under way ends."""
         self._drop()
         await self.set(commands.QueuedCmdClear())
 

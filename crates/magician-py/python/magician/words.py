@@ -428,7 +428,10 @@ def path_speed(velocity: float, acceleration: float) -> commands.CpParams:
 
 
 def arc_speed(velocity: float, acceleration: float) -> commands.ArcParams:
-    """Speed (mm/s) and acceleration (mm/s2) on arcs and circles, and of the rotation in degrees (document 1.12.1)."""
+    """Speed (mm/s) and acceleration (mm/s2) on arcs and circles, and of the rotation in degrees (document 1.12.1).
+
+    By the vendor's code arcs have the speeds of :func:`line_speed` instead (model section 9): set both.
+    """
     velocity, acceleration = _speed(velocity, acceleration)
     return commands.ArcParams(velocity, velocity, acceleration, acceleration)
 

@@ -178,6 +178,12 @@ impl Core {
         asked.map_err(|error| errors::raise(py, &error))
     }
 
+    /// Lets the queue run, once the arm stands.
+    fn start_queue(&self, py: Python<'_>, allow_laser: bool) -> PyResult<Call> {
+        let arm = self.burning(py, allow_laser)?;
+        Ok(Call::plain(async move { arm.start_queue().await }))
+    }
+
     /// Holds the queue after the command under way.
     fn stop_gentle(&self, py: Python<'_>) -> PyResult<Call> {
         let arm = self.arm(py)?;

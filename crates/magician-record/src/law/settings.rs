@@ -1,8 +1,8 @@
 //! Speeds that a session moves with: those of power-up, and what it sets.
 
 use magician_protocol::commands::{
-    ArcCommonParams, ArcParams, CpCommonParams, CpParams, JogCommonParams, JogCoordinateParams,
-    JogJointParams, PtpCommonParams, PtpCoordinateParams, PtpJointParams, Set,
+    CpCommonParams, CpParams, JogCommonParams, JogCoordinateParams, JogJointParams,
+    PtpCommonParams, PtpCoordinateParams, PtpJointParams, Set,
 };
 use magician_protocol::{Direction, Flag, Frame, PtpMode, Request};
 use magician_sim::Profile;
@@ -43,14 +43,12 @@ struct Settings {
     ptp_space: PtpCoordinateParams,
     cp: CpParams,
     cp_common: CpCommonParams,
-    arc: ArcParams,
-    arc_common: ArcCommonParams,
 }
 
 impl Settings {
     fn new(profile: &Profile) -> Self {
         let defaults = &profile.defaults;
-        let (jog, ptp, cp, arc) = (&defaults.jog, &defaults.ptp, &defaults.cp, &defaults.arc);
+        let (jog, ptp, cp) = (&defaults.jog, &defaults.ptp, &defaults.cp);
         Self {
             jog: JogCommonParams {
                 velocity_ratio: jog.velocity_ratio,
@@ -88,16 +86,6 @@ impl Settings {
                 velocity_ratio: cp.velocity_ratio,
                 acceleration_ratio: cp.acceleration_ratio,
             },
-            arc: ArcParams {
-                xyz_velocity: arc.linear_velocity,
-                r_velocity: arc.rotation_velocity,
-                xyz_acceleration: arc.linear_acceleration,
-                r_acceleration: arc.rotation_acceleration,
-            },
-            arc_common: ArcCommonParams {
-                velocity_ratio: arc.velocity_ratio,
-                acceleration_ratio: arc.acceleration_ratio,
-            },
         }
     }
 
@@ -112,8 +100,6 @@ impl Settings {
             Set::PtpCoordinateParams(set) => self.ptp_space = *set,
             Set::CpParams(set) => self.cp = *set,
             Set::CpCommonParams(set) => self.cp_common = *set,
-            Set::ArcParams(set) => self.arc = *set,
-            Set::ArcCommonParams(set) => self.arc_common = *set,
             Set::JogCmd(jog) => {
                 let Some((axis, _)) = jog.cmd.axis() else {
                     return Vec::new();
@@ -151,14 +137,8 @@ impl Settings {
                     ratios,
                 )];
             }
-            Set::ArcCmd(_) | Set::CircleCmd(_) => {
-                let ratios = [
-                    self.arc_common.velocity_ratio,
-                    self.arc_common.acceleration_ratio,
-                ];
-                let (speed, acceleration) = (self.arc.xyz_velocity, self.arc.xyz_acceleration);
-                return vec![scaled(Kind::Arc, speed, acceleration, ratios)];
-            }
+            // Arcs have the speeds of lines (model section 9).
+            Set::ArcCmd(_) | Set::CircleCmd(_) => return vec![self.line(Kind::Arc)],
             _ => {}
         }
         Vec::new()
@@ -169,16 +149,20 @@ impl Settings {
         scaled(kind, speed, acceleration, [self.jog.velocity_ratio, 100.0])
     }
 
+    /// The speeds of moves along lines.
+    fn line(&self, kind: Kind) -> Speeds {
+        let ratios = [self.ptp.velocity_ratio, self.ptp.acceleration_ratio];
+        let PtpCoordinateParams {
+            xyz_velocity,
+            xyz_acceleration,
+            ..
+        } = self.ptp_space;
+        scaled(kind, xyz_velocity, xyz_acceleration, ratios)
+    }
+
     fn moves(&self, mode: PtpMode) -> Vec<Speeds> {
         let ratios = [self.ptp.velocity_ratio, self.ptp.acceleration_ratio];
-        let line = || {
-            let PtpCoordinateParams {
-                xyz_velocity,
-                xyz_acceleration,
-                ..
-            } = self.ptp_space;
-            scaled(Kind::Line, xyz_velocity, xyz_acceleration, ratios)
-        };
+        let line = || self.line(Kind::Line);
         let joints = || {
             let joint = &self.ptp_joint;
             let pairs = joint.velocity.into_iter().zip(joint.acceleration);

@@ -67,10 +67,7 @@ impl Device {
             } => return self.turn(output, rate, pulses),
             Effect::WaitUntil(until) => return Completion::Waiting(until),
             Effect::WaitFor(trigger) => return Completion::Triggered(trigger),
-            Effect::StartQueue => {
-                self.queues.hosts_mut().set_started(true);
-                self.replan_segment();
-            }
+            Effect::StartQueue => self.start_queue(),
             Effect::StopQueue => self.stop_queue(),
             Effect::ForceStop => {
                 self.stop_queue();

@@ -213,8 +213,21 @@ impl Device {
             return;
         }
         self.replan_segment();
-        let moving = self.queues.active().busy() == Some(Busy::Moving);
-        if moving && self.firmware.profile.queue.clear_ends_motion {
+        if self.firmware.profile.queue.clear_ends_motion {
+            self.drop_motion();
+        }
+    }
+
+    /// Lets the queue run.
+    pub(super) fn start_queue(&mut self) {
+        self.queues.hosts_mut().set_started(true);
+        self.drop_motion();
+        self.replan_segment();
+    }
+
+    /// Ends the running motion where it is (model section 14).
+    fn drop_motion(&mut self) {
+        if self.motion.can_be_dropped() {
             self.halt();
         }
     }

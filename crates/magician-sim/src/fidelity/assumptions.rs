@@ -29,7 +29,8 @@ list_assumptions! {
 
     // What is set and read back.
     Parameters Vendor "6" "speeds and heights are those of the vendor's printed samples at power-up, and read back as they are set";
-    BeyondCeilings Choice "6" "parameters beyond the ceilings are stored as they come and capped when a motion is planned" refused;
+    CappedWhenSet Sibling "6" "speeds and accelerations of jogs and point-to-point moves beyond the ceilings are set to the ceiling";
+    BeyondCeilings Choice "6" "ratios and speeds of paths beyond the ceilings are stored as they come and capped when a motion is planned" refused;
     RailDefaults Choice "6" "the rail's speeds before any are set read as 100 mm/s and 100 mm/s2" refused;
     JumpSetsBoth Sibling "7" "one jump height is both heights of the second set";
     StoredWithoutEffect Choice "15a" "AutoLeveling, the corrections of the sensors, ArmOrientation, CPRHeadHoldEnable and CPCommonParams are stored and read back, without effect" refused;
@@ -137,13 +138,12 @@ list_assumptions! {
     CpTimes Sibling "8" "a segment takes the nearest whole number of periods, at least one";
     CpFollows Choice "8" "a running segment is planned anew as further ones are queued; an empty queue ends it at rest"
         kept "the path is known, this decides only its speed";
-    CpStops Choice "14" "after a stop, a clear or an alarm the segment under way ends at its end, at rest"
+    CpStops Choice "14" "after a stop or an alarm the segment under way ends at its end, at rest"
         kept "a stop is never refused";
     ArcPath Vendor "9" "an arc leads from the tool through cirPoint to toPoint";
     ArcPoints Vendor "9" "points of an arc that coincide raise 0x13, points on a line 0x14";
-    ArcSpeeds Choice "15a" "arcs take the ARC speeds"
-        kept "the path is known, this decides only how fast";
-    ArcRatio Choice "15a" "ARCCommonParams scale the ARC speeds, 100 at power-up" refused;
+    ArcSpeeds Sibling "9" "arcs take the point-to-point speeds and ratios, whatever the ARC speeds are";
+    ArcRatio Choice "15a" "ARCCommonParams are stored and read back, 100 at power-up" refused;
     CircleTurns Vendor "9" "a circle makes full turns through its three points and ends where it began";
     Jog Measured "10" "a jog accelerates and slows down by the JOG parameters, and turns round through zero";
     JogAxisChange Measured "10" "a jog of another axis takes over the speed of the one under way, with its sign, and then goes for its own";
@@ -177,8 +177,7 @@ list_assumptions! {
 
     // The queue.
     Indices Measured "14" "a queued command is answered with an index, one more than the last";
-    FirstIndex Choice "15a" "the first index is 1"
-        kept "hosts use the index that they are given";
+    FirstIndex Sibling "14" "the first index is 2";
     CurrentIndex Measured "14" "the current index is that of the last finished command";
     CurrentAtFirst Choice "15a" "the current index is 0 until the first command has finished"
         kept "hosts read it to begin with, and whatever it is it says that nothing has finished";
@@ -189,12 +188,12 @@ list_assumptions! {
     FullQueue Choice "14" "a command that finds the queue full is answered with index 0 and Ctrl bit 2, and not stored" refused;
     Start Vendor "14" "a start lets the queue take its commands";
     QueueStopped Vendor "E47" "at power-up the queue is stopped until the first start";
-    StartAgain Choice "15a" "a start while the queue is started does nothing" refused;
+    StartAgain Sibling "14" "a start ends the running motion where it is, and its command counts as finished";
     StopFinishes Vendor "14" "after a stop the running motion finishes, and commands are still taken";
     StopCutsWait Sibling "14" "a stop ends a running wait or trigger";
     ForceStop Sibling "14" "a forced stop brakes at twice the acceleration, and its motion counts as finished";
     ForceStopStops Choice "14" "after a forced stop the queue is stopped"
         kept "a stop is never refused";
     Clear Vendor "14" "a clear drops what waits";
-    ClearWhileMoving Choice "15a" "a clear lets the running motion finish" refused;
+    ClearWhileMoving Sibling "14" "a clear ends the running motion where it is, and its command counts as finished";
 }

@@ -54,7 +54,7 @@ pub struct QueueRules {
     pub first_index: u64,
     /// Whether an alarm above 0x07 holds the queue.
     pub alarms_hold: bool,
-    /// Whether Clear ends the running motion on the spot.
+    /// Whether Clear ends the running motion where it is.
     pub clear_ends_motion: bool,
 }
 
@@ -202,9 +202,9 @@ impl Default for QueueRules {
     fn default() -> Self {
         Self {
             depth: 32,
-            first_index: 1,
+            first_index: 2,
             alarms_hold: true,
-            clear_ends_motion: false,
+            clear_ends_motion: true,
         }
     }
 }

@@ -53,12 +53,12 @@ fn lasts(measured: u64, seconds: f64) {
 }
 
 #[test]
-fn half_a_circle_takes_its_length_at_the_arc_speeds() {
-    // At power-up 200 mm/s and 200 mm/s2 at full ratios.
+fn half_a_circle_takes_its_length_at_the_speeds_of_point_to_point_moves() {
+    // At power-up 200 mm/s and 200 mm/s2, at half of each.
     let length = 40.0 * PI;
     let mut bench = at_start();
     bench.enqueue(&arc(VIA, END));
-    lasts(bench.rest(), trapezoid(length, 200.0, 200.0));
+    lasts(bench.rest(), trapezoid(length, 100.0, 100.0));
     assert_eq!(
         bench.pose(),
         END,
@@ -66,15 +66,26 @@ fn half_a_circle_takes_its_length_at_the_arc_speeds() {
     );
 
     let mut bench = at_start();
-    bench.set(&ArcParams {
+    bench.set(&PtpCoordinateParams {
         xyz_velocity: 100.0,
         r_velocity: 200.0,
         xyz_acceleration: 400.0,
         r_acceleration: 200.0,
     });
-    bench.set(&ArcCommonParams {
+    bench.set(&PtpCommonParams {
         velocity_ratio: 50.0,
         acceleration_ratio: 25.0,
+    });
+    // These are stored, and nothing takes them.
+    bench.set(&ArcParams {
+        xyz_velocity: 1.0,
+        r_velocity: 1.0,
+        xyz_acceleration: 1.0,
+        r_acceleration: 1.0,
+    });
+    bench.set(&ArcCommonParams {
+        velocity_ratio: 1.0,
+        acceleration_ratio: 1.0,
     });
     bench.enqueue(&arc(VIA, END));
     lasts(bench.rest(), trapezoid(length, 50.0, 100.0));
@@ -83,12 +94,13 @@ fn half_a_circle_takes_its_length_at_the_arc_speeds() {
 #[test]
 fn the_rotation_decides_where_it_takes_longer() {
     let mut bench = at_start();
-    bench.set(&ArcParams {
+    bench.set(&PtpCoordinateParams {
         xyz_velocity: 200.0,
         r_velocity: 10.0,
         xyz_acceleration: 200.0,
         r_acceleration: 100.0,
     });
+    bench.full_speed();
     bench.enqueue(&arc(VIA, END));
     lasts(bench.rest(), trapezoid(30.0, 10.0, 100.0));
 }
@@ -120,7 +132,7 @@ fn a_circle_comes_back_after_its_turns() {
         assert_eq!(bench.pose(), before);
         let length = f64::from(count) * 2.0 * 40.0 * PI;
         let lasted = (bench.arm.now() - began).as_secs_f64();
-        let expected = trapezoid(length, 200.0, 200.0);
+        let expected = trapezoid(length, 100.0, 100.0);
         assert!(
             (0.0..2e-3).contains(&(lasted - expected)),
             "{lasted}, expected {expected}"
@@ -170,7 +182,7 @@ fn points_that_make_no_circle_are_refused() {
 fn speeds_that_are_none_are_refused() {
     for bad in [0.0, -5.0, f32::NAN] {
         let mut bench = at_start();
-        bench.set(&ArcCommonParams {
+        bench.set(&PtpCommonParams {
             velocity_ratio: bad,
             acceleration_ratio: 100.0,
         });

@@ -163,17 +163,18 @@ fn homing_at_once_begins_a_queued_homing_anew() {
 }
 
 #[test]
-fn clear_lets_an_immediate_motion_and_a_running_wait_go_on() {
+fn clear_ends_an_immediate_motion_and_lets_a_running_wait_go_on() {
     let mut bench = running_arm();
     bench.enqueue(&wait(500));
     bench.enqueue(&wait(500));
     bench.set(&joints_to([90.0, 45.0, 45.0, 0.0]));
     bench.set(&QueuedCmdClear {});
+    assert!(!bench.state().moving);
     assert_eq!(bench.left_space(), 31, "the wait keeps its place");
     bench.pass(500_000);
     assert_eq!((bench.current_index(), bench.left_space()), (1, 32));
     bench.rest();
-    assert_eq!(bench.joints()[0], 90.0);
+    assert_eq!(bench.joints()[0], 0.0);
     assert_eq!(bench.current_index(), 1, "the current index stands");
 }
 

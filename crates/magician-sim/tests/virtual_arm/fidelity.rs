@@ -79,15 +79,15 @@ fn what_strict_refuses_is_not_carried_out() {
     };
     assert_eq!(reply.frame().params(), [0u8; 0], "a get without an answer");
     assert_eq!(Ctrl::GET, reply.frame().ctrl());
-    let joint = &PtpJointParams {
-        velocity: [1000.0; 4],
-        acceleration: [100.0; 4],
+    let ratios = &PtpCommonParams {
+        velocity_ratio: 150.0,
+        acceleration_ratio: 50.0,
     };
-    let [reply] = &now(&mut bench, joint)[..] else {
+    let [reply] = &now(&mut bench, ratios)[..] else {
         panic!("one reply")
     };
     assert_eq!(reply.frame().params(), [0u8; 0]);
-    assert_eq!(bench.get::<PtpJointParams>().velocity, [200.0; 4]);
+    assert_eq!(bench.get::<PtpCommonParams>().velocity_ratio, 50.0);
 }
 
 #[test]
@@ -160,7 +160,7 @@ fn a_day_s_work_needs_no_choice() {
     ask::<QueuedCmdCurrentIndex>(&mut bench);
     ask::<QueuedCmdLeftSpace>(&mut bench);
     bench.rest();
-    assert_eq!(bench.current_index(), 6);
+    assert_eq!(bench.current_index(), 7);
     assert_eq!(bench.pose()[0], 200.0);
     now(&mut bench, &QueuedCmdForceStopExec {});
     now(&mut bench, &QueuedCmdClear {});

@@ -68,7 +68,7 @@ fn values_that_make_no_sense_are_refused_by_name() {
     for (from, to, name) in [
         ("depth = 32", "depth = 0", "queue.depth is 0"),
         ("depth = 32", "depth = 100000", "queue.depth"),
-        ("first_index = 1", "first_index = 0", "queue.first_index"),
+        ("first_index = 2", "first_index = 0", "queue.first_index"),
         (
             "j1 = [-135.0, 135.0]",
             "j1 = [135.0, -135.0]",

@@ -1,6 +1,6 @@
 //! The queue's rules: places, indices, start, stop, force stop, clear, waits.
 
-use super::arm::{SECOND, arm, arm_with, hex, home, joints_to, ptp, running_arm, suck, wait};
+use super::arm::{SECOND, arm, arm_with, hex, home, jog, joints_to, ptp, running_arm, suck, wait};
 use magician_protocol::commands::*;
 use magician_protocol::{Ctrl, FrameBuf};
 use magician_sim::Event;
@@ -164,8 +164,9 @@ fn force_stop_clear_start_in_one_breath_ends_at_rest_and_ready() {
 }
 
 #[test]
-fn clear_drops_what_waits_and_lets_the_motion_finish() {
-    let mut bench = running_arm();
+fn a_profile_may_let_the_motion_finish_after_a_clear() {
+    let mut bench = arm_with(|profile| profile.queue.clear_ends_motion = false);
+    bench.start();
     bench.enqueue(&joints_to([90.0, 45.0, 45.0, 0.0]));
     bench.enqueue(&wait(0));
     bench.enqueue(&wait(0));
@@ -191,14 +192,44 @@ fn clear_drops_what_waits_and_lets_the_motion_finish() {
 }
 
 #[test]
-fn a_profile_may_let_clear_end_the_motion() {
-    let mut bench = arm_with(|profile| profile.queue.clear_ends_motion = true);
-    bench.start();
+fn clear_drops_what_waits_and_ends_the_motion_where_it_is() {
+    let mut bench = running_arm();
     bench.enqueue(&joints_to([90.0, 45.0, 45.0, 0.0]));
+    bench.enqueue(&wait(0));
     bench.pass(SECOND);
     bench.set(&QueuedCmdClear {});
-    assert!(!bench.state().moving);
-    assert_eq!(bench.current_index(), 1);
+    let state = bench.state();
+    assert!(!state.moving && (10.0..80.0).contains(&state.joints.j1));
+    assert_eq!((bench.current_index(), bench.left_space()), (1, 32));
+    assert_eq!(bench.enqueue(&wait(0)), 3, "numbering goes on");
+}
+
+#[test]
+fn start_ends_the_motion_where_it_is_and_goes_on_with_the_next() {
+    let mut bench = running_arm();
+    bench.enqueue(&joints_to([90.0, 45.0, 45.0, 0.0]));
+    bench.enqueue(&wait(100));
+    bench.pass(SECOND);
+    bench.start();
+    let state = bench.state();
+    assert!(!state.moving && (10.0..80.0).contains(&state.joints.j1));
+    assert_eq!((bench.current_index(), bench.left_space()), (1, 31));
+}
+
+#[test]
+fn a_jog_and_the_ramp_of_a_forced_stop_go_on_through_clear_and_start() {
+    let mut jogging = running_arm();
+    jogging.set(&jog(true, 1));
+    jogging.pass(SECOND);
+    jogging.set(&QueuedCmdClear {});
+    jogging.start();
+    assert!(jogging.state().moving);
+    let mut braking = running_arm();
+    braking.enqueue(&joints_to([90.0, 45.0, 45.0, 0.0]));
+    braking.pass(SECOND);
+    braking.set(&QueuedCmdForceStopExec {});
+    braking.set(&QueuedCmdClear {});
+    assert!(braking.state().moving);
 }
 
 #[test]

@@ -290,7 +290,7 @@ fn at_full_speed_a_command_has_finished_before_the_next_request_is_read() {
     let answers: Vec<u64> = (0..7)
         .map(|_| number(&reply(&mut runner, &mut now, USB)))
         .collect();
-    assert_eq!(answers[2..], [1, 1, 2, 2, 3_660_000]);
+    assert_eq!(answers[2..], [2, 2, 3, 3, 3_660_000]);
     assert_eq!(now, 0);
 }
 
@@ -461,7 +461,7 @@ fn what_a_peer_wrote_before_it_left_is_obeyed() {
     runner.handle_timeout(1_500);
     runner.close(USB);
     runner.handle_timeout(20_000);
-    assert_eq!(runner.controller().state().queue.current_index, 2);
+    assert_eq!(runner.controller().state().queue.current_index, 3);
     assert!(replies(&mut runner, 20_000, USB).is_empty());
     assert_eq!(runner.poll_timeout(), None);
 }
@@ -513,7 +513,7 @@ fn without_the_cable_the_arm_goes_on_and_hears_nothing() {
     runner.plug();
     let mut now = 4_000_000;
     runner.receive(now, USB, &current_index());
-    assert_eq!(number(&reply(&mut runner, &mut now, USB)), 1);
+    assert_eq!(number(&reply(&mut runner, &mut now, USB)), 2);
     assert_eq!(runner.controller().state().queue.waiting, 0);
 }
 
@@ -759,17 +759,17 @@ fn the_speed_may_change_on_the_way() {
     assert_eq!((at(&runner), runner.busy()), ((400_000, 0), true));
     runner.set_speed(500_000, Speed::Times(10.0));
     runner.handle_timeout(600_000);
-    assert_eq!(at(&runner), (1_500_000, 1));
+    assert_eq!(at(&runner), (1_500_000, 2));
     runner.set_speed(600_000, Speed::Max);
     assert_eq!(runner.speed(), Speed::Max);
     runner.handle_timeout(600_000);
-    assert_eq!((at(&runner), runner.busy()), ((3_000_000, 2), false));
+    assert_eq!((at(&runner), runner.busy()), ((3_000_000, 3), false));
     runner.set_speed(700_000, Speed::Times(1.0));
     runner.receive(700_000, USB, &wait(100));
     runner.handle_timeout(700_000);
-    assert_eq!(at(&runner), (3_100_000, 2));
+    assert_eq!(at(&runner), (3_100_000, 3));
     runner.handle_timeout(800_000);
-    assert_eq!(at(&runner), (3_200_000, 3));
+    assert_eq!(at(&runner), (3_200_000, 4));
 }
 
 /// Replies that a peer does not take are there for him, and nothing that is still to happen.

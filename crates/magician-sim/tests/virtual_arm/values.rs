@@ -5,7 +5,7 @@ use super::arm::{Bench, arm, arm_with, running_arm};
 use magician_motion::ToolBias;
 use magician_protocol::commands::*;
 use magician_protocol::{Ctrl, FieldType, Flag, IoFunction, Row, TABLE, Text};
-use magician_sim::{Controller, Event, ExternalEvent, Profile, Scenario, World};
+use magician_sim::{Ceilings, Controller, Event, ExternalEvent, Profile, Scenario, World};
 
 /// Bytes that are no number's natural value: NaN payloads, signalling NaNs, subnormals among them.
 fn pattern(count: usize, seed: u8) -> Vec<u8> {
@@ -55,7 +55,18 @@ fn every_parameter_set_reads_back_as_it_was_set() {
             if queued && !row.queueable {
                 continue;
             }
-            let mut bench = running_arm();
+            // Speeds beyond the ceilings read back as these.
+            let mut bench = arm_with(|profile| {
+                profile.ceilings = Ceilings {
+                    joint_velocity: [f64::MAX; 4],
+                    joint_acceleration: f64::MAX,
+                    linear_velocity: f64::MAX,
+                    linear_acceleration: f64::MAX,
+                    rotation_velocity: f64::MAX,
+                    rotation_acceleration: f64::MAX,
+                };
+            });
+            bench.start();
             let sent = sample(row, seed);
             let ctrl = if queued { Ctrl::QUEUED } else { Ctrl::SET };
             let reply = bench.frame(row.id, ctrl, &sent);

@@ -90,7 +90,7 @@ async fn commands_and_readings_are_those_of_the_table() {
             json!({"command": "PTPCmd", "fields": fields}),
         )
         .await;
-    assert_eq!(queued, json!({"index": 1}));
+    assert_eq!(queued, json!({"index": 2}));
     for (params, param) in [
         (json!({"command": "Nonsense"}), "command"),
         (json!({"command": "PTPCmd", "fields": {"x": 1}}), "fields"),

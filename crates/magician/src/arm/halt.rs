@@ -209,7 +209,8 @@ impl Arm {
         self.ask(request.priority(Priority::Stop)).await.map(drop)
     }
 
-    /// Drops what waits in the queue; the command under way finishes (document 1.19.6). A run under way ends.
+    /// Drops what waits in the queue (document 1.19.6). The motion under way may end where it is (model section 14). A run
+    /// under way ends.
     ///
     /// # Errors
     /// As [`get`](Self::get).

@@ -157,7 +157,6 @@ impl Arm {
         let on_rail = self.setting::<DeviceWithL>().await?.with_l.is_on();
         let needs = Needs {
             home: false,
-            arc: true,
             path: true,
             rail: on_rail,
         };
@@ -209,9 +208,6 @@ impl Arm {
                 Err(error) if error.kind() == ErrorKind::Unexpected => None,
                 Err(error) => return Err(error),
             };
-        }
-        if needs.arc {
-            read.arc_speeds = self.setting().await?;
         }
         if needs.path {
             read.path_speeds = self.setting().await?;

@@ -5,15 +5,33 @@ use magician_protocol::commands::{
 use magician_protocol::{Alarm, AlarmSet, QueuedCmdIndex};
 
 use super::Arm;
-use crate::{Error, QueueIndex, Result};
+use crate::{Error, ErrorCode, QueueIndex, Result};
 
 /// The queue and the alarms.
 impl Arm {
-    /// Lets the queue run (document 1.19.1).
+    /// Lets the queue run (document 1.19.1). A start may end the motion under way (model section 14): none is sent while a
+    /// queue runs that was started over this connection, and none before the arm stands.
     ///
     /// # Errors
-    /// As [`get`](Self::get).
+    /// [`ErrorCode::Busy`] if the arm moves and still does after five seconds, else as [`get`](Self::get). On
+    /// [`ErrorKind::Timeout`](crate::ErrorKind::Timeout) the queue may run: nothing is sent twice.
     pub async fn start_queue(&self) -> Result<()> {
+        if !self.stands().await? {
+            if self.in_flight().started() == Some(true) {
+                return Ok(());
+            }
+            self.wait_still()
+                .await
+                .map_err(|error| match error.code() {
+                    ErrorCode::StopUnconfirmed => Error::new(ErrorCode::Busy, "the arm moves"),
+                    _ => error,
+                })?;
+        }
+        self.start_standing().await
+    }
+
+    /// Lets the queue of an arm that stands run.
+    pub(super) async fn start_standing(&self) -> Result<()> {
         self.set(&QueuedCmdStartExec {}).await
     }
 
@@ -21,11 +39,12 @@ impl Arm {
     /// stopped, and programs that were written on one that was started long ago wait for their first command for ever.
     ///
     /// # Errors
-    /// As [`get`](Self::get).
+    /// As [`start_queue`](Self::start_queue).
     pub async fn start_empty_queue(&self) -> Result<bool> {
         // What another program has left there is not set going.
         let empty = self.waiting().await? == 0;
         if empty {
+            // The arm may move all the same: by an immediate motion of another program.
             self.start_queue().await?;
         }
         Ok(empty)

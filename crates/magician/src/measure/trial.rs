@@ -257,7 +257,7 @@ mod tests {
         assert!(trial.steps_by_one() && trial.left_counts() && trial.current_stands());
         assert_eq!((trial.window, trial.left), (8, [32, 17, 32]));
         let again = queue_trial(&mut line, &[1], PATIENCE).await.unwrap();
-        assert_eq!(again.indices, [Some(16)]);
+        assert_eq!(again.indices, [Some(17)]);
     }
 
     #[tokio::test(start_paused = true)]

@@ -209,7 +209,7 @@ mod tests {
             assert!((after.pose.y - before.pose.y).abs() < 6.0, "{pair:?}");
         }
         let end = taken.last().expect("there are some");
-        assert_eq!((end.pose.x, end.pose.y, end.index), (220.0, 60.0, 1));
+        assert_eq!((end.pose.x, end.pose.y, end.index), (220.0, 60.0, 2));
     }
 
     #[tokio::test]

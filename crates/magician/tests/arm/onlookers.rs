@@ -106,7 +106,7 @@ async fn a_watch_sees_the_arm_move() {
         .unwrap();
     sleep(Duration::from_millis(50)).await;
     let after = watch.latest().unwrap();
-    assert_eq!((after.pose.y, after.current.0), (50.0, 1));
+    assert_eq!((after.pose.y, after.current.0), (50.0, 2));
     assert!(after.at > before.at);
 }
 
@@ -185,8 +185,8 @@ async fn what_happens_is_told_and_costs_nothing() {
     assert_eq!(desk.heard(), [], "no reads for events");
     let wait = words::wait(Duration::from_millis(200));
     arm.start([wait, wait, wait]).wait(|_| {}).await.unwrap();
-    let mut next = 1;
-    while next <= 3 {
+    let mut next = 2;
+    while next <= 4 {
         let Some(Event::CommandFinished { first, last }) = events.next().await else {
             panic!("nothing else has happened")
         };
@@ -243,7 +243,7 @@ async fn who_does_not_listen_hears_how_much_was_missed() {
     let Some(Event::CommandFinished { first, .. }) = events.next().await else {
         panic!()
     };
-    assert_eq!(first.0, 45);
+    assert_eq!(first.0, 46);
 }
 
 #[tokio::test(start_paused = true)]
@@ -254,7 +254,7 @@ async fn moving_errs_towards_yes_and_ends() {
     arm.enqueue(&WaitCmd { timeout: 10 }).await.unwrap();
     assert!(arm.moving(), "nobody has said that the queue stands");
     arm.start_queue().await.unwrap();
-    arm.wait(magician::protocol::QueuedCmdIndex(1))
+    arm.wait(magician::protocol::QueuedCmdIndex(2))
         .await
         .unwrap();
     assert!(!arm.moving());

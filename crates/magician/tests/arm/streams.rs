@@ -148,7 +148,7 @@ async fn a_refused_command_ends_the_program_after_those_before_it() {
         (ErrorKind::Unreachable, Some(12))
     );
     assert!((13..=18).contains(&told), "{told}");
-    assert_eq!(arm.current_index().await.unwrap().0, 12);
+    assert_eq!(arm.current_index().await.unwrap().0, 13);
     // The first one, and none.
     let far = [words::line_to(400.0, 0.0, 0.0, 0.0)];
     let (ran, _) = stream(&arm, 5, &far, Duration::ZERO).await;
@@ -257,7 +257,7 @@ async fn a_laser_that_no_gap_would_put_out_is_refused() {
     arm.set_any(&words::laser(true)).await.unwrap();
     let (ran, _) = stream(&arm, 8, &program[..1], Duration::ZERO).await;
     assert_eq!(ran.unwrap_err().kind(), ErrorKind::InvalidInput);
-    assert_eq!(cell.state().queue.current_index, 1);
+    assert_eq!(cell.state().queue.current_index, 2);
 }
 
 #[tokio::test(start_paused = true)]

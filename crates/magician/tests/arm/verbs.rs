@@ -22,7 +22,7 @@ async fn the_three_verbs() {
     assert_eq!(read.device_name.as_str(), Ok("arm of the test"));
     let first = arm.enqueue(&WaitCmd { timeout: 5 }).await.unwrap();
     let second = arm.enqueue(&WaitCmd { timeout: 5 }).await.unwrap();
-    assert_eq!((first.0, second.0), (1, 2));
+    assert_eq!((first.0, second.0), (2, 3));
     let raw = arm.raw(10, Ctrl::GET, &[]).await.unwrap();
     assert!(Pose::decode(raw.frame().params()).is_ok());
     arm.detach();

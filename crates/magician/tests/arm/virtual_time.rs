@@ -133,9 +133,9 @@ async fn everybody_hears_his_own_answers() {
     let estimate = estimate.estimate(&program).unwrap();
     let watch = async |other: &Arm| {
         let mut poses: Vec<Pose> = Vec::new();
-        while cell.state().queue.current_index < 2000 {
+        while cell.state().queue.current_index < 2001 {
             poses.push(other.get().await.unwrap());
-            assert!(other.current_index().await.unwrap().0 <= 2002);
+            assert!(other.current_index().await.unwrap().0 <= 2003);
             yield_now().await;
         }
         poses.dedup();
@@ -282,7 +282,7 @@ fn a_program_may_wait_for_the_arm() {
     let arm = blocking::Arm::simulated(cell.clone(), Options::default()).unwrap();
     let wait = words::wait(Duration::from_millis(10));
     let commands = (0..40).map(|nth| {
-        while nth == 39 && cell.state().queue.current_index < 39 {
+        while nth == 39 && cell.state().queue.current_index < 40 {
             std::thread::yield_now();
         }
         wait
@@ -340,7 +340,7 @@ async fn on_a_line_that_loses_answers_every_command_is_done_once() {
             Err(error) => assert_eq!(error.kind(), ErrorKind::Uncertain, "{error}"),
         }
         assert!(
-            [0, 60].contains(&cell.state().queue.current_index),
+            [0, 61].contains(&cell.state().queue.current_index),
             "{seed}"
         );
     }

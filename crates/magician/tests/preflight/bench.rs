@@ -73,14 +73,18 @@ impl Bench {
     pub(crate) fn run_all(&mut self, program: &[Set]) -> u64 {
         let begun = self.now;
         let mut rest = program.iter();
-        let last = self.arm.state().queue.current_index + program.len() as u64;
+        // The first index is 2.
+        let last = self.arm.state().queue.current_index.max(1) + program.len() as u64;
         while self.arm.state().queue.current_index < last {
             let queue = self.arm.state().queue;
             let taken = queue.waiting + usize::from(queue.running.is_some());
             for command in rest.by_ref().take(queue.capacity - taken) {
                 self.enqueue(command);
             }
-            self.start();
+            // A start in the middle of a motion would end it.
+            if !queue.started {
+                self.start();
+            }
             // What takes no time is done by now.
             if self.arm.state().queue.current_index < last && !self.pass() {
                 break;
@@ -113,7 +117,6 @@ impl Bench {
         read.line_speeds = self.get();
         read.ratios = self.get();
         read.jump = self.get();
-        read.arc_speeds = self.get();
         read.path_speeds = self.get();
         read.with_rail = self.get::<magician::commands::DeviceWithL>().with_l.is_on();
         read.rail = Some(self.get::<magician::commands::PoseL>().pose_l);

@@ -81,6 +81,19 @@ impl Terminal {
         });
     }
 
+    /// Reads until the progress shows this step or a later one: a busy machine leaves steps out.
+    pub(crate) fn until_step(&mut self, step: u32) {
+        self.read_until("a step that is done", |seen| {
+            let text = plain(seen);
+            let mut counts = text.match_indices(" steps done").filter_map(|(end, _)| {
+                let (done, _) = text[..end].rsplit_once('/')?;
+                let digits = done.rsplit(|c: char| !c.is_ascii_digit()).next()?;
+                digits.parse::<u32>().ok()
+            });
+            counts.any(|done| done >= step).then_some(seen.len())
+        });
+    }
+
     /// Reads until both were shown, the first before the second; they may come at once.
     pub(crate) fn until_both_seen(&mut self, [first, second]: [&str; 2]) {
         self.read_until(second, |seen| {

@@ -151,7 +151,7 @@ pub(super) fn violation(assumption: A) -> Option<Violation> {
         A::ArcPoints => hides(&[0x13, 0x14]),
         A::ArcSpeeds => sets(|arm, set, _| {
             if let Set::ArcCmd(_) = set {
-                as_the_moves(arm);
+                with_arc_speeds(arm);
             }
         }),
         A::ArcRatio => ignores_ids(&[103]),
@@ -240,26 +240,32 @@ fn straight(mode: CpMode) -> PtpMode {
     }
 }
 
-/// Sets the speeds of arcs to those of point-to-point moves.
-fn as_the_moves(arm: &mut Controller) {
-    let PtpCoordinateParams {
+/// Sets the speeds of point-to-point moves, which arcs take, to those of arcs.
+fn with_arc_speeds(arm: &mut Controller) {
+    let ArcParams {
         xyz_velocity,
         r_velocity,
         xyz_acceleration,
         r_acceleration,
     } = ask(arm);
-    let PtpCommonParams {
+    let ArcCommonParams {
         velocity_ratio,
         acceleration_ratio,
     } = ask(arm);
-    let (v, a) = (velocity_ratio / 100.0, acceleration_ratio / 100.0);
     tell(
         arm,
-        &Set::ArcParams(ArcParams {
-            xyz_velocity: xyz_velocity * v,
-            r_velocity: r_velocity * v,
-            xyz_acceleration: xyz_acceleration * a,
-            r_acceleration: r_acceleration * a,
+        &Set::PtpCoordinateParams(PtpCoordinateParams {
+            xyz_velocity,
+            r_velocity,
+            xyz_acceleration,
+            r_acceleration,
+        }),
+    );
+    tell(
+        arm,
+        &Set::PtpCommonParams(PtpCommonParams {
+            velocity_ratio,
+            acceleration_ratio,
         }),
     );
 }

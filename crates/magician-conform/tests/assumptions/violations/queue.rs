@@ -15,7 +15,7 @@ pub(super) fn violation(assumption: A) -> Option<Violation> {
     Some(match assumption {
         // Every other number is left out.
         A::Indices => replies(|_, reply| renumbered(reply, |index| 2 * index)),
-        A::FirstIndex => profile(|profile| profile.queue.first_index = 2),
+        A::FirstIndex => profile(|profile| profile.queue.first_index = 1),
         // The index of the command at work.
         A::CurrentIndex => current_index(|arm, index| {
             *index = arm.state().queue.running.unwrap_or(*index);
@@ -48,10 +48,8 @@ pub(super) fn violation(assumption: A) -> Option<Violation> {
         }),
         A::Start => ignores_ids(&[240]),
         A::QueueStopped => profile(|profile| profile.power_up.queue_started = true),
-        A::StartAgain => sets(|arm, set, _| {
-            if matches!(set, Set::QueuedCmdStartExec(_)) && arm.state().queue.started {
-                tell(arm, &Set::QueuedCmdStopExec(QueuedCmdStopExec {}));
-            }
+        A::StartAgain => ignores(|arm, set, _| {
+            matches!(set, Set::QueuedCmdStartExec(_)) && arm.state().queue.started
         }),
         A::StopFinishes => sets(|_, set, _| {
             if let Set::QueuedCmdStopExec(_) = set {
@@ -69,7 +67,7 @@ pub(super) fn violation(assumption: A) -> Option<Violation> {
             }
         }),
         A::Clear => ignores_ids(&[245]),
-        A::ClearWhileMoving => profile(|profile| profile.queue.clear_ends_motion = true),
+        A::ClearWhileMoving => profile(|profile| profile.queue.clear_ends_motion = false),
         _ => return None,
     })
 }

@@ -80,15 +80,11 @@ pub(super) fn violation(assumption: A) -> Option<Violation> {
             profile.defaults.cp.junction_velocity = 99.0;
             profile.defaults.arc.linear_velocity = 201.0;
         }),
-        A::BeyondCeilings => sets(|_, set, _| match set {
-            Set::PtpJointParams(joints) => {
-                joints.velocity = joints.velocity.map(|velocity| velocity.min(320.0));
+        A::CappedWhenSet => profile(|profile| profile.ceilings.linear_velocity = 2000.0),
+        A::BeyondCeilings => sets(|_, set, _| {
+            if let Set::PtpCommonParams(ratios) = set {
+                ratios.velocity_ratio = ratios.velocity_ratio.min(100.0);
             }
-            Set::PtpCoordinateParams(space) => space.xyz_velocity = space.xyz_velocity.min(300.0),
-            Set::PtpCommonParams(ratios) => {
-                ratios.velocity_ratio = ratios.velocity_ratio.min(100.0)
-            }
-            _ => {}
         }),
         A::RailDefaults => profile(|profile| {
             profile.defaults.ptp.rail_velocity = 50.0;

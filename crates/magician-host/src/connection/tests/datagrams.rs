@@ -97,8 +97,10 @@ fn a_command_that_came_twice_is_taken_and_told_even_if_its_first_answer_is_lost(
 /// An arm at rest: its queue was seen empty, and then its current index.
 fn at_rest(settings: Settings, dropped: u32) -> Pair {
     let mut pair = Pair::new(settings, Faults::default(), 5);
+    pair.count_from(1);
     // An earlier program has used the arm, and cleared its queue.
     let mut before = Pair::new(Settings::ORDERED, Faults::default(), 6);
+    before.count_from(1);
     let orders: [FrameBuf; 3] = [
         *Request::set(&QueuedCmdStopExec {}).unwrap().frame(),
         *Request::set(&QueuedCmdClear {}).unwrap().frame(),

@@ -82,6 +82,7 @@ fn a_reset_of_the_controller_is_noticed_and_nothing_is_replayed() {
 #[test]
 fn a_full_queue_is_said_to_be_full() {
     let mut pair = Pair::new(Settings::ORDERED, Faults::default(), 9);
+    pair.count_from(1);
     for _ in 0..32 {
         pair.ask(wait(1), SECOND).unwrap();
     }

@@ -35,6 +35,7 @@ fn get_di(address: u8) -> Request {
 /// A pair whose queue runs and has been seen empty, over a perfect line.
 fn ready(settings: Settings, seed: u64) -> Pair {
     let mut pair = Pair::new(settings, Faults::default(), seed);
+    pair.count_from(1);
     pair.ask(Request::set(&QueuedCmdStartExec {}).unwrap(), SECOND)
         .unwrap();
     pair.ask(Request::get::<QueuedCmdLeftSpace>(&NoArgs).unwrap(), SECOND)

@@ -46,6 +46,6 @@ fn what_is_left_over_stands_in_the_order_of_its_indices_also_after_a_doubled_com
         let stream = std::mem::replace(&mut rig.stream, Stream::new(settings));
         let leftover = stream.leftover();
         let indices: Vec<_> = leftover.items().map(|(index, _)| index).collect();
-        assert_eq!(indices, (1..=next).map(Some).collect::<Vec<_>>());
+        assert_eq!(indices, (2..=next).map(Some).collect::<Vec<_>>());
     }
 }

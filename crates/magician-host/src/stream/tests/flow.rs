@@ -16,10 +16,10 @@ fn a_program_runs_in_order_and_is_finished_when_the_arm_is() {
     rig.run(60 * SECOND).unwrap();
     assert_eq!(rig.taken(&program), all(&program));
     assert_eq!(rig.done(&program), (0..program.len()).collect::<Vec<_>>());
-    let finished = StreamEvent::Finished { last: Some(20) };
+    let finished = StreamEvent::Finished { last: Some(21) };
     assert_eq!(rig.events.last(), Some(&finished));
     let state = rig.pair.arm.state();
-    assert_eq!(state.queue.current_index, 20);
+    assert_eq!(state.queue.current_index, 21);
     let sent = |event: &&StreamEvent| matches!(event, StreamEvent::Sent { accepted: 20, .. });
     assert!(rig.events.iter().any(|event| sent(&event)));
 }

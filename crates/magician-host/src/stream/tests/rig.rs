@@ -92,6 +92,7 @@ impl Rig {
         while let Some(event) = self.stream.poll_event() {
             self.events.push(event);
         }
+        assert_eq!(self.pair.cuts, 0, "no motion is cut short");
         match self.failure() {
             Some(failure) => Err(failure),
             None => Ok(()),

@@ -31,7 +31,7 @@ pub(super) struct Emitter<'o> {
     /// Where the program begins, until something has moved.
     start: Option<[f64; 3]>,
     /// The settings that the plan has made so far.
-    travel_is_set: bool,
+    line_speed: Option<[f64; 2]>,
     path_feed: Option<f64>,
     arc_feed: Option<f64>,
     /// A laser's path has begun, and the laser has not been switched off since.
@@ -53,7 +53,7 @@ impl<'o> Emitter<'o> {
             chords,
             laser,
             start: options.begins_at(),
-            travel_is_set: false,
+            line_speed: None,
             path_feed: None,
             arc_feed: None,
             burning: false,
@@ -90,11 +90,15 @@ impl<'o> Emitter<'o> {
     }
 
     fn travel_speed(&mut self, origin: Origin) {
-        if !self.travel_is_set {
-            self.travel_is_set = true;
-            let speed = self.options.travel_speed as f32;
-            let acceleration = self.options.travel_acceleration as f32;
-            self.set(words::line_speed(speed, acceleration), origin);
+        let options = self.options;
+        self.line_speed(options.travel_speed, options.travel_acceleration, origin);
+    }
+
+    fn line_speed(&mut self, speed: f64, acceleration: f64, origin: Origin) {
+        let wanted = Some([speed, acceleration]);
+        if self.line_speed != wanted {
+            self.line_speed = wanted;
+            self.set(words::line_speed(speed as f32, acceleration as f32), origin);
         }
     }
 
@@ -172,11 +176,14 @@ impl<'o> Emitter<'o> {
     }
 
     fn arc_speed(&mut self, feed: Option<f64>, origin: Origin) {
-        if let Some(speed) = feed.filter(|_| feed != self.arc_feed) {
+        let Some(speed) = feed else { return };
+        let acceleration = self.options.acceleration;
+        if feed != self.arc_feed {
             self.arc_feed = feed;
-            let acceleration = self.options.acceleration as f32;
-            self.set(words::arc_speed(speed as f32, acceleration), origin);
+            self.set(words::arc_speed(speed as f32, acceleration as f32), origin);
         }
+        // The document has arcs obey the first, the vendor's code for the sibling arm the second (model section 9).
+        self.line_speed(speed, acceleration, origin);
     }
 
     /// Waits, with the laser dark. Whether it was lit before.

@@ -33,7 +33,8 @@ impl Bench {
     /// Does all of a plan, or as much as an alarm lets it.
     pub(crate) fn run_plan(&mut self, plan: &Plan) -> Done {
         let commands: Vec<Set> = plan.commands().collect();
-        let last = self.arm.state().queue.current_index + commands.len() as u64;
+        // The first index is 2.
+        let last = self.arm.state().queue.current_index.max(1) + commands.len() as u64;
         let took = self.run_all(&commands);
         let state = self.arm.state();
         Done {

@@ -19,10 +19,12 @@ fn the_pen_sample_step_by_step() {
         path(260.0, -20.0, 0.0),
         path(260.0, 20.0, 0.0),
         words::arc_speed(25.0, 100.0).into(),
+        words::line_speed(25.0, 100.0).into(),
         arc(middle, [240.0, 40.0, 0.0]),
         path(220.0, 40.0, 0.0),
         // About (220, 10) with a radius of 30, counter-clockwise from 90 to -90 degrees.
         arc([190.0, 10.0, 0.0], [220.0, -20.0, 0.0]),
+        words::line_speed(200.0, 200.0).into(),
         travel(220.0, -20.0, 10.0),
         Action::Wait(200),
         travel(200.0, 0.0, 10.0),

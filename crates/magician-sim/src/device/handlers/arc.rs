@@ -6,16 +6,11 @@ use magician_protocol::commands::*;
 use crate::convert::from_wire;
 use crate::device::context::Context;
 use crate::device::effect::{Effect, Effects, ExecMode};
-use crate::device::handlers::motion::tool_beyond;
 use crate::device::handlers::{Apply, stored};
 use crate::fidelity::{Assumption, AssumptionSet};
 
 stored! {
-    ArcParams in arc: Parameters, beyond |set, most| tool_beyond(
-        [set.xyz_velocity, set.r_velocity],
-        [set.xyz_acceleration, set.r_acceleration],
-        most,
-    );
+    ArcParams in arc: Parameters;
     ArcCommonParams in arc_common: ArcRatio;
 }
 
@@ -41,7 +36,7 @@ impl Apply for ArcCmd {
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let [via, to] = [self.cir_point, self.to_point].map(|point| Pose::from(from_wire(point)));
         let view = cx.view();
-        let planner = view.planner(view.settings.arc_speeds());
+        let planner = view.planner(view.settings.ptp_speeds());
         Effect::Move(view.plan_path(planner.arc(&view.arm(), &via, &to))).into()
     }
 }
@@ -56,7 +51,7 @@ impl Apply for CircleCmd {
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let [via, to] = [self.cir_point, self.to_point].map(|point| Pose::from(from_wire(point)));
         let view = cx.view();
-        let planner = view.planner(view.settings.arc_speeds());
+        let planner = view.planner(view.settings.ptp_speeds());
         let plan = planner.circle(&view.arm(), &via, &to, self.count);
         Effect::Move(view.plan_path(plan)).into()
     }

@@ -5,19 +5,22 @@ use magician_protocol::commands::*;
 
 use crate::device::context::Context;
 use crate::device::effect::{Effect, Effects, ExecMode};
-use crate::device::handlers::motion::{beyond, joints_beyond, tool_beyond};
+use crate::device::handlers::motion::{beyond, cap, cap_joints};
 use crate::device::handlers::{Apply, stored};
 use crate::fidelity::{Assumption, AssumptionSet};
 
 stored! {
     JogJointParams in jog_joint: Parameters,
-        beyond |set, most| joints_beyond(&set.velocity, &set.acceleration, most);
-    JogCoordinateParams in jog_coordinate: Parameters, beyond |set, most| {
-        let ([x, y, z, r], [ax, ay, az, ar]) = (set.velocity, set.acceleration);
-        tool_beyond([x.max(y).max(z), r], [ax.max(ay).max(az), ar], most)
+        capped |set, most| cap_joints(&mut set.velocity, &mut set.acceleration, most);
+    JogCoordinateParams in jog_coordinate: Parameters, capped |set, most| {
+        let of = |line: f64, rotation: f64| [line, line, line, rotation];
+        let velocity = of(most.linear_velocity, most.rotation_velocity);
+        let acceleration = of(most.linear_acceleration, most.rotation_acceleration);
+        let above = cap(set.velocity.each_mut(), velocity);
+        cap(set.acceleration.each_mut(), acceleration) || above
     };
     JogCommonParams in jog_common: Parameters,
-        beyond |set, _most| beyond([set.velocity_ratio], [100.0]);
+        beyond |set| beyond([set.velocity_ratio], [100.0]);
     JogLParams in jog_rail: Parameters, at first RailDefaults;
 }
 

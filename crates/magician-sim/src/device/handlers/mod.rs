@@ -109,14 +109,15 @@ magician_protocol::for_each_readable!(report);
 magician_protocol::for_each_writable!(apply);
 
 /// A parameter set that is read from one expression and written by another. What was never set may read as another
-/// assumption says, and what is beyond a ceiling of motions is stored all the same.
+/// assumption says. What is beyond a ceiling of motions is stored all the same, or as the ceiling.
 macro_rules! parameter {
     (
         $layout:ident: $assumption:ident,
         |$cx:ident| $read:expr,
         |$value:ident| $write:expr
         $(, if $unset:expr => $default:ident)?
-        $(, beyond |$set:ident, $most:ident| $beyond:expr)?
+        $(, beyond |$set:ident| $beyond:expr)?
+        $(, capped |$capped:ident, $most:ident| $cap:expr)?
     ) => {
         impl $crate::device::handlers::Report for $layout {
             const RESTS_ON: $crate::fidelity::Assumption = $crate::fidelity::Assumption::$assumption;
@@ -145,12 +146,25 @@ macro_rules! parameter {
             $(
                 fn assumptions(
                     &self,
+                    _: &$crate::device::context::Context<'_>,
+                    _: $crate::device::effect::ExecMode,
+                ) -> $crate::fidelity::AssumptionSet {
+                    let $set = self;
+                    $crate::fidelity::AssumptionSet::from($crate::fidelity::Assumption::$assumption)
+                        .and_if($beyond, $crate::fidelity::Assumption::BeyondCeilings)
+                }
+            )?
+
+            $(
+                fn assumptions(
+                    &self,
                     cx: &$crate::device::context::Context<'_>,
                     _: $crate::device::effect::ExecMode,
                 ) -> $crate::fidelity::AssumptionSet {
-                    let ($set, $most) = (self, &cx.firmware.model.ceilings);
+                    let ($capped, $most) = (&mut self.clone(), &cx.firmware.model.ceilings);
+                    let beyond: bool = $cap;
                     $crate::fidelity::AssumptionSet::from($crate::fidelity::Assumption::$assumption)
-                        .and_if($beyond, $crate::fidelity::Assumption::BeyondCeilings)
+                        .and_if(beyond, $crate::fidelity::Assumption::CappedWhenSet)
                 }
             )?
 
@@ -160,6 +174,11 @@ macro_rules! parameter {
                 _: $crate::device::effect::ExecMode,
             ) -> $crate::device::effect::Effects {
                 let $value = *self;
+                $(
+                    let (mut $value, $most) = ($value, &$cx.firmware.model.ceilings);
+                    let $capped = &mut $value;
+                    let _: bool = $cap;
+                )?
                 $write;
                 $crate::device::effect::Effects::none()
             }
@@ -172,14 +191,16 @@ macro_rules! stored {
     ($(
         $layout:ident in $field:ident: $assumption:ident
         $(, at first $default:ident)?
-        $(, beyond |$set:ident, $most:ident| $beyond:expr)?;
+        $(, beyond |$set:ident| $beyond:expr)?
+        $(, capped |$capped:ident, $most:ident| $cap:expr)?;
     )+) => {$(
         $crate::device::handlers::parameter!(
             $layout: $assumption,
             |cx| cx.store.settings.$field,
             |value| cx.store.settings.$field = value
             $(, if !cx.was_set::<$layout>() => $default)?
-            $(, beyond |$set, $most| $beyond)?
+            $(, beyond |$set| $beyond)?
+            $(, capped |$capped, $most| $cap)?
         );
     )+};
 }

@@ -2,6 +2,7 @@
 
 use magician_motion::Ceilings;
 
+use crate::convert::to_wire;
 use crate::device::context::Context;
 use crate::device::effect::ExecMode;
 use crate::device::queue::Busy;
@@ -34,18 +35,25 @@ impl Context<'_> {
     }
 }
 
-/// Whether speeds of joints are beyond what motions are planned with.
-pub(super) fn joints_beyond(velocity: &[f32; 4], acceleration: &[f32; 4], most: &Ceilings) -> bool {
-    beyond(*velocity, most.joint_velocity) || beyond(*acceleration, most.joint_acceleration)
+/// Lowers speeds and accelerations of joints to their ceilings; true if any was above.
+pub(super) fn cap_joints(
+    velocity: &mut [f32; 4],
+    acceleration: &mut [f32; 4],
+    most: &Ceilings,
+) -> bool {
+    let velocity = cap(velocity.each_mut(), most.joint_velocity);
+    cap(acceleration.each_mut(), most.joint_acceleration) || velocity
 }
 
-/// Whether speeds of the tool are, each along a line and round.
-pub(super) fn tool_beyond(velocity: [f32; 2], acceleration: [f32; 2], most: &Ceilings) -> bool {
-    beyond(velocity, [most.linear_velocity, most.rotation_velocity])
-        || beyond(
-            acceleration,
-            [most.linear_acceleration, most.rotation_acceleration],
-        )
+/// Lowers values to their ceilings; true if any was above.
+pub(super) fn cap<const N: usize>(values: [&mut f32; N], ceilings: [f64; N]) -> bool {
+    let mut above = false;
+    for (value, ceiling) in values.into_iter().zip(to_wire(ceilings)) {
+        if *value > ceiling {
+            (*value, above) = (ceiling, true);
+        }
+    }
+    above
 }
 
 /// Whether a value is above its ceiling.

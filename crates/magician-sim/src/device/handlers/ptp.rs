@@ -10,22 +10,31 @@ use magician_protocol::{Alarm, NoArgs, PoList, PtpMode};
 use crate::convert::from_wire;
 use crate::device::context::Context;
 use crate::device::effect::{Effect, Effects, ExecMode};
-use crate::device::handlers::motion::{beyond, joints_beyond, tool_beyond};
+use crate::device::handlers::motion::{beyond, cap, cap_joints};
 use crate::device::handlers::{Apply, Report, stored};
 use crate::event::Refusal;
 use crate::fidelity::{Assumption, AssumptionSet};
 
 stored! {
     PtpJointParams in ptp_joint: Parameters,
-        beyond |set, most| joints_beyond(&set.velocity, &set.acceleration, most);
-    PtpCoordinateParams in ptp_coordinate: Parameters, beyond |set, most| tool_beyond(
-        [set.xyz_velocity, set.r_velocity],
-        [set.xyz_acceleration, set.r_acceleration],
-        most,
+        capped |set, most| cap_joints(&mut set.velocity, &mut set.acceleration, most);
+    PtpCoordinateParams in ptp_coordinate: Parameters, capped |set, most| cap(
+        [
+            &mut set.xyz_velocity,
+            &mut set.r_velocity,
+            &mut set.xyz_acceleration,
+            &mut set.r_acceleration,
+        ],
+        [
+            most.linear_velocity,
+            most.rotation_velocity,
+            most.linear_acceleration,
+            most.rotation_acceleration,
+        ],
     );
     PtpJump2Params in ptp_jump2: Parameters;
     PtpCommonParams in ptp_common: Parameters,
-        beyond |set, _most| beyond([set.velocity_ratio, set.acceleration_ratio], [100.0; 2]);
+        beyond |set| beyond([set.velocity_ratio, set.acceleration_ratio], [100.0; 2]);
     PtpLParams in ptp_rail: Parameters, at first RailDefaults;
 }
 

@@ -43,10 +43,9 @@ impl Apply for QueuedCmdStartExec {
     const RESTS_ON: Assumption = Assumption::Start;
 
     fn assumptions(&self, cx: &Context<'_>, _: ExecMode) -> AssumptionSet {
-        AssumptionSet::from(Self::RESTS_ON).and(match cx.hosts().is_started() {
-            true => Assumption::StartAgain,
-            false => Assumption::QueueStopped,
-        })
+        AssumptionSet::from(Self::RESTS_ON)
+            .and_if(!cx.hosts().is_started(), Assumption::QueueStopped)
+            .and_if(cx.motion.can_be_dropped(), Assumption::StartAgain)
     }
 
     fn apply(&self, _: &mut Context<'_>, _: ExecMode) -> Effects {
@@ -93,11 +92,9 @@ impl Apply for QueuedCmdClear {
     const RESTS_ON: Assumption = Assumption::Clear;
 
     fn assumptions(&self, cx: &Context<'_>, _: ExecMode) -> AssumptionSet {
-        let moves = cx.queues.active().busy() == Some(Busy::Moving);
         AssumptionSet::from(Self::RESTS_ON)
             .and(Assumption::IndexAfterClear)
-            .and_if(moves, Assumption::ClearWhileMoving)
-            .and_if(cx.motion.follows_path(), Assumption::CpStops)
+            .and_if(cx.motion.can_be_dropped(), Assumption::ClearWhileMoving)
     }
 
     fn apply(&self, _: &mut Context<'_>, _: ExecMode) -> Effects {

@@ -200,6 +200,12 @@ impl Motion {
         )
     }
 
+    /// Whether a Clear or a Start ends what is under way: not a jog, nor the ramp of a forced stop.
+    pub(crate) fn can_be_dropped(&self) -> bool {
+        let kind = self.kind();
+        !self.is_jogging() && kind.is_some_and(|kind| kind != MotionKind::Brake)
+    }
+
     /// Whether it brakes at the end of a jog.
     pub(crate) fn ends_jog(&self) -> bool {
         matches!(self.kind(), Some(MotionKind::JogStop { .. }))

@@ -27,7 +27,7 @@ impl Settings {
         self.with_rail.with_l.is_on()
     }
 
-    /// The point-to-point speeds that are set now; the planner knows their ceilings.
+    /// The speeds of point-to-point moves and arcs that are set now; the planner knows their ceilings.
     pub(crate) fn ptp_speeds(&self) -> Speeds {
         let (joint, space, ratio) = (&self.ptp_joint, &self.ptp_coordinate, &self.ptp_common);
         Speeds {
@@ -39,20 +39,6 @@ impl Settings {
             rotation_acceleration: space.r_acceleration.into(),
             velocity_ratio: ratio.velocity_ratio.into(),
             acceleration_ratio: ratio.acceleration_ratio.into(),
-        }
-    }
-
-    /// The speeds of arcs that are set now; no joint moves by itself.
-    pub(crate) fn arc_speeds(&self) -> Speeds {
-        let (arc, ratio) = (&self.arc, &self.arc_common);
-        Speeds {
-            linear_velocity: arc.xyz_velocity.into(),
-            linear_acceleration: arc.xyz_acceleration.into(),
-            rotation_velocity: arc.r_velocity.into(),
-            rotation_acceleration: arc.r_acceleration.into(),
-            velocity_ratio: ratio.velocity_ratio.into(),
-            acceleration_ratio: ratio.acceleration_ratio.into(),
-            ..self.ptp_speeds()
         }
     }
 

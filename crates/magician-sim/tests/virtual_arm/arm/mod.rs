@@ -26,9 +26,16 @@ pub fn arm() -> Bench {
     arm_with(|_| ())
 }
 
-/// The same with another profile: in continuous time, which closed forms hold for.
-pub fn arm_with(change: impl FnOnce(&mut Profile)) -> Bench {
+/// In continuous time, which closed forms hold for, and counting from 1, so that an index is the number of its command.
+fn plain() -> Profile {
     let mut profile = Profile::continuous();
+    profile.queue.first_index = 1;
+    profile
+}
+
+/// The same with another profile.
+pub fn arm_with(change: impl FnOnce(&mut Profile)) -> Bench {
+    let mut profile = plain();
     change(&mut profile);
     profile.check().expect("a sensible profile");
     let mut bench = Bench {
@@ -43,7 +50,7 @@ pub fn arm_in(scenario: &str) -> Bench {
     let scenario = Scenario::from_toml(scenario).expect("a scenario");
     let world = World::from_scenario(&scenario);
     let mut bench = Bench {
-        arm: Controller::in_world(Profile::continuous(), world),
+        arm: Controller::in_world(plain(), world),
     };
     bench.set(&ClearAlarmsState {});
     bench.start();

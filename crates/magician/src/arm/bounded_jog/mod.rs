@@ -178,7 +178,7 @@ impl Arm {
             None => self.place_on(direction.axis).await?,
         };
         // It is empty.
-        self.start_queue().await?;
+        self.start_standing().await?;
         let within = (Duration::from_micros(life.keep) + AFTER - SPARE).as_secs_f64();
         let (pace, settings) = self.pace(direction, within).await?;
         for setting in &settings {

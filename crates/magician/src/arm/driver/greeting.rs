@@ -2,24 +2,43 @@
 
 use std::task::Context;
 
-use magician_protocol::commands::{DeviceSn, DeviceVersion, Pose};
+use magician_protocol::commands::{DeviceSn, DeviceVersion, Pose, QueuedCmdClear};
 use magician_protocol::{Layout, NoArgs};
 
 use super::wire::Wire;
 use crate::arm::lights_out::Darkness;
 use crate::connection::{Connection, Event, Micros, Priority, Request, Settings, Ticket};
 use crate::transport::Line;
+use crate::{REST_READ_INTERVAL, RestDetector};
 
 /// How long it may take to identify itself.
 const PATIENCE: Micros = 1_000_000;
+/// Longest time for the motion under way to end by itself: its laser may burn on that long. A piece of a burn lasts the laser
+/// horizon of its run at most, 1 s unless the caller sets another, and then the arm slows down and has to be seen at rest.
+const MOTION_END: Micros = 2_000_000;
+
+/// Wait for an arm whose queue is held to come to rest, so that the queue can be cleared. A Clear may end a motion where it is,
+/// and the arm would count it as finished (model section 14).
+#[derive(Debug)]
+struct Clearing {
+    rest: RestDetector,
+    /// When the next pose is due.
+    due: Micros,
+    /// Deadline: an arm that still moves is stopped.
+    until: Micros,
+}
 
 /// A line on which the arm is identified, over a connection of its own: what another arm answers must not be taken
 /// for the word of the one of before.
 pub(super) struct Greeting {
     wire: Wire,
     connection: Connection,
-    /// What puts a laser out that may burn, as far as it has not been answered: it is said before anything is asked.
+    /// Requests that put a laser out and empty the queue, which were not answered yet. They go out
+    /// before anything is asked.
     dark: Vec<Ticket>,
+    clearing: Option<Clearing>,
+    /// True if the queue has still to be cleared, by a stop.
+    to_stop: bool,
     darkens: bool,
     /// Where the arm was when its laser was put out, and the question for it.
     darkness: Option<Darkness>,
@@ -50,6 +69,12 @@ impl Greeting {
             darkness: (!dark.is_empty()).then(|| Darkness::begins(now, false).asks()),
             pose: None,
             dark: Vec::new(),
+            clearing: (!dark.is_empty()).then(|| Clearing {
+                rest: RestDetector::default(),
+                due: now,
+                until: now.saturating_add(MOTION_END),
+            }),
+            to_stop: false,
             asks: Some(ask_serial),
             version: None,
             serial: None,
@@ -68,13 +93,16 @@ impl Greeting {
         greeting
     }
 
-    /// Asks for the identity, once the laser is off.
-    fn ask(&mut self, now: Micros) {
+    /// Asks for the identity, once the laser is off and the queue is empty; true if anything was asked.
+    fn ask(&mut self, now: Micros) -> bool {
         if !self.dark.is_empty() {
-            return;
+            return false;
+        }
+        if self.clearing.is_some() {
+            return self.clear(now);
         }
         let Some(serial) = self.asks.take() else {
-            return;
+            return false;
         };
         let connection = &mut self.connection;
         let mut ask = |request: Result<Request, _>| {
@@ -85,10 +113,50 @@ impl Greeting {
         self.serial = serial
             .then(|| ask(Request::get::<DeviceSn>(&NoArgs)))
             .flatten();
+        true
+    }
+
+    /// Clears the queue once the arm stands, and reads its pose until then; true if anything was sent.
+    fn clear(&mut self, now: Micros) -> bool {
+        let Some(clearing) = &mut self.clearing else {
+            return false;
+        };
+        if clearing.rest.is_at_rest() {
+            self.clearing = None;
+            let clear = Request::set(&QueuedCmdClear {}).ok();
+            let clear = clear.map(|clear| clear.priority(Priority::Stop).deadline(until(now)));
+            self.dark = (clear.into_iter())
+                .map(|clear| self.connection.submit(clear))
+                .collect();
+            return true;
+        }
+        if self.pose.is_some() {
+            return false;
+        }
+        if clearing.until <= now {
+            self.stop_instead();
+            return true;
+        }
+        if now < clearing.due {
+            return false;
+        }
+        let pose = Request::get::<Pose>(&NoArgs).ok();
+        clearing.due = now.saturating_add(REST_READ_INTERVAL);
+        self.pose = pose.map(|pose| self.connection.submit(pose.deadline(until(now))));
+        true
+    }
+
+    /// Leaves the queue to a stop, which clears it and follows as soon as the arm is identified: nothing waits for a motion to
+    /// end any more.
+    pub(super) fn stop_instead(&mut self) {
+        self.to_stop |= self.clearing.take().is_some();
     }
 
     pub(super) fn poll_timeout(&self) -> Option<Micros> {
-        self.connection.poll_timeout()
+        let clearing = self.clearing.as_ref().filter(|_| self.dark.is_empty());
+        let clearing = clearing.filter(|_| self.pose.is_none());
+        let pose = clearing.map(|clearing| clearing.due);
+        self.connection.poll_timeout().into_iter().chain(pose).min()
     }
 
     pub(super) fn let_time_pass(&mut self, now: Micros) {
@@ -104,9 +172,9 @@ impl Greeting {
         if let Some(met) = self.hear(now) {
             return (true, Some(met));
         }
-        self.ask(now);
+        let asked = self.ask(now);
         match (read, wrote) {
-            (Ok(read), Ok(wrote)) => (read || wrote, None),
+            (Ok(read), Ok(wrote)) => (read || wrote || asked, None),
             (Err(error), _) | (_, Err(error)) => (true, Some(Err(error.to_string()))),
         }
     }
@@ -123,6 +191,9 @@ impl Greeting {
                     .and_then(|reply| reply.frame().read::<Pose>().ok());
                 if let (Some(darkness), Some(pose)) = (&mut self.darkness, pose) {
                     darkness.sees(now, pose);
+                }
+                if let (Some(clearing), Some(pose)) = (&mut self.clearing, pose) {
+                    clearing.rest.see(now, pose);
                 }
                 continue;
             }
@@ -141,9 +212,14 @@ impl Greeting {
         known.then(|| Ok(self.said.take()))
     }
 
-    /// Whether it has put a laser out, and emptied the queue.
+    /// True if it has put a laser out, and emptied the queue or left that to a stop.
     pub(super) fn darkens(&self) -> bool {
         self.darkens
+    }
+
+    /// True if a stop has to clear the queue.
+    pub(super) fn to_stop(&self) -> bool {
+        self.to_stop
     }
 
     /// Where the arm was when its laser was put out, as far as that is known.

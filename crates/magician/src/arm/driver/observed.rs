@@ -80,8 +80,10 @@ impl Driver {
         self.observed.current = Some(current);
         match self.observed.finished {
             Some(before) if before < current => {
+                // Arms begin with 2 (model section 14): there is no command 1 to have finished.
+                let first = before.saturating_add(1).max(current.min(2));
                 self.happens(Event::CommandFinished {
-                    first: QueuedCmdIndex(before.saturating_add(1)),
+                    first: QueuedCmdIndex(first),
                     last: QueuedCmdIndex(current),
                 });
                 self.observed.finished = Some(current);

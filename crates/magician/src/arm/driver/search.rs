@@ -56,6 +56,9 @@ impl Driver {
                 true
             }
             Stage::Greeting(greeting) => {
+                if self.owes_halt {
+                    greeting.stop_instead();
+                }
                 let (busy, met) = greeting.go_on(cx, now);
                 if let Some(met) = met {
                     self.meet(met);
@@ -119,6 +122,7 @@ impl Driver {
             Request::get::<QueuedCmdLeftSpace>(&NoArgs),
         ];
         let darkened = greeting.darkens();
+        let still_moves = greeting.to_stop() && !self.owes_halt;
         {
             let mut known = self.shared.known();
             known.darkness = known.darkness.or(greeting.darkness());
@@ -138,7 +142,12 @@ impl Driver {
                 self.shared.name
             );
         }
-        if self.owes_halt {
+        if still_moves {
+            // What became of the motion under way is unknown, so that a run ends with it.
+            self.shared.stop();
+            tracing::warn!("{}: the arm still moved, and was stopped", self.shared.name);
+        }
+        if self.owes_halt || still_moves {
             self.halt(Vec::new());
         }
         let deadline = Instant::now() + SETTLING;

@@ -84,7 +84,7 @@ impl Driver {
     }
 
     /// What is said first on a line that was lost and is there again, if the laser may have burnt meanwhile: the laser goes
-    /// out, the queue is held, and what waits in it is dropped. Empty if it has not.
+    /// out, and the queue is held. Empty if it has not.
     pub(super) fn darkening(&self) -> Vec<Request> {
         if !self.shared.known().picture.may_be_lit() {
             return Vec::new();

@@ -354,7 +354,7 @@ class Magician:
         self._exchange(242, SET)
 
     def clear_queue(self) -> None:
-        """Empties the queue."""
+        """Empties the queue, at once as pydobotlab 0.2 does: the motion under way may end where it is."""
         self._exchange(245, SET)
 
     def queued_cmd_current_index(self) -> int:

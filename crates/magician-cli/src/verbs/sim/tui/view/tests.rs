@@ -184,7 +184,7 @@ fn a_queue_at_work_and_one_that_is_held() {
         send(&mut arm, WaitCmd { timeout: 1000 }, Ctrl::QUEUED);
     }
     let busy = screen(&app(&arm), 80, 24);
-    shows(&busy, &["16/32", "1 WAITCmd", "started, done 0"]);
+    shows(&busy, &["16/32", "2 WAITCmd", "started, done 0"]);
     let full = |line: &String| line.matches('█').count();
     assert_eq!(busy.iter().map(full).sum::<usize>(), 10);
 
