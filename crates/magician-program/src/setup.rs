@@ -17,7 +17,7 @@ use crate::{
 pub(crate) const UNSAID: ToolBias = ToolBias::SUCTION;
 
 /// What a person says of how a file is to be done. What is left open is as the file says, or has a default.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Setup {
     /// The tool that was asked for.

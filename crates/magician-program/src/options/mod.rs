@@ -5,9 +5,7 @@ mod asked;
 mod fields;
 mod framed;
 mod grid;
-mod laying;
 mod pens;
-mod program;
 
 use magician_host::{Set, words};
 use serde::{Deserialize, Serialize};
@@ -15,9 +13,7 @@ use serde::{Deserialize, Serialize};
 pub use asked::{AskedGroup, AskedKind, AskedOption, DefaultValue};
 pub use fields::OptionError;
 pub use grid::Grid;
-pub use laying::{Begins, FileToLay, LaidProgram, Laying};
 pub use pens::{PenMatch, PenOptions};
-pub use program::{Begun, FileRead, LaidFile, Reading, UnknownStart};
 
 use crate::artwork::{Marking, Sheet, Tidy};
 use crate::fill::{FillMode, Filling};
@@ -495,7 +491,7 @@ impl SetupOptions {
     }
 
     /// What the arm is told first, besides what the plan says; `taught` is one in the arm's coordinates.
-    fn settings(&self, plan: &mut Plan, taught: bool) -> Vec<Set> {
+    pub(crate) fn settings(&self, plan: &mut Plan, taught: bool) -> Vec<Set> {
         let mut settings = Vec::new();
         if let Some(ratio) = self.speed_ratio {
             settings.push(plan.moves_at(ratio as f32));

@@ -24,6 +24,7 @@ mod parts;
 mod placing;
 mod plan;
 mod points;
+mod prepared;
 mod preview;
 mod properties;
 mod rehearse;
