@@ -480,15 +480,7 @@ impl Setup {
     }
 
     fn needed_surface(&self) -> Result<Surface, Diagnostic> {
-        self.known_surface().ok_or_else(|| {
-            Diagnostic::of_file("work surface height unknown")
-                .remedy(Action::CalibrateSurface, "measures it")
-                .remedy(Action::TouchOff, "takes it from where the tool touches")
-                .remedy(
-                    (Setting::Surface, Given::Any("Z")),
-                    "sets it: the z of the pose when the tool touches it",
-                )
-        })
+        self.known_surface().ok_or_else(Diagnostic::unknown_surface)
     }
 
     /// Moved on over its surface, and above it; a pen never below.
