@@ -3,6 +3,7 @@
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
+use std::sync::Arc;
 
 use magician::report::ErrorFigures;
 use magician_program::{Content, Diagnostic, Format, Parsed, ReadOptions, foreign, source_text};
@@ -23,7 +24,7 @@ pub(crate) struct Source {
     pub(crate) name: String,
     /// What it is called without its folder and its ending.
     pub(crate) title: String,
-    bytes: Vec<u8>,
+    bytes: Arc<[u8]>,
 }
 
 impl Source {
@@ -50,7 +51,11 @@ impl Source {
             return Err(wrong(&format!("it is larger than {} MB", LARGEST >> 20)));
         }
         let title = Format::title(&name).to_owned();
-        Ok(Self { name, title, bytes })
+        Ok(Self {
+            name,
+            title,
+            bytes: bytes.into(),
+        })
     }
 
     /// Text that a person gave instead of a file.
@@ -59,7 +64,7 @@ impl Source {
         Self {
             name: "text".to_owned(),
             title: first.chars().take(WORDS).collect(),
-            bytes: text.into(),
+            bytes: text.as_bytes().into(),
         }
     }
 
@@ -68,7 +73,7 @@ impl Source {
         Self {
             name: "test grid".to_owned(),
             title: "test grid".to_owned(),
-            bytes: text.into(),
+            bytes: text.as_bytes().into(),
         }
     }
 
@@ -97,8 +102,8 @@ impl Source {
     }
 
     /// What is in it.
-    pub(crate) fn bytes(&self) -> &[u8] {
-        &self.bytes
+    pub(crate) fn bytes(&self) -> Arc<[u8]> {
+        Arc::clone(&self.bytes)
     }
 
     /// Understands it.

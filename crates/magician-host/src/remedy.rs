@@ -117,6 +117,8 @@ pub enum Given {
     Number(f64),
     /// A point, mm.
     Point(f64, f64),
+    /// A position in space, mm; shown to the micrometre.
+    Position([f64; 3]),
     /// One of the words that the option takes.
     Word(&'static str),
     /// What a person has to choose: `Z`, `NAME`, `X,Y`.
@@ -130,6 +132,7 @@ impl fmt::Display for Given {
             Self::Off => f.write_str("off"),
             Self::Number(number) => number.fmt(f),
             Self::Point(x, y) => write!(f, "{x},{y}"),
+            Self::Position([x, y, z]) => write!(f, "{x:.3},{y:.3},{z:.3}"),
             Self::Word(word) | Self::Any(word) => f.write_str(word),
         }
     }

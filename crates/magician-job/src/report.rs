@@ -8,8 +8,8 @@ use magician::report::{ErrorFigures, FenceReport, remedies};
 use magician::words::doubt_in_words;
 use magician::{Action, ArmOutputs, GripperState, Remedy, Voice};
 use magician_program::{
-    AppliedPlacement, Diagnostic, DiagnosticCode, Format, PartSummary, RefusedStep,
-    RemainingProgram, Report, Setup, WouldFit, would_do_at, would_fit, would_fit_turned,
+    AppliedPlacement, Diagnostic, DiagnosticCode, Format, PartSummary, PreparedProgram,
+    RefusedStep, RemainingProgram, Report, WouldFit, would_do_at, would_fit, would_fit_turned,
 };
 use serde::Serialize;
 
@@ -75,7 +75,7 @@ impl CheckReport {
     /// Creates the report of a program with so many steps left (`None` without an end). `ok` is true if the arm can do all of
     /// it, or else holds what would do instead.
     #[must_use]
-    pub fn new(report: &Report, steps: Option<u64>, ok: Result<bool, WayOut>) -> Self {
+    fn new(report: &Report, steps: Option<u64>, ok: Result<bool, WayOut>) -> Self {
         let refusals = { refused_places(report).into_iter() }
             .map(|refused_step| Refusal::of(report, refused_step));
         Self {
@@ -89,6 +89,29 @@ impl CheckReport {
             placed: None,
             parts: None,
             notes: Vec::new(),
+        }
+    }
+
+    /// Creates the report of what a check has found in the rest of a prepared program, with its notes and warnings.
+    #[must_use]
+    pub fn of(
+        prepared: &PreparedProgram,
+        rest: &RemainingProgram,
+        report: &Report,
+        voice: &impl Voice,
+    ) -> Self {
+        let ok = match report.is_good() && prepared.misfit.is_none() {
+            true => Ok(true),
+            false => Err(WayOut::of(prepared, rest)),
+        };
+        let steps = prepared.program.steps();
+        let steps = steps.map(|steps| steps.saturating_sub(rest.from()));
+        let warnings = findings(report, prepared.placed);
+        Self {
+            fence: prepared.setup.fence.as_ref().map(FenceReport::from),
+            placed: prepared.placed,
+            notes: Note::all(voice, prepared.notes.iter().chain(&warnings)),
+            ..Self::new(report, steps, ok)
         }
     }
 
@@ -247,28 +270,26 @@ pub struct WayOut {
 }
 
 impl WayOut {
-    /// What would do for the rest of a program that is refused, laid by this setup.
+    /// What would do for the rest of a prepared program that is refused.
     #[must_use]
-    pub fn of(rest: &RemainingProgram, setup: &Setup, format: Format) -> Self {
-        let placement = &setup.placement;
+    pub fn of(prepared: &PreparedProgram, rest: &RemainingProgram) -> Self {
+        let placement = &prepared.setup.placement;
+        if prepared.misfit.is_some() || placement.fit {
+            // No other place or turn: the misfit says it itself, and what is made to fit has been tried at all of them.
+            return Self {
+                straight: prepared.would_fit,
+                ..Self::default()
+            };
+        }
         let (plan, start) = (rest.first(), rest.start());
         // G-code in the arm's coordinates would be laid on a surface as well, with its Z.
-        let moves = format != Format::Gcode || setup.places();
+        let moves = prepared.format != Format::Gcode || prepared.setup.places();
         let lies = (placement.scale, placement.rotate);
         let straight = would_fit(plan, start, lies.0, lies.1);
         Self {
             straight,
             turned: would_fit_turned(plan, start, lies, straight),
             at: moves.then(|| would_do_at(plan, start)).flatten(),
-        }
-    }
-
-    /// Of a drawing that did not fit, or was made to: this size, if there is one.
-    #[must_use]
-    pub fn scaled(straight: Option<WouldFit>) -> Self {
-        Self {
-            straight,
-            ..Self::default()
         }
     }
 
@@ -392,6 +413,14 @@ pub fn left_on(outputs: &ArmOutputs) -> Vec<Diagnostic> {
     }
     let coded = |note: Diagnostic| note.coded(DiagnosticCode::LeftOn);
     left.into_iter().map(coded).collect()
+}
+
+/// What a check has found that is no refusal: [`warnings`] and [`doubts`].
+#[must_use]
+pub fn findings(report: &Report, placed: Option<AppliedPlacement>) -> Vec<Diagnostic> {
+    let mut found = warnings(report, placed);
+    found.extend(doubts(report));
+    found
 }
 
 /// Of a job that is probably a mistake: scaled below a tenth, or more than two hours of work.

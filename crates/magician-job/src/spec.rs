@@ -51,6 +51,8 @@ pub struct JobSpec {
     /// Whether steps that depend on where the arm stood when the program was made count on where it stands now. Such a program
     /// does not begin behind them.
     pub begins_here: bool,
+    /// True if the program lies on a surface that was assumed: only a virtual arm has that one.
+    pub assumes_surface: bool,
     /// Whether the arm outlives this process: only then the journal is written while the job runs. By itself if not given: yes
     /// of every arm that is no virtual one in this process.
     pub lasting: Option<bool>,
@@ -74,6 +76,7 @@ impl JobSpec {
             check: true,
             passes_over: false,
             begins_here: false,
+            assumes_surface: false,
             lasting: None,
             saved: Some(SavedSettings::default()),
         }
@@ -139,6 +142,13 @@ impl JobSpec {
     #[must_use]
     pub fn begins_here(mut self, begins_here: bool) -> Self {
         self.begins_here = begins_here;
+        self
+    }
+
+    /// Sets [`assumes_surface`](Self::assumes_surface).
+    #[must_use]
+    pub fn assumes_surface(mut self, assumes_surface: bool) -> Self {
+        self.assumes_surface = assumes_surface;
         self
     }
 

@@ -1,7 +1,7 @@
 use std::borrow::Cow;
 use std::fmt;
 
-use magician_host::{Act, Action, Remedy, Voice};
+use magician_host::{Act, Action, Given, Remedy, Setting, Voice};
 use magician_protocol::{visible, visible_lines};
 
 use crate::Origin;
@@ -169,6 +169,18 @@ impl Diagnostic {
     pub fn with(mut self, remedy: Remedy) -> Self {
         self.remedies.push(remedy);
         self
+    }
+
+    /// Says that the height of the work surface is missing.
+    #[must_use]
+    pub fn unknown_surface() -> Self {
+        Self::of_file("work surface height unknown")
+            .remedy(Action::CalibrateSurface, "measures it")
+            .remedy(Action::TouchOff, "takes it from where the tool touches")
+            .remedy(
+                (Setting::Surface, Given::Any("Z")),
+                "sets it: the z of the pose when the tool touches it",
+            )
     }
 
     /// True if the height of the work surface is missing, which is measured with an arm that is homed.

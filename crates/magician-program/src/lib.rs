@@ -13,6 +13,8 @@
 //!
 //! * [`read`](fn@read) takes the bytes of a file of any [`Format`]; what it gives says where in the file each step came from.
 //! * [`Plan`] is a value: kept in a file of our own, compared, moved, scaled, rotated, repeated.
+//! * [`PrepareRequest`] is the whole way: a file, options, what settings and the arm say, and where it begins; its
+//!   [`PreparedProgram`] is what every door checks, shows and runs.
 //! * [`check`](fn@check) follows a plan as the arm would and tells what is out of reach, how long it takes, how far the tool
 //!   travels.
 //!
@@ -64,6 +66,7 @@ mod packed;
 mod paper;
 mod plan;
 mod power;
+mod prepare;
 pub mod preview;
 mod program;
 pub mod raster;
@@ -96,9 +99,8 @@ pub use formats::{
 pub use frame::{FrameShape, Framing};
 pub use lettering::{Align, BundledFont, FontChoice, FontKind, TextOptions};
 pub use options::{
-    Begins, Begun, DefaultValue, FileRead, FileToLay, Grid, LaidFile, LaidProgram, Laying,
-    ModeOption, Need, OptionError, OptionGroup, OptionKind, OptionSpec, PenMatch, PenOptions,
-    Reading, SetupDefaults, SetupOptions, UnknownStart, WorkOption,
+    DefaultValue, Grid, ModeOption, Need, OptionError, OptionGroup, OptionKind, OptionSpec,
+    PenMatch, PenOptions, SetupDefaults, SetupOptions, WorkOption,
 };
 pub use origin::{Lines, Origin};
 pub use paper::Paper;
@@ -107,6 +109,10 @@ pub use plan::{
     Tool, Travel,
 };
 pub use power::Power;
+pub use prepare::{
+    OpenedFile, Preparation, PrepareError, PrepareRequest, PrepareStage, PreparedProgram,
+    StartPosition,
+};
 pub use program::{BurnPlace, Program, RemainingProgram, StepNumbering, Timetable};
 pub use raster::Raster;
 pub use reach::{Fit, Reach, SheetTransform};

@@ -17,7 +17,7 @@ use crate::{
 pub(crate) const UNSAID: ToolBias = ToolBias::SUCTION;
 
 /// What a person says of how a file is to be done. What is left open is as the file says, or has a default.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Setup {
     /// The tool that was asked for.
@@ -483,15 +483,7 @@ impl Setup {
     }
 
     fn needed_surface(&self) -> Result<Surface, Diagnostic> {
-        self.known_surface().ok_or_else(|| {
-            Diagnostic::of_file("work surface height unknown")
-                .remedy(Action::CalibrateSurface, "measures it")
-                .remedy(Action::TouchOff, "takes it from where the tool touches")
-                .remedy(
-                    (Setting::Surface, Given::Any("Z")),
-                    "sets it: the z of the pose when the tool touches it",
-                )
-        })
+        self.known_surface().ok_or_else(Diagnostic::unknown_surface)
     }
 
     /// Moved on over its surface, and above it; a pen never below.

@@ -1,4 +1,4 @@
-//! A file to be laid before an arm, and the program that it became, as bytes: for another WebAssembly module, which reads and lays it.
+//! A request to prepare a file, and the program that it became, as bytes: for another WebAssembly module, which prepares it.
 //!
 //! Both modules are of one build, and the form is promised to nobody else. It begins with [`FORM`], which is another one after
 //! each change of these files or version: what another build has written is refused, never misread. No bytes make it panic, and
@@ -9,21 +9,22 @@ mod codec;
 
 use std::fmt;
 
-use magician_host::{Act, Action as Deed, Given, PinUse, Remedy, Setting};
+use magician_host::{Act, Action as Deed, Given, JointAngles, PinUse, Remedy, Setting};
 use magician_motion::{Cuboid, Fence};
 use magician_protocol::{MAX_PARAMS, Set, Writer};
 
 use crate::artwork::Sheet;
 use crate::turns::{AtOnce, SLICE, Turns, at_once};
 use crate::{
-    Action, AppliedPlacement, Begins, Color, Diagnostic, DiagnosticCode, FileToLay, Format,
-    LaidProgram, Laying, Missing, Origin, Part, PartSummary, Pause, PauseCause, Plan, Power,
-    Program, SetupDefaults, SetupOptions, Side, Step, Surface, Tool, WorkOption, WouldFit,
+    Action, AppliedPlacement, Color, Diagnostic, DiagnosticCode, Format, Missing, Origin, Part,
+    PartSummary, Pause, PauseCause, Plan, Power, Preparation, PrepareError, PrepareRequest,
+    PrepareStage, PreparedProgram, Program, SetupDefaults, SetupOptions, Side, StartPosition, Step,
+    Surface, Tool, WorkOption, WouldFit,
 };
 use codec::{Input, Wire};
 
-/// What came of laying a file.
-pub type FileAnswer = Result<Laying, Diagnostic>;
+/// What came of preparing a file.
+pub type FileAnswer = Result<Preparation, PrepareError>;
 
 /// Bytes that are no request or answer of this build.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,7 +71,7 @@ const fn form() -> u64 {
     hash
 }
 
-impl FileToLay {
+impl PrepareRequest {
     /// As bytes.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
@@ -79,18 +80,26 @@ impl FileToLay {
             title,
             bytes,
             options,
+            surface_slope,
+            preset_note,
+            rest,
             defaults,
             fence,
-            begins,
+            tool,
+            start,
         } = self;
         let mut out = Vec::with_capacity(bytes.len() + 1024);
         out.extend(FORM);
         format.put(&mut out);
         title.put(&mut out);
         options.put(&mut out);
+        surface_slope.put(&mut out);
+        preset_note.put(&mut out);
+        rest.put(&mut out);
         defaults.put(&mut out);
         fence.put(&mut out);
-        begins.put(&mut out);
+        tool.put(&mut out);
+        start.put(&mut out);
         out.extend_from_slice(bytes);
         out
     }
@@ -106,69 +115,81 @@ impl FileToLay {
             format: Wire::take(input)?,
             title: Wire::take(input)?,
             options: Wire::take(input)?,
+            surface_slope: Wire::take(input)?,
+            preset_note: Wire::take(input)?,
+            rest: Wire::take(input)?,
             defaults: Wire::take(input)?,
             fence: Wire::take(input)?,
-            begins: Wire::take(input)?,
+            tool: Wire::take(input)?,
+            start: Wire::take(input)?,
             bytes: input.0.into(),
         })
     }
 }
 
-/// Lays the file of a request: the answer as bytes. To what is no request of this build the answer is the form alone, by which the
+/// Prepares the file of a request: the answer as bytes. To what is no request of this build the answer is the form alone, by which the
 /// other side knows its own.
 #[must_use]
 pub fn answer(request: &[u8]) -> Vec<u8> {
-    match FileToLay::from_bytes(request) {
-        Ok(file) => answer_bytes(&file.lay()),
+    match PrepareRequest::from_bytes(request) {
+        Ok(request) => answer_bytes(&request.prepare()),
         Err(_) => FORM.to_vec(),
     }
 }
 
-/// What came of laying a file, as bytes.
+/// What came of preparing a file, as bytes.
 #[must_use]
 pub fn answer_bytes(answer: &FileAnswer) -> Vec<u8> {
     let mut out = FORM.to_vec();
     match answer {
-        Ok(Laying::Done(laid)) => {
+        Ok(Preparation::Done(prepared)) => {
             out.push(0);
-            Head::of(laid).put(&mut out);
+            Head::of(prepared).put(&mut out);
             // They come last, and are taken in slices.
-            laid.program.plan.steps.put(&mut out);
+            prepared.program.plan.steps.put(&mut out);
         }
-        Ok(Laying::NeedsStart) => out.push(1),
-        Err(problem) => {
+        Ok(Preparation::NeedsStart) => out.push(1),
+        Err(error) => {
             out.push(2);
-            problem.put(&mut out);
+            error.put(&mut out);
         }
     }
     out
 }
 
-/// What came of laying a file, from its bytes.
+/// What came of a request, from the bytes of its answer; the request may have lost its file by then.
 ///
 /// # Errors
 /// Where they are no answer of this build.
-pub fn answer_from(bytes: &[u8]) -> Result<FileAnswer, WireError> {
-    at_once(answer_in_turns(bytes, &AtOnce))
+pub fn answer_from(request: &PrepareRequest, bytes: &[u8]) -> Result<FileAnswer, WireError> {
+    at_once(answer_in_turns(request, bytes, &AtOnce))
 }
 
 /// The same, with turns for others.
 ///
 /// # Errors
 /// As [`answer_from`].
-pub async fn answer_in_turns(bytes: &[u8], turns: &impl Turns) -> Result<FileAnswer, WireError> {
+pub async fn answer_in_turns(
+    request: &PrepareRequest,
+    bytes: &[u8],
+    turns: &impl Turns,
+) -> Result<FileAnswer, WireError> {
     let mut input = Input(bytes);
     input.form()?;
     let answer = match u8::take(&mut input) {
-        Some(0) => laid(&mut input, turns).await.map(Ok),
-        Some(1) => Some(Ok(Laying::NeedsStart)),
-        Some(2) => Diagnostic::take(&mut input).map(Err),
+        Some(0) => prepared(request, &mut input, turns).await.map(Ok),
+        Some(1) => Some(Ok(Preparation::NeedsStart)),
+        Some(2) => PrepareError::take(&mut input).map(Err),
         _ => None,
     };
     { answer.filter(|_| input.0.is_empty()) }.ok_or(WireError::Malformed)
 }
 
-async fn laid(input: &mut Input<'_>, turns: &impl Turns) -> Option<Laying> {
+async fn prepared(
+    request: &PrepareRequest,
+    input: &mut Input<'_>,
+    turns: &impl Turns,
+) -> Option<Preparation> {
     let head = Head::take(input)?;
     let mut left = input.count::<Step>()?;
     let mut steps = Vec::with_capacity(left);
@@ -179,10 +200,10 @@ async fn laid(input: &mut Input<'_>, turns: &impl Turns) -> Option<Laying> {
         }
         turns.give().await;
     }
-    Some(Laying::Done(Box::new(head.with(steps))))
+    Some(Preparation::Done(Box::new(head.with(request, steps))))
 }
 
-/// A laid program without its steps.
+/// A prepared program without its steps, and without what its request says.
 struct Head {
     title: String,
     tool: Option<Tool>,
@@ -193,6 +214,7 @@ struct Head {
     stays: bool,
     leading: u64,
     start: Option<[f64; 3]>,
+    stands: Option<[f64; 4]>,
     notes: Vec<Diagnostic>,
     placed: Option<AppliedPlacement>,
     misfit: Option<Diagnostic>,
@@ -201,16 +223,20 @@ struct Head {
 }
 
 impl Head {
-    fn of(laid: &LaidProgram) -> Self {
-        let LaidProgram {
+    fn of(prepared: &PreparedProgram) -> Self {
+        let PreparedProgram {
             program,
+            format: _,
+            setup: _,
+            ending: _,
             start,
+            stands,
             notes,
             placed,
             misfit,
             would_fit,
             parts,
-        } = laid;
+        } = prepared;
         let Program {
             plan,
             settings,
@@ -237,6 +263,7 @@ impl Head {
             stays: *stays,
             leading: *leading,
             start: *start,
+            stands: stands.map(JointAngles::to_array),
             notes: notes.clone(),
             placed: *placed,
             misfit: misfit.clone(),
@@ -245,7 +272,8 @@ impl Head {
         }
     }
 
-    fn with(self, steps: Vec<Step>) -> LaidProgram {
+    fn with(self, request: &PrepareRequest, steps: Vec<Step>) -> PreparedProgram {
+        let (setup, ending) = request.setup_and_ending();
         let plan = Plan {
             title: self.title,
             tool: self.tool,
@@ -254,13 +282,17 @@ impl Head {
             names: self.names,
             ..Plan::default()
         };
-        LaidProgram {
+        PreparedProgram {
             program: Program {
                 stays: self.stays,
                 leading: self.leading,
                 ..Program::new(plan, self.iterations).with_settings(self.settings)
             },
+            format: request.format,
+            setup,
+            ending,
             start: self.start,
+            stands: self.stands.map(JointAngles::from),
             notes: self.notes,
             placed: self.placed,
             misfit: self.misfit,
@@ -303,8 +335,9 @@ fields! {
     Part { n, name, color, pass }
     Pause { text, cause }
     Head {
-        title, tool, surface, names, settings, iterations, stays, leading, start, notes, placed, misfit, would_fit, parts,
+        title, tool, surface, names, settings, iterations, stays, leading, start, stands, notes, placed, misfit, would_fit, parts,
     }
+    PrepareError { stage, problem, notes }
     PartSummary { n, name, color, strokes, drawn_mm, seconds, skipped }
     Diagnostic { origin, name, code, message, help, remedies, missing }
     Remedy { act, effect }
@@ -416,11 +449,12 @@ macro_rules! kinds {
 kinds! {
     Tool { 0 = None, 1 = Suction, 2 = Gripper, 3 = Pen, 4 = Laser, 5 = Bias(bias) }
     Missing { 0 = Start, 1 = Feature(feature) }
-    Begins { 0 = Ask, 1 = At(at), 2 = Unknown, 3 = OnStage }
+    StartPosition { 0 = Ask, 1 = At(at), 2 = Unknown, 3 = Staged }
+    PrepareStage { 0 = Read, 1 = Place }
     Side { 0 = Left, 1 = Right }
     Act { 0 = Do(deed), 1 = Give(setting, given), 2 = Omit(setting), 3 = System(line), 4 = SetPin(pin, function) }
     PinUse { 0 = DigitalOutput, 1 = Pwm }
-    Given { 0 = On, 1 = Off, 2 = Number(number), 3 = Point(x, y), 4 = Word(word), 5 = Any(word) }
+    Given { 0 = On, 1 = Off, 2 = Number(number), 3 = Point(x, y), 4 = Word(word), 5 = Any(word), 6 = Position(at) }
 }
 
 /// Kinds by their names: they come and go elsewhere.

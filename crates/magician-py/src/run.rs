@@ -89,6 +89,7 @@ fn why(error: &JobError, source: &Source) -> Arc<Error> {
     let invalid = |message: String| Arc::new(Error::invalid(message));
     match &error.fault {
         Fault::Arm(error) => Arc::clone(error),
+        Fault::Program(problem) if problem.lacks_surface() => invalid(SURFACE_ARGUMENT.to_owned()),
         Fault::Program(problem) => Arc::new(Error::from(problem.clone())),
         Fault::Refused { report, .. } => {
             let refusal = refusal(report, source);
@@ -322,9 +323,6 @@ impl Core {
             false => arm,
         };
         let (source, is_virtual) = (plan.source.clone(), arm.is_virtual());
-        if source.assumed && !is_virtual {
-            return raise(Error::invalid(SURFACE_ARGUMENT));
-        }
         let mut ending = Ending::default();
         (ending.stay, ending.park) = (how.stay, how.park);
         ending.drawing = source.is_drawing;
@@ -342,6 +340,7 @@ impl Core {
             .origin(source.name.clone().unwrap_or_default())
             .keep(how.keep)
             .require_homed(how.require_homed)
+            .assumes_surface(source.assumed)
             .check(how.check)
             .passes_over(true)
             .saved(how.restore.then(SavedSettings::default));

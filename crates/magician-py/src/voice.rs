@@ -41,6 +41,7 @@ impl Voice for Python {
             Given::Off => "False".to_owned(),
             Given::Number(number) => number.to_string(),
             Given::Point(x, y) => format!("({x}, {y})"),
+            Given::Position([x, y, z]) => format!("({x:.3}, {y:.3}, {z:.3})"),
             Given::Word(word) => format!("\"{word}\""),
             Given::Any(name) if name.contains(',') => {
                 format!("({})", name.to_lowercase().replace(',', ", "))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from pathlib import Path
 
+import magician
 import pytest
 from magician import Arm, VirtualArm, commands, errors
 
@@ -63,3 +64,19 @@ def test_random_programs_do_not_cross_it() -> None:
                 within = 200 < pose.x < 260 and 60 < pose.y < 120 and pose.z < 60
                 assert not within
     assert passed > 20 and refused > 20
+
+
+def test_what_is_made_to_fit_keeps_to_the_fence_of_the_settings(
+    samples: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    settings = tmp_path / "config.toml"
+    settings.write_text("[arms.mine]\nport = 'sim'\n[arms.mine.fence]\nbox = [[180, -20, -100], [300, 20, 100]]\n")
+    monkeypatch.setenv("MAGICIAN_PORT", "sim")
+    monkeypatch.setenv("MAGICIAN_CONFIG", str(tmp_path / "none.toml"))
+    whole = magician.load(samples / "house.svg", fit=True)
+    monkeypatch.setenv("MAGICIAN_CONFIG", str(settings))
+    fenced = magician.load(samples / "house.svg", fit=True)
+    assert whole.placed is not None and fenced.placed is not None
+    assert fenced.placed.scale < whole.placed.scale
+    with Arm("sim") as arm:
+        assert arm.run(fenced).steps == len(fenced)

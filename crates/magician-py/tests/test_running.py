@@ -294,21 +294,30 @@ def test_a_refusal_tells_the_place_and_not_the_command() -> None:
     assert caught.value.command == "SetPTPCmd"
 
 
-def test_a_plan_and_a_lesson_need_a_homed_arm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_plan_and_a_lesson_need_a_homed_arm(samples: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     plan = Plan.path([(220, 0, 20), (240, 0, 20)], by="line")
+    # A surface is measured with an arm that is homed: that comes first.
+    unmeasured = magician.load(samples / "house.svg")
     with magician.sim(tcp="127.0.0.1:0", speed="max") as served:
         with magician.Arm(served.tcp) as arm:
             for cleared in (False, True):
                 if cleared:
                     arm.clear_alarms()
-                for begin in (lambda: arm.run(plan), lambda: arm.start(plan).wait(), lambda: arm.teach().__enter__()):
+                for begin in (
+                    lambda: arm.run(plan),
+                    lambda: arm.start(plan).wait(),
+                    lambda: arm.run(unmeasured),
+                    lambda: arm.teach().__enter__(),
+                ):
                     with pytest.raises(InvalidInputError, match="unhomed=True") as caught:
                         begin()
                     assert caught.value.code == "not-homed" and caught.value.remedies == ("home", "unhomed")
             assert arm.current_index() == 0
             with arm.teach(unhomed=True) as lesson:
                 assert not lesson.points
+            with pytest.raises(InvalidInputError, match="work surface height unknown: give load"):
+                arm.run(unmeasured, unhomed=True)
             assert arm.run(plan, unhomed=True).steps == 2
             arm.home()
             assert arm.run(plan).steps == 2

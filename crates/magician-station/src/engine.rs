@@ -19,6 +19,7 @@ use magician::{
     Arm, ArmOutputs, ErrorCode, Event, Jog, JogOptions, Link, StateOptions, StateWatch,
 };
 use magician_job::{Access, Journal, SavedSettings, Settled};
+use magician_program::PreparedProgram;
 use magician_protocol::visible;
 use serde_json::{Value, json};
 use tokio::sync::{mpsc, oneshot};
@@ -31,7 +32,7 @@ use self::jobs::{JobContext, RunningJob, Slot};
 use self::reads::Known;
 use crate::api::RpcError;
 use crate::control::{JobId, JogEnd, JogId, RequestId};
-use crate::job::{ReadProgram, Reader};
+use crate::job::Reader;
 use crate::order::{ArmAct, ArmOrder, ArmReport, JobStart, Outcome};
 use crate::surface::ArmSurface;
 
@@ -189,7 +190,7 @@ enum TaskResult {
     Jog(RequestId, JogId, Result<Jog, magician::Error>),
     Stopped(Option<RequestId>, Result<Value, RpcError>),
     /// The program of a job was read.
-    Program(JobId, Result<Box<ReadProgram>, RpcError>),
+    Program(JobId, Result<Box<PreparedProgram>, RpcError>),
     /// A job is over, and was reported.
     JobOver(JobId),
     /// Nothing follows.

@@ -1,37 +1,37 @@
-//! Files that are read and laid before an arm: here, or elsewhere. A page's station has no readers: another module has them, beside the
-//! worker that must hear a stop.
+//! Files that are prepared here, or elsewhere: a page's station has no readers. Another module has them, beside the worker that
+//! must hear a stop.
 
 use std::pin::Pin;
 
-use magician_program::FileToLay;
+use magician_program::PrepareRequest;
 use magician_program::wire::FileAnswer;
 
 use crate::api::RpcError;
 
-/// An answer on its way. Who drops it no longer wants it.
+/// An answer on its way. Dropping it gives the file up.
 pub type AnswerToCome = Pin<Box<dyn Future<Output = Result<FileAnswer, RpcError>> + Send>>;
 
-/// What comes of laying a file.
+/// Program of a file, or the promise of one.
 #[non_exhaustive]
-pub enum LaidFile {
-    /// It was laid.
+pub enum FilePreparation {
+    /// It is prepared.
     Here(FileAnswer),
-    /// It is laid elsewhere.
+    /// It is prepared elsewhere.
     ToCome(AnswerToCome),
 }
 
-/// Lays files.
-pub trait FileLayer: Send + Sync {
-    /// Lays one. What is to come comes to an end whatever becomes of that: an error is the answer then.
-    fn lay(&self, file: FileToLay) -> LaidFile;
+/// Prepares files.
+pub trait FilePreparer: Send + Sync {
+    /// Prepares one. An answer to come always comes, as an error if need be.
+    fn prepare(&self, request: PrepareRequest) -> FilePreparation;
 }
 
-/// Lays them with the readers that are built in.
+/// Prepares files with the readers that are built in.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct LayHere;
+pub struct PrepareHere;
 
-impl FileLayer for LayHere {
-    fn lay(&self, file: FileToLay) -> LaidFile {
-        LaidFile::Here(file.lay())
+impl FilePreparer for PrepareHere {
+    fn prepare(&self, request: PrepareRequest) -> FilePreparation {
+        FilePreparation::Here(request.prepare())
     }
 }

@@ -6,25 +6,25 @@ use std::sync::Arc;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use magician::report::FenceReport;
 use magician::words::Preflight;
 use magician::{Fence, Voice};
 use magician_job::beside::BesideTurns;
 use magician_job::presets::Presets;
-use magician_job::report::{CheckReport, ConversionReport, Note, WayOut, doubts, warnings};
+use magician_job::report::{CheckReport, ConversionReport, Note};
 use magician_job::{Journal, NoJournal};
 use magician_program::preview::Outline;
+use magician_program::wire::FileAnswer;
 use magician_program::{
-    AppliedPlacement, Begins, Conversion, ConversionError, Diagnostic, DiagnosticCode, Ending,
-    FileToLay, Format, LaidProgram, Laying, Origin, PartSummary, Program, RemainingProgram, Report,
-    Setup, SetupDefaults, SetupOptions, Surface, Tool, WouldFit, foreign_coordinates, tip,
+    Conversion, ConversionError, Diagnostic, Format, PartSummary, Preparation, PrepareRequest,
+    PreparedProgram, RemainingProgram, Report, SetupDefaults, SetupOptions, StartPosition, Tool,
+    foreign_coordinates, tip,
 };
 use magician_protocol::visible;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
 use crate::api::RpcError;
-use crate::files::{FileLayer, LaidFile, LayHere};
+use crate::files::{FilePreparation, FilePreparer, PrepareHere};
 use crate::library::{self, LibraryError, NoPrograms, ProgramName, ProgramStore};
 use crate::presets;
 use crate::reading::to_value;
@@ -151,10 +151,13 @@ pub type ToCome<T> = Pin<Box<dyn Future<Output = Result<T, RpcError>> + Send>>;
 /// What came of reading a program.
 #[non_exhaustive]
 pub enum ProgramReading {
-    /// It was read.
-    Done(Box<ReadProgram>),
-    /// It depends on where the arm stands: it is to be read again with that.
+    /// A program.
+    Done(Box<PreparedProgram>),
+    /// The program depends on where the arm stands: it has to be read again with that.
     NeedsStart,
+    /// Error of a program without the height of its work surface. That is measured with a homed arm, so that an arm that is not
+    /// homed is refused first.
+    LacksSurface(RpcError),
     /// It is read elsewhere. Who drops it no longer wants it.
     ToCome(ToCome<ProgramReading>),
 }
@@ -166,32 +169,6 @@ pub enum Converting {
     Done(Vec<u8>, Value),
     /// It is read elsewhere.
     ToCome(ToCome<Converting>),
-}
-
-/// A program that has been read and laid before an arm.
-#[derive(Clone, Debug)]
-#[non_exhaustive]
-pub struct ReadProgram {
-    /// What it does, once.
-    pub program: Program,
-    /// What it was read as.
-    pub format: Format,
-    /// How it was laid.
-    pub setup: Setup,
-    /// What becomes of the pen.
-    pub ending: Ending,
-    /// Where the tool was, if the program depends on it and it was not given, mm.
-    pub start: Option<[f64; 3]>,
-    /// What of it was taken in a certain way.
-    pub notes: Vec<Diagnostic>,
-    /// How it lies, if it was placed.
-    pub placed: Option<AppliedPlacement>,
-    /// Why it does not fit there.
-    pub misfit: Option<Diagnostic>,
-    /// In which size it would.
-    pub would_fit: Option<WouldFit>,
-    /// Its parts, without how long they take.
-    pub parts: Vec<PartSummary>,
 }
 
 /// Makes a program of what a client sends. It may take its time: it is asked beside what the arm does.
@@ -224,7 +201,7 @@ pub struct FormatReader {
     defaults: SetupDefaults,
     library: Arc<dyn ProgramStore>,
     presets: Presets,
-    files: Arc<dyn FileLayer>,
+    files: Arc<dyn FilePreparer>,
 }
 
 impl Default for FormatReader {
@@ -245,12 +222,12 @@ impl FormatReader {
     /// With these settings where a program brings none.
     #[must_use]
     pub fn new(defaults: SetupDefaults) -> Self {
-        Self::by(defaults, Arc::new(LayHere))
+        Self::by(defaults, Arc::new(PrepareHere))
     }
 
-    /// The same, with someone else who reads and lays files, whatever is built in.
+    /// The same, with files prepared elsewhere, whatever is built in.
     #[must_use]
-    pub fn by(defaults: SetupDefaults, files: Arc<dyn FileLayer>) -> Self {
+    pub fn by(defaults: SetupDefaults, files: Arc<dyn FilePreparer>) -> Self {
         Self {
             defaults,
             library: Arc::new(NoPrograms),
@@ -293,14 +270,13 @@ impl FormatReader {
         Ok(preset.told())
     }
 
-    /// The file of a program, to be laid before an arm, and what people are told first: what is framed, and what its preset says; for one that is not there it begins where a virtual one stands.
-    fn file(
+    /// The request to prepare a program for an arm.
+    fn request(
         &self,
         source: &Source,
         arm: &ReadingArm,
         defaults: SetupDefaults,
-        nowhere: bool,
-    ) -> Result<(FileToLay, Vec<Diagnostic>), RpcError> {
+    ) -> Result<PrepareRequest, RpcError> {
         let bytes = source.bytes(&*self.library)?;
         let format = match &source.format {
             Some(format) => format
@@ -314,86 +290,55 @@ impl FormatReader {
                 RpcError::param("format", why)
             })?,
         };
-        let mut file = FileToLay::new(format, &bytes);
+        let mut request = PrepareRequest::new(format, &bytes);
         if let Some(options) = &source.setup {
-            file.options = (**options).clone();
+            request.options = (**options).clone();
         }
-        let told = self.by_preset(source, format, &mut file.options)?;
-        file.options.start = file.options.start.or(arm.begun);
-        file.defaults = defaults;
-        let framed = file.options.frame_for(&file.defaults, arm.tool);
-        let told = framed.into_iter().chain(told).collect();
-        file.fence = arm.fence;
+        request.preset_note = self.by_preset(source, format, &mut request.options)?;
+        request.options.start = request.options.start.or(arm.begun);
+        request.defaults = defaults;
+        request.fence = arm.fence;
+        request.tool = arm.tool;
         if !source.bytes.name().is_empty() {
-            file.title = Format::title(source.bytes.name()).to_owned();
+            request.title = Format::title(source.bytes.name()).to_owned();
         }
-        if nowhere {
-            file.begins = Begins::OnStage;
-        } else if let Some(stands) = &arm.stands {
-            let setup = file.setup();
-            let at = tip(stands, setup.tool.or(setup.default_tool));
-            file.begins = at.map_or(Begins::Unknown, Begins::At);
+        if let Some(stands) = &arm.stands {
+            let tool = request.options.tool.or(request.defaults.tool);
+            request.start = tip(stands, tool).map_or(StartPosition::Unknown, StartPosition::At);
         }
-        Ok((file, told))
+        Ok(request)
     }
 
-    /// Lays it here or elsewhere, and makes of that what is wanted.
-    fn lay<T: 'static>(
+    /// Prepares the program here or elsewhere, and makes of that what is wanted.
+    fn prepare<T: 'static>(
         &self,
-        file: FileToLay,
-        done: impl FnOnce(FileToLay, Laying) -> Result<T, RpcError> + Send + 'static,
+        request: PrepareRequest,
+        done: impl FnOnce(FileAnswer) -> Result<T, RpcError> + Send + 'static,
         to_come: impl FnOnce(ToCome<T>) -> T,
     ) -> Result<T, RpcError> {
-        let wrong = |problem: Diagnostic| RpcError::from(magician::Error::from(problem));
-        match self.files.lay(file.clone()) {
-            LaidFile::Here(laying) => done(file, laying.map_err(wrong)?),
-            LaidFile::ToCome(answer) => Ok(to_come(Box::pin(async move {
-                let laying = answer.await?.map_err(wrong)?;
-                done(file, laying)
-            }))),
+        match self.files.prepare(request) {
+            FilePreparation::Here(answer) => done(answer),
+            FilePreparation::ToCome(answer) => {
+                Ok(to_come(Box::pin(async move { done(answer.await?) })))
+            }
         }
     }
 }
 
-/// What was laid as it is run; `before` is what people are told first.
-fn reading(
-    file: &FileToLay,
-    laying: Laying,
-    before: Vec<Diagnostic>,
-) -> Result<ProgramReading, RpcError> {
-    let laid = match laying {
-        Laying::Done(laid) => *laid,
-        Laying::NeedsStart => return Ok(ProgramReading::NeedsStart),
-    };
-    let LaidProgram {
-        program,
-        start,
-        notes: mut told,
-        placed,
-        misfit,
-        would_fit,
-        parts,
-    } = laid;
-    if program.plan().steps.is_empty() {
-        let why = "nothing to do in this program";
-        return Err(RpcError::arm(magician::ErrorKind::InvalidInput, why));
+/// Translates the outcome of preparing a program.
+fn reading(answer: FileAnswer) -> Result<ProgramReading, RpcError> {
+    match answer {
+        Ok(Preparation::Done(program)) => Ok(ProgramReading::Done(program)),
+        Ok(Preparation::NeedsStart) => Ok(ProgramReading::NeedsStart),
+        Err(error) if error.problem.lacks_surface() => {
+            Ok(ProgramReading::LacksSurface(refusal(*error.problem)))
+        }
+        Err(error) => Err(refusal(*error.problem)),
     }
-    let begins = start.map(begins_at);
-    let mut notes: Vec<_> = before.into_iter().chain(begins).collect();
-    notes.append(&mut told);
-    let setup = file.setup();
-    Ok(ProgramReading::Done(Box::new(ReadProgram {
-        program,
-        format: file.format,
-        ending: file.ending(&setup),
-        setup,
-        start,
-        notes,
-        placed,
-        misfit,
-        would_fit,
-        parts,
-    })))
+}
+
+fn refusal(problem: Diagnostic) -> RpcError {
+    RpcError::from(magician::Error::from(problem))
 }
 
 impl Reader for FormatReader {
@@ -401,11 +346,10 @@ impl Reader for FormatReader {
         let mut defaults = self.defaults.clone();
         defaults.surface = arm.surface.or(defaults.surface);
         if arm.is_virtual {
-            defaults.assumed_surface = Some(Surface::VIRTUAL);
+            defaults = defaults.on_virtual_arm();
         }
-        let (file, told) = self.file(source, arm, defaults, false)?;
-        let done = |file: FileToLay, laying| reading(&file, laying, told);
-        self.lay(file, done, ProgramReading::ToCome)
+        let request = self.request(source, arm, defaults)?;
+        self.prepare(request, reading, ProgramReading::ToCome)
     }
 
     fn usual_tool(&self) -> Tool {
@@ -417,37 +361,34 @@ impl Reader for FormatReader {
             let why = "`to` must end with .plan.json, .playback, .svg, .png or .csv";
             RpcError::param("to", why)
         })?;
-        let mut defaults = self.defaults.clone();
-        defaults.assumed_surface = Some(Surface::VIRTUAL);
-        // What is converted is not burnt yet: a run of it has this then.
-        defaults.engrave_power = None;
-        let (file, told) = self.file(source, &ReadingArm::default(), defaults, true)?;
+        let defaults = self.defaults.clone().for_conversion();
+        let mut request = self.request(source, &ReadingArm::default(), defaults)?;
+        request.start = StartPosition::Staged;
         let names = [source.bytes.name().to_owned(), to.to_owned()];
-        let done = move |file: FileToLay, laying| match reading(&file, laying, told)? {
-            ProgramReading::Done(read) => converted(conversion, names, *read),
-            _ => Err(invalid("it is not known where the program begins")),
-        };
-        self.lay(file, done, Converting::ToCome)
+        let done =
+            move |answer: FileAnswer| match answer.map_err(|error| refusal(*error.problem))? {
+                Preparation::Done(program) => converted(conversion, names, *program),
+                Preparation::NeedsStart => Err(invalid("it is not known where the program begins")),
+            };
+        self.prepare(request, done, Converting::ToCome)
     }
 }
 
 fn converted(
     conversion: Conversion,
     names: [String; 2],
-    read: ReadProgram,
+    program: PreparedProgram,
 ) -> Result<Converting, RpcError> {
-    if let Some(misfit) = read.misfit {
-        return Err(RpcError::from(magician::Error::from(misfit)));
-    }
-    let plan = read.program.plan();
+    let program = program.fitting().map_err(|error| refusal(*error.problem))?;
+    let plan = program.program.plan();
     let (bytes, lost) = conversion.file(plan).map_err(|error| match error {
-        ConversionError::Refused(problem) => RpcError::from(magician::Error::from(problem)),
+        ConversionError::Refused(problem) => refusal(problem),
         ConversionError::Rehearsal(error) => RpcError::from(error),
         ConversionError::OutOfReach => invalid("none of its lines is within reach"),
         _ => invalid("it draws and burns nothing"),
     })?;
     let steps = plan.steps.len();
-    let report = ConversionReport::new(&Words, names, steps, &read.notes, &lost);
+    let report = ConversionReport::new(&Words, names, steps, &program.notes, &lost);
     Ok(Converting::Done(bytes, to_value(&report)?))
 }
 
@@ -455,95 +396,71 @@ fn invalid(why: &str) -> RpcError {
     RpcError::arm(magician::ErrorKind::InvalidInput, why)
 }
 
-/// That a program begins where the arm stands.
-fn begins_at([x, y, z]: [f64; 3]) -> Diagnostic {
-    let what = format!("it begins at the tool's position, {x:.3},{y:.3},{z:.3}");
-    Diagnostic::new(Origin::NONE, what)
-        .coded(DiagnosticCode::Assumed)
-        .help(format!(
-            "start: [{x:.3}, {y:.3}, {z:.3}] begins there again from any position"
-        ))
+/// Lines that a program leaves when it begins there, and the ways between, of no more than 20,000 points each.
+pub(crate) async fn preview(program: &PreparedProgram, start: &Preflight) -> Value {
+    let plan = program.program.plan();
+    let outline = Outline::with_travels(plan, start, PREVIEWED, &BesideTurns);
+    let (lines, travels) = outline.await;
+    let rounded = |value: f64| (value * 100.0).round() / 100.0;
+    let strokes = lines.into_iter().map(|line| {
+        let points: Vec<_> = { line.points.iter() }
+            .map(|point| point.map(rounded))
+            .collect();
+        json!({
+            "points": points,
+            "height": rounded(line.height),
+            "part": line.part,
+            "reachable": line.reachable,
+            "power": line.power,
+        })
+    });
+    let travels = travels.into_iter().map(|way| {
+        let points = way.into_iter().map(|point| point.map(rounded));
+        points.collect::<Vec<_>>()
+    });
+    json!({
+        "strokes": strokes.collect::<Vec<_>>(),
+        "travels": travels.collect::<Vec<_>>(),
+    })
 }
 
-impl ReadProgram {
-    /// The program, repeated so often; without end if `None`.
-    #[must_use]
-    pub fn program(&self, loops: Option<u64>) -> Program {
-        self.program.clone().repeated(loops)
-    }
+/// Checks a program once from where an arm stands: the object of a check.
+///
+/// # Errors
+/// What makes it no program from there.
+pub(crate) async fn check(
+    program: &PreparedProgram,
+    start: Preflight,
+) -> Result<CheckReport, RpcError> {
+    let rest = program.program.remaining(0, start).map_err(refusal)?;
+    let report = rest.check_in_turns(&BesideTurns).await;
+    Ok(check_report(program, &rest, &report))
+}
 
-    /// What it leaves when an arm stands there before it, and the ways between: lines of no more than 20,000 points each.
-    pub async fn preview(&self, start: &Preflight) -> Value {
-        let plan = self.program.plan();
-        let outline = Outline::with_travels(plan, start, PREVIEWED, &BesideTurns);
-        let (lines, travels) = outline.await;
-        let rounded = |value: f64| (value * 100.0).round() / 100.0;
-        let strokes = lines.into_iter().map(|line| {
-            let points: Vec<_> = { line.points.iter() }
-                .map(|point| point.map(rounded))
-                .collect();
-            json!({
-                "points": points,
-                "height": rounded(line.height),
-                "part": line.part,
-                "reachable": line.reachable,
-                "power": line.power,
-            })
-        });
-        let travels = travels.into_iter().map(|way| {
-            let points = way.into_iter().map(|point| point.map(rounded));
-            points.collect::<Vec<_>>()
-        });
-        json!({
-            "strokes": strokes.collect::<Vec<_>>(),
-            "travels": travels.collect::<Vec<_>>(),
-        })
-    }
-
-    /// Checks it from where an arm stands: the object of a check.
-    ///
-    /// # Errors
-    /// What makes it no program from there.
-    pub async fn check(&self, start: Preflight) -> Result<CheckReport, RpcError> {
-        let rest = self.program(Some(1)).remaining(0, start);
-        let rest = rest.map_err(|problem| RpcError::from(magician::Error::from(problem)))?;
-        let report = rest.check_in_turns(&BesideTurns).await;
-        Ok(self.report(&rest, &report))
-    }
-
-    /// What a check has found.
-    #[must_use]
-    pub fn report(&self, rest: &RemainingProgram, report: &Report) -> CheckReport {
-        let ok = match (&self.misfit, report.is_good()) {
-            (None, true) => Ok(true),
-            (Some(_), _) => Err(WayOut::scaled(self.would_fit)),
-            (None, false) => Err(WayOut::of(rest, &self.setup, self.format)),
-        };
-        let steps = self.program.plan().steps.len() as u64;
-        let mut found = CheckReport::new(report, Some(steps), ok);
-        found.fence = self.setup.fence.as_ref().map(FenceReport::from);
-        found.placed = self.placed;
-        let mut parts = self.parts.clone();
-        PartSummary::measure(&mut parts, report);
-        parts.truncate(PARTS);
-        for part in &mut parts {
-            part.drawn_mm = (part.drawn_mm * 1000.0).round() / 1000.0;
-            let end = { part.name.as_ref() }.and_then(|name| name.char_indices().nth(LONGEST_NAME));
-            if let (Some((end, _)), Some(name)) = (end, &mut part.name) {
-                name.truncate(end);
-            }
+/// Report of a check, with the times of the parts.
+pub(crate) fn check_report(
+    program: &PreparedProgram,
+    rest: &RemainingProgram,
+    report: &Report,
+) -> CheckReport {
+    let mut found = CheckReport::of(program, rest, report, &Words);
+    let mut parts = program.parts.clone();
+    PartSummary::measure(&mut parts, report);
+    parts.truncate(PARTS);
+    for part in &mut parts {
+        part.drawn_mm = (part.drawn_mm * 1000.0).round() / 1000.0;
+        let end = { part.name.as_ref() }.and_then(|name| name.char_indices().nth(LONGEST_NAME));
+        if let (Some((end, _)), Some(name)) = (end, &mut part.name) {
+            name.truncate(end);
         }
-        found.parts = Some(parts);
-        let mut warnings = warnings(report, self.placed);
-        warnings.extend(doubts(report));
-        let raw = self.format == Format::Gcode && self.placed.is_none() && self.misfit.is_none();
-        let foreign = raw
-            .then(|| foreign_coordinates(rest.first(), report))
-            .flatten();
-        let notes = self.notes.iter().chain(&warnings).chain(&foreign);
-        found.notes = Note::all(&Words, notes);
-        found
     }
+    found.parts = Some(parts);
+    let raw = program.format == Format::Gcode && program.is_raw();
+    let foreign = raw
+        .then(|| foreign_coordinates(rest.first(), report))
+        .flatten();
+    found.notes.extend(Note::all(&Words, &foreign));
+    found
 }
 
 /// The words of the API: names of methods' parameters.
@@ -558,6 +475,9 @@ impl Voice for Words {
         match given {
             magician::Given::On => format!("{}: true", setting.name()),
             magician::Given::Off => format!("{}: false", setting.name()),
+            magician::Given::Position([x, y, z]) => {
+                format!("{}: [{x:.3}, {y:.3}, {z:.3}]", setting.name())
+            }
             given => format!("{}: {given}", setting.name()),
         }
     }

@@ -38,12 +38,12 @@ mod surface;
 
 pub use api::Role;
 pub use engine::ArmEngine;
-pub use files::{AnswerToCome, FileLayer, LaidFile, LayHere};
+pub use files::{AnswerToCome, FilePreparation, FilePreparer, PrepareHere};
 pub use frame::{FRAME, FRAME_FIELDS, FrameError, StateFrame};
 pub use frames::{FrameRing, Mark, PassedBytes};
 pub use job::{
-    Converting, FormatReader, JobStore, NoStore, ProgramReading, ReadProgram, Reader, ReadingArm,
-    Source, SourceBytes, ToCome,
+    Converting, FormatReader, JobStore, NoStore, ProgramReading, Reader, ReadingArm, Source,
+    SourceBytes, ToCome,
 };
 pub use library::{
     LARGEST_LIBRARY, LARGEST_PROGRAM, LibraryAct, LibraryError, LibraryOrder, MOST_PROGRAMS,

@@ -1,4 +1,4 @@
-//! Files that the page has read and laid by its other module.
+//! Files that the page has prepared by its other module.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -6,10 +6,10 @@ use std::time::Duration;
 
 use magician::ErrorKind;
 use magician_job::beside::BesideTurns;
-use magician_program::FileToLay;
+use magician_program::PrepareRequest;
 use magician_program::wire::{WireError, answer_in_turns};
 use magician_station::api::RpcError;
-use magician_station::{FileLayer, LaidFile};
+use magician_station::{FilePreparation, FilePreparer};
 use tokio::sync::{Semaphore, oneshot};
 use tokio::time::timeout;
 
@@ -98,14 +98,15 @@ impl Drop for Asked {
     }
 }
 
-impl FileLayer for PageFiles {
-    fn lay(&self, file: FileToLay) -> LaidFile {
+impl FilePreparer for PageFiles {
+    fn prepare(&self, mut request: PrepareRequest) -> FilePreparation {
         let files = self.clone();
-        LaidFile::ToCome(Box::pin(async move {
+        FilePreparation::ToCome(Box::pin(async move {
             let _turn = files.turn.acquire().await;
-            let request = file.to_bytes();
-            drop(file);
-            let (asked, answer) = files.ask(request);
+            let bytes = request.to_bytes();
+            // The page's worker has the file from now on: two of them may be more than there is room for.
+            request.bytes = Arc::default();
+            let (asked, answer) = files.ask(bytes);
             let answer = timeout(LONGEST, answer).await;
             drop(asked);
             let wrong = |kind, why: &str| Err(RpcError::arm(kind, why));
@@ -114,12 +115,11 @@ impl FileLayer for PageFiles {
                 Ok(Err(_)) => wrong(ErrorKind::Unexpected, FAILED),
                 Ok(Ok(None)) => wrong(ErrorKind::Unsupported, TOO_LARGE),
                 Ok(Ok(Some(bytes))) if bytes.is_empty() => wrong(ErrorKind::Unexpected, FAILED),
-                Ok(Ok(Some(bytes))) => {
-                    { answer_in_turns(&bytes, &BesideTurns).await }.or_else(|error| match error {
+                Ok(Ok(Some(bytes))) => { answer_in_turns(&request, &bytes, &BesideTurns).await }
+                    .or_else(|error| match error {
                         WireError::OtherBuild => wrong(ErrorKind::Unsupported, &error.to_string()),
                         _ => wrong(ErrorKind::Unexpected, &error.to_string()),
-                    })
-                }
+                    }),
             }
         }))
     }

@@ -336,6 +336,7 @@ impl Serialize for Told<'_> {
                     Given::Off => map.serialize_entry("value", &false)?,
                     Given::Number(number) => map.serialize_entry("value", number)?,
                     Given::Point(x, y) => map.serialize_entry("value", &[x, y])?,
+                    Given::Position(at) => map.serialize_entry("value", at)?,
                     Given::Word(word) => map.serialize_entry("value", word)?,
                     // The person chooses it.
                     _ => {}

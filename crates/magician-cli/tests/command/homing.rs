@@ -1,6 +1,7 @@
 //! An arm that is not known to be homed: what is refused on it at each door, and what ends that.
 #![cfg(target_os = "linux")]
 
+use std::fs;
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::PathBuf;
@@ -390,6 +391,19 @@ fn station_and_what_goes_through_it_are_held_to_the_same() {
         let refused = start(&[]);
         assert_eq!(refused["error"]["data"]["code"], "not-homed", "{refused}");
         assert_eq!(through(&["run", "a.plan.json"]).status, 3);
+        // A surface is measured with an arm that is homed: that comes first at each door.
+        let drawn = |options: &[(&str, Value)]| {
+            let line = fs::read_to_string(place.path("line.svg")).expect("a drawing");
+            let mut asked = json!({"text": line, "setup": {"work": "draw"}});
+            for (name, value) in options {
+                asked[*name] = value.clone();
+            }
+            rpc(&url, "job.start", &asked)
+        };
+        let refused = drawn(&[]);
+        assert_eq!(refused["error"]["data"]["code"], "not-homed", "{refused}");
+        let refused = drawn(&[("unhomed", json!(true))]).to_string();
+        assert!(refused.contains("work surface height unknown"), "{refused}");
         for (method, options) in [
             ("teach.capture", json!({})),
             ("teach.guide", json!({"on": true})),

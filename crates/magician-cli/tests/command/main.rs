@@ -14,6 +14,7 @@ mod dashboard;
 mod debts;
 mod decode;
 mod doctor;
+mod doors;
 mod ending;
 mod files;
 mod floods;

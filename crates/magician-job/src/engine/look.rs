@@ -87,6 +87,10 @@ impl Work {
             true => drop(arm.homed().await?),
             false => arm.check_homed().await?,
         }
+        // A surface is measured with an arm that is homed: that comes first.
+        if spec.assumes_surface && !arm.is_virtual() {
+            return Err(Fault::Program(Diagnostic::unknown_surface()).into());
+        }
         if spec.saved.is_some() {
             let settled = SavedSettings::settle(arm, Access::Sets).await;
             self.shared.tell(JobEvent::Settled(settled));

@@ -6,6 +6,12 @@ use super::{SetupDefaults, SetupOptions, WorkOption};
 use crate::{Diagnostic, DiagnosticCode, Tool};
 
 impl SetupOptions {
+    /// True if the tool in force on the arm decides what a frame goes round, because neither the work nor the tool was given.
+    #[must_use]
+    pub fn needs_tool_in_force(&self) -> bool {
+        self.frame.is_some() && self.work.is_none() && self.tool.is_none()
+    }
+
     /// Decides what is framed where that was not said: what the tool in force on the arm would make of the file, as far as that
     /// is a pen or a laser; then what the usual tool would. Returns a note that says so, to be told before all others; `None` if
     /// nothing is framed, or the work or the tool was given.

@@ -27,7 +27,7 @@ pub struct Grid {
 }
 
 impl Grid {
-    pub(super) fn pallet(self) -> Pallet {
+    pub(crate) fn pallet(self) -> Pallet {
         Pallet::grid(self.rows, self.columns, self.pitch)
     }
 }

@@ -4,19 +4,15 @@
 mod fields;
 mod framed;
 mod grid;
-mod laying;
 mod pens;
-mod program;
 mod spec;
 mod table;
 mod value;
 
 pub use fields::OptionError;
 pub use grid::Grid;
-pub use laying::{Begins, FileToLay, LaidProgram, Laying};
 use magician_host::{Set, words};
 pub use pens::{PenMatch, PenOptions};
-pub use program::{Begun, FileRead, LaidFile, Reading, UnknownStart};
 pub use spec::{DefaultValue, Need, OptionGroup, OptionKind, OptionSpec};
 pub use table::SetupOptions;
 
@@ -323,7 +319,7 @@ impl SetupOptions {
     }
 
     /// What the arm is told first, besides what the plan says; `taught` is one in the arm's coordinates.
-    fn settings(&self, plan: &mut Plan, taught: bool) -> Vec<Set> {
+    pub(crate) fn settings(&self, plan: &mut Plan, taught: bool) -> Vec<Set> {
         let mut settings = Vec::new();
         if let Some(ratio) = self.speed_ratio {
             settings.push(plan.moves_at(ratio as f32));

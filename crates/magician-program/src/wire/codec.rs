@@ -100,6 +100,18 @@ impl Wire for bool {
     }
 }
 
+impl<T: Wire> Wire for Box<T> {
+    const LEAST: usize = T::LEAST;
+
+    fn put(&self, out: &mut Vec<u8>) {
+        (**self).put(out);
+    }
+
+    fn take(input: &mut Input<'_>) -> Option<Self> {
+        Wire::take(input).map(Self::new)
+    }
+}
+
 impl<T: Wire> Wire for Option<T> {
     fn put(&self, out: &mut Vec<u8>) {
         self.is_some().put(out);

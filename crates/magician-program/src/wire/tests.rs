@@ -18,7 +18,7 @@ fn samples() -> Vec<(Format, Vec<u8>)> {
     all
 }
 
-fn file(format: Format, bytes: &[u8]) -> FileToLay {
+fn file(format: Format, bytes: &[u8]) -> PrepareRequest {
     let options = json!({
         "at": [230, -0.5], "fit": true, "surface": -60, "start": [200, -0.0, 5.5], "speed": 20.1,
     });
@@ -26,8 +26,12 @@ fn file(format: Format, bytes: &[u8]) -> FileToLay {
         min: [0.0, 200.0, -100.0],
         max: [50.0, 250.0, 0.1],
     };
-    FileToLay {
+    PrepareRequest {
         title: "größe".to_owned(),
+        surface_slope: [0.01, -0.02],
+        preset_note: Some(Diagnostic::of_file("of a preset")),
+        rest: 250,
+        tool: Some(Tool::Laser),
         options: SetupOptions::from_fields(options.as_object().unwrap()).unwrap(),
         defaults: SetupDefaults {
             tool: Some(Tool::Bias([61.0, 0.5, -2.0])),
@@ -35,7 +39,7 @@ fn file(format: Format, bytes: &[u8]) -> FileToLay {
             ..SetupDefaults::default()
         },
         fence: Fence::default().with_keep_out(keep_out).ok(),
-        ..FileToLay::new(format, bytes)
+        ..PrepareRequest::new(format, bytes)
     }
 }
 
@@ -50,36 +54,42 @@ fn a_request_comes_back_as_it_was() {
     };
     asked.fence = Some(all.unwrap().with_box(within).unwrap());
     for begins in [
-        Begins::Ask,
-        Begins::At([200.0, 0.1, -3.0]),
-        Begins::Unknown,
-        Begins::OnStage,
+        StartPosition::Ask,
+        StartPosition::At([200.0, 0.1, -3.0]),
+        StartPosition::Unknown,
+        StartPosition::Staged,
     ] {
-        asked.begins = begins;
-        assert_eq!(FileToLay::from_bytes(&asked.to_bytes()), Ok(asked.clone()));
+        asked.start = begins;
+        assert_eq!(
+            PrepareRequest::from_bytes(&asked.to_bytes()),
+            Ok(asked.clone())
+        );
     }
-    let plain = FileToLay::new(Format::Svg, b"");
-    assert_eq!(FileToLay::from_bytes(&plain.to_bytes()), Ok(plain));
+    let plain = PrepareRequest::new(Format::Svg, b"");
+    assert_eq!(PrepareRequest::from_bytes(&plain.to_bytes()), Ok(plain));
 }
 
 #[test]
-fn a_program_comes_back_as_it_was_laid() {
+fn a_program_comes_back_as_it_was_prepared() {
     for (format, bytes) in samples() {
-        for mut file in [file(format, &bytes), FileToLay::new(format, &bytes)] {
-            file.begins = Begins::OnStage;
-            let laid = file.lay();
+        for mut file in [file(format, &bytes), PrepareRequest::new(format, &bytes)] {
+            file.start = StartPosition::Staged;
+            let laid = file.prepare();
             let answered = answer(&file.to_bytes());
-            assert_eq!(answer_from(&answered), Ok(laid), "{format}");
+            assert_eq!(answer_from(&file, &answered), Ok(laid), "{format}");
         }
     }
 }
 
 #[test]
 fn that_a_start_is_needed_comes_back() {
-    let file = FileToLay::new(Format::Gcode, b"G91\nG1 X5 Y5 F600\n");
-    assert_eq!(file.lay(), Ok(Laying::NeedsStart));
+    let file = PrepareRequest::new(Format::Gcode, b"G91\nG1 X5 Y5 F600\n");
+    assert_eq!(file.prepare(), Ok(Preparation::NeedsStart));
     let answered = answer(&file.to_bytes());
-    assert_eq!(answer_from(&answered), Ok(Ok(Laying::NeedsStart)));
+    assert_eq!(
+        answer_from(&file, &answered),
+        Ok(Ok(Preparation::NeedsStart))
+    );
 }
 
 #[test]
@@ -94,11 +104,12 @@ fn an_error_comes_back_with_its_place_and_its_advice() {
         (Format::Points, "x,y\n1,oops\n"),
         (Format::Image, "no image"),
     ] {
-        let mut file = FileToLay::new(format, text.as_bytes());
-        file.begins = Begins::OnStage;
-        let laid = file.lay();
+        let mut file = PrepareRequest::new(format, text.as_bytes());
+        file.start = StartPosition::Staged;
+        let laid = file.prepare();
         assert!(laid.is_err(), "{text}");
-        assert_eq!(answer_from(&answer(&file.to_bytes())), Ok(laid), "{text}");
+        let answered = answer(&file.to_bytes());
+        assert_eq!(answer_from(&file, &answered), Ok(laid), "{text}");
     }
     let given = Diagnostic::of_file("all kinds of advice")
         .named("rect7")
@@ -106,25 +117,34 @@ fn an_error_comes_back_with_its_place_and_its_advice() {
         .remedy(Deed::Home, "homes it")
         .remedy((Setting::Scale, Given::Number(f64::INFINITY)), "")
         .remedy((Setting::At, Given::Point(200.0, -5.5)), "places it")
+        .remedy(
+            (Setting::Start, Given::Position([200.0, -0.0, 5.5])),
+            "begins there",
+        )
         .remedy((Setting::White, Given::Word("draw")), "keeps it")
         .remedy((Setting::Fit, Given::On), "shrinks it")
         .with(Remedy::without(Setting::Raw))
         .with_missing(Some(Missing::Feature("text")));
-    assert_eq!(
-        answer_from(&answer_bytes(&Err(given.clone()))),
-        Ok(Err(given))
+    let given = PrepareError::new(
+        PrepareStage::Place,
+        given,
+        vec![Diagnostic::of_file("a note")],
     );
+    let request = PrepareRequest::new(Format::Svg, b"");
+    let answered = answer_bytes(&Err(given.clone()));
+    assert_eq!(answer_from(&request, &answered), Ok(Err(given)));
 }
 
 #[test]
 fn what_another_build_wrote_is_refused_and_not_misread() {
-    let mut request = FileToLay::new(Format::Gcode, b"G90\nG1 X220 Y0 Z20 F600\n").to_bytes();
-    let mut answered = answer(&request);
-    request[3] ^= 1;
-    assert_eq!(answer(&request), FORM);
-    assert_eq!(answer_from(&FORM), Err(WireError::Malformed));
+    let request = PrepareRequest::new(Format::Gcode, b"G90\nG1 X220 Y0 Z20 F600\n");
+    let mut bytes = request.to_bytes();
+    let mut answered = answer(&bytes);
+    bytes[3] ^= 1;
+    assert_eq!(answer(&bytes), FORM);
+    assert_eq!(answer_from(&request, &FORM), Err(WireError::Malformed));
     answered[7] ^= 0x80;
-    assert_eq!(answer_from(&answered), Err(WireError::OtherBuild));
+    assert_eq!(answer_from(&request, &answered), Err(WireError::OtherBuild));
     assert!(
         WireError::OtherBuild
             .to_string()
@@ -135,13 +155,17 @@ fn what_another_build_wrote_is_refused_and_not_misread() {
 #[test]
 fn no_bytes_are_taken_for_an_answer_that_is_not_whole() {
     for (format, bytes) in samples() {
-        let whole = answer(&file(format, &bytes).to_bytes());
+        let request = file(format, &bytes);
+        let whole = answer(&request.to_bytes());
         let step = (whole.len() / 200).max(1);
         for count in (0..whole.len()).step_by(step) {
-            assert!(answer_from(&whole[..count]).is_err(), "{format} {count}");
+            assert!(
+                answer_from(&request, &whole[..count]).is_err(),
+                "{format} {count}"
+            );
         }
         let longer = [&whole[..], &[0]].concat();
-        assert_eq!(answer_from(&longer), Err(WireError::Malformed));
+        assert_eq!(answer_from(&request, &longer), Err(WireError::Malformed));
         // Damaged ones are an answer or none: that they come to an end is all.
         let mut seed = 1_u32;
         for _ in 0..300 {
@@ -151,11 +175,12 @@ fn no_bytes_are_taken_for_an_answer_that_is_not_whole() {
                 let at = 8 + (seed as usize >> 3) % (damaged.len() - 8);
                 damaged[at] = (seed >> 24) as u8;
             }
-            let _ = answer_from(&damaged);
+            let _ = answer_from(&request, &damaged);
             let _ = answer(&damaged);
         }
     }
     // Counts that no memory has room for.
     let huge = [&FORM[..], &[0, 0, 0, 0, 0], &[0xFF; 9], &[1]].concat();
-    assert_eq!(answer_from(&huge), Err(WireError::Malformed));
+    let request = PrepareRequest::new(Format::Svg, b"");
+    assert_eq!(answer_from(&request, &huge), Err(WireError::Malformed));
 }

@@ -6,8 +6,8 @@ use std::fmt::Write as _;
 
 use magician_program::fill::FillMode;
 use magician_program::{
-    Action, Content, FileToLay, FontChoice, Format, Laying, Plan, ReadOptions, Setup, SetupOptions,
-    Surface, WorkOption, read,
+    Action, Content, FontChoice, Format, Plan, Preparation, PrepareRequest, ReadOptions, Setup,
+    SetupOptions, Surface, WorkOption, read,
 };
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -376,11 +376,11 @@ fn laid(format: Format, text: &str, laser: bool, said: Said, larger: f64) -> Pla
 }
 
 fn made(format: Format, text: &str, options: SetupOptions) -> Plan {
-    let mut file = FileToLay::new(format, text.as_bytes());
+    let mut file = PrepareRequest::new(format, text.as_bytes());
     file.options = options;
     file.defaults.assumed_surface = Some(Surface::level(SURFACE));
-    match file.lay() {
-        Ok(Laying::Done(laid)) => {
+    match file.prepare() {
+        Ok(Preparation::Done(laid)) => {
             assert_eq!(laid.misfit, None);
             laid.program.plan().clone()
         }

@@ -5,7 +5,8 @@ use magician::words::Preflight;
 use magician::{JointAngles, ToolBias};
 use magician_program::artwork::Sheet;
 use magician_program::{
-    Depths, Ending, FileToLay, Format, Laying, Program, SetupDefaults, SetupOptions, Surface, Tool,
+    Depths, Ending, Format, Preparation, PrepareRequest, Program, SetupDefaults, SetupOptions,
+    Surface, Tool,
 };
 use magician_protocol::PtpMode;
 use proptest::collection::vec;
@@ -87,7 +88,7 @@ fn option() -> impl Strategy<Value = (&'static str, Value)> {
 }
 
 struct Case {
-    file: FileToLay,
+    file: PrepareRequest,
     surface: Surface,
 }
 
@@ -108,9 +109,9 @@ fn case(nth: usize, fields: &Map<String, Value>, tilted: bool) -> Option<Case> {
     });
     defaults.surface = Some(measured);
     let surface = options.surface.map_or(measured, Surface::level);
-    let mut file = FileToLay::new(format, &bytes);
+    let mut file = PrepareRequest::new(format, &bytes);
     (file.options, file.defaults) = (options, defaults);
-    file.begins = magician_program::Begins::At([200.0, 0.0, 30.0]);
+    file.start = magician_program::StartPosition::At([200.0, 0.0, 30.0]);
     Some(Case { file, surface })
 }
 
@@ -146,10 +147,8 @@ fn lowest(program: &Program, surface: Surface) -> f64 {
 }
 
 fn laid(case: &Case) -> Option<(Program, Ending)> {
-    match case.file.lay() {
-        Ok(Laying::Done(laid)) if laid.misfit.is_none() => {
-            Some((laid.program, case.file.ending(&case.file.setup())))
-        }
+    match case.file.prepare() {
+        Ok(Preparation::Done(laid)) if laid.misfit.is_none() => Some((laid.program, laid.ending)),
         _ => None,
     }
 }

@@ -6,19 +6,19 @@ use magician_host::words::{Guards, Preflight};
 use magician_host::{Act, Action, JointAngles, Setting};
 use magician_motion::ToolBias;
 use magician_program::{
-    Begins, Diagnostic, DiagnosticCode, FileToLay, Format, LaidProgram, Laying, SetupOptions, Side,
-    Surface, check, foreign_coordinates,
+    Diagnostic, DiagnosticCode, Format, Preparation, PrepareRequest, PreparedProgram, SetupOptions,
+    Side, StartPosition, Surface, check, foreign_coordinates,
 };
 use serde_json::{Value, json};
 
-fn lay(format: Format, bytes: &[u8], options: &Value) -> Result<LaidProgram, Diagnostic> {
-    let mut file = FileToLay::new(format, bytes);
+fn lay(format: Format, bytes: &[u8], options: &Value) -> Result<PreparedProgram, Diagnostic> {
+    let mut file = PrepareRequest::new(format, bytes);
     file.options = SetupOptions::from_fields(options.as_object().unwrap()).unwrap();
     file.defaults.surface = Some(Surface::level(-50.0));
-    file.begins = Begins::OnStage;
-    match file.lay()? {
-        Laying::Done(laid) => Ok(*laid),
-        Laying::NeedsStart => panic!("it needs a start"),
+    file.start = StartPosition::Staged;
+    match file.prepare()? {
+        Preparation::Done(laid) => Ok(*laid),
+        Preparation::NeedsStart => panic!("it needs a start"),
     }
 }
 
@@ -84,7 +84,7 @@ fn with(options: &Value, more: Value) -> Value {
     all
 }
 
-fn bounds(laid: &LaidProgram) -> [[f64; 3]; 2] {
+fn bounds(laid: &PreparedProgram) -> [[f64; 3]; 2] {
     let start =
         Preflight::at(JointAngles::HOME, ToolBias::SUCTION).guards(Guards::NONE.reach(true));
     let report = check(laid.program.plan(), &start);
@@ -95,7 +95,7 @@ fn bounds(laid: &LaidProgram) -> [[f64; 3]; 2] {
         .expect("something is drawn")
 }
 
-fn said(laid: &LaidProgram) -> String {
+fn said(laid: &PreparedProgram) -> String {
     let notes: Vec<_> = laid.notes.iter().map(|note| note.message.clone()).collect();
     notes.join("; ")
 }

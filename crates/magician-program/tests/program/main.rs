@@ -25,6 +25,7 @@ mod parts;
 mod placing;
 mod plan;
 mod points;
+mod prepared;
 mod preview;
 mod properties;
 mod rehearse;

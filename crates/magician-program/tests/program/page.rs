@@ -6,7 +6,8 @@ use magician_motion::ToolBias;
 use magician_program::artwork::Sheet;
 use magician_program::preview::{DrawnLine, Preview, PreviewOptions};
 use magician_program::{
-    Begins, Diagnostic, FileToLay, Format, LaidProgram, Laying, SetupOptions, Surface, check,
+    Diagnostic, Format, Preparation, PrepareRequest, PreparedProgram, SetupOptions, StartPosition,
+    Surface, check,
 };
 use serde_json::{Value, json};
 
@@ -36,19 +37,19 @@ fn lay(
     bytes: &[u8],
     options: &Value,
     sheet: Option<Sheet>,
-) -> Result<LaidProgram, Diagnostic> {
-    let mut file = FileToLay::new(format, bytes);
+) -> Result<PreparedProgram, Diagnostic> {
+    let mut file = PrepareRequest::new(format, bytes);
     file.options = SetupOptions::from_fields(options.as_object().unwrap()).unwrap();
     file.defaults.surface = Some(Surface::level(-50.0));
     file.defaults.sheet = sheet;
-    file.begins = Begins::OnStage;
-    match file.lay()? {
-        Laying::Done(laid) => Ok(*laid),
-        Laying::NeedsStart => panic!("it needs a start"),
+    file.start = StartPosition::Staged;
+    match file.prepare()? {
+        Preparation::Done(laid) => Ok(*laid),
+        Preparation::NeedsStart => panic!("it needs a start"),
     }
 }
 
-fn svg(options: &Value) -> LaidProgram {
+fn svg(options: &Value) -> PreparedProgram {
     lay(Format::Svg, SVG, options, None).unwrap()
 }
 
@@ -56,12 +57,12 @@ fn start() -> Preflight {
     Preflight::at(JointAngles::HOME, ToolBias::SUCTION).guards(Guards::NONE.reach(true))
 }
 
-fn corners(laid: &LaidProgram) -> [[f64; 2]; 4] {
+fn corners(laid: &PreparedProgram) -> [[f64; 2]; 4] {
     laid.placed.and_then(|placed| placed.page).expect("a page")
 }
 
 /// What it draws: the least and the greatest corner from the middle of its page, along its edges.
-fn on_page(laid: &LaidProgram) -> [[f64; 2]; 2] {
+fn on_page(laid: &PreparedProgram) -> [[f64; 2]; 2] {
     let [from, right, end, _] = corners(laid);
     let along = [right[0] - from[0], right[1] - from[1]];
     let width = along[0].hypot(along[1]);
@@ -95,7 +96,7 @@ fn assert_near(found: &[[f64; 2]], expected: &[[f64; 2]]) {
     );
 }
 
-fn told(laid: &LaidProgram) -> Vec<String> {
+fn told(laid: &PreparedProgram) -> Vec<String> {
     laid.notes.iter().map(|note| note.message.clone()).collect()
 }
 

@@ -3,7 +3,8 @@
 use magician::{Options, VirtualArm, blocking::Arm, words};
 use magician_program::rehearse::{RehearseOptions, rehearse, stage, stands, start_of};
 use magician_program::{
-    Action, Begins, FileToLay, Format, Grip, Laying, Origin, Plan, Surface, Tool, Travel, check,
+    Action, Format, Grip, Origin, Plan, Preparation, PrepareRequest, StartPosition, Surface, Tool,
+    Travel, check,
 };
 
 const PAPER: f32 = -60.0;
@@ -190,13 +191,13 @@ fn where_the_arm_of_a_stage_stands_is_known_without_making_it() {
         let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
             .join("samples")
             .join(name);
-        let mut file = FileToLay::new(
+        let mut file = PrepareRequest::new(
             Format::of(name, b"").unwrap(),
             &std::fs::read(path).unwrap(),
         );
         file.defaults.surface = Some(Surface::level(surface));
-        file.begins = Begins::OnStage;
-        let Ok(Laying::Done(laid)) = file.lay() else {
+        file.start = StartPosition::Staged;
+        let Ok(Preparation::Done(laid)) = file.prepare() else {
             panic!("{name} is not laid");
         };
         let (plan, options) = (laid.program.plan(), RehearseOptions::default());

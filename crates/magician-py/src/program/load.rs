@@ -1,17 +1,17 @@
 //! Files, as plans.
 
-use magician::Error;
+use magician::{Error, Fence};
 use magician_job::presets::Presets;
 use magician_program::artwork::Sheet;
 use magician_program::{
-    Content, Diagnostic, FontChoice, Format, Parsed, Plan, Prepared, ReadOptions, Setup,
-    SetupDefaults, SetupOptions, Surface, Tool, WorkOption, read,
+    Diagnostic, FontChoice, Format, Plan, Preparation, PrepareRequest, SetupDefaults, SetupOptions,
+    StartPosition, Surface, Tool, WorkOption,
 };
 use pyo3::prelude::*;
 use serde_json::{Map, Value, json};
 
 use super::{PyPlan, Source, surface};
-use crate::errors;
+use crate::{core, errors};
 
 /// The sentence for an unknown height of the paper.
 pub(crate) const SURFACE_ARGUMENT: &str = "work surface height unknown: give load() surface=Z, the z of the arm's pose when its tool \
@@ -35,19 +35,10 @@ struct Wanted {
     preset: Option<String>,
 }
 
-/// What the arguments say.
-struct Said {
-    options: SetupOptions,
-    /// What people are told of them first.
-    notes: Vec<Diagnostic>,
-    /// True if they say which work it is.
-    has_work: bool,
-}
-
 impl Wanted {
     /// # Errors
     /// What cannot be meant, in a sentence.
-    fn options(&self, format: Format) -> Result<Said, String> {
+    fn options(&self, format: Format) -> Result<(SetupOptions, Option<Diagnostic>), String> {
         let fields = serde_json::from_str(&self.options);
         let mut fields: Map<String, Value> = fields.map_err(|error| error.to_string())?;
         if let Some(text) = &self.pens_file {
@@ -64,7 +55,7 @@ impl Wanted {
         if let Some((name, bytes)) = &self.font_file {
             options.font = Some(FontChoice::file(name, bytes.as_slice()));
         }
-        let (has_work, has_image) = (options.work.is_some(), options.image.is_some());
+        let has_image = options.image.is_some();
         let note = self.preset(format, &mut options)?;
         options.work = match (options.work, format) {
             (Some(work), _) => Some(work),
@@ -76,12 +67,10 @@ impl Wanted {
             (None, _) => Some(WorkOption::ByFile),
         };
         options.check().map_err(|error| error.message)?;
-        let framed = options.frame_for(&SetupDefaults::default(), None);
-        Ok(Said {
-            options,
-            notes: framed.into_iter().chain(note.flatten()).collect(),
-            has_work,
-        })
+        if let Some((height, _)) = self.surface {
+            options.surface = Some(height);
+        }
+        Ok((options, note.flatten()))
     }
 
     /// With what the preset says where the arguments say nothing; what it tells people, if there is one.
@@ -100,28 +89,27 @@ impl Wanted {
         Ok(Some(preset.told()))
     }
 
-    /// How it is to be done: with a surface on a slope and a sheet, which have no flags.
-    fn setup(&self, options: &SetupOptions) -> Setup {
-        let mut defaults = SetupDefaults::default();
-        defaults.assumed_surface = Some(Surface::VIRTUAL);
-        let mut setup = options.setup(&defaults);
-        setup.surface = surface(self.surface).or(setup.surface);
-        setup.sheet = self.sheet.map(|(x, y, rotation, size)| Sheet {
+    /// What counts where the arguments leave something open: a plan is made for no arm, so that a surface that was not given is that
+    /// of a virtual one.
+    fn defaults(&self) -> SetupDefaults {
+        let mut defaults = SetupDefaults::default().on_virtual_arm();
+        defaults.sheet = self.sheet.map(|(x, y, rotation, size)| Sheet {
             corner: [x, y],
             rotation,
-            surface: setup.surface.unwrap_or(Surface::VIRTUAL),
+            surface: surface(self.surface).unwrap_or(Surface::VIRTUAL),
             size,
         });
-        setup
+        defaults
     }
+}
 
-    fn reading(&self, options: &SetupOptions, title: String, setup: &Setup) -> ReadOptions {
-        let mut reading = options.reading(setup);
-        reading.title = title;
-        setup.prepare(&mut reading.gcode, setup.surface);
-        reading.gcode.start = options.start;
-        reading
-    }
+/// The fence of the arm that is meant where no port is given, as far as that is known without one.
+fn usual_fence() -> Result<Option<Fence>, Error> {
+    let arms = magician::arms::load()?;
+    let Ok(target) = core::target(None) else {
+        return Ok(None);
+    };
+    Ok(magician::arms::at(&arms, &target).and_then(|arm| arm.fence))
 }
 
 /// What a file is, by what was said, its name, or what is in it.
@@ -145,35 +133,43 @@ impl PyPlan {
     fn load(py: Python<'_>, name: &str, bytes: &[u8], wanted: Wanted) -> PyResult<Self> {
         let refused = |text: String| errors::raise(py, &Error::invalid(format!("{name}: {text}")));
         let format = format_of(name, bytes, wanted.format.as_deref()).map_err(refused)?;
+        let mut request = PrepareRequest::new(format, bytes);
         let said = wanted.options(format);
-        let said = said.map_err(|text| errors::raise(py, &Error::invalid(text)))?;
-        let Said {
-            options: said,
-            notes,
-            has_work,
-        } = said;
-        let setup = wanted.setup(&said);
-        let title = wanted
-            .title
-            .clone()
-            .unwrap_or_else(|| Format::title(name).to_owned());
-        let options = wanted.reading(&said, title, &setup);
-        let placed = format == Format::Gcode && setup.places();
-        let made = py.detach(|| made(format, bytes, &options, &setup));
-        let (mut made, taught) = made.map_err(|problem| super::raise(py, Some(name), &problem))?;
-        made.notes.splice(0..0, notes);
+        (request.options, request.preset_note) =
+            said.map_err(|text| errors::raise(py, &Error::invalid(text)))?;
+        let title = wanted.title.clone();
+        request.title = title.unwrap_or_else(|| Format::title(name).to_owned());
+        if let Some(Surface { slope, .. }) = surface(wanted.surface) {
+            request.surface_slope = slope;
+        }
+        request.defaults = wanted.defaults();
+        request.fence = py
+            .detach(usual_fence)
+            .map_err(|error| errors::raise(py, &error))?;
+        // No arm is there to ask.
+        request.start = StartPosition::Unknown;
+        let lift = request.options.lift;
+        let prepared = py.detach(|| match request.prepare()? {
+            Preparation::Done(program) => program.fitting().map(Some),
+            Preparation::NeedsStart => Ok(None),
+        });
+        let prepared = prepared
+            .map_err(|error| super::raise(py, Some(name), &error.problem))?
+            .ok_or_else(|| refused("it is not known where it begins".to_owned()))?;
+        let lies_on_surface =
+            format.is_drawing() && (format != Format::Gcode || prepared.setup.places());
         let source = Source {
             name: Some(name.to_owned()),
             format: Some(format.name().to_owned()),
-            notes: made.notes,
-            placed: { made.placed }
+            notes: prepared.notes,
+            placed: { prepared.placed }
                 .map(|placed| (placed.scale, placed.turn, placed.at, placed.page)),
             rows: false,
-            assumed: (!taught || placed) && setup.surface.is_none(),
-            is_drawing: has_work || said.frame.is_some() || format.is_drawing(),
-            lift: said.lift,
+            assumed: lies_on_surface && prepared.setup.surface.is_none(),
+            is_drawing: prepared.ending.drawing,
+            lift,
         };
-        Ok(Self::of(made.plan, source))
+        Ok(Self::of(prepared.program.into_plan(), source))
     }
 
     /// A plan of the text of a plan file.
@@ -197,18 +193,4 @@ impl PyPlan {
         })
         .collect()
     }
-}
-
-/// Read and laid before the arm; whether it was in the arm's coordinates already.
-fn made(
-    format: Format,
-    bytes: &[u8],
-    options: &ReadOptions,
-    setup: &Setup,
-) -> Result<(Prepared, bool), Diagnostic> {
-    let Parsed { content, notes } = read(format, bytes, options)?;
-    let taught = matches!(content, Content::Plan(_));
-    let mut made = setup.plan(format, content)?.fitting()?;
-    made.notes.splice(0..0, notes);
-    Ok((made, taught))
 }

@@ -72,7 +72,7 @@ type KeptNote = (
 );
 
 /// Where a plan came from, as it is kept: file, format, notes, how it was placed, whether its lines are rows, whether its surface is assumed, whether
-/// it needs an arm that was homed, and its lift.
+/// it is a drawing, and its lift.
 type KeptSource = (
     Option<String>,
     Option<String>,

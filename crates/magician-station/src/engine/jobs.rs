@@ -11,14 +11,14 @@ use magician_job::{
     Fault, Job, JobError, JobEvent, JobHandle, JobOutcome, JobSpec, JobState, Journal, PauseReason,
     ResumeError, Start,
 };
-use magician_program::{Diagnostic, DiagnosticCode, Tool};
+use magician_program::{Diagnostic, DiagnosticCode, PreparedProgram, Tool};
 use serde_json::{Value, json};
 use tokio::sync::Notify;
 
 use super::{TaskResult, Waiting, Work};
 use crate::api::RpcError;
 use crate::control::{JobId, RequestId};
-use crate::job::{ProgramReading, ReadProgram, Reader, ReadingArm, Source, Words};
+use crate::job::{self, ProgramReading, Reader, ReadingArm, Source, Words};
 use crate::order::{ArmAct, ArmReport, JobEnd, JobNews, JobStart, Outcome};
 use crate::reading::{self, to_value};
 use crate::surface::ArmSurface;
@@ -122,18 +122,22 @@ impl Work {
         let surface = self.jobs_with.surface.clone();
         self.side.spawn(async move {
             let found = async {
-                let program = read(&arm, reader, &surface, source, None, &Notify::new()).await?;
-                let kinds = program.program(Some(1)).kinds();
+                let given_up = Notify::new();
+                let program = read(&arm, None, reader, &surface, source, None, &given_up).await?;
+                let kinds = program.program.kinds();
                 let start = arm.preflight_for(&kinds).await?;
                 let program = Arc::new(program);
                 let (shown, begins) = (Arc::clone(&program), start.clone());
                 let shown = async {
                     match preview {
-                        true => Some(in_turns(async move { shown.preview(&begins).await }).await),
+                        true => {
+                            Some(in_turns(async move { job::preview(&shown, &begins).await }).await)
+                        }
                         false => None,
                     }
                 };
-                let checked = in_turns(async move { to_value(&program.check(start).await?) });
+                let checked =
+                    in_turns(async move { to_value(&job::check(&program, start).await?) });
                 // Each has a thread of its own, where there are threads.
                 let (shown, report) = tokio::join!(shown, checked);
                 let mut report = report??;
@@ -153,19 +157,29 @@ impl Work {
         let (arm, reader) = (self.arm.clone(), Arc::clone(&self.jobs_with.reader));
         let surface = self.jobs_with.surface.clone();
         let (source, begun) = (start.order.source.clone(), start.order.start);
+        let unhomed = start.order.unhomed;
         let mut gives_up = Arc::default();
         if let Some(slot) = self.job.as_mut().filter(|slot| slot.id == job) {
             slot.start = Some(Box::new(start));
             gives_up = Arc::clone(&slot.gives_up);
         }
+        let runs_on = match unhomed {
+            true => arm.allowing_unhomed(),
+            false => arm.clone(),
+        };
         self.side.spawn(async move {
-            let program = read(&arm, reader, &surface, source, begun, &gives_up).await;
+            let runs_on = Some(&runs_on);
+            let program = read(&arm, runs_on, reader, &surface, source, begun, &gives_up).await;
             TaskResult::Program(job, program.map(Box::new))
         });
     }
 
     /// Its program was read: it begins.
-    pub(super) fn begin_job(&mut self, job: JobId, program: Result<Box<ReadProgram>, RpcError>) {
+    pub(super) fn begin_job(
+        &mut self,
+        job: JobId,
+        program: Result<Box<PreparedProgram>, RpcError>,
+    ) {
         let Some(slot) = self.job.as_mut().filter(|slot| slot.id == job) else {
             return;
         };
@@ -254,9 +268,9 @@ impl Work {
     }
 
     /// What is to be run; refused where it would do what its starter may not.
-    fn spec(&self, start: &JobStart, program: &ReadProgram) -> Result<JobSpec, RpcError> {
+    fn spec(&self, start: &JobStart, program: &PreparedProgram) -> Result<JobSpec, RpcError> {
         let order = &start.order;
-        let whole = program.program(order.loops);
+        let whole = program.program.clone().repeated(order.loops);
         whole
             .has(order.from)
             .map_err(|problem| RpcError::param("from", problem.to_string()))?;
@@ -270,9 +284,7 @@ impl Work {
         {
             return Err((**refused).clone());
         }
-        let goes_on =
-            whole.depends_on_start(order.from) || start.resumes && whole.depends_throughout();
-        if program.start.is_some() && goes_on {
+        if program.has_lost_start(order.from, start.resumes) {
             let why = "the program depends on where the tool was when it began, and the tool has \
                 moved since: give `setup.start`";
             return Err(refused(why));
@@ -490,14 +502,16 @@ async fn stands_there(arm: &Arm, expected: Option<Pose>) -> Result<(), RpcError>
 }
 
 /// Reads a program beside what the arm does; one that depends on where the arm stands begins there, or where it began before.
+/// `runs_on` is the arm as it is to run the program, if it is.
 async fn read(
     arm: &Arm,
+    runs_on: Option<&Arm>,
     reader: Arc<dyn Reader>,
     surface: &ArmSurface,
     source: Source,
     begun: Option<[f64; 3]>,
     gives_up: &Notify,
-) -> Result<ReadProgram, RpcError> {
+) -> Result<PreparedProgram, RpcError> {
     let mut here = ReadingArm {
         is_virtual: arm.is_virtual(),
         fence: arm.fence(),
@@ -506,8 +520,7 @@ async fn read(
         ..ReadingArm::default()
     };
     // A frame goes by the tool in force, unless it was told what it frames.
-    let framed = source.setup.as_ref().filter(|setup| setup.frame.is_some());
-    if framed.is_some_and(|setup| setup.work.is_none() && setup.tool.is_none()) {
+    if { source.setup.as_ref() }.is_some_and(|options| options.needs_tool_in_force()) {
         here.tool = Some(Tool::from(&arm.get::<EndEffectorParams>().await?));
     }
     loop {
@@ -522,6 +535,13 @@ async fn read(
         match read {
             ProgramReading::Done(program) => return Ok(*program),
             ProgramReading::ToCome(_) => {}
+            ProgramReading::LacksSurface(error) => {
+                // A surface is measured with an arm that is homed: that comes first.
+                if let Some(arm) = runs_on {
+                    arm.check_homed().await?;
+                }
+                return Err(error);
+            }
             ProgramReading::NeedsStart if here.stands.is_none() => {
                 here.stands = Some(arm.preflight_for(&[]).await?);
             }
@@ -541,7 +561,7 @@ pub(crate) async fn beside<T: Send + 'static>(
 }
 
 /// How it ended.
-fn end_of(outcome: &JobOutcome, program: &ReadProgram) -> JobEnd {
+fn end_of(outcome: &JobOutcome, program: &PreparedProgram) -> JobEnd {
     let rounded = |value: f64| (value * 1000.0).round() / 1000.0;
     match outcome {
         Ok(done) => JobEnd {
@@ -568,14 +588,14 @@ fn over(state: &'static str, error: Option<RpcError>) -> JobEnd {
     }
 }
 
-fn fault_of(error: &JobError, program: &ReadProgram) -> RpcError {
+fn fault_of(error: &JobError, program: &PreparedProgram) -> RpcError {
     let message = error.to_string();
     match &error.fault {
         Fault::Arm(error) => RpcError::from(&**error),
         Fault::Program(problem) => RpcError::from(magician::Error::from(problem.clone())),
         Fault::Refused { report, rest } => {
             let failed = RpcError::new(RpcError::CHECK_FAILED, message);
-            match to_value(&program.report(rest, report)) {
+            match to_value(&job::check_report(program, rest, report)) {
                 Ok(report) => failed.with("report", report),
                 Err(_) => failed,
             }

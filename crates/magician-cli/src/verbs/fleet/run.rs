@@ -77,9 +77,9 @@ impl Run {
                 .hint("put it into the library of each station, and start it there"));
         }
         let mut params = Map::new();
-        match std::str::from_utf8(bytes) {
+        match std::str::from_utf8(&bytes) {
             Ok(text) => params.insert("text".to_owned(), json!(text)),
-            Err(_) => params.insert("data".to_owned(), json!(STANDARD.encode(bytes))),
+            Err(_) => params.insert("data".to_owned(), json!(STANDARD.encode(&bytes))),
         };
         params.insert("format".to_owned(), json!(format.name()));
         let mut setup = self.options.options(self.preset.is_some())?.to_fields();

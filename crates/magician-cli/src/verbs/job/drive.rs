@@ -13,7 +13,7 @@ use magician_job::{
 use magician_program::Tool;
 use serde::Serialize;
 
-use super::Made;
+use super::PreparedJob;
 use super::input::Input;
 use super::tell::ProgressReporter;
 use super::tui::Screen;
@@ -32,7 +32,7 @@ const MOST: f64 = 500.0;
 
 /// What is to run, and how.
 pub(super) struct Drive<'a> {
-    pub(super) made: &'a Made,
+    pub(super) made: &'a PreparedJob,
     pub(super) from: Option<u64>,
     pub(super) resume: bool,
     /// How far a burn that is resumed begins before the place where its light went out, mm.
@@ -132,8 +132,8 @@ impl<'a> Ignored<'a> {
 impl Drive<'_> {
     fn spec(&self, saved: &SavedSettings) -> JobSpec {
         let made = self.made;
-        JobSpec::new(made.program.clone())
-            .ending(made.ending)
+        JobSpec::new(made.prepared.program.clone())
+            .ending(made.prepared.ending)
             .start(match (self.resume, self.from) {
                 (true, _) => Start::Resume,
                 (false, from) => Start::Step(from.map_or(0, |step| step - 1)),
@@ -143,7 +143,7 @@ impl Drive<'_> {
             .keep(self.keep)
             .require_homed(self.require_homed)
             .passes_over(self.windowed)
-            .begins_here(made.start.is_some())
+            .begins_here(made.prepared.start.is_some())
             .lasting(self.lasting)
             .saved(saved.clone())
     }
@@ -200,7 +200,8 @@ impl Drive<'_> {
             }
         }
         let screen = run.screen.as_ref().map(Screen::model);
-        let teller = ProgressReporter::new(out, self.json, self.made.program.steps(), screen);
+        let teller =
+            ProgressReporter::new(out, self.json, self.made.prepared.program.steps(), screen);
         if let Some(from @ 1..) = from {
             teller.say(&format!(
                 "beginning at step {}{}",
@@ -318,7 +319,7 @@ impl Drive<'_> {
             // Output without a reader is no reason to stop.
             let _ = out.event(&starts).and_then(|()| out.flush());
         }
-        let burns = self.made.program.plan().burns();
+        let burns = self.made.prepared.program.plan().burns();
         let within = starts.within && self.resume;
         let text = match (starts.again, within, twice >= NOTICEABLE) {
             (true, _, false) => {
@@ -454,7 +455,7 @@ impl Drive<'_> {
         // On an arm that runs as fast as it can the recorder's time is the arm's.
         let pace = self.pace.filter(|pace| pace.is_finite()).unwrap_or(1.0);
         let rate = (self.rate * pace).clamp(self.rate, MOST);
-        let plan = self.made.program.plan();
+        let plan = self.made.prepared.program.plan();
         let options = Options {
             paper: plan.surface.filter(|_| plan.tool == Some(Tool::Pen)),
             units: self.units,

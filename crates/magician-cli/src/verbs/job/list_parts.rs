@@ -6,7 +6,7 @@ use magician_protocol::visible_lines;
 use serde::Serialize;
 
 use super::reading::Opened;
-use super::{Job, Where};
+use super::{Job, Where, notes};
 use crate::context::Context;
 use crate::failure::Failure;
 
@@ -18,20 +18,15 @@ struct Parts {
 
 impl Job {
     /// Shows the parts of a file.
-    pub(super) fn list_parts(
-        &self,
-        opened: Opened,
-        place: &Where,
-        context: &mut Context,
-    ) -> Result<(), Failure> {
-        let read = self.read(opened, place, context)?;
-        let setup = self.setup(place, context)?;
-        let parts = setup.list_parts(read.file.format, &read.file.content);
-        let parts = parts.map_err(|problem| read.source.failure(&problem))?;
+    pub(super) fn list_parts(&self, context: &mut Context) -> Result<(), Failure> {
+        let Opened { source, mut file } = self.opened(&Where::Nowhere, context)?;
+        let listed = file.list_parts();
+        let (parts, told) = listed.map_err(|error| self.refused(&source, error, context))?;
+        notes(&source, &told, context);
         let answer = Parts { parts };
         context.show(&answer, |out| {
             if answer.parts.is_empty() {
-                return out.line(format_args!("{}: no parts", read.source.name));
+                return out.line(format_args!("{}: no parts", source.name));
             }
             answer
                 .parts

@@ -21,27 +21,24 @@ mod wording;
 use std::io::{self, Write};
 use std::path::Path;
 
-use magician::commands::EndEffectorParams;
 use magician::sim::Controller;
 use magician::sim::world::PictureOptions;
 use magician::words::Preflight;
-use magician::{JointAngles, Options, SimSpeed, Target, VirtualArm, blocking, burns};
+use magician::{Options, SimSpeed, Target, VirtualArm, blocking, burns};
 use magician_job::report::advised;
 use magician_program::rehearse::{RehearseOptions, stage};
 use magician_program::{
-    AppliedPlacement, Diagnostic, DiagnosticCode, Ending, Format, Plan, Program, Setup,
-    SetupOptions, Tool, WorkOption, WouldFit,
+    Diagnostic, DiagnosticCode, Format, Plan, PreparedProgram, SetupOptions, WorkOption,
 };
 use magician_protocol::visible_lines;
 
 use self::drive::{Drive, RATE, Ran};
 use self::options::{File, OptionFlags, PreviewFlags, RunFlags};
-use self::reading::Read;
 use crate::context::{Context, JobPolicy, StopPolicy};
 use crate::diagnostics::Severity;
-use crate::failure::{Failure, Kind, incomplete};
+use crate::failure::{Failure, incomplete};
 use crate::paint::Paint;
-use crate::permission::{Asks, homed};
+use crate::permission::Asks;
 use crate::source::Source;
 use crate::terminal;
 use crate::verbs::preset;
@@ -73,28 +70,12 @@ pub(crate) struct Job {
     pub(crate) repeats: bool,
     /// What its preset tells people.
     preset_note: Option<Diagnostic>,
-    /// What is told before all else.
-    told_first: Vec<Diagnostic>,
 }
 
-/// What has become of a file.
-struct Made {
+/// A file whose program is ready to be shown or run.
+struct PreparedJob {
     source: Source,
-    setup: Setup,
-    program: Program,
-    /// Where the tool was, if the program depends on it and it was not given.
-    start: Option<[f64; 3]>,
-    /// What of the file was taken in a certain way.
-    notes: Vec<Diagnostic>,
-    /// How it lies, if it was placed.
-    placed: Option<AppliedPlacement>,
-    /// Why it does not fit there, if it is only looked at, and what would.
-    misfit: Option<Diagnostic>,
-    would_fit: Option<WouldFit>,
-    format: Format,
-    ending: Ending,
-    /// How a virtual arm stands when it begins, if it depends on that.
-    standing: Option<JointAngles>,
+    prepared: PreparedProgram,
     /// True if everything that is refused is shown.
     verbose: bool,
 }
@@ -133,7 +114,6 @@ impl Job {
             runs: true,
             repeats: false,
             preset_note: None,
-            told_first: Vec::new(),
         })
     }
 
@@ -164,32 +144,25 @@ impl Job {
         if self.way.tui {
             self.check_terminal(looks, context)?;
         }
-        let opened = self.opened()?;
         if self.look.list_parts {
-            return self.list_parts(opened, &Where::Nowhere, context);
+            return self.list_parts(context);
         }
-        let place = match self.place(looks, context) {
+        let place = self.place(looks, context);
+        let opened = self.opened(place.as_ref().unwrap_or(&Where::Nowhere), context)?;
+        let place = match place {
             Ok(place) => place,
             Err(no_arm) => {
                 // What is wrong with the file would be wrong with every arm.
-                let read = self.read(opened, &Where::Nowhere, context)?;
-                self.made(read, &Where::Nowhere, context)?;
+                self.prepared(opened, &Where::Nowhere, context)?;
                 return Err(no_arm);
             }
         };
-        let framed = self.framed(&place, context)?;
-        let framed: Vec<_> = framed.into_iter().collect();
-        notes(&opened.source, &framed, context);
-        self.told_first = framed;
-        let read = self.read(opened, &place, context)?;
         let picture = self.picture(&place, context)?;
-        let made = self.made(read, &place, context)?;
+        let made = self.prepared(opened, &place, context)?;
         let from = self.way.from.map_or(0, |step| step - 1);
-        let there = made.program.has(from);
+        let there = made.prepared.program.has(from);
         there.map_err(|problem| Failure::usage(problem.to_string()))?;
-        let goes_on = made.program.depends_on_start(from)
-            || self.way.resume && made.program.depends_throughout();
-        if made.start.is_some() && goes_on {
+        if made.prepared.has_lost_start(from, self.way.resume) {
             return Err(needs_start());
         }
         if !looks {
@@ -209,9 +182,14 @@ impl Job {
     }
 
     /// A job that waits for a person wants somebody who can go on with it.
-    fn check_pauses(&self, made: &Made, from: u64, context: &Context) -> Result<(), Failure> {
-        let plan = made.program.plan();
-        let goes_over_again = self.way.resume || made.program.iterations() != Some(1);
+    fn check_pauses(
+        &self,
+        made: &PreparedJob,
+        from: u64,
+        context: &Context,
+    ) -> Result<(), Failure> {
+        let plan = made.prepared.program.plan();
+        let goes_over_again = self.way.resume || made.prepared.program.iterations() != Some(1);
         let first = if goes_over_again { 0 } else { from };
         let mut ahead = plan.pauses().filter(|(step, _)| *step as u64 >= first);
         let Some((step, pause)) = ahead.next() else {
@@ -248,13 +226,13 @@ impl Job {
     }
 
     /// What it is called on the whole terminal.
-    fn verb(&self, made: &Made) -> &'static str {
+    fn verb(&self, made: &PreparedJob) -> &'static str {
         match self.options.work {
             _ if self.options.frame.is_some() => "frame",
-            _ if made.format == Format::TestGrid => "testgrid",
+            _ if made.prepared.format == Format::TestGrid => "testgrid",
             Some(WorkOption::Draw) => "draw",
             Some(WorkOption::Engrave) => "engrave",
-            _ if made.format == Format::Playback => "play",
+            _ if made.prepared.format == Format::Playback => "play",
             _ => "run",
         }
     }
@@ -262,7 +240,7 @@ impl Job {
     /// Runs it on a virtual arm of its own.
     fn run_on_stage(
         &self,
-        made: &Made,
+        made: &PreparedJob,
         speed: SimSpeed,
         picture: Option<Picture>,
         context: &mut Context,
@@ -301,7 +279,7 @@ impl Job {
     }
 
     /// Runs it on an arm that is there.
-    fn run_on_arm(&self, made: &Made, context: &mut Context) -> Result<(), Failure> {
+    fn run_on_arm(&self, made: &PreparedJob, context: &mut Context) -> Result<(), Failure> {
         let asks = match self.file.file == Path::new("-") {
             true => Asks::Never,
             false => Asks::AtTheTerminal,
@@ -314,6 +292,7 @@ impl Job {
         }
         let pins = context.laser_pins()?;
         let burns = made
+            .prepared
             .program
             .plan()
             .commands()
@@ -328,124 +307,17 @@ impl Job {
         self.tell(&done, made, context)
     }
 
-    /// Decides what a frame goes round, by the tool in force on the arm; what has to be said of it.
-    fn framed(
-        &mut self,
-        place: &Where,
-        context: &mut Context,
-    ) -> Result<Option<Diagnostic>, Failure> {
-        if self.options.frame.is_none() || self.options.work.is_some() {
-            return Ok(None);
-        }
-        let config = context.config()?;
-        let defaults = place.defaults(&config, self.runs)?;
-        let in_force = match place {
-            Where::Arm if self.options.tool.is_none() => {
-                let tool = context.arm(StopPolicy::Look, async |arm, _| {
-                    Ok(arm.get::<EndEffectorParams>().await?)
-                })?;
-                Some(Tool::from(&tool))
-            }
-            _ => None,
-        };
-        Ok(self.options.frame_for(&defaults, in_force))
-    }
-
-    /// What flags and settings say of how the file is to be done.
-    fn setup(&self, place: &Where, context: &mut Context) -> Result<Setup, Failure> {
-        let config = context.config()?;
-        let defaults = place.defaults(&config, self.runs)?;
-        Ok(self.options.setup(&defaults))
-    }
-
-    /// Makes a program of what was in the file.
-    fn made(&self, read: Read, place: &Where, context: &mut Context) -> Result<Made, Failure> {
-        let Read {
-            source,
-            mut file,
-            standing,
-        } = read;
-        let format = file.format;
-        let of_preset: Vec<_> = self.preset_note.iter().cloned().collect();
-        notes(&source, &of_preset, context);
-        let mut told = self.told_first.clone();
-        told.extend(of_preset);
-        told.append(&mut file.notes);
-        let start = (file.begun.as_ref())
-            .filter(|begun| !begun.said)
-            .map(|begun| begun.at);
-        let config = context.config()?;
-        let defaults = place.defaults(&config, self.runs)?;
-        let mut setup = self.options.setup(&defaults);
-        setup.fence = context.fence();
-        // A drawing that does not fit is a finding of the check; an unknown surface is an error.
-        let fails = self.look.checks() && setup.known_surface().is_some();
-        let refused = |problem: Diagnostic| {
-            let mut failure = source.failure(&problem);
-            if fails {
-                failure.kind = Kind::CheckFailed;
-            }
-            failure
-        };
-        let laid = self.options.lay(&setup, file);
-        let runs = matches!(place, Where::Arm) && !self.look.is_wanted();
-        if let Err(problem) = &laid
-            && problem.lacks_surface()
-            && runs
-        {
-            // A surface is found with an arm that is homed: that comes first.
-            let unhomed = self.way.unhomed;
-            context.arm(StopPolicy::Look, async |arm, _| {
-                homed(arm, unhomed).await.map(drop)
-            })?;
-        }
-        let mut laid = laid.map_err(|problem| refused(problem).noted(&told))?;
-        notes(&source, &laid.notes, context);
-        told.append(&mut laid.notes);
-        let (placed, would_fit) = (laid.placed, laid.would_fit);
-        let misfit = laid.misfit.take();
-        let misfit = match self.look.is_wanted() {
-            true => misfit,
-            false => misfit.map_or(Ok(None), |misfit| Err(refused(misfit).noted(&told)))?,
-        };
-        let ending = (self.options).ending(&defaults, self.options.is_drawing(&setup, format));
-        let loops = match self.repeats {
-            true => None,
-            false => Some(self.way.loops.unwrap_or(1)).filter(|loops| *loops > 0),
-        };
-        let program = laid.program(&self.options, &ending, self.pause, loops);
-        let program = program.map_err(refused)?;
-        if program.plan().steps.is_empty() {
-            return Err(Failure::invalid(format!(
-                "{}: nothing to do in this file",
-                source.name
-            )));
-        }
-        Ok(Made {
-            ending,
-            source,
-            setup,
-            program,
-            start,
-            standing,
-            notes: told,
-            placed,
-            misfit,
-            would_fit,
-            format,
-            verbose: context.global.verbose > 0,
-        })
-    }
-
     /// Reads it and makes a plan of it, for verbs that do not run it.
     pub(crate) fn plan(
         &mut self,
         context: &mut Context,
     ) -> Result<(Source, Plan, Vec<Diagnostic>), Failure> {
         self.preset()?;
-        let read = self.read(self.opened()?, &Where::Nowhere, context)?;
-        let made = self.made(read, &Where::Nowhere, context)?;
-        Ok((made.source, made.program.into_plan(), made.notes))
+        let opened = self.opened(&Where::Nowhere, context)?;
+        let PreparedJob {
+            source, prepared, ..
+        } = self.prepared(opened, &Where::Nowhere, context)?;
+        Ok((source, prepared.program.into_plan(), prepared.notes))
     }
 
     /// Where it is tried or run. A port that only the file of settings names is not needed for a look.
@@ -491,7 +363,12 @@ impl Job {
         Ok(Some(picture))
     }
 
-    fn drive<'a>(&'a self, made: &'a Made, pace: Option<f64>, context: &Context) -> Drive<'a> {
+    fn drive<'a>(
+        &'a self,
+        made: &'a PreparedJob,
+        pace: Option<f64>,
+        context: &Context,
+    ) -> Drive<'a> {
         let way = &self.way;
         Drive {
             made,
@@ -530,7 +407,7 @@ impl Job {
     }
 
     /// How it ended.
-    fn tell(&self, ran: &Ran, made: &Made, context: &mut Context) -> Result<(), Failure> {
+    fn tell(&self, ran: &Ran, made: &PreparedJob, context: &mut Context) -> Result<(), Failure> {
         let done = match ran {
             Ran::Done(done) => done,
             Ran::Stopped(stopped) => return stopped.show(context),
@@ -548,32 +425,38 @@ impl Job {
     }
 }
 
-impl Made {
+impl PreparedJob {
     /// The corners of the page or the sheet that it lies on, as far as one is known.
     fn paper(&self) -> Option<Vec<[f64; 2]>> {
-        let page = self.placed.and_then(|placed| placed.page);
-        let sheet = || self.setup.sheet.and_then(|sheet| show::corners(&sheet));
+        let page = self.prepared.placed.and_then(|placed| placed.page);
+        let sheet = || {
+            self.prepared
+                .setup
+                .sheet
+                .and_then(|sheet| show::corners(&sheet))
+        };
         page.map(Vec::from).or_else(sheet)
     }
 
     /// A virtual arm that is ready for it.
     fn stage(&self) -> Result<Controller, Failure> {
         let mut options = RehearseOptions::default();
-        options.tool = self.setup.tool.or(self.setup.default_tool);
-        options.standing = self.standing;
-        Ok(stage(self.program.plan(), &options)?)
+        let setup = &self.prepared.setup;
+        options.tool = setup.tool.or(setup.default_tool);
+        options.standing = self.prepared.stands;
+        Ok(stage(self.prepared.program.plan(), &options)?)
     }
 
     /// What such an arm says of itself.
     fn start_on_stage(&self) -> Result<Preflight, Failure> {
-        let options = Options::default().fence(self.setup.fence);
+        let options = Options::default().fence(self.prepared.setup.fence);
         let arm = blocking::Arm::simulated(self.stage()?, options)?;
-        Ok(arm.preflight_for(&self.program.kinds())?)
+        Ok(arm.preflight_for(&self.prepared.program.kinds())?)
     }
 
     /// What the arm at the port says of itself.
     fn start_here(&self, context: &mut Context) -> Result<Preflight, Failure> {
-        let kinds = self.program.kinds();
+        let kinds = self.prepared.program.kinds();
         context.arm(StopPolicy::Look, async |arm, _| {
             Ok(arm.preflight_for(&kinds).await?)
         })

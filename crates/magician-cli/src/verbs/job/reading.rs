@@ -1,127 +1,128 @@
-//! What is in the file, read for the place where it is to run.
+//! A file that is read, and becomes a program for the place where it is to run.
 
-use magician::JointAngles;
+use magician::commands::EndEffectorParams;
 use magician_program::{
-    Diagnostic, DiagnosticCode, FileRead, Format, Origin, Reading, Setup, UnknownStart,
+    Format, OpenedFile, Preparation, PrepareError, PrepareRequest, PrepareStage, StartPosition,
+    Tool, tip,
 };
 
-use super::{Job, Where, notes};
+use super::{Job, PreparedJob, Where, notes, setting};
 use crate::context::{Context, StopPolicy};
-use crate::failure::Failure;
+use crate::failure::{Failure, Kind};
+use crate::permission::homed;
 use crate::source::Source;
 
-/// A file that is there, and understood as far as that does not depend on where it is to run.
+/// A file that is read.
 pub(super) struct Opened {
     pub(super) source: Source,
-    format: Format,
-    reading: Option<FileRead>,
-}
-
-/// What was in a file.
-pub(super) struct Read {
-    pub(super) source: Source,
-    pub(super) file: FileRead,
-    /// How a virtual arm stands where it begins, if it depends on that.
-    pub(super) standing: Option<JointAngles>,
+    pub(super) file: OpenedFile,
 }
 
 impl Job {
-    /// Opens the file: what is wrong with it is told before an arm is looked for.
-    pub(super) fn opened(&self) -> Result<Opened, Failure> {
+    /// Reads the file, to be run there: what is wrong with it is told before an arm is looked for.
+    pub(super) fn opened(&self, place: &Where, context: &mut Context) -> Result<Opened, Failure> {
         let source = match &self.text {
             Some(text) if self.file.format == Some(Format::TestGrid) => Source::of_test_grid(text),
             Some(text) => Source::of_text(text),
             None => Source::open(&self.file.file)?,
         };
         let format = source.format(self.file.format)?;
-        let reading = match format {
-            Format::Gcode => None,
-            _ => match self.first_reading(&source, format, &Setup::default())? {
-                Reading::Done(read) => Some(read),
-                Reading::UnknownStart(_) => None,
-            },
+        let mut request = PrepareRequest::new(format, &[]);
+        request.bytes = source.bytes();
+        request.title.clone_from(&source.title);
+        request.options = self.options.clone();
+        request.preset_note.clone_from(&self.preset_note);
+        request.rest = self.pause;
+        let config = context.config()?;
+        let defaults = setting::defaults(&config)?;
+        request.defaults = match place {
+            _ if !self.runs => defaults.for_conversion(),
+            Where::Nowhere | Where::Stage(_) => defaults.on_virtual_arm(),
+            Where::Arm => defaults,
         };
-        Ok(Opened {
-            source,
-            format,
-            reading,
-        })
+        request.fence = context.fence();
+        request.start = match place {
+            Where::Nowhere | Where::Stage(_) => StartPosition::Staged,
+            Where::Arm => StartPosition::Ask,
+        };
+        match request.open() {
+            Ok(file) => Ok(Opened { source, file }),
+            Err(error) => Err(self.refused(&source, error, context)),
+        }
     }
 
-    fn first_reading(
-        &self,
-        source: &Source,
-        format: Format,
-        setup: &Setup,
-    ) -> Result<Reading, Failure> {
-        let read = self
-            .options
-            .read(format, source.bytes(), &source.title, setup);
-        read.map_err(|problem| source.failure(&problem))
-    }
-
-    /// Reads it for a place, and tells what of it was taken in a certain way.
-    pub(super) fn read(
+    /// Makes a program of the file, for the place that it was opened for, and tells how it was understood.
+    pub(super) fn prepared(
         &self,
         opened: Opened,
         place: &Where,
         context: &mut Context,
-    ) -> Result<Read, Failure> {
-        let Opened {
-            source,
-            format,
-            reading,
-        } = opened;
-        let (file, standing) = match reading {
-            Some(reading) => (reading, None),
-            None => {
-                let setup = self.setup(place, context)?;
-                match self.first_reading(&source, format, &setup)? {
-                    Reading::Done(read) => (read, None),
-                    Reading::UnknownStart(unknown) => {
-                        Self::from_there(&source, unknown, &setup, place, context)?
-                    }
+    ) -> Result<PreparedJob, Failure> {
+        let Opened { source, mut file } = opened;
+        if matches!(place, Where::Arm) && file.request.options.needs_tool_in_force() {
+            let tool = context.arm(StopPolicy::Look, async |arm, _| {
+                Ok(arm.get::<EndEffectorParams>().await?)
+            })?;
+            file.request.tool = Some(Tool::from(&tool));
+        }
+        let mut preparation = file.prepare();
+        if let Ok(Preparation::NeedsStart) = preparation {
+            let stands = context.arm(StopPolicy::Look, async |arm, _| {
+                Ok(arm.preflight_for(&[]).await?)
+            })?;
+            let tool = file.request.options.tool.or(file.request.defaults.tool);
+            let at = tip(&stands, tool);
+            file.request.start = at.map_or(StartPosition::Unknown, StartPosition::At);
+            preparation = file.prepare();
+        }
+        let prepared = match preparation {
+            Ok(Preparation::Done(prepared)) => *prepared,
+            Ok(Preparation::NeedsStart) => {
+                return Err(Failure::invalid("it is not known where the arm stands"));
+            }
+            Err(error) => {
+                let is_run = matches!(place, Where::Arm) && !self.look.is_wanted();
+                if error.problem.lacks_surface() && is_run {
+                    // A surface is found with an arm that is homed: that comes first.
+                    let unhomed = self.way.unhomed;
+                    context.arm(StopPolicy::Look, async |arm, _| {
+                        homed(arm, unhomed).await.map(drop)
+                    })?;
                 }
+                return Err(self.refused(&source, error, context));
             }
         };
-        notes(&source, &file.notes, context);
-        Ok(Read {
+        let prepared = match self.look.is_wanted() {
+            true => Ok(prepared),
+            false => prepared.fitting(),
+        };
+        let prepared = prepared.map_err(|error| self.refused(&source, error, context))?;
+        notes(&source, &prepared.notes, context);
+        let loops = match self.repeats {
+            true => None,
+            false => Some(self.way.loops.unwrap_or(1)).filter(|loops| *loops > 0),
+        };
+        Ok(PreparedJob {
+            prepared: prepared.repeated(loops),
             source,
-            file,
-            standing,
+            verbose: context.global.verbose > 0,
         })
     }
 
-    /// Some G-code depends on where the tool stands when it begins: that place comes with it.
-    fn from_there(
+    /// Why there is no program, told with the notes up to there.
+    pub(super) fn refused(
+        &self,
         source: &Source,
-        unknown: UnknownStart,
-        setup: &Setup,
-        place: &Where,
-        context: &mut Context,
-    ) -> Result<(FileRead, Option<JointAngles>), Failure> {
-        let (begins, virtually) = match place {
-            Where::Arm => {
-                let begins = context.arm(StopPolicy::Look, async |arm, _| {
-                    Ok(arm.preflight_for(&[]).await?)
-                })?;
-                (begins, false)
-            }
-            _ => (unknown.on_stage(setup)?, true),
-        };
-        let standing = begins.arm().filter(|_| virtually).map(|arm| arm.joints);
-        let read = unknown.from(source.bytes(), setup, &begins);
-        let mut read = read.map_err(|problem| source.failure(&problem))?;
-        let Some([x, y, z]) = read.begun.as_ref().map(|begun| begun.at) else {
-            return Ok((read, None));
-        };
-        let what = format!("it begins at the tool's position, {x:.3},{y:.3},{z:.3}");
-        let note = Diagnostic::new(Origin::NONE, what)
-            .coded(DiagnosticCode::Assumed)
-            .help(format!(
-                "--start {x:.3},{y:.3},{z:.3} begins there again from any position"
-            ));
-        read.notes.insert(0, note);
-        Ok((read, standing))
+        error: PrepareError,
+        context: &Context,
+    ) -> Failure {
+        notes(source, &error.notes, context);
+        let mut failure = source.failure(&error.problem).noted(&error.notes);
+        // A drawing that does not fit is a finding of the check; an unknown surface is an error.
+        let is_found = error.stage == PrepareStage::Place && !error.problem.lacks_surface();
+        if self.look.checks() && is_found {
+            failure.kind = Kind::CheckFailed;
+        }
+        failure
     }
 }

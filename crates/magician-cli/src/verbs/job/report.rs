@@ -7,7 +7,7 @@ use magician_program::{
     Diagnostic, Format, RefusedStep, RemainingProgram, Report, WouldFit, foreign_coordinates,
 };
 
-use super::Made;
+use super::PreparedJob;
 use crate::diagnostics::Severity;
 use crate::failure::{Failure, Kind};
 
@@ -76,31 +76,17 @@ fn length(mm: f64) -> String {
     }
 }
 
-impl Made {
-    /// What would do for the rest of it, which is refused.
-    pub(super) fn way_out(&self, rest: &RemainingProgram) -> WayOut {
-        let placement = &self.setup.placement;
-        if self.misfit.is_some() || placement.fit {
-            // The misfit says it itself.
-            return WayOut::scaled(self.would_fit);
-        }
-        WayOut::of(rest, &self.setup, self.format)
-    }
-
-    /// True if its coordinates are taken as the arm's.
-    fn is_raw(&self) -> bool {
-        self.placed.is_none() && self.misfit.is_none()
-    }
-
+impl PreparedJob {
     /// True if its coordinates are taken as the arm's, and the first that is refused is out of reach.
     fn could_be_placed(&self, report: &Report) -> bool {
         let first = report.refused_steps.first();
-        self.is_raw() && first.is_some_and(|refused_step| refused_step.beyond().is_some())
+        let is_beyond = first.is_some_and(|refused_step| refused_step.beyond().is_some());
+        self.prepared.is_raw() && is_beyond
     }
 
     /// The hint for the user; a drawing that does not fit brings its own.
     fn told(&self, way_out: WayOut) -> Option<String> {
-        if self.misfit.is_some() {
+        if self.prepared.misfit.is_some() {
             return None;
         }
         let at = (way_out.at).map(|[x, y]| format!("--at {x},{y} fits at this size"));
@@ -108,7 +94,7 @@ impl Made {
         let straight = way_out.straight.map(size);
         let turned = way_out.turned.map(|turned| {
             let WouldFit { scale, rotate, .. } = turned;
-            match scale < self.setup.placement.scale {
+            match scale < self.prepared.setup.placement.scale {
                 true => format!("--rotate {rotate} --scale {scale} fits too"),
                 false => format!("--rotate {rotate} fits at this size"),
             }
@@ -120,18 +106,26 @@ impl Made {
 
 /// Why it is refused, as a failure: that it does not fit and the first complaints, drawn for people, the first of all for
 /// programs. Of kind `check` if it was only looked at.
-pub(super) fn failure(made: &Made, report: &Report, check: bool, way_out: WayOut) -> Failure {
-    let foreign = (made.format == Format::Gcode && made.is_raw())
-        .then(|| foreign_coordinates(made.program.plan(), report))
+pub(super) fn failure(
+    made: &PreparedJob,
+    rest: &RemainingProgram,
+    report: &Report,
+    check: bool,
+) -> Failure {
+    let prepared = &made.prepared;
+    let foreign = (prepared.format == Format::Gcode && prepared.is_raw())
+        .then(|| foreign_coordinates(prepared.program.plan(), report))
         .flatten();
-    let way_out = made.told(way_out).filter(|_| foreign.is_none());
+    let way_out = made
+        .told(WayOut::of(prepared, rest))
+        .filter(|_| foreign.is_none());
     let source = &made.source;
     let problem = |refused_step: &RefusedStep| Diagnostic {
         message: sentence(made, report, refused_step),
         ..Diagnostic::from(refused_step)
     };
     let is_foreign = foreign.is_some();
-    let mut problems: Vec<Diagnostic> = (made.misfit.iter().cloned().chain(foreign))
+    let mut problems: Vec<Diagnostic> = (prepared.misfit.iter().cloned().chain(foreign))
         .chain(refused_places(report).into_iter().map(problem))
         .collect();
     if let Some(first) = problems.first_mut()
@@ -184,11 +178,11 @@ pub(super) fn failure(made: &Made, report: &Report, check: bool, way_out: WayOut
 }
 
 /// What is wrong, with the step and by how much, in the words of the file where it has words.
-fn sentence(made: &Made, report: &Report, refused_step: &RefusedStep) -> String {
+fn sentence(made: &PreparedJob, report: &Report, refused_step: &RefusedStep) -> String {
     let error = &refused_step.error;
     let step = format!("step {}", report.number(refused_step.step));
     if let Some(beyond) = refused_step.beyond() {
-        let words = match made.format {
+        let words = match made.prepared.format {
             Format::Gcode | Format::Points => made.source.words(refused_step.origin.line),
             _ => None,
         };

@@ -3,17 +3,14 @@
 use std::path::Path;
 
 use magician::commands::Pose;
-use magician::report::FenceReport;
 use magician::words::Preflight;
 use magician::{Ctrl, FrameBuf};
 use magician_job::End;
 use magician_job::files::write_whole;
-use magician_job::report::{
-    CheckReport, Estimate, Note, WayOut, clock, doubts, warnings as warnings_of,
-};
+use magician_job::report::{CheckReport, Estimate, Note, clock, findings};
 use magician_program::artwork::Sheet;
 use magician_program::preview::{PictureError, Preview, PreviewOptions, fitting};
-use magician_program::{Diagnostic, RemainingProgram, Report};
+use magician_program::{RemainingProgram, Report};
 use magician_protocol::{Direction, describe};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -21,7 +18,7 @@ use serde_json::{Map, Value, json};
 use super::drive::Done;
 use super::options::PreviewFlags;
 use super::report::{ForPeople, failure};
-use super::{Made, notes};
+use super::{PreparedJob, notes};
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
 use crate::output::Output;
@@ -32,7 +29,7 @@ const PIXELS_PER_MM: f64 = 8.0;
 
 /// A program to be looked at.
 pub(super) struct Shown<'a> {
-    pub(super) made: &'a Made,
+    pub(super) made: &'a PreparedJob,
     /// The first step, from 0.
     pub(super) from: u64,
     pub(super) look: &'a PreviewFlags,
@@ -50,10 +47,10 @@ struct Order<'a> {
 impl Shown<'_> {
     /// Checks it from there, and shows what was asked for.
     pub(super) fn show(&self, start: Preflight, context: &mut Context) -> Result<(), Failure> {
-        let Made {
-            source, program, ..
+        let PreparedJob {
+            source, prepared, ..
         } = self.made;
-        let rest = program.remaining(self.from, start);
+        let rest = prepared.program.remaining(self.from, start);
         let rest = rest.map_err(|problem| source.failure(&problem))?;
         let report = rest.check();
         if let Some(path) = &self.look.preview {
@@ -63,20 +60,16 @@ impl Shown<'_> {
             let json = context.global.json;
             self.commands(&rest, json, &mut context.out)?;
         }
-        let mut warnings = warnings_of(&report, self.made.placed);
-        warnings.extend(doubts(&report));
-        notes(source, &warnings, context);
-        let parks = self.made.ending.check(&rest);
-        let is_good = report.is_good() && self.made.misfit.is_none();
-        let way_out = match is_good {
-            true => WayOut::default(),
-            false => self.made.way_out(&rest),
-        };
-        let ok = match is_good {
-            true => Ok(parks.is_ok()),
-            false => Err(way_out),
-        };
-        let answer = self.answer(&report, ok, &warnings);
+        notes(source, &findings(&report, prepared.placed), context);
+        let parks = prepared.ending.check(&rest);
+        let is_good = report.is_good() && prepared.misfit.is_none();
+        let mut answer = CheckReport::of(prepared, &rest, &report, &Command);
+        answer.ok = Some(is_good && parks.is_ok());
+        if !self.look.check {
+            answer = answer.without_check();
+        }
+        let preview = self.look.preview.as_ref();
+        answer.preview = preview.map(|path| path.display().to_string());
         context.show(&answer, |out| self.lines(&answer, is_good, out))?;
         match is_good {
             true => parks.map_err(|error| {
@@ -86,28 +79,8 @@ impl Shown<'_> {
                 }
                 failure
             }),
-            false => Err(failure(self.made, &report, self.look.checks(), way_out)),
+            false => Err(failure(self.made, &rest, &report, self.look.checks())),
         }
-    }
-
-    fn answer(
-        &self,
-        report: &Report,
-        ok: Result<bool, WayOut>,
-        warnings: &[Diagnostic],
-    ) -> CheckReport {
-        let steps = self.made.program.steps();
-        let steps = steps.map(|steps| steps.saturating_sub(self.from));
-        let mut answer = CheckReport::new(report, steps, ok);
-        if !self.look.check {
-            answer = answer.without_check();
-        }
-        answer.fence = self.made.setup.fence.as_ref().map(FenceReport::from);
-        let preview = self.look.preview.as_ref();
-        answer.preview = preview.map(|path| path.display().to_string());
-        answer.placed = self.made.placed;
-        answer.notes = Note::all(&Command, self.made.notes.iter().chain(warnings));
-        answer
     }
 
     fn lines(&self, answer: &CheckReport, is_good: bool, out: &mut Output) -> Result<(), Failure> {
@@ -125,7 +98,7 @@ impl Shown<'_> {
                 out.line(power)?;
             }
         }
-        if let Some(fence) = &self.made.setup.fence {
+        if let Some(fence) = &self.made.prepared.setup.fence {
             out.line(format_args!("fence: {fence}"))?;
         }
         if answer.ok == Some(true) {
@@ -140,10 +113,15 @@ impl Shown<'_> {
     fn draw(&self, path: &Path, rest: &RemainingProgram, report: &Report) -> Result<(), Failure> {
         let end = path.extension().map(|end| end.to_ascii_lowercase());
         let mut options = PreviewOptions::default();
-        options.sheet = self.made.setup.sheet.and_then(|sheet| corners(&sheet));
-        let page = self.made.placed.and_then(|placed| placed.page);
+        options.sheet = self
+            .made
+            .prepared
+            .setup
+            .sheet
+            .and_then(|sheet| corners(&sheet));
+        let page = self.made.prepared.placed.and_then(|placed| placed.page);
         options.page = page.map(Vec::from);
-        options.fence = self.made.setup.fence;
+        options.fence = self.made.prepared.setup.fence;
         let preview = Preview::new(rest.first(), report, rest.told(), &options);
         let bytes = match end.as_deref().and_then(|end| end.to_str()) {
             Some("svg") => preview.to_svg().as_bytes().to_vec(),
@@ -209,12 +187,12 @@ pub(super) fn corners(sheet: &Sheet) -> Option<Vec<[f64; 2]>> {
 /// What a run has come to, and the files that it has left.
 pub(super) fn done(
     done: &Done,
-    made: &Made,
+    made: &PreparedJob,
     files: &[(&str, Option<String>)],
     context: &mut Context,
 ) -> Result<(), Failure> {
     let done = &*done.job;
-    let program = &made.program;
+    let program = &made.prepared.program;
     let steps = program.steps().unwrap_or(0).saturating_sub(done.from);
     let rounded = |value: f64| (value * 1000.0).round() / 1000.0;
     let mut object = Map::new();
@@ -232,11 +210,11 @@ pub(super) fn done(
     if let Some(power) = estimate.power {
         put("power", json!(power));
     }
-    if let Some(placed) = made.placed {
+    if let Some(placed) = made.prepared.placed {
         put("placed", json!(placed));
     }
-    if !made.notes.is_empty() {
-        put("notes", json!(Note::all(&Command, &made.notes)));
+    if !made.prepared.notes.is_empty() {
+        put("notes", json!(Note::all(&Command, &made.prepared.notes)));
     }
     put("first_index", json!(done.ran.first.map(|index| index.0)));
     put("last_index", json!(done.ran.last.map(|index| index.0)));

@@ -4,12 +4,12 @@ use magician::words::Preflight;
 use magician::{JointAngles, ToolBias};
 use magician_job::report::warnings;
 
-use super::Made;
+use super::PreparedJob;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::permission::Asks;
 
-impl Made {
+impl PreparedJob {
     /// Asks for confirmation before a real arm begins an unusual job.
     pub(super) fn confirm_unusual(
         &self,
@@ -18,14 +18,14 @@ impl Made {
         context: &mut Context,
     ) -> Result<(), Failure> {
         let start = Preflight::at(JointAngles::HOME, ToolBias::SUCTION);
-        let rest = self.program.remaining(from, start);
+        let rest = self.prepared.program.remaining(from, start);
         let report = rest
             .map_err(|problem| self.source.failure(&problem))?
             .check();
-        let warnings: Vec<String> = (warnings(&report, self.placed).into_iter())
+        let warnings: Vec<String> = (warnings(&report, self.prepared.placed).into_iter())
             .map(|warning| warning.message)
             .collect();
-        let beside = self.placed.and_then(|placed| placed.beside);
+        let beside = self.prepared.placed.and_then(|placed| placed.beside);
         let beside = beside
             .map(|side| format!("it does not fit in front of the arm, and lies at its {side}"));
         let warnings: Vec<String> = beside.into_iter().chain(warnings).collect();

@@ -7,7 +7,7 @@ use magician_job::{
 use magician_program::resume::{ResumePoint, StepRange};
 use magician_program::{Diagnostic, Origin};
 
-use super::{Made, needs_start, report};
+use super::{PreparedJob, needs_start, report};
 use crate::context::{INTERRUPTED, STATION_ENDED, kind_of_stop, not_confirmed, place};
 use crate::failure::{Failure, Kind};
 
@@ -16,7 +16,7 @@ pub(super) const UNKNOWN: &str = "interrupted twice: the arm may still be moving
 
 /// What was run, for the sentences about it.
 pub(super) struct Wording<'a> {
-    pub(super) made: &'a Made,
+    pub(super) made: &'a PreparedJob,
     /// True if a station carries the line to the arm.
     pub(super) at_station: bool,
 }
@@ -24,7 +24,7 @@ pub(super) struct Wording<'a> {
 impl Wording<'_> {
     /// `of 800`.
     pub(super) fn of(&self) -> String {
-        let steps = self.made.program.steps();
+        let steps = self.made.prepared.program.steps();
         steps.map_or_else(String::new, |steps| format!(" of {steps}"))
     }
 
@@ -104,9 +104,7 @@ impl Wording<'_> {
         match &error.fault {
             Fault::Arm(error) => Failure::from(&**error),
             Fault::Program(problem) => self.made.source.failure(problem),
-            Fault::Refused { report, rest } => {
-                report::failure(self.made, report, false, self.made.way_out(rest))
-            }
+            Fault::Refused { report, rest } => report::failure(self.made, rest, report, false),
             Fault::Journal(JournalError::Unreadable { place }) => {
                 Failure::invalid(format!("{place} cannot be read: another version wrote it"))
                     .hint(from_step)
@@ -143,7 +141,7 @@ impl Wording<'_> {
 
     /// That this was interrupted with other flags, if it was.
     fn with_other_flags(&self, others: &[InterruptedJob]) -> Option<String> {
-        let title = &self.made.program.plan().title;
+        let title = &self.made.prepared.program.plan().title;
         let job = others.iter().find(|job| job.title == *title)?;
         let age = job.at.elapsed().unwrap_or_default().as_secs() / 60;
         let age = match age {
@@ -218,7 +216,7 @@ impl Wording<'_> {
                 )
             }
             ResumePoint::Again(steps) if within => {
-                let place = match self.made.program.plan().burns() {
+                let place = match self.made.prepared.program.plan().burns() {
                     true => "the light went out",
                     false => "it stopped",
                 };
@@ -257,8 +255,8 @@ impl Wording<'_> {
 
     /// What has to be said besides, for a program that began where the tool stood.
     fn with_start(&self) -> String {
-        match self.made.start {
-            Some([x, y, z]) if self.made.program.depends_throughout() => {
+        match self.made.prepared.start {
+            Some([x, y, z]) if self.made.prepared.program.depends_throughout() => {
                 format!("--start {x:.3},{y:.3},{z:.3} ")
             }
             _ => String::new(),

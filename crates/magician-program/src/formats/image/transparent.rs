@@ -8,7 +8,8 @@ use serde_json::{Map, Value, json};
 
 use super::tests::encoded;
 use crate::{
-    Action, Diagnostic, FileToLay, Format, Laying, Plan, SetupDefaults, SetupOptions, Surface,
+    Action, Diagnostic, Format, Plan, Preparation, PrepareRequest, SetupDefaults, SetupOptions,
+    Surface,
 };
 
 /// Pixels of the image on a side, and of its transparent border.
@@ -70,13 +71,13 @@ fn laid(bytes: &[u8], said: Value) -> Result<Plan, Diagnostic> {
     };
     let own = json!({"at": CENTRE, "width": SIZE});
     fields.extend(own.as_object().cloned().unwrap_or_default());
-    let mut file = FileToLay::new(Format::Image, bytes);
+    let mut file = PrepareRequest::new(Format::Image, bytes);
     file.options = SetupOptions::from_fields(&fields).unwrap();
     file.defaults = SetupDefaults::default();
     file.defaults.surface = Some(Surface::level(TABLE));
-    match file.lay()? {
-        Laying::Done(laid) => Ok(laid.program.plan().clone()),
-        Laying::NeedsStart => panic!("an image begins anywhere"),
+    match file.prepare()? {
+        Preparation::Done(laid) => Ok(laid.program.plan().clone()),
+        Preparation::NeedsStart => panic!("an image begins anywhere"),
     }
 }
 

@@ -59,7 +59,7 @@ impl Screen {
         let (_, places) = arm.stats().await?;
         let seen = Seen::new(title(arm).await?, places).reading(RATE);
         let made = drive.made;
-        let program = &made.program;
+        let program = &made.prepared.program;
         let start = arm.preflight_for(&program.kinds()).await?;
         let outline = made.paper();
         // A large program takes its time, and the arm is served meanwhile.

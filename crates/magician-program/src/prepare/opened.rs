@@ -1,0 +1,313 @@
+//! A file that is read, and what it becomes before an arm.
+
+use magician_host::words::Preflight;
+use magician_host::{Error, JointAngles};
+
+use super::{
+    Preparation, PrepareError, PrepareRequest, PrepareStage, PreparedProgram, StartPosition,
+    begins_at,
+};
+use crate::formats::GcodeOptions;
+use crate::rehearse::{RehearseOptions, stands};
+use crate::{
+    Action, Content, Diagnostic, Format, Missing, Origin, Parsed, PartSummary, Plan, Prepared,
+    Program, ReadOptions, Setup, SetupOptions, read, tip,
+};
+
+/// A file that is read, and not placed yet.
+///
+/// What is known of the arm may be added to the [request](Self::request) before [`prepare`](Self::prepare): the file is read again
+/// only if that changes how it is read, which only G-code depends on.
+#[derive(Clone, Debug)]
+pub struct OpenedFile {
+    /// Request for its program.
+    pub request: PrepareRequest,
+    reading: Option<(ReadOptions, Reading)>,
+}
+
+/// Outcome of reading a file without a start.
+#[derive(Clone, Debug)]
+enum Reading {
+    /// It begins anywhere.
+    Whole(Parsed),
+    /// It depends on where it begins. `Ok` if it can be read without, too.
+    DependsOnStart(Result<Parsed, Diagnostic>),
+}
+
+/// A file that is read from its start.
+struct FileRead {
+    parsed: Parsed,
+    start: Option<Start>,
+}
+
+/// Start of a program that depends on it.
+struct Start {
+    /// Position of the tool's tip, mm.
+    at: [f64; 3],
+    /// True if the options name it.
+    is_given: bool,
+    /// Joint angles of a staged arm there.
+    stands: Option<JointAngles>,
+    /// The same program without a start, if it can be read so: from where both are the same, the start no longer counts.
+    anywhere: Option<Plan>,
+}
+
+impl OpenedFile {
+    pub(super) fn of(request: PrepareRequest) -> Result<Self, PrepareError> {
+        let mut opened = Self {
+            request,
+            reading: None,
+        };
+        let (options, notes) = opened.request.decided();
+        let setup = opened.request.setup_of(&options);
+        match opened.first_reading(&options, &setup) {
+            Ok(reading) => opened.reading = Some(reading),
+            Err(problem) => return Err(PrepareError::new(PrepareStage::Read, problem, notes)),
+        }
+        Ok(opened)
+    }
+
+    /// Prepares the program.
+    ///
+    /// # Errors
+    /// What cannot be done as the options say.
+    pub fn prepare(&mut self) -> Result<Preparation, PrepareError> {
+        let (options, mut notes) = self.request.decided();
+        let setup = self.request.setup_of(&options);
+        let file = match self.read(&options, &setup) {
+            Ok(Some(file)) => file,
+            Ok(None) => return Ok(Preparation::NeedsStart),
+            Err(problem) => return Err(PrepareError::new(PrepareStage::Read, problem, notes)),
+        };
+        match self.placed(&options, setup, file, &mut notes) {
+            Ok(program) => Ok(Preparation::Done(Box::new(PreparedProgram {
+                notes,
+                ..program
+            }))),
+            Err((stage, problem)) => Err(PrepareError::new(stage, problem, notes)),
+        }
+    }
+
+    /// Lists the parts of the file with their times, and the notes of reading it. A program that depends on where it begins is read
+    /// as on a virtual arm.
+    ///
+    /// # Errors
+    /// What is wrong with the file, or a part that the options choose and that is not there.
+    pub fn list_parts(&mut self) -> Result<(Vec<PartSummary>, Vec<Diagnostic>), PrepareError> {
+        if self.request.start == StartPosition::Ask {
+            self.request.start = StartPosition::Staged;
+        }
+        let (options, mut notes) = self.request.decided();
+        let setup = self.request.setup_of(&options);
+        let listed = self.read(&options, &setup).and_then(|file| {
+            let Some(FileRead { parsed, .. }) = file else {
+                return Ok(Vec::new());
+            };
+            notes.extend(parsed.notes);
+            setup.list_parts(self.request.format, &parsed.content)
+        });
+        match listed {
+            Ok(parts) => Ok((parts, notes)),
+            Err(problem) => Err(PrepareError::new(PrepareStage::Read, problem, notes)),
+        }
+    }
+
+    /// Reads the file unless that is done already; `None` if the caller has to say where it begins.
+    fn read(
+        &mut self,
+        options: &SetupOptions,
+        setup: &Setup,
+    ) -> Result<Option<FileRead>, Diagnostic> {
+        let (how, reading) = self.first_reading(options, setup)?;
+        let anywhere = match reading {
+            Reading::Whole(parsed) => {
+                return Ok(Some(FileRead {
+                    parsed,
+                    start: None,
+                }));
+            }
+            Reading::DependsOnStart(anywhere) => anywhere,
+        };
+        let rounded = |at: [f64; 3]| at.map(|at| (at * 1000.0).round() / 1000.0);
+        let (at, stands) = match (options.start, self.request.start) {
+            (Some(at), _) => (Some(at), None),
+            (None, StartPosition::Ask) => {
+                self.reading = Some((how, Reading::DependsOnStart(anywhere)));
+                return Ok(None);
+            }
+            // Rounded, so that a person can give it again.
+            (None, StartPosition::At(at)) => (Some(rounded(at)), None),
+            (None, StartPosition::Unknown) => (None, None),
+            (None, StartPosition::Staged) => {
+                let start = staged(anywhere.as_ref().ok(), setup);
+                let start = start.map_err(|error| Diagnostic::of_file(error.to_string()))?;
+                let at = tip(&start, setup.tool.or(setup.default_tool));
+                (at.map(rounded), start.arm().map(|arm| arm.joints))
+            }
+        };
+        let Some(at) = at else {
+            return anywhere.map(|parsed| {
+                Some(FileRead {
+                    parsed,
+                    start: None,
+                })
+            });
+        };
+        let anywhere = match anywhere.map(|parsed| parsed.content) {
+            Ok(Content::Plan(plan)) => Some(plan),
+            _ => None,
+        };
+        let [x, y, z] = at;
+        let mut how = how;
+        // In the coordinates of a program with places of its own, before it is moved: what it does where the arm stands is done
+        // there. What only counts from there is moved along.
+        how.gcode.start = Some(match &anywhere {
+            Some(_) => [x - setup.placement.by[0], y - setup.placement.by[1], z],
+            None => at,
+        });
+        Ok(Some(FileRead {
+            parsed: read(self.request.format, &self.request.bytes, &how)?,
+            start: Some(Start {
+                at,
+                is_given: options.start.is_some(),
+                stands,
+                anywhere,
+            }),
+        }))
+    }
+
+    /// Reads the file without a start, unless that is done already.
+    fn first_reading(
+        &mut self,
+        options: &SetupOptions,
+        setup: &Setup,
+    ) -> Result<(ReadOptions, Reading), Diagnostic> {
+        let PrepareRequest {
+            format,
+            bytes,
+            title,
+            ..
+        } = &self.request;
+        let mut how = options.reading(setup);
+        title.clone_into(&mut how.title);
+        if *format != Format::Gcode {
+            // What the surface and the arm are counts for no other format.
+            how.gcode = GcodeOptions::default();
+        }
+        if let Some((before, reading)) = self.reading.take()
+            && before == how
+        {
+            return Ok((how, reading));
+        }
+        let parsed = read(*format, bytes, &how);
+        let lacks_start = |problem: &Diagnostic| problem.missing == Some(Missing::Start);
+        let depends = *format == Format::Gcode
+            && !how.gcode.placed
+            && match &parsed {
+                Ok(parsed) => parsed.notes.iter().any(lacks_start),
+                Err(problem) => lacks_start(problem),
+            };
+        let reading = match depends {
+            true => Reading::DependsOnStart(parsed),
+            false => Reading::Whole(parsed?),
+        };
+        Ok((how, reading))
+    }
+
+    /// Places what was read before the arm, and makes a program of it; its notes are added to the others.
+    fn placed(
+        &self,
+        options: &SetupOptions,
+        setup: Setup,
+        file: FileRead,
+        notes: &mut Vec<Diagnostic>,
+    ) -> Result<PreparedProgram, (PrepareStage, Diagnostic)> {
+        let format = self.request.format;
+        let FileRead { parsed, start } = file;
+        let unsaid = start.as_ref().filter(|start| !start.is_given);
+        let (at, stands) = (
+            unsaid.map(|start| start.at),
+            unsaid.and_then(|start| start.stands),
+        );
+        notes.extend(at.map(begins_at));
+        notes.extend(parsed.notes);
+        let is_taught = matches!(parsed.content, Content::Plan(_));
+        let refused = |problem| (PrepareStage::Place, problem);
+        let content = { setup.followed(format, parsed.content) }.map_err(refused)?;
+        let mut parts = setup.parts_in(&content, 1.0).map_err(refused)?;
+        let fills = setup.fills(&content);
+        let Prepared {
+            mut plan,
+            notes: placing,
+            placed,
+            misfit,
+            would_fit,
+        } = setup.plan(format, content).map_err(refused)?;
+        notes.extend(placing);
+        if fills {
+            PartSummary::count(&mut parts, &plan);
+        }
+        let scale = placed.map_or(1.0, |placed| placed.scale);
+        { parts.iter_mut() }.for_each(|part| part.drawn_mm *= scale);
+        if let Some(grid) = options.grid {
+            // The surface that a pen never goes below, at each place of the grid.
+            let bound = setup.bound_of(format, &plan).filter(|_| is_taught);
+            plan = plan.placed_on(&grid.pallet()).map_err(refused)?;
+            if let Some(surface) = bound {
+                plan.hold_above(surface).map_err(refused)?;
+            }
+        }
+        if plan.steps.is_empty() {
+            let problem = Diagnostic::of_file("nothing to do in this file");
+            return Err((PrepareStage::Read, problem));
+        }
+        if self.request.rest > 0 {
+            plan.push(Action::Wait(self.request.rest), Origin::NONE);
+        }
+        let leading = start.map_or(0, |start| start.leading(format, &setup, &plan));
+        let settings = options.settings(&mut plan, is_taught);
+        let ending = self.request.ending_of(options, &setup);
+        let stays = ending.stay && ending.draws(&plan);
+        Ok(PreparedProgram {
+            program: Program::new(plan, Some(1))
+                .pen_stays_down(stays)
+                .with_settings(settings)
+                .with_leading(leading),
+            format,
+            setup,
+            ending,
+            start: at,
+            stands,
+            notes: Vec::new(),
+            placed,
+            misfit,
+            would_fit,
+            parts,
+        })
+    }
+}
+
+impl Start {
+    /// Steps that depend on the start: up to where the plan goes on as it does without one.
+    fn leading(self, format: Format, setup: &Setup, plan: &Plan) -> usize {
+        let anywhere = self.anywhere.map(Content::Plan);
+        let anywhere = anywhere.and_then(|content| setup.plan(format, content).ok());
+        anywhere.map_or(plan.steps.len(), |anywhere| {
+            plan.leading_from(&anywhere.plan)
+        })
+    }
+}
+
+/// State of a virtual arm that is made ready for a program.
+fn staged(anywhere: Option<&Parsed>, setup: &Setup) -> Result<Preflight, Error> {
+    let options = RehearseOptions {
+        tool: setup.tool.or(setup.default_tool),
+        ..RehearseOptions::default()
+    };
+    let mut plan = match anywhere.map(|parsed| &parsed.content) {
+        Some(Content::Plan(plan)) => plan.clone(),
+        _ => Plan::default(),
+    };
+    plan.surface = plan.surface.or(setup.surface);
+    stands(&plan, &options)
+}

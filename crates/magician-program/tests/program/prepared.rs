@@ -1,0 +1,163 @@
+//! From a file to a program by one request.
+
+use std::sync::Arc;
+
+use magician_program::{
+    DiagnosticCode, Format, FrameShape, OpenedFile, Preparation, PrepareRequest, PrepareStage,
+    PreparedProgram, SetupOptions, StartPosition, Tool, WorkOption,
+};
+use serde_json::{Value, json};
+
+const SQUARE: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='20mm' height='20mm' \
+    viewBox='0 0 20 20'><path d='M2 2h16v16h-16z' stroke='black' fill='none'/></svg>";
+
+fn request(format: Format, text: &str, options: Value) -> PrepareRequest {
+    let mut request = PrepareRequest::new(format, text.as_bytes());
+    request.options = SetupOptions::from_fields(options.as_object().unwrap()).unwrap();
+    request.defaults = request.defaults.on_virtual_arm();
+    request
+}
+
+fn done(preparation: Preparation) -> PreparedProgram {
+    match preparation {
+        Preparation::Done(program) => *program,
+        Preparation::NeedsStart => panic!("it needs a start"),
+    }
+}
+
+/// Takes the file away: what is read again fails.
+fn without_file(mut opened: OpenedFile) -> OpenedFile {
+    opened.request.bytes = Arc::default();
+    opened
+}
+
+#[test]
+fn opened_file_is_not_read_again() {
+    let gcode = "G90\nG1 X220 Y0 Z20 F600\nG1 X240\n";
+    for (format, text) in [(Format::Svg, SQUARE), (Format::Gcode, gcode)] {
+        let request = request(format, text, json!({}));
+        let mut opened = without_file(request.open().unwrap());
+        assert!(
+            !done(opened.prepare().unwrap())
+                .program
+                .plan()
+                .steps
+                .is_empty()
+        );
+    }
+}
+
+#[test]
+fn gcode_is_read_again_if_another_tool_makes_it_burn() {
+    let text = "G90\nM4 S0\nG0 X0 Y0\nG1 X20 S500 F600\nG1 Y20\nM5\n";
+    let mut framed = request(Format::Gcode, text, json!({"frame": "box"}));
+    framed.defaults.tool = Some(Tool::Pen);
+    let mut opened = framed.open().unwrap();
+    opened.request.tool = Some(Tool::Laser);
+    let program = done(opened.prepare().unwrap());
+    assert!(matches!(
+        program.setup.work,
+        magician_program::Work::Engrave(_)
+    ));
+    let first = &program.notes[0].message;
+    assert!(
+        first.contains("what would be engraved: the arm has the laser"),
+        "{first}"
+    );
+}
+
+#[test]
+fn frame_depends_on_the_tool_in_force_unless_work_or_tool_is_given() {
+    let mut options = SetupOptions::default();
+    assert!(!options.needs_tool_in_force());
+    options.frame = Some(FrameShape::Box);
+    assert!(options.needs_tool_in_force());
+    options.tool = Some(Tool::Laser);
+    assert!(!options.needs_tool_in_force());
+    (options.tool, options.work) = (None, Some(WorkOption::Draw));
+    assert!(!options.needs_tool_in_force());
+}
+
+#[test]
+fn start_is_asked_for_once_and_told_with_its_option() {
+    let text = "G91\nG1 X5 Y5 F600\nG1 X5\n";
+    let mut opened = PrepareRequest::new(Format::Gcode, text.as_bytes())
+        .open()
+        .unwrap();
+    assert_eq!(opened.prepare(), Ok(Preparation::NeedsStart));
+    opened.request.start = StartPosition::At([200.000_04, 0.0, 20.0]);
+    let program = done(opened.prepare().unwrap());
+    assert_eq!(program.start, Some([200.0, 0.0, 20.0]));
+    let note = &program.notes[0];
+    assert_eq!(note.code, DiagnosticCode::Assumed);
+    assert_eq!(
+        note.message,
+        "it begins at the tool's position, 200.000,0.000,20.000"
+    );
+    let remedy = &note.remedies[0];
+    assert_eq!(
+        format!("{:?}", remedy.act),
+        "Give(Start, Position([200.0, 0.0, 20.0]))"
+    );
+    // The whole of it depends on the start: it cannot be resumed, nor begun in its middle.
+    assert!(program.has_lost_start(1, false) && program.has_lost_start(0, true));
+    assert!(!program.has_lost_start(0, false));
+    // A start that the options give is told to nobody, and may be used again.
+    opened.request.options.start = Some([200.0, 0.0, 20.0]);
+    let given = done(opened.prepare().unwrap());
+    assert_eq!(
+        (given.start, given.notes.len()),
+        (None, program.notes.len() - 1)
+    );
+    assert_eq!(given.program.plan(), program.program.plan());
+    assert!(!given.has_lost_start(1, true));
+}
+
+#[test]
+fn staged_start_comes_with_the_joints_of_its_arm() {
+    let mut request = PrepareRequest::new(Format::Gcode, b"G91\nG1 X5 F600\n");
+    request.start = StartPosition::Staged;
+    let program = done(request.prepare().unwrap());
+    assert!(program.start.is_some() && program.stands.is_some());
+}
+
+#[test]
+fn what_is_wrong_is_told_with_its_stage_and_the_notes_before_it() {
+    let broken = PrepareRequest::new(Format::Gcode, b"G90\nG1 X10 Y%\n");
+    assert_eq!(broken.open().unwrap_err().stage, PrepareStage::Read);
+    let empty = PrepareRequest::new(Format::Plan, br#"{"plan":1,"title":"nothing","steps":[]}"#);
+    let error = empty.prepare().unwrap_err();
+    assert_eq!(error.stage, PrepareStage::Read, "{error}");
+    let two = SQUARE.replace(
+        "<path",
+        "<path d='M1 1h2' stroke='white' fill='none'/><path",
+    );
+    let mut unplaced = request(Format::Svg, &two, json!({}));
+    unplaced.defaults.assumed_surface = None;
+    let error = unplaced.prepare().unwrap_err();
+    assert!(error.problem.lacks_surface(), "{error}");
+    assert_eq!(error.stage, PrepareStage::Place);
+    assert!(!error.notes.is_empty(), "the white line was left out");
+}
+
+#[test]
+fn misfit_is_a_finding_for_a_look_and_an_error_for_a_run() {
+    let program = done(
+        request(Format::Svg, SQUARE, json!({"scale": 40}))
+            .prepare()
+            .unwrap(),
+    );
+    assert!(program.misfit.is_some() && !program.is_raw());
+    let error = program.fitting().unwrap_err();
+    assert_eq!(error.stage, PrepareStage::Place);
+}
+
+#[test]
+fn rest_comes_after_the_last_place_of_a_grid() {
+    let mut request = request(Format::Svg, SQUARE, json!({"grid": "2x1:30x20"}));
+    let without = done(request.prepare().unwrap());
+    request.rest = 250;
+    let with = done(request.prepare().unwrap());
+    let [count, more] = [&without, &with].map(|program| program.program.plan().steps.len());
+    assert_eq!(more, count + 1);
+}
