@@ -243,13 +243,13 @@ def check_durations(checks, observer, timed):
     `timed` is a list of (name, index, expected seconds) in queue order.
     """
     slack = 0.005
+    # A motion begins with a period of 20 ms, and a way in binary32 that ends at the border of one may end in the one beside.
+    border = 0.02
     for name, index, want in timed:
         least, most = observer.duration(index)
-        good = least - slack <= want <= most + slack
+        good = least - slack - border <= want <= most + slack + border
         checks.ok(f"{name} takes {want:.3f} s", good, f"between {least:.3f} and {most:.3f} s of the arm's clock")
     total = sum(want for _, _, want in timed)
-    # A way in binary32 that ends at the border of a period of 20 ms may end in the one beside.
-    border = 0.02
     lo0, hi0 = observer.reached(timed[0][1] - 1)
     lo1, hi1 = observer.reached(timed[-1][1])
     least, most = (lo1 - hi0) / 1000, (hi1 - lo0) / 1000

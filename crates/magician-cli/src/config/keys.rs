@@ -118,7 +118,7 @@ pub(crate) const KEYS: [Key; 19] = [
     },
     Key {
         name: "engrave.speed",
-        about: "speed of the laser on drawings, images, and G-code before its first F, mm/s; unless set, images are burnt as fast as is even, 20 at most",
+        about: "speed of the laser on drawings, images, and G-code before its first F, mm/s; unless set, images are burnt at the highest even speed, 20 at most",
         variable: None,
         default: "20",
         kind: Kind::Positive,

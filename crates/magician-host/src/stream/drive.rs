@@ -2,8 +2,9 @@ use magician_protocol::commands::{QueuedCmdClear, QueuedCmdStartExec, QueuedCmdS
 use magician_protocol::{ArmInstant, Ctrl, EncodeError, FrameBuf};
 
 use super::item::{Entry, Fate, NextOffer};
-use super::resume::{APART, MOVING_PAUSE, QueueSnapshot};
+use super::resume::{MOVING_PAUSE, QueueSnapshot};
 use super::{Stream, StreamEvent};
+use crate::REST_TIME;
 use crate::connection::{Connection, Micros, Priority, Request};
 
 /// How long the first commands wait for more, us, before it is decided that this is no batch.
@@ -143,7 +144,7 @@ impl Stream {
             Phase::Stand(Some(before))
             | Phase::Brake(Some(before))
             | Phase::Resolve(Some(before))
-                if now.micros_since(before.at) < APART =>
+                if now.micros_since(before.at) < REST_TIME =>
             {
                 self.look_again(before.at);
             }
@@ -298,7 +299,7 @@ impl Stream {
         Phase::Run
     }
 
-    /// Whether nothing moves: two looks alike, further apart than a pose lasts. If not, another is planned.
+    /// True if nothing moves: two looks at least [`REST_TIME`] apart are alike. If not, another look is planned.
     pub(super) fn stands(&mut self, now: ArmInstant, before: Option<QueueSnapshot>) -> bool {
         let read = self.reader.snapshot(now);
         let stands = before.is_some_and(|before| before.is_like(&read));

@@ -107,7 +107,7 @@ impl Reader {
         (self.pose, self.has_pose) = (beginning.pose, true);
     }
 
-    /// What the last look has read, which ended just now.
+    /// Queue and pose as the last look has read them, which ended just now.
     pub(super) fn snapshot(&self, now: ArmInstant) -> QueueSnapshot {
         QueueSnapshot {
             at: now,

@@ -12,11 +12,7 @@ pub const POSE_TOLERANCE: f64 = 0.5;
 /// Pause between looks at an arm that moves.
 pub(super) const MOVING_PAUSE: Micros = 50_000;
 
-/// Shortest time between two looks that show whether an arm stands: two periods of the controller, in which a pose does
-/// not change although the arm moves.
-pub(super) const APART: Micros = 40_000;
-
-/// What was read of the arm in one look.
+/// Queue and pose as one look has read them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct QueueSnapshot {
     /// When the look ended.
@@ -27,7 +23,7 @@ pub(super) struct QueueSnapshot {
 }
 
 impl QueueSnapshot {
-    /// Whether another look has read the same.
+    /// True if the other look has read the same.
     pub(super) fn is_like(&self, other: &Self) -> bool {
         let read = |look: &Self| (look.current, look.left, look.pose);
         read(self) == read(other)

@@ -8,6 +8,9 @@ use crate::artwork::{Layout, Marking, rotated};
 use crate::raster::{Engrave, Grid};
 use crate::{Diagnostic, DiagnosticCode, Raster, Tool};
 
+/// A speed is carried in binary32: it may be above the one that was meant by this, mm/s.
+const SPEED_ROUNDING: f64 = 1e-5;
+
 impl Setup {
     /// Grey that becomes power.
     pub(super) fn engraved(
@@ -20,7 +23,7 @@ impl Setup {
         let steady = engrave.steady_speed();
         if self.said_laser_speed().is_none() {
             engrave.speed = engrave.speed.min(steady);
-        } else if engrave.speed > steady {
+        } else if engrave.speed > steady + SPEED_ROUNDING {
             notes.push(uneven(&engrave, steady));
         }
         let surface = self.needed_surface()?;
@@ -74,13 +77,13 @@ impl Setup {
     }
 }
 
-/// The note of an image whose pixels are shorter than the way that the tool should make in a period.
+/// Note that the speed is above the highest at which every pixel burns evenly, mm/s.
 fn uneven(engrave: &Engrave, steady: f64) -> Diagnostic {
+    let slower = ((steady + SPEED_ROUNDING) * 1000.0).floor() / 1000.0;
     let message = format!(
-        "at {} mm/s pixels of {} mm are burnt unevenly: the arm holds at most {steady:.1} mm/s where each differs from the next",
+        "at {} mm/s pixels of {} mm are burnt unevenly: the arm holds at most {slower} mm/s where each differs from the next",
         engrave.speed, engrave.spacing,
     );
-    let slower = (steady * 10.0).floor() / 10.0;
     Diagnostic::of_file(message)
         .coded(DiagnosticCode::Speed)
         .remedy((Setting::Speed, Given::Number(slower)), "burns them evenly")

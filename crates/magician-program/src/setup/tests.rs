@@ -200,11 +200,8 @@ fn an_image_is_engraved_as_fast_as_is_even_and_a_faster_speed_is_noted() {
             .iter()
             .filter(|step| matches!(step.action, Action::Burn { .. }));
         assert!(burns.count() >= 39);
-        let speed = made.plan.steps.iter().find_map(|step| match &step.action {
-            Action::Command(set) => match **set {
-                Set::CpParams(path) => Some(path.junction_vel),
-                _ => None,
-            },
+        let speed = made.plan.commands().find_map(|command| match command {
+            Set::CpParams(path) => Some(path.junction_vel),
             _ => None,
         });
         let note = made
@@ -223,6 +220,15 @@ fn an_image_is_engraved_as_fast_as_is_even_and_a_faster_speed_is_noted() {
     let (speed, note) = engraved(0.2, Some(30.0));
     assert_eq!(speed, 30.0);
     assert_eq!(note, Some(Act::Give(Setting::Speed, Given::Number(10.0))));
+    // What a note advises has no note, also where it is finer than 0.1 mm/s.
+    for spacing in [0.3, 0.07, 0.001] {
+        let (_, note) = engraved(spacing, Some(30.0));
+        let Some(Act::Give(_, Given::Number(slower))) = note else {
+            panic!("{spacing}: {note:?}");
+        };
+        assert!(slower > 0.0);
+        assert_eq!(engraved(spacing, Some(slower as f32)).1, None, "{spacing}");
+    }
 }
 
 #[test]

@@ -68,9 +68,9 @@ fn subscribers_get_what_they_asked_for_in_text_and_frames() {
 /// What a page has been told of the laser last.
 fn told_laser(page: &Page) -> Value {
     let states = page.noticed(1, "arm.state");
-    let tools = states.iter().filter_map(|told| told["state"].get("tool"));
+    let mut tools = states.iter().filter_map(|told| told["state"].get("tool"));
     tools
-        .last()
+        .next_back()
         .map_or(Value::Null, |tool| tool["laser"].clone())
 }
 
@@ -336,7 +336,7 @@ fn what_no_page_should_do_does_no_harm() {
     table::station_rpc(page.handle, 2, b"nonsense");
     page.turn();
     assert_eq!(page.closed, [(1, 1007), (2, 4400)]);
-    // As many sessions as a station takes.
+    // Sessions that do not say hello give way to each other, and cost the one that has said it nothing.
     for session in 100..200 {
         table::station_rpc(
             page.handle,
@@ -345,9 +345,11 @@ fn what_no_page_should_do_does_no_harm() {
         );
     }
     page.turn();
-    assert_eq!(
-        page.closed.iter().filter(|(_, code)| *code == 1013).count(),
-        37
+    let late = page.closed.iter().filter(|(session, _)| *session >= 100);
+    let late: Vec<_> = late.map(|(_, code)| *code).collect();
+    assert!(
+        late.len() >= 84 && late.iter().all(|code| *code == 4408),
+        "{late:?}"
     );
     page.ok(3, "arm.state", &json!({}));
     // A year goes by at once.

@@ -11,7 +11,7 @@ use magician::{
 };
 use tokio::time::{Instant, sleep, timeout};
 
-use crate::desk::{Desk, only_reads};
+use crate::desk::{Desk, begin_immediate_motion, only_reads};
 
 const JOG: u8 = 73;
 const MOTOR: u8 = 135;
@@ -405,9 +405,6 @@ async fn jog_behind_a_forced_stop_begins_when_the_arm_stands() {
 async fn jog_behind_an_immediate_motion_begins_when_the_arm_stands() {
     let desk = Desk::new();
     let arm = desk.connect(Options::default()).await;
-    arm.set_any(&words::line_to(220.0, 60.0, 20.0, 0.0))
-        .await
-        .unwrap();
-    sleep(Duration::from_millis(300)).await;
+    begin_immediate_motion(&arm).await;
     jog_begins_at_rest(&desk, &arm).await;
 }

@@ -11,7 +11,7 @@ use magician::{
 use tokio::time::{Instant, sleep};
 
 use crate::bench::{real_time, runner};
-use crate::desk::Desk;
+use crate::desk::{Desk, begin_immediate_motion};
 
 #[tokio::test(start_paused = true)]
 async fn a_queue_longer_than_the_arms_flows_and_never_overruns() {
@@ -120,10 +120,7 @@ async fn queue_of_an_arm_that_moves_is_started_when_the_arm_stands() {
     for empty in [true, false] {
         let desk = Desk::new();
         let arm = desk.connect(Options::default()).await;
-        arm.set_any(&words::line_to(220.0, 60.0, 20.0, 0.0))
-            .await
-            .unwrap();
-        sleep(Duration::from_millis(300)).await;
+        begin_immediate_motion(&arm).await;
         match empty {
             true => assert!(arm.start_empty_queue().await.unwrap()),
             false => arm.start_queue().await.unwrap(),

@@ -17,15 +17,15 @@ pub(crate) struct Motion {
     pub(super) under_way: Option<UnderWay>,
     /// By how much the joints really stand elsewhere than commanded: lost steps, and before homing the base angle.
     pub(super) slip: [f64; 4],
-    /// What of the slip of J1 its encoder cannot know: where the base stood at power-up.
+    /// Part of the slip of J1 that its encoder cannot know: the angle of the base at power-up.
     pub(super) base: f64,
     /// The carriage that the arm stands on, if it does.
     pub(super) rail: Rail,
     /// The speed with which a segment of a continuous path has ended at this very instant, mm/s.
     pub(super) junction_speed: f64,
-    /// Whether the arm has been homed since power-up.
+    /// True if the arm has been homed since power-up.
     pub(super) homed: bool,
-    /// Where the motors were when a motion was taken away before its end, and when: what begins by then begins there.
+    /// Instant and place at which a motion was taken away before its end: a motion that begins by then begins there.
     left: Option<(ArmInstant, JointAngles, f64)>,
 }
 
@@ -36,20 +36,20 @@ pub(crate) struct Start {
     pub(crate) trajectory: Trajectory,
     /// The way of the carriage on the rail: the motion lasts until both rest.
     pub(crate) rail: RailPath,
-    /// What to raise when it has ended: something stops it before its target.
+    /// Alarm to raise at its end, if something stops it before its target.
     pub(crate) alarm: Option<u8>,
-    /// What it switches on its way.
+    /// Outputs that it switches on its way.
     pub(crate) outputs: Outputs,
 }
 
 impl Start {
-    /// How long arm and carriage move.
+    /// Time for which arm or carriage moves.
     pub(crate) fn duration(&self) -> Micros {
         self.trajectory.duration_us().max(self.rail.duration())
     }
 }
 
-/// What is to be known of a motion that has ended.
+/// Kind, alarm and speed of a motion that has ended.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ended {
     pub(crate) kind: MotionKind,
@@ -66,19 +66,19 @@ pub(super) struct UnderWay {
     /// The way of the carriage that goes with it.
     pub(super) rail: RailPath,
     pub(super) started: ArmInstant,
-    /// When the motors begin with it, and where they are by then: within its first period.
+    /// Instant within its first period at which the motors begin with it, and where they are then.
     begun: ArmInstant,
     from: (JointAngles, f64),
-    /// How far the motors are ahead of the start of a segment by then, mm.
+    /// Distance of the motors ahead of the start of a segment by then, mm.
     ahead: f64,
     /// The end of its first period, by which they have come onto its way.
     first_end: ArmInstant,
     pub(super) ends: ArmInstant,
-    /// What to raise when it has ended: something stops it before its target.
+    /// Alarm to raise at its end, if something stops it before its target.
     pub(super) alarm: Option<u8>,
-    /// What it switches on its way.
+    /// Outputs that it switches on its way.
     pub(super) outputs: Outputs,
-    /// When a limit alarm drops because the joint has come back inside.
+    /// Instant at which a limit alarm drops because the joint has come back inside.
     pub(super) leaves_limit: Option<ArmInstant>,
     /// Since when the world sees what it was shown last.
     pub(super) shown: ArmInstant,
@@ -91,7 +91,7 @@ impl UnderWay {
         now.micros_since(self.started)
     }
 
-    /// Where the motion is commanded to be.
+    /// Commanded state of the motion.
     fn sample(&self, now: ArmInstant) -> ArmState {
         if now >= self.ends {
             return *self.trajectory.end();
@@ -99,7 +99,7 @@ impl UnderWay {
         self.trajectory.sample(self.elapsed(now))
     }
 
-    /// Where the motors take the arm and the carriage between the ends of two periods.
+    /// Joint angles and place of the carriage to which the motors have come, between the ends of two periods as well.
     fn on_the_way(&self, now: ArmInstant) -> (JointAngles, f64) {
         if now >= self.ends {
             return (self.trajectory.end().joints, self.rail.end());
@@ -149,7 +149,7 @@ impl UnderWay {
         }
     }
 
-    /// Where the carriage is commanded to be.
+    /// Commanded place of the carriage, mm.
     fn sample_rail(&self, now: ArmInstant) -> f64 {
         if now >= self.ends {
             return self.rail.end();
@@ -182,17 +182,17 @@ impl Motion {
         self.homed = homed;
     }
 
-    /// Whether anything moves; the search of homing counts.
+    /// True if anything moves; the search of homing counts.
     pub(crate) fn is_moving(&self) -> bool {
         self.under_way.is_some()
     }
 
-    /// What moves is for.
+    /// Kind of the motion under way.
     pub(crate) fn kind(&self) -> Option<MotionKind> {
         self.under_way.as_ref().map(|motion| motion.kind)
     }
 
-    /// Whether a jog is under way, its end included: the queue does not wait for it.
+    /// True if a jog is under way, its end included: the queue does not wait for it.
     pub(crate) fn is_jogging(&self) -> bool {
         matches!(
             self.kind(),
@@ -200,18 +200,18 @@ impl Motion {
         )
     }
 
-    /// Whether a Clear or a Start ends what is under way: not a jog, nor the ramp of a forced stop.
+    /// True if a Clear or a start of the queue ends the motion under way: it is neither a jog nor the ramp of a forced stop.
     pub(crate) fn can_be_dropped(&self) -> bool {
         let kind = self.kind();
         !self.is_jogging() && kind.is_some_and(|kind| kind != MotionKind::Brake)
     }
 
-    /// Whether it brakes at the end of a jog.
+    /// True if it brakes at the end of a jog.
     pub(crate) fn ends_jog(&self) -> bool {
         matches!(self.kind(), Some(MotionKind::JogStop { .. }))
     }
 
-    /// Whether a segment of a continuous path is under way.
+    /// True if a segment of a continuous path is under way.
     pub(crate) fn follows_path(&self) -> bool {
         matches!(self.kind(), Some(MotionKind::Segment(_)))
     }
@@ -232,7 +232,7 @@ impl Motion {
         self.junction_speed = speed;
     }
 
-    /// When the motion ends, or on its way switches an output or drops a limit alarm.
+    /// Next instant at which the motion ends, switches an output or drops a limit alarm.
     pub(crate) fn next_event(&self) -> Option<ArmInstant> {
         let motion = self.under_way.as_ref()?;
         let switches = motion.outputs.next_due();
@@ -249,7 +249,7 @@ impl Motion {
         self.commanded(now).joints
     }
 
-    /// Where the motors take the arm and the carriage, between the ends of two periods as well.
+    /// Joint angles and place of the carriage to which the motors have come, between the ends of two periods as well.
     pub(super) fn on_the_way(&self, now: ArmInstant) -> (JointAngles, f64) {
         match &self.under_way {
             Some(motion) => motion.on_the_way(now),
@@ -257,7 +257,7 @@ impl Motion {
         }
     }
 
-    /// Where the arm is commanded to be under the measures in force when it began to move.
+    /// Commanded state under the measures in force when the arm began to move.
     fn commanded(&self, now: ArmInstant) -> ArmState {
         match &self.under_way {
             Some(motion) => motion.sample(now),
@@ -265,7 +265,7 @@ impl Motion {
         }
     }
 
-    /// Where the carriage on the rail is commanded to be, mm.
+    /// Commanded place of the carriage on the rail, mm.
     pub(crate) fn rail_at(&self, now: ArmInstant) -> f64 {
         match &self.under_way {
             Some(motion) => motion.sample_rail(now),
@@ -343,12 +343,12 @@ impl Motion {
         motion.outputs.take_due(elapsed, way)
     }
 
-    /// Whether the motion is at its end by now.
+    /// True if the motion is at its end by now.
     pub(crate) fn is_over(&self, now: ArmInstant) -> bool {
         (self.under_way.as_ref()).is_some_and(|motion| motion.ends <= now)
     }
 
-    /// What the end of the motion under way is.
+    /// End of the motion under way.
     pub(crate) fn end(&self) -> Option<Ended> {
         let motion = self.under_way.as_ref()?;
         Some(Ended {
