@@ -31,9 +31,9 @@ pub(crate) use self::jobs::beside;
 use self::jobs::{JobContext, RunningJob, Slot};
 use self::reads::Known;
 use crate::api::RpcError;
-use crate::control::{JobId, JogEnd, JogId, RequestId};
+use crate::control::{JobId, JogId, RequestId};
 use crate::job::Reader;
-use crate::order::{ArmAct, ArmOrder, ArmReport, JobStart, Outcome};
+use crate::order::{ArmAct, ArmOrder, ArmReport, JobStart, Outcome, jog_end};
 use crate::surface::ArmSurface;
 
 /// How often an arm is looked at whose line was lost under a job, until its queue is empty: two seconds of motion are in it, or one
@@ -543,13 +543,7 @@ impl Work {
         {
             self.jog = None;
             self.await_jog();
-            let why = match error.code() {
-                ErrorCode::NotKept => JogEnd::NotKept,
-                ErrorCode::LineLost | ErrorCode::NoAnswer => JogEnd::Link,
-                ErrorCode::Fenced | ErrorCode::OutOfReach => JogEnd::Limit,
-                ErrorCode::RunOver => JogEnd::Replaced,
-                _ => JogEnd::Stopped,
-            };
+            let why = jog_end(error.code().name());
             (self.report)(ArmReport::JogEnded { jog, why });
         }
     }

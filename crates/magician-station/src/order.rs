@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use magician::words::{Axis, JogDirection};
-use magician::{Fence, Pin, Set, ToolBias};
+use magician::{ErrorCode, Fence, Pin, Set, ToolBias};
 use magician_job::{JobProgress, JobState, PauseReason};
 use magician_program::Travel;
 use serde::{Deserialize, Serialize};
@@ -432,4 +432,18 @@ impl JobEnd {
             notes: Vec::new(),
         }
     }
+}
+
+/// Why a jog that failed is over, by the name of its error's code.
+pub(crate) fn jog_end(code: &str) -> JogEnd {
+    let ends = [
+        (ErrorCode::NotKept, JogEnd::NotKept),
+        (ErrorCode::LineLost, JogEnd::Link),
+        (ErrorCode::NoAnswer, JogEnd::Link),
+        (ErrorCode::Fenced, JogEnd::Limit),
+        (ErrorCode::OutOfReach, JogEnd::Limit),
+        (ErrorCode::RunOver, JogEnd::Replaced),
+    ];
+    let end = { ends.iter() }.find(|(error, _)| error.name() == code);
+    end.map_or(JogEnd::Stopped, |(_, end)| *end)
 }

@@ -7,7 +7,7 @@ use super::calls::line_lost;
 use super::{Awaited, Station};
 use crate::api::RpcError;
 use crate::control::{ArmId, JogEnd, RequestId};
-use crate::order::{ArmReport, Outcome};
+use crate::order::{ArmReport, Outcome, jog_end};
 
 impl Station {
     pub(super) fn take_report(&mut self, now: HostInstant, arm: ArmId, report: ArmReport) {
@@ -115,8 +115,10 @@ impl Station {
                         self.finish(now, request, Ok(json!({"jog": id})));
                     }
                     Err(error) => {
+                        let code = error.data.get("code").and_then(Value::as_str);
+                        let why = jog_end(code.unwrap_or_default());
                         self.finish(now, request, Err(error));
-                        self.control.jog_ended(arm, jog, JogEnd::Limit);
+                        self.control.jog_ended(arm, jog, why);
                     }
                 }
             }

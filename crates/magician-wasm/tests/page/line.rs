@@ -56,7 +56,8 @@ fn an_arm_at_the_line_is_moved_and_jogged_by_its_bytes() {
 
 #[test]
 fn a_jog_that_is_slow_to_begin_has_to_be_kept_up_from_then_on() {
-    for (baud, begins) in [(19_200, true), (1200, false)] {
+    // Nobody can keep up what is not answered yet, so the time for a call ends it there.
+    for (baud, begins, why) in [(19_200, true, "not-kept"), (1200, false, "link")] {
         let mut page = at_line();
         page.becomes_ready();
         page.join(1);
@@ -75,10 +76,11 @@ fn a_jog_that_is_slow_to_begin_has_to_be_kept_up_from_then_on() {
             page.wait(0.1);
         } else {
             begun.unwrap_err();
-            assert!(took < 0.8e6, "{took} us");
+            assert!(took < 3.1e6, "{took} us");
+            page.wait(2.0);
             assert!(!page.commands.contains(&91));
         }
-        assert_eq!(page.noticed(1, "jog.ended")[0]["why"], json!("not-kept"));
+        assert_eq!(page.noticed(1, "jog.ended")[0]["why"], json!(why));
     }
 }
 
