@@ -6,7 +6,7 @@ use magician_program::{Power, Tool};
 use magician_station::http::Listener;
 use toml::de::DeValue;
 
-use crate::verbs::job::options::numbers;
+use crate::numbers::numbers;
 
 /// One setting.
 pub(crate) struct Key {

@@ -16,10 +16,10 @@ use tokio::time::timeout;
 use super::policy::{Burns, Rules, UnderWay};
 use super::{Context, FAREWELL};
 use crate::failure::{Failure, Kind};
+use crate::local_stations::url_of;
 use crate::paint::tell;
 use crate::progress::attended;
 use crate::serving::grow;
-use crate::verbs::serve::url_of;
 
 /// How a verb treats the virtual arm in this process.
 #[derive(Clone, Copy, Debug)]

@@ -7,8 +7,8 @@ use serde::Serialize;
 use crate::columns::{Columns, note};
 use crate::context::Context;
 use crate::failure::Failure;
+use crate::local_stations::stations;
 use crate::mdns::{self, FoundStation};
-use crate::verbs::serve::stations;
 
 /// How long arms on Wi-Fi, and stations, have to answer, unless `--timeout` says otherwise.
 const PATIENCE: Duration = Duration::from_secs(1);

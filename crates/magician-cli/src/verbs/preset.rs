@@ -1,13 +1,10 @@
 //! `preset`: flags under a name.
 
-use std::sync::LazyLock;
-
-use clap::builder::{PossibleValue, TypedValueParser};
 use clap::{Args, Subcommand};
 use magician_job::presets::{Preset, PresetError, PresetList, PresetReport, Presets};
 use serde::Serialize;
 
-use super::job::options::{Makes, OptionFlags};
+use super::job::options::{Makes, OptionFlags, PresetName};
 use crate::columns::Columns;
 use crate::context::Context;
 use crate::diagnostics::{self, Severity};
@@ -157,27 +154,4 @@ fn list(context: &mut Context) -> Result<(), Failure> {
         }
         columns.write(out)
     })
-}
-
-/// The name of a preset; those that are there are completed.
-#[derive(Clone, Debug)]
-pub(crate) struct PresetName;
-
-impl TypedValueParser for PresetName {
-    type Value = String;
-
-    fn parse_ref(
-        &self,
-        command: &clap::Command,
-        arg: Option<&clap::Arg>,
-        value: &std::ffi::OsStr,
-    ) -> Result<String, clap::Error> {
-        clap::builder::StringValueParser::new().parse_ref(command, arg, value)
-    }
-
-    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
-        static NAMES: LazyLock<Vec<String>> = LazyLock::new(|| Presets::of_user().names());
-        let names = NAMES.iter().map(String::as_str);
-        Some(Box::new(names.map(PossibleValue::new)))
-    }
 }

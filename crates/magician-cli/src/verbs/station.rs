@@ -7,10 +7,10 @@ use magician_station::http::{CODE, TokenStore};
 use serde_json::{Value, json};
 
 use super::class::{Class, Results};
-use super::serve::{folder, stations};
 use crate::columns::Columns;
 use crate::context::Context;
 use crate::failure::Failure;
+use crate::local_stations::{folder, stations};
 use crate::serving::unix_time;
 
 /// Tokens for a station, codes for tokens, and the class of a station
@@ -61,7 +61,7 @@ fn role(text: &str) -> Result<Role, String> {
 
 /// The tokens of this machine's stations.
 pub(crate) fn tokens() -> Result<TokenStore, Failure> {
-    let folder = folder()?.ok_or_else(|| {
+    let folder = folder().ok_or_else(|| {
         Failure::invalid("there is no place for tokens: neither XDG_STATE_HOME nor HOME is set")
     })?;
     Ok(TokenStore::at(folder.join("tokens.toml")))

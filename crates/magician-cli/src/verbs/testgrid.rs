@@ -7,9 +7,10 @@ use magician_program::{Format, Series, TestGridOptions, WorkOption};
 
 use super::convert;
 use super::job::Job;
-use super::job::options::{File, Grids, OptionFlags, PreviewFlags, RunFlags, positive};
+use super::job::options::{File, Grids, OptionFlags, PreviewFlags, RunFlags};
 use crate::context::Context;
 use crate::failure::Failure;
+use crate::numbers::positive;
 
 /// Burn squares with many powers and speeds, to find those for a material
 #[derive(Args, Debug)]

@@ -19,8 +19,8 @@ use clap::{Args, Subcommand, ValueHint};
 use magician_program::Format;
 
 use super::class::{Class, Results};
+use super::job::options::PresetName;
 use super::job::options::{Makes, OptionFlags};
-use super::preset::PresetName;
 use super::serve::{FrontFlags, name_of_site};
 #[cfg(not(feature = "site"))]
 use crate::context::Context;

@@ -15,6 +15,7 @@ use tokio::time::timeout;
 use super::{Studio, gather};
 use crate::context::Context;
 use crate::failure::Failure;
+use crate::local_stations::folder;
 use crate::paint::tell;
 use crate::serving::{say_ready, unix_time};
 use crate::verbs::{job, serve};
@@ -42,7 +43,7 @@ impl Studio {
             station.programs = programs;
         }
         station.reader = Arc::new(reader);
-        let journal = serve::folder()?.map(|folder| JournalFile::at(folder.join("hub.jsonl")));
+        let journal = folder().map(|folder| JournalFile::at(folder.join("hub.jsonl")));
         let json = context.global.json;
         context.let_go()?;
         context.alone(async |_, signals| {

@@ -1,6 +1,7 @@
 //! The flags that verbs which run a file share.
 
 mod flags;
+mod preset_name;
 
 use std::path::PathBuf;
 
@@ -13,8 +14,7 @@ pub(crate) use flags::{
 
 #[cfg(test)]
 pub(crate) use flags::TakesOptions;
-
-use crate::verbs::preset::PresetName;
+pub(crate) use preset_name::PresetName;
 
 /// The file.
 #[derive(Args, Debug)]
@@ -107,26 +107,6 @@ impl File {
     }
 }
 
-/// Numbers with commas between them.
-pub(crate) fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
-    let parsed: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse()).collect();
-    let parsed = parsed
-        .ok()
-        .filter(|all| all.iter().all(|number| number.is_finite()));
-    parsed
-        .and_then(|all| all.try_into().ok())
-        .ok_or_else(|| format!("expected {N} numbers with commas between them"))
-}
-
-/// Above 0.
-pub(crate) fn positive(text: &str) -> Result<f64, String> {
-    let value = text
-        .parse::<f64>()
-        .ok()
-        .filter(|value| value.is_finite() && *value > 0.0);
-    value.ok_or_else(|| "expected a number above 0".to_owned())
-}
-
 /// Readings a second: a line at 115200 baud carries about 50.
 fn sample_rate(text: &str) -> Result<f64, String> {
     let value = text.parse::<f64>().ok();
@@ -139,17 +119,4 @@ fn from_zero(text: &str) -> Result<f64, String> {
     let value = text.parse::<f64>().ok();
     let value = value.filter(|value| value.is_finite() && *value >= 0.0);
     value.ok_or_else(|| "expected a number from 0".to_owned())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_have_commas_between_them() {
-        assert_eq!(numbers::<3>("1,-2, 3.5"), Ok([1.0, -2.0, 3.5]));
-        for wrong in ["", "1,2", "1,2,3,4", "1,2,inf", "a,b,c"] {
-            assert!(numbers::<3>(wrong).is_err(), "{wrong}");
-        }
-    }
 }

@@ -2,10 +2,10 @@
 
 use magician_program::{SetupDefaults, Surface};
 
-use super::options::numbers;
 use crate::config::Config;
 use crate::failure::Failure;
 use crate::mounted::usual_tool;
+use crate::numbers::numbers;
 
 /// Defaults of options, in the command and at the station that it serves.
 pub(crate) fn defaults(config: &Config) -> Result<SetupDefaults, Failure> {

@@ -14,10 +14,9 @@ use magician_station::http::{
 
 use crate::config::Config;
 use crate::failure::Failure;
+use crate::local_stations::stations;
 use crate::paint::tell;
 use crate::verbs::station::tokens;
-
-use super::stations;
 
 #[derive(Args, Debug)]
 pub(crate) struct FrontFlags {

@@ -1,7 +1,6 @@
 //! `serve`: one or more arms for many programs, people and pages.
 
 mod front;
-mod holder;
 mod link;
 mod site;
 mod studio;
@@ -37,11 +36,11 @@ use crate::config::Config;
 use crate::context::{Context, Sim, Taken, held};
 use crate::failure::{Failure, Kind};
 use crate::interrupt::Signals;
+use crate::local_stations::{Holder, folder};
 use crate::mdns::Announcement;
 use crate::paint::tell;
 use crate::serving::{say_ready, unix_time};
 use crate::verbs::job;
-pub(crate) use holder::{Holder, stations, url_of};
 pub(crate) use site::name_of_site;
 #[cfg(not(feature = "site"))]
 pub(crate) use site::unsupported;
@@ -367,13 +366,13 @@ impl Serve {
         if let Some(programs) = programs {
             config.programs = programs;
         }
-        if let Some(folder) = folder()? {
+        if let Some(folder) = folder() {
             config.jobs = Arc::new(JobFile::at(folder.join("jobs.json")));
         }
         if let Some(state) = dirs::state() {
             config.recordings = Arc::new(RecordingFolder::at(state.join("recordings")));
         }
-        let journal = folder()?.map(|folder| JournalFile::at(folder.join("journal.jsonl")));
+        let journal = folder().map(|folder| JournalFile::at(folder.join("journal.jsonl")));
         let sink = Box::new(move |line| {
             if let Some(journal) = &journal {
                 journal.write(&line);
@@ -524,11 +523,6 @@ fn say_addresses(
     let mut stdout = std::io::stdout().lock();
     writeln!(stdout, "{ready}")?;
     Ok(stdout.flush()?)
-}
-
-/// Where a station keeps its files; none where the system names no place.
-pub(crate) fn folder() -> Result<Option<PathBuf>, Failure> {
-    Ok(dirs::state().map(|state| state.join("station")))
 }
 
 impl From<ListenError> for Failure {

@@ -12,9 +12,10 @@ use qrcode::QrCode;
 use qrcode::render::unicode::Dense1x2;
 use serde::Serialize;
 
-use super::{Serve, Shown, stations, window};
+use super::{Serve, Shown, window};
 use crate::context::Context;
 use crate::failure::Failure;
+use crate::local_stations::stations;
 use crate::paint::tell;
 
 /// Limits of a page that is built without its WebAssembly modules.

@@ -1,12 +1,16 @@
-//! Who serves which port, for other programs of this machine: a file for each `serve`.
+//! The stations of this machine: where each is, which ports and arms it has; a file for each `serve`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use magician_job::dirs;
 use magician_job::files::replace;
 use serde::{Deserialize, Serialize};
 
-use super::folder;
+/// Returns the folder where a station keeps its files; `None` where the system names no place.
+pub(crate) fn folder() -> Option<PathBuf> {
+    dirs::state().map(|state| state.join("station"))
+}
 
 /// The file of a `serve`, while it lasts.
 #[derive(Debug)]
@@ -33,7 +37,7 @@ impl Holder {
             arms: arms.to_vec(),
         };
         let write = || {
-            let folder = folder().ok()??;
+            let folder = folder()?;
             let path = folder.join(format!("serve-{pid}.json"));
             let text = serde_json::to_string(&content).ok()?;
             replace(&path, &text).ok()?;
@@ -70,7 +74,7 @@ pub(crate) fn stations() -> impl Iterator<Item = (String, Vec<String>)> {
 
 /// What each `serve` of this machine says of itself. The file of one that has ended is removed.
 fn all() -> Vec<Content> {
-    let read = || fs::read_dir(folder().ok()??).ok();
+    let read = || fs::read_dir(folder()?).ok();
     let files = read().into_iter().flatten().flatten();
     let content = files.filter_map(|entry| {
         let path = entry.path();

@@ -1,0 +1,29 @@
+//! The names of presets as values of a flag.
+
+use std::sync::LazyLock;
+
+use clap::builder::{PossibleValue, TypedValueParser};
+use magician_job::presets::Presets;
+
+/// Parses the name of a preset; completions are the presets of the user and of this program.
+#[derive(Clone, Debug)]
+pub(crate) struct PresetName;
+
+impl TypedValueParser for PresetName {
+    type Value = String;
+
+    fn parse_ref(
+        &self,
+        command: &clap::Command,
+        arg: Option<&clap::Arg>,
+        value: &std::ffi::OsStr,
+    ) -> Result<String, clap::Error> {
+        clap::builder::StringValueParser::new().parse_ref(command, arg, value)
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        static NAMES: LazyLock<Vec<String>> = LazyLock::new(|| Presets::of_user().names());
+        let names = NAMES.iter().map(String::as_str);
+        Some(Box::new(names.map(PossibleValue::new)))
+    }
+}
