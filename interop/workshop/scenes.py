@@ -25,7 +25,7 @@ def drawing(lab, words=DRAW, speed="5"):
     """A drawing that has begun, at a terminal."""
     lab.arm(speed)
     terminal = Terminal(lab, words)
-    terminal.until(r"step [3-9]/|step [3-9] of")
+    terminal.until(r"[3-9]/\d+ steps done|[3-9] of \d+ steps done")
     return terminal
 
 
@@ -77,7 +77,7 @@ def plus_and_minus(lab):
 def minus_is_refused_where_it_burns(lab):
     lab.arm("5")
     terminal = Terminal(lab, BURN)
-    terminal.until("step [2-9]")
+    terminal.until(r"[2-9]/\d+ steps done|[2-9] of \d+ steps done")
     terminal.types("-")
     terminal.until("speed unchanged: the job burns")
     terminal.types("s")
@@ -87,7 +87,7 @@ def minus_is_refused_where_it_burns(lab):
 def minus_is_followed_by_m4(lab):
     lab.arm("5")
     terminal = Terminal(lab, BURN_M4)
-    terminal.until("step [2-9]")
+    terminal.until(r"[2-9]/\d+ steps done|[2-9] of \d+ steps done")
     terminal.types("-")
     terminal.until("at 90 %")
     terminal.types("s")
@@ -173,7 +173,7 @@ def stop_key(lab):
 def stopped_burning_stays_paused(lab):
     lab.arm("5")
     terminal = Terminal(lab, BURN)
-    terminal.until("step [2-9]")
+    terminal.until(r"[2-9]/\d+ steps done|[2-9] of \d+ steps done")
     terminal.signal("SIGTSTP")
     terminal.stopped()
     at_rest(lab)
@@ -291,7 +291,7 @@ def first_interrupt_lifts(lab):
 def second_interrupt_moves_nothing(lab):
     lab.arm("0.5")
     terminal = Terminal(lab, f"{DRAW} --lift 60")
-    terminal.until(r"step 4")
+    terminal.until(r"[4-9]/\d+ steps done|[4-9] of \d+ steps done")
     terminal.types("\x03")
     # One that comes sooner is a bounce.
     time.sleep(0.55)

@@ -171,6 +171,11 @@ export function drawing(test, bench) {
     await page.getByTestId("preset-save").click();
     await page.getByText("suite-pen is saved.").waitFor();
     assert.deepEqual((await bench.station.call("preset.show", { name: "suite-pen" })).options.speed, 37);
+    await page.getByTestId("setup-speed").fill("12");
+    await page.getByTestId("setup-speed").press("Tab");
+    await page.getByTestId("preset-save").click();
+    await page.getByTestId("confirm-no").click();
+    assert.deepEqual((await bench.station.call("preset.show", { name: "suite-pen" })).options.speed, 37);
     await page.getByTestId("setup-speed").fill("11");
     await page.getByTestId("setup-speed").press("Tab");
     await page.getByTestId("preset-choose").selectOption("marker");

@@ -33,6 +33,10 @@ function own(): Record<string, unknown> {
 
 const keep = (to: string, content: { setup: Record<string, unknown> } | { text: string }) =>
   tried(async () => {
+    // As the library does: another page may have saved one since.
+    await list();
+    const replaces = all.value.some((one) => one.name === to);
+    if (replaces && !(await store.ask(t("replace.title", { name: to }), t("preset.replace.text"), t("replace")))) return;
     await call("preset.save", { name: to, ...content });
     await list();
     await choose(to);

@@ -27,11 +27,17 @@ export function nameOf(file: string): string {
   return (stem.slice(0, 80 - ending.length).trim() || "program") + ending;
 }
 
+/** True if the library has no program of this name, or if the person wants it replaced. */
+export async function mayKeep(name: string): Promise<boolean> {
+  // The list of a page that has just opened is still empty, and other pages keep programs too.
+  await list();
+  if (!programs.value.some((program) => program.name === name)) return true;
+  return store.ask(t("replace.title", { name }), t("programs.replace.text"), t("replace"));
+}
+
 /** Keeps a file in the library; under which name, or null where the person does not want it replaced. */
 export async function put(name: string, content: Blob, replaces = false): Promise<string | null> {
-  if (!replaces && programs.value.some((program) => program.name === name)) {
-    if (!(await store.ask(t("programs.replace.title", { name }), t("programs.replace.text"), t("programs.replace")))) return null;
-  }
+  if (!replaces && !(await mayKeep(name))) return null;
   isLoading.value = true;
   try {
     const own = ownFile();

@@ -120,12 +120,14 @@ export const save = () =>
     const steps = (made["steps"] as unknown[]).map((step) => JSON.stringify(step)).join(",\n");
     const text = `${head}${steps}\n]}\n`;
     const name = `${fileName()}.plan.json`;
-    if ((await library.put(name, new Blob([text]), own.has(name))) === null) return;
-    own.add(name);
+    const to = `${fileName()}.playback`;
+    const kept = format.value === "plan" ? [name] : [name, to];
+    for (const one of kept) if (!own.has(one) && !(await library.mayKeep(one))) return;
+    await library.put(name, new Blob([text]), true);
+    for (const one of kept) own.add(one);
     if (format.value === "plan") {
       download(name, text);
     } else {
-      const to = `${fileName()}.playback`;
       const { lost } = await call("program.convert", { name, to });
       await library.list();
       const entry = library.programs.value.find((one) => one.name === to);
