@@ -32,13 +32,14 @@ pub(super) fn of(lines: &Artwork) -> Vec<Vec<[f64; 2]>> {
         }
     }
     let closing = image.grown(true).grown(false);
-    let traced = closing.raster().lines(&Trace {
+    let trace = Trace {
         size: Size::Pixel(pixel),
         tolerance: pixel,
         despeckle: 0.0,
         ..Trace::default()
-    });
-    let contours = traced
+    };
+    let contours = trace
+        .lines(&closing.raster())
         .map(|traced| traced.artwork.strokes)
         .unwrap_or_default();
     // Dark is on the right of a contour: those that go round what is light are holes.

@@ -8,7 +8,7 @@
 //! let size = image.size(Size::Width(20.0))?;
 //! assert_eq!(size, [20.0, 10.0]);
 //! let grid = Grid::centred(size, [250.0, 0.0], 0.0, false);
-//! let plan = image.plan(&grid, Surface::level(-60.0), &Engrave::default())?;
+//! let plan = Engrave::default().plan(&image, &grid, Surface::level(-60.0))?;
 //! assert!(plan.steps.len() > 50);
 //! # Ok::<(), magician_program::Diagnostic>(())
 //! ```

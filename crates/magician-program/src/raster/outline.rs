@@ -9,7 +9,7 @@ const MOST_SIDE: usize = 2000;
 
 /// The outlines of what is dark, as closed lines, and how many were left out as specks.
 pub(super) fn strokes(image: &Raster, page: [f64; 2], trace: &Trace) -> (Vec<Stroke>, usize) {
-    let small = image.reduced(page, 0.0, MOST_SIDE);
+    let small = super::trace::reduced(image, page, 0.0, MOST_SIDE);
     let (width, height) = (small.width, small.height);
     let nodes = Nodes {
         grey: small.grey,

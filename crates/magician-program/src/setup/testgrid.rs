@@ -109,7 +109,7 @@ fn burnt(
         grey: vec![0],
         ..Raster::default()
     };
-    black.plan(&place, surface, &engrave)
+    engrave.plan(&black, &place, surface)
 }
 
 /// Where a point of a grid lies.

@@ -229,7 +229,7 @@ proptest! {
         share in 0.0..1.0,
     ) {
         let grid = Grid::centred(size, centre, turn, false);
-        let Ok(plan) = image.plan(&grid, surface, &engrave) else {
+        let Ok(plan) = engrave.plan(&image, &grid, surface) else {
             return Ok(());
         };
         for step in &plan.steps {

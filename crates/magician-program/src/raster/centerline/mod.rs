@@ -19,7 +19,7 @@ const SHARE: f64 = 0.5;
 
 /// The strokes, and how many specks were left out.
 pub(super) fn strokes(image: &Raster, page: [f64; 2], trace: &Trace) -> (Vec<Stroke>, usize) {
-    let mut small = image.reduced(page, LEAST_PIXEL, MOST_SIDE);
+    let mut small = super::trace::reduced(image, page, LEAST_PIXEL, MOST_SIDE);
     let pixel = [page[0] / small.width as f64, page[1] / small.height as f64];
     let left_out = specks::whiten(&mut small, pixel, trace.level, trace.despeckle);
     let mask = thin::Mask::new(&small, trace.level);
