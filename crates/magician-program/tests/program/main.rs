@@ -35,4 +35,5 @@ mod stopped;
 mod studio;
 mod svg;
 mod testgrid;
+mod transparent;
 mod words;

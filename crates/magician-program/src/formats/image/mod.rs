@@ -9,8 +9,6 @@ mod density;
 mod large;
 #[cfg(test)]
 mod tests;
-#[cfg(test)]
-mod transparent;
 
 use std::io::Cursor;
 

@@ -2,15 +2,13 @@
 
 use std::io::Cursor;
 
-use ::image::{DynamicImage, ImageFormat, Rgba, RgbaImage};
-use proptest::prelude::*;
-use serde_json::{Map, Value, json};
-
-use super::tests::encoded;
-use crate::{
+use image::{DynamicImage, ImageFormat, Rgba, RgbaImage};
+use magician_program::{
     Action, Diagnostic, Format, Plan, Preparation, PrepareRequest, SetupDefaults, SetupOptions,
     Surface,
 };
+use proptest::prelude::*;
+use serde_json::{Map, Value, json};
 
 /// Pixels of the image on a side, and of its transparent border.
 const SIDE: u32 = 30;
@@ -19,6 +17,12 @@ const BORDER: u32 = 10;
 const SIZE: f64 = 30.0;
 const CENTRE: [f64; 2] = [250.0, 0.0];
 const TABLE: f64 = -60.0;
+
+fn encoded(image: impl Into<DynamicImage>, format: ImageFormat) -> Vec<u8> {
+    let mut bytes = Cursor::new(Vec::new());
+    image.into().write_to(&mut bytes, format).unwrap();
+    bytes.into_inner()
+}
 
 /// An image with a transparent border of this colour around a square of another.
 fn framed(border: [u8; 3], inside: [u8; 4]) -> RgbaImage {
