@@ -60,7 +60,6 @@ mod frame;
 pub mod lettering;
 mod options;
 mod origin;
-mod pace;
 #[cfg(any(feature = "read-svg", feature = "font-files"))]
 mod packed;
 mod paper;

@@ -3,9 +3,9 @@
 mod action;
 pub(crate) mod file;
 mod from;
-mod hold;
 mod join;
 pub(crate) mod json;
+mod pace;
 mod pallet;
 mod part;
 mod pen;
@@ -23,7 +23,6 @@ pub use action::{Action, Grip, Travel};
 pub use file::PLAN_SCHEMA;
 pub use from::Continuation;
 pub(crate) use from::{lights, within};
-pub(crate) use hold::Raised;
 pub use pallet::Pallet;
 pub use part::{Color, Part, Pause, PauseCause};
 pub use step::{Step, Tool};
@@ -124,6 +123,20 @@ impl Plan {
     pub fn without_pauses(&mut self) {
         let pauses = |step: &Step| matches!(step.action, Action::Pause(_));
         self.steps.retain(|step| !pauses(step));
+    }
+
+    /// Least and greatest x, y and z to which steps lead, mm. `None` if none leads to a position.
+    #[must_use]
+    pub fn extent(&self) -> Option<[[f64; 3]; 2]> {
+        let mut targets = self.steps.iter().filter_map(|step| step.action.target());
+        let first = targets.next()?.map(f64::from);
+        Some(targets.fold([first, first], |[least, most], to| {
+            let at = |axis: usize| f64::from(to[axis]);
+            [
+                [0, 1, 2].map(|axis| least[axis].min(at(axis))),
+                [0, 1, 2].map(|axis| most[axis].max(at(axis))),
+            ]
+        }))
     }
 
     /// Whether anything of it may light the laser.

@@ -9,6 +9,7 @@ use super::{
 };
 use crate::formats::GcodeOptions;
 use crate::rehearse::{RehearseOptions, stands};
+use crate::setup::hold_above;
 use crate::{
     Action, Content, Diagnostic, Format, Missing, Origin, Parsed, PartSummary, Plan, Prepared,
     Program, ReadOptions, Setup, SetupOptions, read, tip,
@@ -254,7 +255,7 @@ impl OpenedFile {
             let bound = setup.bound_of(format, &plan).filter(|_| is_taught);
             plan = plan.placed_on(&grid.pallet()).map_err(refused)?;
             if let Some(surface) = bound {
-                plan.hold_above(surface).map_err(refused)?;
+                hold_above(&mut plan, surface).map_err(refused)?;
             }
         }
         if plan.steps.is_empty() {

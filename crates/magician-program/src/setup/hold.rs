@@ -4,8 +4,8 @@ use magician_host::{Given, Setting};
 use magician_motion::Geometry;
 use magician_protocol::{CpMode, PtpMode, Set};
 
-use super::{Action, Plan, Step, Travel};
-use crate::{Diagnostic, DiagnosticCode, Origin, Surface, Tool};
+use super::UNSAID;
+use crate::{Action, Diagnostic, DiagnosticCode, Origin, Plan, Step, Surface, Tool, Travel};
 
 /// Depth that still counts as on the surface, mm: coordinates are rounded to 32 bits.
 const ROUNDING: f64 = 1e-4;
@@ -21,12 +21,12 @@ pub(crate) struct Raised {
 }
 
 impl Raised {
-    pub(crate) const fn new(most: f64) -> Self {
+    pub(super) const fn new(most: f64) -> Self {
         Self { most }
     }
 
     /// The note that says so.
-    pub(crate) fn note(self) -> Diagnostic {
+    pub(super) fn note(self) -> Diagnostic {
         let what = format!(
             "it goes up to {:.1} mm below the surface: the pen draws that on the surface",
             self.most
@@ -44,36 +44,35 @@ impl Raised {
     }
 }
 
-impl Plan {
-    /// True if it holds things with a suction cup or a gripper.
-    pub(crate) fn handles(&self) -> bool {
-        let holds = |step: &Step| matches!(step.action, Action::Suction(_) | Action::Gripper(_));
-        self.steps.iter().any(holds)
-    }
+/// True if a plan holds things with a suction cup or a gripper.
+pub(super) fn handles(plan: &Plan) -> bool {
+    let holds = |step: &Step| matches!(step.action, Action::Suction(_) | Action::Gripper(_));
+    plan.steps.iter().any(holds)
+}
 
-    /// Raises everything that leads below a surface onto it. `None` if nothing does, or hardly.
-    ///
-    /// # Errors
-    /// A [`Diagnostic`] for the first step that leads below it by joint angles.
-    pub(crate) fn hold_above(&mut self, surface: Surface) -> Result<Option<Raised>, Diagnostic> {
-        let mut holder = Holder {
-            surface,
-            geometry: Geometry::magician(self.tool.map_or(crate::setup::UNSAID, Tool::bias)),
-            at: None,
-            most: 0.0,
-        };
-        let steps = std::mem::take(&mut self.steps);
-        self.steps.reserve_exact(steps.len());
-        for (nth, mut step) in steps.into_iter().enumerate() {
-            match holder.hold(&mut step.action) {
-                Ok(None) => {}
-                Ok(Some(before)) => self.steps.push(Step::new(before, step.origin)),
-                Err(deep) => return Err(by_joints(nth, step.origin, deep)),
-            }
-            self.steps.push(step);
+/// Raises everything of a plan that leads below a surface onto it. `None` if nothing does, or
+/// hardly.
+///
+/// # Errors
+/// A [`Diagnostic`] for the first step that leads below it by joint angles.
+pub(crate) fn hold_above(plan: &mut Plan, surface: Surface) -> Result<Option<Raised>, Diagnostic> {
+    let mut holder = Holder {
+        surface,
+        geometry: Geometry::magician(plan.tool.map_or(UNSAID, Tool::bias)),
+        at: None,
+        most: 0.0,
+    };
+    let steps = std::mem::take(&mut plan.steps);
+    plan.steps.reserve_exact(steps.len());
+    for (nth, mut step) in steps.into_iter().enumerate() {
+        match holder.hold(&mut step.action) {
+            Ok(None) => {}
+            Ok(Some(before)) => plan.steps.push(Step::new(before, step.origin)),
+            Err(deep) => return Err(by_joints(nth, step.origin, deep)),
         }
-        Ok((holder.most >= TOLD).then_some(Raised::new(holder.most)))
+        plan.steps.push(step);
     }
+    Ok((holder.most >= TOLD).then_some(Raised::new(holder.most)))
 }
 
 fn by_joints(nth: usize, origin: Origin, deep: f64) -> Diagnostic {
@@ -365,7 +364,7 @@ mod tests {
         ) {
             let start = Action::Move { to: [200.0, 0.0, 0.0, 0.0], by: Travel::Joints };
             let mut held = plan(std::iter::once(start).chain(actions));
-            held.hold_above(SURFACE).unwrap();
+            hold_above(&mut held, SURFACE).unwrap();
             for above in heights(&held) {
                 prop_assert!(above > -1e-3, "{above}: {:?}", held.steps);
             }
@@ -383,7 +382,7 @@ mod tests {
                 to: [210.0, 0.0, -54.0],
             },
         ]);
-        let raised = held.hold_above(level).unwrap().unwrap();
+        let raised = hold_above(&mut held, level).unwrap().unwrap();
         assert!(raised.note().message.contains("4.0 mm below"));
         let ends: Vec<_> = held
             .steps
@@ -409,14 +408,14 @@ mod tests {
             words::line_by(0.1, 0.2, 0.3, 0.0).into(),
         ]);
         let before = held.clone();
-        assert_eq!(held.hold_above(Surface::level(-50.0)).unwrap(), None);
+        assert_eq!(hold_above(&mut held, Surface::level(-50.0)).unwrap(), None);
         assert_eq!(held, before);
     }
 
     #[test]
     fn joint_angles_below_the_surface_are_refused() {
         let mut held = plan([words::move_joints(0.0, 60.0, 60.0, 0.0).into()]);
-        let refused = held.hold_above(Surface::level(100.0)).unwrap_err();
+        let refused = hold_above(&mut held, Surface::level(100.0)).unwrap_err();
         assert!(refused.message.contains("by joint angles"), "{refused}");
     }
 }
