@@ -46,6 +46,7 @@ mod calibrate;
 mod check;
 #[cfg(feature = "picture")]
 pub mod compare;
+mod continuation;
 mod convert;
 #[cfg(any(feature = "read-svg", feature = "font-files"))]
 mod curves;
@@ -87,6 +88,7 @@ pub use check::{
     DoubtfulSteps, PartFigures, RefusedStep, Report, check, foreign_coordinates, would_do_at,
     would_fit, would_fit_turned,
 };
+pub use continuation::Continuation;
 pub use convert::{Conversion, ConversionError};
 pub use diagnostic::{Diagnostic, DiagnosticCode, Missing};
 pub use encoding::source_text;
@@ -104,8 +106,7 @@ pub use options::{
 pub use origin::{Lines, Origin};
 pub use paper::Paper;
 pub use plan::{
-    Action, Color, Continuation, Grip, PLAN_SCHEMA, Pallet, Part, Pause, PauseCause, Plan, Step,
-    Tool, Travel,
+    Action, Color, Grip, PLAN_SCHEMA, Pallet, Part, Pause, PauseCause, Plan, Step, Tool, Travel,
 };
 pub use power::Power;
 pub use prepare::{

@@ -2,7 +2,6 @@
 
 mod action;
 pub(crate) mod file;
-mod from;
 mod join;
 pub(crate) mod json;
 mod pace;
@@ -21,8 +20,6 @@ use magician_protocol::Set;
 
 pub use action::{Action, Grip, Travel};
 pub use file::PLAN_SCHEMA;
-pub use from::Continuation;
-pub(crate) use from::{lights, within};
 pub use pallet::Pallet;
 pub use part::{Color, Part, Pause, PauseCause};
 pub use step::{Step, Tool};

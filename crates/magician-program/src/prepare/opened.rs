@@ -293,10 +293,15 @@ impl Start {
     fn leading(self, format: Format, setup: &Setup, plan: &Plan) -> usize {
         let anywhere = self.anywhere.map(Content::Plan);
         let anywhere = anywhere.and_then(|content| setup.plan(format, content).ok());
-        anywhere.map_or(plan.steps.len(), |anywhere| {
-            plan.leading_from(&anywhere.plan)
-        })
+        anywhere.map_or(plan.steps.len(), |anywhere| leading(plan, &anywhere.plan))
     }
+}
+
+/// How many steps at the beginning of a plan differ from those of another plan that goes on alike.
+fn leading(plan: &Plan, other: &Plan) -> usize {
+    let pairs = { plan.steps.iter().rev() }.zip(other.steps.iter().rev());
+    let alike = pairs.take_while(|(step, other)| step == other).count();
+    plan.steps.len() - alike
 }
 
 /// State of a virtual arm that is made ready for a program.

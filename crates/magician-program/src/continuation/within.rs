@@ -7,7 +7,7 @@ use magician_host::{ArmState, Set, commands};
 use magician_motion::Pose;
 use magician_protocol::{CpMode, PtpMode};
 
-use super::Action;
+use crate::Action;
 use crate::simplify::{dot, length};
 
 /// How far beside its line a pen may stand and is on it, mm: no further than a gap in a line may be.

@@ -9,8 +9,7 @@ use magician_host::{Error, JointAngles, Set};
 use magician_motion::Pose;
 use magician_protocol::PtpMode;
 
-use super::{Action, Plan, Travel};
-use crate::{Diagnostic, Origin, Step};
+use crate::{Action, Diagnostic, Origin, Plan, Step, Travel};
 use settings::Settings;
 
 /// Heights are tried in steps of this, mm, where the highest is out of reach.
@@ -39,8 +38,8 @@ pub struct Continuation {
     pub steps: Vec<usize>,
 }
 
-impl Plan {
-    /// The plan from a step (from 0) on, for an arm that is as `start` tells. It first sets what the steps before would have
+impl Continuation {
+    /// A plan from a step (from 0) on, for an arm that is as `start` tells. It first sets what the steps before would have
     /// set (speeds, tool, pins, pump, motors that run), and nothing that they did; goes straight up, across, and straight
     /// down to where the step begins, with the laser dark; and then goes on as the plan does. A step of a continuous path
     /// begins where its segment does, at rest.
@@ -50,14 +49,14 @@ impl Plan {
     ///
     /// ```
     /// use magician_host::{JointAngles, ToolBias, words::Preflight};
-    /// use magician_program::{Action, Origin, Plan, Travel};
+    /// use magician_program::{Action, Continuation, Origin, Plan, Travel};
     ///
     /// let mut plan = Plan::new("two strokes");
     /// for (x, y, z) in [(220.0, 0.0, 20.0), (220.0, 0.0, 0.0), (220.0, 40.0, 0.0), (240.0, 40.0, 0.0)] {
     ///     plan.push(Action::Move { to: [x, y, z, 0.0], by: Travel::Line }, Origin::NONE);
     /// }
     /// let arm = Preflight::at(JointAngles::HOME, ToolBias::NONE);
-    /// let rest = plan.from_step(3, &arm)?;
+    /// let rest = Continuation::from_step(&plan, 3, &arm)?;
     /// let targets: Vec<_> = rest.plan.steps.iter().filter_map(|step| step.action.target()).collect();
     /// assert_eq!(targets[1..], [[220.0, 40.0, 20.0], [220.0, 40.0, 0.0], [240.0, 40.0, 0.0]]);
     /// assert_eq!(rest.steps, [3, 3, 3, 3]);
@@ -67,64 +66,54 @@ impl Plan {
     /// # Errors
     /// A [`Diagnostic`] if there is no such step, an earlier step cannot be done, its start is unknown (behind a
     /// homing to a point that is not known, say), or the arm cannot get there.
-    pub fn from_step(&self, step: usize, start: &Preflight) -> Result<Continuation, Diagnostic> {
-        self.continued(step, None, start)
+    pub fn from_step(plan: &Plan, step: usize, start: &Preflight) -> Result<Self, Diagnostic> {
+        Self::within_step(plan, step, None, start)
     }
 
     /// As [`from_step`](Self::from_step); the step itself, if it leads straight on through this place, goes on from there.
-    pub(crate) fn continued(
-        &self,
+    pub(crate) fn within_step(
+        whole: &Plan,
         step: usize,
         at: Option<[f64; 3]>,
         start: &Preflight,
-    ) -> Result<Continuation, Diagnostic> {
-        if step >= self.steps.len() && step > 0 {
+    ) -> Result<Self, Diagnostic> {
+        if step >= whole.steps.len() && step > 0 {
             let message = format!(
                 "there is no step {}: the plan has {}",
                 step + 1,
-                self.steps.len()
+                whole.steps.len()
             );
             return Err(Diagnostic::of_file(message));
         }
-        let mut plan = self.clone();
+        let mut plan = whole.clone();
         let mut added = 0;
         if step > 0 || at.is_some() {
-            let mut lead = LeadIn::to(self, step, at, start)?;
+            let mut lead = LeadIn::to(whole, step, at, start)?;
             lead.make(start)?;
             added = lead.steps.len();
             plan.steps = lead.steps;
-            plan.steps.extend(self.steps.iter().skip(step).cloned());
+            plan.steps.extend(whole.steps.iter().skip(step).cloned());
             if let (Some(left), Some(first)) = (lead.left, plan.steps.get_mut(added)) {
                 first.action = left;
             }
         }
-        let steps = std::iter::repeat_n(step, added).chain(step..self.steps.len());
-        Ok(Continuation {
+        let steps = std::iter::repeat_n(step, added).chain(step..whole.steps.len());
+        Ok(Self {
             plan,
             steps: steps.collect(),
         })
     }
+}
 
-    /// How many steps at its beginning differ from those of another plan that goes on alike: what of a program depends on where
-    /// it was begun.
-    #[must_use]
-    pub fn leading_from(&self, other: &Self) -> usize {
-        let mine = self.steps.iter().rev();
-        let pairs = mine.zip(other.steps.iter().rev());
-        let alike = pairs.take_while(|(mine, other)| mine == other).count();
-        self.steps.len() - alike
-    }
-
-    fn diagnostic_at(&self, step: usize, message: String) -> Diagnostic {
-        let origin = self
-            .steps
-            .get(step)
-            .map_or(Origin::NONE, |step| step.origin);
-        let diagnostic = Diagnostic::new(origin, message);
-        match self.name_of(&origin) {
-            Some(name) => diagnostic.named(name),
-            None => diagnostic,
-        }
+fn diagnostic_at(plan: &Plan, step: usize, message: String) -> Diagnostic {
+    let origin = plan
+        .steps
+        .get(step)
+        .map_or(Origin::NONE, |step| step.origin);
+    let diagnostic = Diagnostic::new(origin, message);
+    match plan.name_of(&origin) {
+        Some(name) => diagnostic.named(name),
+        None => diagnostic,
     }
 }
 
@@ -215,7 +204,7 @@ impl<'p> LeadIn<'p> {
             let from = arm.arm().map(|at| at.pose.z);
             let done = arm.check(&command).map_err(|error| {
                 let message = format!("the earlier step {} cannot be done: {error}", at + 1);
-                plan.diagnostic_at(at, message)
+                diagnostic_at(plan, at, message)
             })?;
             settings.note(&command);
             height.note(&command, from, done.end.map(|end| end.pose.z));
@@ -225,9 +214,7 @@ impl<'p> LeadIn<'p> {
                 "the position of the arm is unknown when step {} begins",
                 step + 1
             );
-            return Err(plan
-                .diagnostic_at(step, message)
-                .help(plan.places_known_after(step)));
+            return Err(diagnostic_at(plan, step, message).help(places_known_after(plan, step)));
         };
         if settings.has_lost_the_rail() {
             let message = format!(
@@ -236,7 +223,7 @@ impl<'p> LeadIn<'p> {
             );
             let help = "begin with a step that moves it to a position on the rail, or with the \
                 first";
-            return Err(plan.diagnostic_at(step, message).help(help));
+            return Err(diagnostic_at(plan, step, message).help(help));
         }
         let begins = at.pose;
         let action = plan.steps.get(step).map(|step| &step.action);
@@ -265,7 +252,7 @@ impl<'p> LeadIn<'p> {
                 "the arm cannot reach the begin of step {}: {error}",
                 self.step + 1
             );
-            self.plan.diagnostic_at(self.step, message)
+            diagnostic_at(self.plan, self.step, message)
         };
         let mut steps: Vec<Action> = Vec::new();
         if let Some(tool) = self.plan.preamble() {
@@ -422,26 +409,24 @@ fn highest(
     refusal
 }
 
-impl Plan {
-    /// From which step on the place is known.
-    fn places_known_after(&self, step: usize) -> String {
-        let leads = |step: &Step| {
-            let way = |by: Travel| by == Travel::Joints;
-            matches!(step.action, Action::Move { by, .. } | Action::Joints { by, .. } if way(by))
-        };
-        let later = self
-            .steps
-            .iter()
-            .enumerate()
-            .skip(step)
-            .find(|(_, step)| leads(step));
-        match later {
-            Some((at, _)) if at + 1 < self.steps.len() => format!(
-                "step {} moves all joints to its own target: begin with step {}, or with the first",
-                at + 1,
-                at + 2
-            ),
-            _ => "begin with the first step".to_owned(),
-        }
+/// From which step on the place is known.
+fn places_known_after(plan: &Plan, step: usize) -> String {
+    let leads = |step: &Step| {
+        let way = |by: Travel| by == Travel::Joints;
+        matches!(step.action, Action::Move { by, .. } | Action::Joints { by, .. } if way(by))
+    };
+    let later = plan
+        .steps
+        .iter()
+        .enumerate()
+        .skip(step)
+        .find(|(_, step)| leads(step));
+    match later {
+        Some((at, _)) if at + 1 < plan.steps.len() => format!(
+            "step {} moves all joints to its own target: begin with step {}, or with the first",
+            at + 1,
+            at + 2
+        ),
+        _ => "begin with the first step".to_owned(),
     }
 }
