@@ -8,7 +8,7 @@ use magician_motion::Pose;
 use magician_protocol::{CpMode, PtpMode};
 
 use crate::Action;
-use crate::simplify::{dot, length};
+use magician_formats::simplify::{dot, length};
 
 /// How far beside its line a pen may stand and is on it, mm: no further than a gap in a line may be.
 pub(super) const BESIDE: f64 = 0.2;

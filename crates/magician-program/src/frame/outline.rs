@@ -2,7 +2,8 @@
 
 use super::{closed, hull};
 use crate::Artwork;
-use crate::raster::{Raster, Size, Trace};
+use crate::Raster;
+use crate::raster::{Size, Trace};
 
 /// Gaps between marks are closed that are narrower than twice this, mm,
 const CLOSED: f64 = 2.0;

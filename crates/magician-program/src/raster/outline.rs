@@ -1,8 +1,8 @@
 //! The outlines of what is dark in an image.
 
 use super::{Raster, Trace};
-use crate::simplify::simplified;
 use crate::{Origin, Stroke};
+use magician_formats::simplify::simplified;
 
 /// Pixels on a side that are looked at, at most: a larger image is made smaller first.
 const MOST_SIDE: usize = 2000;

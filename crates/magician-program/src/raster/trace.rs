@@ -5,8 +5,8 @@ use magician_host::{Given, Setting};
 use super::resample::resample;
 use super::shade::{Shade, nothing};
 use super::{Raster, Size, centerline, halftone, hatch, outline, specks, squiggle};
-use crate::words::words;
 use crate::{Artwork, Diagnostic};
+use magician_formats::words::words;
 
 /// What a pen makes of an image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

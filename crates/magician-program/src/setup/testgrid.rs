@@ -5,8 +5,8 @@ use magician_host::{Remedy, Setting};
 use super::{Laid, Setup, Work};
 use crate::artwork::{Marking, PlacedArtwork};
 use crate::raster::{Engrave, Grid};
-use crate::testgrid::{TestCell, TestGrid};
 use crate::{Artwork, Diagnostic, Origin, Plan, Raster, Stroke, Surface, Tool};
+use crate::{TestCell, TestGrid};
 
 impl Setup {
     pub(super) fn test_grid(&self, wanted: &TestGrid) -> Result<Laid, Diagnostic> {

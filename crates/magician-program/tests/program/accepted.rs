@@ -54,7 +54,7 @@ fn is_done(plan: &Plan) -> Result<bool, TestCaseError> {
 fn is_done_from(plan: &Plan, share: f64) -> Result<(), TestCaseError> {
     let start = start_of(&stage(plan, &options()).unwrap());
     let step = (share * plan.steps.len() as f64) as usize;
-    if let Ok(rest) = Continuation::from_step(&plan, step, &start) {
+    if let Ok(rest) = Continuation::from_step(plan, step, &start) {
         prop_assert_eq!(rest.plan.steps.len(), rest.steps.len());
         // It goes on from where the arm stood, and another stage may have it elsewhere.
         let again = start_of(&stage(&rest.plan, &options()).unwrap());

@@ -201,7 +201,7 @@ fn an_svg_font_is_drawn_as_it_is() {
 
 #[test]
 fn an_outline_font_gives_the_edges_of_its_letters() {
-    let roboto = include_bytes!("../../fonts/Roboto-Regular.ttf");
+    let roboto = include_bytes!("../../../magician-formats/fonts/Roboto-Regular.ttf");
     for size in [4.0, 30.0] {
         let mut options = of_file("Roboto.ttf", roboto);
         options.text.size = size;

@@ -5,8 +5,8 @@ mod strokes;
 mod thin;
 
 use super::{Raster, Trace, specks};
-use crate::simplify::simplified;
 use crate::{Origin, Stroke};
+use magician_formats::simplify::simplified;
 
 /// Pixels on a side that are looked at, at most: a sheet of A4 at 300 dpi and more.
 const MOST_SIDE: usize = 4000;

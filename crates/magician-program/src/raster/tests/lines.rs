@@ -1,7 +1,6 @@
 //! Images as lines of a pen: their greys, and the middle of their lines.
 
 use crate::artwork::{Tidy, distance};
-use crate::lettering::TextOptions;
 use crate::raster::{ImageStyle, Raster, Size, Trace};
 use crate::{Artwork, Content, Format, ReadOptions, Stroke, read};
 
@@ -189,13 +188,8 @@ fn farthest(lines: &[Stroke], from: &[Stroke]) -> (f64, [f64; 2]) {
 }
 
 fn text(words: &str, size: f64) -> (Artwork, [f64; 2]) {
-    let options = ReadOptions {
-        text: TextOptions {
-            size,
-            ..TextOptions::default()
-        },
-        ..ReadOptions::default()
-    };
+    let mut options = ReadOptions::default();
+    options.text.size = size;
     let Content::Artwork(mut artwork) = read(Format::Text, words.as_bytes(), &options)
         .unwrap()
         .content

@@ -275,7 +275,7 @@ impl<'p> Ride<'p> {
             return Ok(());
         };
         if step < self.plan.steps.len() {
-            let rest = Continuation::from_step(&self.plan, step, &now)?;
+            let rest = Continuation::from_step(self.plan, step, &now)?;
             let commands: Vec<Set> = rest.plan.commands().collect();
             arm.start(commands).wait(|_| {}).await?;
         }
