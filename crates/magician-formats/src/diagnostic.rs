@@ -95,8 +95,8 @@ impl DiagnosticCode {
 pub enum Missing {
     /// Where the arm stands when the program begins: [`GcodeOptions::start`](crate::formats::GcodeOptions::start).
     Start,
-    /// A feature of this crate, which this build does not have: a reader
-    /// ([`Format::feature`](crate::Format::feature)), or the font (`text`).
+    /// A feature that this build does not have: a reader of this crate
+    /// ([`Format::feature`](crate::Format::feature)), fonts of files (`font-files`), or pictures.
     Feature(&'static str),
 }
 

@@ -16,12 +16,12 @@ const HEAD: usize = 4096;
 pub(crate) enum Otherwise {
     /// Characters of Windows-1252: what programs of Western Europe write.
     #[cfg_attr(
-        not(any(feature = "read-dxf", feature = "read-gcode", feature = "read-text")),
+        not(any(feature = "drawings", feature = "lettering", feature = "programs")),
         allow(dead_code, reason = "only texts that people write are guessed")
     )]
     Western,
     /// A character for each byte: some formats mean bytes.
-    #[cfg_attr(not(feature = "read-hpgl"), allow(dead_code))]
+    #[cfg_attr(not(feature = "drawings"), allow(dead_code))]
     Bytes,
     /// No text: the format has to be UTF-8.
     Refused,
@@ -29,7 +29,10 @@ pub(crate) enum Otherwise {
 
 /// A text that was decoded.
 #[derive(Clone, Debug)]
-#[cfg_attr(not(feature = "read"), allow(dead_code))]
+#[cfg_attr(
+    not(any(feature = "drawings", feature = "lettering", feature = "programs")),
+    allow(dead_code)
+)]
 pub(crate) struct Decoded<'b> {
     /// Without a byte order mark; its lines end with a line feed, or with both.
     pub(crate) text: Cow<'b, str>,
@@ -212,7 +215,7 @@ fn declared(bytes: &[u8], is_utf8: bool) -> Option<String> {
 }
 
 /// In an encoding that was declared; `None` where that says no more than the bytes.
-#[cfg(feature = "encodings")]
+#[cfg(any(feature = "drawings", feature = "programs"))]
 fn as_declared<'b>(bytes: &'b [u8], name: String) -> Option<Result<Decoded<'b>, Diagnostic>> {
     let encoding = encoding_rs::Encoding::for_label_no_replacement(name.as_bytes());
     let Some(encoding) = encoding else {
@@ -239,7 +242,7 @@ fn as_declared<'b>(bytes: &'b [u8], name: String) -> Option<Result<Decoded<'b>, 
     Some(Ok(Decoded { text, note }))
 }
 
-#[cfg(not(feature = "encodings"))]
+#[cfg(not(any(feature = "drawings", feature = "programs")))]
 fn as_declared<'b>(_: &'b [u8], _: String) -> Option<Result<Decoded<'b>, Diagnostic>> {
     None
 }
@@ -328,7 +331,7 @@ mod tests {
         assert!(cut.message.contains("cut off"), "{cut}");
     }
 
-    #[cfg(feature = "encodings")]
+    #[cfg(any(feature = "drawings", feature = "programs"))]
     #[test]
     fn declared_encodings_are_decoded() {
         let latin = b"<?xml version='1.0' encoding='ISO-8859-1'?><a b='Tr\xE4ger'/>";

@@ -135,7 +135,7 @@ pub(crate) fn is_bundled(database: &Database, font: ID) -> bool {
     first(database) == Some(font)
 }
 
-#[cfg(all(test, feature = "system-fonts", feature = "read-svg"))]
+#[cfg(all(test, feature = "system-fonts"))]
 mod tests {
     use std::collections::{BTreeSet, HashMap};
     use std::sync::Arc;

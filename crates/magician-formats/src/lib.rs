@@ -15,6 +15,19 @@
 //!   arm ([`artwork`], [`fill`], [`Reach`]).
 //! * [`lettering`] sets text as lines.
 //!
+//! | feature | what it reads |
+//! |---|---|
+//! | `drawings` | SVG, DXF and HPGL, with the texts in them |
+//! | `programs` | G-code, Teaching & Playback, DobotBlockly, lists of points and recordings |
+//! | `lettering` | text to be written, in three single-line fonts; test grids of the laser |
+//! | `font-files` | fonts for such text: SVG fonts, TrueType and OpenType, orders of strokes |
+//! | `images` | PNG, JPEG, BMP, WebP, GIF, TIFF and netpbm |
+//! | `system-fonts` | the installed fonts that texts in SVG name; not on by default |
+//!
+//! A [`Format`] that is not built in is known all the same; reading it is a [`Diagnostic`] that
+//! [`missing`](Diagnostic::missing) its feature. Plans are always read and written, playback is
+//! always written.
+//!
 //! What becomes of a file on an arm (options, checks, programs) is decided in the crate
 //! `magician-program`.
 //!
@@ -26,17 +39,17 @@
 
 pub mod artwork;
 mod calibrate;
-#[cfg(any(feature = "read-svg", feature = "font-files"))]
+#[cfg(any(feature = "drawings", feature = "font-files"))]
 mod curves;
 mod diagnostic;
 mod encoding;
 pub mod fill;
-#[cfg(all(feature = "text", any(feature = "read-svg", feature = "picture")))]
+#[cfg(feature = "drawings")]
 pub mod font;
 pub mod formats;
 pub mod lettering;
 mod origin;
-#[cfg(any(feature = "read-svg", feature = "font-files"))]
+#[cfg(any(feature = "drawings", feature = "font-files"))]
 mod packed;
 mod plan;
 mod power;

@@ -18,22 +18,15 @@
 //! * [`check`](fn@check) follows a plan as the arm would and tells what is out of reach, how long it takes, how far the tool
 //!   travels.
 //!
-//! Without features there is all that plans need: reading and writing their own files, placing, checking, previews as SVG, rehearsals,
-//! resuming. The others build in what needs more; `default` is all of them.
+//! Files are read by the crate `magician-formats`, whose values are here, too. Without features
+//! there is all that plans need: reading and writing their own files, placing, checking, previews
+//! as SVG, rehearsals, resuming. `default` is all but `system-fonts` and `exhaustive`.
 //!
 //! | feature | what it adds |
 //! |---|---|
-//! | `read` | all of `read-*` |
-//! | `read-playback`, `read-blockly` | Teaching & Playback and DobotBlockly workspaces; playback files are written without it |
-//! | `read-gcode`, `read-hpgl`, `read-dxf`, `read-svg` | drawings, and programs of plotters, pens and lasers |
-//! | `read-points` | lists of points and recordings: CSV, JSON, text, MCAP |
-//! | `read-text` | text to be written, in three single-line fonts; test grids of the laser |
-//! | `font-files` | text in fonts of files: SVG fonts, TrueType and OpenType, orders of strokes |
-//! | `text` | the font that texts in SVG are written with |
-//! | `image` | PNG, JPEG, BMP, WebP, GIF and TIFF images, to be engraved or traced |
+//! | `readers` | every reader of files; features of `magician-formats` choose some of them |
+//! | `system-fonts` | the installed fonts that texts in SVG name |
 //! | `picture` | pictures as PNG, and their comparison (`compare`) |
-//!
-//! A [`Format`] that is not built in is known all the same; reading it is a [`Diagnostic`] that [`missing`](Diagnostic::missing) its feature.
 //!
 //! Lengths are mm, angles degrees, times seconds. A [`Plan`]'s coordinates are the arm's; an [`Artwork`]'s are those of its
 //! sheet: x to the right, y up, from the lower left corner.

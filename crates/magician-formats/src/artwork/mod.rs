@@ -9,8 +9,7 @@ mod tidy;
 
 pub use mark::Marking;
 pub use order::{Order, Saving};
-#[cfg(any(feature = "read-dxf", feature = "read-hpgl", feature = "read-svg"))]
-#[cfg_attr(not(feature = "read"), allow(unused_imports))]
+#[cfg(feature = "drawings")]
 pub(crate) use parts::numbered;
 pub use parts::{DrawingPart, Layer, PartPen, Style};
 pub use place::{FitFailure, rotated, rounded};

@@ -59,7 +59,7 @@ pub struct PartPen {
 
 impl Artwork {
     /// The place of a layer in the list of layers, from 1; it is added if it is new.
-    #[cfg(feature = "read-hpgl")]
+    #[cfg(feature = "drawings")]
     pub(crate) fn layer(&mut self, layer: &Layer) -> u32 {
         numbered(&mut self.layers, layer)
     }
@@ -91,7 +91,7 @@ impl Artwork {
 }
 
 /// The place of a value in a list, from 1; it is added if it is new.
-#[cfg(any(feature = "read-dxf", feature = "read-hpgl", feature = "read-svg"))]
+#[cfg(feature = "drawings")]
 pub(crate) fn numbered<T: Clone + PartialEq>(list: &mut Vec<T>, value: &T) -> u32 {
     let place = list.iter().position(|known| known == value);
     let place = place.unwrap_or_else(|| {

@@ -13,13 +13,13 @@
 mod contour;
 mod hatch;
 mod join;
-#[cfg(any(feature = "read-dxf", feature = "read-hpgl"))]
+#[cfg(feature = "drawings")]
 mod pattern;
 mod region;
 #[cfg(test)]
 mod tests;
 
-#[cfg(any(feature = "read-dxf", feature = "read-hpgl"))]
+#[cfg(feature = "drawings")]
 pub(crate) use pattern::LineFamily;
 pub(crate) use region::Region;
 

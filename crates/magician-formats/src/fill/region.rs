@@ -47,7 +47,7 @@ impl Region {
     }
 
     /// Its least and its greatest corner; none if it is empty.
-    #[cfg(feature = "read-svg")]
+    #[cfg(feature = "drawings")]
     pub(crate) fn bounds(&self) -> Option<[[f64; 2]; 2]> {
         let [x, y] = [0, 1].map(|side: usize| self.extent(|point| point[side]));
         (!self.is_empty()).then_some([[x.0, y.0], [x.1, y.1]])
@@ -92,7 +92,7 @@ impl Region {
     }
 
     /// What is in any of both.
-    #[cfg(feature = "read-svg")]
+    #[cfg(feature = "drawings")]
     pub(crate) fn joined(&self, other: &Self) -> Self {
         self.overlaid(other, OverlayRule::Union)
     }

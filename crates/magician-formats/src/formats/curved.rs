@@ -18,7 +18,10 @@ const ROUNDING: f64 = 1e-6;
 
 /// Tolerance of the chords of a file, and true in `curved` once a curve has asked for it.
 #[derive(Debug)]
-#[cfg_attr(not(feature = "read"), allow(dead_code))]
+#[cfg_attr(
+    not(any(feature = "drawings", feature = "lettering", feature = "programs")),
+    allow(dead_code)
+)]
 pub(crate) struct Chords {
     /// Largest distance of a line from its curve in the size in which it is drawn, mm.
     drawn: f64,
@@ -27,7 +30,10 @@ pub(crate) struct Chords {
     curved: AtomicBool,
 }
 
-#[cfg_attr(not(feature = "read"), allow(dead_code))]
+#[cfg_attr(
+    not(any(feature = "drawings", feature = "lettering", feature = "programs")),
+    allow(dead_code)
+)]
 impl Chords {
     fn of(options: &ReadOptions) -> Self {
         let usual = ReadOptions::default();
@@ -50,19 +56,19 @@ impl Chords {
     }
 
     /// The same, of lines that may be straight.
-    #[cfg(feature = "read-svg")]
+    #[cfg(feature = "drawings")]
     pub(super) fn tolerance(&self) -> f64 {
         self.drawn * self.unit
     }
 
     /// Length in the file of what is drawn 1 mm long.
-    #[cfg(feature = "read-svg")]
+    #[cfg(feature = "drawings")]
     pub(super) fn unit(&self) -> f64 {
         self.unit
     }
 
     /// Largest distance of a line from its curve in the size in which it is drawn, mm.
-    #[cfg(feature = "read-gcode")]
+    #[cfg(feature = "programs")]
     pub(super) fn drawn(&self) -> f64 {
         self.drawn
     }

@@ -126,16 +126,16 @@ impl Format {
     fn built_in(self) -> (Option<&'static str>, Option<Reader>) {
         match self {
             Self::Plan => (None, Some(read_plan)),
-            Self::Playback => behind!("read-playback", playback),
-            Self::Gcode => behind!("read-gcode", curved gcode),
-            Self::Svg => behind!("read-svg", curved svg),
-            Self::Hpgl => behind!("read-hpgl", curved hpgl),
-            Self::Dxf => behind!("read-dxf", curved dxf),
-            Self::Blockly => behind!("read-blockly", blockly),
-            Self::Image => behind!("image", image),
-            Self::Points => behind!("read-points", points),
-            Self::Text => behind!("read-text", curved words),
-            Self::TestGrid => behind!("read-text", testgrid),
+            Self::Playback => behind!("programs", playback),
+            Self::Gcode => behind!("programs", curved gcode),
+            Self::Svg => behind!("drawings", curved svg),
+            Self::Hpgl => behind!("drawings", curved hpgl),
+            Self::Dxf => behind!("drawings", curved dxf),
+            Self::Blockly => behind!("programs", blockly),
+            Self::Image => behind!("images", image),
+            Self::Points => behind!("programs", points),
+            Self::Text => behind!("lettering", curved words),
+            Self::TestGrid => behind!("lettering", testgrid),
         }
     }
 
@@ -144,7 +144,7 @@ impl Format {
     /// ```
     /// use magician_formats::Format;
     ///
-    /// assert_eq!(Format::Svg.feature(), Some("read-svg"));
+    /// assert_eq!(Format::Svg.feature(), Some("drawings"));
     /// assert_eq!(Format::Plan.feature(), None);
     /// ```
     #[must_use]
@@ -164,7 +164,7 @@ impl Format {
             let feature = feature.unwrap_or_default();
             let message = format!(
                 "this build cannot read {self} files: it lacks the feature \
-                {feature} of magician-program"
+                {feature} of magician-formats"
             );
             Diagnostic::of_file(message).with_missing(Some(Missing::Feature(feature)))
         })

@@ -1,35 +1,35 @@
 //! The files people have, each read by a module of its own.
 
-#[cfg(feature = "read-blockly")]
+#[cfg(feature = "programs")]
 mod blockly;
 pub(crate) mod content;
 mod curved;
-#[cfg(feature = "read-dxf")]
+#[cfg(feature = "drawings")]
 mod dxf;
 mod foreign;
-#[cfg(feature = "read-gcode")]
+#[cfg(feature = "programs")]
 mod gcode;
 mod gcode_options;
-#[cfg(feature = "read-hpgl")]
+#[cfg(feature = "drawings")]
 mod hpgl;
-#[cfg(feature = "image")]
+#[cfg(feature = "images")]
 mod image;
 mod kind;
-#[cfg(any(feature = "read-gcode", feature = "read-hpgl"))]
+#[cfg(any(feature = "programs", feature = "drawings"))]
 mod notes;
 pub mod playback;
-#[cfg(feature = "read-points")]
+#[cfg(feature = "programs")]
 mod points;
 mod rail;
-#[cfg(any(feature = "read-gcode", feature = "read-hpgl"))]
+#[cfg(any(feature = "programs", feature = "drawings"))]
 mod span;
-#[cfg(feature = "read-svg")]
+#[cfg(feature = "drawings")]
 mod svg;
-#[cfg(feature = "read-text")]
+#[cfg(feature = "lettering")]
 mod testgrid;
-#[cfg(feature = "read-text")]
+#[cfg(feature = "lettering")]
 mod words;
-#[cfg(any(feature = "read-blockly", feature = "read-playback"))]
+#[cfg(feature = "programs")]
 mod xml;
 
 pub(crate) use curved::Chords;

@@ -26,7 +26,7 @@ impl SpanDiagnostic {
     }
 
     /// What is wrong with a file that this one leads to.
-    #[cfg(feature = "read-hpgl")]
+    #[cfg(feature = "drawings")]
     pub(super) fn of(range: Range<usize>, diagnostic: Diagnostic) -> Self {
         Self {
             remedies: diagnostic.remedies,

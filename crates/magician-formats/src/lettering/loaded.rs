@@ -37,7 +37,7 @@ fn of_file(name: &str, bytes: &std::sync::Arc<[u8]>) -> Result<Box<dyn Glyphs>, 
 #[cfg(not(feature = "font-files"))]
 fn of_file(name: &str, _bytes: &std::sync::Arc<[u8]>) -> Result<Box<dyn Glyphs>, Diagnostic> {
     let message = format!(
-        "{name}: this build cannot read files of fonts: it lacks the feature font-files of magician-program"
+        "{name}: this build cannot read files of fonts: it lacks the feature font-files of magician-formats"
     );
     let missing = crate::Missing::Feature("font-files");
     Err(Diagnostic::of_file(message).with_missing(Some(missing)))

@@ -4,34 +4,34 @@
 //! (`hershey`); their accents and the letters that they lack are composed (`compose`, `drawn`).
 
 mod choice;
-#[cfg(feature = "read-text")]
+#[cfg(feature = "lettering")]
 mod compose;
-#[cfg(feature = "read-text")]
+#[cfg(feature = "lettering")]
 mod drawn;
 #[cfg(feature = "font-files")]
 mod files;
-#[cfg(feature = "read-text")]
+#[cfg(feature = "lettering")]
 mod glyph;
-#[cfg(feature = "read-text")]
+#[cfg(feature = "lettering")]
 mod hershey;
-#[cfg(feature = "read-text")]
+#[cfg(feature = "lettering")]
 mod layout;
-#[cfg(feature = "read-text")]
+#[cfg(feature = "lettering")]
 mod loaded;
-#[cfg(feature = "read-text")]
+#[cfg(feature = "lettering")]
 mod marks;
 mod options;
-#[cfg(any(feature = "font-files", all(feature = "read-svg", feature = "text")))]
+#[cfg(any(feature = "font-files", feature = "drawings"))]
 mod outlines;
-#[cfg(feature = "read-text")]
+#[cfg(feature = "lettering")]
 mod placed;
-#[cfg(any(feature = "font-files", all(feature = "read-svg", feature = "text")))]
+#[cfg(any(feature = "font-files", feature = "drawings"))]
 mod svg_font;
 
 pub use choice::{BundledFont, FontChoice, FontKind};
 pub use options::{Align, TextOptions};
 
-#[cfg(feature = "read-text")]
+#[cfg(feature = "lettering")]
 pub(crate) use {
     glyph::Glyph,
     layout::{LaidText, lay_out},
@@ -39,13 +39,13 @@ pub(crate) use {
     placed::lacks,
 };
 
-#[cfg(any(feature = "read-dxf", feature = "read-hpgl"))]
+#[cfg(feature = "drawings")]
 pub(crate) use placed::Lettering;
 
-#[cfg(all(feature = "read-svg", feature = "text"))]
+#[cfg(feature = "drawings")]
 pub(crate) use {outlines::cap_height, svg_font::SvgFont};
 
-#[cfg(feature = "read-text")]
+#[cfg(feature = "lettering")]
 /// What gives the glyphs of a font.
 pub(crate) trait Glyphs {
     /// How high a capital H is, in the font's units.

@@ -7,7 +7,7 @@ use crate::{Diagnostic, DiagnosticCode, Origin};
 use magician_host::{Given, Setting};
 
 /// The font that the texts of a drawing are written with.
-#[cfg_attr(not(feature = "read"), allow(dead_code))]
+#[cfg_attr(not(feature = "drawings"), allow(dead_code))]
 pub(crate) struct Lettering {
     font: LoadedFont,
     name: String,
@@ -15,7 +15,7 @@ pub(crate) struct Lettering {
     tolerance: f64,
 }
 
-#[cfg_attr(not(feature = "read"), allow(dead_code))]
+#[cfg_attr(not(feature = "drawings"), allow(dead_code))]
 impl Lettering {
     /// The font that was asked for.
     ///

@@ -5,9 +5,8 @@ use std::collections::HashMap;
 use kurbo::{BezPath, PathEl};
 use roxmltree::Node;
 
-#[cfg(all(feature = "read-svg", feature = "text"))]
-use super::{BundledFont, hershey::Hershey};
-use super::{Glyph, Glyphs};
+use super::hershey::Hershey;
+use super::{BundledFont, Glyph, Glyphs};
 use crate::Diagnostic;
 use crate::curves::flatten;
 
@@ -21,23 +20,23 @@ const USUAL_CAP: f64 = 0.7;
 /// Nothing of a glyph lies farther out than so many of its font's squares.
 const FARTHEST: f64 = 100.0;
 
+#[cfg_attr(not(feature = "drawings"), allow(dead_code))]
 pub(crate) struct SvgFont {
     glyphs: HashMap<char, Entry>,
-    #[cfg(all(feature = "read-svg", feature = "text"))]
     em: f64,
     cap_height: f64,
-    #[cfg(all(feature = "read-svg", feature = "text"))]
     single_line: bool,
 }
 
+#[cfg_attr(not(feature = "drawings"), allow(dead_code))]
 struct Entry {
     advance: f64,
     path: BezPath,
     /// Whether it is another font's.
-    #[cfg(all(feature = "read-svg", feature = "text"))]
     lent: bool,
 }
 
+#[cfg_attr(not(feature = "drawings"), allow(dead_code))]
 impl SvgFont {
     /// That of an element `font`.
     ///
@@ -65,7 +64,6 @@ impl SvgFont {
             glyphs.entry(character).or_insert(Entry {
                 advance,
                 path,
-                #[cfg(all(feature = "read-svg", feature = "text"))]
                 lent: false,
             });
         }
@@ -76,7 +74,6 @@ impl SvgFont {
             glyphs,
             em,
             cap_height: of_face("cap-height").unwrap_or(USUAL_CAP * em),
-            #[cfg(all(feature = "read-svg", feature = "text"))]
             single_line: false,
         };
         let of_h = font
@@ -85,11 +82,8 @@ impl SvgFont {
         if let Some([_, most]) = of_h {
             font.cap_height = most[1];
         }
-        #[cfg(all(feature = "read-svg", feature = "text"))]
-        {
-            let closed = |character: &char| font.is_closed(*character);
-            font.single_line = !font.glyphs.keys().all(closed);
-        }
+        let closed = |character: &char| font.is_closed(*character);
+        font.single_line = !font.glyphs.keys().all(closed);
         match font.cap_height > LEAST_CAP * em {
             true => Ok(font),
             false => Err(Diagnostic::of_file("the font has no height")),
@@ -97,26 +91,22 @@ impl SvgFont {
     }
 
     /// Units of its em.
-    #[cfg(all(feature = "read-svg", feature = "text"))]
     pub(crate) fn em(&self) -> f64 {
         self.em
     }
 
     /// Its characters, each with how far the next one is.
-    #[cfg(all(feature = "read-svg", feature = "text"))]
     pub(crate) fn advances(&self) -> impl Iterator<Item = (char, f64)> + '_ {
         let glyphs = self.glyphs.iter();
         glyphs.map(|(character, entry)| (*character, entry.advance))
     }
 
     /// Whether a character is [another font's](Self::with_lacking).
-    #[cfg(all(feature = "read-svg", feature = "text"))]
     pub(crate) fn lacks(&self, character: char) -> bool {
         self.glyphs.get(&character).is_none_or(|entry| entry.lent)
     }
 
     /// Whether the lines of a character are edges of what is filled: all of them are closed.
-    #[cfg(all(feature = "read-svg", feature = "text"))]
     pub(crate) fn is_closed(&self, character: char) -> bool {
         let entry = self.glyphs.get(&character);
         entry.is_some_and(|entry| {
@@ -132,13 +122,11 @@ impl SvgFont {
     }
 
     /// Whether it has single lines of its own.
-    #[cfg(all(feature = "read-svg", feature = "text"))]
     pub(crate) fn is_single_line(&self) -> bool {
         self.single_line
     }
 
     /// With the letters of the font that writes what any other lacks, as high as its own.
-    #[cfg(all(feature = "read-svg", feature = "text"))]
     pub(crate) fn with_lacking(mut self, characters: impl IntoIterator<Item = char>) -> Self {
         let other = Hershey::of(BundledFont::Sans);
         let scale = self.cap_height / other.cap_height();

@@ -1,6 +1,6 @@
 //! JSON whose every value still knows where in the text it stands.
 
-#[cfg(any(feature = "read-points", feature = "read-playback"))]
+#[cfg(feature = "programs")]
 mod members;
 
 use std::borrow::Cow;

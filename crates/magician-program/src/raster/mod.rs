@@ -24,7 +24,7 @@ mod scan;
 mod shade;
 mod specks;
 mod squiggle;
-#[cfg(all(test, feature = "image"))]
+#[cfg(all(test, feature = "readers"))]
 mod tests;
 mod tone;
 mod trace;

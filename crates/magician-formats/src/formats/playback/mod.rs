@@ -19,16 +19,16 @@
 //!
 //! Those of DobotLab, which are JSON, are read as well (`lab`).
 
-#[cfg(feature = "read-playback")]
+#[cfg(feature = "programs")]
 mod lab;
 mod play;
-#[cfg(feature = "read-playback")]
+#[cfg(feature = "programs")]
 mod read;
 mod record;
 mod row;
 mod write;
 
-#[cfg(feature = "read-playback")]
+#[cfg(feature = "programs")]
 pub(super) use read::read;
 pub use row::{Point, PointMotion, Row};
 

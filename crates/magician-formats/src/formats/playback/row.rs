@@ -82,7 +82,7 @@ pub(super) enum Part {
     /// `item_N`, with its text.
     Item(u32, String),
     /// Anything else, as it stands; only a reader meets it.
-    #[cfg_attr(not(feature = "read-playback"), expect(dead_code))]
+    #[cfg_attr(not(feature = "programs"), expect(dead_code))]
     Other(String),
 }
 

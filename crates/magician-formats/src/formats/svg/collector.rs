@@ -31,16 +31,8 @@ pub(super) struct StrokeCollector<'a> {
     pub(super) elements: &'a HashMap<String, Element>,
     pub(super) close: Closeness,
     pub(super) fills: Fills,
-    #[cfg_attr(
-        not(feature = "text"),
-        expect(dead_code, reason = "texts are left out")
-    )]
     pub(super) writing: &'a ReadOptions,
     /// What texts are laid out with.
-    #[cfg_attr(
-        not(feature = "text"),
-        expect(dead_code, reason = "texts are left out")
-    )]
     pub(super) fonts: LaidFonts,
     pub(super) notes: &'a mut Notes,
     pub(super) strokes: Vec<Stroke>,

@@ -8,6 +8,7 @@
 mod area;
 mod circles;
 mod clip;
+mod collector;
 mod cost;
 mod css;
 mod families;
@@ -17,9 +18,6 @@ mod mask;
 mod notes;
 mod numbers;
 mod source;
-// Without the font texts are left out.
-mod collector;
-#[cfg_attr(not(feature = "text"), path = "no_text.rs")]
 mod text;
 mod values;
 mod white;

@@ -22,7 +22,6 @@ impl<'t> Json<'t> {
     }
 
     /// Every member of an object in turn, however many there are.
-    #[cfg_attr(not(feature = "read-points"), allow(dead_code))]
     pub(crate) fn members(
         &self,
         value: &'t str,
