@@ -2,7 +2,7 @@
 //! A Blockly workspace of any bytes: refused, or followed to its end in bounded work, the same way each time.
 
 use libfuzzer_sys::fuzz_target;
-use magician_program::{Format, ReadOptions, read};
+use magician_formats::{Format, ReadOptions, read};
 
 fuzz_target!(|data: &[u8]| {
     let options = ReadOptions::default();

@@ -2,7 +2,7 @@
 //! A DXF file of any bytes: refused with a place in it, or lines of finite points, each with the place that it came from.
 
 use libfuzzer_sys::fuzz_target;
-use magician_program::{Content, Format, ReadOptions, read};
+use magician_formats::{Content, Format, ReadOptions, read};
 
 fuzz_target!(|data: &[u8]| {
     let lines = String::from_utf8_lossy(data).lines().count();

@@ -2,7 +2,7 @@
 //! G-code: nothing panics, what is refused says where, and every command of what is accepted is made of numbers.
 
 use libfuzzer_sys::fuzz_target;
-use magician_program::{Content, Format, Lines, ReadOptions, read};
+use magician_formats::{Content, Format, Lines, ReadOptions, read};
 
 fuzz_target!(|bytes: &[u8]| {
     match read(Format::Gcode, bytes, &ReadOptions::default()) {

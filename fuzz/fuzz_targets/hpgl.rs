@@ -2,7 +2,7 @@
 //! HPGL: nothing panics, and what is accepted is made of numbers and says where it came from.
 
 use libfuzzer_sys::fuzz_target;
-use magician_program::{Content, Format, ReadOptions, read};
+use magician_formats::{Content, Format, ReadOptions, read};
 
 fuzz_target!(|bytes: &[u8]| {
     if let Ok(reading) = read(Format::Hpgl, bytes, &ReadOptions::default()) {

@@ -15,7 +15,7 @@ fn engrave(image: &Raster, tone: Tone) {
     let mut engrave = Engrave::default();
     engrave.tone = tone;
     let grid = Grid::centred(size, [250.0, 0.0], 30.0, true);
-    let Ok(plan) = image.plan(&grid, Surface::level(-60.0), &engrave) else {
+    let Ok(plan) = engrave.plan(image, &grid, Surface::level(-60.0)) else {
         return;
     };
     for step in &plan.steps {
@@ -39,7 +39,8 @@ fuzz_target!(|data: &[u8]| {
     for tone in [Tone::Grey, Tone::Threshold(100), Tone::Dither] {
         engrave(&image, tone);
     }
-    if let Ok(artwork) = image.outlines(&Trace::default()) {
+    if let Ok(traced) = Trace::default().lines(&image) {
+        let artwork = traced.artwork;
         assert!(artwork.strokes.iter().all(|stroke| stroke.is_closed()));
     }
 });

@@ -3,7 +3,7 @@
 //! file is read again.
 
 use libfuzzer_sys::fuzz_target;
-use magician_program::formats::playback::Playback;
+use magician_formats::formats::playback::Playback;
 
 fuzz_target!(|data: &[u8]| {
     let Ok(playback) = Playback::read(data) else {

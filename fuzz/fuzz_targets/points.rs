@@ -2,7 +2,7 @@
 //! A list of points of any bytes: refused with a place in it, or steps that are made of numbers and say where they came from.
 
 use libfuzzer_sys::fuzz_target;
-use magician_program::{Content, Format, ReadOptions, read};
+use magician_formats::{Content, Format, ReadOptions, read};
 
 fuzz_target!(|bytes: &[u8]| {
     let lines = bytes.iter().filter(|byte| **byte == b'\n').count() + 1;

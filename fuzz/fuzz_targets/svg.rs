@@ -2,8 +2,8 @@
 //! SVG: nothing panics, and what is accepted is made of numbers, says where it came from, and is still all there in order.
 
 use libfuzzer_sys::fuzz_target;
-use magician_program::artwork::Order;
-use magician_program::{Content, Format, ReadOptions, read};
+use magician_formats::artwork::Order;
+use magician_formats::{Content, Format, ReadOptions, read};
 
 fuzz_target!(|bytes: &[u8]| {
     let Ok(reading) = read(Format::Svg, bytes, &ReadOptions::default()) else {

@@ -2,7 +2,7 @@
 //! Text and fonts: the first line is text, what follows the file of a font; nothing panics, and what is accepted is made of numbers.
 
 use libfuzzer_sys::fuzz_target;
-use magician_program::{Content, FontChoice, Format, ReadOptions, read};
+use magician_formats::{Content, FontChoice, Format, ReadOptions, read};
 
 fuzz_target!(|bytes: &[u8]| {
     let mut parts = bytes.splitn(2, |byte| *byte == b'\n');

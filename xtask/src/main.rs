@@ -45,7 +45,7 @@ Usage: cargo xtask CHORE
              write what is not kept in git: the C headers of the vendor's library, parts of the Python package,
              the WebAssembly modules of a page without a server; what is current stays as it is
   plan-schema
-             write the commands into the schema of plan files: crates/magician-program/plan.schema.json
+             write the commands into the schema of plan files: crates/magician-formats/plan.schema.json
   gallery    draw each motion mode on the virtual arm: docs/gallery/*.svg and docs/GALLERY.md
   workshop [PIECE..]
              make pieces of every kind with the command on the virtual arm: docs/workshop/* and docs/WORKSHOP.md;

@@ -12,7 +12,7 @@ use serde_json::{Map, Value, json};
 use crate::python::described;
 
 /// The schema; all but what is made here is written by hand.
-const FILE: &str = "crates/magician-program/plan.schema.json";
+const FILE: &str = "crates/magician-formats/plan.schema.json";
 
 /// Writes the commands into the schema.
 pub(crate) fn write(root: &Path) -> Result<(), Box<dyn Error>> {

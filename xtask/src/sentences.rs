@@ -8,13 +8,14 @@ use std::str::FromStr;
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 
 /// The crates below the doors.
-const CRATES: [&str; 9] = [
+const CRATES: [&str; 10] = [
     "magician-protocol",
     "magician-motion",
     "magician-host",
     "magician-sim",
     "magician-record",
     "magician",
+    "magician-formats",
     "magician-program",
     "magician-job",
     "magician-conform",

@@ -107,7 +107,7 @@ fn run(block: &Block) -> Result<String, String> {
         copy(&root().join(directory), place.path());
         copy(&root().join(directory), &place.path().join(directory));
     }
-    for directory in ["docs/workshop/files", "crates/magician-program/fonts"] {
+    for directory in ["docs/workshop/files", "crates/magician-formats/fonts"] {
         copy(&root().join(directory), place.path());
     }
     let binary = Path::new(env!("CARGO_BIN_EXE_magician"));

@@ -33,11 +33,16 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
         &["magician-protocol", "magician-sim", "magician"],
     ),
     (
+        "magician-formats",
+        &["magician-protocol", "magician-motion", "magician-host"],
+    ),
+    (
         "magician-program",
         &[
             "magician-protocol",
             "magician-motion",
             "magician-host",
+            "magician-formats",
             "magician-sim",
         ],
     ),
@@ -109,6 +114,8 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
     (
         "magician-wasm",
         &[
+            // It chooses the readers.
+            "magician-formats",
             "magician",
             "magician-program",
             "magician-job",
@@ -135,6 +142,7 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
             "magician-host",
             "magician-sim",
             "magician",
+            "magician-formats",
             "magician-program",
         ],
     ),
@@ -236,60 +244,61 @@ fn built_with(package: &str, features: &str) -> BTreeSet<String> {
     names.map(str::to_owned).collect()
 }
 
-/// What only a feature of `magician-program` brings in: the crate, and the features that do.
+/// What only a feature of `magician-formats` brings in: the crate, and the features that do.
 const BROUGHT_IN: [(&str, &[&str]); 9] = [
     (
         "crc32fast",
-        &["read-points", "read-svg", "font-files", "image", "picture"],
+        &["drawings", "font-files", "images", "programs"],
     ),
-    ("flate2", &["read-svg", "font-files", "image", "picture"]),
-    ("fontdb", &["picture"]),
-    ("image", &["image"]),
-    ("png", &["image", "picture"]),
-    ("resvg", &["picture"]),
-    (
-        "roxmltree",
-        &[
-            "read-blockly",
-            "read-playback",
-            "read-svg",
-            "font-files",
-            "picture",
-        ],
-    ),
-    ("skrifa", &["font-files", "text", "picture"]),
-    ("usvg", &["read-svg", "picture"]),
+    ("encoding_rs", &["drawings", "programs"]),
+    ("flate2", &["drawings", "font-files", "images"]),
+    ("fontdb", &["drawings"]),
+    ("image", &["images"]),
+    ("png", &["images"]),
+    ("roxmltree", &["drawings", "font-files", "programs"]),
+    ("skrifa", &["drawings", "font-files"]),
+    ("usvg", &["drawings"]),
 ];
 
+/// What no plan needs: a virtual arm's line, a network, a runtime.
+const NEVER: [&str; 4] = ["magician", "serial2", "socket2", "tokio"];
+
 #[test]
-fn plans_alone_need_no_reader_no_picture_and_no_line() {
-    const NEVER: [&str; 4] = ["magician", "serial2", "socket2", "tokio"];
+fn each_reader_brings_in_what_it_needs_alone() {
     let features = [
         "",
-        "read-blockly",
-        "read-dxf",
-        "read-gcode",
-        "read-hpgl",
-        "read-playback",
-        "read-points",
-        "read-svg",
-        "read-text",
+        "drawings",
         "font-files",
-        "text",
-        "image",
-        "picture",
+        "images",
+        "lettering",
+        "programs",
     ];
     for feature in features {
-        let built = built_with("magician-program", feature);
+        let built = built_with("magician-formats", feature);
         assert!(built.contains("magician-host"), "{built:?}");
         let found = BROUGHT_IN.iter().map(|(name, _)| *name);
         let found: BTreeSet<_> = found.filter(|name| built.contains(*name)).collect();
         let said = BROUGHT_IN.iter().filter(|(_, by)| by.contains(&feature));
         let said: BTreeSet<_> = said.map(|(name, _)| *name).collect();
         assert_eq!(found, said, "{feature}");
+        for name in NEVER.into_iter().chain(["magician-sim"]) {
+            assert!(!built.contains(name), "{feature}: {name}");
+        }
+    }
+}
+
+#[test]
+fn plans_alone_need_no_reader_no_picture_and_no_line() {
+    for feature in ["", "readers", "picture"] {
+        let built = built_with("magician-program", feature);
+        assert!(built.contains("magician-sim"), "{built:?}");
+        for (name, _) in BROUGHT_IN {
+            // Without features there is no reader.
+            assert!(!feature.is_empty() || !built.contains(name), "{name}");
+        }
+        assert_eq!(built.contains("resvg"), feature == "picture", "{feature}");
         for name in NEVER {
             assert!(!built.contains(name), "{feature}: {name}");
         }
     }
-    assert!(built_with("magician-program", "read-svg,text").contains("fontdb"));
 }

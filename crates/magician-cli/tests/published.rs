@@ -101,11 +101,10 @@ fn lacks(package: &Value) -> Vec<String> {
     );
     for feature in package["features"].as_object().into_iter().flatten() {
         let (feature, _) = feature;
-        let grouped = feature.starts_with("read-");
         let named = readme.contains(&format!("`{feature}`"));
         want(
             &format!("feature {feature} in README.md"),
-            named || grouped || feature == "default",
+            named || feature == "default",
         );
     }
     let targets = package["targets"].as_array().into_iter().flatten();

@@ -6,7 +6,6 @@ use magician_motion::{ArmModel, Fence, ToolBias};
 
 use crate::artwork::{FitFailure, Layout, Marking, Sheet, Tidy};
 use crate::fill::Filling;
-use crate::plan::Raised;
 use crate::raster::{Adjust, Engrave, Size, Trace};
 use crate::{
     Content, Diagnostic, DiagnosticCode, Fit, Format, Framing, Grid, Plan, Power, Reach,
@@ -82,6 +81,7 @@ pub struct Setup {
 mod depths;
 mod drawing;
 mod fitting;
+mod hold;
 mod image;
 mod list;
 mod page;
@@ -94,6 +94,8 @@ pub use depths::Depths;
 use fitting::PlacedPlan;
 pub(crate) use fitting::report;
 pub use fitting::{AppliedPlacement, Prepared, Side};
+pub(crate) use hold::hold_above;
+use hold::{Raised, handles};
 pub use list::PartSummary;
 use page::LaidPage;
 pub use page::Page;
@@ -322,7 +324,7 @@ impl Setup {
         }
         let (mut plan, scale) = self.placed(plan)?;
         if let Some(surface) = self.bound_of(format, &plan) {
-            notes.extend(plan.hold_above(surface)?.map(Raised::note));
+            notes.extend(hold_above(&mut plan, surface)?.map(Raised::note));
             // Moved down, a plan takes the surface that it names along; the real one stays where it is.
             let first = plan.steps.iter().find_map(|step| step.action.target());
             if let (Some(named), Some([x, y, _])) = (&mut plan.surface, first) {
@@ -342,7 +344,7 @@ impl Setup {
     /// The surface that a plan in the arm's coordinates never goes below, because a pen draws it.
     pub(crate) fn bound_of(&self, format: Format, plan: &Plan) -> Option<Surface> {
         let drawing = format.is_drawing() || self.work != Work::Default;
-        let is_held = self.depths == Depths::Flatten && plan.draws(drawing) && !plan.handles();
+        let is_held = self.depths == Depths::Flatten && plan.draws(drawing) && !handles(plan);
         self.measured_surface().filter(|_| is_held)
     }
 
@@ -518,21 +520,6 @@ pub(crate) fn middle(plan: &Plan) -> [f64; 3] {
     let [least, most] = drawn.unwrap_or_default();
     let middle = |axis: usize| f64::midpoint(least[axis], most[axis]);
     [middle(0), middle(1), least[2]]
-}
-
-impl Plan {
-    /// The least and the greatest x, y, z to which steps lead.
-    pub(crate) fn extent(&self) -> Option<[[f64; 3]; 2]> {
-        let mut targets = self.steps.iter().filter_map(|step| step.action.target());
-        let first = targets.next()?.map(f64::from);
-        Some(targets.fold([first, first], |[least, most], to| {
-            let at = |axis: usize| f64::from(to[axis]);
-            [
-                [0, 1, 2].map(|axis| least[axis].min(at(axis))),
-                [0, 1, 2].map(|axis| most[axis].max(at(axis))),
-            ]
-        }))
-    }
 }
 
 /// The least and the greatest x, y, z of what a plan draws or burns, if it does.

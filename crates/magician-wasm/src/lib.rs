@@ -31,7 +31,7 @@
 //!
 //! # The other module
 //!
-//! `files.wasm` (feature `files`) is the readers of `magician-program`, which would block the worker that must hear a stop. It has no imports,
+//! `files.wasm` (feature `files`) is the readers of `magician-formats`, which would block the worker that must hear a stop. It has no imports,
 //! and exports `alloc`, `free` as above and `read(p, n) -> p << 32 | n`: a request in, its answer out, which lies there until the next call.
 
 #[cfg(feature = "module")]

@@ -13,7 +13,7 @@ use super::{marks, pictures};
 /// Where what pieces are made of is.
 const FILES: [&str; 3] = [
     "crates/magician-program/samples",
-    "crates/magician-program/fonts",
+    "crates/magician-formats/fonts",
     "docs/workshop/files",
 ];
 

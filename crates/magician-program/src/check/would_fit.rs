@@ -5,8 +5,8 @@ use magician_host::words::Preflight;
 
 use super::{check, reaches};
 use crate::artwork::{WouldFit, rounded};
-use crate::reach::bisect;
 use crate::{Plan, Tool};
+use magician_formats::reach::bisect;
 
 /// So often the room for a larger size is halved.
 const HALVINGS: usize = 12;

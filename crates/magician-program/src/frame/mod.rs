@@ -6,10 +6,10 @@ use magician_host::{Remedy, Setting};
 use magician_motion::Fence;
 
 use crate::artwork::{Marking, PlacedArtwork};
-use crate::reach::hull;
 use crate::setup::{UNSAID, WorkLines, report};
-use crate::words::words;
 use crate::{Artwork, Diagnostic, DiagnosticCode, Origin, Plan, Reach, Stroke, Surface, Tool};
+use magician_formats::reach::hull;
+use magician_formats::words::words;
 
 /// The arm takes half of the speed of its travels, at power-up (model section 6),
 const RATIO: f32 = 0.5;

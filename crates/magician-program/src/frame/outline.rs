@@ -2,7 +2,8 @@
 
 use super::{closed, hull};
 use crate::Artwork;
-use crate::raster::{Raster, Size, Trace};
+use crate::Raster;
+use crate::raster::{Size, Trace};
 
 /// Gaps between marks are closed that are narrower than twice this, mm,
 const CLOSED: f64 = 2.0;
@@ -32,13 +33,14 @@ pub(super) fn of(lines: &Artwork) -> Vec<Vec<[f64; 2]>> {
         }
     }
     let closing = image.grown(true).grown(false);
-    let traced = closing.raster().lines(&Trace {
+    let trace = Trace {
         size: Size::Pixel(pixel),
         tolerance: pixel,
         despeckle: 0.0,
         ..Trace::default()
-    });
-    let contours = traced
+    };
+    let contours = trace
+        .lines(&closing.raster())
         .map(|traced| traced.artwork.strokes)
         .unwrap_or_default();
     // Dark is on the right of a contour: those that go round what is light are holes.

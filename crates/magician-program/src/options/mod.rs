@@ -21,11 +21,11 @@ use crate::fill::{FillMode, Filling};
 use crate::formats::Dialect;
 use crate::lettering::TextOptions;
 use crate::raster::{Adjust, Engrave, Size, Tone, Trace};
-use crate::words::words;
 use crate::{
     Action, Ending, Fills, Frame, Framing, Page, PartRule, Placement, Plan, Power, ReadOptions,
     Setup, Surface, SystemFonts, Tool, Work,
 };
+use magician_formats::words::words;
 
 /// Acceleration along paths when a speed is asked for, as at power-up, mm/s2.
 const ACCELERATION: f32 = 100.0;

@@ -9,6 +9,7 @@ use super::{
 };
 use crate::formats::GcodeOptions;
 use crate::rehearse::{RehearseOptions, stands};
+use crate::setup::hold_above;
 use crate::{
     Action, Content, Diagnostic, Format, Missing, Origin, Parsed, PartSummary, Plan, Prepared,
     Program, ReadOptions, Setup, SetupOptions, read, tip,
@@ -254,7 +255,7 @@ impl OpenedFile {
             let bound = setup.bound_of(format, &plan).filter(|_| is_taught);
             plan = plan.placed_on(&grid.pallet()).map_err(refused)?;
             if let Some(surface) = bound {
-                plan.hold_above(surface).map_err(refused)?;
+                hold_above(&mut plan, surface).map_err(refused)?;
             }
         }
         if plan.steps.is_empty() {
@@ -292,10 +293,15 @@ impl Start {
     fn leading(self, format: Format, setup: &Setup, plan: &Plan) -> usize {
         let anywhere = self.anywhere.map(Content::Plan);
         let anywhere = anywhere.and_then(|content| setup.plan(format, content).ok());
-        anywhere.map_or(plan.steps.len(), |anywhere| {
-            plan.leading_from(&anywhere.plan)
-        })
+        anywhere.map_or(plan.steps.len(), |anywhere| leading(plan, &anywhere.plan))
     }
+}
+
+/// How many steps at the beginning of a plan differ from those of another plan that goes on alike.
+fn leading(plan: &Plan, other: &Plan) -> usize {
+    let pairs = { plan.steps.iter().rev() }.zip(other.steps.iter().rev());
+    let alike = pairs.take_while(|(step, other)| step == other).count();
+    plan.steps.len() - alike
 }
 
 /// State of a virtual arm that is made ready for a program.

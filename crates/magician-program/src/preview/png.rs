@@ -4,7 +4,7 @@ use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg;
 
 use super::{Preview, Snapshot};
-use crate::font;
+use magician_formats::font;
 
 /// As many pixels has the largest picture.
 const MOST_PIXELS: f64 = 64e6;

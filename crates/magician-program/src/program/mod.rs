@@ -205,7 +205,7 @@ impl Program {
     /// What is left of it from a step on, for an arm that is as `start` tells.
     ///
     /// # Errors
-    /// As [`has`](Self::has), and as [`Plan::from_step`].
+    /// As [`has`](Self::has), and as [`Continuation::from_step`](crate::Continuation::from_step).
     pub fn remaining(&self, from: u64, start: Preflight) -> Result<RemainingProgram, Diagnostic> {
         self.remaining_within(from, None, start)
     }

@@ -7,7 +7,7 @@ use magician_host::commands::Pose;
 use magician_host::words::{Guards, Preflight};
 
 use super::{Program, StepNumbering, Timetable};
-use crate::plan::{lights, within};
+use crate::continuation::{Continuation, lights, within};
 use crate::resume::{ResumePoint, StepCounter};
 use crate::turns::{AtOnce, SLICE, Turns, at_once};
 use crate::{Action, Diagnostic, Part, Pause, Plan, Report, Step};
@@ -70,7 +70,7 @@ impl RemainingProgram {
         let (done, step) = (from / iteration, from % iteration);
         let first = match usize::try_from(step).unwrap_or(usize::MAX) {
             0 if at.is_none() => Arc::clone(&program.plan),
-            step => Arc::new(program.plan.continued(step, at, &told)?.plan),
+            step => Arc::new(Continuation::within_step(&program.plan, step, at, &told)?.plan),
         };
         let added = match step {
             0 if at.is_none() => 0,

@@ -187,27 +187,20 @@ impl Engrave {
         }
         Ok(())
     }
-}
 
-impl Raster {
-    /// What the arm is to do to engrave it where `grid` says, on this surface. Steps say which row of the image they are of:
+    /// Plan that engraves an image where `grid` says, on this surface. Steps say which row of the image they are of:
     /// their origin's line, with no column.
     ///
     /// # Errors
-    /// Numbers that are none or out of their range, an image of more than [`Engrave::MOST_CELLS`], and one of which nothing
+    /// Numbers that are none or out of their range, an image of more than [`Self::MOST_CELLS`], and one of which nothing
     /// would be burnt.
-    pub fn plan(
-        &self,
-        grid: &Grid,
-        surface: Surface,
-        engrave: &Engrave,
-    ) -> Result<Plan, Diagnostic> {
+    pub fn plan(&self, image: &Raster, grid: &Grid, surface: Surface) -> Result<Plan, Diagnostic> {
+        image.validate()?;
         self.validate()?;
-        engrave.validate()?;
-        let [columns, rows] = cells(grid, engrave.spacing)?;
-        let mut cells = resample::resample(self, columns, rows);
-        let opacity = resample::resample_opacity(self, columns, rows);
-        levels(&mut cells, &opacity, columns, engrave);
+        let [columns, rows] = cells(grid, self.spacing)?;
+        let mut cells = resample::resample(image, columns, rows);
+        let opacity = resample::resample_opacity(image, columns, rows);
+        levels(&mut cells, &opacity, columns, self);
         if cells.iter().all(|level| *level == 0) {
             if !opacity.is_empty() && opacity.iter().all(|opacity| *opacity == 0) {
                 let message = "nothing to burn: all of it is transparent";
@@ -225,13 +218,13 @@ impl Raster {
                 ));
         }
 
-        let mut plan = Plan::new(&self.title);
+        let mut plan = Plan::new(&image.title);
         plan.tool = Some(Tool::Laser);
         plan.surface = Some(surface);
-        let powers = Powers::new(engrave);
-        let mut scan = Scan::new(plan, *grid, surface, engrave, ScanSpeeds::new(engrave));
+        let powers = Powers::new(self);
+        let mut scan = Scan::new(plan, *grid, surface, self, ScanSpeeds::new(self));
         for (nth, line) in cells.chunks_exact(columns).enumerate() {
-            let row = (2 * nth + 1).saturating_mul(self.height) / (2 * rows);
+            let row = (2 * nth + 1).saturating_mul(image.height) / (2 * rows);
             scan.line(line, (nth as f64 + 0.5) / rows as f64, row, &powers);
         }
         Ok(scan.end())

@@ -2,21 +2,6 @@
 
 use crate::Artwork;
 
-/// How large an image becomes; its sides keep their ratio.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
-pub enum Size {
-    /// As the file says; where it does not, [`Raster::PIXEL`](crate::Raster::PIXEL) for a pixel.
-    #[default]
-    Natural,
-    /// So wide, mm.
-    Width(f64),
-    /// So high, mm.
-    Height(f64),
-    /// Square pixels of this side, mm.
-    Pixel(f64),
-}
-
 /// Where an image lies: the arm's coordinates of three of its corners, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {

@@ -1,15 +1,15 @@
 //! The outlines of what is dark in an image.
 
 use super::{Raster, Trace};
-use crate::simplify::simplified;
 use crate::{Origin, Stroke};
+use magician_formats::simplify::simplified;
 
 /// Pixels on a side that are looked at, at most: a larger image is made smaller first.
 const MOST_SIDE: usize = 2000;
 
 /// The outlines of what is dark, as closed lines, and how many were left out as specks.
 pub(super) fn strokes(image: &Raster, page: [f64; 2], trace: &Trace) -> (Vec<Stroke>, usize) {
-    let small = image.reduced(page, 0.0, MOST_SIDE);
+    let small = super::trace::reduced(image, page, 0.0, MOST_SIDE);
     let (width, height) = (small.width, small.height);
     let nodes = Nodes {
         grey: small.grey,

@@ -7,8 +7,8 @@ use magician_host::words;
 use super::tone::Powers;
 use super::{Engrave, Grid};
 use crate::artwork::distance;
-use crate::reach::APPROACH;
 use crate::{Action, Origin, Plan, Reach, Surface, Tool, Travel};
+use magician_formats::reach::APPROACH;
 
 /// The share of the speed of travels that an arm uses that has not been told otherwise (model section 6).
 const RATIO: f64 = 0.5;

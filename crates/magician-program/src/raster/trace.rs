@@ -5,8 +5,8 @@ use magician_host::{Given, Setting};
 use super::resample::resample;
 use super::shade::{Shade, nothing};
 use super::{Raster, Size, centerline, halftone, hatch, outline, specks, squiggle};
-use crate::words::words;
 use crate::{Artwork, Diagnostic};
+use magician_formats::words::words;
 
 /// What a pen makes of an image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -170,59 +170,59 @@ pub struct ImageLines {
     pub specks: usize,
 }
 
-impl Raster {
-    /// What a pen draws of the image.
+impl Trace {
+    /// What a pen draws of an image.
     ///
     /// Outlines lie where the grey between two pixels passes the level, and along the edge of the image where the dark reaches
-    /// it; dark is on their right. The other styles are for a pen of [this width](Trace::pen_width): the share of the paper that
+    /// it; dark is on their right. The other styles are for a pen of [this width](Self::pen_width): the share of the paper that
     /// it inks is the darkness of the image.
     ///
     /// # Errors
     /// Numbers that are none, an image without pixels, one in which nothing is dark, and more lines than an arm draws in a day.
-    pub fn lines(&self, trace: &Trace) -> Result<ImageLines, Diagnostic> {
-        let page = self.size(trace.size)?;
-        trace.validate()?;
-        let (strokes, specks) = match trace.style {
-            ImageStyle::Outline => outline::strokes(self, page, trace),
-            ImageStyle::Centerline => centerline::strokes(self, page, trace),
+    pub fn lines(&self, image: &Raster) -> Result<ImageLines, Diagnostic> {
+        let page = image.size(self.size)?;
+        self.validate()?;
+        let (strokes, specks) = match self.style {
+            ImageStyle::Outline => outline::strokes(image, page, self),
+            ImageStyle::Centerline => centerline::strokes(image, page, self),
             ImageStyle::Halftone | ImageStyle::Squiggle | ImageStyle::Hatch => {
-                let mut image = self.reduced(page, SPECK_PIXEL, MOST_SIDE);
+                let mut image = reduced(image, page, SPECK_PIXEL, MOST_SIDE);
                 let pixel = [page[0] / image.width as f64, page[1] / image.height as f64];
-                let specks = specks::whiten(&mut image, pixel, FAINT, trace.despeckle);
-                let shade = Shade::new(&image, page, trace.pen_width);
-                let strokes = match trace.style {
-                    ImageStyle::Halftone => halftone::strokes(&shade, trace)?,
-                    ImageStyle::Squiggle => squiggle::strokes(&shade, trace)?,
-                    _ => hatch::strokes(&shade, trace)?,
+                let specks = specks::whiten(&mut image, pixel, FAINT, self.despeckle);
+                let shade = Shade::new(&image, page, self.pen_width);
+                let strokes = match self.style {
+                    ImageStyle::Halftone => halftone::strokes(&shade, self)?,
+                    ImageStyle::Squiggle => squiggle::strokes(&shade, self)?,
+                    _ => hatch::strokes(&shade, self)?,
                 };
                 (strokes, specks)
             }
         };
         if strokes.is_empty() {
-            return Err(nothing(trace, specks));
+            return Err(nothing(self, specks));
         }
         let artwork = Artwork {
-            title: self.title.clone(),
+            title: image.title.clone(),
             page: Some(page),
             strokes,
             ..Artwork::default()
         };
         Ok(ImageLines { artwork, specks })
     }
+}
 
-    /// With pixels no smaller than this (mm), and no more than so many on a side.
-    pub(super) fn reduced(&self, page: [f64; 2], pixel: f64, most: usize) -> Self {
-        let shrink = (self.width.max(self.height) as f64 / most as f64).max(1.0);
-        let side = |pixels: usize, length: f64| {
-            let wanted = (pixels as f64 / shrink).min((length / pixel).ceil());
-            (wanted.round() as usize).clamp(1, pixels)
-        };
-        let (width, height) = (side(self.width, page[0]), side(self.height, page[1]));
-        Self {
-            grey: resample(self, width, height),
-            width,
-            height,
-            ..Self::default()
-        }
+/// An image with pixels no smaller than this (mm), and no more than so many on a side.
+pub(super) fn reduced(image: &Raster, page: [f64; 2], pixel: f64, most: usize) -> Raster {
+    let shrink = (image.width.max(image.height) as f64 / most as f64).max(1.0);
+    let side = |pixels: usize, length: f64| {
+        let wanted = (pixels as f64 / shrink).min((length / pixel).ceil());
+        (wanted.round() as usize).clamp(1, pixels)
+    };
+    let (width, height) = (side(image.width, page[0]), side(image.height, page[1]));
+    Raster {
+        grey: resample(image, width, height),
+        width,
+        height,
+        ..Raster::default()
     }
 }

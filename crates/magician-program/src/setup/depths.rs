@@ -10,9 +10,9 @@ use magician_host::{Given, Setting};
 
 use super::work_lines::{Segment, TOUCH};
 use crate::artwork::distance;
-use crate::words::words;
 use crate::{Diagnostic, DiagnosticCode, Plan};
 use flat::Flattener;
+use magician_formats::words::words;
 use walk::{Event, walk};
 
 /// Heights that differ by less are the same, mm: programs have three or four decimals.

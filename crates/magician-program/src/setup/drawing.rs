@@ -85,7 +85,7 @@ impl Setup {
             // What is shaded is drawn when it is known how large it is.
             (Content::Image(image), Work::Draw(trace)) if !trace.style.is_shaded() => {
                 let image = image.adjusted(&self.adjust);
-                let lines_for = |scale| image.lines(&self.trace(trace, scale));
+                let lines_for = |scale| self.trace(trace, scale).lines(&image);
                 let mut lines = lines_for(self.placement.scale)?;
                 let scale = self.fitted_scale(&lines.artwork);
                 if scale < self.placement.scale {
@@ -180,7 +180,7 @@ impl Setup {
             mut artwork,
             specks,
             ..
-        } = image.lines(&trace)?;
+        } = trace.lines(image)?;
         notes.extend(left_out(specks, trace.despeckle * scale));
         artwork.tidy_to_draw(&self.tidy, scale);
         if self.order {

@@ -31,7 +31,7 @@ impl Setup {
         let size = natural.map(|side| side * self.placement.scale);
         let tool = self.tool_for(Tool::Laser);
         let grid = self.grid(size, &engrave, tool)?;
-        let mut plan = image.plan(&grid, surface, &engrave)?;
+        let mut plan = engrave.plan(image, &grid, surface)?;
         plan.tool = Some(tool);
         let [width, _] = grid.size();
         Ok(Laid {

@@ -4,8 +4,8 @@ use magician_host::{Given, Setting};
 
 use super::Setup;
 use crate::artwork::{DrawingPart, PartPen};
-use crate::words::words;
 use crate::{Action, Artwork, Color, Diagnostic, DiagnosticCode, Part, PauseCause, Plan};
+use magician_formats::words::words;
 
 /// As many parts are named in an error.
 const NAMED: usize = 20;

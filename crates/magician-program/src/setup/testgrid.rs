@@ -5,8 +5,8 @@ use magician_host::{Remedy, Setting};
 use super::{Laid, Setup, Work};
 use crate::artwork::{Marking, PlacedArtwork};
 use crate::raster::{Engrave, Grid};
-use crate::testgrid::{TestCell, TestGrid};
 use crate::{Artwork, Diagnostic, Origin, Plan, Raster, Stroke, Surface, Tool};
+use crate::{TestCell, TestGrid};
 
 impl Setup {
     pub(super) fn test_grid(&self, wanted: &TestGrid) -> Result<Laid, Diagnostic> {
@@ -109,7 +109,7 @@ fn burnt(
         grey: vec![0],
         ..Raster::default()
     };
-    black.plan(&place, surface, &engrave)
+    engrave.plan(&black, &place, surface)
 }
 
 /// Where a point of a grid lies.

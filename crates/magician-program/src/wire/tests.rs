@@ -124,7 +124,7 @@ fn an_error_comes_back_with_its_place_and_its_advice() {
         .remedy((Setting::White, Given::Word("draw")), "keeps it")
         .remedy((Setting::Fit, Given::On), "shrinks it")
         .with(Remedy::without(Setting::Raw))
-        .with_missing(Some(Missing::Feature("text")));
+        .with_missing(Some(Missing::Feature("drawings")));
     let given = PrepareError::new(
         PrepareStage::Place,
         given,

@@ -7,7 +7,7 @@ use magician_program::formats::playback::Playback;
 use magician_program::raster::{Engrave, Grid, Tone};
 use magician_program::rehearse::{RehearseOptions, rehearse, stage, start_of};
 use magician_program::{
-    Action, Artwork, Origin, Plan, Raster, Stroke, Surface, Tool, Travel, check,
+    Action, Artwork, Continuation, Origin, Plan, Raster, Stroke, Surface, Tool, Travel, check,
 };
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -54,7 +54,7 @@ fn is_done(plan: &Plan) -> Result<bool, TestCaseError> {
 fn is_done_from(plan: &Plan, share: f64) -> Result<(), TestCaseError> {
     let start = start_of(&stage(plan, &options()).unwrap());
     let step = (share * plan.steps.len() as f64) as usize;
-    if let Ok(rest) = plan.from_step(step, &start) {
+    if let Ok(rest) = Continuation::from_step(plan, step, &start) {
         prop_assert_eq!(rest.plan.steps.len(), rest.steps.len());
         // It goes on from where the arm stood, and another stage may have it elsewhere.
         let again = start_of(&stage(&rest.plan, &options()).unwrap());
@@ -229,7 +229,7 @@ proptest! {
         share in 0.0..1.0,
     ) {
         let grid = Grid::centred(size, centre, turn, false);
-        let Ok(plan) = image.plan(&grid, surface, &engrave) else {
+        let Ok(plan) = engrave.plan(&image, &grid, surface) else {
             return Ok(());
         };
         for step in &plan.steps {

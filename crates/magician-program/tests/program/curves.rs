@@ -676,7 +676,7 @@ fn hatch_is_as_dense_and_as_true_at_every_width() {
 
 #[test]
 fn words_in_an_outline_font_are_within_tolerance_at_every_scale() {
-    let font = include_bytes!("../../fonts/Roboto-Regular.ttf");
+    let font = include_bytes!("../../../magician-formats/fonts/Roboto-Regular.ttf");
     let sized = |size: f64| {
         let mut options = SetupOptions::default();
         options.font = Some(FontChoice::file("Roboto-Regular.ttf", font.to_vec()));

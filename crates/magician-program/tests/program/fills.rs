@@ -83,7 +83,7 @@ fn letters_are_filled() {
 
 #[test]
 fn text_of_an_outline_font_is_filled_and_single_lines_stay() {
-    let font = include_bytes!("../../fonts/Roboto-Regular.ttf");
+    let font = include_bytes!("../../../magician-formats/fonts/Roboto-Regular.ttf");
     let mut options =
         SetupOptions::from_fields(json!({"fill": "hatch", "size": 30}).as_object().unwrap())
             .unwrap();

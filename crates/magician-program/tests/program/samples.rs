@@ -192,7 +192,7 @@ fn image(name: &str, image: &Raster) {
     let size = image.size(Size::Width(WIDTH)).unwrap();
     let surface = Surface::level(TABLE);
     let grid = Grid::centred(size, [240.0, 0.0], 0.0, false);
-    let plan = image.plan(&grid, surface, &engrave).unwrap();
+    let plan = engrave.plan(image, &grid, surface).unwrap();
     let (done, _) = done(name, &plan);
     let corners = [grid.at([0.0, 1.0]), grid.at([1.0, 0.0])];
     let burnt = Tones::of_burns(&done.drawing, corners, 1.0, SPACING);

@@ -5,8 +5,8 @@ mod strokes;
 mod thin;
 
 use super::{Raster, Trace, specks};
-use crate::simplify::simplified;
 use crate::{Origin, Stroke};
+use magician_formats::simplify::simplified;
 
 /// Pixels on a side that are looked at, at most: a sheet of A4 at 300 dpi and more.
 const MOST_SIDE: usize = 4000;
@@ -19,7 +19,7 @@ const SHARE: f64 = 0.5;
 
 /// The strokes, and how many specks were left out.
 pub(super) fn strokes(image: &Raster, page: [f64; 2], trace: &Trace) -> (Vec<Stroke>, usize) {
-    let mut small = image.reduced(page, LEAST_PIXEL, MOST_SIDE);
+    let mut small = super::trace::reduced(image, page, LEAST_PIXEL, MOST_SIDE);
     let pixel = [page[0] / small.width as f64, page[1] / small.height as f64];
     let left_out = specks::whiten(&mut small, pixel, trace.level, trace.despeckle);
     let mask = thin::Mask::new(&small, trace.level);

@@ -18,7 +18,7 @@ fn the_gradient_is_burnt_as_it_is() {
             ..Engrave::default()
         };
         let grid = centred(&image, Size::Natural);
-        let plan = image.plan(&grid, SURFACE, &engrave).unwrap();
+        let plan = engrave.plan(&image, &grid, SURFACE).unwrap();
         let strokes = burnt(&plan);
         let picture = picture(&strokes, &grid, [64, 48], 48);
         let [most, mean] = difference(&picture, wanted(&image));
@@ -44,7 +44,7 @@ fn the_tool_passes_the_image_at_one_speed() {
     let burnt = columns.map(|mut column| column.any(|grey| *grey < 250));
     let white = burnt.take_while(|burnt| !burnt).count();
     let [left, _] = grid.at([white as f64 / 64.0, 0.0]);
-    let plan = image.plan(&grid, SURFACE, &engrave).unwrap();
+    let plan = engrave.plan(&image, &grid, SURFACE).unwrap();
     let (mut before, mut looks) = (None::<ControllerState>, 0);
     let mut farthest = left;
     let mut off = 0.0_f64;
@@ -86,7 +86,7 @@ fn a_threshold_burns_what_is_darker_and_inverted_the_rest() {
             invert,
             ..Engrave::default()
         };
-        let plan = image.plan(&grid, SURFACE, &engrave).unwrap();
+        let plan = engrave.plan(&image, &grid, SURFACE).unwrap();
         let strokes = burnt(&plan);
         assert!(strokes.iter().all(|stroke| stroke.power == 60.0));
         let powers = picture(&strokes, &grid, [64, 48], 48);
@@ -109,7 +109,7 @@ fn dither_keeps_the_mean() {
         tone: Tone::Dither,
         ..Engrave::default()
     };
-    let strokes = burnt(&image.plan(&grid, SURFACE, &engrave).unwrap());
+    let strokes = burnt(&engrave.plan(&image, &grid, SURFACE).unwrap());
     assert!(strokes.iter().all(|stroke| stroke.power == 100.0));
     let picture = picture(&strokes, &grid, [4, 3], 48);
     let wanted: Vec<f64> = wanted(&image).collect();
@@ -132,7 +132,7 @@ fn turned_mirrored_and_on_a_slope_it_lies_where_the_grid_says() {
     for mirror in [false, true] {
         let size = image.size(Size::Width(20.0)).unwrap();
         let grid = Grid::centred(size, [240.0, -30.0], 35.0, mirror);
-        let plan = image.plan(&grid, surface, &Engrave::default()).unwrap();
+        let plan = Engrave::default().plan(&image, &grid, surface).unwrap();
         let strokes = burnt(&plan);
         let rows = (15.0_f64 / 0.2).round() as usize;
         let picture = picture(&strokes, &grid, [16, 3], rows);
@@ -168,12 +168,12 @@ fn a_wide_gap_is_travelled_dark() {
         moves.count()
     };
     let start = Preflight::at(JointAngles::HOME, Tool::None.bias());
-    let skips = image.plan(&grid, SURFACE, &engrave).unwrap();
+    let skips = engrave.plan(&image, &grid, SURFACE).unwrap();
     let stays = Engrave {
         white_skip: false,
         ..engrave
     };
-    let stays = image.plan(&grid, SURFACE, &stays).unwrap();
+    let stays = stays.plan(&image, &grid, SURFACE).unwrap();
     assert_eq!((moves(&skips), moves(&stays)), (3 + 2, 3));
     let time = |plan| check(plan, &start).time.unwrap();
     assert!(time(&skips) < time(&stays));
@@ -191,7 +191,7 @@ fn without_overscan_it_is_dark_where_it_travels() {
             ..Engrave::default()
         };
         let grid = centred(&image, Size::Width(width));
-        let plan = image.plan(&grid, SURFACE, &engrave).unwrap();
+        let plan = engrave.plan(&image, &grid, SURFACE).unwrap();
         assert_eq!(burnt(&plan).len(), 4);
     }
 }

@@ -1,7 +1,6 @@
 //! Images as lines of a pen: their greys, and the middle of their lines.
 
 use crate::artwork::{Tidy, distance};
-use crate::lettering::TextOptions;
 use crate::raster::{ImageStyle, Raster, Size, Trace};
 use crate::{Artwork, Content, Format, ReadOptions, Stroke, read};
 
@@ -103,7 +102,7 @@ fn errors(trace: &Trace) -> Vec<f64> {
         size: Size::Width(132.0),
         ..trace.clone()
     };
-    let artwork = image.lines(&trace).unwrap().artwork;
+    let artwork = trace.lines(&image).unwrap().artwork;
     let page = artwork.page.unwrap();
     let paper = Paper::with(&artwork, page, trace.pen_width, 20.0);
     let shares = darkness.iter().enumerate().map(|(nth, dark)| {
@@ -189,13 +188,8 @@ fn farthest(lines: &[Stroke], from: &[Stroke]) -> (f64, [f64; 2]) {
 }
 
 fn text(words: &str, size: f64) -> (Artwork, [f64; 2]) {
-    let options = ReadOptions {
-        text: TextOptions {
-            size,
-            ..TextOptions::default()
-        },
-        ..ReadOptions::default()
-    };
+    let mut options = ReadOptions::default();
+    options.text.size = size;
     let Content::Artwork(mut artwork) = read(Format::Text, words.as_bytes(), &options)
         .unwrap()
         .content
@@ -224,7 +218,7 @@ fn a_scanned_text_is_traced_along_its_lines() {
             style: ImageStyle::Centerline,
             ..Trace::default()
         };
-        let mut traced = image.lines(&trace).unwrap().artwork;
+        let mut traced = trace.lines(&image).unwrap().artwork;
         drawn.tidy(&Tidy::default());
         traced.tidy(&Tidy::default());
         let (there, place) = farthest(&traced.strokes, &drawn.strokes);
@@ -279,7 +273,7 @@ fn a_diagonal_as_thin_as_two_pixels_and_a_dot_are_traced() {
         despeckle: 0.0,
         ..Trace::default()
     };
-    let lines = image.lines(&trace).unwrap();
+    let lines = trace.lines(&image).unwrap();
     let lengths: Vec<f64> = lines.artwork.strokes.iter().map(Stroke::length).collect();
     let [line, dot] = lengths.as_slice() else {
         panic!("{lengths:?}")
@@ -289,7 +283,7 @@ fn a_diagonal_as_thin_as_two_pixels_and_a_dot_are_traced() {
         despeckle: 0.3,
         ..trace
     };
-    let lines = image.lines(&trace).unwrap();
+    let lines = trace.lines(&image).unwrap();
     assert_eq!((lines.artwork.strokes.len(), lines.specks), (1, 1));
 }
 
@@ -310,7 +304,7 @@ fn any_image_becomes_lines_or_is_refused() {
                         size: Size::Width(width),
                         ..Trace::default()
                     };
-                    match plain(grey, size).lines(&trace) {
+                    match trace.lines(&plain(grey, size)) {
                         Ok(lines) => {
                             assert!(grey < 255, "{style} draws white");
                             let page = lines.artwork.page.unwrap();
@@ -373,7 +367,7 @@ fn what_makes_no_sense_of_lines_is_refused() {
             "too many dots",
         ),
     ] {
-        let error = image.lines(&wrong).unwrap_err();
+        let error = wrong.lines(&image).unwrap_err();
         assert!(error.message.contains(why), "{error}");
     }
 }
@@ -387,7 +381,7 @@ fn levels_are_that_many_hatchings_and_sizes_of_dots() {
         size: Size::Width(132.0),
         ..Trace::default()
     };
-    let hatched = image.lines(&trace(ImageStyle::Hatch, 4)).unwrap().artwork;
+    let hatched = trace(ImageStyle::Hatch, 4).lines(&image).unwrap().artwork;
     let angle = |stroke: &Stroke| {
         let (from, to) = (stroke.points[0], stroke.points[stroke.points.len() - 1]);
         let angle = libm::atan2(to[1] - from[1], to[0] - from[0]).to_degrees();
@@ -399,8 +393,8 @@ fn levels_are_that_many_hatchings_and_sizes_of_dots() {
         .filter(|stroke| stroke.length() > 1.0);
     let angles: std::collections::BTreeSet<i64> = lines.map(angle).collect();
     assert_eq!(angles, [0, 45, 90, 135].into());
-    let dotted = image
-        .lines(&trace(ImageStyle::Halftone, 3))
+    let dotted = trace(ImageStyle::Halftone, 3)
+        .lines(&image)
         .unwrap()
         .artwork;
     let inside = |stroke: &&Stroke| {
@@ -433,6 +427,6 @@ fn a_photo_is_drawn_in_few_long_lines() {
         size: Size::Width(100.0),
         ..Trace::default()
     };
-    let strokes = image.lines(&trace).unwrap().artwork.strokes;
+    let strokes = trace.lines(&image).unwrap().artwork.strokes;
     assert!(strokes.len() <= 100, "{} strokes in 50 rows", strokes.len());
 }

@@ -39,7 +39,7 @@ fn a_ring_has_two_round_outlines() {
         size: Size::Width(50.0),
         ..Trace::default()
     };
-    let artwork = ring.lines(&trace).unwrap().artwork;
+    let artwork = trace.lines(&ring).unwrap().artwork;
     assert_eq!(artwork.page, Some([50.0, 50.0]));
     let [outer, inner] = artwork.strokes.as_slice() else {
         panic!("{} strokes", artwork.strokes.len())
@@ -70,7 +70,7 @@ fn corners_that_touch_are_joined_by_the_grey_between_them() {
         tolerance: 0.0,
         ..Trace::default()
     };
-    let outlines = |grey| checks(grey).lines(&trace).unwrap().artwork.strokes.len();
+    let outlines = |grey| trace.lines(&checks(grey)).unwrap().artwork.strokes.len();
     assert_eq!(outlines([0, 255, 255, 0]), 1);
     assert_eq!(outlines([10, 255, 255, 10]), 2);
     assert_eq!(outlines([255, 0, 0, 255]), 1);
@@ -89,7 +89,7 @@ fn the_edge_of_the_image_closes_what_is_dark_there() {
         size: Size::Pixel(1.0),
         ..Trace::default()
     };
-    let artwork = black.lines(&trace).unwrap().artwork;
+    let artwork = trace.lines(&black).unwrap().artwork;
     let [frame] = artwork.strokes.as_slice() else {
         panic!("{artwork:?}")
     };
@@ -101,18 +101,18 @@ fn the_edge_of_the_image_closes_what_is_dark_there() {
 fn specks_are_left_out_and_nothing_is_refused() {
     let speck = image(50, |x, y| (x as usize, y as usize) == (20, 20));
     let trace = Trace::default();
-    let error = speck.lines(&trace).unwrap_err();
+    let error = trace.lines(&speck).unwrap_err();
     assert!(error.message.contains("1 spots in the image"), "{error}");
     let all = Trace {
         despeckle: 0.0,
         ..trace
     };
-    assert_eq!(speck.lines(&all).unwrap().artwork.strokes.len(), 1);
+    assert_eq!(all.lines(&speck).unwrap().artwork.strokes.len(), 1);
     let odd = Trace {
         tolerance: f64::NAN,
         ..all
     };
-    speck.lines(&odd).unwrap_err();
+    odd.lines(&speck).unwrap_err();
 }
 
 #[test]
@@ -129,7 +129,7 @@ fn a_large_image_is_traced_as_a_smaller_one() {
         size: Size::Width(82.0),
         ..Trace::default()
     };
-    let artwork = half.lines(&trace).unwrap().artwork;
+    let artwork = trace.lines(&half).unwrap().artwork;
     let [stroke] = artwork.strokes.as_slice() else {
         panic!("{} strokes", artwork.strokes.len())
     };

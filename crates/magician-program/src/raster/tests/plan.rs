@@ -24,7 +24,7 @@ fn a_line_is_run_up_to_burnt_in_runs_and_run_out_of() {
         overscan: Some(2.0),
         ..Engrave::default()
     };
-    let plan = image.plan(&grid, SURFACE, &engrave).unwrap();
+    let plan = engrave.plan(&image, &grid, SURFACE).unwrap();
     let there = [
         (1, 200.0, 0.0),
         (1, 202.0, 100.0),
@@ -61,7 +61,7 @@ fn a_line_is_run_up_to_burnt_in_runs_and_run_out_of() {
         white_skip: false,
         ..engrave
     };
-    let plan = image.plan(&grid, SURFACE, &one_way).unwrap();
+    let plan = one_way.plan(&image, &grid, SURFACE).unwrap();
     let blank = [(2, 208.0, 0.0)];
     let lit = segments(&plan)
         .into_iter()
@@ -97,10 +97,7 @@ fn what_makes_no_sense_is_refused() {
     let dot = image(1, &["#"]);
     let grid = centred(&dot, Size::Natural);
     let refused = |raster: &Raster, grid: &Grid, engrave: Engrave| {
-        raster
-            .plan(grid, SURFACE, &engrave)
-            .unwrap_err()
-            .to_string()
+        engrave.plan(raster, grid, SURFACE).unwrap_err().to_string()
     };
     let usual = Engrave::default;
     let refusals = [

@@ -6,8 +6,8 @@ use super::covered::Covered;
 use super::walk::{Event, meets};
 use super::{DepthTally, SAME};
 use crate::setup::work_lines::TOUCH;
-use crate::simplify::kept;
 use crate::{Action, Origin, Plan, Step, Travel};
+use magician_formats::simplify::kept;
 
 /// Writes the flattened program, in the coordinates of the file.
 pub(super) struct Flattener {

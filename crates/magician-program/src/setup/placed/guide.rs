@@ -4,9 +4,9 @@ use magician_motion::ToolBias;
 
 use super::ProgramTransform;
 use crate::artwork::Marking;
-use crate::reach::{APPROACH, Above};
 use crate::setup::work_lines::TOUCH;
 use crate::{Action, Origin, Plan, Reach, Step, Surface, Tool, Travel};
+use magician_formats::reach::{APPROACH, Above};
 
 /// A way that leaves the reach is followed up to this share of it.
 const SHARES: u32 = 64;

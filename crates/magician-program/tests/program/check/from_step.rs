@@ -53,7 +53,7 @@ proptest! {
         let start = Preflight::new(&whole.readings());
         let plan = accepted(plan, &start);
         let step = step.index(plan.steps.len());
-        let rest = match plan.from_step(step, &start) {
+        let rest = match Continuation::from_step(&plan, step, &start) {
             Ok(rest) => rest,
             Err(diagnostic) => {
                 // A home or a place on the rail that does not show, or one that no detour leads to.
@@ -100,7 +100,7 @@ fn it_goes_up_across_and_down_and_paths_begin_at_their_segment() {
     let mut arm = at_home();
     arm.check(&words::line_to(200.0, -30.0, -20.0, 0.0))
         .unwrap();
-    let rest = plan.from_step(3, &arm).unwrap();
+    let rest = Continuation::from_step(&plan, 3, &arm).unwrap();
     let expected = [
         [200.0, -30.0, 20.0],
         [220.0, 10.0, 20.0],
@@ -115,8 +115,11 @@ fn it_goes_up_across_and_down_and_paths_begin_at_their_segment() {
     for command in plan.commands().take(3) {
         arm.check(&command).unwrap();
     }
-    assert_eq!(plan.from_step(3, &arm).unwrap().plan.steps, plan.steps[3..]);
-    assert_eq!(plan.from_step(0, &arm).unwrap().plan, plan);
+    assert_eq!(
+        Continuation::from_step(&plan, 3, &arm).unwrap().plan.steps,
+        plan.steps[3..]
+    );
+    assert_eq!(Continuation::from_step(&plan, 0, &arm).unwrap().plan, plan);
 }
 
 #[test]
@@ -131,7 +134,7 @@ fn jumps_count_by_how_high_they_are() {
         jump(220.0, 50.0),
         jump(220.0, 0.0),
     ]);
-    let rest = plan.from_step(3, &at_home()).unwrap();
+    let rest = Continuation::from_step(&plan, 3, &at_home()).unwrap();
     assert_eq!(
         targets(&rest)[1],
         [220.0, 50.0, 30.0],
@@ -148,7 +151,7 @@ fn the_laser_is_dark_on_the_way_and_lit_again_there() {
         line([240.0, 20.0, 0.0]),
         Action::Laser(false),
     ]);
-    let rest = plan.from_step(3, &at_home()).unwrap();
+    let rest = Continuation::from_step(&plan, 3, &at_home()).unwrap();
     let kinds: Vec<_> = rest
         .plan
         .steps
@@ -177,7 +180,7 @@ fn the_laser_is_dark_on_the_way_and_lit_again_there() {
         },
         Action::Laser(false),
     ]);
-    let rest = engraved.from_step(2, &at_home()).unwrap();
+    let rest = Continuation::from_step(&engraved, 2, &at_home()).unwrap();
     assert_eq!(rest.plan.steps[0].action, Action::Laser(false));
     assert!(check(&rest.plan, &at_home()).is_good());
 }
@@ -212,7 +215,7 @@ fn only_the_last_of_each_setting_is_told_again() {
         line([230.0, 0.0, 0.0]),
     ]);
     plan.tool = Some(Tool::Suction);
-    let rest = plan.from_step(10, &at_home()).unwrap();
+    let rest = Continuation::from_step(&plan, 10, &at_home()).unwrap();
     let told: Vec<Set> = rest
         .plan
         .steps
@@ -244,7 +247,7 @@ fn the_rail_goes_to_its_place_or_nobody_knows_it() {
     let mut readings = Bench::new().readings();
     readings.rail = Some(0.0);
     let arm = Preflight::new(&readings);
-    let rest = plan.from_step(3, &arm).unwrap();
+    let rest = Continuation::from_step(&plan, 3, &arm).unwrap();
     let carried: Vec<f32> = rest
         .plan
         .commands()
@@ -259,7 +262,7 @@ fn the_rail_goes_to_its_place_or_nobody_knows_it() {
         Action::from(words::rail_by(50.0)),
         line([230.0, 0.0, 0.0]),
     ]);
-    let diagnostic = lost.from_step(2, &arm).unwrap_err();
+    let diagnostic = Continuation::from_step(&lost, 2, &arm).unwrap_err();
     assert!(
         diagnostic.message.contains("position on the rail"),
         "{diagnostic}"
@@ -282,24 +285,24 @@ fn what_nobody_knows_is_refused_with_what_to_do() {
         line([240.0, 0.0, 0.0]),
     ]);
     let arm = at_home().guards(Guards::NONE);
-    let diagnostic = plan.from_step(1, &arm).unwrap_err();
+    let diagnostic = Continuation::from_step(&plan, 1, &arm).unwrap_err();
     assert_eq!(
         diagnostic.to_string(),
         "line 2, column 1: the position of the arm is unknown when step 2 begins"
     );
     let help = diagnostic.help.unwrap();
     assert!(help.contains("begin with step 4"), "{help}");
-    assert!(plan.from_step(3, &arm).is_ok());
-    let guarded = plan.from_step(3, &at_home()).unwrap_err();
+    assert!(Continuation::from_step(&plan, 3, &arm).is_ok());
+    let guarded = Continuation::from_step(&plan, 3, &at_home()).unwrap_err();
     assert!(
         guarded
             .to_string()
             .starts_with("line 2, column 1: the earlier step 2 cannot be done: "),
         "{guarded}"
     );
-    let beyond = plan.from_step(5, &arm).unwrap_err();
+    let beyond = Continuation::from_step(&plan, 5, &arm).unwrap_err();
     assert_eq!(beyond.to_string(), "there is no step 6: the plan has 5");
-    assert!(Plan::default().from_step(0, &arm).is_ok());
+    assert!(Continuation::from_step(&Plan::default(), 0, &arm).is_ok());
 }
 
 #[test]
@@ -312,9 +315,8 @@ fn from_a_start_that_nobody_knows_it_comes_from_above() {
         line([230.0, 0.0, 0.0]),
         line([240.0, 0.0, 0.0]),
     ]);
-    let rest = plan
-        .from_step(2, &Preflight::new(&words::Readings::default()))
-        .unwrap();
+    let rest =
+        Continuation::from_step(&plan, 2, &Preflight::new(&words::Readings::default())).unwrap();
     assert_eq!(
         targets(&rest),
         [[230.0, 0.0, 30.0], [230.0, 0.0, 0.0], [240.0, 0.0, 0.0]]
@@ -340,6 +342,6 @@ fn it_does_not_look_for_ever_for_a_way() {
     ]);
     let arm = at_home().guards(Guards::NONE);
     for step in 0..4 {
-        let _ = plan.from_step(step, &arm);
+        let _ = Continuation::from_step(&plan, step, &arm);
     }
 }

@@ -15,7 +15,7 @@ use magician::{Arm, Error, ErrorKind, Options, Ran, Run, Set, VirtualArm};
 use magician_program::StepNumbering;
 use magician_program::rehearse::{RehearseOptions, stage, start_of};
 use magician_program::resume::{Checkpoint, ObservedProgress, ResumePoint, StepCounter, StepRange};
-use magician_program::{Action, Plan, Step};
+use magician_program::{Action, Continuation, Plan, Step};
 use tokio::time::{Instant, sleep};
 
 /// What a serial line is like: its speed, and how long the arm takes to answer, us.
@@ -275,7 +275,7 @@ impl<'p> Ride<'p> {
             return Ok(());
         };
         if step < self.plan.steps.len() {
-            let rest = self.plan.from_step(step, &now)?;
+            let rest = Continuation::from_step(self.plan, step, &now)?;
             let commands: Vec<Set> = rest.plan.commands().collect();
             arm.start(commands).wait(|_| {}).await?;
         }

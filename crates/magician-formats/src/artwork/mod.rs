@@ -1,0 +1,213 @@
+//! Lines on a sheet, wherever they came from, and how they become what the arm does.
+
+mod clip;
+mod mark;
+mod order;
+mod parts;
+mod place;
+mod tidy;
+
+pub use mark::Marking;
+pub use order::{Order, Saving};
+#[cfg(feature = "drawings")]
+pub(crate) use parts::numbered;
+pub use parts::{DrawingPart, Layer, PartPen, Style};
+pub use place::{FitFailure, rotated, rounded};
+pub use place::{Layout, PlacedArtwork, Sheet, WouldFit};
+pub(crate) use tidy::from_the_least;
+pub use tidy::{Tidied, Tidy};
+
+use crate::fill::{Area, Fill, FillMode};
+use crate::formats::Curves;
+use crate::{Color, Origin};
+
+/// Lines on a sheet. Coordinates are those of the sheet, mm: x to the right, y up, from its lower left corner.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Artwork {
+    /// What it is called.
+    pub title: String,
+    /// Width and height of the sheet, where the file says so, mm.
+    pub page: Option<[f64; 2]>,
+    /// The lines, in the order of the file.
+    pub strokes: Vec<Stroke>,
+    /// What is filled, in the order in which it is painted; only where it was [asked for](crate::Fills::Areas).
+    pub areas: Vec<FilledArea>,
+    /// Names that origins refer to.
+    pub names: Vec<String>,
+    /// Its layers, or the pens of a plot, in the order in which they first appear.
+    pub layers: Vec<Layer>,
+    /// Its colours, in the order in which they first appear.
+    pub colors: Vec<Color>,
+    /// Its parts, once it is divided into them; those that are left out have no lines.
+    pub parts: Vec<DrawingPart>,
+    /// Whether the lines are drawn in this order, because it has a meaning: that of the strokes of a character.
+    pub in_order: bool,
+    /// The curves behind its lines.
+    pub curves: Curves,
+}
+
+/// One line without a break; one of a single point is a dot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stroke {
+    /// Its corners; a closed one ends where it begins, with the same point.
+    pub points: Vec<[f64; 2]>,
+    /// Where it came from.
+    pub origin: Origin,
+    /// Its layer, colour and part.
+    pub style: Style,
+}
+
+/// A filled shape of a drawing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FilledArea {
+    /// Its shape.
+    pub area: Area,
+    /// Where it came from.
+    pub origin: Origin,
+    /// Its layer, colour and part.
+    pub style: Style,
+}
+
+impl Stroke {
+    /// A line of no layer and no colour.
+    #[must_use]
+    pub fn new(points: Vec<[f64; 2]>, origin: Origin) -> Self {
+        Self {
+            points,
+            origin,
+            style: Style::default(),
+        }
+    }
+
+    /// Whether all of its corners are somewhere.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        self.points.iter().flatten().all(|value| value.is_finite())
+    }
+
+    /// Whether it ends where it begins, so that it may begin anywhere.
+    #[must_use]
+    pub fn is_closed(&self) -> bool {
+        self.points.len() > 2 && self.points.first() == self.points.last()
+    }
+
+    /// How long it is, mm.
+    #[must_use]
+    pub fn length(&self) -> f64 {
+        let pairs = self.points.iter().zip(self.points.iter().skip(1));
+        pairs.map(|(from, to)| distance(*from, *to)).sum()
+    }
+}
+
+impl Artwork {
+    /// The edge of a sheet of this size, from its upper left corner clockwise.
+    pub fn frame(page: [f64; 2]) -> Self {
+        let [width, height] = page;
+        let corners = [
+            [0.0, height],
+            [width, height],
+            [width, 0.0],
+            [0.0, 0.0],
+            [0.0, height],
+        ];
+        Self {
+            page: Some(page),
+            strokes: vec![Stroke {
+                points: corners.to_vec(),
+                origin: Origin::NONE,
+                style: Style::default(),
+            }],
+            ..Self::default()
+        }
+    }
+
+    /// Its areas as the lines that fill them, drawn before all others of their part; how many of them are too small for any line. Where
+    /// a part is not filled they are drawn as their edges.
+    pub fn fill(&mut self, fill: &Fill) -> usize {
+        let mut bare = 0;
+        let mut strokes = Vec::new();
+        for filled in std::mem::take(&mut self.areas) {
+            let FilledArea {
+                area,
+                origin,
+                style,
+            } = filled;
+            let part = (style.part as usize).checked_sub(1);
+            let part = part.and_then(|at| self.parts.get(at));
+            let mode = part.and_then(|part| part.pen.fill).unwrap_or(fill.mode);
+            let lines = match mode {
+                FillMode::None => area.rings.into_iter().map(closed).collect(),
+                mode => Fill { mode, ..*fill }.lines(&area),
+            };
+            let before = strokes.len();
+            strokes.extend(lines.into_iter().map(|points| Stroke {
+                points,
+                origin,
+                style,
+            }));
+            bare += usize::from(strokes.len() == before);
+        }
+        strokes.append(&mut self.strokes);
+        strokes.sort_by_key(|stroke| stroke.style.part);
+        self.strokes = strokes;
+        bare
+    }
+
+    /// The points of its lines, and of the edges of its areas.
+    fn points(&self) -> impl Iterator<Item = &[f64; 2]> {
+        let edges = self.areas.iter().flat_map(|filled| &filled.area.rings);
+        let lines = self.strokes.iter().map(|stroke| &stroke.points);
+        lines.chain(edges).flatten()
+    }
+
+    /// The least and the greatest corner of its lines and areas.
+    #[must_use]
+    pub fn bounds(&self) -> Option<[[f64; 2]; 2]> {
+        let mut points = self.points();
+        let first = *points.next()?;
+        Some(points.fold([first, first], |[least, most], [x, y]| {
+            [
+                [least[0].min(*x), least[1].min(*y)],
+                [most[0].max(*x), most[1].max(*y)],
+            ]
+        }))
+    }
+
+    /// How long its lines are together, mm.
+    #[must_use]
+    pub fn length(&self) -> f64 {
+        self.strokes.iter().map(Stroke::length).sum()
+    }
+}
+
+/// A ring as a line that ends where it begins.
+fn closed(mut ring: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    if ring.first() != ring.last() {
+        ring.extend(ring.first().copied());
+    }
+    ring
+}
+
+/// The centre of the circle through three points, and by how many degrees it goes round from the first through the second to the
+/// third, counter-clockwise above 0. None for points on a line.
+pub fn circle_through(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> Option<([f64; 2], f64)> {
+    let [b, c] = [b, c].map(|point| [point[0] - a[0], point[1] - a[1]]);
+    let turn = 2.0 * (b[0] * c[1] - b[1] * c[0]);
+    let [to_b, to_c] = [b, c].map(|[x, y]| x * x + y * y);
+    let centre = [
+        (c[1] * to_b - b[1] * to_c) / turn,
+        (b[0] * to_c - c[0] * to_b) / turn,
+    ];
+    if !centre.iter().all(|side| side.is_finite()) {
+        return None;
+    }
+    let angle = |[x, y]: [f64; 2]| libm::atan2(y - centre[1], x - centre[0]).to_degrees();
+    let round = (angle(c) - angle([0.0; 2])).rem_euclid(360.0);
+    let sweep = if turn > 0.0 { round } else { round - 360.0 };
+    Some(([a[0] + centre[0], a[1] + centre[1]], sweep))
+}
+
+/// Between two points.
+pub fn distance(one: [f64; 2], other: [f64; 2]) -> f64 {
+    libm::hypot(other[0] - one[0], other[1] - one[1])
+}

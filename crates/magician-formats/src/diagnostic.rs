@@ -1,0 +1,238 @@
+use std::borrow::Cow;
+use std::fmt;
+
+use magician_host::{Act, Action, Given, Remedy, Setting, Voice};
+use magician_protocol::{visible, visible_lines};
+
+use crate::Origin;
+
+/// An error in a file, or a note about it: where, what, and what to do about it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Diagnostic {
+    /// Where.
+    pub origin: Origin,
+    /// The id of the element or the name of the point, if it has one.
+    pub name: Option<String>,
+    /// Its kind.
+    pub code: DiagnosticCode,
+    /// What.
+    pub message: String,
+    /// Advice that names nothing to be done to the arm and no option.
+    pub help: Option<String>,
+    /// What to do about it; a door says it in its own words: [`advice`](Self::advice).
+    pub remedies: Vec<Remedy>,
+    /// What is missing, where nothing is wrong with the file.
+    pub missing: Option<Missing>,
+}
+
+/// The kind of a [`Diagnostic`], for programs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum DiagnosticCode {
+    /// Something is wrong.
+    #[default]
+    Problem,
+    /// Something of the file is not done.
+    LeftOut,
+    /// What the file does not say, or says in a way that this arm has not, is taken in a certain way.
+    Assumed,
+    /// Where it lies, and how large it is.
+    Placed,
+    /// It is drawn in another order.
+    Reordered,
+    /// How strong the laser is.
+    Power,
+    /// How fast the arm is.
+    Speed,
+    /// It takes very long.
+    Long,
+    /// An output of the arm stays switched on.
+    LeftOn,
+    /// It leads where not every arm can go.
+    Doubtful,
+}
+
+impl DiagnosticCode {
+    /// All of them.
+    pub const ALL: [Self; 10] = [
+        Self::Problem,
+        Self::LeftOut,
+        Self::Assumed,
+        Self::Placed,
+        Self::Reordered,
+        Self::Power,
+        Self::Speed,
+        Self::Long,
+        Self::LeftOn,
+        Self::Doubtful,
+    ];
+
+    /// Its name in JSON.
+    ///
+    /// ```
+    /// assert_eq!(magician_formats::DiagnosticCode::LeftOut.name(), "left-out");
+    /// ```
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Problem => "problem",
+            Self::LeftOut => "left-out",
+            Self::Assumed => "assumed",
+            Self::Placed => "placed",
+            Self::Reordered => "reordered",
+            Self::Power => "power",
+            Self::Speed => "speed",
+            Self::Long => "long",
+            Self::LeftOn => "left-on",
+            Self::Doubtful => "doubtful",
+        }
+    }
+}
+
+/// What is missing to read a file: with it there is no such [`Diagnostic`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+pub enum Missing {
+    /// Where the arm stands when the program begins: [`GcodeOptions::start`](crate::formats::GcodeOptions::start).
+    Start,
+    /// A feature that this build does not have: a reader of this crate
+    /// ([`Format::feature`](crate::Format::feature)), fonts of files (`font-files`), or pictures.
+    Feature(&'static str),
+}
+
+impl Diagnostic {
+    /// At a place.
+    #[must_use]
+    pub fn new(origin: Origin, message: impl Into<String>) -> Self {
+        Self {
+            origin,
+            name: None,
+            code: DiagnosticCode::Problem,
+            message: message.into(),
+            help: None,
+            remedies: Vec::new(),
+            missing: None,
+        }
+    }
+
+    /// Of the file as a whole.
+    #[must_use]
+    pub fn of_file(message: impl Into<String>) -> Self {
+        Self::new(Origin::NONE, message)
+    }
+
+    /// With the id of its element or the name of its point.
+    #[must_use]
+    pub fn named(mut self, name: impl Into<String>) -> Self {
+        self.name = Some(name.into());
+        self
+    }
+
+    /// As a note of this kind.
+    #[must_use]
+    pub fn coded(mut self, code: DiagnosticCode) -> Self {
+        self.code = code;
+        self
+    }
+
+    /// Adds what is missing.
+    #[must_use]
+    pub fn with_missing(mut self, lack: Option<Missing>) -> Self {
+        self.missing = lack;
+        self
+    }
+
+    /// With advice that names nothing to be done to the arm and no option: "save it as UTF-8".
+    #[must_use]
+    pub fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+
+    /// With something to do about it, beside what there is already.
+    ///
+    /// ```
+    /// use magician_host::{Given, Setting};
+    /// use magician_formats::Diagnostic;
+    ///
+    /// let diagnostic = Diagnostic::of_file("the drawing is 400 by 300 mm")
+    ///     .remedy((Setting::Scale, Given::Number(0.5)), "fits there");
+    /// assert_eq!(diagnostic.remedies[0].act.to_string(), "scale 0.5");
+    /// ```
+    #[must_use]
+    pub fn remedy(self, act: impl Into<Act>, effect: impl Into<Cow<'static, str>>) -> Self {
+        self.with(Remedy::new(act, effect))
+    }
+
+    /// With this to do about it, beside what there is already.
+    #[must_use]
+    pub fn with(mut self, remedy: Remedy) -> Self {
+        self.remedies.push(remedy);
+        self
+    }
+
+    /// Says that the height of the work surface is missing.
+    #[must_use]
+    pub fn unknown_surface() -> Self {
+        Self::of_file("work surface height unknown")
+            .remedy(Action::CalibrateSurface, "measures it")
+            .remedy(Action::TouchOff, "takes it from where the tool touches")
+            .remedy(
+                (Setting::Surface, Given::Any("Z")),
+                "sets it: the z of the pose when the tool touches it",
+            )
+    }
+
+    /// True if the height of the work surface is missing, which is measured with an arm that is homed.
+    #[must_use]
+    pub fn lacks_surface(&self) -> bool {
+        let measures = Act::Do(Action::CalibrateSurface);
+        self.remedies.iter().any(|remedy| remedy.act == measures)
+    }
+
+    /// All that there is to do about it, in the words of a door.
+    #[must_use]
+    pub fn advice(&self, voice: &impl Voice) -> Option<String> {
+        let parts = self.help.iter().cloned();
+        let parts: Vec<String> = parts.chain(voice.remedies(&self.remedies)).collect();
+        (!parts.is_empty()).then(|| parts.join("; "))
+    }
+}
+
+/// `line 3, column 5 (outline): what`. A terminal obeys nothing of what is quoted from the file.
+impl fmt::Display for Diagnostic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Origin { line, column, .. } = self.origin;
+        match (line, column) {
+            (0, _) => {}
+            (line, 0) => write!(f, "line {line}")?,
+            (line, column) => write!(f, "line {line}, column {column}")?,
+        }
+        // An element without an id has an empty name.
+        let name = self.name.as_ref().filter(|name| !name.is_empty());
+        if let Some(name) = name {
+            let space = if self.origin.is_known() { " " } else { "" };
+            write!(f, "{space}({})", visible(name))?;
+        }
+        if self.origin.is_known() || name.is_some() {
+            f.write_str(": ")?;
+        }
+        visible_lines(&self.message).fmt(f)
+    }
+}
+
+impl std::error::Error for Diagnostic {}
+
+/// As an error of the driver: invalid input.
+impl From<Diagnostic> for magician_host::Error {
+    fn from(diagnostic: Diagnostic) -> Self {
+        let error = Self::new(
+            magician_host::ErrorCode::InvalidProgram,
+            diagnostic.to_string(),
+        );
+        let remedies = diagnostic.remedies.into_iter();
+        remedies.fold(error, |error, remedy| {
+            error.remedy(remedy.act, remedy.effect)
+        })
+    }
+}

@@ -1,0 +1,391 @@
+//! The text of a file: its encoding and its ends of lines, found out in one place for all formats.
+//!
+//! The encoding is that of the byte order mark, else the one that the file declares (`<?xml encoding=..?>`, `$DWGCODEPAGE` of
+//! DXF), else UTF-8 if the bytes are that, else a guess, which a note tells. A carriage return alone ends a line as well. Places
+//! of a [`Diagnostic`] are those of this text, so that every door that shows a line of the file takes it from here.
+
+use std::borrow::Cow;
+
+use crate::{Diagnostic, DiagnosticCode, Lines};
+
+/// Bytes at the beginning in which an encoding may be declared.
+const HEAD: usize = 4096;
+
+/// Reading of bytes that are neither UTF-8 nor declared to be anything else.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Otherwise {
+    /// Characters of Windows-1252: what programs of Western Europe write.
+    #[cfg_attr(
+        not(any(feature = "drawings", feature = "lettering", feature = "programs")),
+        allow(dead_code, reason = "only texts that people write are guessed")
+    )]
+    Western,
+    /// A character for each byte: some formats mean bytes.
+    #[cfg_attr(not(feature = "drawings"), allow(dead_code))]
+    Bytes,
+    /// No text: the format has to be UTF-8.
+    Refused,
+}
+
+/// A text that was decoded.
+#[derive(Clone, Debug)]
+#[cfg_attr(
+    not(any(feature = "drawings", feature = "lettering", feature = "programs")),
+    allow(dead_code)
+)]
+pub(crate) struct Decoded<'b> {
+    /// Without a byte order mark; its lines end with a line feed, or with both.
+    pub(crate) text: Cow<'b, str>,
+    /// Note of what was assumed or left out.
+    pub(crate) note: Option<Diagnostic>,
+}
+
+/// Decodes the text of a file.
+///
+/// # Errors
+/// An encoding that is not known, bytes that are not text, and UTF-16 that is cut off.
+pub(crate) fn decode(bytes: &[u8], otherwise: Otherwise) -> Result<Decoded<'_>, Diagnostic> {
+    let decoded = characters(bytes, otherwise)?;
+    Ok(Decoded {
+        text: with_line_feeds(decoded.text),
+        ..decoded
+    })
+}
+
+/// The text of a file as the readers of this crate see it, to show the lines that a [`Diagnostic`] tells the places of; `None` if
+/// it is not text.
+///
+/// ```
+/// use magician_formats::source_text;
+///
+/// assert_eq!(source_text(b"G21\rG90\r").unwrap(), "G21\nG90\n");
+/// assert_eq!(source_text(b"\xFF\xFEM\x002\x00").unwrap(), "M2");
+/// assert_eq!(source_text(b"\x89PNG\r\n\x1A\n\0\0"), None);
+/// ```
+#[must_use]
+pub fn source_text(bytes: &[u8]) -> Option<Cow<'_, str>> {
+    let is_wide = wide(bytes).is_some();
+    if !is_wide && std::str::from_utf8(bytes).is_err() && bytes.contains(&0) {
+        return None;
+    }
+    let decoded = decode(bytes, Otherwise::Western).ok()?;
+    Some(decoded.text)
+}
+
+/// The beginning of a text, to tell what it is; `None` if it is not text from its first byte on.
+pub(crate) fn head(bytes: &[u8]) -> Option<Cow<'_, str>> {
+    // It may end within a character.
+    let bytes = match std::str::from_utf8(bytes) {
+        Err(error) if error.error_len().is_none() => bytes.get(..error.valid_up_to())?,
+        _ => bytes,
+    };
+    let even = bytes.get(..bytes.len() & !1)?;
+    source_text(if wide(bytes).is_some() { even } else { bytes })
+}
+
+/// The order of bytes of UTF-16.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Wide {
+    Little,
+    Big,
+}
+
+/// UTF-16 by its byte order mark, or by a first character that is ASCII; with the length of the mark.
+fn wide(bytes: &[u8]) -> Option<(Wide, usize)> {
+    match bytes {
+        [0xFF, 0xFE, ..] => Some((Wide::Little, 2)),
+        [0xFE, 0xFF, ..] => Some((Wide::Big, 2)),
+        [9..=126, 0, 9..=126, 0, ..] => Some((Wide::Little, 0)),
+        [0, 9..=126, 0, 9..=126, ..] => Some((Wide::Big, 0)),
+        _ => None,
+    }
+}
+
+/// Decodes as [`decode`] does, and keeps carriage returns: in labels of HPGL they return to the margin.
+///
+/// # Errors
+/// Those of [`decode`].
+pub(crate) fn characters(bytes: &[u8], otherwise: Otherwise) -> Result<Decoded<'_>, Diagnostic> {
+    if let Some((order, mark)) = wide(bytes) {
+        let text = of_wide(bytes.get(mark..).unwrap_or_default(), order)?;
+        return Ok(Decoded {
+            text: text.into(),
+            note: None,
+        });
+    }
+    let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+    let is_utf8 = std::str::from_utf8(bytes);
+    if let Some(declared) = declared(bytes, is_utf8.is_ok()).filter(|_| !bytes.is_ascii())
+        && let Some(decoded) = as_declared(bytes, declared)
+    {
+        return decoded;
+    }
+    let good = match is_utf8 {
+        Ok(text) => {
+            return Ok(Decoded {
+                text: text.into(),
+                note: None,
+            });
+        }
+        Err(error) => bytes.get(..error.valid_up_to()).unwrap_or_default(),
+    };
+    let place = || {
+        let good = with_line_feeds(String::from_utf8_lossy(good));
+        Lines::new(&good).origin(good.len()..good.len())
+    };
+    let refused = || Err(Diagnostic::new(place(), "this is not UTF-8 text"));
+    match otherwise {
+        Otherwise::Refused => refused(),
+        Otherwise::Bytes => Ok(Decoded {
+            text: bytes.iter().map(|byte| char::from(*byte)).collect(),
+            note: None,
+        }),
+        // No text of any encoding of one byte has a zero.
+        Otherwise::Western if bytes.contains(&0) => refused(),
+        Otherwise::Western => {
+            let message = "the file is not UTF-8 from here on, and names no encoding: it is read as Windows-1252";
+            let note = Diagnostic::new(place(), message).coded(DiagnosticCode::Assumed);
+            Ok(Decoded {
+                text: western(bytes).into(),
+                note: Some(note.help("save it as UTF-8 if characters are wrong")),
+            })
+        }
+    }
+}
+
+fn of_wide(bytes: &[u8], order: Wide) -> Result<String, Diagnostic> {
+    let (pairs, rest) = bytes.as_chunks::<2>();
+    let units = pairs.iter().map(|pair| match order {
+        Wide::Little => u16::from_le_bytes(*pair),
+        Wide::Big => u16::from_be_bytes(*pair),
+    });
+    let text: Result<String, _> = char::decode_utf16(units).collect();
+    match (text, rest) {
+        (Ok(text), []) => Ok(text),
+        _ => Err(
+            Diagnostic::of_file("it begins as UTF-16, and is damaged or cut off")
+                .help("save it as UTF-8"),
+        ),
+    }
+}
+
+/// The characters of Windows-1252 from 0x80 to 0x9F; it leaves five out, which stay controls.
+const WESTERN: [char; 32] = [
+    '€', '\u{81}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{8D}', 'Ž', '\u{8F}',
+    '\u{90}', '‘', '’', '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{9D}', 'ž', 'Ÿ',
+];
+
+fn western(bytes: &[u8]) -> String {
+    let character = |byte: &u8| match byte {
+        0x80..=0x9F => WESTERN[usize::from(byte - 0x80)],
+        byte => char::from(*byte),
+    };
+    bytes.iter().map(character).collect()
+}
+
+/// The encoding that a file declares, as the Encoding Standard names it.
+fn declared(bytes: &[u8], is_utf8: bool) -> Option<String> {
+    let head = bytes.get(..HEAD).unwrap_or(bytes);
+    let head: String = head.iter().map(|byte| char::from(*byte)).collect();
+    if head.starts_with("<?xml") {
+        let declaration = head.split("?>").next()?;
+        let value = declaration.split_once("encoding")?.1.trim_start();
+        let value = value.strip_prefix('=')?.trim_start();
+        let quote = value.chars().next().filter(|sign| "'\"".contains(*sign))?;
+        let name = value[1..].split(quote).next()?.trim();
+        // A text of bytes is not UTF-16, whatever it says of itself.
+        let wrong = name.to_ascii_lowercase().starts_with("utf-16");
+        return (!wrong).then(|| name.to_owned());
+    }
+    // AutoCAD names a code page in files that are UTF-8 as well, from version 2007 on.
+    let mut lines = head.lines().map(str::trim);
+    lines
+        .find(|line| *line == "$DWGCODEPAGE")
+        .filter(|_| !is_utf8)?;
+    let page = lines.nth(1)?.to_ascii_lowercase();
+    Some(match page.strip_prefix("ansi_").unwrap_or(&page) {
+        "932" => "shift_jis".to_owned(),
+        "936" | "gb2312" => "gbk".to_owned(),
+        "949" => "euc-kr".to_owned(),
+        "950" | "big5" => "big5".to_owned(),
+        "dos866" => "ibm866".to_owned(),
+        number if number.bytes().all(|byte| byte.is_ascii_digit()) => format!("windows-{number}"),
+        other => other.to_owned(),
+    })
+}
+
+/// In an encoding that was declared; `None` where that says no more than the bytes.
+#[cfg(any(feature = "drawings", feature = "programs"))]
+fn as_declared<'b>(bytes: &'b [u8], name: String) -> Option<Result<Decoded<'b>, Diagnostic>> {
+    let encoding = encoding_rs::Encoding::for_label_no_replacement(name.as_bytes());
+    let Some(encoding) = encoding else {
+        // UTF-8 is what most files are that say something else of themselves.
+        let message = format!("the file says that its encoding is {name}, which is unknown");
+        let refused = Diagnostic::of_file(message).help("save it as UTF-8");
+        return std::str::from_utf8(bytes).is_err().then_some(Err(refused));
+    };
+    if encoding == encoding_rs::UTF_8 {
+        return None;
+    }
+    let (text, damaged) = encoding.decode_without_bom_handling(bytes);
+    let note = damaged.then(|| {
+        let message = format!(
+            "characters that {} does not have are left out",
+            encoding.name()
+        );
+        Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut)
+    });
+    let text = match damaged {
+        true => text.replace('\u{FFFD}', "").into(),
+        false => text,
+    };
+    Some(Ok(Decoded { text, note }))
+}
+
+#[cfg(not(any(feature = "drawings", feature = "programs")))]
+fn as_declared<'b>(_: &'b [u8], _: String) -> Option<Result<Decoded<'b>, Diagnostic>> {
+    None
+}
+
+/// Ends a line with a line feed where a carriage return alone ends it: not in a run that a line feed ends.
+///
+/// Both are one byte, so that places in the text stay.
+pub(crate) fn with_line_feeds(text: Cow<'_, str>) -> Cow<'_, str> {
+    // Of each run of carriage returns that no line feed ends.
+    let mut alone: Vec<std::ops::Range<usize>> = Vec::new();
+    let bytes = text.as_bytes();
+    let mut at = 0;
+    while let Some(next) = bytes
+        .get(at..)
+        .and_then(|rest| rest.iter().position(|byte| *byte == b'\r'))
+    {
+        let start = at + next;
+        let run = bytes[start..].iter().take_while(|byte| **byte == b'\r');
+        at = start + run.count();
+        if bytes.get(at) != Some(&b'\n') {
+            alone.push(start..at);
+        }
+    }
+    if alone.is_empty() {
+        return text;
+    }
+    let mut changed = String::with_capacity(text.len());
+    let mut done = 0;
+    for run in alone {
+        changed += &text[done..run.start];
+        changed.extend(run.clone().map(|_| '\n'));
+        done = run.end;
+    }
+    changed += &text[done..];
+    changed.into()
+}
+
+/// A number as programs of any language write it: with a decimal comma, and with the exponent of Fortran (`2.0D+01`).
+pub(crate) fn number(text: &str) -> Option<f64> {
+    let plain = text.parse().ok();
+    let read = plain.or_else(|| {
+        let one_comma = text.matches(',').count() == 1 && !text.contains('.');
+        let mut changed = match one_comma {
+            true => text.replace(',', "."),
+            false => text.to_owned(),
+        };
+        if let Some(at) = changed.find(['d', 'D']) {
+            changed.replace_range(at..=at, "e");
+        }
+        changed.parse().ok()
+    });
+    read.filter(|number: &f64| number.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn text(bytes: &[u8]) -> String {
+        decode(bytes, Otherwise::Western).unwrap().text.into_owned()
+    }
+
+    #[test]
+    fn byte_order_marks_and_zero_bytes_tell_utf_16() {
+        let wide = |text: &str, mark: bool, big: bool| -> Vec<u8> {
+            let mark = mark.then_some('\u{FEFF}');
+            let text: String = mark.into_iter().chain(text.chars()).collect();
+            let units = text.encode_utf16();
+            let bytes = units.flat_map(|unit| {
+                if big {
+                    unit.to_be_bytes()
+                } else {
+                    unit.to_le_bytes()
+                }
+            });
+            bytes.collect()
+        };
+        for (mark, big) in [(true, true), (true, false), (false, true), (false, false)] {
+            assert_eq!(
+                text(&wide("G21\r\nG90 (größer)", mark, big)),
+                "G21\r\nG90 (größer)"
+            );
+        }
+        assert_eq!(text("\u{FEFF}G21".as_bytes()), "G21");
+        let cut = decode(&[0xFF, 0xFE, 0x3C], Otherwise::Western).unwrap_err();
+        assert!(cut.message.contains("cut off"), "{cut}");
+    }
+
+    #[cfg(any(feature = "drawings", feature = "programs"))]
+    #[test]
+    fn declared_encodings_are_decoded() {
+        let latin = b"<?xml version='1.0' encoding='ISO-8859-1'?><a b='Tr\xE4ger'/>";
+        assert!(text(latin).contains("Träger"));
+        let chinese = b"<?xml version=\"1.0\" encoding=\"GB2312\"?><a b=\"\xB5\xE3\"/>";
+        assert!(text(chinese).contains('点'));
+        let page = |page: &str, value: &[u8]| {
+            let head = format!("0\nSECTION\n2\nHEADER\n9\n$DWGCODEPAGE\n3\n{page}\n1\n");
+            text(&[head.as_bytes(), value].concat())
+        };
+        assert!(page("ANSI_1251", b"\xC4\xE0").ends_with("Да"));
+        assert!(page("ANSI_936", b"\xB5\xE3").ends_with('点'));
+        assert!(page("ANSI_1252", "Träger".as_bytes()).ends_with("Träger"));
+        let unknown = b"<?xml encoding='EBCDIC-X'?><a b='\xE4'/>";
+        let refused = decode(unknown, Otherwise::Western).unwrap_err();
+        assert!(refused.message.contains("EBCDIC-X"), "{refused}");
+    }
+
+    #[test]
+    fn other_bytes_are_guessed_with_a_note_at_their_place() {
+        let decoded = decode(b"G21\n(\x80 Tr\xE4ger)", Otherwise::Western).unwrap();
+        assert_eq!(decoded.text, "G21\n(€ Träger)");
+        let note = decoded.note.unwrap();
+        assert_eq!((note.origin.line, note.origin.column), (2, 2));
+        let bytes = decode(b"PE\xBF\x80;", Otherwise::Bytes).unwrap();
+        assert_eq!(bytes.text, "PE\u{BF}\u{80};");
+        assert!(decode(b"{\xFF}", Otherwise::Refused).is_err());
+        assert!(decode(b"\x89PNG\0\xFF", Otherwise::Western).is_err());
+    }
+
+    #[test]
+    fn carriage_returns_alone_end_lines_and_places_stay() {
+        for (from, to) in [
+            ("a\rb\r\rc", "a\nb\n\nc"),
+            ("a\r\nb", "a\r\nb"),
+            ("a\r\r\nb\rc", "a\r\r\nb\nc"),
+            ("a\n\rb", "a\n\nb"),
+            ("é\r", "é\n"),
+        ] {
+            assert_eq!(text(from.as_bytes()), to, "{from:?}");
+        }
+        assert!(matches!(
+            decode(b"a\r\nb", Otherwise::Refused).unwrap().text,
+            Cow::Borrowed(_)
+        ));
+    }
+
+    #[test]
+    fn numbers_of_other_languages_are_read_where_there_is_one_reading() {
+        assert_eq!(number("0,5"), Some(0.5));
+        assert_eq!(number("-2.0D+01"), Some(-20.0));
+        assert_eq!(number("1,5d1"), Some(15.0));
+        for text in ["1,234.5", "1,2,3", "", "d", "0,5,", "inf", "nan"] {
+            assert_eq!(number(text), None, "{text}");
+        }
+    }
+}

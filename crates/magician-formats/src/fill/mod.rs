@@ -1,0 +1,199 @@
+//! Areas filled with lines: hatched, or with rings from their edge inwards.
+//!
+//! ```
+//! use magician_formats::fill::{Area, Fill, FillMode};
+//!
+//! let square = [[0.0, 0.0], [20.0, 0.0], [20.0, 20.0], [0.0, 20.0]];
+//! let area = Area { rings: vec![square.to_vec()], ..Area::default() };
+//! let fill = Fill { mode: FillMode::Hatch, spacing: 1.0, angle: 0.0, inset: 0.5 };
+//! // Neighbouring lines are joined: the pen goes down once.
+//! assert_eq!(fill.lines(&area).len(), 1);
+//! ```
+
+mod contour;
+mod hatch;
+mod join;
+#[cfg(feature = "drawings")]
+mod pattern;
+mod region;
+#[cfg(test)]
+mod tests;
+
+#[cfg(feature = "drawings")]
+pub(crate) use pattern::LineFamily;
+pub(crate) use region::Region;
+
+use crate::words::words;
+
+/// How an area is filled.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+pub enum FillMode {
+    /// It is not.
+    #[default]
+    None,
+    /// Parallel lines.
+    Hatch,
+    /// Parallel lines, and others across them.
+    Cross,
+    /// Rings from the edge inwards.
+    Contour,
+}
+
+words! {
+    FillMode, "fill":
+    None = "none",
+    Hatch = "hatch",
+    Cross = "cross",
+    Contour = "contour",
+}
+
+/// How the shapes of a drawing are filled, as far as that was said. Lengths are mm on the surface, however the drawing is scaled.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+pub struct Filling {
+    /// With which lines.
+    pub mode: FillMode,
+    /// Distance of the lines; 0.8 with a pen and 0.2 with a laser unless given.
+    pub spacing: Option<f64>,
+    /// Direction of the lines, degrees counter-clockwise from x; 45 unless given.
+    pub angle: Option<f64>,
+    /// Distance from the edge; half the distance of the lines unless given.
+    pub inset: Option<f64>,
+}
+
+impl Filling {
+    /// The widths of a pen's line and of a laser's.
+    const PEN: f64 = 0.8;
+    const BEAM: f64 = 0.2;
+    const ANGLE: f64 = 45.0;
+
+    /// With what was not said as it is for a pen, or for a laser.
+    #[must_use]
+    pub fn fill(&self, burns: bool) -> Fill {
+        let usual = if burns { Self::BEAM } else { Self::PEN };
+        let spacing = self.spacing.unwrap_or(usual);
+        Fill {
+            mode: self.mode,
+            spacing,
+            angle: self.angle.unwrap_or(Self::ANGLE),
+            inset: self.inset.unwrap_or(spacing / 2.0),
+        }
+    }
+}
+
+/// Which side of its rings is inside (SVG 2, section 13.4.2).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum FillRule {
+    /// What the rings go round in one direction more often than in the other.
+    #[default]
+    NonZero,
+    /// What an odd number of rings is around.
+    EvenOdd,
+}
+
+/// A filled shape. Lengths are mm.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Area {
+    /// Its edges, each closed by a line from its last point to its first. They may cross themselves and each other.
+    pub rings: Vec<Vec<[f64; 2]>>,
+    /// Which side of them is inside.
+    pub rule: FillRule,
+}
+
+impl Area {
+    /// What of it is within a rectangle, from its least to its greatest corner.
+    #[must_use]
+    pub fn within(&self, [least, most]: [[f64; 2]; 2]) -> Self {
+        let corners = [least, [most[0], least[1]], most, [least[0], most[1]]];
+        let window = Self {
+            rings: vec![corners.to_vec()],
+            rule: FillRule::NonZero,
+        };
+        Region::of(self).common(&Region::of(&window)).area()
+    }
+}
+
+/// How an area is filled. Lengths are mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fill {
+    /// With which lines.
+    pub mode: FillMode,
+    /// Distance of neighbouring lines; the width of the pen or beam leaves no gap. They may be nearer to each other, so that
+    /// the last line is as near to its edge as the first.
+    pub spacing: f64,
+    /// Direction of the lines, degrees counter-clockwise from x.
+    pub angle: f64,
+    /// Distance of the lines from the edge; half the spacing keeps the width of the pen inside.
+    pub inset: f64,
+}
+
+/// No lines are nearer to each other than this, mm: a pen that fine is not on this arm.
+pub const LEAST_SPACING: f64 = 0.02;
+/// An area has no more lines than this across it.
+const MOST_LINES: f64 = 20_000.0;
+
+impl Fill {
+    /// The lines that fill an area, each drawn without lifting the pen. Parts that are narrower than twice the inset get lines
+    /// nearer to their edge, down to an eighth of the spacing. None where the spacing is below [`LEAST_SPACING`] or no number.
+    #[must_use]
+    pub fn lines(&self, area: &Area) -> Vec<Vec<[f64; 2]>> {
+        let numbers = [self.spacing, self.angle, self.inset];
+        let finite = numbers.iter().all(|number| number.is_finite());
+        if !finite || self.spacing < LEAST_SPACING || self.inset < 0.0 {
+            return Vec::new();
+        }
+        let region = Region::of(area);
+        let size = region.size();
+        if !(size > 0.0 && size / self.spacing <= MOST_LINES) {
+            return Vec::new();
+        }
+        match self.mode {
+            FillMode::None => Vec::new(),
+            FillMode::Hatch => self.hatched(&region, self.angle),
+            FillMode::Cross => {
+                let mut lines = self.hatched(&region, self.angle);
+                lines.append(&mut self.hatched(&region, self.angle + 90.0));
+                lines
+            }
+            FillMode::Contour => self.ringed(&region),
+        }
+    }
+
+    fn hatched(&self, region: &Region, angle: f64) -> Vec<Vec<[f64; 2]>> {
+        self.in_layers(region, |part| hatch::lines(part, self.spacing, angle))
+    }
+
+    fn ringed(&self, region: &Region) -> Vec<Vec<[f64; 2]>> {
+        self.in_layers(region, |part| contour::lines(part, self.spacing))
+    }
+
+    /// Fills what is farther from the edge than the inset; then what is narrower, with ever smaller insets.
+    fn in_layers(
+        &self,
+        region: &Region,
+        fill: impl Fn(&Region) -> Vec<Vec<[f64; 2]>>,
+    ) -> Vec<Vec<[f64; 2]>> {
+        let mut lines = Vec::new();
+        let mut rest = region.clone();
+        let mut inset = self.inset;
+        loop {
+            let parts = rest.offset(-inset);
+            for part in parts.parts() {
+                lines.extend(fill(&part));
+            }
+            let next = (inset * 0.7).min(self.spacing * 0.5);
+            if next < self.spacing / 8.0 || inset == 0.0 {
+                return lines;
+            }
+            // What the pen has passed, and a little more: rounding leaves slivers along the edge.
+            let passed = parts.offset(inset.max(self.spacing * 0.5) * 1.02);
+            rest = rest.without(&passed, self.spacing);
+            if rest.is_empty() {
+                return lines;
+            }
+            inset = next;
+        }
+    }
+}

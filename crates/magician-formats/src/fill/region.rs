@@ -1,0 +1,135 @@
+//! Areas as shapes that neither cross nor overlap: an outline each, and its holes.
+
+use i_overlay::core::fill_rule::FillRule as OverlayFillRule;
+use i_overlay::core::overlay_rule::OverlayRule;
+use i_overlay::float::simplify::SimplifyShape;
+use i_overlay::float::single::SingleFloatOverlay;
+use i_overlay::mesh::float::outline::offset::OutlineOffset;
+use i_overlay::mesh::float::style::{LineJoin, OutlineStyle};
+
+use super::{Area, FillRule};
+
+/// Corners sharper than this are cut off when an edge is moved, radians.
+const SHARPEST: f64 = 0.5;
+
+/// Shapes: of each first its outline, counter-clockwise, then its holes.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Region(Vec<Vec<Vec<[f64; 2]>>>);
+
+impl Region {
+    pub(crate) fn of(area: &Area) -> Self {
+        let finite = |ring: &&Vec<[f64; 2]>| ring.iter().flatten().all(|side| side.is_finite());
+        let rings: Vec<_> = area.rings.iter().filter(finite).cloned().collect();
+        let rule = match area.rule {
+            FillRule::NonZero => OverlayFillRule::NonZero,
+            FillRule::EvenOdd => OverlayFillRule::EvenOdd,
+        };
+        Self(rings.simplify_shape_as::<i64>(rule))
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Each shape by itself.
+    pub(super) fn parts(&self) -> impl Iterator<Item = Self> + '_ {
+        self.0.iter().map(|shape| Self(vec![shape.clone()]))
+    }
+
+    /// All outlines and holes.
+    pub(super) fn rings(&self) -> impl Iterator<Item = &Vec<[f64; 2]>> {
+        self.0.iter().flatten()
+    }
+
+    /// All outlines, without holes.
+    pub(super) fn outlines(&self) -> impl Iterator<Item = &Vec<[f64; 2]>> {
+        self.0.iter().filter_map(|shape| shape.first())
+    }
+
+    /// Its least and its greatest corner; none if it is empty.
+    #[cfg(feature = "drawings")]
+    pub(crate) fn bounds(&self) -> Option<[[f64; 2]; 2]> {
+        let [x, y] = [0, 1].map(|side: usize| self.extent(|point| point[side]));
+        (!self.is_empty()).then_some([[x.0, y.0], [x.1, y.1]])
+    }
+
+    /// The larger of its width and height.
+    pub(super) fn size(&self) -> f64 {
+        let side = |which: usize| {
+            let (least, most) = self.extent(|point| point[which]);
+            most - least
+        };
+        side(0).max(side(1))
+    }
+
+    /// From where to where it goes, measured in one direction.
+    pub(super) fn extent(&self, measure: impl Fn([f64; 2]) -> f64) -> (f64, f64) {
+        let measures = self.rings().flatten().map(|point| measure(*point));
+        measures.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), at| {
+            (least.min(at), most.max(at))
+        })
+    }
+
+    /// With its edge moved outwards, or inwards below 0.
+    pub(super) fn offset(&self, by: f64) -> Self {
+        if by == 0.0 || self.is_empty() {
+            return self.clone();
+        }
+        let style = OutlineStyle::new(by).line_join(LineJoin::Miter(SHARPEST));
+        Self(self.0.outline_as::<i64>(&style))
+    }
+
+    pub(crate) fn area(self) -> Area {
+        Area {
+            rings: self.0.into_iter().flatten().collect(),
+            rule: FillRule::NonZero,
+        }
+    }
+
+    /// What is in both.
+    pub(crate) fn common(&self, other: &Self) -> Self {
+        self.overlaid(other, OverlayRule::Intersect)
+    }
+
+    /// What is in any of both.
+    #[cfg(feature = "drawings")]
+    pub(crate) fn joined(&self, other: &Self) -> Self {
+        self.overlaid(other, OverlayRule::Union)
+    }
+
+    /// What is in this one alone.
+    pub(crate) fn except(&self, other: &Self) -> Self {
+        self.overlaid(other, OverlayRule::Difference)
+    }
+
+    fn overlaid(&self, other: &Self, rule: OverlayRule) -> Self {
+        Self(
+            self.0
+                .overlay_as::<i64>(&other.0, rule, OverlayFillRule::NonZero),
+        )
+    }
+
+    /// Without another one; of what is left only what is worth a line that wide.
+    pub(super) fn without(&self, other: &Self, width: f64) -> Self {
+        let mut rest = self.except(other);
+        rest.0.retain(|shape| {
+            let shape = Self(vec![shape.clone()]);
+            shape.size() > width && shape.size_of() > width * width / 4.0
+        });
+        rest
+    }
+
+    /// How large it is, mm2.
+    pub(super) fn size_of(&self) -> f64 {
+        self.rings().map(|ring| ring_area(ring)).sum()
+    }
+}
+
+/// Above 0 counter-clockwise.
+fn ring_area(ring: &[[f64; 2]]) -> f64 {
+    let next = ring.iter().cycle().skip(1);
+    let twice: f64 = { ring.iter().zip(next) }
+        .map(|(a, b)| a[0] * b[1] - b[0] * a[1])
+        .sum();
+    twice / 2.0
+}

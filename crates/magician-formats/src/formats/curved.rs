@@ -1,0 +1,238 @@
+//! Curves of a file as chords: how fine they are, and the file to read again where they are too coarse for the size in which it
+//! is drawn.
+
+use std::fmt;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::{Content, Format, ReadOptions, lines};
+use crate::{Artwork, Diagnostic, Plan};
+
+/// Finer is of no use to any arm, mm.
+const FINEST: f64 = 1e-4;
+/// Chords made for a size so many times the final one are four times as many as it needs, which costs less than another
+/// reading.
+const COARSER: f64 = 16.0;
+/// Share by which sizes differ through rounding.
+const ROUNDING: f64 = 1e-6;
+
+/// Tolerance of the chords of a file, and true in `curved` once a curve has asked for it.
+#[derive(Debug)]
+#[cfg_attr(
+    not(any(feature = "drawings", feature = "lettering", feature = "programs")),
+    allow(dead_code)
+)]
+pub(crate) struct Chords {
+    /// Largest distance of a line from its curve in the size in which it is drawn, mm.
+    drawn: f64,
+    /// Length in the file of what is drawn 1 mm long.
+    unit: f64,
+    curved: AtomicBool,
+}
+
+#[cfg_attr(
+    not(any(feature = "drawings", feature = "lettering", feature = "programs")),
+    allow(dead_code)
+)]
+impl Chords {
+    fn of(options: &ReadOptions) -> Self {
+        let usual = ReadOptions::default();
+        let drawn = match options.tolerance {
+            tolerance if tolerance.is_finite() => tolerance.max(FINEST),
+            _ => usual.tolerance,
+        };
+        Self {
+            drawn,
+            unit: 1.0 / usable(options.scale),
+            curved: AtomicBool::new(false),
+        }
+    }
+
+    /// Largest distance of a chord from a curve, mm in the size of the file. Notes that there is a curve: the lines depend on
+    /// the size in which they are drawn.
+    pub(super) fn for_curve(&self) -> f64 {
+        self.curved.store(true, Ordering::Relaxed);
+        self.drawn * self.unit
+    }
+
+    /// The same, of lines that may be straight.
+    #[cfg(feature = "drawings")]
+    pub(super) fn tolerance(&self) -> f64 {
+        self.drawn * self.unit
+    }
+
+    /// Length in the file of what is drawn 1 mm long.
+    #[cfg(feature = "drawings")]
+    pub(super) fn unit(&self) -> f64 {
+        self.unit
+    }
+
+    /// Largest distance of a line from its curve in the size in which it is drawn, mm.
+    #[cfg(feature = "programs")]
+    pub(super) fn drawn(&self) -> f64 {
+        self.drawn
+    }
+}
+
+fn usable(scale: f64) -> f64 {
+    match scale > 0.0 && scale.is_finite() {
+        true => scale,
+        false => 1.0,
+    }
+}
+
+/// The curves behind the lines that were read from a file: the file itself, to follow them more closely once it is known how
+/// large they are drawn. Lines that were changed since then are drawn as they are.
+///
+/// It says nothing of the lines: any two of them are equal.
+#[derive(Clone, Default)]
+pub struct Curves(Option<Arc<CurvedFile>>);
+
+impl fmt::Debug for Curves {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match &self.0 {
+            Some(_) => "Curves(..)",
+            None => "Curves",
+        })
+    }
+}
+
+impl PartialEq for Curves {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+/// A file with curves, as it was read.
+pub struct CurvedFile {
+    format: Format,
+    bytes: Arc<[u8]>,
+    options: ReadOptions,
+    /// Tells the lines that were read from others.
+    lines: u64,
+}
+
+impl CurvedFile {
+    /// True if the chords are too coarse to be drawn in this size, or far too fine.
+    pub fn is_unfit_for(&self, scale: f64) -> bool {
+        let made_for = usable(self.options.scale);
+        scale > made_for * (1.0 + ROUNDING) || scale * COARSER < made_for
+    }
+
+    /// The file read again, to be drawn in this size.
+    pub fn read(&self, scale: f64) -> Result<Content, Diagnostic> {
+        let options = ReadOptions {
+            scale,
+            ..self.options.clone()
+        };
+        let bytes = Arc::clone(&self.bytes);
+        Ok(read(self.format, bytes, &options)?.content)
+    }
+}
+
+/// Reads a file, and keeps it beside its lines if it has curves.
+pub(super) fn read(
+    format: Format,
+    bytes: impl AsRef<[u8]> + Into<Arc<[u8]>>,
+    options: &ReadOptions,
+) -> Result<super::Parsed, Diagnostic> {
+    let chords = Chords::of(options);
+    let mut reading = lines(format, bytes.as_ref(), options, &chords)?;
+    if chords.curved.load(Ordering::Relaxed) {
+        let file = CurvedFile {
+            format,
+            bytes: bytes.into(),
+            options: options.clone(),
+            lines: reading.content.fingerprint(),
+        };
+        reading.content.put_curves(Arc::new(file));
+    }
+    Ok(reading)
+}
+
+impl Content {
+    fn curves(&mut self) -> Option<&mut Curves> {
+        match self {
+            Self::Artwork(artwork) => Some(&mut artwork.curves),
+            Self::Plan(plan) => Some(&mut plan.curves),
+            Self::Image(_) | Self::TestGrid(_) => None,
+        }
+    }
+
+    /// Takes the file that it was read from, if that has curves and the lines are still those of the file.
+    pub fn take_curves(&mut self) -> Option<Arc<CurvedFile>> {
+        let Curves(file) = std::mem::take(self.curves()?);
+        file.filter(|file| file.lines == self.fingerprint())
+    }
+
+    /// Keeps the file that its lines were read from.
+    pub fn put_curves(&mut self, file: Arc<CurvedFile>) {
+        if let Some(curves) = self.curves() {
+            *curves = Curves(Some(file));
+        }
+    }
+
+    /// The longer side of what holds it, mm.
+    pub fn longest_side(&self) -> f64 {
+        let bounds = match self {
+            Self::Artwork(artwork) => artwork.bounds(),
+            Self::Plan(plan) => plan.extent().map(|[least, most]| {
+                let flat = |[x, y, _]: [f64; 3]| [x, y];
+                [flat(least), flat(most)]
+            }),
+            Self::Image(_) | Self::TestGrid(_) => None,
+        };
+        bounds.map_or(0.0, |[least, most]| {
+            f64::max(most[0] - least[0], most[1] - least[1])
+        })
+    }
+
+    /// Tells lines from others.
+    fn fingerprint(&self) -> u64 {
+        let mut print = Fingerprint(0);
+        match self {
+            Self::Artwork(artwork) => print.artwork(artwork),
+            Self::Plan(plan) => print.plan(plan),
+            Self::Image(_) | Self::TestGrid(_) => {}
+        }
+        print.0
+    }
+}
+
+struct Fingerprint(u64);
+
+impl Fingerprint {
+    /// Two instructions a number: a drawing has millions.
+    fn take(&mut self, bits: u64) {
+        self.0 = (self.0.rotate_left(5) ^ bits).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    }
+
+    fn points(&mut self, points: &[[f64; 2]]) {
+        self.take(points.len() as u64);
+        for value in points.as_flattened() {
+            self.take(value.to_bits());
+        }
+    }
+
+    fn artwork(&mut self, artwork: &Artwork) {
+        let strokes = artwork.strokes.iter();
+        let strokes = strokes.map(|stroke| (stroke.style, std::slice::from_ref(&stroke.points)));
+        let areas = artwork.areas.iter();
+        let areas = areas.map(|filled| (filled.style, filled.area.rings.as_slice()));
+        for (style, lines) in strokes.chain(areas) {
+            for number in [style.layer, style.color, style.part] {
+                self.take(u64::from(number));
+            }
+            lines.iter().for_each(|points| self.points(points));
+        }
+    }
+
+    fn plan(&mut self, plan: &Plan) {
+        for step in &plan.steps {
+            self.take(step.action.kind() as u64);
+            for value in step.action.target().unwrap_or_default() {
+                self.take(u64::from(value.to_bits()));
+            }
+        }
+    }
+}

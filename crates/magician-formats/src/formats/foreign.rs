@@ -1,0 +1,157 @@
+//! Files of other programs that are not read, each with the way to one that is.
+
+use super::content;
+use crate::Diagnostic;
+
+/// A kind of file that people bring.
+struct Kind {
+    /// Endings of its names.
+    endings: &'static [&'static str],
+    /// Its name in a sentence.
+    what: &'static str,
+    /// The way to a file that is read.
+    help: &'static str,
+}
+
+const SAVE_AS_SVG: &str =
+    "open it in Inkscape and save it as SVG, or export SVG from the program that made it";
+const SAVE_AS_DXF: &str = "save it as DXF in the program that made it";
+const SAVE_AS_JPEG: &str = "save it as JPEG or PNG, and draw or burn that";
+const MODEL: &str = "a model of three dimensions";
+const EXPORT_MODEL: &str =
+    "export a drawing or a section of it as DXF or SVG, or G-code from a slicer or CAM program";
+
+const PDF: Kind = Kind {
+    endings: &[".pdf"],
+    what: "a PDF document",
+    help: SAVE_AS_SVG,
+};
+const POSTSCRIPT: Kind = Kind {
+    endings: &[".eps", ".ps"],
+    what: "a PostScript drawing",
+    help: SAVE_AS_SVG,
+};
+const DWG: Kind = Kind {
+    endings: &[".dwg"],
+    what: "a DWG drawing of AutoCAD",
+    help: SAVE_AS_DXF,
+};
+const HEIC: Kind = Kind {
+    endings: &[".heic", ".heif"],
+    what: "a HEIC photo",
+    help: SAVE_AS_JPEG,
+};
+const AVIF: Kind = Kind {
+    endings: &[".avif"],
+    what: "an AVIF image",
+    help: SAVE_AS_JPEG,
+};
+const LIGHTBURN: Kind = Kind {
+    endings: &[".lbrn", ".lbrn2"],
+    what: "a project of LightBurn",
+    help: "save G-code in LightBurn, for a GRBL laser, and burn that; or export SVG or DXF",
+};
+const STL: Kind = Kind {
+    endings: &[".stl"],
+    what: MODEL,
+    help: EXPORT_MODEL,
+};
+const SCRIPT: Kind = Kind {
+    endings: &[".script", ".py"],
+    what: "a program in Python, as the script editor of DobotStudio saves it",
+    help: "run it with Python: the vendor's library and the Python package of this program both run it",
+};
+/// All of them; where a file begins as one of them says it before its ending does.
+const KINDS: [&Kind; 12] = [
+    &PDF,
+    &POSTSCRIPT,
+    &DWG,
+    &HEIC,
+    &AVIF,
+    &LIGHTBURN,
+    &STL,
+    &SCRIPT,
+    &Kind {
+        endings: &[".ai", ".cdr"],
+        what: "a drawing of Illustrator or CorelDRAW",
+        help: SAVE_AS_SVG,
+    },
+    &Kind {
+        endings: &[
+            ".3mf", ".obj", ".step", ".stp", ".iges", ".igs", ".f3d", ".blend",
+        ],
+        what: MODEL,
+        help: EXPORT_MODEL,
+    },
+    &Kind {
+        endings: &[".psd", ".xcf", ".kra", ".jxl", ".jp2", ".ico"],
+        what: "an image that is not read",
+        help: SAVE_AS_JPEG,
+    },
+    &Kind {
+        endings: &[".docx", ".doc", ".odt", ".rtf"],
+        what: "a document of a word processor",
+        help: "save its text as a text file, and write that; or export a PDF and save that as SVG",
+    },
+];
+
+/// Kind of a file by its first bytes, where these leave no doubt.
+fn by_content(bytes: &[u8]) -> Option<&'static Kind> {
+    let brand = bytes.get(8..12).unwrap_or_default();
+    let is_media = bytes.get(4..8) == Some(b"ftyp");
+    let digits = |range| {
+        let digits: &[u8] = bytes
+            .get::<std::ops::Range<usize>>(range)
+            .unwrap_or_default();
+        !digits.is_empty() && digits.iter().all(u8::is_ascii_digit)
+    };
+    if bytes.starts_with(b"%PDF-") {
+        Some(&PDF)
+    } else if bytes.starts_with(b"%!PS") || bytes.starts_with(b"\xC5\xD0\xD3\xC6") {
+        Some(&POSTSCRIPT)
+    } else if bytes.starts_with(b"AC10") && digits(4..6) {
+        Some(&DWG)
+    } else if is_media && [b"avif", b"avis"].iter().any(|own| brand == *own) {
+        Some(&AVIF)
+    } else if is_media
+        && [b"heic", b"heix", b"hevc", b"mif1", b"msf1"]
+            .iter()
+            .any(|own| brand == *own)
+    {
+        Some(&HEIC)
+    } else if content::begins_with_element(bytes, "LightBurnProject") {
+        Some(&LIGHTBURN)
+    } else {
+        None
+    }
+}
+
+impl Kind {
+    fn diagnostic(&self) -> Diagnostic {
+        Diagnostic::of_file(format!("this is {}, which is not read", self.what)).help(self.help)
+    }
+}
+
+/// Refuses bytes that are beyond doubt of another kind, whatever they were said to be.
+pub(super) fn check(bytes: &[u8]) -> Result<(), Diagnostic> {
+    by_content(bytes).map_or(Ok(()), |kind| Err(kind.diagnostic()))
+}
+
+/// Names a file that is of no [`Format`](super::Format), with the way to one that is read: by its first bytes, else by its name.
+/// `None` if neither is known.
+///
+/// ```
+/// let found = magician_formats::foreign("plan.pdf", b"%PDF-1.4").unwrap();
+/// assert_eq!(found.message, "this is a PDF document, which is not read");
+/// assert!(found.help.unwrap().contains("SVG"));
+/// assert_eq!(magician_formats::foreign("a.xyzzy", b""), None);
+/// ```
+#[must_use]
+pub fn foreign(name: &str, bytes: &[u8]) -> Option<Diagnostic> {
+    let name = name.to_ascii_lowercase();
+    let by_name = || {
+        let ends = |kind: &&&Kind| kind.endings.iter().any(|ending| name.ends_with(ending));
+        KINDS.iter().find(ends).copied()
+    };
+    by_content(bytes).or_else(by_name).map(Kind::diagnostic)
+}

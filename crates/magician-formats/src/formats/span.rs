@@ -1,0 +1,45 @@
+use std::ops::Range;
+
+use magician_host::Remedy;
+
+use crate::{Diagnostic, Missing, Origin};
+
+/// A [`Diagnostic`] that knows the bytes of its line, and not yet the line.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct SpanDiagnostic {
+    pub(super) range: Range<usize>,
+    pub(super) message: String,
+    pub(super) help: Option<&'static str>,
+    pub(super) remedies: Vec<Remedy>,
+    pub(super) missing: Option<Missing>,
+}
+
+impl SpanDiagnostic {
+    pub(super) fn new(range: Range<usize>, message: impl Into<String>) -> Self {
+        Self {
+            range,
+            message: message.into(),
+            help: None,
+            remedies: Vec::new(),
+            missing: None,
+        }
+    }
+
+    /// What is wrong with a file that this one leads to.
+    #[cfg(feature = "drawings")]
+    pub(super) fn of(range: Range<usize>, diagnostic: Diagnostic) -> Self {
+        Self {
+            remedies: diagnostic.remedies,
+            missing: diagnostic.missing,
+            ..Self::new(range, diagnostic.message)
+        }
+    }
+
+    /// At the place that its bytes have in the file.
+    pub(super) fn into_diagnostic(self, origin: Origin) -> Diagnostic {
+        let mut diagnostic = Diagnostic::new(origin, self.message).with_missing(self.missing);
+        diagnostic.help = self.help.map(str::to_owned);
+        diagnostic.remedies = self.remedies;
+        diagnostic
+    }
+}

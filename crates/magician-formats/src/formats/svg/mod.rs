@@ -1,0 +1,278 @@
+//! SVG drawings: every visible line as a stroke, true to size.
+//!
+//! A stroke is the middle of a line, however wide it is painted; of a filled shape without a line it is the edge. What comes
+//! from `use`, markers, nested drawings and styles is drawn where it appears; clip paths cut lines off, and so do masks that
+//! show or hide, and nothing by degrees. White is drawn on darker shapes alone. Texts are written in a font of our own, as outlines.
+//! Images and filters are left out, which a note tells.
+
+mod area;
+mod circles;
+mod clip;
+mod collector;
+mod cost;
+mod css;
+mod families;
+mod filled;
+mod lines;
+mod mask;
+mod notes;
+mod numbers;
+mod source;
+mod text;
+mod values;
+mod white;
+
+use kurbo::Affine;
+use magician_host::{Given, Setting};
+use usvg::tiny_skia_path::PathSegment;
+use usvg::{ClipPath, Group, ImageHrefResolver, Mask, Node, Options, Tree};
+
+use self::collector::StrokeCollector;
+use self::lines::Closeness;
+use self::notes::Notes;
+use self::source::{Page, Source};
+use self::white::Whites;
+use super::{Chords, Content, Parsed, ReadOptions, SystemFonts};
+use crate::encoding::{Otherwise, decode};
+use crate::{Artwork, Diagnostic, DiagnosticCode, Stroke};
+
+/// Files may be as large, bytes.
+const LARGEST: usize = 64 << 20;
+/// What a pixel is: 96 of them are an inch (CSS Values and Units 3, section 6.2), mm.
+const PIXEL: f64 = 25.4 / 96.0;
+/// So far beside the page is still on it, mm.
+const BESIDE: f64 = 1.0;
+/// Drawings are made larger for the library by no more than this.
+const MOST_TIMES: f64 = 4096.0;
+/// Elements within elements are read by functions within functions.
+#[cfg_attr(target_family = "wasm", allow(dead_code))]
+const STACK: usize = 64 << 20;
+/// What is not followed, or not followed without end: filters, and markers on the lines of markers.
+const STYLE: &str = "* { filter: none !important }
+marker * { marker-start: none !important; marker-mid: none !important; marker-end: none !important }
+marker use { display: none !important }";
+
+pub(super) fn read(
+    bytes: &[u8],
+    options: &ReadOptions,
+    chords: &Chords,
+) -> Result<Parsed, Diagnostic> {
+    if bytes.len() > LARGEST {
+        let message = format!("it has {} bytes, limit {LARGEST}", bytes.len());
+        return Err(Diagnostic::of_file(message));
+    }
+    let bytes = crate::packed::unpacked(bytes, LARGEST)?;
+    let bytes = bytes.as_ref();
+    let decoded = decode(bytes, Otherwise::Western)?;
+    let mut drawing = on_a_deep_stack(|| drawing(&decoded.text, options, chords))?;
+    drawing.notes.extend(decoded.note);
+    Ok(Parsed {
+        content: Content::Artwork(drawing.content),
+        notes: drawing.notes,
+    })
+}
+
+/// Where there are no threads the caller's stack has to do: link with `-zstack-size` of [`STACK`].
+#[cfg(target_family = "wasm")]
+fn on_a_deep_stack<T>(work: impl FnOnce() -> Result<T, Diagnostic>) -> Result<T, Diagnostic> {
+    work()
+}
+
+/// Does something that goes deep, on any caller's stack. If the library breaks on a drawing, that is a problem of the file.
+#[cfg(not(target_family = "wasm"))]
+fn on_a_deep_stack<T: Send>(
+    work: impl FnOnce() -> Result<T, Diagnostic> + Send,
+) -> Result<T, Diagnostic> {
+    std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new().stack_size(STACK);
+        match thread
+            .spawn_scoped(scope, work)
+            .map(|running| running.join())
+        {
+            Ok(Ok(done)) => done,
+            Ok(Err(_)) => Err(Diagnostic::of_file("this drawing cannot be read")),
+            Err(error) => Err(Diagnostic::of_file(format!(
+                "there is no room to read it: {error}"
+            ))),
+        }
+    })
+}
+
+fn drawing(
+    text: &str,
+    options: &ReadOptions,
+    chords: &Chords,
+) -> Result<Parsed<Artwork>, Diagnostic> {
+    let mut notes = Notes::default();
+    let source = source::prepare(text, &mut notes)?;
+    let mut installed = options.system_fonts == SystemFonts::On && text::names_fonts(&source.text);
+    let of_file = text::FileFonts::of(&source.text, &mut notes)?;
+    let mut fonts = text::fonts(&of_file, installed);
+    let mut tree = tree_of(&source.text, &fonts, installed)?;
+    if installed && text::lacks_glyphs(tree.root()) {
+        // Installed fonts draw a box for what they lack.
+        installed = false;
+        fonts = text::fonts(&of_file, installed);
+        tree = tree_of(&source.text, &fonts, installed)?;
+    }
+    let (width, height) = (tree.size().width(), tree.size().height());
+    let page = [width, height].map(|side| f64::from(side) * PIXEL);
+    if source.page == Page::ViewBox {
+        let [width, height] = page;
+        let remark = format!(
+            "no size is given: with 1/96 inch per unit the page is {width:.1} by {height:.1} mm"
+        );
+        notes.add(Diagnostic::of_file(remark).coded(DiagnosticCode::Assumed));
+    }
+    let times = times_larger(chords);
+    let larger = match times > 1.0 && text::runs_along_paths(tree.root()) {
+        true => {
+            let size = match source.page {
+                Page::Sized | Page::ViewBox => [width, height],
+                // Percentages are of this where the file gives no size at all.
+                Page::Unknown => {
+                    let fallback = Options::default().default_size;
+                    [fallback.width(), fallback.height()]
+                }
+            };
+            source::enlarged(&source.text, size, times as f32)?
+        }
+        false => None,
+    };
+    let mut pixel = PIXEL;
+    if let Some(larger) = larger {
+        tree = tree_of(&larger, &fonts, installed)?;
+        pixel /= times;
+    }
+    // Up is up, from the lower edge of the page.
+    let to = Affine::new([pixel, 0.0, 0.0, -pixel, 0.0, page[1]]);
+    let tolerance = match has_curves(tree.root()) {
+        true => chords.for_curve(),
+        false => chords.tolerance(),
+    };
+    let close = Closeness::new(tolerance, chords.unit());
+    let Source {
+        elements,
+        layers: in_file,
+        page: says,
+        shapes,
+        is_font,
+        ..
+    } = source;
+    let whites = Whites::of(tree.root(), options.white);
+    let mut collector = StrokeCollector::new(
+        &elements, &in_file, close, options, whites, &mut notes, fonts,
+    );
+    collector.all(tree.root(), to)?;
+    let StrokeCollector {
+        strokes,
+        areas,
+        names,
+        layers,
+        colors,
+        ..
+    } = collector;
+    let areas = areas.into_filled();
+    if strokes.is_empty() && areas.is_empty() && notes.is_empty() {
+        notes.add(nothing_seen(shapes, is_font));
+    }
+    if says != Page::Unknown && !options.clip_page {
+        beyond_the_page(&strokes, page, &mut notes);
+    }
+    let artwork = Artwork {
+        title: options.title.clone(),
+        page: (says != Page::Unknown).then_some(page),
+        strokes,
+        areas,
+        names,
+        layers,
+        colors,
+        ..Artwork::default()
+    };
+    Ok(Parsed {
+        content: artwork,
+        notes: notes.into_diagnostics(),
+    })
+}
+
+/// How many times larger than it is a drawing is read so that letters along a path are where they belong in the size in which it
+/// is drawn: the library places them within about half a pixel. A power of 2 changes no number but by its exponent.
+fn times_larger(chords: &Chords) -> f64 {
+    let finest = PIXEL / (2.0 * chords.tolerance());
+    libm::exp2(libm::ceil(libm::log2(finest.clamp(1.0, MOST_TIMES))))
+}
+
+/// True if anything in it may have a curve.
+fn has_curves(group: &Group) -> bool {
+    let clip = group.clip_path().map(ClipPath::root);
+    let mask = group.mask().map(Mask::root);
+    let curved = |node: &Node| match node {
+        Node::Group(group) => has_curves(group),
+        Node::Path(path) => path
+            .data()
+            .segments()
+            .any(|segment| matches!(segment, PathSegment::QuadTo(..) | PathSegment::CubicTo(..))),
+        Node::Text(_) => true,
+        Node::Image(_) => false,
+    };
+    clip.into_iter().chain(mask).any(has_curves) || group.children().iter().any(curved)
+}
+
+/// Why a drawing has no line.
+fn nothing_seen([shapes, hidden]: [usize; 2], is_font: bool) -> Diagnostic {
+    let message = match shapes {
+        0 if is_font => {
+            let message = "the file is a font: it has letters, and draws nothing by itself";
+            let note = Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut);
+            return note.remedy((Setting::Font, Given::Any("FILE")), "writes text with it");
+        }
+        0 => "the drawing has no shapes".to_owned(),
+        1 if hidden == 1 => "the only shape of the drawing is hidden".to_owned(),
+        all if all == hidden => format!("all {all} shapes of the drawing are hidden"),
+        1 => "the only shape of the drawing has no visible line or fill, or is cut off".to_owned(),
+        all => format!(
+            "of the {all} shapes of the drawing none has a visible line or fill that is not cut off"
+        ),
+    };
+    Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut)
+}
+
+/// What a viewer would not show, a pen draws all the same: beside the paper, maybe.
+fn beyond_the_page(strokes: &[Stroke], [width, height]: [f64; 2], notes: &mut Notes) {
+    let within = |at: &[f64; 2]| {
+        let [x, y] = *at;
+        (-BESIDE..=width + BESIDE).contains(&x) && (-BESIDE..=height + BESIDE).contains(&y)
+    };
+    for stroke in strokes {
+        if !stroke.points.iter().all(within) {
+            let remark = "a line leaves the page and is drawn there too";
+            let note = Diagnostic::new(stroke.origin, remark).coded(DiagnosticCode::Assumed);
+            notes.add(note.remedy((Setting::ClipPage, Given::On), "cuts it off"));
+        }
+    }
+}
+
+fn tree_of(source: &str, fonts: &text::LaidFonts, installed: bool) -> Result<Tree, Diagnostic> {
+    let mut options = Options {
+        dpi: 96.0,
+        style_sheet: Some(STYLE.to_owned()),
+        // Images are not drawn, and a drawing has no business with other files.
+        image_href_resolver: ImageHrefResolver {
+            resolve_data: Box::new(|_, _, _| None),
+            resolve_string: Box::new(|_, _| None),
+        },
+        ..Options::default()
+    };
+    text::set_up(&mut options, fonts, installed);
+    let document = source::parse(source)?;
+    Tree::from_xmltree(&document, &options).map_err(|error| {
+        let message = match error {
+            usvg::Error::InvalidSize => "the drawing has no size (width or height is 0)".to_owned(),
+            usvg::Error::ParsingFailed(roxmltree::Error::NodesLimitReached) => {
+                "it has too many elements, or too deeply nested ones".to_owned()
+            }
+            other => other.to_string(),
+        };
+        Diagnostic::of_file(message)
+    })
+}

@@ -1,0 +1,69 @@
+//! A font that is there to be written with.
+
+use super::hershey::Hershey;
+use super::{BundledFont, FontChoice, Glyph, Glyphs};
+use crate::Diagnostic;
+
+/// A font, and what writes the characters that it lacks.
+pub(crate) struct LoadedFont {
+    font: Box<dyn Glyphs>,
+    fallback: Option<&'static Hershey>,
+}
+
+impl FontChoice {
+    /// Reads the font.
+    ///
+    /// # Errors
+    /// What is wrong with its file.
+    pub(crate) fn load(&self) -> Result<LoadedFont, Diagnostic> {
+        match self {
+            Self::Bundled(font) => Ok(LoadedFont {
+                font: Box::new(Hershey::of(*font)),
+                fallback: None,
+            }),
+            Self::File { name, bytes } => Ok(LoadedFont {
+                font: of_file(name, bytes)?,
+                fallback: Some(Hershey::of(BundledFont::Sans)),
+            }),
+        }
+    }
+}
+
+#[cfg(feature = "font-files")]
+fn of_file(name: &str, bytes: &std::sync::Arc<[u8]>) -> Result<Box<dyn Glyphs>, Diagnostic> {
+    super::files::read(name, bytes)
+}
+
+#[cfg(not(feature = "font-files"))]
+fn of_file(name: &str, _bytes: &std::sync::Arc<[u8]>) -> Result<Box<dyn Glyphs>, Diagnostic> {
+    let message = format!(
+        "{name}: this build cannot read files of fonts: it lacks the feature font-files of magician-formats"
+    );
+    let missing = crate::Missing::Feature("font-files");
+    Err(Diagnostic::of_file(message).with_missing(Some(missing)))
+}
+
+impl LoadedFont {
+    /// What writes the characters that the font lacks, if anything does.
+    pub(crate) fn fallback(&self) -> Option<&'static Hershey> {
+        self.fallback
+    }
+}
+
+impl Glyphs for LoadedFont {
+    fn cap_height(&self) -> f64 {
+        self.font.cap_height()
+    }
+
+    fn glyph(&self, character: char, tolerance: f64) -> Option<Glyph> {
+        self.font.glyph(character, tolerance)
+    }
+
+    fn is_outlined(&self) -> bool {
+        self.font.is_outlined()
+    }
+
+    fn has_stroke_order(&self) -> bool {
+        self.font.has_stroke_order()
+    }
+}

@@ -1,0 +1,238 @@
+//! JSON whose every value still knows where in the text it stands.
+
+#[cfg(feature = "programs")]
+mod members;
+
+use std::borrow::Cow;
+use std::fmt::{self, Display};
+use std::str::FromStr;
+
+use serde::Deserialize;
+use serde::de::{Deserializer as _, Error as _, MapAccess, SeqAccess, Visitor};
+use serde_json::value::RawValue;
+
+use crate::{Diagnostic, Lines, Origin};
+
+/// More members than any object of ours has.
+const MOST_MEMBERS: usize = 64;
+
+/// A JSON text. Its values are slices of it, so that where they stand need not be kept.
+pub(crate) struct Json<'t> {
+    text: &'t str,
+}
+
+/// A member of an object.
+pub(crate) struct Member<'t> {
+    pub(crate) key: Cow<'t, str>,
+    pub(crate) value: &'t str,
+}
+
+#[derive(Deserialize)]
+struct Key<'t>(#[serde(borrow)] Cow<'t, str>);
+
+impl<'t> Json<'t> {
+    /// The text of a file.
+    pub(crate) fn of(text: &'t str) -> Self {
+        Self { text }
+    }
+
+    /// The value that the text is, after a look at the syntax of all of it.
+    pub(crate) fn whole(&self) -> Result<&'t str, Diagnostic> {
+        let value = serde_json::from_str::<&RawValue>(self.text);
+        value
+            .map(RawValue::get)
+            .map_err(|error| self.syntax(self.text, &error))
+    }
+
+    /// What is wrong with a value, and where it stands.
+    pub(crate) fn diagnostic(&self, value: &str, message: impl Into<String>) -> Diagnostic {
+        Diagnostic::new(self.origin(value, value.len()), message)
+    }
+
+    /// An unknown member.
+    pub(crate) fn unknown(&self, member: &Member<'_>, known: &str) -> Diagnostic {
+        let place = match &member.key {
+            Cow::Borrowed(key) => key,
+            Cow::Owned(_) => member.value,
+        };
+        self.diagnostic(place, format!("unknown member '{}'", member.key))
+            .help(format!("known are {known}"))
+    }
+
+    fn start(&self, part: &str) -> usize {
+        (part.as_ptr() as usize).saturating_sub(self.text.as_ptr() as usize)
+    }
+
+    fn origin(&self, part: &str, length: usize) -> Origin {
+        let start = self.start(part);
+        Lines::new(self.text).origin(start..start.saturating_add(length))
+    }
+
+    /// An error of the parser, which counts lines and columns (in bytes) from where the part begins.
+    fn syntax(&self, part: &str, error: &serde_json::Error) -> Diagnostic {
+        let lines = part
+            .split_inclusive('\n')
+            .take(error.line().saturating_sub(1));
+        let start: usize = lines.map(str::len).sum();
+        let mut at = (start + error.column().saturating_sub(1)).min(part.len());
+        while !part.is_char_boundary(at) {
+            at -= 1;
+        }
+        let full = error.to_string();
+        let what = full
+            .rsplit_once(" at line")
+            .map_or(full.as_str(), |(what, _)| what);
+        let place = part.get(at..).unwrap_or_default();
+        let origin = self.origin(place, place.chars().next().map_or(0, char::len_utf8));
+        Diagnostic::new(origin, format!("this is not JSON: {what}"))
+    }
+
+    /// The members of an object, none of them twice.
+    pub(crate) fn object(&self, value: &'t str) -> Result<Vec<Member<'t>>, Diagnostic> {
+        struct Members;
+
+        impl<'t> Visitor<'t> for Members {
+            type Value = Vec<Member<'t>>;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("an object")
+            }
+
+            fn visit_map<A: MapAccess<'t>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+                let mut members = Vec::new();
+                while let Some((Key(key), value)) = map.next_entry::<Key<'t>, &'t RawValue>()? {
+                    if members.len() == MOST_MEMBERS {
+                        return Err(A::Error::custom("far too many members"));
+                    }
+                    let value = value.get();
+                    members.push(Member { key, value });
+                }
+                Ok(members)
+            }
+        }
+
+        if !value.starts_with('{') {
+            return Err(self.diagnostic(value, "expected an object, {..}"));
+        }
+        let mut parser = serde_json::Deserializer::from_str(value);
+        let members = parser
+            .deserialize_map(Members)
+            .map_err(|error| self.syntax(value, &error))?;
+        for (at, member) in members.iter().enumerate() {
+            if members.iter().take(at).any(|other| other.key == member.key) {
+                return Err(
+                    self.diagnostic(member.value, format!("'{}' appears twice", member.key))
+                );
+            }
+        }
+        Ok(members)
+    }
+
+    /// Every item of an array in turn.
+    pub(crate) fn each(
+        &self,
+        value: &'t str,
+        visit: impl FnMut(&'t str) -> Result<(), Diagnostic>,
+    ) -> Result<(), Diagnostic> {
+        struct Items<'p, F> {
+            visit: F,
+            diagnostic: &'p mut Option<Diagnostic>,
+        }
+
+        impl<'t, F: FnMut(&'t str) -> Result<(), Diagnostic>> Visitor<'t> for Items<'_, F> {
+            type Value = ();
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("an array")
+            }
+
+            fn visit_seq<A: SeqAccess<'t>>(mut self, mut items: A) -> Result<(), A::Error> {
+                while let Some(item) = items.next_element::<&'t RawValue>()? {
+                    if let Err(diagnostic) = (self.visit)(item.get()) {
+                        *self.diagnostic = Some(diagnostic);
+                        return Err(A::Error::custom("a problem"));
+                    }
+                }
+                Ok(())
+            }
+        }
+
+        if !value.starts_with('[') {
+            return Err(self.diagnostic(value, "expected an array, [..]"));
+        }
+        let mut diagnostic = None;
+        let items = Items {
+            visit,
+            diagnostic: &mut diagnostic,
+        };
+        let parsed = serde_json::Deserializer::from_str(value).deserialize_seq(items);
+        parsed.map_err(|error| diagnostic.unwrap_or_else(|| self.syntax(value, &error)))
+    }
+
+    /// The items of an array.
+    pub(crate) fn array(&self, value: &'t str) -> Result<Vec<&'t str>, Diagnostic> {
+        let mut items = Vec::new();
+        self.each(value, |item| {
+            items.push(item);
+            Ok(())
+        })?;
+        Ok(items)
+    }
+
+    /// A text.
+    pub(crate) fn string(&self, value: &'t str) -> Result<Cow<'t, str>, Diagnostic> {
+        if !value.starts_with('"') {
+            return Err(self.diagnostic(value, "expected a string, \"..\""));
+        }
+        let text: Key<'t> =
+            serde_json::from_str(value).map_err(|error| self.syntax(value, &error))?;
+        Ok(text.0)
+    }
+
+    /// A whole number of some size.
+    pub(crate) fn number<T: FromStr>(&self, value: &str, what: &str) -> Result<T, Diagnostic> {
+        value
+            .parse()
+            .map_err(|_| self.diagnostic(value, format!("expected {what}")))
+    }
+
+    /// Yes or no.
+    pub(crate) fn boolean(&self, value: &str) -> Result<bool, Diagnostic> {
+        value
+            .parse()
+            .map_err(|_| self.diagnostic(value, "expected true or false"))
+    }
+
+    /// One of a few words.
+    pub(crate) fn one_of<T: Copy>(
+        &self,
+        value: &str,
+        words: &[(&str, T)],
+    ) -> Result<T, Diagnostic> {
+        let word = value
+            .strip_prefix('"')
+            .and_then(|rest| rest.strip_suffix('"'));
+        let found = words.iter().find(|(known, _)| Some(*known) == word);
+        found.map(|(_, value)| *value).ok_or_else(|| {
+            let names: Vec<String> = words
+                .iter()
+                .map(|(known, _)| format!("\"{known}\""))
+                .collect();
+            self.diagnostic(value, format!("expected {}", or(&names)))
+        })
+    }
+}
+
+/// `a, b or c`.
+fn or(names: &[impl Display]) -> String {
+    let mut text = String::new();
+    for (at, name) in names.iter().enumerate() {
+        text += match at {
+            0 => "",
+            at if at + 1 == names.len() => " or ",
+            _ => ", ",
+        };
+        text += &name.to_string();
+    }
+    text
+}

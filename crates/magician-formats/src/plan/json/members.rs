@@ -1,0 +1,67 @@
+//! Objects with as many members as a file of points has.
+
+use std::borrow::Cow;
+use std::fmt;
+
+use serde::de::{Deserializer as _, Error as _, MapAccess, Visitor};
+use serde_json::value::RawValue;
+
+use super::{Json, Key};
+use crate::{Diagnostic, Lines, Origin};
+
+impl<'t> Json<'t> {
+    /// The lines of the text, for many [places](Self::place).
+    pub(crate) fn lines(&self) -> Lines<'t> {
+        Lines::new(self.text)
+    }
+
+    /// Where a value stands.
+    pub(crate) fn place(&self, lines: &Lines<'_>, value: &str) -> Origin {
+        let start = self.start(value);
+        lines.origin(start..start.saturating_add(value.len()))
+    }
+
+    /// Every member of an object in turn, however many there are.
+    pub(crate) fn members(
+        &self,
+        value: &'t str,
+        visit: impl FnMut(Cow<'t, str>, &'t str) -> Result<(), Diagnostic>,
+    ) -> Result<(), Diagnostic> {
+        struct Members<'p, F> {
+            visit: F,
+            diagnostic: &'p mut Option<Diagnostic>,
+        }
+
+        impl<'t, F> Visitor<'t> for Members<'_, F>
+        where
+            F: FnMut(Cow<'t, str>, &'t str) -> Result<(), Diagnostic>,
+        {
+            type Value = ();
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("an object")
+            }
+
+            fn visit_map<A: MapAccess<'t>>(mut self, mut map: A) -> Result<(), A::Error> {
+                while let Some((Key(key), value)) = map.next_entry::<Key<'t>, &'t RawValue>()? {
+                    if let Err(diagnostic) = (self.visit)(key, value.get()) {
+                        *self.diagnostic = Some(diagnostic);
+                        return Err(A::Error::custom("a problem"));
+                    }
+                }
+                Ok(())
+            }
+        }
+
+        if !value.starts_with('{') {
+            return Err(self.diagnostic(value, "expected an object, {..}"));
+        }
+        let mut diagnostic = None;
+        let members = Members {
+            visit,
+            diagnostic: &mut diagnostic,
+        };
+        let parsed = serde_json::Deserializer::from_str(value).deserialize_map(members);
+        parsed.map_err(|error| diagnostic.unwrap_or_else(|| self.syntax(value, &error)))
+    }
+}

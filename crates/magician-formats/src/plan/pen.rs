@@ -1,0 +1,160 @@
+//! The pen of a plan, and how it stands when the plan has ended.
+
+use magician_protocol::Set;
+
+use super::{Action, Plan, Tool, Travel};
+use crate::Surface;
+
+/// Heights that differ by less than this are the same: what 32 bits and a reading cost, mm.
+const SAME: f64 = 0.05;
+
+impl Plan {
+    /// Whether it draws with a pen. A plan for a pen does if it goes anywhere. One that does not name its tool, or gives a bias,
+    /// does if it follows continuous paths or arcs, and is known to be a drawing: because it says where its surface is, or
+    /// because of the file that it was made of (`drawing`). Nothing of a laser, a suction cup or a gripper does.
+    pub fn draws(&self, drawing: bool) -> bool {
+        let any = |is: fn(&Action) -> bool| self.steps.iter().any(|step| is(&step.action));
+        if any(Action::is_of_a_laser) {
+            return false;
+        }
+        match self.tool {
+            Some(Tool::Pen) => any(|action| action.target().is_some()) || any(draws_along),
+            None | Some(Tool::Bias(_)) => (drawing || self.surface.is_some()) && any(draws_along),
+            Some(Tool::None | Tool::Suction | Tool::Gripper | Tool::Laser) => false,
+        }
+    }
+
+    /// The surface that a pen draws on: the plan's, else level at the lowest point of its continuous paths. None without either.
+    pub fn drawn_on(&self) -> Option<Surface> {
+        let level = || {
+            let steps = self.steps.iter().map(|step| &step.action);
+            let paths = steps.filter(|action| matches!(action, Action::Path { .. }));
+            let heights = paths.filter_map(|action| Some(f64::from(action.target()?[2])));
+            let lowest = heights.filter(|z| z.is_finite()).reduce(f64::min);
+            lowest.map(Surface::level)
+        };
+        self.surface.or_else(level)
+    }
+
+    /// How far a pen that stands there when the plan has ended is still to be lifted, mm, so that it is `lift` above the paper:
+    /// the surface, or the lowest point of the plan where that is higher or no surface is known.
+    pub fn lift_left(&self, [x, y, z]: [f64; 3], lift: f64) -> f64 {
+        let targets = self.steps.iter().filter_map(|step| step.action.target());
+        let lowest = targets.map(|[_, _, z]| f64::from(z)).reduce(f64::min);
+        let surface = self.surface.map(|surface| surface.at([x, y]));
+        let paper = [lowest, surface].into_iter().flatten().reduce(f64::max);
+        let above = paper.map_or(0.0, |paper| (z - paper).max(0.0));
+        let left = lift - above;
+        if left > SAME { left } else { 0.0 }
+    }
+
+    /// Whether its last step does no more than lift the pen straight up.
+    pub fn ends_with_lift(&self) -> bool {
+        let mut steps = self.steps.iter().rev().map(|step| &step.action);
+        let Some(Action::Move {
+            to: [x, y, z, _],
+            by: Travel::Line,
+        }) = steps.next()
+        else {
+            return false;
+        };
+        let before = steps.find(|action| !matches!(action, Action::Wait(_)));
+        let before = before.and_then(Action::target);
+        before.is_some_and(|[from_x, from_y, from_z]| {
+            let aside = libm::hypot(f64::from(x - from_x), f64::from(y - from_y));
+            aside < SAME && f64::from(z - from_z) > SAME
+        })
+    }
+}
+
+/// Whether a step draws a line as drawings do.
+fn draws_along(action: &Action) -> bool {
+    match action {
+        Action::Path { .. } | Action::Arc { .. } => true,
+        Action::Command(command) => matches!(
+            **command,
+            Set::CpCmd(_) | Set::ArcCmd(_) | Set::CircleCmd(_)
+        ),
+        _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::slice;
+
+    use magician_host::words;
+
+    use super::*;
+    use crate::Origin;
+
+    fn of(tool: Option<Tool>, actions: &[Action]) -> Plan {
+        let mut plan = Plan::new("p");
+        plan.tool = tool;
+        for action in actions {
+            plan.push(action.clone(), Origin::NONE);
+        }
+        plan
+    }
+
+    fn go(x: f32, y: f32, z: f32) -> Action {
+        Action::Move {
+            to: [x, y, z, 0.0],
+            by: Travel::Line,
+        }
+    }
+
+    fn along(x: f32, y: f32, z: f32) -> Action {
+        Action::Path { to: [x, y, z] }
+    }
+
+    #[test]
+    fn a_drawing_is_what_a_pen_does() {
+        let line = [go(200.0, 0.0, -50.0), along(240.0, 0.0, -50.0)];
+        for tool in [None, Some(Tool::Pen), Some(Tool::Bias([70.0, 0.0, 1.0]))] {
+            assert!(of(tool, &line).draws(true), "{tool:?}");
+            let mut on_paper = of(tool, &line);
+            on_paper.surface = Some(Surface::level(-50.0));
+            assert!(on_paper.draws(false), "{tool:?}");
+        }
+        for tool in [Tool::None, Tool::Suction, Tool::Gripper, Tool::Laser] {
+            assert!(!of(Some(tool), &line).draws(true), "{tool:?}");
+        }
+        assert!(of(Some(Tool::Pen), &line[..1]).draws(false));
+        // A path that a program makes for a tool that it does not name may be of any.
+        assert!(!of(None, &line).draws(false));
+        assert!(!of(None, &line[..1]).draws(true));
+        assert!(!of(Some(Tool::Pen), &[words::speed(10.0, 10.0).into()]).draws(true));
+        let burnt = [line.as_slice(), &[Action::Laser(true)]].concat();
+        assert!(!of(None, &burnt).draws(true) && !of(Some(Tool::Pen), &burnt).draws(true));
+    }
+
+    #[test]
+    fn a_pen_is_lifted_by_what_its_plan_has_left() {
+        let at = |z: f64| [240.0, 0.0, z];
+        let mut plan = of(None, &[go(200.0, 0.0, -40.0), along(240.0, 0.0, -50.0)]);
+        assert_eq!(plan.lift_left(at(-50.0), 10.0), 10.0);
+        assert_eq!(plan.lift_left(at(-46.0), 10.0), 6.0);
+        assert_eq!(plan.lift_left(at(-40.0), 10.0), 0.0);
+        assert_eq!(plan.lift_left(at(20.0), 10.0), 0.0);
+        // A pen that has pressed on.
+        assert_eq!(plan.lift_left(at(-51.0), 10.0), 10.0);
+        plan.surface = Some(Surface::level(-45.0));
+        assert_eq!(plan.lift_left(at(-45.0), 10.0), 10.0);
+        // What draws above the surface that was named touches something.
+        plan.surface = Some(Surface::level(-90.0));
+        assert_eq!(plan.lift_left(at(-50.0), 10.0), 10.0);
+    }
+
+    #[test]
+    fn the_last_lift_is_known() {
+        let (pen, line) = (Some(Tool::Pen), along(240.0, 0.0, -50.0));
+        let up = go(240.0, 0.0, -40.0);
+        let plan = |last: &[Action]| of(pen, &[slice::from_ref(&line), last].concat());
+        assert!(plan(slice::from_ref(&up)).ends_with_lift());
+        assert!(plan(&[Action::Wait(100), up.clone()]).ends_with_lift());
+        assert!(!plan(&[]).ends_with_lift());
+        assert!(!plan(&[go(250.0, 0.0, -40.0)]).ends_with_lift());
+        assert!(!plan(&[go(240.0, 0.0, -60.0)]).ends_with_lift());
+    }
+}

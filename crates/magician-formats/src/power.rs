@@ -1,0 +1,106 @@
+//! How strong a laser burns, as people say it.
+
+use std::fmt;
+use std::str::FromStr;
+
+/// What full power is to be, percent, and the least power of what burns at all.
+///
+/// ```
+/// use magician_formats::Power;
+///
+/// let power: Power = "60".parse()?;
+/// assert_eq!((power.of(50.0), power.of(0.0)), (30.0, 0.0));
+/// let power: Power = "10..60".parse()?;
+/// assert_eq!((power.of(100.0), power.of(50.0), power.of(0.0)), (60.0, 35.0, 0.0));
+/// # Ok::<(), String>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Power {
+    least: f64,
+    most: f64,
+}
+
+impl Power {
+    /// All that is there.
+    pub const FULL: Self = Self {
+        least: 0.0,
+        most: 100.0,
+    };
+
+    /// From one percentage to another, the first no greater than the second.
+    ///
+    /// # Errors
+    /// What is wrong with them, in a sentence.
+    pub fn new(least: f64, most: f64) -> Result<Self, String> {
+        match 0.0 <= least && least <= most && most <= 100.0 {
+            true => Ok(Self { least, most }),
+            false => Err(format!(
+                "power is percent from 0 to 100, the least before the most, not {least} and {most}"
+            )),
+        }
+    }
+
+    /// Least and most, percent.
+    #[must_use]
+    pub fn range(&self) -> [f64; 2] {
+        [self.least, self.most]
+    }
+
+    /// What becomes of a power, percent: nothing of nothing, the least and the most of what is between none and full power.
+    #[must_use]
+    pub fn of(&self, percent: f64) -> f64 {
+        match percent > 0.0 {
+            true => self.least + (self.most - self.least) * percent / 100.0,
+            false => 0.0,
+        }
+    }
+}
+
+/// `P` or `LEAST..MOST`.
+impl fmt::Display for Power {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { least, most } = self;
+        match *least > 0.0 {
+            true => write!(f, "{least}..{most}"),
+            false => write!(f, "{most}"),
+        }
+    }
+}
+
+impl FromStr for Power {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let number = |text: &str| text.trim().trim_end_matches('%').trim_end().parse().ok();
+        let range = match text.split_once("..") {
+            Some((least, most)) => number(least).zip(number(most)),
+            None => number(text).map(|most| (0.0, most)),
+        };
+        let power = range.and_then(|(least, most)| Self::new(least, most).ok());
+        power.ok_or_else(|| "expected percent from 0 to 100, such as 80 or 5..80".to_owned())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn powers_are_one_number_or_two() {
+        for (text, range) in [
+            ("80", [0.0, 80.0]),
+            ("5..70%", [5.0, 70.0]),
+            (" 5 % .. 70 % ", [5.0, 70.0]),
+            ("0", [0.0, 0.0]),
+        ] {
+            let power: Power = text.parse().expect(text);
+            assert_eq!(power.range(), range, "{text}");
+            assert_eq!(power.to_string().parse(), Ok(power));
+        }
+        for wrong in [
+            "", "101", "70..5", "a..b", "-5..20", "nan", "nan..80", "5..", "inf",
+        ] {
+            assert!(wrong.parse::<Power>().is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! Straight ways, looked at in pieces: for less work than following them exactly.
+
+use magician_motion::Pose;
+
+use super::Reach;
+use crate::artwork::distance;
+
+/// So much above the height of its ways a tool first comes to what it works on, and passes over what a straight way cannot cross,
+/// mm. Joints that go together lower the tool on their way where the arm is stretched out and low; a way that ends so much higher
+/// does not lead below a level surface that the tool stands at least 3 mm above.
+pub const APPROACH: f64 = 50.0;
+/// Where it cannot be so high, a place nearer to the base or farther from it is tried by this share, so many times.
+const ASIDE: f64 = 0.05;
+const MOST_ASIDE: i32 = 8;
+
+/// Ways are looked at in pieces of this length, mm.
+const PIECE: f64 = 4.0;
+/// In no more pieces than this.
+const MOST_PIECES: f64 = 1000.0;
+
+/// A way of all joints is looked at in so many places.
+const PLACES: u32 = 64;
+/// A way round the base is straight for no more than this, deg.
+const TURN: f64 = 30.0;
+
+/// A point, and how far above the surface.
+pub type Above = ([f64; 2], f64);
+
+impl Reach {
+    /// So high above a point, or beside it towards the base or away from it, with a straight way from there to the point; where
+    /// there is no such place, as high above it as is reached.
+    pub fn over(&self, end: Above, height: f64) -> Above {
+        let ([x, y], above) = end;
+        let asides = (0..=MOST_ASIDE).flat_map(|nth| [-nth, nth]);
+        let places = asides.map(|nth| 1.0 + f64::from(nth) * ASIDE);
+        let mut places = places.map(|share| ([x * share, y * share], height));
+        if let Some(place) = places.find(|place| self.slants(*place, end)) {
+            return place;
+        }
+        let tenths = (1..=10).rev().map(|tenth| f64::from(tenth) / 10.0);
+        let heights = tenths.map(|share| above + share * (height - above));
+        let mut places = heights.map(|height| ([x, y], height));
+        places.find(|place| self.slants(*place, end)).unwrap_or(end)
+    }
+
+    /// Whether there is a straight way from one height to another.
+    pub fn slants(&self, from: Above, to: Above) -> bool {
+        let count = (libm::hypot(distance(from.0, to.0), to.1 - from.1) / PIECE).ceil();
+        let count = count.clamp(1.0, MOST_PIECES);
+        (0..=count as u32).all(|nth| {
+            let share = f64::from(nth) / count;
+            let lift = from.1 + share * (to.1 - from.1);
+            self.joints(between(from.0, to.0, share), lift).is_some()
+        })
+    }
+
+    /// Whether a way of all joints stays so far above the surface.
+    pub(crate) fn clears(&self, from: Above, to: Above, least: f64) -> bool {
+        let (Some(from), Some(to)) = (self.joints(from.0, from.1), self.joints(to.0, to.1)) else {
+            return false;
+        };
+        let (from, to) = (from.to_array(), to.to_array());
+        (0..=PLACES).all(|nth| {
+            let share = f64::from(nth) / f64::from(PLACES);
+            let joints = [0, 1, 2, 3].map(|joint| from[joint] + share * (to[joint] - from[joint]));
+            let Pose { x, y, z, .. } = self.geometry.forward(&joints.into());
+            z - self.surface.at([x, y]) >= least
+        })
+    }
+
+    /// Corners of a way round the base that is straight from each to the next, so far above the surface.
+    pub fn round_base(&self, from: [f64; 2], to: [f64; 2], lift: f64) -> Option<Vec<[f64; 2]>> {
+        let [near, far] = self.ahead()?;
+        let radius = f64::midpoint(near, far);
+        let [begin, end] = [from, to].map(|[x, y]| libm::atan2(y, x));
+        let count = ((end - begin).abs().to_degrees() / TURN).ceil().max(1.0);
+        let corners: Vec<_> = (0..=count as u32)
+            .map(|nth| {
+                let (sin, cos) = libm::sincos(begin + (end - begin) * f64::from(nth) / count);
+                [radius * cos, radius * sin]
+            })
+            .collect();
+        let ends = [from].into_iter().chain(corners.iter().copied());
+        let mut ways = ends.zip(corners.iter().copied().chain([to]));
+        let reached = |corner: &[f64; 2]| self.joints(*corner, lift).is_some();
+        (corners.iter().all(reached) && ways.all(|(from, to)| self.leads(from, to, lift)))
+            .then_some(corners)
+    }
+
+    /// Whether the tool gets from one point to another on a straight way so far above the surface. Both ends are known to be
+    /// reached.
+    pub fn leads(&self, from: [f64; 2], to: [f64; 2], lift: f64) -> bool {
+        let is_reached = |point| self.joints(point, lift).is_some();
+        is_reached(nearest_to_base(from, to)) && pieces(from, to).all(is_reached)
+    }
+
+    /// Whether a line of these corners is reached on the surface and above it.
+    pub(crate) fn has_line(&self, corners: impl Iterator<Item = [f64; 2]>) -> bool {
+        let mut last = None;
+        for corner in corners {
+            let reached = match last.replace(corner) {
+                Some(last) => {
+                    let nearest = nearest_to_base(last, corner);
+                    pieces(last, corner)
+                        .chain([nearest])
+                        .all(|point| self.has(point))
+                }
+                None => self.has(corner),
+            };
+            if !reached {
+                return false;
+            }
+        }
+        true
+    }
+}
+
+/// Points on a straight way, the last of them its end.
+fn pieces(from: [f64; 2], to: [f64; 2]) -> impl Iterator<Item = [f64; 2]> {
+    let count = (distance(from, to) / PIECE).ceil().clamp(1.0, MOST_PIECES);
+    (1..=count as u32).map(move |nth| between(from, to, f64::from(nth) / count))
+}
+
+fn nearest_to_base(from: [f64; 2], to: [f64; 2]) -> [f64; 2] {
+    let way = [to[0] - from[0], to[1] - from[1]];
+    let square = way[0] * way[0] + way[1] * way[1];
+    if square == 0.0 {
+        return from;
+    }
+    let share = -(from[0] * way[0] + from[1] * way[1]) / square;
+    between(from, to, share.clamp(0.0, 1.0))
+}
+
+fn between(from: [f64; 2], to: [f64; 2], share: f64) -> [f64; 2] {
+    match share {
+        1.0 => to,
+        _ => [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis])),
+    }
+}

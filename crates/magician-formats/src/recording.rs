@@ -1,0 +1,414 @@
+//! A motion that the arm was led through by hand, as a program that repeats it.
+
+use magician_host::words;
+
+use crate::simplify::kept;
+use crate::{Action, Origin, Plan, Tool, Travel};
+
+/// What moves less than this stands, mm and deg.
+const STILL: f64 = 0.2;
+/// A longer standstill is a rest, s.
+const REST: f64 = 1.0;
+/// J4 is held by its motor: what is less than this was read, not meant, deg.
+pub(crate) const HELD: f64 = 0.5;
+/// Readings that are thinned at once.
+const CHUNK: usize = 2048;
+/// Speeds of a program, mm/s: what is slower is not worth waiting for, and the arm goes no faster (model section 6).
+const SPEEDS: [f64; 2] = [1.0, 300.0];
+/// Accelerations of a program, mm/s2.
+const ACCELERATIONS: [f64; 2] = [50.0, 400.0];
+/// The longest rest that one step can keep, ms.
+pub(crate) const LONGEST: f64 = 86_400_000.0;
+
+/// Where the arm was at a time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PoseReading {
+    /// When, s.
+    pub t: f64,
+    /// x, y, z, r of the tool, mm and deg.
+    pub pose: [f64; 4],
+    /// The angle of J4, deg.
+    pub j4: f64,
+}
+
+/// How a program repeats a recording.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+pub enum CaptureMode {
+    /// A continuous path, without a stop between two rests.
+    #[default]
+    Path,
+    /// Straight lines from point to point, with a stop at each: all that a playback file can say.
+    Lines,
+}
+
+/// Readings of a motion, thinned as they come: none is farther than the tolerance from the lines that remain.
+///
+/// A program of it goes to the first reading, and follows the motion at its own average speed from rest to rest. Rests between
+/// motions are kept, but not those before the first and after the last. Where J4 was turned (by its motor: hands cannot)
+/// it follows on straight lines, as a continuous path does not drive J4 (model
+/// section 8).
+///
+/// ```
+/// use magician_formats::{CaptureMode, PoseReading, Recording};
+///
+/// let mut recording = Recording::new(0.5);
+/// for nth in 0..100 {
+///     let t = f64::from(nth) * 0.05;
+///     recording.push(PoseReading { t, pose: [200.0 + 10.0 * t, 0.0, 50.0, 0.0], j4: 0.0 });
+/// }
+/// let plan = recording.plan("led", None, CaptureMode::Path);
+/// assert_eq!(plan.steps.len(), 3); // there, how fast, along
+/// ```
+#[derive(Clone, Debug)]
+pub struct Recording {
+    tolerance: f64,
+    /// From rest to rest.
+    stretches: Vec<Stretch>,
+    /// The last reading that was no rest, and when the arm was read last.
+    last: Option<(PoseReading, f64)>,
+}
+
+/// From one rest to the next.
+#[derive(Clone, Debug)]
+struct Stretch {
+    /// How long the arm had rested, s.
+    rest: f64,
+    begun: f64,
+    ended: f64,
+    length: f64,
+    /// J4, from and to.
+    j4: [f64; 2],
+    /// Readings that stay, and behind them those that are to be thinned yet.
+    readings: Vec<PoseReading>,
+    thinned: usize,
+}
+
+impl Recording {
+    /// An empty one; the tolerance is in mm, and in degrees of J4.
+    #[must_use]
+    pub fn new(tolerance: f64) -> Self {
+        Self {
+            tolerance,
+            stretches: Vec::new(),
+            last: None,
+        }
+    }
+
+    /// Takes the next reading. One with a number that is not finite, or that is not later than the one before, is left out.
+    pub fn push(&mut self, reading: PoseReading) {
+        let numbers = reading.pose.iter().chain([&reading.t, &reading.j4]);
+        if !{ numbers }.all(|number| number.is_finite()) {
+            return;
+        }
+        let Some((at, seen)) = self.last else {
+            self.last = Some((reading, reading.t));
+            return;
+        };
+        if reading.t <= seen {
+            return;
+        }
+        if apart(&at, &reading) < STILL && (reading.pose[3] - at.pose[3]).abs() < STILL {
+            self.last = Some((at, reading.t));
+            // The end of a motion is where the arm came to rest.
+            let stretch = self.stretches.last_mut();
+            if let Some(end) = stretch.and_then(|stretch| stretch.readings.last_mut()) {
+                end.pose = reading.pose;
+            }
+            return;
+        }
+        let rest = seen - at.t;
+        if rest > REST || self.stretches.is_empty() {
+            let end = self.stretches.last().and_then(|last| last.readings.last());
+            let start = PoseReading {
+                t: seen,
+                ..end.copied().unwrap_or(at)
+            };
+            self.stretches.push(Stretch::from(start, rest));
+        }
+        if let Some(stretch) = self.stretches.last_mut() {
+            stretch.push(reading, self.tolerance);
+        }
+        self.last = Some((reading, reading.t));
+    }
+
+    /// How far the tool was led, mm.
+    #[must_use]
+    pub fn length(&self) -> f64 {
+        self.stretches.iter().map(|stretch| stretch.length).sum()
+    }
+
+    /// The program that repeats it, for the tool that it was led with. Empty if nothing was pushed.
+    #[must_use]
+    pub fn plan(&self, title: &str, tool: Option<Tool>, follow: CaptureMode) -> Plan {
+        let mut plan = Plan {
+            tool,
+            ..Plan::new(title)
+        };
+        let Some((last, _)) = self.last else {
+            return plan;
+        };
+        let first = self
+            .stretches
+            .first()
+            .and_then(|first| first.readings.first());
+        let to = first.unwrap_or(&last).pose.map(|number| number as f32);
+        let by = Travel::Joints;
+        plan.push(Action::Move { to, by }, Origin::NONE);
+        let mut speed = None;
+        for (nth, stretch) in self.stretches.iter().enumerate() {
+            if nth > 0 {
+                rest(&mut plan, stretch.rest);
+            }
+            stretch.follow(&mut plan, self.tolerance, follow, &mut speed);
+        }
+        plan
+    }
+}
+
+impl Stretch {
+    fn from(start: PoseReading, rest: f64) -> Self {
+        Self {
+            rest,
+            begun: start.t,
+            ended: start.t,
+            length: 0.0,
+            j4: [start.j4; 2],
+            readings: vec![start],
+            thinned: 0,
+        }
+    }
+
+    fn push(&mut self, reading: PoseReading, tolerance: f64) {
+        if let Some(last) = self.readings.last() {
+            self.length += along(last, &reading);
+        }
+        self.ended = reading.t;
+        self.j4 = [self.j4[0].min(reading.j4), self.j4[1].max(reading.j4)];
+        self.readings.push(reading);
+        if self.readings.len() - self.thinned > CHUNK {
+            let tail = thin(&self.readings[self.thinned..], tolerance);
+            self.readings.truncate(self.thinned);
+            self.readings.extend(tail);
+            self.thinned = self.readings.len() - 1;
+        }
+    }
+
+    fn turns(&self) -> bool {
+        self.j4[1] - self.j4[0] > HELD
+    }
+
+    /// Adds the steps that follow it; the arm stands at its first reading.
+    fn follow(
+        &self,
+        plan: &mut Plan,
+        tolerance: f64,
+        follow: CaptureMode,
+        commanded: &mut Option<CommandedSpeed>,
+    ) {
+        let lines = follow == CaptureMode::Lines || self.turns();
+        let velocity = (self.length / (self.ended - self.begun)).clamp(SPEEDS[0], SPEEDS[1]);
+        let velocity = (velocity * 10.0).round() / 10.0;
+        let acceleration = (4.0 * velocity).clamp(ACCELERATIONS[0], ACCELERATIONS[1]);
+        let speed = CommandedSpeed { lines, velocity };
+        if *commanded != Some(speed) {
+            let word = if lines {
+                words::line_speed
+            } else {
+                words::path_speed
+            };
+            let command = word(velocity as f32, acceleration as f32);
+            plan.push(command, Origin::NONE);
+            *commanded = Some(speed);
+        }
+        let (done, rest) = self.readings.split_at(self.thinned);
+        let readings = done.iter().copied().chain(thin(rest, tolerance));
+        for reading in readings.skip(1) {
+            let [x, y, z, r] = reading.pose.map(|number| number as f32);
+            let action = match lines {
+                true => Action::Move {
+                    to: [x, y, z, r],
+                    by: Travel::Line,
+                },
+                false => Action::Path { to: [x, y, z] },
+            };
+            plan.push(action, Origin::NONE);
+        }
+    }
+}
+
+/// The speed that the arm was told last.
+#[derive(Clone, Copy, PartialEq)]
+struct CommandedSpeed {
+    lines: bool,
+    velocity: f64,
+}
+
+fn rest(plan: &mut Plan, seconds: f64) {
+    if seconds > REST {
+        let milliseconds = (seconds * 1000.0).round().min(LONGEST);
+        plan.push(Action::Wait(milliseconds as u32), Origin::NONE);
+    }
+}
+
+/// How far the tool went, mm.
+fn along(from: &PoseReading, to: &PoseReading) -> f64 {
+    let apart = from.pose.iter().zip(to.pose).take(3);
+    apart.map(|(a, b)| (b - a) * (b - a)).sum::<f64>().sqrt()
+}
+
+/// The same with J4: a degree counts as a millimetre.
+fn apart(from: &PoseReading, to: &PoseReading) -> f64 {
+    libm::hypot(along(from, to), to.j4 - from.j4)
+}
+
+/// First, last, and as few between as leave none farther away than the tolerance.
+fn thin(readings: &[PoseReading], tolerance: f64) -> Vec<PoseReading> {
+    let points: Vec<[f64; 4]> = readings.iter().map(point).collect();
+    let kept = readings.iter().zip(kept(&points, tolerance));
+    let kept = kept.filter(|(_, stays)| *stays);
+    kept.map(|(reading, _)| *reading).collect()
+}
+
+fn point(reading: &PoseReading) -> [f64; 4] {
+    let [x, y, z, _] = reading.pose;
+    [x, y, z, reading.j4]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A reading each 50 ms, from a time on.
+    fn led(
+        recording: &mut Recording,
+        from: f64,
+        seconds: f64,
+        at: impl Fn(f64) -> ([f64; 4], f64),
+    ) {
+        let count = (seconds / 0.05).round() as u32;
+        for nth in 0..=count {
+            let t = f64::from(nth) * 0.05;
+            let (pose, j4) = at(t);
+            let t = from + t;
+            recording.push(PoseReading { t, pose, j4 });
+        }
+    }
+
+    fn circle(t: f64) -> ([f64; 4], f64) {
+        let (sin, cos) = libm::sincos(t * std::f64::consts::TAU / 10.0);
+        ([220.0 + 30.0 * cos, 30.0 * sin, -20.0, 0.0], 5.0)
+    }
+
+    fn path(plan: &Plan) -> Vec<[f32; 3]> {
+        let steps = plan.steps.iter();
+        steps.filter_map(|step| step.action.target()).collect()
+    }
+
+    #[test]
+    fn a_circle_is_a_path_within_the_tolerance_at_its_speed() {
+        let mut recording = Recording::new(0.5);
+        led(&mut recording, 0.0, 10.0, circle);
+        let plan = recording.plan("circle", Some(Tool::Pen), CaptureMode::Path);
+        let points = path(&plan);
+        assert!((8..40).contains(&points.len()), "{}", points.len());
+        // In the middle of a chord the circle is farthest from it.
+        for pair in points.windows(2) {
+            let [x, y] = [0, 1].map(|axis| f64::from(pair[0][axis] + pair[1][axis]) / 2.0);
+            let off = 30.0 - libm::hypot(x - 220.0, y);
+            assert!((-0.01..0.6).contains(&off), "{off}");
+        }
+        let circumference = 30.0 * std::f64::consts::TAU;
+        assert!((recording.length() - circumference).abs() < 0.5);
+        let speed = plan.steps[1].action.command();
+        assert_eq!(speed, Some(words::path_speed(18.8, 75.2)));
+    }
+
+    #[test]
+    fn rests_are_kept_and_parts_of_a_motion_are_not_torn_apart() {
+        let mut recording = Recording::new(0.5);
+        let line = |t: f64| ([200.0 + 20.0 * t, 0.0, 0.0, 0.0], 0.0);
+        led(&mut recording, 0.0, 2.0, |_| line(0.0));
+        led(&mut recording, 2.05, 3.0, line);
+        led(&mut recording, 5.1, 4.0, |_| line(3.0));
+        led(&mut recording, 9.15, 2.0, |t| line(3.0 - t));
+        let plan = recording.plan("to and fro", None, CaptureMode::Path);
+        let actions: Vec<_> = plan.steps.iter().map(|step| step.action.clone()).collect();
+        let [there, _, out, wait, back] = &actions[..] else {
+            panic!("{actions:#?}");
+        };
+        assert!(matches!(there, Action::Move { to, .. } if to[0] == 200.0));
+        assert_eq!(
+            *out,
+            Action::Path {
+                to: [260.0, 0.0, 0.0]
+            }
+        );
+        assert!(matches!(wait, Action::Wait(4000..4150)), "{wait:?}");
+        assert_eq!(
+            *back,
+            Action::Path {
+                to: [220.0, 0.0, 0.0]
+            }
+        );
+    }
+
+    #[test]
+    fn where_j4_turns_the_way_is_of_lines() {
+        let mut recording = Recording::new(0.5);
+        led(&mut recording, 0.0, 2.0, |t| {
+            ([200.0, 10.0 * t, 0.0, 20.0 * t], 20.0 * t)
+        });
+        let plan = recording.plan("turned", None, CaptureMode::Path);
+        let last = plan.steps.last().map(|step| step.action.clone());
+        let (to, by) = ([200.0, 20.0, 0.0, 40.0], Travel::Line);
+        assert_eq!(last, Some(Action::Move { to, by }));
+        // And so it is when nothing else can be said.
+        let mut recording = Recording::new(0.5);
+        led(&mut recording, 0.0, 10.0, circle);
+        let plan = recording.plan("circle", None, CaptureMode::Lines);
+        let paths = plan
+            .steps
+            .iter()
+            .filter(|step| matches!(step.action, Action::Path { .. }));
+        assert_eq!(paths.count(), 0);
+        assert!(crate::formats::playback::Playback::from_plan(&plan).is_ok());
+    }
+
+    #[test]
+    fn long_motions_are_thinned_on_the_way() {
+        let mut recording = Recording::new(0.5);
+        led(&mut recording, 0.0, 1000.0, circle);
+        let readings: usize = recording
+            .stretches
+            .iter()
+            .map(|stretch| stretch.readings.len())
+            .sum();
+        assert!(readings < CHUNK + 3000, "{readings}");
+        assert_eq!(recording.stretches.len(), 1);
+    }
+
+    #[test]
+    fn readings_without_numbers_or_in_the_past_are_left_out() {
+        let mut recording = Recording::new(0.5);
+        assert!(recording.plan("", None, CaptureMode::Path).steps.is_empty());
+        let reading = PoseReading {
+            t: 1.0,
+            pose: [200.0, 0.0, 0.0, 0.0],
+            j4: 0.0,
+        };
+        recording.push(PoseReading {
+            j4: f64::NAN,
+            ..reading
+        });
+        assert!(recording.plan("", None, CaptureMode::Path).steps.is_empty());
+        recording.push(reading);
+        recording.push(PoseReading {
+            t: 0.5,
+            pose: [100.0; 4],
+            ..reading
+        });
+        assert_eq!(recording.plan("", None, CaptureMode::Path).steps.len(), 1);
+        assert_eq!(recording.length(), 0.0);
+    }
+}

@@ -1,0 +1,166 @@
+//! Lines of fewer points.
+
+/// Of more points, every so manieth stays: the work for a line that winds without end grows with its length and not faster.
+const MOST: usize = 1024;
+/// Ways that turn by no more than this from one to the next are one, rad: the rounding of what lies on a line.
+const STRAIGHT: f64 = 1e-12;
+
+/// Which points stay so that none is farther from the line that remains than the tolerance (after Ramer, Douglas and Peucker).
+/// The first and the last do.
+pub fn kept<const N: usize>(points: &[[f64; N]], tolerance: f64) -> Vec<bool> {
+    kept_where(points, tolerance, off_chord)
+}
+
+/// The same by another measure of how far a point is from what stands for it between two others.
+pub(crate) fn kept_where<P: Copy>(
+    points: &[P],
+    tolerance: f64,
+    off: impl Fn(P, P, P) -> f64,
+) -> Vec<bool> {
+    let mut stays = vec![false; points.len()];
+    let Some(last) = points.len().checked_sub(1) else {
+        return stays;
+    };
+    let ends = (0..last).step_by(MOST).chain([last]);
+    let mut spans: Vec<[usize; 2]> = Vec::new();
+    for end in ends {
+        stays[end] = true;
+        let from = spans.last().map_or(0, |[_, to]| *to);
+        spans.push([from, end]);
+    }
+    while let Some([from, to]) = spans.pop() {
+        let off = |point| off(point, points[from], points[to]);
+        if let Some((at, off)) = farthest(points, [from, to], off)
+            && off > tolerance
+        {
+            stays[at] = true;
+            spans.extend([[from, at], [at, to]]);
+        }
+    }
+    stays
+}
+
+/// Leaves out points so that none of them is farther than this from the line that remains. Of a closed line, the first and the
+/// farthest point from it stay, at least.
+pub fn simplified(points: &[[f64; 2]], tolerance: f64) -> Vec<[f64; 2]> {
+    let points = corners(points);
+    let Some((first, last)) = points.first().zip(points.len().checked_sub(1)) else {
+        return Vec::new();
+    };
+    let far = farthest(&points, [0, last], |point| length(minus(point, *first)));
+    let middle = far.map_or(last, |(at, _)| at);
+    let mut stays = kept(&points[..=middle], tolerance);
+    stays.extend(kept(&points[middle..], tolerance).into_iter().skip(1));
+    let kept = points.iter().zip(stays).filter(|(_, stays)| *stays);
+    kept.map(|(point, _)| *point).collect()
+}
+
+/// Without the points between which the line goes straight on.
+fn corners(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let mut corners: Vec<[f64; 2]> = Vec::new();
+    for point in points {
+        if let [.., before, last] = corners.as_slice() {
+            let (way, next) = (minus(*last, *before), minus(*point, *last));
+            let turn = way[0] * next[1] - way[1] * next[0];
+            let on = way[0] * next[0] + way[1] * next[1];
+            if on > 0.0 && turn.abs() <= STRAIGHT * on {
+                corners.pop();
+            }
+        }
+        corners.push(*point);
+    }
+    corners
+}
+
+/// The point between two others that is farthest, and how far.
+fn farthest<P: Copy>(
+    points: &[P],
+    [from, to]: [usize; 2],
+    far: impl Fn(P) -> f64,
+) -> Option<(usize, f64)> {
+    let between = points.iter().enumerate().take(to).skip(from + 1);
+    let far = between.map(|(at, point)| (at, far(*point)));
+    far.max_by(|(_, one), (_, other)| one.total_cmp(other))
+}
+
+/// How far a point is from a line between two.
+fn off_chord<const N: usize>(point: [f64; N], from: [f64; N], to: [f64; N]) -> f64 {
+    let (chord, way) = (minus(to, from), minus(point, from));
+    let square = dot(chord, chord);
+    let share = match square > 0.0 {
+        true => (dot(way, chord) / square).clamp(0.0, 1.0),
+        false => 0.0,
+    };
+    length(minus(way, chord.map(|part| part * share)))
+}
+
+fn minus<const N: usize>(a: [f64; N], b: [f64; N]) -> [f64; N] {
+    std::array::from_fn(|axis| a[axis] - b[axis])
+}
+
+/// Scalar product.
+#[must_use]
+pub fn dot<const N: usize>(a: [f64; N], b: [f64; N]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Length of a vector.
+#[must_use]
+pub fn length<const N: usize>(way: [f64; N]) -> f64 {
+    dot(way, way).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_point_is_farther_than_the_tolerance() {
+        // Teeth of all heights, many points along each side.
+        let mut points = Vec::new();
+        for tooth in 0..300 {
+            for nth in 0..20 {
+                let up = f64::from(if nth < 10 { nth } else { 20 - nth });
+                points.push([
+                    f64::from(20 * tooth + nth) * 0.1,
+                    up * f64::from(tooth % 7) * 0.01,
+                ]);
+            }
+        }
+        for tolerance in [0.0, 0.05, 0.3, 2.0] {
+            let stays = kept(&points, tolerance);
+            let ends: Vec<usize> = (0..points.len()).filter(|at| stays[*at]).collect();
+            for pair in ends.windows(2) {
+                for at in pair[0]..=pair[1] {
+                    let off = off_chord(points[at], points[pair[0]], points[pair[1]]);
+                    assert!(off <= tolerance, "{off}");
+                }
+            }
+            assert!(ends.len() < points.len());
+        }
+    }
+
+    #[test]
+    fn a_closed_line_keeps_two_points_and_straight_ones_their_ends() {
+        let square = [
+            [0.0, 0.0],
+            [0.1, 0.0],
+            [0.3, 0.0],
+            [0.3, 0.3],
+            [0.0, 0.3],
+            [0.0, 0.0],
+        ];
+        let corners = [[0.0, 0.0], [0.3, 0.0], [0.3, 0.3], [0.0, 0.3], [0.0, 0.0]];
+        assert_eq!(simplified(&square, 0.01), corners);
+        assert_eq!(
+            simplified(&square, 9.0),
+            [corners[0], corners[2], corners[4]]
+        );
+        let back = [[0.0, 0.0], [1.0, 0.0], [0.0, 0.0]];
+        assert_eq!(simplified(&back, 9.0), back);
+        assert_eq!(simplified(&[[1.0, 1.0]], 0.1), [[1.0, 1.0]]);
+        assert!(simplified(&[], 0.1).is_empty());
+        let long: Vec<[f64; 2]> = (0..200_000).map(|at| [f64::from(at) * 0.05, 0.1]).collect();
+        assert_eq!(simplified(&long, 0.0).len(), 2);
+    }
+}

@@ -1,0 +1,94 @@
+use magician::words;
+use magician_formats::Action;
+use magician_formats::formats::GcodeOptions;
+
+use super::{LASER, PEN, actions, arc, burn, notes, path, travel, try_read, try_with};
+
+#[test]
+fn the_pen_sample_step_by_step() {
+    // The arc is about (240, 20) with a radius of 20, clockwise from 0 to 90 degrees: three quarters, its middle at 225 degrees.
+    let root = 20.0 * 0.5_f64.sqrt();
+    let middle = [(240.0 - root) as f32, (20.0 - root) as f32, 0.0];
+    let expected = [
+        words::line_speed(200.0, 200.0).into(),
+        // Up first, where the arm stands.
+        travel(200.0, 0.0, 10.0),
+        travel(220.0, -20.0, 10.0),
+        words::path_speed(25.0, 100.0).into(),
+        path(220.0, -20.0, 0.0),
+        path(260.0, -20.0, 0.0),
+        path(260.0, 20.0, 0.0),
+        words::arc_speed(25.0, 100.0).into(),
+        words::line_speed(25.0, 100.0).into(),
+        arc(middle, [240.0, 40.0, 0.0]),
+        path(220.0, 40.0, 0.0),
+        // About (220, 10) with a radius of 30, counter-clockwise from 90 to -90 degrees.
+        arc([190.0, 10.0, 0.0], [220.0, -20.0, 0.0]),
+        words::line_speed(200.0, 200.0).into(),
+        travel(220.0, -20.0, 10.0),
+        Action::Wait(200),
+        travel(200.0, 0.0, 10.0),
+    ];
+    let from = |options: &mut GcodeOptions| options.start = Some([200.0, 0.0, -8.0]);
+    let (plan, notes) = try_with(PEN, from).expect("it is all right");
+    let actions: Vec<_> = plan.steps.into_iter().map(|step| step.action).collect();
+    assert_eq!(actions, expected);
+    assert_eq!(notes, []);
+}
+
+#[test]
+fn the_laser_sample_step_by_step() {
+    let all = actions(LASER);
+    let mut expected: Vec<Action> = vec![
+        words::line_speed(200.0, 200.0).into(),
+        travel(220.0, 0.0, 0.0),
+        words::path_speed((1000.0 / 60.0) as f32, 100.0).into(),
+    ];
+    for row in 0..10_u8 {
+        let y = f32::from(row) / 2.0;
+        let right = row % 2 == 0;
+        if row > 0 {
+            expected.push(burn(if right { 220.0 } else { 240.0 }, y, 0.0, 0.0));
+        }
+        for column in 1..=10_u8 {
+            let way = 2.0 * f32::from(column);
+            let x = if right { 220.0 + way } else { 240.0 - way };
+            expected.push(burn(x, y, 0.0, 0.0));
+        }
+    }
+    // The powers are those of the file's lines: S255 is 100 %, and travels are dark.
+    let s = LASER
+        .lines()
+        .filter(|line| line.starts_with('G') && line.contains('X'));
+    let powers = s.map(|line| if line.ends_with("S255") { 100.0 } else { 0.0 });
+    let mut burns = expected.iter_mut();
+    for power in powers.skip(1) {
+        if let Some(Action::Burn { power: to, .. }) =
+            burns.find(|a| matches!(a, Action::Burn { .. }))
+        {
+            *to = power;
+        }
+    }
+    expected.push(Action::Laser(false));
+    expected.push(travel(220.0, 0.0, 0.0));
+    assert_eq!(all, expected);
+    assert_eq!(
+        notes(LASER),
+        [
+            "line 1, column 1: full power is S255, as $30 says",
+            "line 6, column 1: the program has no Z: 0 is used"
+        ]
+    );
+}
+
+#[test]
+fn each_step_knows_its_line() {
+    let (plan, _) = try_read(PEN).expect("it is all right");
+    let lines: Vec<_> = PEN.lines().collect();
+    for step in &plan.steps {
+        let at = step.origin;
+        let line = lines[at.line as usize - 1];
+        assert_eq!((at.column, at.length as usize), (1, line.len()), "{line}");
+    }
+    assert_eq!(plan.steps.last().map(|step| step.origin.line), Some(14));
+}

@@ -1,0 +1,432 @@
+//! A plan from one of its steps on: to begin later, or to go on after a stop.
+
+pub(crate) mod lights;
+mod settings;
+pub(crate) mod within;
+
+use magician_host::words::{self, Preflight};
+use magician_host::{Error, JointAngles, Set};
+use magician_motion::Pose;
+use magician_protocol::PtpMode;
+
+use crate::{Action, Diagnostic, Origin, Plan, Step, Travel};
+use settings::Settings;
+
+/// Heights are tried in steps of this, mm, where the highest is out of reach.
+const LOWER: f64 = 5.0;
+/// Ways shorter than this need no step, mm.
+const SHORT: f64 = 1e-3;
+/// The way across is so far above both of its ends at least, if it can be, mm.
+const LIFT: f64 = 10.0;
+/// What 32 bits may cost in each joint, deg: no more than the arm's own resolution.
+const CLOSE: f64 = 0.01;
+/// No tool of the arm gets higher, mm.
+const HIGHEST: f64 = 400.0;
+/// Where it cannot be so high above a place, one beside it is tried by this share of its distance from the base, so many times.
+const ASIDE: f64 = 0.05;
+const MOST_ASIDE: i32 = 8;
+/// As many heights are tried: down to as far below as above.
+const MOST_TRIES: u32 = 160;
+
+/// A plan from one of its steps on, ready to be run on its own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Continuation {
+    /// What is to be done.
+    pub plan: Plan,
+    /// For each step of it the step of the whole plan (from 0) that it belongs to. What leads to the first one belongs to it:
+    /// an interruption there begins with that one again.
+    pub steps: Vec<usize>,
+}
+
+impl Continuation {
+    /// A plan from a step (from 0) on, for an arm that is as `start` tells. It first sets what the steps before would have
+    /// set (speeds, tool, pins, pump, motors that run), and nothing that they did; goes straight up, across, and straight
+    /// down to where the step begins, with the laser dark; and then goes on as the plan does. A step of a continuous path
+    /// begins where its segment does, at rest.
+    ///
+    /// The way across is as high as the plan has been until then, jumps counted, and 10 mm above both of its ends; or as
+    /// high as it can be. Homing is not repeated: an arm that has been switched off in between is to be homed before.
+    ///
+    /// ```
+    /// use magician_host::{JointAngles, ToolBias, words::Preflight};
+    /// use magician_program::{Action, Continuation, Origin, Plan, Travel};
+    ///
+    /// let mut plan = Plan::new("two strokes");
+    /// for (x, y, z) in [(220.0, 0.0, 20.0), (220.0, 0.0, 0.0), (220.0, 40.0, 0.0), (240.0, 40.0, 0.0)] {
+    ///     plan.push(Action::Move { to: [x, y, z, 0.0], by: Travel::Line }, Origin::NONE);
+    /// }
+    /// let arm = Preflight::at(JointAngles::HOME, ToolBias::NONE);
+    /// let rest = Continuation::from_step(&plan, 3, &arm)?;
+    /// let targets: Vec<_> = rest.plan.steps.iter().filter_map(|step| step.action.target()).collect();
+    /// assert_eq!(targets[1..], [[220.0, 40.0, 20.0], [220.0, 40.0, 0.0], [240.0, 40.0, 0.0]]);
+    /// assert_eq!(rest.steps, [3, 3, 3, 3]);
+    /// # Ok::<(), magician_program::Diagnostic>(())
+    /// ```
+    ///
+    /// # Errors
+    /// A [`Diagnostic`] if there is no such step, an earlier step cannot be done, its start is unknown (behind a
+    /// homing to a point that is not known, say), or the arm cannot get there.
+    pub fn from_step(plan: &Plan, step: usize, start: &Preflight) -> Result<Self, Diagnostic> {
+        Self::within_step(plan, step, None, start)
+    }
+
+    /// As [`from_step`](Self::from_step); the step itself, if it leads straight on through this place, goes on from there.
+    pub(crate) fn within_step(
+        whole: &Plan,
+        step: usize,
+        at: Option<[f64; 3]>,
+        start: &Preflight,
+    ) -> Result<Self, Diagnostic> {
+        if step >= whole.steps.len() && step > 0 {
+            let message = format!(
+                "there is no step {}: the plan has {}",
+                step + 1,
+                whole.steps.len()
+            );
+            return Err(Diagnostic::of_file(message));
+        }
+        let mut plan = whole.clone();
+        let mut added = 0;
+        if step > 0 || at.is_some() {
+            let mut lead = LeadIn::to(whole, step, at, start)?;
+            lead.make(start)?;
+            added = lead.steps.len();
+            plan.steps = lead.steps;
+            plan.steps.extend(whole.steps.iter().skip(step).cloned());
+            if let (Some(left), Some(first)) = (lead.left, plan.steps.get_mut(added)) {
+                first.action = left;
+            }
+        }
+        let steps = std::iter::repeat_n(step, added).chain(step..whole.steps.len());
+        Ok(Self {
+            plan,
+            steps: steps.collect(),
+        })
+    }
+}
+
+fn diagnostic_at(plan: &Plan, step: usize, message: String) -> Diagnostic {
+    let origin = plan
+        .steps
+        .get(step)
+        .map_or(Origin::NONE, |step| step.origin);
+    let diagnostic = Diagnostic::new(origin, message);
+    match plan.name_of(&origin) {
+        Some(name) => diagnostic.named(name),
+        None => diagnostic,
+    }
+}
+
+/// The highest that the tool has been.
+struct HeightTracker {
+    most: f64,
+    /// How far jumps lift, and their highest z: at first as an arm has them at power-up (model section 6).
+    jump: [f64; 2],
+}
+
+impl Default for HeightTracker {
+    fn default() -> Self {
+        Self {
+            most: f64::NEG_INFINITY,
+            jump: [20.0, 100.0],
+        }
+    }
+}
+
+impl HeightTracker {
+    fn note(&mut self, command: &Set, from: Option<f64>, to: Option<f64>) {
+        let jumps = match command {
+            Set::PtpJumpParams(jump) => {
+                self.jump = [jump.jump_height, jump.z_limit].map(f64::from);
+                false
+            }
+            Set::PtpJump2Params(jump) => {
+                let lift = jump.start_jump_height.max(jump.end_jump_height);
+                self.jump = [lift, jump.z_limit].map(f64::from);
+                false
+            }
+            Set::PtpCmd(ptp) => is_jump(ptp.ptp_mode),
+            Set::PtpPoCmd(ptp) => is_jump(ptp.ptp_mode),
+            Set::PtpWithLCmd(ptp) => is_jump(ptp.ptp_mode),
+            Set::PtpPoWithLCmd(ptp) => is_jump(ptp.ptp_mode),
+            _ => false,
+        };
+        let [lift, limit] = self.jump;
+        for z in [from, to].into_iter().flatten() {
+            let apex = if jumps { (z + lift).min(limit) } else { z };
+            self.most = self.most.max(z).max(apex);
+        }
+    }
+}
+
+fn is_jump(mode: PtpMode) -> bool {
+    matches!(
+        mode,
+        PtpMode::JumpXyz | PtpMode::JumpAngle | PtpMode::JumpMovlXyz
+    )
+}
+
+/// What leads to a step.
+struct LeadIn<'p> {
+    plan: &'p Plan,
+    step: usize,
+    settings: Settings,
+    /// Where the step begins.
+    place: Pose,
+    /// The joints there.
+    joints: JointAngles,
+    /// The highest z so far.
+    height: f64,
+    steps: Vec<Step>,
+    /// What is left of the step, where it goes on from within and has to be told so.
+    left: Option<Action>,
+}
+
+impl<'p> LeadIn<'p> {
+    /// Follows the plan up to the step, or to a place within it.
+    fn to(
+        plan: &'p Plan,
+        step: usize,
+        within: Option<[f64; 3]>,
+        start: &Preflight,
+    ) -> Result<Self, Diagnostic> {
+        let mut arm = start.clone().summing();
+        let mut settings = Settings::default();
+        let mut height = HeightTracker::default();
+        if let Some(tool) = plan.preamble() {
+            let told = arm.check(&tool);
+            told.map_err(|error| Diagnostic::of_file(error.to_string()))?;
+        }
+        for (at, before) in plan.steps.iter().take(step).enumerate() {
+            let Some(command) = before.action.command() else {
+                continue;
+            };
+            let from = arm.arm().map(|at| at.pose.z);
+            let done = arm.check(&command).map_err(|error| {
+                let message = format!("the earlier step {} cannot be done: {error}", at + 1);
+                diagnostic_at(plan, at, message)
+            })?;
+            settings.note(&command);
+            height.note(&command, from, done.end.map(|end| end.pose.z));
+        }
+        let Some(at) = arm.arm() else {
+            let message = format!(
+                "the position of the arm is unknown when step {} begins",
+                step + 1
+            );
+            return Err(diagnostic_at(plan, step, message).help(places_known_after(plan, step)));
+        };
+        if settings.has_lost_the_rail() {
+            let message = format!(
+                "the position on the rail is unknown when step {} begins",
+                step + 1
+            );
+            let help = "begin with a step that moves it to a position on the rail, or with the \
+                first";
+            return Err(diagnostic_at(plan, step, message).help(help));
+        }
+        let begins = at.pose;
+        let action = plan.steps.get(step).map(|step| &step.action);
+        let (at, left) = action
+            .zip(within)
+            .and_then(|(action, place)| within::from_there(action, &arm, place))
+            .unwrap_or((*at, None));
+        height.most = height.most.max(begins.z);
+        Ok(Self {
+            plan,
+            step,
+            settings,
+            place: at.pose,
+            joints: at.joints,
+            left,
+            height: height.most.max(at.pose.z + LIFT),
+            steps: Vec::new(),
+        })
+    }
+
+    /// Settings, then the way there, then the laser if it is to be lit.
+    fn make(&mut self, start: &Preflight) -> Result<(), Diagnostic> {
+        let mut arm = start.clone().summing();
+        let refused = |error: Error| {
+            let message = format!(
+                "the arm cannot reach the begin of step {}: {error}",
+                self.step + 1
+            );
+            diagnostic_at(self.plan, self.step, message)
+        };
+        let mut steps: Vec<Action> = Vec::new();
+        if let Some(tool) = self.plan.preamble() {
+            arm.check(&tool).map_err(refused)?;
+        }
+        let burns = |step: &Step| step.action.is_of_a_laser();
+        let dark = self
+            .plan
+            .steps
+            .iter()
+            .any(burns)
+            .then_some(words::laser(false));
+        for command in dark.into_iter().chain(self.settings.in_force()) {
+            arm.check(&command).map_err(refused)?;
+            steps.push(command.into());
+        }
+        self.approach(&mut arm, &mut steps).map_err(refused)?;
+        if !self.has_arrived(&arm) {
+            return Err(refused(Error::invalid(
+                "its coordinates are too large for the precision of 32 bits",
+            )));
+        }
+        if self.settings.is_lit() {
+            steps.push(Action::Laser(true));
+        }
+        let origin = Origin::NONE;
+        self.steps = steps
+            .into_iter()
+            .map(|action| Step::new(action, origin))
+            .collect();
+        Ok(())
+    }
+
+    fn has_arrived(&self, arm: &Preflight) -> bool {
+        let place = self.joints.to_array();
+        arm.arm().is_some_and(|at| {
+            let mut pairs = at.joints.to_array().into_iter().zip(place);
+            pairs.all(|(is, wanted)| (is - wanted).abs() < CLOSE)
+        })
+    }
+
+    /// Up, across and down, as far as that is possible and needed.
+    fn approach(&self, arm: &mut Preflight, steps: &mut Vec<Action>) -> Result<(), Error> {
+        let rail = self.settings.rail();
+        let begun = arm.arm().map(|at| at.pose);
+        if let Some(from) = begun
+            && rail.is_none()
+            && from.distance_to(&self.place) < SHORT
+            && (from.r - self.place.r).abs() < SHORT
+        {
+            return Ok(());
+        }
+        let height = begun.map_or(self.height, |from| self.height.max(from.z + LIFT));
+        if let Some(from) = begun {
+            // Where it cannot go up there is nothing that it could run into.
+            let _ = highest(&from, height, |pose| {
+                go(arm, steps, pose, &[Travel::Line], None)
+            });
+        }
+        // From an unknown start only all joints together lead to a place that is known.
+        let across: &[Travel] = match begun {
+            Some(_) => &[Travel::Line, Travel::Joints],
+            None => &[Travel::Joints],
+        };
+        if self.come_down(height, across, arm, steps) {
+            return Ok(());
+        }
+        let over = highest(&self.place, height, |pose| {
+            go(arm, steps, pose, across, rail)
+        });
+        match over {
+            Some(Ok(())) => go(arm, steps, self.place, &[Travel::Line], None),
+            _ => go(arm, steps, self.place, across, rail),
+        }
+    }
+
+    /// As high as that all the way across, and straight down from there; where it cannot be so high above the place itself, from
+    /// beside it, nearer to the base or farther from it.
+    fn come_down(
+        &self,
+        height: f64,
+        across: &[Travel],
+        arm: &mut Preflight,
+        steps: &mut Vec<Action>,
+    ) -> bool {
+        let z = height.min(HIGHEST);
+        let asides = (0..=MOST_ASIDE).flat_map(|nth| [-nth, nth]);
+        for share in asides.map(|nth| 1.0 + ASIDE * f64::from(nth)) {
+            let [x, y] = [self.place.x, self.place.y].map(|at| share * at);
+            let over = Pose {
+                x,
+                y,
+                z,
+                ..self.place
+            };
+            let (mut tried, mut added) = (arm.clone(), Vec::new());
+            if z > self.place.z + SHORT
+                && go(&mut tried, &mut added, over, across, self.settings.rail()).is_ok()
+                && go(&mut tried, &mut added, self.place, &[Travel::Line], None).is_ok()
+            {
+                *arm = tried;
+                steps.append(&mut added);
+                return true;
+            }
+        }
+        false
+    }
+}
+
+/// Goes to a pose in the first of some ways that is possible; if none is, why the first is not.
+fn go(
+    arm: &mut Preflight,
+    steps: &mut Vec<Action>,
+    pose: Pose,
+    ways: &[Travel],
+    l: Option<f32>,
+) -> Result<(), Error> {
+    let mut refusal = None;
+    for by in ways {
+        let to = pose.to_array().map(|value| value as f32);
+        let plain = Action::Move { to, by: *by };
+        let Some(command) = plain.command() else {
+            continue;
+        };
+        let command = match l {
+            Some(l) => words::with_rail(command, l)?,
+            None => command,
+        };
+        match arm.check(&command) {
+            Ok(_) => {
+                steps.push(command.into());
+                return Ok(());
+            }
+            Err(error) => refusal = refusal.or(Some(error)),
+        }
+    }
+    refusal.map_or(Ok(()), Err)
+}
+
+/// Goes above a place: as high as that, or as high as it can be. Nothing if it is as high already.
+fn highest(
+    place: &Pose,
+    height: f64,
+    mut go: impl FnMut(Pose) -> Result<(), Error>,
+) -> Option<Result<(), Error>> {
+    let heights = (0..MOST_TRIES).map(|down| height.min(HIGHEST) - LOWER * f64::from(down));
+    let mut refusal = None;
+    for z in heights.take_while(|z| *z > place.z + SHORT) {
+        match go(Pose { z, ..*place }) {
+            Ok(()) => return Some(Ok(())),
+            Err(error) => refusal = Some(Err(error)),
+        }
+    }
+    refusal
+}
+
+/// From which step on the place is known.
+fn places_known_after(plan: &Plan, step: usize) -> String {
+    let leads = |step: &Step| {
+        let way = |by: Travel| by == Travel::Joints;
+        matches!(step.action, Action::Move { by, .. } | Action::Joints { by, .. } if way(by))
+    };
+    let later = plan
+        .steps
+        .iter()
+        .enumerate()
+        .skip(step)
+        .find(|(_, step)| leads(step));
+    match later {
+        Some((at, _)) if at + 1 < plan.steps.len() => format!(
+            "step {} moves all joints to its own target: begin with step {}, or with the first",
+            at + 1,
+            at + 2
+        ),
+        _ => "begin with the first step".to_owned(),
+    }
+}

@@ -1,0 +1,421 @@
+//! A pen is held above its surface: what leads below it lies on it.
+
+use magician_host::{Given, Setting};
+use magician_motion::Geometry;
+use magician_protocol::{CpMode, PtpMode, Set};
+
+use super::UNSAID;
+use crate::{Action, Diagnostic, DiagnosticCode, Origin, Plan, Step, Surface, Tool, Travel};
+
+/// Depth that still counts as on the surface, mm: coordinates are rounded to 32 bits.
+const ROUNDING: f64 = 1e-4;
+/// Least depth that a note tells, mm: less is the rounding of the file.
+const TOLD: f64 = 0.05;
+
+type Point = [f64; 3];
+
+/// Depth below the surface to which a pen would have gone, mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Raised {
+    most: f64,
+}
+
+impl Raised {
+    pub(super) const fn new(most: f64) -> Self {
+        Self { most }
+    }
+
+    /// The note that says so.
+    pub(super) fn note(self) -> Diagnostic {
+        let what = format!(
+            "it goes up to {:.1} mm below the surface: the pen draws that on the surface",
+            self.most
+        );
+        Diagnostic::of_file(what)
+            .coded(DiagnosticCode::Assumed)
+            .remedy(
+                (Setting::Surface, Given::Any("Z")),
+                "sets another height of the surface",
+            )
+            .remedy(
+                (Setting::Depths, Given::Word("keep")),
+                "takes the pen below the surface",
+            )
+    }
+}
+
+/// True if a plan holds things with a suction cup or a gripper.
+pub(super) fn handles(plan: &Plan) -> bool {
+    let holds = |step: &Step| matches!(step.action, Action::Suction(_) | Action::Gripper(_));
+    plan.steps.iter().any(holds)
+}
+
+/// Raises everything of a plan that leads below a surface onto it. `None` if nothing does, or
+/// hardly.
+///
+/// # Errors
+/// A [`Diagnostic`] for the first step that leads below it by joint angles.
+pub(crate) fn hold_above(plan: &mut Plan, surface: Surface) -> Result<Option<Raised>, Diagnostic> {
+    let mut holder = Holder {
+        surface,
+        geometry: Geometry::magician(plan.tool.map_or(UNSAID, Tool::bias)),
+        at: None,
+        most: 0.0,
+    };
+    let steps = std::mem::take(&mut plan.steps);
+    plan.steps.reserve_exact(steps.len());
+    for (nth, mut step) in steps.into_iter().enumerate() {
+        match holder.hold(&mut step.action) {
+            Ok(None) => {}
+            Ok(Some(before)) => plan.steps.push(Step::new(before, step.origin)),
+            Err(deep) => return Err(by_joints(nth, step.origin, deep)),
+        }
+        plan.steps.push(step);
+    }
+    Ok((holder.most >= TOLD).then_some(Raised::new(holder.most)))
+}
+
+fn by_joints(nth: usize, origin: Origin, deep: f64) -> Diagnostic {
+    let message = format!(
+        "step {} leads {deep:.1} mm below the surface by joint angles",
+        nth + 1
+    );
+    Diagnostic::new(origin, message).remedy(
+        (Setting::Depths, Given::Word("keep")),
+        "takes the pen below the surface",
+    )
+}
+
+/// Place of a tool, and the place that it would have if it were not held.
+#[derive(Clone, Copy)]
+struct Place {
+    held: Point,
+    free: Point,
+}
+
+struct Holder {
+    surface: Surface,
+    geometry: Geometry,
+    at: Option<Place>,
+    most: f64,
+}
+
+impl Holder {
+    /// Changes an action so that it leads nowhere below the surface; what is to be done before it.
+    ///
+    /// # Errors
+    /// How deep it leads by joint angles.
+    fn hold(&mut self, action: &mut Action) -> Result<Option<Action>, f64> {
+        match action {
+            Action::Move { to, .. } => self.pose(to),
+            Action::Joints { to, .. } => self.joints(*to)?,
+            Action::Shift { by, .. } => self.shift(by),
+            Action::Path { to } => return Ok(self.path(to)),
+            Action::Burn { to, .. } => self.point(to),
+            Action::Arc { via, to } => return Ok(self.arc(via, to)),
+            Action::Home => self.at = None,
+            Action::Command(command) => return self.command(command),
+            _ => {}
+        }
+        Ok(None)
+    }
+
+    fn command(&mut self, command: &mut Set) -> Result<Option<Action>, f64> {
+        let (mode, [x, y, z, r]) = match command {
+            Set::PtpCmd(ptp) => (
+                ptp.ptp_mode,
+                [&mut ptp.x, &mut ptp.y, &mut ptp.z, &mut ptp.r],
+            ),
+            Set::PtpPoCmd(ptp) => (
+                ptp.ptp_mode,
+                [&mut ptp.x, &mut ptp.y, &mut ptp.z, &mut ptp.r],
+            ),
+            Set::PtpWithLCmd(ptp) => (
+                ptp.ptp_mode,
+                [&mut ptp.x, &mut ptp.y, &mut ptp.z, &mut ptp.r],
+            ),
+            Set::PtpPoWithLCmd(ptp) => (
+                ptp.ptp_mode,
+                [&mut ptp.x, &mut ptp.y, &mut ptp.z, &mut ptp.r],
+            ),
+            Set::CpCmd(cp) => {
+                let mut to = [cp.x, cp.y, cp.z];
+                let before = match cp.cp_mode {
+                    CpMode::Absolute => self.path(&mut to),
+                    _ => {
+                        let [x, y, z] = to;
+                        let mut by = [x, y, z, 0.0];
+                        self.shift(&mut by);
+                        to = [x, y, by[2]];
+                        None
+                    }
+                };
+                cp.z = to[2];
+                return Ok(before);
+            }
+            Set::ArcCmd(arc) => return Ok(self.arc(&mut arc.cir_point, &mut arc.to_point)),
+            Set::CircleCmd(circle) => {
+                let at = self.at;
+                let before = self.arc(&mut circle.cir_point, &mut circle.to_point);
+                // A circle ends where it began.
+                self.at = before.as_ref().and_then(target).or(at);
+                return Ok(before);
+            }
+            other => {
+                if other.row().effect.moves_arm() {
+                    self.at = None;
+                }
+                return Ok(None);
+            }
+        };
+        let mut to = [*x, *y, *z, *r];
+        match mode {
+            PtpMode::JumpXyz | PtpMode::MovjXyz | PtpMode::MovlXyz | PtpMode::JumpMovlXyz => {
+                self.pose(&mut to);
+            }
+            PtpMode::MovlXyzInc | PtpMode::MovjXyzInc => self.shift(&mut to),
+            PtpMode::JumpAngle | PtpMode::MovjAngle | PtpMode::MovlAngle => self.joints(to)?,
+            PtpMode::MovjAngleInc | PtpMode::Unknown(_) => self.at = None,
+        }
+        *z = to[2];
+        Ok(None)
+    }
+
+    fn above(&self, [x, y, z]: Point) -> f64 {
+        z - self.surface.at([x, y])
+    }
+
+    /// The nearest place that is not below the surface.
+    fn raised(&mut self, free: Point) -> Point {
+        let above = self.above(free);
+        if above >= -ROUNDING || !above.is_finite() {
+            return free;
+        }
+        self.most = self.most.max(-above);
+        let [x, y, _] = free;
+        [x, y, self.surface.at([x, y])]
+    }
+
+    fn goes(&mut self, free: Point) -> Point {
+        let held = self.raised(free);
+        self.at = Some(Place { held, free });
+        held
+    }
+
+    fn point(&mut self, to: &mut [f32; 3]) {
+        let free = to.map(f64::from);
+        let held = self.goes(free);
+        if held != free {
+            to[2] = held[2] as f32;
+        }
+    }
+
+    fn pose(&mut self, to: &mut [f32; 4]) {
+        let mut point = [to[0], to[1], to[2]];
+        self.point(&mut point);
+        to[2] = point[2];
+    }
+
+    fn shift(&mut self, by: &mut [f32; 4]) {
+        let Some(Place { held, free }) = self.at else {
+            return;
+        };
+        let way = [by[0], by[1], by[2]].map(f64::from);
+        let to = [0, 1, 2].map(|axis: usize| free[axis] + way[axis]);
+        let from = held[2];
+        let held = self.goes(to);
+        if held[2] - from != way[2] {
+            by[2] = (held[2] - from) as f32;
+        }
+    }
+
+    fn joints(&mut self, to: [f32; 4]) -> Result<(), f64> {
+        let joints = to.map(f64::from);
+        let pose = self.geometry.forward(&joints.into());
+        let free = [pose.x, pose.y, pose.z];
+        let above = self.above(free);
+        if above < -TOLD {
+            return Err(-above);
+        }
+        self.at = Some(Place { held: free, free });
+        Ok(())
+    }
+
+    /// A line that goes through the surface is on it from there on, or up to there.
+    fn path(&mut self, to: &mut [f32; 3]) -> Option<Action> {
+        let before = self.at;
+        self.point(to);
+        let from = before?.free;
+        let free = self.at?.free;
+        let (here, there) = (self.above(from), self.above(free));
+        let crosses = here.min(there) < -ROUNDING && here.max(there) > ROUNDING;
+        crosses.then(|| {
+            let share = here / (here - there);
+            let [x, y] = [0, 1].map(|axis: usize| from[axis] + share * (free[axis] - from[axis]));
+            let to = [x, y, self.surface.at([x, y])].map(|value| value as f32);
+            Action::Path { to }
+        })
+    }
+
+    /// An arc that leads below the surface lies on it as a whole.
+    fn arc(&mut self, via: &mut [f32; 4], to: &mut [f32; 4]) -> Option<Action> {
+        let from = self.at;
+        let points = [*via, *to].map(|[x, y, z, _]| [x, y, z].map(f64::from));
+        let ends = points.into_iter().chain(from.map(|from| from.free));
+        let is_below = ends
+            .map(|end| self.above(end))
+            .any(|above| above < -ROUNDING);
+        if !is_below {
+            self.goes(points[1]);
+            return None;
+        }
+        for (pose, [x, y, z]) in [via, to].into_iter().zip(points) {
+            self.goes([x, y, z]);
+            pose[2] = self.surface.at([x, y]) as f32;
+        }
+        let [x, y, _] = points[1];
+        self.at = Some(Place {
+            held: [x, y, self.surface.at([x, y])],
+            free: points[1],
+        });
+        let [x, y, z] = from?.held;
+        let on = self.surface.at([x, y]);
+        (z - on > ROUNDING).then(|| Action::Move {
+            to: [x, y, on, 0.0].map(|value| value as f32),
+            by: Travel::Line,
+        })
+    }
+}
+
+fn target(action: &Action) -> Option<Place> {
+    let held = action.target()?.map(f64::from);
+    Some(Place { held, free: held })
+}
+
+#[cfg(test)]
+mod tests {
+    use magician_host::words;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const SURFACE: Surface = Surface {
+        height: -50.0,
+        slope: [0.02, -0.01],
+    };
+
+    fn plan(actions: impl IntoIterator<Item = Action>) -> Plan {
+        let mut plan = Plan::new("p");
+        plan.tool = Some(Tool::Pen);
+        { actions.into_iter() }.for_each(|action| plan.push(action, Origin::NONE));
+        plan
+    }
+
+    /// The heights above the surface of all that a plan of absolute and relative steps leads to and through.
+    fn heights(plan: &Plan) -> Vec<f64> {
+        let mut at: Option<Point> = None;
+        let mut all = Vec::new();
+        for step in &plan.steps {
+            let to = match &step.action {
+                Action::Shift {
+                    by: [x, y, z, _], ..
+                } => at.map(|[a, b, c]| [a + f64::from(*x), b + f64::from(*y), c + f64::from(*z)]),
+                action => action.target().map(|to| to.map(f64::from)),
+            };
+            if let Action::Arc {
+                via: [x, y, z, _], ..
+            } = step.action
+            {
+                all.push([x, y, z].map(f64::from));
+            }
+            all.extend(to);
+            at = to.or(at);
+        }
+        all.iter()
+            .map(|[x, y, z]| z - SURFACE.at([*x, *y]))
+            .collect()
+    }
+
+    fn action() -> impl Strategy<Value = Action> {
+        let x = || 150.0..300.0_f32;
+        let y = || -100.0..100.0_f32;
+        let z = || -80.0..-30.0_f32;
+        prop_oneof![
+            (x(), y(), z()).prop_map(|(x, y, z)| Action::Move {
+                to: [x, y, z, 0.0],
+                by: Travel::Line
+            }),
+            (x(), y(), z()).prop_map(|(x, y, z)| Action::Path { to: [x, y, z] }),
+            (x(), y(), z(), x(), y(), z()).prop_map(|(a, b, c, x, y, z)| Action::Arc {
+                via: [a, b, c, 0.0],
+                to: [x, y, z, 0.0]
+            }),
+            (-9.0..9.0_f32, -9.0..9.0_f32, -20.0..20.0_f32).prop_map(|(x, y, z)| Action::Shift {
+                by: [x, y, z, 0.0],
+                line: true
+            }),
+        ]
+    }
+
+    proptest! {
+        #[test]
+        fn held_plan_leads_nowhere_below_the_surface(
+            actions in proptest::collection::vec(action(), 1..20),
+        ) {
+            let start = Action::Move { to: [200.0, 0.0, 0.0, 0.0], by: Travel::Joints };
+            let mut held = plan(std::iter::once(start).chain(actions));
+            hold_above(&mut held, SURFACE).unwrap();
+            for above in heights(&held) {
+                prop_assert!(above > -1e-3, "{above}: {:?}", held.steps);
+            }
+        }
+    }
+
+    #[test]
+    fn line_through_the_surface_is_on_it_from_the_crossing_on() {
+        let level = Surface::level(-50.0);
+        let mut held = plan([
+            Action::Path {
+                to: [200.0, 0.0, -49.0],
+            },
+            Action::Path {
+                to: [210.0, 0.0, -54.0],
+            },
+        ]);
+        let raised = hold_above(&mut held, level).unwrap().unwrap();
+        assert!(raised.note().message.contains("4.0 mm below"));
+        let ends: Vec<_> = held
+            .steps
+            .iter()
+            .filter_map(|step| step.action.target())
+            .collect();
+        assert_eq!(
+            ends,
+            [
+                [200.0, 0.0, -49.0],
+                [202.0, 0.0, -50.0],
+                [210.0, 0.0, -50.0]
+            ]
+        );
+    }
+
+    #[test]
+    fn plan_above_the_surface_stays_to_the_bit() {
+        let mut held = plan([
+            Action::Path {
+                to: [200.0, 0.0, -50.00005],
+            },
+            words::line_by(0.1, 0.2, 0.3, 0.0).into(),
+        ]);
+        let before = held.clone();
+        assert_eq!(hold_above(&mut held, Surface::level(-50.0)).unwrap(), None);
+        assert_eq!(held, before);
+    }
+
+    #[test]
+    fn joint_angles_below_the_surface_are_refused() {
+        let mut held = plan([words::move_joints(0.0, 60.0, 60.0, 0.0).into()]);
+        let refused = hold_above(&mut held, Surface::level(100.0)).unwrap_err();
+        assert!(refused.message.contains("by joint angles"), "{refused}");
+    }
+}
