@@ -78,6 +78,7 @@ mod setup;
 mod simplify;
 mod surface;
 mod testgrid;
+pub mod toolpath;
 pub mod turns;
 pub mod wire;
 mod words;

@@ -12,7 +12,7 @@ use magician_job::beside::BesideTurns;
 use magician_job::presets::Presets;
 use magician_job::report::{CheckReport, ConversionReport, Note};
 use magician_job::{Journal, NoJournal};
-use magician_program::preview::Outline;
+use magician_program::toolpath::Outline;
 use magician_program::wire::FileAnswer;
 use magician_program::{
     Conversion, ConversionError, Diagnostic, Format, PartSummary, Preparation, PrepareRequest,

@@ -1,11 +1,10 @@
 //! The view from above.
 
-use super::markers::MarkerKind;
 use super::panel::{Extent, Panel};
 use super::symbols;
-use super::toolpath::{Layer, StrokeKind, Toolpath};
 use super::{PreviewOptions, layers};
 use crate::Report;
+use crate::toolpath::{Layer, MarkerKind, StrokeKind, Toolpath};
 use magician_sim::svg::palette::{BASE, FAINT, INK, PAPER, REACH, REACH_EDGE};
 use magician_sim::svg::{Number, Svg, lines, path};
 

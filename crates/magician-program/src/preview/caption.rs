@@ -2,8 +2,7 @@
 
 use std::time::Duration;
 
-use super::purpose::PlanPurpose;
-use super::toolpath::Toolpath;
+use crate::toolpath::{PlanPurpose, Toolpath};
 use crate::{Plan, Report};
 use magician_sim::svg::palette::{FAINT, INK};
 use magician_sim::svg::{Anchor, Svg, TextStyle};

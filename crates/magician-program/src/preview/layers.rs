@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::toolpath::{Layer, SHADES, StrokeKind};
+use crate::toolpath::{Layer, SHADES, StrokeKind};
 use magician_sim::svg::palette::{BURNT, CARRIED, DRAWN, EMPTY, PAPER, UNREACHABLE};
 use magician_sim::svg::{Number, Svg};
 

@@ -2,7 +2,7 @@
 
 use super::above::{base, reach};
 use super::panel::Panel;
-use super::toolpath::Toolpath;
+use crate::toolpath::Toolpath;
 use magician_sim::svg::palette::{FAINT, INK, PAPER};
 use magician_sim::svg::{Anchor, Svg, TextStyle};
 

@@ -10,20 +10,13 @@ mod fence;
 mod layers;
 mod legend;
 mod locator;
-mod markers;
-mod outline;
 mod panel;
 #[cfg(feature = "picture")]
 mod png;
-mod purpose;
 mod section;
 mod side;
 mod snapshot;
-mod strokes;
 mod symbols;
-mod toolpath;
-mod tracer;
-mod track;
 
 use magician_host::Geometry;
 use magician_host::words::Preflight;
@@ -31,7 +24,6 @@ use magician_motion::Fence;
 
 use legend::Legend;
 use magician_sim::svg::Svg;
-pub use outline::Outline;
 use panel::{Panel, TICKS};
 #[cfg(feature = "picture")]
 pub(crate) use png::options as svg_options;
@@ -41,9 +33,8 @@ pub use section::section;
 pub use snapshot::{ArmView, Snapshot};
 #[cfg(feature = "picture")]
 pub use snapshot::{View, pixels};
-pub use strokes::DrawnLine;
-use toolpath::Toolpath;
 
+use crate::toolpath::Toolpath;
 use crate::{Plan, Reach, Report};
 
 /// Free space round the picture, and between its parts, mm.

@@ -5,8 +5,8 @@ use magician_motion::ArmModel;
 
 use super::panel::{Extent, Panel};
 use super::section::section;
-use super::toolpath::{Layer, Toolpath};
 use super::{layers, symbols};
+use crate::toolpath::{Layer, Toolpath};
 use magician_sim::svg::palette::{FAINT, REACH, REACH_EDGE};
 use magician_sim::svg::{Svg, lines, path};
 

@@ -1,7 +1,7 @@
 //! Small signs: where it begins and ends, what happens at a place, what is wrong.
 
-use super::markers::{Marker, MarkerKind};
 use super::panel::Panel;
+use crate::toolpath::{Marker, MarkerKind};
 use magician_sim::svg::palette::{CARRIED, FAINT, INK, PAPER, WRONG};
 use magician_sim::svg::{Anchor, Svg, TextStyle, path, segments};
 

@@ -4,7 +4,8 @@ use magician_host::words::{Guards, Preflight};
 use magician_host::{Act, Given, JointAngles, Setting};
 use magician_motion::ToolBias;
 use magician_program::artwork::Sheet;
-use magician_program::preview::{DrawnLine, Preview, PreviewOptions};
+use magician_program::preview::{Preview, PreviewOptions};
+use magician_program::toolpath::DrawnLine;
 use magician_program::{
     Diagnostic, Format, Preparation, PrepareRequest, PreparedProgram, SetupOptions, StartPosition,
     Surface, check,

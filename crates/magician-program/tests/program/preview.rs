@@ -4,8 +4,9 @@ use std::time::Duration;
 
 use magician::words;
 use magician_program::compare::compare;
-use magician_program::preview::{DrawnLine, PictureError, Preview, PreviewOptions};
+use magician_program::preview::{PictureError, Preview, PreviewOptions};
 use magician_program::rehearse::{RehearseOptions, rehearse, stage, start_of};
+use magician_program::toolpath::DrawnLine;
 use magician_program::{
     Action, Format, Origin, Plan, Program, ReadOptions, Setup, Surface, Tool, Travel, check, read,
 };

@@ -2,7 +2,7 @@
 
 /// Lines in a plane, thinned as they come: what is left is nowhere farther from what came than the tolerance.
 #[derive(Clone, Debug)]
-pub(super) struct Track {
+pub struct Track {
     points: Vec<[f64; 2]>,
     /// Where in `points` each line begins.
     starts: Vec<usize>,
@@ -22,7 +22,9 @@ struct Cone {
 }
 
 impl Track {
-    pub(super) fn new(tolerance: f64) -> Self {
+    /// No lines yet, of points that may be off by the tolerance, mm.
+    #[must_use]
+    pub fn new(tolerance: f64) -> Self {
         Self {
             points: Vec::new(),
             starts: Vec::new(),
@@ -32,12 +34,14 @@ impl Track {
         }
     }
 
-    pub(super) fn is_empty(&self) -> bool {
+    /// True if there is no line.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
         self.points.is_empty()
     }
 
     /// Begins a line at a point, if it is not where the line under way is anyway.
-    pub(super) fn begin(&mut self, at: [f64; 2]) {
+    pub fn begin(&mut self, at: [f64; 2]) {
         if !self.starts.is_empty() && self.end() == Some(at) {
             return;
         }
@@ -47,7 +51,7 @@ impl Track {
     }
 
     /// Goes on to a point.
-    pub(super) fn line_to(&mut self, to: [f64; 2]) {
+    pub fn line_to(&mut self, to: [f64; 2]) {
         let Some(anchor) = self.points.last() else {
             self.begin(to);
             return;
@@ -63,7 +67,7 @@ impl Track {
     }
 
     /// The lines, once they are [settled](Self::settle).
-    pub(super) fn lines(&self) -> impl Iterator<Item = &[[f64; 2]]> {
+    pub fn lines(&self) -> impl Iterator<Item = &[[f64; 2]]> {
         let ends = self.starts.iter().skip(1).copied();
         let ends = ends.chain([self.points.len()]);
         let ranges = self.starts.iter().zip(ends);
@@ -85,8 +89,9 @@ impl Track {
         thinner
     }
 
-    /// How many corners there are.
-    pub(super) fn len(&self) -> usize {
+    /// Number of corners.
+    #[must_use]
+    pub fn len(&self) -> usize {
         self.points.len()
     }
 
@@ -94,8 +99,8 @@ impl Track {
         self.last.or(self.points.last().copied())
     }
 
-    /// No more points come.
-    pub(super) fn settle(&mut self) {
+    /// Ends the line under way.
+    pub fn settle(&mut self) {
         self.points.extend(self.last.take());
         self.cone = Cone::default();
     }

@@ -5,12 +5,10 @@ use magician_host::{ArmState, JointAngles, Set};
 use magician_motion::Pose;
 use magician_protocol::{CpMode, PtpMode};
 
-use super::markers::{Marker, MarkerKind};
 use super::outline::Outlines;
-use super::purpose::PlanPurpose;
-use super::strokes::DrawnLine;
-use super::toolpath::{Layer, MOST_REFUSED, StrokeKind, Toolpath};
-use super::track::Track;
+use super::{
+    DrawnLine, Layer, MOST_REFUSED, Marker, MarkerKind, PlanPurpose, StrokeKind, Toolpath, Track,
+};
 use crate::check::reaches;
 use crate::turns::{AtOnce, SLICE, Turns, at_once};
 use crate::{Action, Color, Grip, Plan, Report, Travel};

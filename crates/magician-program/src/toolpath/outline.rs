@@ -16,7 +16,7 @@ const COARSEST: f64 = 5.0;
 ///
 /// ```
 /// use magician_host::{JointAngles, ToolBias, words::Preflight};
-/// use magician_program::preview::Outline;
+/// use magician_program::toolpath::Outline;
 /// use magician_program::{Action, Origin, Plan, Surface, Tool, Travel};
 ///
 /// let mut plan = Plan::new("two lines");

@@ -1,6 +1,6 @@
 //! What a plan is for, which decides what its ways leave.
 
-use super::toolpath::{SHADES, StrokeKind};
+use super::{SHADES, StrokeKind};
 use crate::rehearse::{RehearseOptions, kind_of, tool_of};
 use crate::{Plan, Surface, Tool};
 
@@ -9,7 +9,7 @@ const AT_SURFACE: f64 = 0.05;
 
 /// What a plan is for.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum PlanPurpose {
+pub enum PlanPurpose {
     /// A pen draws on a surface.
     Draws(Option<Surface>),
     /// A laser burns, wherever it is lit.
@@ -71,7 +71,8 @@ impl PlanPurpose {
     }
 
     /// The surface on which it is done.
-    pub(super) fn surface(&self) -> Option<Surface> {
+    #[must_use]
+    pub fn surface(&self) -> Option<Surface> {
         match self {
             Self::Draws(surface) | Self::Burns(surface) => *surface,
             Self::Carries(lowest) => lowest.map(Surface::level),

@@ -25,7 +25,7 @@ impl DrawnLine {
     ///
     /// ```
     /// use magician_host::{JointAngles, ToolBias, words::Preflight};
-    /// use magician_program::preview::DrawnLine;
+    /// use magician_program::toolpath::DrawnLine;
     /// use magician_program::{Action, Origin, Plan, Surface, Tool, Travel};
     ///
     /// let mut plan = Plan::new("a line");

@@ -5,7 +5,7 @@ const SAME: f64 = 1.0;
 
 /// What happens.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum MarkerKind {
+pub enum MarkerKind {
     /// The tool takes hold.
     Pick,
     /// It lets go.
@@ -16,11 +16,13 @@ pub(super) enum MarkerKind {
 
 /// A place at which something happens.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Marker {
-    pub(super) at: [f64; 3],
+pub struct Marker {
+    /// X, y and z, mm.
+    pub at: [f64; 3],
     /// What happens there, each once.
-    pub(super) kinds: Vec<MarkerKind>,
-    pub(super) name: Option<String>,
+    pub kinds: Vec<MarkerKind>,
+    /// The name that the plan gives it.
+    pub name: Option<String>,
 }
 
 impl Marker {
