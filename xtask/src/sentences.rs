@@ -8,7 +8,7 @@ use std::str::FromStr;
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 
 /// The crates below the doors.
-const CRATES: [&str; 9] = [
+const CRATES: [&str; 10] = [
     "magician-protocol",
     "magician-motion",
     "magician-host",
@@ -16,6 +16,7 @@ const CRATES: [&str; 9] = [
     "magician-record",
     "magician",
     "magician-program",
+    "magician-picture",
     "magician-job",
     "magician-conform",
 ];

@@ -42,6 +42,16 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
         ],
     ),
     (
+        "magician-picture",
+        &[
+            "magician-protocol",
+            "magician-motion",
+            "magician-host",
+            "magician-sim",
+            "magician-program",
+        ],
+    ),
+    (
         "magician-job",
         &[
             "magician-protocol",
@@ -58,6 +68,7 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
             "magician-motion",
             "magician",
             "magician-program",
+            "magician-picture",
             "magician-job",
             "magician-record",
             "magician-link",
@@ -78,6 +89,7 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
             "magician",
             "magician-conform",
             "magician-program",
+            "magician-picture",
             "magician-job",
             "magician-record",
             "magician-station",
@@ -98,6 +110,7 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
             "magician-sim",
             "magician",
             "magician-program",
+            "magician-picture",
             "magician-job",
             "magician-record",
             "magician-station",
@@ -125,6 +138,7 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
             "magician-sim",
             "magician-record",
             "magician-program",
+            "magician-picture",
         ],
     ),
     // Measures how large they are.
@@ -136,6 +150,7 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
             "magician-sim",
             "magician",
             "magician-program",
+            "magician-picture",
         ],
     ),
     // Chores may use anything; what they use is said all the same.
@@ -148,6 +163,7 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
             "magician",
             "magician-conform",
             "magician-program",
+            "magician-picture",
             "magician-capi",
             "magician-station",
         ],
@@ -237,33 +253,32 @@ fn built_with(package: &str, features: &str) -> BTreeSet<String> {
 }
 
 /// What only a feature of `magician-program` brings in: the crate, and the features that do.
-const BROUGHT_IN: [(&str, &[&str]); 9] = [
+const BROUGHT_IN: [(&str, &[&str]); 7] = [
     (
         "crc32fast",
-        &["read-points", "read-svg", "font-files", "image", "picture"],
+        &["read-points", "read-svg", "font-files", "image"],
     ),
-    ("flate2", &["read-svg", "font-files", "image", "picture"]),
-    ("fontdb", &["picture"]),
+    ("flate2", &["read-svg", "font-files", "image"]),
     ("image", &["image"]),
-    ("png", &["image", "picture"]),
-    ("resvg", &["picture"]),
+    ("png", &["image"]),
     (
         "roxmltree",
-        &[
-            "read-blockly",
-            "read-playback",
-            "read-svg",
-            "font-files",
-            "picture",
-        ],
+        &["read-blockly", "read-playback", "read-svg", "font-files"],
     ),
-    ("skrifa", &["font-files", "text", "picture"]),
-    ("usvg", &["read-svg", "picture"]),
+    ("skrifa", &["font-files", "text"]),
+    ("usvg", &["read-svg"]),
 ];
 
 #[test]
 fn plans_alone_need_no_reader_no_picture_and_no_line() {
-    const NEVER: [&str; 4] = ["magician", "serial2", "socket2", "tokio"];
+    const NEVER: [&str; 6] = [
+        "magician",
+        "magician-picture",
+        "resvg",
+        "serial2",
+        "socket2",
+        "tokio",
+    ];
     let features = [
         "",
         "read-blockly",
@@ -277,7 +292,6 @@ fn plans_alone_need_no_reader_no_picture_and_no_line() {
         "font-files",
         "text",
         "image",
-        "picture",
     ];
     for feature in features {
         let built = built_with("magician-program", feature);
@@ -292,4 +306,16 @@ fn plans_alone_need_no_reader_no_picture_and_no_line() {
         }
     }
     assert!(built_with("magician-program", "read-svg,text").contains("fontdb"));
+}
+
+#[test]
+fn pictures_as_text_need_no_pixels_and_no_font() {
+    const PIXELS: [&str; 4] = ["png", "resvg", "skrifa", "usvg"];
+    for (feature, there) in [("", false), ("png", true)] {
+        let built = built_with("magician-picture", feature);
+        for name in PIXELS {
+            assert_eq!(built.contains(name), there, "{feature}: {name}");
+        }
+        assert!(!built.contains("magician"), "{feature}");
+    }
 }

@@ -74,6 +74,17 @@ pub(crate) fn database() -> Arc<Database> {
     Arc::clone(&DATABASE)
 }
 
+/// How usvg reads an SVG with our font and no other, so that a picture is the same on every machine.
+#[must_use]
+pub fn svg_options() -> usvg::Options<'static> {
+    usvg::Options {
+        font_family: NAME.to_owned(),
+        font_resolver: resolver(),
+        fontdb: database(),
+        ..usvg::Options::default()
+    }
+}
+
 /// Whatever is asked for, it is this one.
 pub(crate) fn resolver() -> FontResolver<'static> {
     FontResolver {

@@ -7,7 +7,6 @@
 //!           \--> Artwork --place, mark--> Plan   SVG, HPGL, DXF: lines on a sheet
 //!            \-> Raster --engrave--> Plan        images: grey that becomes laser power
 //! Plan --check--> Report     every refused_step with its line, column or element
-//!      --preview--> SVG or PNG
 //!      --Program, RemainingProgram--> Arm::start   from any step on, in iterations, with the time that is left
 //! ```
 //!
@@ -18,8 +17,7 @@
 //! * [`check`](fn@check) follows a plan as the arm would and tells what is out of reach, how long it takes, how far the tool
 //!   travels.
 //!
-//! Without features there is all that plans need: reading and writing their own files, placing, checking, previews as SVG, rehearsals,
-//! resuming. The others build in what needs more; `default` is all of them.
+//! Without features there is all that plans need: reading and writing their own files, placing, checking, rehearsals, resuming. The others build in what needs more; `default` is all of them.
 //!
 //! | feature | what it adds |
 //! |---|---|
@@ -31,7 +29,8 @@
 //! | `font-files` | text in fonts of files: SVG fonts, TrueType and OpenType, orders of strokes |
 //! | `text` | the font that texts in SVG are written with |
 //! | `image` | PNG, JPEG, BMP, WebP, GIF and TIFF images, to be engraved or traced |
-//! | `picture` | pictures as PNG, and their comparison (`compare`) |
+//!
+//! Pictures of plans are those of the crate `magician-picture`; what they show is [`toolpath`].
 //!
 //! A [`Format`] that is not built in is known all the same; reading it is a [`Diagnostic`] that [`missing`](Diagnostic::missing) its feature.
 //!
@@ -44,16 +43,13 @@
 pub mod artwork;
 mod calibrate;
 mod check;
-#[cfg(feature = "picture")]
-pub mod compare;
-mod convert;
 #[cfg(any(feature = "read-svg", feature = "font-files"))]
 mod curves;
 mod diagnostic;
 mod encoding;
 mod ending;
 pub mod fill;
-#[cfg(all(feature = "text", any(feature = "read-svg", feature = "picture")))]
+#[cfg(all(feature = "text", feature = "read-svg"))]
 mod font;
 pub mod formats;
 mod frame;
@@ -65,9 +61,9 @@ mod pace;
 mod packed;
 mod paper;
 mod plan;
+mod point_list;
 mod power;
 mod prepare;
-pub mod preview;
 mod program;
 pub mod raster;
 mod reach;
@@ -89,10 +85,12 @@ pub use check::{
     DoubtfulSteps, PartFigures, RefusedStep, Report, check, foreign_coordinates, would_do_at,
     would_fit, would_fit_turned,
 };
-pub use convert::{Conversion, ConversionError};
 pub use diagnostic::{Diagnostic, DiagnosticCode, Missing};
 pub use encoding::source_text;
 pub use ending::Ending;
+#[cfg(all(feature = "text", feature = "read-svg"))]
+#[doc(hidden)]
+pub use font::svg_options;
 pub use formats::foreign;
 pub use formats::{
     Content, Curves, Fills, Format, Parsed, ReadOptions, SystemFonts, TextLines, White, read,
@@ -109,6 +107,7 @@ pub use plan::{
     Action, Color, Continuation, Grip, PLAN_SCHEMA, Pallet, Part, Pause, PauseCause, Plan, Step,
     Tool, Travel,
 };
+pub use point_list::point_list;
 pub use power::Power;
 pub use prepare::{
     OpenedFile, Preparation, PrepareError, PrepareRequest, PrepareStage, PreparedProgram,

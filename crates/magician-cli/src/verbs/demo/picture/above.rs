@@ -1,8 +1,8 @@
 //! The run from above.
 
 use magician_motion::{ArmModel, TopView};
-use magician_sim::svg::palette::{BASE, CARGO, CARRIED, FAINT, INK, PAPER, REACH, REACH_EDGE};
-use magician_sim::svg::{Svg, path};
+use magician_picture::svg::palette::{BASE, CARGO, CARRIED, FAINT, INK, PAPER, REACH, REACH_EDGE};
+use magician_picture::svg::{Svg, path};
 
 use super::super::scene::{ARM, CUBE, CUBES, TOP, home};
 use super::marks::{haloed, marker, rectangle, tracks};

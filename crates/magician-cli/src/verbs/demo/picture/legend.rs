@@ -1,7 +1,7 @@
 //! What the colours mean.
 
-use magician_sim::svg::palette::{CARGO, CARRIED, EMPTY, FAINT, INK, PAPER, REACH, REACH_EDGE};
-use magician_sim::svg::{Svg, path};
+use magician_picture::svg::palette::{CARGO, CARRIED, EMPTY, FAINT, INK, PAPER, REACH, REACH_EDGE};
+use magician_picture::svg::{Svg, path};
 
 /// Draws it.
 pub(super) fn draw(svg: &mut Svg) {

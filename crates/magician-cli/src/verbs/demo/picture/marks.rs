@@ -2,8 +2,8 @@
 
 use std::fmt::Display;
 
-use magician_sim::svg::palette::{CARRIED, EMPTY, INK, PAPER};
-use magician_sim::svg::{Number, Svg, lines, rim};
+use magician_picture::svg::palette::{CARRIED, EMPTY, INK, PAPER};
+use magician_picture::svg::{Number, Svg, lines, rim};
 
 use super::Sample;
 

@@ -7,8 +7,8 @@ mod panel;
 mod side;
 mod workspace;
 
-use magician_sim::svg::Svg;
-use magician_sim::svg::palette::{FAINT, INK};
+use magician_picture::svg::Svg;
+use magician_picture::svg::palette::{FAINT, INK};
 
 /// The tool at an instant, as the arm reported it; mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,7 +47,7 @@ pub(super) fn draw(samples: &[Sample], subtitle: &str) -> String {
 mod tests {
     use super::super::scene::{CUBES, LIFT, TOP};
     use super::*;
-    use magician_sim::svg::palette;
+    use magician_picture::svg::palette;
 
     /// The corners of a run, without what lies between.
     fn corners() -> Vec<Sample> {

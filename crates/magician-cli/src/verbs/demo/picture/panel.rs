@@ -1,7 +1,7 @@
 //! A framed drawing area with a grid in mm.
 
-use magician_sim::svg::palette::{FAINT, INK};
-use magician_sim::svg::{Svg, segments};
+use magician_picture::svg::palette::{FAINT, INK};
+use magician_picture::svg::{Svg, segments};
 
 /// Distance of the grid's lines, mm.
 const GRID: i32 = 50;

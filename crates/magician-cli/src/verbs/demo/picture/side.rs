@@ -1,8 +1,8 @@
 //! The run from the side: everything at its distance from the base axis.
 
 use magician_motion::{ArmModel, JointAngles};
-use magician_sim::svg::palette::{BASE, CARGO, CARRIED, FAINT, REACH, REACH_EDGE};
-use magician_sim::svg::{Svg, path};
+use magician_picture::svg::palette::{BASE, CARGO, CARRIED, FAINT, REACH, REACH_EDGE};
+use magician_picture::svg::{Svg, path};
 
 use super::super::scene::{ARM, CUBE, CUBES, TABLE, home};
 use super::marks::{marker, rectangle, tracks};

@@ -4,7 +4,7 @@ use magician_motion::{Geometry, Limits};
 
 /// The section of the reach in a plane through the base axis: radius and z of the tool, all round.
 pub(super) fn section(arm: &Geometry, limits: &Limits) -> Vec<(f64, f64)> {
-    let section = magician_program::preview::section(arm, limits);
+    let section = magician_picture::section(arm, limits);
     section.into_iter().map(|[radius, z]| (radius, z)).collect()
 }
 
