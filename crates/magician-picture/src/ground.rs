@@ -7,6 +7,14 @@ use crate::svg::{Number, Svg, path};
 /// The base is 158 mm square.
 const HALF_BASE: f64 = 79.0;
 
+/// How the outline looks of what the tool can reach at another height.
+pub(super) const OUTLINE: [(&str, &str); 4] = [
+    ("fill", "none"),
+    ("stroke", REACH_EDGE),
+    ("stroke-width", "0.35"),
+    ("stroke-dasharray", "1.6 1.2"),
+];
+
 /// What the tool can reach on the surface.
 pub(super) fn reach(svg: &mut Svg, panel: &Panel, rings: &[Vec<[f64; 2]>]) {
     let look = [

@@ -9,8 +9,17 @@ use crate::svg::{Number, Svg};
 /// With more corners than this, and between the lines of an engraving, dashes are only a cloud.
 const DASHED: usize = 600;
 
+/// Whose ways they are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Ways {
+    /// A plan's: what leaves nothing matters less.
+    Planned,
+    /// A run's: where the tool was matters, whatever it left.
+    Taken,
+}
+
 /// Draws the layers, what is left on top; `data` tells the lines of one.
-pub(super) fn draw(svg: &mut Svg, layers: &[Layer], data: impl Fn(&Layer) -> String) {
+pub(super) fn draw(svg: &mut Svg, layers: &[Layer], ways: Ways, data: impl Fn(&Layer) -> String) {
     let burns = |layer: &Layer| matches!(layer.leaves, StrokeKind::Burn(_));
     let burns = layers.iter().any(burns);
     let mut layers: Vec<&Layer> = layers.iter().collect();
@@ -23,9 +32,10 @@ pub(super) fn draw(svg: &mut Svg, layers: &[Layer], data: impl Fn(&Layer) -> Str
     });
     for layer in layers {
         let data = data(layer);
-        let (colour, width, opacity, dashes) = look(layer.leaves);
+        let (colour, width, opacity, dashes) = look(layer.leaves, ways);
         let many = burns || layer.above.len() > DASHED;
-        let crowded = layer.leaves == StrokeKind::Nothing && many;
+        let is_travel = layer.leaves == StrokeKind::Nothing && ways == Ways::Planned;
+        let crowded = is_travel && many;
         let (width, opacity) = if crowded {
             (0.1, 0.3)
         } else {
@@ -62,8 +72,12 @@ fn cap(leaves: StrokeKind) -> &'static str {
 }
 
 /// Colour, width in mm, opacity and dashes.
-pub(super) fn look(leaves: StrokeKind) -> (Cow<'static, str>, f64, f64, Option<&'static str>) {
+pub(super) fn look(
+    leaves: StrokeKind,
+    ways: Ways,
+) -> (Cow<'static, str>, f64, f64, Option<&'static str>) {
     let (colour, width, opacity, dashes) = match leaves {
+        StrokeKind::Nothing if ways == Ways::Taken => (EMPTY, 0.6, 1.0, None),
         StrokeKind::Nothing => (EMPTY, 0.25, 0.9, Some("1.4 1.2")),
         StrokeKind::Carried => (CARRIED, 0.6, 1.0, None),
         StrokeKind::Ink(Some(color)) => return (color.to_string().into(), 0.5, 1.0, None),

@@ -3,7 +3,7 @@
 //! | what | shows |
 //! |---|---|
 //! | [`Preview`] | what a plan would draw, burn or carry, and where |
-//! | [`Snapshot`] | an arm as it stands, and the world around a virtual one |
+//! | [`Snapshot`] | an arm as it stands, and the world around a virtual one, or a run and what it moved |
 //! | [`drawing_svg`] | what pen and laser left |
 //! | [`Conversion`] | a plan as another kind of file, pictures among them |
 //! | [`svg`] | the writer of all of them |
@@ -19,8 +19,10 @@
 pub mod compare;
 mod convert;
 mod drawing;
+mod fence;
 mod ground;
 mod layers;
+mod legend;
 mod panel;
 #[cfg(feature = "png")]
 mod png;
@@ -37,8 +39,7 @@ pub use drawing::{DrawingOptions, drawing_svg};
 #[cfg(feature = "png")]
 pub use png::{PictureError, fitting, to_png};
 pub use preview::{Preview, PreviewOptions};
-pub use section::section;
-pub use snapshot::{ArmView, Snapshot};
+pub use snapshot::{ArmView, MovedObject, RunReading, RunView, Snapshot};
 #[cfg(feature = "png")]
 pub use snapshot::{View, pixels};
 

@@ -5,11 +5,12 @@ use magician_program::toolpath::{Layer, MarkerKind, StrokeKind, Toolpath};
 
 use super::PreviewOptions;
 use crate::ground::{base, reach};
-use crate::layers;
+use crate::layers::Ways;
 use crate::panel::{Extent, Panel};
 use crate::svg::palette::{FAINT, PAPER};
 use crate::svg::{Svg, lines, path};
 use crate::symbols;
+use crate::{fence, layers};
 
 /// Which part of the plane the view shows: all ways, the sheet and the page.
 pub(super) fn part(toolpath: &Toolpath, options: &PreviewOptions) -> [[f64; 2]; 2] {
@@ -23,7 +24,7 @@ pub(super) fn part(toolpath: &Toolpath, options: &PreviewOptions) -> [[f64; 2]; 
     let papers = [&options.sheet, &options.page].into_iter().flatten();
     papers.flatten().for_each(|corner| extent.show(*corner));
     if let Some(fence) = &options.fence {
-        super::fence::extend(&mut extent, fence);
+        fence::extend(&mut extent, fence);
     }
     extent.part()
 }
@@ -58,10 +59,10 @@ pub(super) fn draw(
     }
     panel.grid(svg);
     if let Some(fence) = &options.fence {
-        super::fence::draw(svg, panel, fence);
+        fence::draw(svg, panel, fence);
     }
     let look = |layer: &Layer| lines(layer.above.lines(), |point| panel.at(point));
-    layers::draw(svg, &toolpath.layers, look);
+    layers::draw(svg, &toolpath.layers, Ways::Planned, look);
     for mark in &toolpath.markers {
         let [x, y, _] = mark.at;
         symbols::markers(svg, panel.at([x, y]), mark);

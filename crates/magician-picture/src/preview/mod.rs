@@ -6,8 +6,7 @@
 
 mod above;
 mod caption;
-mod fence;
-mod legend;
+mod entries;
 mod locator;
 mod side;
 
@@ -17,9 +16,9 @@ use magician_motion::Fence;
 use magician_program::toolpath::Toolpath;
 use magician_program::{Plan, Reach, Report};
 
+use crate::legend::Legend;
 use crate::panel::{MARGIN, Panel, TICKS};
 use crate::svg::Svg;
-use legend::Legend;
 
 /// Room for title and caption, mm.
 const HEAD: f64 = 16.0;
@@ -189,7 +188,7 @@ impl Page {
         });
         let locator = right + MARGIN;
         let right = locator + locator::width(&above);
-        let legend = Legend::new(toolpath, report, options, right - left);
+        let legend = entries::legend(toolpath, report, options, right - left);
         let foot = bottom + TICKS[1] + 2.0;
         Self {
             size: [right + MARGIN, foot + legend.height() + MARGIN - 2.0],

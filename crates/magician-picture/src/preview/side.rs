@@ -1,14 +1,13 @@
 //! The view from the side: everything at its distance from the base axis.
 
 use magician_host::Geometry;
-use magician_motion::ArmModel;
 use magician_program::toolpath::{Layer, Toolpath};
 
+use crate::layers::Ways;
 use crate::panel::{Extent, Panel};
-use crate::section::section;
-use crate::svg::palette::{FAINT, REACH, REACH_EDGE};
+use crate::svg::palette::FAINT;
 use crate::svg::{Svg, lines, path};
-use crate::{layers, symbols};
+use crate::{layers, section, symbols};
 
 /// Which part of the plane the view shows.
 pub(super) fn part(toolpath: &Toolpath) -> [[f64; 2]; 2] {
@@ -25,13 +24,7 @@ pub(super) fn part(toolpath: &Toolpath) -> [[f64; 2]; 2] {
 /// Draws it.
 pub(super) fn draw(svg: &mut Svg, panel: &Panel, toolpath: &Toolpath, arm: &Geometry) {
     panel.begin(svg);
-    let edge = section(arm, &ArmModel::MAGICIAN.certain).into_iter();
-    let look = [
-        ("fill", REACH),
-        ("stroke", REACH_EDGE),
-        ("stroke-width", "0.3"),
-    ];
-    svg.path(&path(edge.map(|point| panel.at(point)), true), &look);
+    section::draw(svg, panel, arm);
     panel.grid(svg);
     let [low, high] = panel.part;
     let axis = [low[1], high[1]].map(|z| panel.at([0.0, z]));
@@ -42,7 +35,7 @@ pub(super) fn draw(svg: &mut Svg, panel: &Panel, toolpath: &Toolpath, arm: &Geom
     ];
     svg.path(&path(axis, false), &look);
     let data = |layer: &Layer| lines(layer.side.lines(), |point| panel.at(point));
-    layers::draw(svg, &toolpath.layers, data);
+    layers::draw(svg, &toolpath.layers, Ways::Planned, data);
     let beside = |[x, y, z]: [f64; 3]| panel.at([libm::hypot(x, y), z]);
     for mark in &toolpath.markers {
         symbols::spot(svg, beside(mark.at));

@@ -59,21 +59,19 @@ pub(super) fn draw(
         belt(svg, &panel, conveyor);
     }
     ink(svg, &panel, around);
-    for object in around.bodies.iter().filter(|object| !object.held) {
+    for object in around.bodies.iter().filter(|object| !object.is_held()) {
         body(svg, &panel, object);
     }
     ground::base(svg, &panel);
     links(svg, &panel, arm, joints);
-    for object in around.bodies.iter().filter(|object| object.held) {
+    for object in around.bodies.iter().filter(|object| object.is_held()) {
         body(svg, &panel, object);
     }
     names(svg, &panel, &around.bodies);
     for [from, to] in &around.beams {
         beam(svg, panel.at([from[0], from[1]]), panel.at([to[0], to[1]]));
     }
-    let tip = panel.at([pose.x, pose.y]);
-    let look = [("fill", "none"), ("stroke", INK), ("stroke-width", "0.45")];
-    svg.circle(tip, 1.3, &look);
+    tip(svg, panel.at([pose.x, pose.y]));
     panel.end(svg);
     panel.numbers(svg, "X / mm", "Y / mm");
 }
@@ -123,14 +121,10 @@ fn ink(svg: &mut Svg, panel: &Panel, around: &Surroundings) {
     }
 }
 
-fn body(svg: &mut Svg, panel: &Panel, body: &Body) {
+pub(super) fn body(svg: &mut Svg, panel: &Panel, body: &Body) {
     let corners = body.corners().map(|corner| panel.at(corner));
     let fill = hex(body.color);
-    let (edge, thick) = if body.held {
-        (INK, "0.6")
-    } else {
-        (FAINT, "0.3")
-    };
+    let [edge, thick] = body.edge();
     let look = [
         ("fill", fill.as_str()),
         ("fill-opacity", "0.85"),
@@ -168,9 +162,9 @@ fn names(svg: &mut Svg, panel: &Panel, bodies: &[Body]) {
 }
 
 /// The links, from the axis of the base to the tip of the tool.
-fn links(svg: &mut Svg, panel: &Panel, arm: &Geometry, joints: &JointAngles) {
+pub(super) fn links(svg: &mut Svg, panel: &Panel, arm: &Geometry, joints: &JointAngles) {
     let [axis, wrist, end] = links_above(arm, joints).map(|point| panel.at(point));
-    let width = Number(LINKS[0] * SCALE).to_string();
+    let width = Number(LINKS[0] * panel.scale).to_string();
     let look = |width, opacity| {
         [
             ("fill", "none"),
@@ -200,4 +194,10 @@ pub(super) fn beam(svg: &mut Svg, from: [f64; 2], to: [f64; 2]) {
         0.9,
         &[("fill", WRONG), ("stroke", PAPER), ("stroke-width", "0.2")],
     );
+}
+
+/// The tip of the tool.
+pub(super) fn tip(svg: &mut Svg, at: [f64; 2]) {
+    let look = [("fill", "none"), ("stroke", INK), ("stroke-width", "0.45")];
+    svg.circle(at, 1.3, &look);
 }

@@ -3,6 +3,7 @@
 mod above;
 #[cfg(feature = "png")]
 mod pixels;
+mod run;
 mod side;
 
 use magician_host::{AlarmSet, Geometry, JointAngles, ToolBias};
@@ -12,9 +13,10 @@ use magician_sim::scenario::{Color, ToolKind};
 use magician_sim::world::{Drawing, Rest};
 #[cfg(feature = "png")]
 pub use pixels::{View, pixels};
+pub use run::{MovedObject, RunReading, RunView};
 
 use crate::panel::{MARGIN, TICKS};
-use crate::svg::palette::{FAINT, INK, WRONG};
+use crate::svg::palette::{CARRIED, FAINT, INK, WRONG};
 use crate::svg::{Anchor, Number, Svg, TextStyle, signed};
 
 /// How large it is drawn.
@@ -72,7 +74,16 @@ struct Body {
     /// x, y, z of the middle of its underside, and how it is turned.
     place: [f64; 4],
     color: Color,
-    held: bool,
+    state: BodyState,
+}
+
+/// What has become of a box.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum BodyState {
+    Stands,
+    Held,
+    /// A run has put it there.
+    Moved,
 }
 
 /// What is to be drawn besides the arm.
@@ -97,6 +108,19 @@ struct Belt {
 }
 
 impl Body {
+    fn is_held(&self) -> bool {
+        self.state == BodyState::Held
+    }
+
+    /// Colour and width of its edge.
+    fn edge(&self) -> [&'static str; 2] {
+        match self.state {
+            BodyState::Stands => [FAINT, "0.3"],
+            BodyState::Held => [INK, "0.6"],
+            BodyState::Moved => [CARRIED, "0.4"],
+        }
+    }
+
     /// The corners of its outline from above.
     fn corners(&self) -> [[f64; 2]; 4] {
         let [x, y, _, yaw] = self.place;
@@ -169,6 +193,14 @@ impl Snapshot {
         Self::drawn(&view, &around)
     }
 
+    /// An arm as it stands after a run, where its tool was in it, and what it moved.
+    #[must_use]
+    pub fn of_run(view: &ArmView, run: &RunView) -> Self {
+        Self {
+            svg: run::draw(view, run),
+        }
+    }
+
     fn look_at(arm: &Controller) -> (ArmView, Surroundings) {
         let state = arm.state();
         let scenario = arm.world().scenario();
@@ -197,7 +229,10 @@ impl Snapshot {
                 size: object.size(),
                 place: [place.x, place.y, place.z, place.yaw],
                 color: object.color(),
-                held: object.rest() == Rest::Tool,
+                state: match object.rest() {
+                    Rest::Tool => BodyState::Held,
+                    _ => BodyState::Stands,
+                },
             }
         });
         let around = Surroundings {

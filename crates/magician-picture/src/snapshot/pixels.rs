@@ -148,7 +148,7 @@ fn above(canvas: &mut Canvas, arm: &Geometry, joints: &JointAngles, around: &Sur
         canvas.line(&stroke.points, width, shade(DRAWN));
     }
     let bodies = |canvas: &mut Canvas, held: bool| {
-        for body in around.bodies.iter().filter(|body| body.held == held) {
+        for body in around.bodies.iter().filter(|body| body.is_held() == held) {
             canvas.area(&body.corners(), body.color);
         }
     };

@@ -1,15 +1,14 @@
 //! The arm from the side: everything at its distance from the base axis.
 
 use magician_host::{Geometry, JointAngles};
-use magician_motion::ArmModel;
 
 use super::{
     BELT, BODY, Body, LINK, LINKS, PLATE, SCALE, SIDE, Surroundings, TABLE, above, base, hex,
     links_beside,
 };
 use crate::panel::Panel;
-use crate::section::section;
-use crate::svg::palette::{BASE, FAINT, INK, REACH, REACH_EDGE};
+use crate::section;
+use crate::svg::palette::{BASE, FAINT};
 use crate::svg::{Number, Svg, path};
 
 /// Draws it with the upper left corner of the view at a place.
@@ -27,32 +26,11 @@ pub(super) fn draw(
         id: "side",
     };
     panel.begin(svg);
-    let edge = section(arm, &ArmModel::MAGICIAN.certain).into_iter();
-    let look = [
-        ("fill", REACH),
-        ("stroke", REACH_EDGE),
-        ("stroke-width", "0.3"),
-    ];
-    svg.path(&path(edge.map(|point| panel.at(point)), true), &look);
+    section::draw(svg, &panel, arm);
     panel.grid(svg);
-    let look = [
-        ("fill", BASE),
-        ("stroke", FAINT),
-        ("stroke-width", "0.3"),
-        ("rx", "1"),
-    ];
-    svg.rectangle(base().map(|end| panel.at(end)), &look);
+    foot(svg, &panel);
     if let Some((height, [[_, far], _])) = around.table {
-        let ends = [
-            [SIDE[0][0].max(BODY[0]), height],
-            [far.min(SIDE[1][0]), height - PLATE],
-        ];
-        let look = [
-            ("fill", TABLE),
-            ("stroke", "#cbbd9e"),
-            ("stroke-width", "0.3"),
-        ];
-        svg.rectangle(ends.map(|end| panel.at(end)), &look);
+        table(svg, &panel, height, far);
     }
     if let Some(belt) = &around.belt {
         let look = [
@@ -75,13 +53,35 @@ pub(super) fn draw(
     panel.numbers(svg, "distance from the base axis / mm", "Z / mm");
 }
 
-fn body(svg: &mut Svg, panel: &Panel, body: &Body) {
+/// The base.
+pub(super) fn foot(svg: &mut Svg, panel: &Panel) {
+    let look = [
+        ("fill", BASE),
+        ("stroke", FAINT),
+        ("stroke-width", "0.3"),
+        ("rx", "1"),
+    ];
+    svg.rectangle(base().map(|end| panel.at(end)), &look);
+}
+
+/// A table of this height, from the base to so far.
+pub(super) fn table(svg: &mut Svg, panel: &Panel, height: f64, far: f64) {
+    let [low, high] = panel.part;
+    let ends = [
+        [low[0].max(BODY[0]), height],
+        [far.min(high[0]), height - PLATE],
+    ];
+    let look = [
+        ("fill", TABLE),
+        ("stroke", "#cbbd9e"),
+        ("stroke-width", "0.3"),
+    ];
+    svg.rectangle(ends.map(|end| panel.at(end)), &look);
+}
+
+pub(super) fn body(svg: &mut Svg, panel: &Panel, body: &Body) {
     let fill = hex(body.color);
-    let (edge, thick) = if body.held {
-        (INK, "0.6")
-    } else {
-        (FAINT, "0.3")
-    };
+    let [edge, thick] = body.edge();
     let look = [
         ("fill", fill.as_str()),
         ("fill-opacity", "0.6"),
@@ -92,10 +92,10 @@ fn body(svg: &mut Svg, panel: &Panel, body: &Body) {
 }
 
 /// Rear arm, forearm, tool.
-fn links(svg: &mut Svg, panel: &Panel, arm: &Geometry, joints: &JointAngles) {
+pub(super) fn links(svg: &mut Svg, panel: &Panel, arm: &Geometry, joints: &JointAngles) {
     let [shoulder, elbow, wrist, tip] = links_beside(arm, joints).map(|point| panel.at(point));
     let points = [shoulder, elbow, wrist];
-    let width = Number(LINKS[1] * SCALE).to_string();
+    let width = Number(LINKS[1] * panel.scale).to_string();
     let look = |width, opacity| {
         [
             ("fill", "none"),
@@ -111,9 +111,5 @@ fn links(svg: &mut Svg, panel: &Panel, arm: &Geometry, joints: &JointAngles) {
     for point in points {
         svg.circle(point, 1.5, &[("fill", "#323f4b")]);
     }
-    svg.circle(
-        tip,
-        1.3,
-        &[("fill", "none"), ("stroke", INK), ("stroke-width", "0.45")],
-    );
+    above::tip(svg, tip);
 }
