@@ -1,4 +1,4 @@
-//! Pictures of what a Dobot Magician arm does, in true size: SVG, and PNG behind a feature.
+//! Pictures of what a Dobot Magician arm does: SVG, and PNG behind a feature.
 //!
 //! | what | shows |
 //! |---|---|
