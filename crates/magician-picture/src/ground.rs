@@ -7,7 +7,7 @@ use crate::svg::{Number, Svg, path};
 /// The base is 158 mm square.
 const HALF_BASE: f64 = 79.0;
 
-/// How the outline looks of what the tool can reach at another height.
+/// Attributes of the outline of the reach at a second height.
 pub(super) const OUTLINE: [(&str, &str); 4] = [
     ("fill", "none"),
     ("stroke", REACH_EDGE),

@@ -9,12 +9,12 @@ use crate::svg::{Number, Svg};
 /// With more corners than this, and between the lines of an engraving, dashes are only a cloud.
 const DASHED: usize = 600;
 
-/// Whose ways they are.
+/// Kind of picture that ways are drawn in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ways {
-    /// A plan's: what leaves nothing matters less.
+    /// Of a plan: a way that leaves nothing is faint.
     Planned,
-    /// A run's: where the tool was matters, whatever it left.
+    /// Of a run: every way is plain, because each shows where the tool was.
     Taken,
 }
 

@@ -21,7 +21,7 @@ pub(super) fn section(arm: &Geometry, limits: &Limits) -> Vec<[f64; 2]> {
     edges.flat_map(|(from, to)| edge(arm, *from, *to)).collect()
 }
 
-/// Draws it in a view from the side.
+/// Draws the section in a view from the side.
 pub(super) fn draw(svg: &mut Svg, panel: &Panel, arm: &Geometry) {
     let edge = section(arm, &ArmModel::MAGICIAN.certain).into_iter();
     let look = [
@@ -32,8 +32,8 @@ pub(super) fn draw(svg: &mut Svg, panel: &Panel, arm: &Geometry) {
     svg.path(&path(edge.map(|point| panel.at(point)), true), &look);
 }
 
-/// What the arm reaches at any height, seen from above: between the least and the largest radius of
-/// its section, as far round as J1 turns.
+/// Outline from above of the reach at any height: between the least and the largest radius of the
+/// section, as far round as J1 turns.
 pub(super) fn sector(arm: &Geometry, limits: &Limits) -> Vec<[f64; 2]> {
     let radii = section(arm, limits).into_iter().map(|[radius, _]| radius);
     let [near, far] = radii.fold([f64::MAX, 0.0_f64], |[near, far], radius| {

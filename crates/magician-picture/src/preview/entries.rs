@@ -1,4 +1,4 @@
-//! What the legend of a preview says.
+//! Entries of a preview's legend.
 
 use magician_motion::Fence;
 use magician_program::toolpath::{MOST_REFUSED, MarkerKind, PlanPurpose, StrokeKind, Toolpath};

@@ -193,7 +193,7 @@ impl Snapshot {
         Self::drawn(&view, &around)
     }
 
-    /// An arm as it stands after a run, where its tool was in it, and what it moved.
+    /// An arm as it stands after a run, the path of its tool, and what it moved.
     #[must_use]
     pub fn of_run(view: &ArmView, run: &RunView) -> Self {
         Self {

@@ -1,4 +1,4 @@
-//! A run of an arm: where its tool really was, and what it moved.
+//! Picture of a run: where the tool really was, and what it moved.
 
 use magician_host::Geometry;
 use magician_motion::{ArmModel, Pose};
@@ -14,27 +14,27 @@ use crate::svg::palette::{CARGO, INK, PAPER};
 use crate::svg::{Anchor, Svg, TextStyle, lines, path, signed};
 use crate::{ground, layers, section};
 
-/// How large it is drawn.
+/// Scale of both views.
 const SCALE: f64 = 0.37;
-/// What is shown at least, from above and from the side, mm: more only of runs that go beyond.
+/// Least part of each view, mm, without its margin; runs that go beyond widen it.
 const ABOVE: [[f64; 2]; 2] = [[-78.0, -228.0], [328.0, 228.0]];
 const SIDE: [[f64; 2]; 2] = [[12.0, -158.0], [338.0, 228.0]];
-/// Room for the name of a view, mm.
+/// Height of the name of a view, mm.
 const NAME: f64 = 4.0;
 /// Corners of the tool's path are merged within this, mm: a fifth of its line's width.
 const FINE: f64 = 0.1;
 
-/// What is known of a run that is to be drawn.
+/// A run to be drawn.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct RunView {
-    /// Where the tool was, in the order of time.
+    /// Places of the tool, in order of time.
     pub readings: Vec<RunReading>,
-    /// What was moved.
+    /// Objects that were moved.
     pub objects: Vec<MovedObject>,
-    /// Height at which the tool touches the table, mm, if there is one.
+    /// Height at which the tool touches the table, mm; `None` without a table.
     pub table: Option<f64>,
-    /// What the place is called at which the arm stands.
+    /// Name of the place at which the arm stands.
     pub place: String,
 }
 
@@ -50,18 +50,18 @@ pub struct RunReading {
 /// A box that a run has moved.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MovedObject {
-    /// What it is called: a letter or two.
+    /// Name, a letter or two.
     pub name: String,
-    /// Its length, width and height, mm.
+    /// Length, width and height, mm.
     pub size: [f64; 3],
-    /// Where the middle of its underside was before: x, y and z, mm.
+    /// Middle of its underside before the run: x, y and z, mm.
     pub from: [f64; 3],
-    /// Where that is afterwards.
+    /// The same after the run.
     pub to: [f64; 3],
 }
 
 impl MovedObject {
-    /// Where it was, and where it is.
+    /// The object before and after.
     fn bodies(&self) -> [Body; 2] {
         let cargo = Color::parse(CARGO).unwrap_or(Color::GREY);
         let states = [
@@ -94,7 +94,9 @@ pub(super) fn draw(view: &ArmView, run: &RunView) -> String {
         }
         extent
     });
-    for [x, y, z] in run.readings.iter().map(|reading| reading.at) {
+    let readings = run.readings.iter().map(|reading| reading.at);
+    let objects = { run.objects.iter() }.flat_map(|object| [object.from, object.to]);
+    for [x, y, z] in readings.chain(objects) {
         extents[0].show([x, y]);
         extents[1].show([libm::hypot(x, y), z]);
     }
@@ -129,7 +131,7 @@ pub(super) fn draw(view: &ArmView, run: &RunView) -> String {
     svg.finish()
 }
 
-/// What both views show.
+/// Contents of both views.
 struct Shown<'r> {
     view: &'r ArmView,
     run: &'r RunView,
@@ -140,7 +142,7 @@ struct Shown<'r> {
 }
 
 impl Shown<'_> {
-    /// The objects as they were, then as they are.
+    /// All objects before, then all after.
     fn all_bodies(&self) -> impl Iterator<Item = &Body> {
         let [before, after] = [0, 1].map(|nth| self.bodies.iter().map(move |both| &both[nth]));
         before.chain(after)
@@ -211,14 +213,14 @@ impl Shown<'_> {
         panel.numbers(svg, "distance from the base axis / mm", "Z / mm");
     }
 
-    /// The tip of the tool, on top of its path, and what the place is called.
+    /// Draws the tip of the tool on top of its path, with the name of the place.
     fn tip(&self, svg: &mut Svg, [x, y]: [f64; 2]) {
         above::tip(svg, [x, y]);
         text(svg, [x + 2.6, y - 2.2], &self.run.place, Anchor::Start);
     }
 }
 
-/// The path of the tool, by whether it held something: a stretch begins where the one before ended.
+/// Path of the tool in two layers, empty and holding; a stretch begins where the one before ended.
 fn layers_of(readings: &[RunReading]) -> [Layer; 2] {
     let mut layers = [StrokeKind::Nothing, StrokeKind::Carried].map(|leaves| Layer {
         leaves,
@@ -261,7 +263,7 @@ fn entries(run: &RunView, height: Option<f64>) -> Vec<(Sign, String)> {
     entries
 }
 
-/// The name of a view, above its frame.
+/// Writes the name of a view above its frame.
 fn name(svg: &mut Svg, panel: &Panel, name: &str) {
     let style = TextStyle {
         size: 3.6,
@@ -273,7 +275,7 @@ fn name(svg: &mut Svg, panel: &Panel, name: &str) {
     svg.text([left, top - 1.6], name, &style);
 }
 
-/// A word in a view, legible on lines.
+/// Writes a word in a view, legible on lines.
 fn text(svg: &mut Svg, at: [f64; 2], text: &str, anchor: Anchor) {
     let style = TextStyle {
         size: 2.8,
