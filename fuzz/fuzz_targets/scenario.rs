@@ -66,5 +66,5 @@ fuzz_target!(|data: &[u8]| {
             .into_iter()
             .all(|at| [at.x, at.y, at.z, at.yaw].iter().all(|x| x.is_finite()))
     );
-    let _ = arm.drawing().to_svg();
+    let _ = magician_picture::drawing_svg(&arm.drawing(), &Default::default());
 });

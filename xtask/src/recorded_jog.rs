@@ -6,9 +6,9 @@ use std::fs;
 use std::path::Path;
 
 use magician_motion::{Geometry, Pose, ToolBias};
+use magician_picture::svg::{Anchor, Svg, TextStyle, palette, path};
 use magician_protocol::commands::JogCmd;
 use magician_protocol::{Ctrl, Flag, FrameBuf, JogCommand};
-use magician_sim::svg::{Anchor, Svg, TextStyle, palette, path};
 use magician_sim::{ArmInstant, Controller, LinkId, Profile};
 
 const RECORDING: &str =

@@ -8,7 +8,7 @@ use std::str::FromStr;
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 
 /// The crates below the doors.
-const CRATES: [&str; 10] = [
+const CRATES: [&str; 11] = [
     "magician-protocol",
     "magician-motion",
     "magician-host",
@@ -17,6 +17,7 @@ const CRATES: [&str; 10] = [
     "magician",
     "magician-formats",
     "magician-program",
+    "magician-picture",
     "magician-job",
     "magician-conform",
 ];

@@ -47,6 +47,18 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
         ],
     ),
     (
+        "magician-picture",
+        &[
+            "magician-protocol",
+            "magician-motion",
+            "magician-host",
+            "magician-sim",
+            // Behind a feature.
+            "magician-formats",
+            "magician-program",
+        ],
+    ),
+    (
         "magician-job",
         &[
             "magician-protocol",
@@ -63,6 +75,7 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
             "magician-motion",
             "magician",
             "magician-program",
+            "magician-picture",
             "magician-job",
             "magician-record",
             "magician-link",
@@ -83,6 +96,7 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
             "magician",
             "magician-conform",
             "magician-program",
+            "magician-picture",
             "magician-job",
             "magician-record",
             "magician-station",
@@ -103,6 +117,7 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
             "magician-sim",
             "magician",
             "magician-program",
+            "magician-picture",
             "magician-job",
             "magician-record",
             "magician-station",
@@ -132,6 +147,7 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
             "magician-sim",
             "magician-record",
             "magician-program",
+            "magician-picture",
         ],
     ),
     // Measures how large they are.
@@ -144,6 +160,7 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
             "magician",
             "magician-formats",
             "magician-program",
+            "magician-picture",
         ],
     ),
     // Chores may use anything; what they use is said all the same.
@@ -156,6 +173,7 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
             "magician",
             "magician-conform",
             "magician-program",
+            "magician-picture",
             "magician-capi",
             "magician-station",
         ],
@@ -289,16 +307,27 @@ fn each_reader_brings_in_what_it_needs_alone() {
 
 #[test]
 fn plans_alone_need_no_reader_no_picture_and_no_line() {
-    for feature in ["", "readers", "picture"] {
+    for feature in ["", "readers"] {
         let built = built_with("magician-program", feature);
         assert!(built.contains("magician-sim"), "{built:?}");
         for (name, _) in BROUGHT_IN {
             // Without features there is no reader.
             assert!(!feature.is_empty() || !built.contains(name), "{name}");
         }
-        assert_eq!(built.contains("resvg"), feature == "picture", "{feature}");
-        for name in NEVER {
+        for name in NEVER.into_iter().chain(["magician-picture", "resvg"]) {
             assert!(!built.contains(name), "{feature}: {name}");
         }
+    }
+}
+
+#[test]
+fn pictures_as_text_need_no_pixels_and_no_font() {
+    const PIXELS: [&str; 4] = ["png", "resvg", "skrifa", "usvg"];
+    for (feature, there) in [("", false), ("png", true)] {
+        let built = built_with("magician-picture", feature);
+        for name in PIXELS {
+            assert_eq!(built.contains(name), there, "{feature}: {name}");
+        }
+        assert!(!built.contains("magician"), "{feature}");
     }
 }

@@ -76,6 +76,18 @@ pub fn database() -> Arc<Database> {
     Arc::clone(&DATABASE)
 }
 
+/// Returns the options with which usvg reads an SVG: our font and no other, so that a picture is the
+/// same on every machine.
+#[must_use]
+pub fn svg_options() -> usvg::Options<'static> {
+    usvg::Options {
+        font_family: NAME.to_owned(),
+        font_resolver: resolver(),
+        fontdb: database(),
+        ..usvg::Options::default()
+    }
+}
+
 /// Resolver that takes the font that is built in for every family.
 #[must_use]
 pub fn resolver() -> FontResolver<'static> {

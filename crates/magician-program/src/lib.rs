@@ -7,7 +7,6 @@
 //!           \--> Artwork --place, mark--> Plan   SVG, HPGL, DXF: lines on a sheet
 //!            \-> Raster --engrave--> Plan        images: grey that becomes laser power
 //! Plan --check--> Report     every refused_step with its line, column or element
-//!      --preview--> SVG or PNG
 //!      --Program, RemainingProgram--> Arm::start   from any step on, in iterations, with the time that is left
 //! ```
 //!
@@ -19,14 +18,14 @@
 //!   travels.
 //!
 //! Files are read by the crate `magician-formats`, whose values are here, too. Without features
-//! there is all that plans need: reading and writing their own files, placing, checking, previews
-//! as SVG, rehearsals, resuming. `default` is all but `system-fonts` and `exhaustive`.
+//! there is all that plans need: reading and writing their own files, placing, checking, rehearsals,
+//! resuming. Pictures of plans are those of the crate `magician-picture`; what they show is
+//! [`toolpath`]. `readers` alone is on by default.
 //!
 //! | feature | what it adds |
 //! |---|---|
 //! | `readers` | every reader of files; features of `magician-formats` choose some of them |
 //! | `system-fonts` | the installed fonts that texts in SVG name |
-//! | `picture` | pictures as PNG, and their comparison (`compare`) |
 //!
 //! Lengths are mm, angles degrees, times seconds. A [`Plan`]'s coordinates are the arm's; an [`Artwork`]'s are those of its
 //! sheet: x to the right, y up, from the lower left corner.
@@ -35,21 +34,19 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 mod check;
-#[cfg(feature = "picture")]
-pub mod compare;
 mod continuation;
-mod convert;
 mod ending;
 mod frame;
 mod options;
 mod paper;
+mod point_list;
 mod prepare;
-pub mod preview;
 mod program;
 pub mod raster;
 pub mod rehearse;
 pub mod resume;
 mod setup;
+pub mod toolpath;
 pub mod turns;
 pub mod wire;
 
@@ -58,7 +55,6 @@ pub use check::{
     would_fit, would_fit_turned,
 };
 pub use continuation::Continuation;
-pub use convert::{Conversion, ConversionError};
 pub use ending::Ending;
 pub use frame::{FrameShape, Framing};
 pub use magician_formats::{
@@ -74,6 +70,7 @@ pub use options::{
     PenMatch, PenOptions, SetupDefaults, SetupOptions, WorkOption,
 };
 pub use paper::Paper;
+pub use point_list::point_list;
 pub use prepare::{
     OpenedFile, Preparation, PrepareError, PrepareRequest, PrepareStage, PreparedProgram,
     StartPosition,

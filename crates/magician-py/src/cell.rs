@@ -4,7 +4,7 @@ use magician::sim::scenario::Scenario;
 use magician::sim::world::{ExternalEvent, ObjectView, Press, Rest};
 use magician::sim::{Controller, Profile, World};
 use magician::{Arm, Error, JointAngles, SimSpeed, ToolBias, VirtualArm};
-use magician_program::preview::Snapshot;
+use magician_picture::Snapshot;
 use magician_protocol::Port;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};

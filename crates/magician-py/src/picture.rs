@@ -3,9 +3,11 @@
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use magician::commands::{EndEffectorParams, Pose};
-use magician::sim::world::{self, Drawing, PictureOptions, Stroke, StrokeKind};
-use magician::{Error, Geometry, JointAngles, ToolBias};
-use magician_program::preview::{ArmView, PictureError, Snapshot, fitting, to_png};
+use magician::sim::world::{Drawing, Stroke, StrokeKind};
+use magician::{Geometry, JointAngles, ToolBias};
+use magician_picture::{
+    ArmView, DrawingOptions, PictureError, Snapshot, drawing_png, drawing_svg, fitting, to_png,
+};
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -180,17 +182,16 @@ impl Ink {
     }
 
     fn svg(&self, py: Python<'_>, whole: bool) -> String {
-        let options = PictureOptions::default().whole(whole);
-        py.detach(|| self.drawing.to_svg_with(&options))
+        let options = DrawingOptions::default().whole(whole);
+        py.detach(|| drawing_svg(&self.drawing, &options))
     }
 
     fn png<'py>(&self, py: Python<'py>, scale: f64, whole: bool) -> PyResult<Bound<'py, PyBytes>> {
-        let too_large = |error: &_| matches!(error, world::PictureError::Size { .. });
-        let options = PictureOptions::default().whole(whole);
-        let draw = |scale| self.drawing.to_png_with(scale, &options);
+        let too_large = |error: &_| matches!(error, PictureError::Size(_));
+        let options = DrawingOptions::default().whole(whole);
+        let draw = |scale| drawing_png(&self.drawing, scale, &options);
         let png = py.detach(|| fitting(scale, too_large, draw));
-        let invalid = |error: world::PictureError| Error::invalid(error.to_string());
-        let png = png.map_err(|error| errors::raise(py, &invalid(error)))?;
+        let png = png.map_err(|error| errors::raise(py, &error.into()))?;
         Ok(PyBytes::new(py, &png))
     }
 

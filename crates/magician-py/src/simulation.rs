@@ -6,7 +6,7 @@ use magician::faults::Dice;
 use magician::sim::Controller;
 use magician::sim::scenario::Scenario;
 use magician::{ActionKind, Error, JointAngles, Observation, Simulation, StepAction};
-use magician_program::preview::{View, pixels};
+use magician_picture::{View, pixels};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyByteArray, PyBytes};

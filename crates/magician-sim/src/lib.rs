@@ -35,7 +35,6 @@ mod profile;
 mod runner;
 pub mod scenario;
 mod state;
-pub mod svg;
 pub mod world;
 
 pub use controller::Controller;

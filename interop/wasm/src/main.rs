@@ -5,6 +5,7 @@ use std::error::Error;
 
 use magician_host::words::Preflight;
 use magician_motion::{JointAngles, ToolBias};
+use magician_picture::{DrawingOptions, drawing_svg};
 use magician_program::rehearse::{RehearseOptions, rehearse};
 use magician_program::{Format, ReadOptions, Setup, Surface, Tool, check, read};
 use magician_protocol::Direction;
@@ -94,7 +95,10 @@ fn plan(name: &str, tool: Tool, bytes: &[u8]) -> Result<(), Box<dyn Error>> {
         report.drawn.to_bits()
     );
     let rehearsal = rehearse(&plan, &RehearseOptions::default())?;
-    println!("{}", rehearsal.drawing.to_svg());
+    println!(
+        "{}",
+        drawing_svg(&rehearsal.drawing, &DrawingOptions::default())
+    );
     Ok(())
 }
 

@@ -3,7 +3,7 @@
 use std::error::Error;
 
 use magician::sim::world::{Drawing, Stroke, StrokeKind};
-use magician_program::compare::{Match, Tones, compare, lines_of, svg_lines};
+use magician_picture::compare::{Match, Tones, compare, lines_of, svg_lines};
 use magician_program::raster::Size;
 use magician_program::{Content, Format, Raster, ReadOptions, read};
 use serde_json::Value;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::error::Error;
 
-use magician_sim::svg::palette::DRAWN;
+use magician_picture::svg::palette::DRAWN;
 
 use super::pieces::{Input, Piece};
 use super::sheet::{Ink, around, draw};

@@ -1,6 +1,6 @@
 //! Lines on white, in true size.
 
-use magician_sim::svg::{Number, Svg, lines};
+use magician_picture::svg::{Number, Svg, lines};
 
 /// Lines that look the same.
 pub(crate) struct Ink<'a> {

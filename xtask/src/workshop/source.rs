@@ -2,7 +2,7 @@
 
 use std::error::Error;
 
-use magician_program::compare::svg_lines;
+use magician_picture::compare::svg_lines;
 
 /// A line, by its corners.
 pub(crate) type Line = Vec<[f64; 2]>;

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueHint};
 use magician_job::files::write_whole;
 use magician_job::report::ConversionReport;
-use magician_program::{Conversion, ConversionError, WorkOption};
+use magician_picture::{Conversion, ConversionError};
+use magician_program::WorkOption;
 
 use super::job::options::{File, OptionFlags, PreviewFlags, RunFlags, RunsAll};
 use super::job::{Job, notes};

@@ -5,8 +5,8 @@ use std::time::Duration;
 use magician::commands::{Pose, PtpCommonParams};
 use magician::{Arm, VirtualArm, words};
 use magician_job::{Job, JobHandle, JobSpec, JobState, NoJournal, PauseReason};
+use magician_picture::compare::{compare, lines_of};
 use magician_program::Program;
-use magician_program::compare::{compare, lines_of};
 use tokio::time::sleep;
 
 use super::place::{KINDS, Kind, PAPER, ink, place, program};

@@ -7,7 +7,7 @@ use magician::{Arm, VirtualArm};
 use magician_job::{
     FileJournal, Job, JobError, JobHandle, JobSpec, JobState, NoJournal, PauseReason, Start,
 };
-use magician_program::compare::{compare, lines_of};
+use magician_picture::compare::{compare, lines_of};
 use magician_program::{Action, Ending, Origin, Part, Pause, PauseCause, Plan, Program};
 use tokio::time::sleep;
 

@@ -7,8 +7,8 @@ use magician_host::{Given, JointAngles, Setting};
 use super::placed::middle_of_sheet;
 use super::{Frame, Setup, UNSAID, Work, WorkLines, fitted};
 use crate::artwork::{Marking, rotated, rounded};
-use crate::preview::DrawnLine;
 use crate::raster::Engrave;
+use crate::toolpath::DrawnLine;
 use crate::{
     Artwork, Content, Diagnostic, DiagnosticCode, Fit, Format, Grid, Paper, Plan, Reach, Surface,
     Tool,

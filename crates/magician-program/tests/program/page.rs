@@ -4,7 +4,7 @@ use magician_host::words::{Guards, Preflight};
 use magician_host::{Act, Given, JointAngles, Setting};
 use magician_motion::ToolBias;
 use magician_program::artwork::Sheet;
-use magician_program::preview::{DrawnLine, Preview, PreviewOptions};
+use magician_program::toolpath::DrawnLine;
 use magician_program::{
     Diagnostic, Format, Preparation, PrepareRequest, PreparedProgram, SetupOptions, StartPosition,
     Surface, check,
@@ -305,21 +305,4 @@ fn what_is_too_large_for_reach_and_page_is_told_the_size_that_fits_both() {
         laid.would_fit.map(|fit| (fit.scale, fit.rotate)),
         Some((0.499, 0.0))
     );
-}
-
-#[test]
-fn the_preview_has_the_outline_of_the_page() {
-    let laid = svg(&json!({"page": "a6", "at": [240, 10]}));
-    let plan = laid.program.plan();
-    let drawn = |options: &PreviewOptions| {
-        let report = check(plan, &start());
-        Preview::new(plan, &report, &start(), options)
-            .to_svg()
-            .to_owned()
-    };
-    let without = drawn(&PreviewOptions::default());
-    let with = drawn(&PreviewOptions::default().page(corners(&laid)));
-    assert!(!without.contains(r#"class="page""#) && !without.contains(">page</text>"));
-    assert_eq!(with.matches(r#"class="page""#).count(), 1);
-    assert!(with.contains(">page</text>"), "the legend names it");
 }

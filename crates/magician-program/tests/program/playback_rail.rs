@@ -4,7 +4,7 @@ use magician_host::words::Preflight;
 use magician_host::{Action, JointAngles, Set, ToolBias};
 use magician_program::formats::playback::Playback;
 use magician_program::rehearse::{RehearseOptions, rehearse, stage, start_of};
-use magician_program::{Content, Conversion, Diagnostic, Format, Plan, ReadOptions, check, read};
+use magician_program::{Content, Diagnostic, Format, Plan, ReadOptions, check, point_list, read};
 use magician_protocol::PtpMode;
 
 fn row(number: u32, style: u8, x: u32, rail: &str) -> String {
@@ -185,8 +185,7 @@ fn points_with_a_column_for_the_rail_move_the_rail() {
 #[test]
 fn list_of_points_keeps_the_rail() {
     let (plan, _) = taught(Format::Playback, &on_rail()).unwrap();
-    let converted = Conversion::Points.file(&plan).unwrap();
-    let text = String::from_utf8(converted.0).unwrap();
+    let text = point_list(&plan);
     assert!(
         text.starts_with("step,action,x,y,z,r,line,name,l\n"),
         "{text}"

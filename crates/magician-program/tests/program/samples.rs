@@ -7,9 +7,9 @@ use magician::blocking::Arm;
 use magician::sim::world::StrokeKind;
 use magician::words::Preflight;
 use magician::{Options, Set};
+use magician_picture::compare::{Match, Tones, compare, lines_of};
+use magician_picture::{Preview, PreviewOptions};
 use magician_program::artwork::{Layout, Marking};
-use magician_program::compare::{Match, Tones, compare, lines_of};
-use magician_program::preview::{Preview, PreviewOptions};
 use magician_program::raster::{Engrave, Grid, Size};
 use magician_program::rehearse::{Rehearsal, RehearseOptions, rehearse, stage};
 use magician_program::{

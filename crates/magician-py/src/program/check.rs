@@ -3,7 +3,7 @@
 use magician::blocking::Arm;
 use magician::words::Preflight;
 use magician::{Error, Options};
-use magician_program::preview::{Preview, PreviewOptions};
+use magician_picture::{Preview, PreviewOptions};
 use magician_program::rehearse::{RehearseOptions, rehearse, stage};
 use magician_program::{Plan, RefusedStep, Report, check};
 use pyo3::prelude::*;

@@ -10,15 +10,12 @@ mod event;
 mod external;
 mod forecast;
 mod ink;
-#[cfg(feature = "picture")]
-mod picture;
 mod place;
 mod samples;
 mod scene;
 mod script;
 mod solid;
 mod state;
-mod svg;
 #[cfg(test)]
 mod tests;
 mod timed_path;
@@ -35,12 +32,9 @@ use crate::scenario::{Action, Scenario};
 pub use drawing::{Drawing, Stroke, StrokeKind};
 pub use event::{WorldEvent, WorldEventKind};
 pub use external::{Body, ExternalEvent, Press};
-#[cfg(feature = "picture")]
-pub use picture::PictureError;
 pub use place::ObjectPose;
 pub(crate) use place::{Footprint, rotate};
 pub use scene::Rest;
-pub use svg::PictureOptions;
 pub use timed_path::{JointState, TimedPath};
 pub use tool_state::ToolState;
 pub use view::{ObjectView, WorldView};

@@ -8,6 +8,8 @@ use magician::sim::world::{ObjectView, Press, Stroke, StrokeKind};
 #[cfg(feature = "sim")]
 use magician::sim::{ExternalEvent, Scenario};
 use magician::{Arm, ErrorKind};
+#[cfg(feature = "sim")]
+use magician_picture::{DrawingOptions, drawing_svg};
 use serde_json::Value;
 #[cfg(feature = "sim")]
 use serde_json::json;
@@ -161,7 +163,7 @@ pub(super) async fn look(arm: &Arm, mark: Option<String>) -> Result<Value, RpcEr
         let strokes: Vec<_> = { drawing.strokes().iter() }
             .map(|stroke| stroke_of(stroke, points.div_ceil(MOST_POINTS)))
             .collect();
-        (drawing.to_svg(), strokes)
+        (drawing_svg(&drawing, &DrawingOptions::default()), strokes)
     })
     .await?;
     seen["drawing"] = json!(svg);

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 
 use magician_host::words::Preflight;
 use magician_host::{JointAngles, ToolBias};
-use magician_program::preview::{Preview, PreviewOptions};
+use magician_picture::{DrawingOptions, Preview, PreviewOptions, drawing_svg};
 use magician_program::rehearse::{RehearseOptions, rehearse};
 use magician_program::{Diagnostic, Format, Plan, Program, ReadOptions, Setup, check, read};
 
@@ -80,7 +80,8 @@ pub(crate) extern "C" fn picture(pixels_per_mm: f64) {
 pub(crate) extern "C" fn rehearsal() -> i64 {
     let done = PLAN.with_borrow(|plan| rehearse(plan, &RehearseOptions::default()));
     done.map_or(-1, |done| {
-        crate::made(done.drawing.to_svg().as_bytes());
+        let svg = drawing_svg(&done.drawing, &DrawingOptions::default());
+        crate::made(svg.as_bytes());
         done.steps as i64
     })
 }

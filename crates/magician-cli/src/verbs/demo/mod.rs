@@ -138,8 +138,8 @@ impl Demo {
         };
         program::confirm(arm, &ran, commands.len()).await?;
         let drawing = picture::draw(
-            &recorder.samples(summary.first_index),
-            &summary.subtitle(target),
+            recorder.samples(summary.first_index),
+            summary.subtitle(target),
         );
         Ok((summary, drawing))
     }

@@ -6,9 +6,9 @@ use std::time::Duration;
 use magician::commands::Pose;
 use magician::{Arm, Set};
 use magician_job::{Done, Fault, JobError, JobHandle};
+use magician_picture::RunReading;
 
 use super::display::{Display, DisplayState};
-use super::picture::Sample;
 use crate::failure::Failure;
 
 /// Pause between readings: the arm's own work comes first.
@@ -103,16 +103,14 @@ impl Recorder {
 
     /// The readings as the picture takes them, from the first that the settings of this run hold
     /// for; equal ones in a row once.
-    pub(super) fn samples(&self, first: u64) -> Vec<Sample> {
-        let mut samples: Vec<Sample> = self
+    pub(super) fn samples(&self, first: u64) -> Vec<RunReading> {
+        let mut samples: Vec<RunReading> = self
             .readings
             .iter()
             .filter(|(_, index)| *index >= first)
-            .map(|(pose, index)| Sample {
-                x: pose.x.into(),
-                y: pose.y.into(),
-                z: pose.z.into(),
-                carrying: self.carrying_at(index - first),
+            .map(|(pose, index)| RunReading {
+                at: [pose.x, pose.y, pose.z].map(f64::from),
+                holds: self.carrying_at(index - first),
             })
             .collect();
         samples.dedup();

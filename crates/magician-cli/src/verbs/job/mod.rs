@@ -22,10 +22,10 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use magician::sim::Controller;
-use magician::sim::world::PictureOptions;
 use magician::words::Preflight;
 use magician::{Options, SimSpeed, Target, VirtualArm, blocking, burns};
 use magician_job::report::advised;
+use magician_picture::DrawingOptions;
 use magician_program::rehearse::{RehearseOptions, stage};
 use magician_program::{
     Diagnostic, DiagnosticCode, Format, Plan, PreparedProgram, SetupOptions, WorkOption,
@@ -270,7 +270,7 @@ impl Job {
             context,
         );
         // What was drawn is there however it ended.
-        let mut options = PictureOptions::default().whole(self.way.whole);
+        let mut options = DrawingOptions::default().whole(self.way.whole);
         options.sheet = made.paper();
         let drawn = picture.map(|picture| arm.with(|arm| picture.keep(&arm.drawing(), &options)));
         let done = outcome?;

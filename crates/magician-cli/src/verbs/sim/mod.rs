@@ -15,7 +15,7 @@ use magician::serve::files::{FlashFileError, load_flash, read_text, save_flash};
 use magician::serve::{self, Discovery, Handle, ServeError, Server, serve_all};
 use magician_job::files::WholeFile;
 use magician_motion::ToolBias;
-use magician_sim::world::PictureOptions;
+use magician_picture::DrawingOptions;
 use magician_sim::{Controller, Flash, Identity, LineTiming, Profile, Scenario, Speed, World};
 
 use crate::context::Context;
@@ -194,7 +194,7 @@ impl Sim {
                     rested_on = fidelity::report(&handles, self.arms.is_some(), json).await;
                 }
                 if let Some(picture) = &self.picture {
-                    let options = PictureOptions::default().whole(self.whole);
+                    let options = DrawingOptions::default().whole(self.whole);
                     drawn = picture.write(&handles, self.arms.is_some(), &options).await;
                 }
             };

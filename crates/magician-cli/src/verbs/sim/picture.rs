@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use magician::serve::{self, Handle};
 use magician_job::files::{check_writable, write_whole};
-use magician_program::preview::fitting;
-use magician_sim::world::{Drawing, PictureError, PictureOptions};
+use magician_picture::{DrawingOptions, PictureError, drawing_png, drawing_svg, fitting};
+use magician_sim::world::Drawing;
 
 use crate::failure::Failure;
 
@@ -56,7 +56,7 @@ impl Picture {
         &self,
         arms: &[Handle],
         numbered: bool,
-        options: &PictureOptions,
+        options: &DrawingOptions,
     ) -> Result<(), Failure> {
         let mut outcome = Ok(());
         for (number, arm) in (1..).zip(arms) {
@@ -76,14 +76,14 @@ impl Picture {
     }
 
     /// Writes a drawing.
-    pub(crate) fn keep(&self, drawing: &Drawing, options: &PictureOptions) -> Result<(), Failure> {
+    pub(crate) fn keep(&self, drawing: &Drawing, options: &DrawingOptions) -> Result<(), Failure> {
         self.save(drawing, options, &self.path)
     }
 
     fn save(
         &self,
         drawing: &Drawing,
-        options: &PictureOptions,
+        options: &DrawingOptions,
         path: &Path,
     ) -> Result<(), Failure> {
         let bytes = self
@@ -107,14 +107,14 @@ impl Picture {
         name.into()
     }
 
-    fn bytes(&self, drawing: &Drawing, options: &PictureOptions) -> Result<Vec<u8>, PictureError> {
+    fn bytes(&self, drawing: &Drawing, options: &DrawingOptions) -> Result<Vec<u8>, PictureError> {
         let Format::Png = self.format else {
-            return Ok(drawing.to_svg_with(options).into_bytes());
+            return Ok(drawing_svg(drawing, options).into_bytes());
         };
         // One along a rail, for instance.
-        let too_large = |error: &_| matches!(error, PictureError::Size { .. });
+        let too_large = |error: &_| matches!(error, PictureError::Size(_));
         fitting(PIXELS_PER_MM, too_large, |scale| {
-            drawing.to_png_with(scale, options)
+            drawing_png(drawing, scale, options)
         })
     }
 }

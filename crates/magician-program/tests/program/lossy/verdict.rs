@@ -3,8 +3,8 @@
 use magician::ErrorKind;
 use magician::sim::world::Drawing;
 use magician::stream::STRAIGHT;
+use magician_picture::compare::{compare, lines_of};
 use magician_program::Plan;
-use magician_program::compare::{compare, lines_of};
 use magician_program::rehearse::{RehearseOptions, rehearse};
 
 use super::ink::{Ink, TRUE};

@@ -5,7 +5,7 @@ use std::iter;
 use magician::words::Preflight;
 use magician_motion::TopView;
 use magician_program::Program;
-use magician_program::preview::DrawnLine;
+use magician_program::toolpath::DrawnLine;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::Color;

@@ -1,0 +1,90 @@
+//! The picture of the run: where the tool really went, and what it moved.
+
+use magician_motion::JointAngles;
+use magician_picture::{ArmView, MovedObject, RunReading, RunView, Snapshot};
+
+use super::scene::{CUBE, CUBES, TABLE, TOOL};
+
+const TITLE: &str = "Six cubes, picked from a row and placed on a grid";
+
+/// Draws a run.
+pub(super) fn draw(readings: Vec<RunReading>, subtitle: String) -> String {
+    let mut arm = ArmView::default();
+    arm.title = TITLE.to_owned();
+    arm.joints = JointAngles::HOME;
+    arm.tool = TOOL;
+    arm.facts = vec![subtitle];
+    let mut run = RunView::default();
+    run.readings = readings;
+    run.table = Some(TABLE);
+    run.place = "home".to_owned();
+    let cubes = (1..).zip(CUBES).map(|(number, errand)| {
+        let on_table = |(x, y)| [x, y, TABLE];
+        MovedObject {
+            name: number.to_string(),
+            size: [CUBE; 3],
+            from: on_table(errand.from),
+            to: on_table(errand.to),
+        }
+    });
+    run.objects = cubes.collect();
+    Snapshot::of_run(&arm, &run).to_svg().to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use magician_picture::svg::palette;
+
+    use super::super::scene::{LIFT, TOP};
+    use super::*;
+
+    /// The corners of a run, without what lies between.
+    fn corners() -> Vec<RunReading> {
+        let mut readings = Vec::new();
+        for errand in CUBES {
+            for ((x, y), holds) in [(errand.from, false), (errand.to, true)] {
+                for z in [TOP + LIFT, TOP] {
+                    let at = [x, y, z];
+                    readings.push(RunReading { at, holds });
+                }
+            }
+            let (x, y) = errand.to;
+            let at = [x, y, TOP + LIFT];
+            readings.push(RunReading { at, holds: false });
+        }
+        readings
+    }
+
+    #[test]
+    fn a_run_is_drawn_with_both_tracks_all_cubes_and_all_labels() {
+        let picture = draw(corners(), "a subtitle".to_owned());
+        for part in [
+            TITLE,
+            palette::EMPTY,
+            palette::CARRIED,
+            palette::CARGO,
+            "From above",
+            "From the side",
+            "a subtitle",
+            "home",
+            "base",
+            "table",
+            "object, before",
+            "object, after",
+            "within reach at some height",
+            "within reach at z = −35 mm",
+            "distance from the base axis / mm",
+        ] {
+            assert!(picture.contains(part), "{part}");
+        }
+        for number in 1..=CUBES.len() {
+            // Where it lay and where it lies.
+            assert_eq!(picture.matches(&format!(">{number}</text>")).count(), 2);
+        }
+        assert_eq!(
+            picture.matches("<g ").count(),
+            picture.matches("</g>").count()
+        );
+        assert!(!picture.contains("NaN"));
+    }
+}

@@ -1,0 +1,146 @@
+//! How dark a laser has left each part of a surface, beside how dark an image is there.
+
+use magician_sim::world::{Drawing, StrokeKind};
+
+use magician_program::Raster;
+
+/// A line is followed in steps of this share of a cell.
+const STEP: f64 = 1.0 / 32.0;
+/// As many cells there are at most along a side.
+const MOST_CELLS: usize = 4096;
+
+/// How dark the cells of a grid are, 0 to 1 (0 is nothing, 1 is all black).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tones {
+    size: [usize; 2],
+    /// Row by row, the lowest first.
+    values: Vec<f64>,
+}
+
+/// How well tones match, in shares of full black.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct ToneMatch {
+    /// The mean difference of a cell.
+    pub mean: f64,
+    /// The greatest difference of a cell.
+    pub worst: f64,
+}
+
+impl Tones {
+    /// Of what a laser has burnt between two corners, in cells of this size, mm: a line counts as wide as the lines are apart,
+    /// `spacing` mm, and as dark as its power.
+    #[must_use]
+    pub fn of_burns(drawing: &Drawing, corners: [[f64; 2]; 2], cell: f64, spacing: f64) -> Self {
+        let mut tones = Self::blank(corners, cell);
+        let burns = drawing.strokes().iter();
+        for stroke in burns.filter(|stroke| stroke.kind == StrokeKind::Burn) {
+            let pairs = stroke.points.iter().zip(stroke.points.iter().skip(1));
+            for (from, to) in pairs {
+                let [from, to] = [from, to]
+                    .map(|point| [0, 1].map(|axis| (point[axis] - corners[0][axis]) / cell));
+                tones.burn(from, to, stroke.power / 100.0 * spacing / cell);
+            }
+        }
+        for value in &mut tones.values {
+            *value = value.min(1.0);
+        }
+        tones
+    }
+
+    /// Of an image that fills the area between two corners.
+    #[must_use]
+    pub fn of_image(image: &Raster, corners: [[f64; 2]; 2], cell: f64) -> Self {
+        let mut tones = Self::blank(corners, cell);
+        let [columns, rows] = tones.size;
+        let extent = [0, 1].map(|axis| (corners[1][axis] - corners[0][axis]) / cell);
+        for (at, value) in tones.values.iter_mut().enumerate() {
+            let (column, row) = (
+                at % columns.max(1),
+                rows - 1 - (at / columns.max(1)).min(rows - 1),
+            );
+            let across = [column as f64, (column + 1) as f64].map(|edge| edge / extent[0]);
+            // The image begins at its upper edge.
+            let bottom = extent[1] - (rows - 1 - row) as f64;
+            let down = [bottom - 1.0, bottom].map(|edge| edge / extent[1]);
+            *value = darkness(image, across, down);
+        }
+        tones
+    }
+
+    /// How they differ from others of the same grid; `None` if the grid is not the same.
+    #[must_use]
+    pub fn difference(&self, other: &Self) -> Option<ToneMatch> {
+        if self.size != other.size {
+            return None;
+        }
+        let pairs = self.values.iter().zip(&other.values);
+        let differences = pairs.map(|(one, two)| (one - two).abs());
+        let (sum, worst) = differences.fold((0.0, 0.0_f64), |(sum, worst), difference| {
+            (sum + difference, worst.max(difference))
+        });
+        Some(ToneMatch {
+            mean: sum / self.values.len().max(1) as f64,
+            worst,
+        })
+    }
+
+    fn blank(corners: [[f64; 2]; 2], cell: f64) -> Self {
+        let size = [0, 1].map(|axis| {
+            let cells = (corners[1][axis] - corners[0][axis]) / cell;
+            // A conversion of a float saturates; the last cell may reach beyond the edge by a rounding error.
+            ((cells - 1e-6).ceil().max(1.0) as usize).min(MOST_CELLS)
+        });
+        Self {
+            size,
+            values: vec![0.0; size[0] * size[1]],
+        }
+    }
+
+    /// Adds a line, in cells, that darkens a cell by so much for each cell that it is long.
+    fn burn(&mut self, from: [f64; 2], to: [f64; 2], darkness: f64) {
+        let way = [to[0] - from[0], to[1] - from[1]];
+        let length = libm::hypot(way[0], way[1]);
+        let steps = (length / STEP).ceil().clamp(1.0, 1e7);
+        for nth in 0..steps as u64 {
+            let share = (nth as f64 + 0.5) / steps;
+            let [x, y] = [0, 1].map(|axis| (from[axis] + share * way[axis]).floor());
+            let [columns, rows] = self.size;
+            if x < 0.0 || y < 0.0 || x >= columns as f64 || y >= rows as f64 {
+                continue;
+            }
+            if let Some(value) = self.values.get_mut(y as usize * columns + x as usize) {
+                *value += darkness * length / steps;
+            }
+        }
+    }
+}
+
+/// The mean darkness of an image between shares of its width and height.
+fn darkness(image: &Raster, across: [f64; 2], down: [f64; 2]) -> f64 {
+    let (columns, rows) = (covered(across, image.width), covered(down, image.height));
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for (row, high) in &rows {
+        for (column, wide) in &columns {
+            let grey = image
+                .grey
+                .get(row * image.width + column)
+                .copied()
+                .unwrap_or(255);
+            sum += high * wide * (1.0 - f64::from(grey) / 255.0);
+            weights += high * wide;
+        }
+    }
+    if weights > 0.0 { sum / weights } else { 0.0 }
+}
+
+/// Which of so many pixels lie between two shares, and how much of each.
+fn covered([from, to]: [f64; 2], pixels: usize) -> Vec<(usize, f64)> {
+    let [from, to] = [from, to].map(|share| share.clamp(0.0, 1.0) * pixels as f64);
+    let last = (to.ceil() as usize).min(pixels);
+    let part = |pixel: usize| {
+        let (low, high) = (pixel as f64, pixel as f64 + 1.0);
+        (pixel, (to.min(high) - from.max(low)).max(0.0))
+    };
+    (from as usize..last).map(part).collect()
+}

@@ -1,0 +1,102 @@
+//! The fence of the arm, seen from above: its box, and what to keep out of.
+
+use magician_motion::{Cuboid, Fence};
+
+use crate::panel::{Extent, Panel};
+use crate::svg::{Svg, segments};
+
+/// Of the box's outline, and of keep-outs.
+const EDGE: &str = "#8a5a00";
+/// From one line of a hatching to the next, mm on the sheet.
+const APART: f64 = 2.0;
+/// More lines are drawn further apart.
+const MOST_LINES: f64 = 200.0;
+
+/// The view shows all of its box: a way that leaves it is seen to.
+pub(super) fn extend(extent: &mut Extent, fence: &Fence) {
+    let boxes = fence.within().into_iter();
+    for Cuboid { min, max } in boxes {
+        let [x, y, _] = min;
+        let [u, v, _] = max;
+        extent.show([x, y]);
+        extent.show([u, v]);
+    }
+}
+
+/// Draws it.
+pub(super) fn draw(svg: &mut Svg, panel: &Panel, fence: &Fence) {
+    let corners = |cuboid: &Cuboid| {
+        let ([x, y, _], [u, v, _]) = (cuboid.min, cuboid.max);
+        [[x, y], [u, v]].map(|corner| panel.at(corner))
+    };
+    for keep_out in fence.keep_outs() {
+        hatched(svg, corners(keep_out));
+    }
+    if let Some(within) = fence.within() {
+        outline(svg, corners(&within));
+    }
+}
+
+/// The outline of a box.
+pub(super) fn outline(svg: &mut Svg, corners: [[f64; 2]; 2]) {
+    let look = [
+        ("class", "fence"),
+        ("fill", "none"),
+        ("stroke", EDGE),
+        ("stroke-width", "0.5"),
+        ("stroke-dasharray", "3 1.5"),
+    ];
+    svg.rectangle(corners, &look);
+}
+
+/// A keep-out.
+pub(super) fn hatched(svg: &mut Svg, corners: [[f64; 2]; 2]) {
+    svg.group(
+        "g",
+        &[("class", "keep-out"), ("stroke", EDGE), ("fill", "none")],
+    );
+    svg.rectangle(corners, &[("stroke-width", "0.4")]);
+    svg.path(&segments(hatching(corners)), &[("stroke-width", "0.2")]);
+    svg.end();
+}
+
+/// Lines across a rectangle, at half a right angle.
+fn hatching([a, b]: [[f64; 2]; 2]) -> Vec<[[f64; 2]; 2]> {
+    let (left, right) = (a[0].min(b[0]), a[0].max(b[0]));
+    let (top, bottom) = (a[1].min(b[1]), a[1].max(b[1]));
+    let most = (right - left) + (bottom - top);
+    let apart = APART.max(most / MOST_LINES);
+    let count = if most.is_finite() {
+        (most / apart) as u32
+    } else {
+        0
+    };
+    let lines = (1..=count).map(|nth| {
+        // The line x + y = from the upper left corner by so much.
+        let by = f64::from(nth) * apart;
+        let over = (by - (bottom - top)).max(0.0);
+        let under = (by - (right - left)).max(0.0);
+        [
+            [left + over, top + (by - over)],
+            [left + (by - under), top + under],
+        ]
+    });
+    lines.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_hatching_stays_within_its_rectangle() {
+        let lines = hatching([[10.0, 40.0], [30.0, 20.5]]);
+        assert!(lines.len() > 10);
+        for [x, y] in lines.into_iter().flatten() {
+            assert!(
+                (10.0..=30.0).contains(&x) && (20.5..=40.0).contains(&y),
+                "{x} {y}"
+            );
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! The ground before the arm from above: its base, and what the tool reaches.
+
+use crate::panel::Panel;
+use crate::svg::palette::{BASE, FAINT, INK, REACH, REACH_EDGE};
+use crate::svg::{Number, Svg, path};
+
+/// The base is 158 mm square.
+const HALF_BASE: f64 = 79.0;
+
+/// Attributes of the outline of the reach at a second height.
+pub(super) const OUTLINE: [(&str, &str); 4] = [
+    ("fill", "none"),
+    ("stroke", REACH_EDGE),
+    ("stroke-width", "0.35"),
+    ("stroke-dasharray", "1.6 1.2"),
+];
+
+/// What the tool can reach on the surface.
+pub(super) fn reach(svg: &mut Svg, panel: &Panel, rings: &[Vec<[f64; 2]>]) {
+    let look = [
+        ("fill", REACH),
+        ("stroke", REACH_EDGE),
+        ("stroke-width", "0.3"),
+    ];
+    for ring in rings {
+        let ring = ring.iter().map(|point| panel.at(*point));
+        svg.path(&path(ring, true), &look);
+    }
+}
+
+/// The base's footprint and its axis.
+pub(super) fn base(svg: &mut Svg, panel: &Panel) {
+    let corners = [[-HALF_BASE, -HALF_BASE], [HALF_BASE, HALF_BASE]];
+    let round = Number(6.0 * panel.scale).to_string();
+    let look = [
+        ("fill", BASE),
+        ("rx", &round),
+        ("stroke", FAINT),
+        ("stroke-width", "0.3"),
+    ];
+    svg.rectangle(corners.map(|corner| panel.at(corner)), &look);
+    svg.circle(panel.at([0.0, 0.0]), 0.8, &[("fill", INK)]);
+}

@@ -1,0 +1,111 @@
+//! How each sort of way looks.
+
+use magician_program::toolpath::{Layer, SHADES, StrokeKind};
+use std::borrow::Cow;
+
+use crate::svg::palette::{BURNT, CARRIED, DRAWN, EMPTY, PAPER, UNREACHABLE};
+use crate::svg::{Number, Svg};
+
+/// With more corners than this, and between the lines of an engraving, dashes are only a cloud.
+const DASHED: usize = 600;
+
+/// Kind of picture that ways are drawn in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Ways {
+    /// Of a plan: a way that leaves nothing is faint.
+    Planned,
+    /// Of a run: every way is plain, because each shows where the tool was.
+    Taken,
+}
+
+/// Draws the layers, what is left on top; `data` tells the lines of one.
+pub(super) fn draw(svg: &mut Svg, layers: &[Layer], ways: Ways, data: impl Fn(&Layer) -> String) {
+    let burns = |layer: &Layer| matches!(layer.leaves, StrokeKind::Burn(_));
+    let burns = layers.iter().any(burns);
+    let mut layers: Vec<&Layer> = layers.iter().collect();
+    layers.sort_by_key(|layer| match layer.leaves {
+        StrokeKind::Nothing => 0,
+        StrokeKind::Carried => 1,
+        StrokeKind::Burn(shade) => 1 + shade,
+        StrokeKind::Ink(_) => 2 + SHADES,
+        StrokeKind::Unreachable => 3 + SHADES,
+    });
+    for layer in layers {
+        let data = data(layer);
+        let (colour, width, opacity, dashes) = look(layer.leaves, ways);
+        let many = burns || layer.above.len() > DASHED;
+        let is_travel = layer.leaves == StrokeKind::Nothing && ways == Ways::Planned;
+        let crowded = is_travel && many;
+        let (width, opacity) = if crowded {
+            (0.1, 0.3)
+        } else {
+            (width, opacity)
+        };
+        let [width, opacity] = [width, opacity].map(|value| Number(value).to_string());
+        if layer.leaves == StrokeKind::Unreachable {
+            casing(svg, &data);
+        }
+        let mut attributes = vec![
+            ("class", class(layer.leaves)),
+            ("fill", "none"),
+            ("stroke", &*colour),
+            ("stroke-width", &width),
+            ("stroke-linecap", cap(layer.leaves)),
+            ("stroke-linejoin", "round"),
+        ];
+        if opacity != "1" {
+            attributes.push(("stroke-opacity", &opacity));
+        }
+        if let Some(dashes) = dashes.filter(|_| !crowded) {
+            attributes.push(("stroke-dasharray", dashes));
+        }
+        svg.path(&data, &attributes);
+    }
+}
+
+/// Ends that overlap where the power changes would be darker than both.
+fn cap(leaves: StrokeKind) -> &'static str {
+    match leaves {
+        StrokeKind::Burn(_) => "butt",
+        _ => "round",
+    }
+}
+
+/// Colour, width in mm, opacity and dashes.
+pub(super) fn look(
+    leaves: StrokeKind,
+    ways: Ways,
+) -> (Cow<'static, str>, f64, f64, Option<&'static str>) {
+    let (colour, width, opacity, dashes) = match leaves {
+        StrokeKind::Nothing if ways == Ways::Taken => (EMPTY, 0.6, 1.0, None),
+        StrokeKind::Nothing => (EMPTY, 0.25, 0.9, Some("1.4 1.2")),
+        StrokeKind::Carried => (CARRIED, 0.6, 1.0, None),
+        StrokeKind::Ink(Some(color)) => return (color.to_string().into(), 0.5, 1.0, None),
+        StrokeKind::Ink(None) => (DRAWN, 0.5, 1.0, None),
+        StrokeKind::Burn(shade) => (BURNT, 0.2, shade as f64 / SHADES as f64, None),
+        StrokeKind::Unreachable => (UNREACHABLE, 0.5, 1.0, Some("2 1.2")),
+    };
+    (colour.into(), width, opacity, dashes)
+}
+
+/// What a program that reads the picture finds it by.
+fn class(leaves: StrokeKind) -> &'static str {
+    match leaves {
+        StrokeKind::Nothing | StrokeKind::Carried => "travel",
+        StrokeKind::Ink(_) => "drawn",
+        StrokeKind::Burn(_) => "burnt",
+        StrokeKind::Unreachable => "unreachable",
+    }
+}
+
+/// A white rim, so that the dashes are seen on anything.
+pub(super) fn casing(svg: &mut Svg, data: &str) {
+    let look = [
+        ("fill", "none"),
+        ("stroke", PAPER),
+        ("stroke-width", "1.1"),
+        ("stroke-linecap", "round"),
+        ("stroke-linejoin", "round"),
+    ];
+    svg.path(data, &look);
+}

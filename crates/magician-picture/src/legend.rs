@@ -1,0 +1,188 @@
+//! What lines and signs of a picture mean, in rows that fit below it, and what is wrong.
+
+use magician_program::toolpath::{MarkerKind, SHADES, StrokeKind};
+
+use crate::layers::{Ways, look};
+use crate::svg::palette::{FAINT, INK, REACH, REACH_EDGE, WRONG};
+use crate::svg::{Anchor, Number, Svg, TextStyle, path};
+use crate::{fence, ground, symbols};
+
+/// From one row to the next, mm.
+const ROW: f64 = 5.5;
+/// Size of its letters, mm, and how wide one is at most on the average.
+const LETTER: f64 = 3.0;
+const WIDE: f64 = 0.54;
+/// Room between a sign and its label, and between two entries, mm.
+const GAP: f64 = 1.8;
+const APART: f64 = 6.5;
+
+/// As many lines has one complaint.
+const MOST_LINES: usize = 3;
+/// How a line that goes on begins.
+const INDENT: &str = "\u{a0}\u{a0}\u{a0}";
+
+/// What an entry shows.
+pub(super) enum Sign {
+    Line(StrokeKind, Ways),
+    Shades,
+    /// What the tool reaches.
+    Area,
+    /// The same as an outline.
+    Outline,
+    /// An object of a fill, with an edge of this colour and width.
+    Object(&'static str, [&'static str; 2]),
+    Page,
+    Fence,
+    KeepOut,
+    Begin,
+    End,
+    Marker(MarkerKind),
+}
+
+/// The legend, laid out.
+pub(super) struct Legend {
+    entries: Vec<([f64; 2], Sign, String)>,
+    wrong: Vec<String>,
+    rows: usize,
+}
+
+impl Legend {
+    /// Lays out entries, and below them what is wrong, for a width.
+    pub(super) fn new(entries: Vec<(Sign, String)>, wrong: &[String], width: f64) -> Self {
+        let mut at = [0.0, 0.0];
+        let mut placed = Vec::new();
+        for (sign, label) in entries {
+            let room = sign.width() + GAP + text_width(&label);
+            if at[0] > 0.0 && at[0] + room > width {
+                at = [0.0, at[1] + ROW];
+            }
+            placed.push((at, sign, label));
+            at[0] += room + APART;
+        }
+        let wrong = wrong.iter().flat_map(|text| wrapped(text, width));
+        let rows = (at[1] / ROW) as usize + 1;
+        Self {
+            entries: placed,
+            wrong: wrong.collect(),
+            rows,
+        }
+    }
+
+    /// How high it is, mm.
+    pub(super) fn height(&self) -> f64 {
+        let rows = self.rows + self.wrong.len();
+        rows as f64 * ROW
+    }
+
+    /// Draws it with its upper left corner at a place.
+    pub(super) fn draw(&self, svg: &mut Svg, [left, top]: [f64; 2]) {
+        let text = TextStyle {
+            size: LETTER,
+            colour: INK,
+            anchor: Anchor::Start,
+            rim: false,
+        };
+        for ([x, y], sign, label) in &self.entries {
+            let at = [left + x, top + y + ROW / 2.0];
+            sign.draw(svg, at);
+            svg.text([at[0] + sign.width() + GAP, at[1] + 1.1], label, &text);
+        }
+        let wrong = TextStyle {
+            colour: WRONG,
+            ..text
+        };
+        for (nth, line) in self.wrong.iter().enumerate() {
+            let y = top + (self.rows + nth) as f64 * ROW + ROW / 2.0 + 1.1;
+            svg.text([left, y], line, &wrong);
+        }
+    }
+}
+
+impl Sign {
+    /// mm.
+    fn width(&self) -> f64 {
+        match self {
+            Self::Line(..) | Self::Shades => 7.0,
+            Self::Area | Self::Outline | Self::Object(..) | Self::Page => 4.0,
+            Self::Fence | Self::KeepOut => 4.0,
+            Self::Begin => 2.2,
+            Self::End => 4.6,
+            Self::Marker(_) => 3.2,
+        }
+    }
+
+    fn draw(&self, svg: &mut Svg, [x, y]: [f64; 2]) {
+        match self {
+            Self::Line(leaves, ways) => line(svg, [[x, y], [x + 7.0, y]], *leaves, *ways),
+            Self::Shades => {
+                for shade in 1..=SHADES {
+                    let from = x + 7.0 * (shade - 1) as f64 / SHADES as f64;
+                    let ends = [[from, y - 1.2], [from, y + 1.2]];
+                    line(svg, ends, StrokeKind::Burn(shade), Ways::Planned);
+                }
+            }
+            Self::Area => {
+                let look = [
+                    ("fill", REACH),
+                    ("stroke", REACH_EDGE),
+                    ("stroke-width", "0.3"),
+                ];
+                svg.rectangle([[x, y - 1.6], [x + 4.0, y + 1.6]], &look);
+            }
+            Self::Page => {
+                let look = [("fill", "none"), ("stroke", FAINT), ("stroke-width", "0.4")];
+                svg.rectangle([[x + 0.6, y - 1.6], [x + 2.9, y + 1.6]], &look);
+            }
+            Self::Outline => {
+                let corners = [[x, y - 1.6], [x + 4.0, y + 1.6]];
+                svg.rectangle(corners, &ground::OUTLINE);
+            }
+            Self::Object(fill, [edge, width]) => {
+                let look = [("fill", *fill), ("stroke", *edge), ("stroke-width", *width)];
+                svg.rectangle([[x + 0.4, y - 1.6], [x + 3.6, y + 1.6]], &look);
+            }
+            Self::Fence => fence::outline(svg, [[x, y - 1.6], [x + 4.0, y + 1.6]]),
+            Self::KeepOut => fence::hatched(svg, [[x, y - 1.6], [x + 4.0, y + 1.6]]),
+            Self::Begin => symbols::begin(svg, [x + 1.1, y]),
+            Self::End => symbols::finish(svg, [x + 2.3, y]),
+            Self::Marker(kind) => symbols::sign(svg, [x + 1.6, y], *kind),
+        }
+    }
+}
+
+fn line(svg: &mut Svg, ends: [[f64; 2]; 2], leaves: StrokeKind, ways: Ways) {
+    let (colour, width, opacity, dashes) = look(leaves, ways);
+    let [width, opacity] = [width, opacity].map(|value| Number(value).to_string());
+    let mut attributes = vec![
+        ("stroke", &*colour),
+        ("stroke-width", width.as_str()),
+        ("stroke-opacity", &opacity),
+        ("stroke-linecap", "round"),
+    ];
+    attributes.extend(dashes.map(|dashes| ("stroke-dasharray", dashes)));
+    svg.path(&path(ends, false), &attributes);
+}
+
+/// A text in lines that fit, the second and later ones moved in.
+fn wrapped(text: &str, width: f64) -> Vec<String> {
+    let most = ((width / (LETTER * WIDE)) as usize).max(20);
+    let mut lines = vec![String::new()];
+    for word in text.split_whitespace() {
+        let room = word.chars().count() + 1;
+        let Some(line) = lines.last_mut() else {
+            break;
+        };
+        if line.chars().count() + room > most && !line.is_empty() {
+            lines.push(format!("{INDENT}{word}"));
+        } else {
+            line.push_str(if line.is_empty() { "" } else { " " });
+            line.push_str(word);
+        }
+    }
+    lines.truncate(MOST_LINES);
+    lines
+}
+
+fn text_width(text: &str) -> f64 {
+    text.chars().count() as f64 * LETTER * WIDE
+}

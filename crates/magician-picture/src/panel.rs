@@ -1,0 +1,166 @@
+//! A framed area of a picture in true size, with a grid and its numbers.
+
+use crate::svg::palette::{FAINT, INK};
+use crate::svg::{Anchor, Svg, TextStyle, segments, signed};
+
+/// The fine grid, and the one with numbers, mm; in a small view the numbers stand closer.
+const FINE: f64 = 10.0;
+const COARSE: f64 = 50.0;
+const CLOSE: f64 = 20.0;
+/// A view up to this size is small, mm.
+const SMALL: f64 = 160.0;
+/// Free space round a picture, and between its parts, mm.
+pub(super) const MARGIN: f64 = 6.0;
+/// Room for the numbers on the left and below, mm.
+pub(super) const TICKS: [f64; 2] = [9.0, 6.0];
+
+/// A part of a plane and where it lies in the picture.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Panel {
+    /// The least and the greatest corner of the part, mm.
+    pub(super) part: [[f64; 2]; 2],
+    /// Where its upper left corner lies, mm.
+    pub(super) corner: [f64; 2],
+    /// How large it is drawn, 1 being true.
+    pub(super) scale: f64,
+    /// What it is called in the picture's own references.
+    pub(super) id: &'static str,
+}
+
+impl Panel {
+    /// Where a point lies in the picture.
+    pub(super) fn at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let [[left, _], [_, top]] = self.part;
+        let [right, down] = [x - left, top - y].map(|way| way * self.scale);
+        [self.corner[0] + right, self.corner[1] + down]
+    }
+
+    /// Its width and height in the picture.
+    pub(super) fn size(&self) -> [f64; 2] {
+        let [low, high] = self.part;
+        [0, 1].map(|axis| (high[axis] - low[axis]) * self.scale)
+    }
+
+    /// Draws the ground and begins to cut at the frame.
+    pub(super) fn begin(&self, svg: &mut Svg) {
+        svg.group("clipPath", &[("id", self.id)]);
+        svg.rectangle(self.corners(), &[]);
+        svg.end();
+        let cut = format!("url(#{})", self.id);
+        svg.group("g", &[("clip-path", &cut)]);
+        svg.rectangle(self.corners(), &[("fill", "#fcfcfd")]);
+    }
+
+    /// Draws the lines of the grid.
+    pub(super) fn grid(&self, svg: &mut Svg) {
+        for (step, opacity) in [(FINE, "0.06"), (self.coarse(), "0.14")] {
+            let [low, high] = self.part;
+            let upright = lines(low[0], high[0], step).map(|x| [[x, low[1]], [x, high[1]]]);
+            let level = lines(low[1], high[1], step).map(|y| [[low[0], y], [high[0], y]]);
+            let all = upright.chain(level);
+            let data = segments(all.map(|ends| ends.map(|end| self.at(end))));
+            let look = [
+                ("stroke", "#000"),
+                ("stroke-opacity", opacity),
+                ("stroke-width", "0.15"),
+            ];
+            svg.path(&data, &look);
+        }
+    }
+
+    /// Ends the cutting and draws the frame.
+    pub(super) fn end(&self, svg: &mut Svg) {
+        svg.end();
+        let look = [("fill", "none"), ("stroke", FAINT), ("stroke-width", "0.2")];
+        svg.rectangle(self.corners(), &look);
+    }
+
+    /// Draws the numbers of the grid, and what they are.
+    pub(super) fn numbers(&self, svg: &mut Svg, across: &str, up: &str) {
+        let number = |anchor| TextStyle {
+            size: 2.8,
+            colour: FAINT,
+            anchor,
+            rim: false,
+        };
+        let [low, high] = self.part;
+        for x in lines(low[0], high[0], self.coarse()) {
+            let [x_at, y_at] = self.at([x, low[1]]);
+            svg.text([x_at, y_at + 3.8], signed(x), &number(Anchor::Middle));
+        }
+        for y in lines(low[1], high[1], self.coarse()) {
+            let [x_at, y_at] = self.at([low[0], y]);
+            svg.text([x_at - 1.4, y_at + 1.0], signed(y), &number(Anchor::End));
+        }
+        let name = TextStyle {
+            colour: INK,
+            rim: true,
+            ..number(Anchor::End)
+        };
+        let [right, bottom] = self.at([high[0], low[1]]);
+        svg.text([right - 1.5, bottom - 1.6], across, &name);
+        let [left, top] = self.at([low[0], high[1]]);
+        let name = TextStyle {
+            anchor: Anchor::Start,
+            ..name
+        };
+        svg.text([left + 1.5, top + 3.6], up, &name);
+    }
+
+    fn coarse(&self) -> f64 {
+        let [low, high] = self.part;
+        if (high[0] - low[0]).max(high[1] - low[1]) > SMALL {
+            COARSE
+        } else {
+            CLOSE
+        }
+    }
+
+    fn corners(&self) -> [[f64; 2]; 2] {
+        self.part.map(|corner| self.at(corner))
+    }
+}
+
+/// What a view has to show.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Extent(Option<[[f64; 2]; 2]>);
+
+impl Extent {
+    /// What is left free round it, mm.
+    const MARGIN: f64 = 12.0;
+    /// The least width and height of a view, mm.
+    const LEAST: [f64; 2] = [90.0, 70.0];
+    /// A view goes no farther than this from the base, mm.
+    const FARTHEST: f64 = 420.0;
+
+    pub(super) fn show(&mut self, point: [f64; 2]) {
+        let [low, high] = self.0.get_or_insert([point, point]);
+        for axis in 0..2 {
+            low[axis] = low[axis].min(point[axis]);
+            high[axis] = high[axis].max(point[axis]);
+        }
+    }
+
+    /// The part of the plane that shows it, to the fine grid.
+    pub(super) fn part(self) -> [[f64; 2]; 2] {
+        let [mut low, mut high] = self.0.unwrap_or([[200.0, 0.0]; 2]);
+        for axis in 0..2 {
+            let missing = Self::LEAST[axis] - (high[axis] - low[axis] + 2.0 * Self::MARGIN);
+            let room = Self::MARGIN + missing.max(0.0) / 2.0;
+            let fit = |value: f64| (value * FINE).clamp(-Self::FARTHEST, Self::FARTHEST);
+            low[axis] = fit(((low[axis] - room) / FINE).floor());
+            high[axis] = fit(((high[axis] + room) / FINE).ceil()).max(low[axis] + FINE);
+        }
+        [low, high]
+    }
+}
+
+/// The multiples of a step within a range, but for those right at its ends.
+fn lines(low: f64, high: f64, step: f64) -> impl Iterator<Item = f64> {
+    let [first, last] = [
+        (low / step).floor() as i64 + 1,
+        (high / step).ceil() as i64 - 1,
+    ];
+    // Adding 0 turns -0 into 0.
+    (first..=last).map(move |line| line as f64 * step + 0.0)
+}

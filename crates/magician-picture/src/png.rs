@@ -1,0 +1,153 @@
+//! An SVG of ours as PNG.
+
+use magician_formats::font::svg_options;
+use resvg::tiny_skia::{Color, Pixmap, Transform};
+use resvg::usvg;
+
+use crate::{Preview, Snapshot};
+
+/// As many pixels has the largest picture.
+pub(crate) const MOST_PIXELS: f64 = 64e6;
+/// As often a scale is halved for a picture that would be too large.
+const HALVINGS: usize = 4;
+/// Units of the picture, which are pixels of 96 to the inch, in a millimetre.
+const UNITS: f64 = 96.0 / 25.4;
+
+/// Why a picture cannot be made.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum PictureError {
+    /// The scale is not a number above 0.
+    Scale(f64),
+    /// It would have too many pixels: so many across and down.
+    Size([f64; 2]),
+    /// Something in it cannot be drawn or encoded.
+    Drawing(String),
+}
+
+impl std::fmt::Display for PictureError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Scale(scale) => {
+                write!(
+                    f,
+                    "a picture needs more than 0 pixels per millimetre, not {scale}"
+                )
+            }
+            Self::Size([width, height]) => write!(
+                f,
+                "the picture would be {width:.0} by {height:.0} pixels, limit {MOST_PIXELS} \
+                    pixels: use fewer pixels per millimetre"
+            ),
+            Self::Drawing(why) => write!(f, "the picture cannot be drawn: {why}"),
+        }
+    }
+}
+
+impl std::error::Error for PictureError {}
+
+/// As an error of the driver: invalid input.
+impl From<PictureError> for magician_host::Error {
+    fn from(error: PictureError) -> Self {
+        Self::invalid(error.to_string())
+    }
+}
+
+/// A picture at this scale, or at half of it, or half of that (four times at most) where it is refused as `too_large`.
+///
+/// # Errors
+/// What `draw` says of the last scale.
+pub fn fitting<E>(
+    pixels_per_mm: f64,
+    too_large: impl Fn(&E) -> bool,
+    draw: impl Fn(f64) -> Result<Vec<u8>, E>,
+) -> Result<Vec<u8>, E> {
+    let mut scale = pixels_per_mm;
+    for _ in 0..HALVINGS {
+        match draw(scale) {
+            Err(error) if too_large(&error) => scale /= 2.0,
+            made => return made,
+        }
+    }
+    draw(scale)
+}
+
+impl Preview {
+    /// As PNG, so many pixels to a millimetre: the SVG, drawn.
+    ///
+    /// # Errors
+    /// [`PictureError`] if the scale makes no sense or the picture would be too large.
+    pub fn to_png(&self, pixels_per_mm: f64) -> Result<Vec<u8>, PictureError> {
+        to_png(self.to_svg(), pixels_per_mm)
+    }
+}
+
+impl Snapshot {
+    /// As PNG, so many pixels to a millimetre of the picture.
+    ///
+    /// # Errors
+    /// [`PictureError`] if the scale makes no sense or the picture would be too large.
+    pub fn to_png(&self, pixels_per_mm: f64) -> Result<Vec<u8>, PictureError> {
+        to_png(self.to_svg(), pixels_per_mm)
+    }
+}
+
+/// One of these pictures, or any SVG, as PNG, so many pixels to a millimetre.
+///
+/// # Errors
+/// [`PictureError`] if the scale makes no sense, the picture would be too large, or it is no SVG.
+pub fn to_png(svg: &str, pixels_per_mm: f64) -> Result<Vec<u8>, PictureError> {
+    if !(pixels_per_mm > 0.0 && pixels_per_mm.is_finite()) {
+        return Err(PictureError::Scale(pixels_per_mm));
+    }
+    let wrong = |why: String| PictureError::Drawing(why);
+    let tree =
+        usvg::Tree::from_str(svg, &svg_options()).map_err(|error| wrong(error.to_string()))?;
+    let scale = pixels_per_mm / UNITS;
+    let size = [tree.size().width(), tree.size().height()];
+    let size = size.map(|side| (f64::from(side) * scale).ceil());
+    if size[0] * size[1] > MOST_PIXELS {
+        return Err(PictureError::Size(size));
+    }
+    let pixels = Pixmap::new(size[0] as u32, size[1] as u32);
+    let mut pixels = pixels.ok_or(PictureError::Size(size))?;
+    pixels.fill(Color::WHITE);
+    let scale = scale as f32;
+    resvg::render(
+        &tree,
+        Transform::from_scale(scale, scale),
+        &mut pixels.as_mut(),
+    );
+    pixels
+        .encode_png()
+        .map_err(|error| wrong(error.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ArmView;
+
+    #[test]
+    fn what_is_too_large_becomes_smaller() {
+        let most = |most: f64| {
+            move |scale: f64| match scale > most {
+                true => Err("large"),
+                false => Ok(scale.to_string().into_bytes()),
+            }
+        };
+        let large = |error: &&str| *error == "large";
+        assert_eq!(fitting(8.0, large, most(8.0)).unwrap(), b"8");
+        assert_eq!(fitting(8.0, large, most(3.0)).unwrap(), b"2");
+        assert_eq!(fitting(8.0, large, most(0.5)).unwrap(), b"0.5");
+        assert_eq!(fitting(8.0, large, most(0.4)), Err("large"));
+        assert_eq!(fitting(8.0, large, |_| Err("other")), Err("other"));
+    }
+
+    #[test]
+    fn an_arm_is_a_picture_at_any_scale_above_nothing() {
+        let snapshot = Snapshot::of_arm(&ArmView::default());
+        assert!(snapshot.to_png(2.0).unwrap().starts_with(b"\x89PNG"));
+        assert!(snapshot.to_png(0.0).is_err());
+    }
+}

@@ -1,0 +1,202 @@
+//! Pictures of plans: what will be drawn, burnt or carried, and where, in true size.
+//!
+//! From above, X to the right and Y up, on a grid in mm, with what the tool can reach at the height of its surface; a small
+//! map tells where before the arm that is. A plan that picks and places is also shown from the side. However many steps a plan has, a picture has a
+//! path for each sort of line, with as many corners as can be seen.
+
+mod above;
+mod caption;
+mod entries;
+mod locator;
+mod side;
+
+use magician_host::Geometry;
+use magician_host::words::Preflight;
+use magician_motion::Fence;
+use magician_program::toolpath::Toolpath;
+use magician_program::{Plan, Reach, Report};
+
+use crate::legend::Legend;
+use crate::panel::{MARGIN, Panel, TICKS};
+use crate::svg::Svg;
+
+/// Room for title and caption, mm.
+const HEAD: f64 = 16.0;
+
+/// What else a picture shows.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct PreviewOptions {
+    /// The corners of the sheet, where it is known, in the arm's x and y, mm.
+    pub sheet: Option<Vec<[f64; 2]>>,
+    /// The corners of the page that it lies on, if there is one, likewise.
+    pub page: Option<Vec<[f64; 2]>>,
+    /// The fence of the arm.
+    pub fence: Option<Fence>,
+    /// Whether there is a view from the side; if it does not say, there is one of plans that pick and place.
+    pub side: Option<bool>,
+}
+
+impl PreviewOptions {
+    /// Sets [`sheet`](Self::sheet).
+    #[must_use]
+    pub fn sheet(mut self, corners: impl Into<Vec<[f64; 2]>>) -> Self {
+        self.sheet = Some(corners.into());
+        self
+    }
+
+    /// Sets [`page`](Self::page).
+    #[must_use]
+    pub fn page(mut self, corners: impl Into<Vec<[f64; 2]>>) -> Self {
+        self.page = Some(corners.into());
+        self
+    }
+
+    /// Sets [`fence`](Self::fence).
+    #[must_use]
+    pub fn fence(mut self, fence: impl Into<Option<Fence>>) -> Self {
+        self.fence = fence.into();
+        self
+    }
+
+    /// Sets [`side`](Self::side).
+    #[must_use]
+    pub fn side(mut self, side: bool) -> Self {
+        self.side = Some(side);
+        self
+    }
+}
+
+/// The picture of a plan.
+///
+/// ```
+/// use magician_host::{JointAngles, ToolBias, words::Preflight};
+/// use magician_picture::{Preview, PreviewOptions};
+/// use magician_program::{Action, Origin, Plan, Surface, Tool, Travel, check};
+///
+/// let mut plan = Plan::new("a line");
+/// plan.tool = Some(Tool::Pen);
+/// plan.surface = Some(Surface::level(-60.0));
+/// plan.push(Action::Move { to: [200.0, 0.0, -60.0, 0.0], by: Travel::Joints }, Origin::NONE);
+/// plan.push(Action::Path { to: [240.0, 0.0, -60.0] }, Origin::NONE);
+///
+/// let start = Preflight::at(JointAngles::HOME, ToolBias::PEN);
+/// let report = check(&plan, &start);
+/// let preview = Preview::new(&plan, &report, &start, &PreviewOptions::default());
+/// assert!(preview.to_svg().starts_with("<svg"));
+/// ```
+#[derive(Clone, Debug)]
+pub struct Preview {
+    svg: String,
+    toolpath: Toolpath,
+}
+
+impl Preview {
+    /// The picture of a plan, of what [`check`](fn@magician_program::check) says of it, and of where it starts: what the check was
+    /// given.
+    #[must_use]
+    pub fn new(plan: &Plan, report: &Report, start: &Preflight, options: &PreviewOptions) -> Self {
+        let toolpath = Toolpath::through(plan, report, start, options.side);
+        let geometry = match plan.tool {
+            Some(tool) => Geometry::magician(tool.bias()),
+            None => start.geometry(),
+        };
+        let svg = draw(plan, report, &toolpath, &geometry, options);
+        Self { svg, toolpath }
+    }
+
+    /// The ways that it shows from above, each by its corners, in the arm's x and y, mm.
+    pub fn ways(&self) -> impl Iterator<Item = &[[f64; 2]]> {
+        let layers = self.toolpath.layers.iter();
+        layers.flat_map(|layer| layer.above.lines())
+    }
+
+    /// As SVG: one unit is a millimetre, and so it is printed.
+    #[must_use]
+    pub fn to_svg(&self) -> &str {
+        &self.svg
+    }
+}
+
+fn draw(
+    plan: &Plan,
+    report: &Report,
+    toolpath: &Toolpath,
+    arm: &Geometry,
+    options: &PreviewOptions,
+) -> String {
+    let page = Page::of(toolpath, report, options);
+    let [left, top] = page.above.corner;
+    let mut svg = Svg::page(page.size, "mm", &plan.title);
+    let width = page.size[0] - MARGIN - left;
+    caption::draw(&mut svg, [left, MARGIN], width, plan, report, toolpath);
+    let surface = toolpath.purpose.surface();
+    let reach = surface.map(|surface| Reach::new(arm.tool, surface, 0.0).outline());
+    let reach = reach.unwrap_or_default();
+    above::draw(&mut svg, &page.above, toolpath, report, options, &reach);
+    locator::draw(&mut svg, [page.locator, top], &page.above, toolpath, &reach);
+    if let Some(side) = &page.side {
+        side::draw(&mut svg, side, toolpath, arm);
+    }
+    page.legend.draw(&mut svg, [left, page.foot]);
+    svg.finish()
+}
+
+/// Where everything lies in the picture, mm.
+struct Page {
+    size: [f64; 2],
+    above: Panel,
+    side: Option<Panel>,
+    /// The left edge of the locator.
+    locator: f64,
+    legend: Legend,
+    /// The upper edge of the legend.
+    foot: f64,
+}
+
+impl Page {
+    fn of(toolpath: &Toolpath, report: &Report, options: &PreviewOptions) -> Self {
+        let panel = |part, corner, id| Panel {
+            part,
+            corner,
+            scale: 1.0,
+            id,
+        };
+        let [left, top] = [MARGIN + TICKS[0], MARGIN + HEAD];
+        let mut above = panel(above::part(toolpath, options), [left, top], "above");
+        let mut side = toolpath
+            .has_side
+            .then(|| panel(side::part(toolpath), [left, top], "side"));
+        if let Some(side) = &mut side {
+            let [width, height] = above.size();
+            // Beside a view that is high; below one that is wide, with x right above the distance.
+            if height > 0.9 * width {
+                side.corner[0] += width + MARGIN + TICKS[0];
+            } else {
+                let least = above.part[0][0].min(side.part[0][0]);
+                let most = above.part[1][0].max(side.part[1][0]);
+                for panel in [&mut above, &mut *side] {
+                    (panel.part[0][0], panel.part[1][0]) = (least, most);
+                }
+                side.corner[1] += height + TICKS[1] + MARGIN / 2.0;
+            }
+        }
+        let views = [Some(above), side].into_iter().flatten();
+        let ends = views.map(|view| [0, 1].map(|axis| view.corner[axis] + view.size()[axis]));
+        let [right, bottom] = ends.fold([left, top + locator::HEIGHT - TICKS[1]], |end, view| {
+            [end[0].max(view[0]), end[1].max(view[1])]
+        });
+        let locator = right + MARGIN;
+        let right = locator + locator::width(&above);
+        let legend = entries::legend(toolpath, report, options, right - left);
+        let foot = bottom + TICKS[1] + 2.0;
+        Self {
+            size: [right + MARGIN, foot + legend.height() + MARGIN - 2.0],
+            above,
+            side,
+            locator,
+            legend,
+            foot,
+        }
+    }
+}

@@ -1,0 +1,48 @@
+//! The view from the side: everything at its distance from the base axis.
+
+use magician_host::Geometry;
+use magician_program::toolpath::{Layer, Toolpath};
+
+use crate::layers::Ways;
+use crate::panel::{Extent, Panel};
+use crate::svg::palette::FAINT;
+use crate::svg::{Svg, lines, path};
+use crate::{layers, section, symbols};
+
+/// Which part of the plane the view shows.
+pub(super) fn part(toolpath: &Toolpath) -> [[f64; 2]; 2] {
+    let mut extent = Extent::default();
+    for layer in &toolpath.layers {
+        let points = layer.side.lines().flatten();
+        points.for_each(|point| extent.show(*point));
+    }
+    let ends = toolpath.ends.into_iter().flatten();
+    ends.for_each(|[x, y, z]| extent.show([libm::hypot(x, y), z]));
+    extent.part()
+}
+
+/// Draws it.
+pub(super) fn draw(svg: &mut Svg, panel: &Panel, toolpath: &Toolpath, arm: &Geometry) {
+    panel.begin(svg);
+    section::draw(svg, panel, arm);
+    panel.grid(svg);
+    let [low, high] = panel.part;
+    let axis = [low[1], high[1]].map(|z| panel.at([0.0, z]));
+    let look = [
+        ("stroke", FAINT),
+        ("stroke-width", "0.3"),
+        ("stroke-dasharray", "5 1.2 1 1.2"),
+    ];
+    svg.path(&path(axis, false), &look);
+    let data = |layer: &Layer| lines(layer.side.lines(), |point| panel.at(point));
+    layers::draw(svg, &toolpath.layers, Ways::Planned, data);
+    let beside = |[x, y, z]: [f64; 3]| panel.at([libm::hypot(x, y), z]);
+    for mark in &toolpath.markers {
+        symbols::spot(svg, beside(mark.at));
+    }
+    if let Some(ends) = toolpath.ends {
+        symbols::ends(svg, ends.map(beside));
+    }
+    panel.end(svg);
+    panel.numbers(svg, "distance from the base axis / mm", "Z / mm");
+}

@@ -1,0 +1,366 @@
+//! An arm as it stands, from above and from the side, and the world around a virtual one.
+
+mod above;
+#[cfg(feature = "png")]
+mod pixels;
+mod run;
+mod side;
+
+use magician_host::{AlarmSet, Geometry, JointAngles, ToolBias};
+use magician_motion::Pose;
+use magician_sim::Controller;
+use magician_sim::scenario::{Color, ToolKind};
+use magician_sim::world::{Drawing, Rest};
+#[cfg(feature = "png")]
+pub use pixels::{View, pixels};
+pub use run::{MovedObject, RunReading, RunView};
+
+use crate::panel::{MARGIN, TICKS};
+use crate::svg::palette::{CARRIED, FAINT, INK, WRONG};
+use crate::svg::{Anchor, Number, Svg, TextStyle, signed};
+
+/// How large it is drawn.
+const SCALE: f64 = 0.25;
+/// Which part of the ground it shows, and which of the plane through the arm, mm.
+const ABOVE: [[f64; 2]; 2] = [[-100.0, -340.0], [360.0, 340.0]];
+const SIDE: [[f64; 2]; 2] = [[-90.0, -180.0], [360.0, 260.0]];
+/// Room for title and figures, mm.
+const HEAD: f64 = 18.0;
+/// Half of the base's width, and how far it goes down from the shoulder (model section 1), mm.
+const BODY: [f64; 2] = [79.0, 138.0];
+/// The thickness of the links, from above and from the side, and of table and belt from the side, mm.
+const LINKS: [f64; 2] = [26.0, 20.0];
+const PLATE: f64 = 8.0;
+/// The colours of links, belt, and table from the side.
+const LINK: &str = "#52606d";
+const BELT: &str = "#7d8894";
+const TABLE: &str = "#e6dcc6";
+
+/// What is known of an arm that is to be drawn.
+#[derive(Clone, Debug, Default)]
+#[non_exhaustive]
+pub struct ArmView {
+    /// What it is called.
+    pub title: String,
+    /// Its joints, deg.
+    pub joints: JointAngles,
+    /// Where its tool is, seen from the wrist.
+    pub tool: ToolBias,
+    /// The alarms that stand.
+    pub alarms: AlarmSet,
+    /// What else there is to say, a few words each.
+    pub facts: Vec<String>,
+}
+
+/// The picture of an arm as it stands.
+///
+/// ```
+/// use magician_host::JointAngles;
+/// use magician_picture::{Snapshot, ArmView};
+///
+/// let mut arm = ArmView::default();
+/// arm.joints = JointAngles::HOME;
+/// assert!(Snapshot::of_arm(&arm).to_svg().starts_with("<svg"));
+/// ```
+#[derive(Clone, Debug)]
+pub struct Snapshot {
+    svg: String,
+}
+
+/// A box in the world.
+struct Body {
+    name: String,
+    size: [f64; 3],
+    /// x, y, z of the middle of its underside, and how it is turned.
+    place: [f64; 4],
+    color: Color,
+    state: BodyState,
+}
+
+/// What has become of a box.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum BodyState {
+    Stands,
+    Held,
+    /// A run has put it there.
+    Moved,
+}
+
+/// What is to be drawn besides the arm.
+#[derive(Default)]
+struct Surroundings {
+    /// Its height, and from where to where it reaches in x and in y.
+    table: Option<(f64, [[f64; 2]; 2])>,
+    belt: Option<Belt>,
+    bodies: Vec<Body>,
+    /// Where sensors are and how far they see.
+    beams: Vec<[[f64; 3]; 2]>,
+    drawing: Drawing,
+}
+
+struct Belt {
+    start: [f64; 2],
+    /// Degrees.
+    direction: f64,
+    length: f64,
+    width: f64,
+    height: f64,
+}
+
+impl Body {
+    fn is_held(&self) -> bool {
+        self.state == BodyState::Held
+    }
+
+    /// Colour and width of its edge.
+    fn edge(&self) -> [&'static str; 2] {
+        match self.state {
+            BodyState::Stands => [FAINT, "0.3"],
+            BodyState::Held => [INK, "0.6"],
+            BodyState::Moved => [CARRIED, "0.4"],
+        }
+    }
+
+    /// The corners of its outline from above.
+    fn corners(&self) -> [[f64; 2]; 4] {
+        let [x, y, _, yaw] = self.place;
+        let [length, width, _] = self.size.map(|side| side / 2.0);
+        let corners = [
+            [-length, -width],
+            [length, -width],
+            [length, width],
+            [-length, width],
+        ];
+        corners.map(|corner| {
+            let [dx, dy] = turned(corner, yaw);
+            [x + dx, y + dy]
+        })
+    }
+
+    /// Two opposite corners from the side, at its distance from the base axis.
+    fn beside(&self) -> [[f64; 2]; 2] {
+        let [x, y, z, _] = self.place;
+        let [length, width, height] = self.size;
+        let (middle, half) = (libm::hypot(x, y), length.max(width) / 2.0);
+        [[middle - half, z], [middle + half, z + height]]
+    }
+}
+
+impl Belt {
+    /// The corners of its outline from above.
+    fn corners(&self) -> [[f64; 2]; 4] {
+        let half = self.width / 2.0;
+        let corners = [
+            (0.0, -half),
+            (self.length, -half),
+            (self.length, half),
+            (0.0, half),
+        ];
+        corners.map(|(along, aside)| self.at(along, aside))
+    }
+
+    /// Two opposite corners from the side, between its least and its largest distance from the base axis.
+    fn beside(&self) -> [[f64; 2]; 2] {
+        let half = self.width / 2.0;
+        let points = (0..=24).flat_map(|nth| {
+            let along = self.length * f64::from(nth) / 24.0;
+            [-half, 0.0, half].map(|aside| self.at(along, aside))
+        });
+        let [near, far] = points.fold([f64::MAX, 0.0_f64], |[near, far], [x, y]| {
+            [near.min(libm::hypot(x, y)), far.max(libm::hypot(x, y))]
+        });
+        [[near, self.height], [far, self.height - PLATE]]
+    }
+
+    /// A point so far along it and so far to its left.
+    fn at(&self, along: f64, aside: f64) -> [f64; 2] {
+        let [x, y] = turned([along, aside], self.direction);
+        [self.start[0] + x, self.start[1] + y]
+    }
+}
+
+impl Snapshot {
+    /// An arm alone.
+    #[must_use]
+    pub fn of_arm(view: &ArmView) -> Self {
+        Self::drawn(view, &Surroundings::default())
+    }
+
+    /// A virtual arm as it really stands, and its world at this instant.
+    #[must_use]
+    pub fn of_world(arm: &Controller) -> Self {
+        let (view, around) = Self::look_at(arm);
+        Self::drawn(&view, &around)
+    }
+
+    /// An arm as it stands after a run, the path of its tool, and what it moved.
+    #[must_use]
+    pub fn of_run(view: &ArmView, run: &RunView) -> Self {
+        Self {
+            svg: run::draw(view, run),
+        }
+    }
+
+    fn look_at(arm: &Controller) -> (ArmView, Surroundings) {
+        let state = arm.state();
+        let scenario = arm.world().scenario();
+        let mounted = scenario.and_then(|scenario| scenario.chosen_tool());
+        let mounted = mounted.filter(|tool| tool.kind != ToolKind::None);
+        let mut facts = vec![format!("{} s", Number(state.now.as_micros() as f64 / 1e6))];
+        let look = arm.look();
+        if let Some(held) = look.held() {
+            facts.push(format!("holds {}", held.name()));
+        }
+        if state.laser {
+            facts.push(format!("laser at {} %", Number(state.laser_power)));
+        }
+        let title = scenario.and_then(|scenario| scenario.title());
+        let view = ArmView {
+            title: title.unwrap_or("Virtual arm").to_owned(),
+            joints: state.true_joints,
+            tool: mounted.map_or(state.tool, |tool| tool.bias()),
+            alarms: state.alarms,
+            facts,
+        };
+        let bodies = look.objects().map(|object| {
+            let place = object.place();
+            Body {
+                name: object.name().to_owned(),
+                size: object.size(),
+                place: [place.x, place.y, place.z, place.yaw],
+                color: object.color(),
+                state: match object.rest() {
+                    Rest::Tool => BodyState::Held,
+                    _ => BodyState::Stands,
+                },
+            }
+        });
+        let around = Surroundings {
+            table: scenario
+                .and_then(|scenario| scenario.table())
+                .map(|table| (table.height, [table.x, table.y])),
+            belt: scenario
+                .and_then(|scenario| scenario.conveyor())
+                .map(|belt| Belt {
+                    start: belt.start,
+                    direction: belt.direction,
+                    length: belt.length,
+                    width: belt.width,
+                    height: belt.height,
+                }),
+            bodies: bodies.collect(),
+            beams: scenario
+                .map(|scenario| scenario.sensors())
+                .unwrap_or_default()
+                .iter()
+                .map(|sensor| [sensor.beam.from, sensor.beam.to])
+                .collect(),
+            drawing: arm.drawing(),
+        };
+        (view, around)
+    }
+
+    /// As SVG.
+    #[must_use]
+    pub fn to_svg(&self) -> &str {
+        &self.svg
+    }
+
+    fn drawn(view: &ArmView, around: &Surroundings) -> Self {
+        let [left, top] = [MARGIN + TICKS[0], MARGIN + HEAD];
+        let size = |part: [[f64; 2]; 2]| [0, 1].map(|axis| (part[1][axis] - part[0][axis]) * SCALE);
+        let beside = left + size(ABOVE)[0] + MARGIN + TICKS[0];
+        let width = beside + size(SIDE)[0] + MARGIN;
+        let height = top + size(ABOVE)[1] + TICKS[1] + MARGIN;
+        let mut svg = Svg::page([width, height], "mm", &view.title);
+        let arm = Geometry::magician(view.tool);
+        let pose = arm.forward(&view.joints);
+        head(&mut svg, left, view, &pose);
+        above::draw(&mut svg, [left, top], &arm, &view.joints, around);
+        side::draw(&mut svg, [beside, top], &arm, &view.joints, around);
+        Self { svg: svg.finish() }
+    }
+}
+
+/// The title, where the arm stands, and what else there is to say.
+fn head(svg: &mut Svg, left: f64, view: &ArmView, pose: &Pose) {
+    let title = TextStyle {
+        size: 5.2,
+        colour: INK,
+        anchor: Anchor::Start,
+        rim: false,
+    };
+    svg.text([left, MARGIN + 4.0], &view.title, &title);
+    let text = TextStyle {
+        size: 3.2,
+        colour: FAINT,
+        ..title
+    };
+    let tenth = |value: f64| signed((value * 10.0).round() / 10.0);
+    let named = |names: [&str; 4], values: [f64; 4]| {
+        let pairs = names.iter().zip(values);
+        let pairs: Vec<_> = pairs
+            .map(|(name, value)| format!("{name} {}", tenth(value)))
+            .collect();
+        pairs.join("  ")
+    };
+    let place = named(["x", "y", "z", "r"], pose.to_array());
+    let joints = named(["J1", "J2", "J3", "J4"], view.joints.to_array());
+    let where_it_is = format!("{place}   ·   {joints}");
+    svg.text([left, MARGIN + 9.6], where_it_is, &text);
+    let alarms = view
+        .alarms
+        .codes()
+        .map(|code| match magician_host::Alarm::with_code(code) {
+            Some(alarm) => format!("alarm {code:#04x} {}", alarm.name),
+            None => format!("alarm {code:#04x}"),
+        });
+    let alarms: Vec<String> = alarms.collect();
+    let look = match view.alarms.blocking() {
+        false => text,
+        true => TextStyle {
+            colour: WRONG,
+            ..text
+        },
+    };
+    let facts: Vec<String> = view.facts.iter().cloned().chain(alarms).collect();
+    svg.text([left, MARGIN + 14.4], facts.join("   ·   "), &look);
+}
+
+/// Two opposite corners of the base from the side.
+fn base() -> [[f64; 2]; 2] {
+    let [half, down] = BODY;
+    [[-half, -down], [half, -down / 3.0]]
+}
+
+/// The axis of the base, the wrist and the tip of the tool, from above.
+fn links_above(arm: &Geometry, joints: &JointAngles) -> [[f64; 2]; 3] {
+    let [wrist, tip] = wrist_and_tip(arm, joints);
+    [[0.0, 0.0], [wrist.x, wrist.y], [tip.x, tip.y]]
+}
+
+/// The shoulder, the elbow, the wrist and the tip of the tool, from the side: the distance from the base axis, and z.
+fn links_beside(arm: &Geometry, joints: &JointAngles) -> [[f64; 2]; 4] {
+    let straight = JointAngles { j1: 0.0, ..*joints };
+    let (sin, cos) = libm::sincos(joints.j2.to_radians());
+    let [wrist, tip] = wrist_and_tip(arm, &straight);
+    let elbow = [arm.rear_arm * sin, arm.rear_arm * cos];
+    [[0.0, 0.0], elbow, [wrist.x, wrist.z], [tip.x, tip.z]]
+}
+
+fn wrist_and_tip(arm: &Geometry, joints: &JointAngles) -> [Pose; 2] {
+    let tool = ToolBias::NONE;
+    [Geometry { tool, ..*arm }, *arm].map(|arm| arm.forward(joints))
+}
+
+fn turned([x, y]: [f64; 2], degrees: f64) -> [f64; 2] {
+    let (sin, cos) = libm::sincos(degrees.to_radians());
+    [x * cos - y * sin, x * sin + y * cos]
+}
+
+fn hex(Color([red, green, blue]): Color) -> String {
+    format!("#{red:02x}{green:02x}{blue:02x}")
+}
+
+#[cfg(test)]
+mod tests;

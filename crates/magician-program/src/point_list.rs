@@ -1,0 +1,101 @@
+//! A plan as a list of points.
+
+use std::fmt::Write as _;
+
+use magician_protocol::Set;
+use magician_protocol::commands::{PtpCmd, PtpWithLCmd};
+
+use crate::{Action, Plan, Travel};
+
+/// The steps of a plan as CSV, each with the point that it leads to.
+#[must_use]
+pub fn point_list(plan: &Plan) -> String {
+    // A program that moves along a rail has a column for its positions.
+    let on_rail = plan.uses_rail();
+    let mut text = "step,action,x,y,z,r,line,name".to_owned();
+    text.push_str(if on_rail { ",l\n" } else { "\n" });
+    for (nth, step) in plan.steps.iter().enumerate() {
+        let rail = without_rail(&step.action);
+        let (action, l) = match &rail {
+            Some((action, l)) => (action, l.to_string()),
+            None => (&step.action, String::new()),
+        };
+        let point = action
+            .target()
+            .map(|point| point.map(|value| value.to_string()));
+        let [x, y, z] = point.unwrap_or_default();
+        let r = match action {
+            Action::Move { to: [.., r], .. } | Action::Arc { to: [.., r], .. } => r.to_string(),
+            _ => String::new(),
+        };
+        let line = match step.origin.line {
+            0 => String::new(),
+            line => line.to_string(),
+        };
+        let name = plan.name_of(&step.origin).map(quoted).unwrap_or_default();
+        let word = word(action);
+        // Writing to a string cannot fail.
+        let _ = write!(text, "{},{word},{x},{y},{z},{r},{line},{name}", nth + 1);
+        if on_rail {
+            let _ = write!(text, ",{l}");
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// A move that takes the rail along as the same move without it, and the position on the rail.
+fn without_rail(action: &Action) -> Option<(Action, f32)> {
+    let Action::Command(command) = action else {
+        return None;
+    };
+    let Set::PtpWithLCmd(ptp) = **command else {
+        return None;
+    };
+    let PtpWithLCmd {
+        ptp_mode,
+        x,
+        y,
+        z,
+        r,
+        l,
+    } = ptp;
+    let alone = PtpCmd {
+        ptp_mode,
+        x,
+        y,
+        z,
+        r,
+    };
+    Some((Action::from(Set::from(alone)), l))
+}
+
+fn word(action: &Action) -> &'static str {
+    match action {
+        Action::Move { by, .. } => match by {
+            Travel::Joints => "movj",
+            Travel::Line => "movl",
+            Travel::Jump => "jump",
+        },
+        Action::Joints { .. } => "joints",
+        Action::Shift { .. } => "shift",
+        Action::Arc { .. } => "arc",
+        Action::Path { .. } => "path",
+        Action::Burn { .. } => "burn",
+        Action::Suction(_) => "suction",
+        Action::Gripper(_) => "gripper",
+        Action::Laser(_) => "laser",
+        Action::Wait(_) => "wait",
+        Action::Home => "home",
+        Action::Command(command) => command.row().set_name,
+        Action::Part(_) | Action::Pause(_) => action.name(),
+    }
+}
+
+/// As CSV has a text with anything in it.
+fn quoted(text: &str) -> String {
+    match text.contains([',', '"', '\n', '\r']) {
+        true => format!("\"{}\"", text.replace('"', "\"\"")),
+        false => text.to_owned(),
+    }
+}

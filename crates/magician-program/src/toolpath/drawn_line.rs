@@ -1,0 +1,55 @@
+//! What a plan leaves, step by step: to show its progress.
+
+use magician_host::words::Preflight;
+
+use super::tracer::PathTracer;
+use crate::{Plan, Report};
+
+/// What is shorter is one with what follows it, mm.
+const SHORTEST: f64 = 0.3;
+
+/// A straight line that a pen or a laser leaves, seen from above.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DrawnLine {
+    /// The step that ends it, from 0.
+    pub step: usize,
+    /// Where it begins, in the arm's x and y, mm.
+    pub from: [f64; 2],
+    /// Where it ends.
+    pub to: [f64; 2],
+}
+
+impl DrawnLine {
+    /// The lines that a plan leaves when the arm stands there before it, in their order. Curves are many of them; those that are
+    /// too short to be seen are taken together.
+    ///
+    /// ```
+    /// use magician_host::{JointAngles, ToolBias, words::Preflight};
+    /// use magician_program::toolpath::DrawnLine;
+    /// use magician_program::{Action, Origin, Plan, Surface, Tool, Travel};
+    ///
+    /// let mut plan = Plan::new("a line");
+    /// plan.tool = Some(Tool::Pen);
+    /// plan.surface = Some(Surface::level(-60.0));
+    /// plan.push(Action::Move { to: [200.0, 0.0, -60.0, 0.0], by: Travel::Joints }, Origin::NONE);
+    /// plan.push(Action::Path { to: [240.0, 0.0, -60.0] }, Origin::NONE);
+    ///
+    /// let strokes = DrawnLine::of(&plan, &Preflight::at(JointAngles::HOME, ToolBias::PEN));
+    /// assert_eq!(strokes, [DrawnLine { step: 1, from: [200.0, 0.0], to: [240.0, 0.0] }]);
+    /// ```
+    #[must_use]
+    pub fn of(plan: &Plan, start: &Preflight) -> Vec<Self> {
+        PathTracer::from(plan, &Report::default(), start, Some(false)).strokes(plan)
+    }
+
+    pub(super) fn add(strokes: &mut Vec<Self>, step: usize, from: [f64; 2], to: [f64; 2]) {
+        if let Some(last) = strokes.last_mut()
+            && last.to == from
+            && libm::hypot(last.to[0] - last.from[0], last.to[1] - last.from[1]) < SHORTEST
+        {
+            (last.step, last.to) = (step, to);
+            return;
+        }
+        strokes.push(Self { step, from, to });
+    }
+}

@@ -1,0 +1,81 @@
+//! What a plan is for, which decides what its ways leave.
+
+use super::{SHADES, StrokeKind};
+use crate::rehearse::{RehearseOptions, kind_of, tool_of};
+use crate::{Plan, Surface, Tool};
+
+/// So much above the surface is at the surface, mm.
+const AT_SURFACE: f64 = 0.05;
+
+/// What a plan is for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PlanPurpose {
+    /// A pen draws on a surface.
+    Draws(Option<Surface>),
+    /// A laser burns, wherever it is lit.
+    Burns(Option<Surface>),
+    /// Something is moved about; the lowest place that it stops at, mm.
+    Carries(Option<f64>),
+}
+
+impl PlanPurpose {
+    /// What a plan is for: its tool says so, or else its steps.
+    pub(super) fn of(plan: &Plan) -> Self {
+        let lowest = || {
+            let steps = plan.steps.iter().map(|step| &step.action);
+            let heights = steps.filter_map(|action| Some(f64::from(action.target()?[2])));
+            heights.filter(|z| z.is_finite()).reduce(f64::min)
+        };
+        let tool = kind_of(plan, tool_of(plan, &RehearseOptions::default()));
+        match tool {
+            // Where the program names no surface it burns at the height of its places.
+            Tool::Laser => Self::Burns(plan.surface.or_else(|| lowest().map(Surface::level))),
+            Tool::Suction | Tool::Gripper => Self::Carries(lowest()),
+            Tool::None | Tool::Pen | Tool::Bias(_) => match plan.drawn_on() {
+                None => Self::Carries(lowest()),
+                surface => Self::Draws(surface),
+            },
+        }
+    }
+
+    /// What a straight way leaves.
+    pub(super) fn leaves(
+        &self,
+        ends: [[f64; 3]; 2],
+        power: Option<f64>,
+        holds: bool,
+    ) -> StrokeKind {
+        let power = power.unwrap_or(0.0);
+        if power > 0.0 {
+            // A conversion of a float saturates.
+            let shade = (power / 100.0 * SHADES as f64).ceil() as usize;
+            return StrokeKind::Burn(shade.clamp(1, SHADES));
+        }
+        match self {
+            Self::Draws(Some(surface)) => {
+                let down = |[x, y, z]: [f64; 3]| z <= surface.at([x, y]) + AT_SURFACE;
+                if ends.into_iter().all(down) {
+                    StrokeKind::Ink(None)
+                } else {
+                    StrokeKind::Nothing
+                }
+            }
+            _ if holds => StrokeKind::Carried,
+            _ => StrokeKind::Nothing,
+        }
+    }
+
+    /// Whether heights matter in it.
+    pub(super) fn is_deep(&self) -> bool {
+        matches!(self, Self::Carries(_))
+    }
+
+    /// The surface on which it is done.
+    #[must_use]
+    pub fn surface(&self) -> Option<Surface> {
+        match self {
+            Self::Draws(surface) | Self::Burns(surface) => *surface,
+            Self::Carries(lowest) => lowest.map(Surface::level),
+        }
+    }
+}

@@ -1,0 +1,509 @@
+//! Step by step through a plan, as the tool would go.
+
+use magician_host::words::Preflight;
+use magician_host::{ArmState, JointAngles, Set};
+use magician_motion::Pose;
+use magician_protocol::{CpMode, PtpMode};
+
+use super::outline::Outlines;
+use super::{
+    DrawnLine, Layer, MOST_REFUSED, Marker, MarkerKind, PlanPurpose, StrokeKind, Toolpath, Track,
+};
+use crate::check::reaches;
+use crate::turns::{AtOnce, SLICE, Turns, at_once};
+use crate::{Action, Color, Grip, Plan, Report, Travel};
+
+/// Corners are merged within this, mm: half of what is seen of a pen's line.
+const FINE: f64 = 0.02;
+/// A pen that has drawn less than this has made a dot, mm.
+const DOT: f64 = 0.05;
+/// Colours that are told apart; lines of more are drawn in that of a drawing without any.
+const MOST_INKS: usize = 48;
+/// As many marks are drawn.
+const MOST_MARKS: usize = 400;
+/// Corners of a curve, at least and at most.
+const CORNERS: [f64; 2] = [24.0, 240.0];
+/// A corner of a curve for so many mm from end to end.
+const CORNER_EACH: f64 = 1.0;
+/// What leaves the reach is looked at in pieces of this length, mm, and in no more than so many.
+const PIECE: f64 = 1.0;
+const MOST_PIECES: f64 = 1000.0;
+/// A place that is farther off is as good as nowhere, mm.
+const FARTHEST: f64 = 10_000.0;
+
+/// How the tool is turned: what is known of it.
+#[derive(Clone, Copy)]
+enum Turn {
+    /// Its rotation seen from above.
+    R(f64),
+    /// Its servo.
+    J4(f64),
+}
+
+/// Follows a plan and collects its [`Toolpath`].
+pub(super) struct PathTracer {
+    toolpath: Toolpath,
+    course: Preflight,
+    at: Option<[f64; 3]>,
+    turn: Turn,
+    holds: bool,
+    lit: bool,
+    /// The number of the part under way, and its colour.
+    part: Option<u64>,
+    part_color: Option<Color>,
+    /// Colour of the step under way.
+    ink: Option<Color>,
+    /// Refused steps, the next one last.
+    awaited: Vec<usize>,
+    /// Where the pen has come down and has not drawn a line yet, and its colour.
+    touched: Option<([f64; 3], Option<Color>)>,
+    /// What it has drawn since it came down, mm: the last of a way down is a little of that.
+    inked: f64,
+    /// Whether it has come to a first place of its own: the way there leaves nothing.
+    begun: bool,
+    /// The step under way.
+    nth: usize,
+    /// What is left, step by step, if that is wanted.
+    strokes: Option<Vec<DrawnLine>>,
+    /// What is left, line by line, if that is wanted.
+    outlines: Option<Outlines>,
+}
+
+impl PathTracer {
+    /// Begins where the arm stands.
+    pub(super) fn from(
+        plan: &Plan,
+        report: &Report,
+        start: &Preflight,
+        side: Option<bool>,
+    ) -> Self {
+        let purpose = PlanPurpose::of(plan);
+        let first = report
+            .refused_steps
+            .iter()
+            .map(|refused_step| refused_step.step);
+        let mut awaited: Vec<usize> = first.take(MOST_REFUSED).collect();
+        awaited.reverse();
+        let mut tracer = Self {
+            toolpath: Toolpath {
+                layers: Vec::new(),
+                markers: Vec::new(),
+                ends: None,
+                refused_steps: Vec::new(),
+                drawn: 0.0,
+                other: 0.0,
+                bounds: None,
+                has_side: side.unwrap_or(purpose.is_deep()),
+                purpose,
+            },
+            course: start.clone(),
+            at: None,
+            turn: Turn::J4(0.0),
+            holds: false,
+            lit: false,
+            part: None,
+            part_color: None,
+            ink: None,
+            awaited,
+            touched: None,
+            inked: 0.0,
+            begun: false,
+            nth: 0,
+            strokes: None,
+            outlines: None,
+        };
+        if let Some(arm) = start.arm() {
+            tracer.stand(arm);
+        }
+        tracer
+    }
+
+    /// The lines that are left, each with its step.
+    pub(super) fn strokes(mut self, plan: &Plan) -> Vec<DrawnLine> {
+        self.strokes = Some(Vec::new());
+        self.through(plan);
+        self.strokes.unwrap_or_default()
+    }
+
+    /// The lines that are left, and where the arm does not come.
+    pub(super) async fn outlines(mut self, plan: &Plan, turns: &impl Turns) -> Outlines {
+        self.outlines = Some(Outlines::default());
+        self.through_with(plan, turns).await;
+        let mut outlines = self.outlines.unwrap_or_default();
+        outlines.settle();
+        outlines
+    }
+
+    /// Takes all steps.
+    pub(super) fn through(&mut self, plan: &Plan) {
+        at_once(self.through_with(plan, &AtOnce));
+    }
+
+    async fn through_with(&mut self, plan: &Plan, turns: &impl Turns) {
+        if let Some(command) = plan.preamble() {
+            self.set(&command);
+        }
+        for (slice, steps) in plan.steps.chunks(SLICE).enumerate() {
+            for (nth, step) in (slice * SLICE..).zip(steps) {
+                // White would not be seen, and black is what lines are drawn in anyway.
+                let color = step.color.or(self.part_color);
+                self.ink = color.filter(|color| !color.is_pale() && *color != Color::default());
+                self.step(nth, &step.action, plan.name_of(&step.origin));
+            }
+            turns.give().await;
+        }
+        self.dot();
+    }
+
+    fn stand(&mut self, arm: &ArmState) {
+        self.turn = Turn::J4(arm.joints.j4);
+        self.arrive([arm.pose.x, arm.pose.y, arm.pose.z]);
+    }
+
+    fn arrive(&mut self, at: [f64; 3]) {
+        self.at = Some(at);
+        let [_, end] = self.toolpath.ends.get_or_insert([at, at]);
+        *end = at;
+    }
+
+    /// Takes a step.
+    fn step(&mut self, nth: usize, action: &Action, name: Option<&str>) {
+        self.nth = nth;
+        match *action {
+            Action::Path { to } => self.path(to.map(f64::from), None),
+            Action::Burn { to, power } => self.path(to.map(f64::from), Some(power.into())),
+            Action::Move {
+                to: [x, y, z, r],
+                by: Travel::Line,
+            } => {
+                self.straight([x, y, z].map(f64::from), None);
+                self.turn = Turn::R(r.into());
+            }
+            Action::Shift {
+                by: [x, y, z, r],
+                line: true,
+            } => self.shift([x, y, z].map(f64::from), r.into()),
+            Action::Move { .. }
+            | Action::Joints { .. }
+            | Action::Shift { .. }
+            | Action::Arc { .. } => {
+                if let Some(command) = action.command() {
+                    self.curve(&command, action.target());
+                }
+            }
+            Action::Suction(on) => self.hold(on, name),
+            Action::Gripper(grip) => self.hold(grip == Grip::Close, name),
+            Action::Laser(on) => self.lit = on,
+            // A pen rests where it leaves a dot.
+            Action::Wait(_) if self.touched.is_some() => {}
+            Action::Wait(_) => self.mark(MarkerKind::Wait, name),
+            Action::Home => self.at = None,
+            Action::Command(ref command) => self.command(command),
+            Action::Part(ref part) => {
+                self.part = Some(part.n);
+                self.part_color = part.color;
+            }
+            Action::Pause(_) => {}
+        }
+        while self.awaited.pop_if(|step| *step == nth).is_some() {
+            let there = action.target().map(|to| to.map(f64::from));
+            self.toolpath.refused_steps.push((nth, there.or(self.at)));
+        }
+    }
+
+    fn command(&mut self, command: &Set) {
+        match command {
+            Set::CpCmd(cp) if cp.cp_mode == CpMode::Relative => {
+                self.onwards([cp.x, cp.y, cp.z].map(f64::from), None, Self::path);
+            }
+            Set::CpLeCmd(cp) if cp.cp_mode == CpMode::Relative => {
+                let power = cp.velocity_or_power.into();
+                self.onwards([cp.x, cp.y, cp.z].map(f64::from), Some(power), Self::path);
+            }
+            Set::PtpCmd(ptp) => {
+                let places = matches!(ptp.ptp_mode, PtpMode::JumpMovlXyz);
+                self.curve(command, places.then_some([ptp.x, ptp.y, ptp.z]));
+            }
+            Set::PtpPoCmd(ptp) => {
+                let places = matches!(
+                    ptp.ptp_mode,
+                    PtpMode::JumpXyz | PtpMode::MovjXyz | PtpMode::MovlXyz | PtpMode::JumpMovlXyz
+                );
+                self.curve(command, places.then_some([ptp.x, ptp.y, ptp.z]));
+            }
+            Set::PtpWithLCmd(_) | Set::PtpPoWithLCmd(_) | Set::CircleCmd(_) => {
+                self.curve(command, None);
+            }
+            Set::HomeCmd(_) | Set::JogCmd(_) | Set::ResetPose(_) => self.at = None,
+            _ => self.set(command),
+        }
+    }
+
+    /// A setting that ways after it depend on.
+    fn set(&mut self, command: &Set) {
+        let moves_the_tip = matches!(command, Set::EndEffectorParams(_));
+        let before = self.state().filter(|_| moves_the_tip);
+        // What is wrong with it is in the report.
+        let _ = self.course.check(command);
+        if let Some(before) = before {
+            self.stand(&ArmState::at_joints(
+                &self.course.geometry(),
+                &before.joints,
+            ));
+        }
+    }
+
+    fn shift(&mut self, by: [f64; 3], turn: f64) {
+        self.onwards(by, None, Self::straight);
+        match &mut self.turn {
+            Turn::R(r) | Turn::J4(r) => *r += turn,
+        }
+    }
+
+    fn onwards(
+        &mut self,
+        by: [f64; 3],
+        power: Option<f64>,
+        go: fn(&mut Self, [f64; 3], Option<f64>),
+    ) {
+        if let Some(at) = self.at {
+            go(self, [0, 1, 2].map(|axis| at[axis] + by[axis]), power);
+        }
+    }
+
+    /// Straight to a place.
+    fn straight(&mut self, to: [f64; 3], power: Option<f64>) {
+        if !is_somewhere(to) {
+            return;
+        }
+        if let Some(from) = self.at {
+            let power = power.or(self.lit.then_some(100.0));
+            self.go(from, to, power);
+        }
+        self.begun = true;
+        self.arrive(to);
+    }
+
+    /// Straight to a place, with the servo at rest.
+    fn path(&mut self, to: [f64; 3], power: Option<f64>) {
+        if let Turn::R(_) = self.turn {
+            self.turn = Turn::J4(self.state().map_or(0.0, |arm| arm.joints.j4));
+        }
+        self.straight(to, power);
+    }
+
+    /// The way that a command really is, as far as it can be known.
+    fn curve(&mut self, command: &Set, target: Option<[f32; 3]>) {
+        let from = self.state();
+        let way = from.and_then(|from| self.course.way(&from, command));
+        let Some(way) = way else {
+            if let Some(to) = target {
+                self.straight(to.map(f64::from), None);
+            }
+            return;
+        };
+        let (start, end) = (way.start().pose, way.end().pose);
+        let apart = libm::hypot(end.x - start.x, end.y - start.y) + (end.z - start.z).abs();
+        let round = matches!(command, Set::CircleCmd(_));
+        let [least, most] = CORNERS;
+        let corners = if round {
+            most
+        } else {
+            (apart / CORNER_EACH).clamp(least, most)
+        };
+        let power = self.lit.then_some(100.0);
+        let mut last = [start.x, start.y, start.z];
+        for nth in 1..=corners as u64 {
+            let Pose { x, y, z, .. } = way.curve(way.duration_us() * nth / corners as u64).pose;
+            self.go(last, [x, y, z], power);
+            last = [x, y, z];
+        }
+        self.begun = true;
+        self.stand(way.end());
+    }
+
+    /// The arm as it stands: beyond its limits too, as the report tells of those.
+    fn state(&self) -> Option<ArmState> {
+        let [x, y, z] = self.at?;
+        let geometry = self.course.geometry();
+        let pose = |r| Pose::new(x, y, z, r);
+        let joints = match self.turn {
+            Turn::R(r) => geometry.inverse(&pose(r)).ok()?,
+            Turn::J4(j4) => JointAngles {
+                j4,
+                ..geometry.inverse(&pose(0.0)).ok()?
+            },
+        };
+        let pose = pose(joints.j1 + joints.j4);
+        Some(ArmState { joints, pose })
+    }
+
+    fn go(&mut self, from: [f64; 3], to: [f64; 3], power: Option<f64>) {
+        let leaves = match self.toolpath.purpose.leaves([from, to], power, self.holds) {
+            StrokeKind::Ink(_) if !self.begun => StrokeKind::Nothing,
+            leaves => leaves,
+        };
+        self.touch(leaves, from, to);
+        let geometry = self.course.geometry();
+        if [from, to].iter().all(|end| reaches(&geometry, *end)) {
+            return self.draw(leaves, leaves, from, to);
+        }
+        let apart = (0..3)
+            .map(|axis| (to[axis] - from[axis]).powi(2))
+            .sum::<f64>()
+            .sqrt();
+        let pieces = (apart / PIECE).ceil().clamp(1.0, MOST_PIECES);
+        let at =
+            |nth: f64| [0, 1, 2].map(|axis| from[axis] + (to[axis] - from[axis]) * nth / pieces);
+        let within = |nth: u32| reaches(&geometry, at(f64::from(nth) + 0.5));
+        let mut begun = 0;
+        for nth in 1..=pieces as u32 {
+            if nth == pieces as u32 || within(nth) != within(begun) {
+                let shown = match within(begun) {
+                    true => leaves,
+                    false => StrokeKind::Unreachable,
+                };
+                self.draw(shown, leaves, at(f64::from(begun)), at(f64::from(nth)));
+                begun = nth;
+            }
+        }
+    }
+
+    /// Where a pen comes down and goes up again, without a line, it leaves a dot.
+    fn touch(&mut self, leaves: StrokeKind, from: [f64; 3], to: [f64; 3]) {
+        let is_down = |at: [f64; 3]| {
+            let leaves = self.toolpath.purpose.leaves([at; 2], None, false);
+            matches!(leaves, StrokeKind::Ink(_))
+        };
+        // A pen that stands on the sheet to begin with, as after a touch of it, has drawn nothing.
+        if !self.begun && is_down(from) {
+            return;
+        }
+        if let StrokeKind::Ink(_) = leaves {
+            self.inked += libm::hypot(to[0] - from[0], to[1] - from[1]);
+            self.touched = (self.inked < DOT).then_some((to, self.ink));
+        } else if is_down(to) {
+            self.touched = (self.inked < DOT).then_some((to, self.ink));
+        } else {
+            self.dot();
+            self.inked = 0.0;
+        }
+    }
+
+    fn dot(&mut self) {
+        if let Some((at, color)) = self.touched.take()
+            && self.inked == 0.0
+        {
+            let ink = StrokeKind::Ink(None);
+            let shown = match reaches(&self.course.geometry(), at) {
+                true => ink,
+                false => StrokeKind::Unreachable,
+            };
+            // By then the pen is on its way to a line of another colour.
+            let next = std::mem::replace(&mut self.ink, color);
+            self.draw(shown, ink, at, at);
+            self.ink = next;
+        }
+    }
+
+    /// A part of the way as it is shown, and as it counts.
+    fn draw(&mut self, shown: StrokeKind, leaves: StrokeKind, from: [f64; 3], to: [f64; 3]) {
+        let shown = match shown {
+            StrokeKind::Ink(_) => StrokeKind::Ink(self.ink),
+            other => other,
+        };
+        let toolpath = &mut self.toolpath;
+        let layer_of = |layers: &[Layer], leaves| {
+            let mut layers = layers.iter();
+            layers.position(|layer| layer.leaves == leaves)
+        };
+        let mut known = layer_of(&toolpath.layers, shown);
+        let mut shown = shown;
+        if let (StrokeKind::Ink(Some(_)), None) = (shown, known)
+            && toolpath.layers.len() >= MOST_INKS
+        {
+            shown = StrokeKind::Ink(None);
+            known = layer_of(&toolpath.layers, shown);
+        }
+        let nth = known.unwrap_or_else(|| {
+            let (above, side) = (Track::new(FINE), Track::new(FINE));
+            toolpath.layers.push(Layer {
+                leaves: shown,
+                above,
+                side,
+            });
+            toolpath.layers.len() - 1
+        });
+        let Some(layer) = toolpath.layers.get_mut(nth) else {
+            return;
+        };
+        let flat = |[x, y, _]: [f64; 3]| [x, y];
+        let beside = |[x, y, z]: [f64; 3]| [libm::hypot(x, y), z];
+        layer.above.begin(flat(from));
+        layer.above.line_to(flat(to));
+        if toolpath.has_side {
+            layer.side.begin(beside(from));
+            layer.side.line_to(beside(to));
+        }
+        let squares: f64 = (0..3).map(|axis| (to[axis] - from[axis]).powi(2)).sum();
+        match leaves {
+            StrokeKind::Ink(_) | StrokeKind::Burn(_) => {
+                if let Some(strokes) = &mut self.strokes {
+                    DrawnLine::add(strokes, self.nth, flat(from), flat(to));
+                }
+                if let Some(outlines) = &mut self.outlines {
+                    let reachable = shown != StrokeKind::Unreachable;
+                    outlines.draw((reachable, leaves.power(), self.part), from, to);
+                }
+                toolpath.drawn += squares.sqrt();
+                for [x, y] in [flat(from), flat(to)] {
+                    let [low, high] = toolpath.bounds.get_or_insert([[x, y]; 2]);
+                    *low = [low[0].min(x), low[1].min(y)];
+                    *high = [high[0].max(x), high[1].max(y)];
+                }
+            }
+            StrokeKind::Nothing | StrokeKind::Carried | StrokeKind::Unreachable => {
+                toolpath.other += squares.sqrt();
+                if let Some(outlines) = &mut self.outlines {
+                    outlines.travel(from, to);
+                }
+            }
+        }
+    }
+
+    fn hold(&mut self, holds: bool, name: Option<&str>) {
+        let kind = match (self.holds, holds) {
+            (false, true) => MarkerKind::Pick,
+            (true, false) => MarkerKind::Place,
+            _ => return,
+        };
+        self.holds = holds;
+        self.mark(kind, name);
+    }
+
+    fn mark(&mut self, kind: MarkerKind, name: Option<&str>) {
+        if let Some(at) = self.at.filter(|_| self.toolpath.markers.len() < MOST_MARKS) {
+            Marker::add(&mut self.toolpath.markers, at, kind, name);
+        }
+    }
+
+    /// Ends, after so many steps.
+    pub(super) fn finish(mut self, steps: usize) -> Toolpath {
+        let at = self.at;
+        let rest = self.awaited.drain(..).rev();
+        self.toolpath
+            .refused_steps
+            .extend(rest.map(|step| (step.min(steps), at)));
+        for layer in &mut self.toolpath.layers {
+            layer.above.settle();
+            layer.side.settle();
+        }
+        self.toolpath.thin(FINE);
+        self.toolpath
+    }
+}
+
+fn is_somewhere(place: [f64; 3]) -> bool {
+    // Not a number is not below anything.
+    place.iter().all(|value| value.abs() < FARTHEST)
+}
