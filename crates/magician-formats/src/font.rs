@@ -10,7 +10,7 @@ use usvg::fontdb::{Database, ID};
 #[cfg(feature = "system-fonts")]
 use usvg::fontdb::{Family, Query, Weight};
 
-/// Its name.
+/// Family of the font that is built in.
 pub const NAME: &str = "Roboto";
 static ROBOTO: &[u8] = include_bytes!("../fonts/Roboto-Regular.ttf");
 
