@@ -11,7 +11,7 @@ use usvg::fontdb::{Database, ID};
 use usvg::fontdb::{Family, Query, Weight};
 
 /// Family of the font that is built in.
-pub const NAME: &str = "Roboto";
+pub(crate) const NAME: &str = "Roboto";
 static ROBOTO: &[u8] = include_bytes!("../fonts/Roboto-Regular.ttf");
 
 static DATABASE: LazyLock<Arc<Database>> = LazyLock::new(|| Arc::new(bundled()));
@@ -71,14 +71,23 @@ fn shrink_notdef(font: &mut [u8]) -> Option<()> {
 }
 
 /// Database with the font that is built in, and no other.
-#[must_use]
-pub fn database() -> Arc<Database> {
+pub(crate) fn database() -> Arc<Database> {
     Arc::clone(&DATABASE)
 }
 
-/// Resolver that takes the font that is built in for every family.
+/// How usvg reads an SVG with our font and no other, so that a picture is the same on every machine.
 #[must_use]
-pub fn resolver() -> FontResolver<'static> {
+pub fn svg_options() -> usvg::Options<'static> {
+    usvg::Options {
+        font_family: NAME.to_owned(),
+        font_resolver: resolver(),
+        fontdb: database(),
+        ..usvg::Options::default()
+    }
+}
+
+/// Resolver that takes the font that is built in for every family.
+pub(crate) fn resolver() -> FontResolver<'static> {
     FontResolver {
         select_font: Box::new(|_, database| first(database)),
         select_fallback: Box::new(|_, _, _| None),

@@ -19,7 +19,7 @@ const MOST_PIECES: f64 = 10_000.0;
 /// # Errors
 /// A [`Diagnostic`] if it is not an SVG.
 pub fn svg_lines(svg: &[u8]) -> Result<Vec<Vec<[f64; 2]>>, Diagnostic> {
-    let options = crate::preview::svg_options();
+    let options = magician_formats::svg_options();
     let tree = usvg::Tree::from_data(svg, &options);
     let tree = tree.map_err(|error| Diagnostic::of_file(error.to_string()))?;
     let mut lines = Vec::new();

@@ -34,8 +34,6 @@ use magician_sim::svg::Svg;
 pub use outline::Outline;
 use panel::{Panel, TICKS};
 #[cfg(feature = "picture")]
-pub(crate) use png::options as svg_options;
-#[cfg(feature = "picture")]
 pub use png::{PictureError, fitting, to_png};
 pub use section::section;
 pub use snapshot::{ArmView, Snapshot};

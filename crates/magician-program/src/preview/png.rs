@@ -1,10 +1,10 @@
 //! An SVG of ours as PNG.
 
+use magician_formats::svg_options;
 use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg;
 
 use super::{Preview, Snapshot};
-use magician_formats::font;
 
 /// As many pixels has the largest picture.
 const MOST_PIXELS: f64 = 64e6;
@@ -101,7 +101,8 @@ pub fn to_png(svg: &str, pixels_per_mm: f64) -> Result<Vec<u8>, PictureError> {
         return Err(PictureError::Scale(pixels_per_mm));
     }
     let wrong = |why: String| PictureError::Drawing(why);
-    let tree = usvg::Tree::from_str(svg, &options()).map_err(|error| wrong(error.to_string()))?;
+    let tree =
+        usvg::Tree::from_str(svg, &svg_options()).map_err(|error| wrong(error.to_string()))?;
     let scale = pixels_per_mm / UNITS;
     let size = [tree.size().width(), tree.size().height()];
     let size = size.map(|side| (f64::from(side) * scale).ceil());
@@ -120,16 +121,6 @@ pub fn to_png(svg: &str, pixels_per_mm: f64) -> Result<Vec<u8>, PictureError> {
     pixels
         .encode_png()
         .map_err(|error| wrong(error.to_string()))
-}
-
-/// With our font and no other.
-pub(crate) fn options() -> usvg::Options<'static> {
-    usvg::Options {
-        font_family: font::NAME.to_owned(),
-        font_resolver: font::resolver(),
-        fontdb: font::database(),
-        ..usvg::Options::default()
-    }
 }
 
 #[cfg(test)]
