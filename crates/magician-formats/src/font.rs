@@ -10,8 +10,8 @@ use usvg::fontdb::{Database, ID};
 #[cfg(feature = "system-fonts")]
 use usvg::fontdb::{Family, Query, Weight};
 
-/// Its name.
-pub const NAME: &str = "Roboto";
+/// Family of the font that is built in.
+pub(crate) const NAME: &str = "Roboto";
 static ROBOTO: &[u8] = include_bytes!("../fonts/Roboto-Regular.ttf");
 
 static DATABASE: LazyLock<Arc<Database>> = LazyLock::new(|| Arc::new(bundled()));
@@ -71,8 +71,7 @@ fn shrink_notdef(font: &mut [u8]) -> Option<()> {
 }
 
 /// Database with the font that is built in, and no other.
-#[must_use]
-pub fn database() -> Arc<Database> {
+pub(crate) fn database() -> Arc<Database> {
     Arc::clone(&DATABASE)
 }
 
@@ -89,8 +88,7 @@ pub fn svg_options() -> usvg::Options<'static> {
 }
 
 /// Resolver that takes the font that is built in for every family.
-#[must_use]
-pub fn resolver() -> FontResolver<'static> {
+pub(crate) fn resolver() -> FontResolver<'static> {
     FontResolver {
         select_font: Box::new(|_, database| first(database)),
         select_fallback: Box::new(|_, _, _| None),

@@ -45,7 +45,7 @@ mod diagnostic;
 mod encoding;
 pub mod fill;
 #[cfg(feature = "drawings")]
-pub mod font;
+mod font;
 pub mod formats;
 pub mod lettering;
 mod origin;
@@ -65,6 +65,9 @@ pub use artwork::{Artwork, FilledArea, Stroke, WouldFit};
 pub use calibrate::{Tip, rounded_height};
 pub use diagnostic::{Diagnostic, DiagnosticCode, Missing};
 pub use encoding::source_text;
+#[cfg(feature = "drawings")]
+#[doc(hidden)]
+pub use font::svg_options;
 pub use formats::foreign;
 pub use formats::{
     Content, Curves, Fills, Format, Parsed, ReadOptions, SystemFonts, TextLines, White, read,

@@ -5,8 +5,9 @@ const MOST: usize = 1024;
 /// Ways that turn by no more than this from one to the next are one, rad: the rounding of what lies on a line.
 const STRAIGHT: f64 = 1e-12;
 
-/// Which points stay so that none is farther from the line that remains than the tolerance (after Ramer, Douglas and Peucker).
-/// The first and the last do.
+/// True for each point that stays so that none is farther from the remaining line than the tolerance
+/// (Ramer, Douglas and Peucker). The first and the last point stay.
+#[must_use]
 pub fn kept<const N: usize>(points: &[[f64; N]], tolerance: f64) -> Vec<bool> {
     kept_where(points, tolerance, off_chord)
 }
@@ -40,8 +41,9 @@ pub(crate) fn kept_where<P: Copy>(
     stays
 }
 
-/// Leaves out points so that none of them is farther than this from the line that remains. Of a closed line, the first and the
-/// farthest point from it stay, at least.
+/// Line with as few points as it needs so that no point of the given one is farther from it than the
+/// tolerance. Of a closed line the first point and the one farthest from it stay.
+#[must_use]
 pub fn simplified(points: &[[f64; 2]], tolerance: f64) -> Vec<[f64; 2]> {
     let points = corners(points);
     let Some((first, last)) = points.first().zip(points.len().checked_sub(1)) else {

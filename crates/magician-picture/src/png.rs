@@ -1,6 +1,6 @@
 //! An SVG of ours as PNG.
 
-use magician_formats::font::svg_options;
+use magician_formats::svg_options;
 use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg;
 

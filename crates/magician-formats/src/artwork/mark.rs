@@ -70,7 +70,8 @@ impl Marking {
 }
 
 impl Marking {
-    /// Where it can be done on a surface.
+    /// Where this marking can be done on a surface.
+    #[must_use]
     pub fn reach(&self, surface: Surface) -> Reach {
         let reach = Reach::new(self.tool.bias(), surface, self.lift);
         self.r.map_or(reach, |r| reach.rotated_to(r.into()))

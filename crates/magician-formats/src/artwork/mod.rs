@@ -100,7 +100,8 @@ impl Stroke {
 }
 
 impl Artwork {
-    /// The edge of a sheet of this size, from its upper left corner clockwise.
+    /// Edge of a sheet of this size, mm: one closed stroke, clockwise from its upper left corner.
+    #[must_use]
     pub fn frame(page: [f64; 2]) -> Self {
         let [width, height] = page;
         let corners = [
@@ -121,8 +122,10 @@ impl Artwork {
         }
     }
 
-    /// Its areas as the lines that fill them, drawn before all others of their part; how many of them are too small for any line. Where
-    /// a part is not filled they are drawn as their edges.
+    /// Turns its areas into the lines that fill them, drawn before all other lines of their part. The areas
+    /// of a part that is not filled become their edges.
+    ///
+    /// Returns how many areas are too small for any line.
     pub fn fill(&mut self, fill: &Fill) -> usize {
         let mut bare = 0;
         let mut strokes = Vec::new();
@@ -188,8 +191,9 @@ fn closed(mut ring: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     ring
 }
 
-/// The centre of the circle through three points, and by how many degrees it goes round from the first through the second to the
-/// third, counter-clockwise above 0. None for points on a line.
+/// Centre of the circle through three points, and the angle in degrees from the first through the
+/// second to the third, positive counter-clockwise. `None` if they lie on a line.
+#[must_use]
 pub fn circle_through(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> Option<([f64; 2], f64)> {
     let [b, c] = [b, c].map(|point| [point[0] - a[0], point[1] - a[1]]);
     let turn = 2.0 * (b[0] * c[1] - b[1] * c[0]);
@@ -207,7 +211,8 @@ pub fn circle_through(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> Option<([f64; 2]
     Some(([a[0] + centre[0], a[1] + centre[1]], sweep))
 }
 
-/// Between two points.
+/// Distance of two points.
+#[must_use]
 pub fn distance(one: [f64; 2], other: [f64; 2]) -> f64 {
     libm::hypot(other[0] - one[0], other[1] - one[1])
 }

@@ -103,7 +103,8 @@ pub struct PlacedArtwork {
 }
 
 impl PlacedArtwork {
-    /// Lines that are in the arm's coordinates already.
+    /// Artwork whose lines are in the coordinates of the arm already.
+    #[must_use]
     pub fn at(artwork: Artwork, surface: Surface) -> Self {
         let [least, most] = artwork.bounds().unwrap_or_default();
         Self {
@@ -128,7 +129,8 @@ impl Artwork {
         }
     }
 
-    /// The largest size that fits, but not above that of the layout. `None` if none does.
+    /// Largest scale that fits, at most that of the layout. `None` if none does.
+    #[must_use]
     pub fn largest(&self, layout: &Layout, marking: &Marking) -> Option<f64> {
         layout.check().ok()?;
         let reach = marking.reach(layout.surface);
@@ -137,7 +139,11 @@ impl Artwork {
         placer.largest().map(|(scale, _)| scale)
     }
 
-    /// As [`placed`](Self::placed); what does not fit is laid where it would go, with why it does not fit.
+    /// Lays it as [`placed`](Self::placed) does. What does not fit is laid where it would go, with the
+    /// reason.
+    ///
+    /// # Errors
+    /// Those of [`placed`](Self::placed), but for artwork that does not fit.
     pub fn laid(
         &self,
         layout: &Layout,
@@ -535,13 +541,15 @@ impl<'a> Placer<'a> {
     }
 }
 
-/// A coordinate as it is told and can be said again.
+/// Coordinate, mm, rounded as messages tell it, so that it can be given again.
+#[must_use]
 pub fn rounded(at: f64) -> f64 {
     // Without a minus before a zero.
     (at * 10.0).round() / 10.0 + 0.0
 }
 
-/// A point turned counter-clockwise about the origin.
+/// Point turned counter-clockwise about the origin.
+#[must_use]
 pub fn rotated([x, y]: [f64; 2], degrees: f64) -> [f64; 2] {
     // Quarters are exact: a sheet that lies straight has straight lines.
     let (sin, cos) = match degrees.rem_euclid(360.0) {

@@ -46,7 +46,8 @@ pub struct Tidied {
 }
 
 impl Artwork {
-    /// Its lines and areas with as few points as this distance allows, and nothing else of it but its page.
+    /// Its lines and areas with as few points as this distance, mm, allows, and its page; nothing else of it.
+    #[must_use]
     pub fn thinned(&self, distance: f64) -> Self {
         let strokes = self.strokes.iter().map(|stroke| Stroke {
             points: simplified(&stroke.points, distance),
@@ -90,7 +91,7 @@ impl Artwork {
         self.tidy_to_draw(tidy, 1.0)
     }
 
-    /// The same for lines that are drawn in this size: lengths are those of what is drawn.
+    /// Tidies lines that are drawn `scale` times as large: lengths count on the paper.
     pub fn tidy_to_draw(&mut self, tidy: &Tidy, scale: f64) -> Tidied {
         let mut tidied = Tidied::default();
         if !self.strokes.iter().all(Stroke::is_finite) {

@@ -113,13 +113,17 @@ pub struct CurvedFile {
 }
 
 impl CurvedFile {
-    /// True if the chords are too coarse to be drawn in this size, or far too fine.
+    /// True if the chords are too coarse for this scale, or far finer than it needs.
+    #[must_use]
     pub fn is_unfit_for(&self, scale: f64) -> bool {
         let made_for = usable(self.options.scale);
         scale > made_for * (1.0 + ROUNDING) || scale * COARSER < made_for
     }
 
-    /// The file read again, to be drawn in this size.
+    /// Reads the file again, to be drawn at this scale.
+    ///
+    /// # Errors
+    /// Those of [`read`](fn@super::read).
     pub fn read(&self, scale: f64) -> Result<Content, Diagnostic> {
         let options = ReadOptions {
             scale,
@@ -159,7 +163,7 @@ impl Content {
         }
     }
 
-    /// Takes the file that it was read from, if that has curves and the lines are still those of the file.
+    /// Takes the file that it was read from. `None` if that has no curves, or the lines were changed since.
     pub fn take_curves(&mut self) -> Option<Arc<CurvedFile>> {
         let Curves(file) = std::mem::take(self.curves()?);
         file.filter(|file| file.lines == self.fingerprint())
@@ -172,7 +176,8 @@ impl Content {
         }
     }
 
-    /// The longer side of what holds it, mm.
+    /// Longer side of the box around it, mm; 0 for images and test grids.
+    #[must_use]
     pub fn longest_side(&self) -> f64 {
         let bounds = match self {
             Self::Artwork(artwork) => artwork.bounds(),

@@ -139,7 +139,8 @@ impl Format {
         }
     }
 
-    /// The feature of this crate that builds its reader in; none for our own plan files, which are always read.
+    /// Feature of this crate that builds its reader in. `None` for our own plan files, which are always
+    /// read.
     ///
     /// ```
     /// use magician_formats::Format;

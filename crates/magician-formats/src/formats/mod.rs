@@ -80,8 +80,8 @@ pub struct ReadOptions {
     pub title: String,
     /// Largest distance of a line from its curve, mm in the size in which it is drawn.
     pub tolerance: f64,
-    /// Size in which it is drawn, 1 being the true one, as far as that is known. [`Setup::plan`](crate::Setup::plan) follows
-    /// curves again where they are drawn larger.
+    /// Size in which it is drawn, 1 being the true one, as far as that is known. What places the
+    /// lines reads the file again ([`CurvedFile`]) where they are drawn larger.
     pub scale: f64,
     /// What G-code leaves open.
     pub gcode: GcodeOptions,

@@ -129,7 +129,8 @@ impl Action {
         Self::NAMES.get(self.kind()).copied().unwrap_or("command")
     }
 
-    /// The index of its name.
+    /// Index of its name in [`NAMES`](Self::NAMES).
+    #[must_use]
     pub fn kind(&self) -> usize {
         match self {
             Self::Move { .. } => 0,
@@ -192,7 +193,8 @@ impl Action {
         )
     }
 
-    /// Whether it has to do with a laser: a step that switches it or says its power.
+    /// True if it switches a laser or sets its power.
+    #[must_use]
     pub fn is_of_a_laser(&self) -> bool {
         match self {
             Self::Burn { .. } | Self::Laser(_) => true,

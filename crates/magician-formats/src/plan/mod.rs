@@ -57,7 +57,8 @@ impl Plan {
         }
     }
 
-    /// True if it goes to places on a rail.
+    /// True if it leads to positions on a rail.
+    #[must_use]
     pub fn uses_rail(&self) -> bool {
         let on_rail = |step: &Step| {
             matches!(&step.action, Action::Command(command)

@@ -20,7 +20,8 @@ pub struct Color(
 );
 
 impl Color {
-    /// Whether it is hardly seen on paper.
+    /// True if it can hardly be seen on paper.
+    #[must_use]
     pub fn is_pale(self) -> bool {
         self.0.iter().all(|channel| *channel >= PALE)
     }

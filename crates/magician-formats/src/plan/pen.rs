@@ -9,9 +9,13 @@ use crate::Surface;
 const SAME: f64 = 0.05;
 
 impl Plan {
-    /// Whether it draws with a pen. A plan for a pen does if it goes anywhere. One that does not name its tool, or gives a bias,
-    /// does if it follows continuous paths or arcs, and is known to be a drawing: because it says where its surface is, or
-    /// because of the file that it was made of (`drawing`). Nothing of a laser, a suction cup or a gripper does.
+    /// True if it draws with a pen.
+    ///
+    /// A plan for a pen does if it goes anywhere. One that names no tool, or gives a bias, does if it
+    /// follows continuous paths or arcs and is known to be a drawing: because it says where its surface is,
+    /// or because of the file that it was made of (`drawing`). Nothing of a laser, a suction cup or a
+    /// gripper does.
+    #[must_use]
     pub fn draws(&self, drawing: bool) -> bool {
         let any = |is: fn(&Action) -> bool| self.steps.iter().any(|step| is(&step.action));
         if any(Action::is_of_a_laser) {
@@ -24,7 +28,9 @@ impl Plan {
         }
     }
 
-    /// The surface that a pen draws on: the plan's, else level at the lowest point of its continuous paths. None without either.
+    /// Surface that a pen draws on: that of the plan, else a level one at the lowest point of its
+    /// continuous paths. `None` if it has neither.
+    #[must_use]
     pub fn drawn_on(&self) -> Option<Surface> {
         let level = || {
             let steps = self.steps.iter().map(|step| &step.action);
@@ -36,8 +42,10 @@ impl Plan {
         self.surface.or_else(level)
     }
 
-    /// How far a pen that stands there when the plan has ended is still to be lifted, mm, so that it is `lift` above the paper:
-    /// the surface, or the lowest point of the plan where that is higher or no surface is known.
+    /// Height, mm, by which a pen that stands at this point when the plan has ended is still to be lifted
+    /// to be `lift` above the paper: above the surface, or above the lowest point of the plan where that is
+    /// higher or no surface is known.
+    #[must_use]
     pub fn lift_left(&self, [x, y, z]: [f64; 3], lift: f64) -> f64 {
         let targets = self.steps.iter().filter_map(|step| step.action.target());
         let lowest = targets.map(|[_, _, z]| f64::from(z)).reduce(f64::min);
@@ -48,7 +56,8 @@ impl Plan {
         if left > SAME { left } else { 0.0 }
     }
 
-    /// Whether its last step does no more than lift the pen straight up.
+    /// True if its last step lifts the pen straight up and does nothing else.
+    #[must_use]
     pub fn ends_with_lift(&self) -> bool {
         let mut steps = self.steps.iter().rev().map(|step| &step.action);
         let Some(Action::Move {

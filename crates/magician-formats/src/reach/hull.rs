@@ -1,6 +1,7 @@
 //! The convex hull of points.
 
-/// The corners of the smallest convex shape round all points, counter-clockwise; those on its edges are left out.
+/// Corners of the convex hull of points, counter-clockwise; points on its edges are left out.
+#[must_use]
 pub fn of(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut sorted = points.to_vec();
     sorted.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));

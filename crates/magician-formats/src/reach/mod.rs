@@ -63,7 +63,9 @@ pub struct SheetTransform {
     pub offset: [f64; 2],
 }
 
-/// The largest size that is found to do by so many halvings, between one that does and one that does not.
+/// Largest value that `check` accepts, found by bisection between `does`, which it accepts, and
+/// `does_not`, which it refuses.
+#[must_use]
 pub fn bisect(does: f64, does_not: f64, halvings: usize, check: impl Fn(f64) -> bool) -> f64 {
     let (mut does, mut does_not) = (does, does_not);
     for _ in 0..halvings {
@@ -167,7 +169,8 @@ impl Reach {
             .all(|lift| self.joints(point, lift).is_some())
     }
 
-    /// The joints that bring the tool so far above a point of the surface.
+    /// Joint angles that bring the tool `lift` mm above a point of the surface. `None` if it is out of reach.
+    #[must_use]
     pub fn joints(&self, point: [f64; 2], lift: f64) -> Option<JointAngles> {
         let pose = self.pose(point, lift);
         self.geometry.inverse_within(&pose, &self.limits).ok()

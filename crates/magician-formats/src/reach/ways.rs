@@ -23,12 +23,13 @@ const PLACES: u32 = 64;
 /// A way round the base is straight for no more than this, deg.
 const TURN: f64 = 30.0;
 
-/// A point, and how far above the surface.
+/// Point of the surface, and a height above it, mm.
 pub type Above = ([f64; 2], f64);
 
 impl Reach {
-    /// So high above a point, or beside it towards the base or away from it, with a straight way from there to the point; where
-    /// there is no such place, as high above it as is reached.
+    /// Place at this height above a point, or beside it towards the base or away from it, from which a
+    /// straight way leads to the point. If there is none, as high above the point as the arm reaches.
+    #[must_use]
     pub fn over(&self, end: Above, height: f64) -> Above {
         let ([x, y], above) = end;
         let asides = (0..=MOST_ASIDE).flat_map(|nth| [-nth, nth]);
@@ -43,7 +44,8 @@ impl Reach {
         places.find(|place| self.slants(*place, end)).unwrap_or(end)
     }
 
-    /// Whether there is a straight way from one height to another.
+    /// True if a straight way leads from one place to the other.
+    #[must_use]
     pub fn slants(&self, from: Above, to: Above) -> bool {
         let count = (libm::hypot(distance(from.0, to.0), to.1 - from.1) / PIECE).ceil();
         let count = count.clamp(1.0, MOST_PIECES);
@@ -68,7 +70,9 @@ impl Reach {
         })
     }
 
-    /// Corners of a way round the base that is straight from each to the next, so far above the surface.
+    /// Corners of a way round the base, straight from each to the next, `lift` mm above the surface. `None`
+    /// if there is no such way.
+    #[must_use]
     pub fn round_base(&self, from: [f64; 2], to: [f64; 2], lift: f64) -> Option<Vec<[f64; 2]>> {
         let [near, far] = self.ahead()?;
         let radius = f64::midpoint(near, far);
@@ -87,8 +91,9 @@ impl Reach {
             .then_some(corners)
     }
 
-    /// Whether the tool gets from one point to another on a straight way so far above the surface. Both ends are known to be
-    /// reached.
+    /// True if the tool gets from one point to another on a straight way `lift` mm above the surface. Both
+    /// ends must be in reach.
+    #[must_use]
     pub fn leads(&self, from: [f64; 2], to: [f64; 2], lift: f64) -> bool {
         let is_reached = |point| self.joints(point, lift).is_some();
         is_reached(nearest_to_base(from, to)) && pieces(from, to).all(is_reached)

@@ -1,6 +1,6 @@
 //! What an SVG shows, followed without the reader that makes plans of it: a second opinion.
 
-use magician_formats::font::svg_options;
+use magician_formats::svg_options;
 use magician_program::Diagnostic;
 use resvg::tiny_skia::{PathSegment, Point};
 use resvg::usvg::{self, Group, Node};

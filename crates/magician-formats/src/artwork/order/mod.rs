@@ -45,7 +45,8 @@ impl Order {
         effort: 0,
     };
 
-    /// The same for lines that are drawn in this size: lengths are those of what is drawn.
+    /// The same order for lines that are drawn `scale` times as large: its lengths count on the paper.
+    #[must_use]
     pub fn to_draw(self, scale: f64) -> Self {
         Self {
             joining: self.joining / scale,
