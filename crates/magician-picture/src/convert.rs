@@ -1,8 +1,6 @@
 //! A plan as another kind of file.
 
 use magician_host::Result as HostResult;
-#[cfg(not(feature = "png"))]
-use magician_program::Missing;
 use magician_program::formats::playback::Playback;
 use magician_program::rehearse::{RehearseOptions, rehearse};
 use magician_program::{Diagnostic, DiagnosticCode, Plan, point_list};
@@ -127,7 +125,19 @@ fn png(drawing: &Drawing) -> Result<Vec<u8>, Diagnostic> {
 #[cfg(not(feature = "png"))]
 fn png(_: &Drawing) -> Result<Vec<u8>, Diagnostic> {
     let message = "this build cannot write PNG files: it lacks the feature png of magician-picture";
-    let mut lacking = Diagnostic::of_file(message);
-    lacking.missing = Some(Missing::Feature("png"));
-    Err(lacking)
+    Err(Diagnostic::of_file(message))
+}
+
+#[cfg(all(test, not(feature = "png")))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn png_in_a_build_without_pixels_is_refused_with_the_feature_that_it_lacks() {
+        let refused = png(&Drawing::default()).unwrap_err();
+        assert!(
+            refused.message.contains("lacks the feature png"),
+            "{refused}"
+        );
+    }
 }
