@@ -9,7 +9,9 @@ use std::sync::Arc;
 
 use magician::Error;
 use magician_program::formats::playback::Playback;
-use magician_program::{Continuation, Diagnostic, DiagnosticCode, Origin, Pallet, Plan, Surface, Tool};
+use magician_program::{
+    Continuation, Diagnostic, DiagnosticCode, Origin, Pallet, Plan, Surface, Tool,
+};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -346,7 +348,9 @@ impl PyPlan {
         let at =
             at.ok_or_else(|| errors::raise(py, &Error::invalid("steps are counted from 1")))?;
         let start = self.start_or_staged(py, start)?;
-        self.changed(py, |plan| Continuation::from_step(plan, at, &start).map(|rest| rest.plan))
+        self.changed(py, |plan| {
+            Continuation::from_step(plan, at, &start).map(|rest| rest.plan)
+        })
     }
 
     fn to_json(&self, py: Python<'_>) -> String {
