@@ -136,7 +136,8 @@ const MOST_LINES: f64 = 20_000.0;
 
 impl Fill {
     /// The lines that fill an area, each drawn without lifting the pen. Parts that are narrower than twice the inset get lines
-    /// nearer to their edge, down to an eighth of the spacing. None where the spacing is below [`LEAST_SPACING`] or no number.
+    /// nearer to their edge, down to an eighth of the spacing. A shape that is no larger than the spacing
+    /// and has none of these gets one line through its middle. None where the spacing is below [`LEAST_SPACING`] or no number.
     #[must_use]
     pub fn lines(&self, area: &Area) -> Vec<Vec<[f64; 2]>> {
         let numbers = [self.spacing, self.angle, self.inset];
@@ -149,8 +150,8 @@ impl Fill {
         if !(size > 0.0 && size / self.spacing <= MOST_LINES) {
             return Vec::new();
         }
-        match self.mode {
-            FillMode::None => Vec::new(),
+        let mut lines = match self.mode {
+            FillMode::None => return Vec::new(),
             FillMode::Hatch => self.hatched(&region, self.angle),
             FillMode::Cross => {
                 let mut lines = self.hatched(&region, self.angle);
@@ -158,7 +159,15 @@ impl Fill {
                 lines
             }
             FillMode::Contour => self.ringed(&region),
-        }
+        };
+        // The dot of an i is narrower than the pen, and is drawn all the same.
+        let mut corners: Vec<_> = lines.iter().flatten().copied().collect();
+        corners.sort_unstable_by(|one, other| one[0].total_cmp(&other[0]));
+        let small = region.parts().filter(|part| part.size() <= self.spacing);
+        let bare = small.filter(|part| !part.has_any_of(&corners));
+        let dots: Vec<_> = bare.filter_map(|part| part.middle_line()).collect();
+        lines.extend(dots);
+        lines
     }
 
     fn hatched(&self, region: &Region, angle: f64) -> Vec<Vec<[f64; 2]>> {

@@ -119,10 +119,48 @@ impl Region {
         rest
     }
 
+    /// True if one of these points, which are in order of their x, is inside.
+    pub(super) fn has_any_of(&self, points: &[[f64; 2]]) -> bool {
+        let (least, most) = self.extent(|point| point[0]);
+        let first = points.partition_point(|point| point[0] < least);
+        let mut near = points[first..].iter().take_while(|point| point[0] <= most);
+        near.any(|point| self.is_around(*point))
+    }
+
+    /// True if a point is inside.
+    fn is_around(&self, point: [f64; 2]) -> bool {
+        self.rings().filter(|ring| is_around(ring, point)).count() % 2 == 1
+    }
+
+    /// A line through its middle, along its longer side and half as long; `None` if that is not inside.
+    pub(super) fn middle_line(&self) -> Option<Vec<[f64; 2]>> {
+        let [x, y] = [0, 1].map(|side: usize| self.extent(|point| point[side]));
+        let middle = [x, y].map(|(least, most)| f64::midpoint(least, most));
+        let size = [x, y].map(|(least, most)| (most - least) / 4.0);
+        let by = if size[0] >= size[1] {
+            [size[0], 0.0]
+        } else {
+            [0.0, size[1]]
+        };
+        let line = [-1.0, 0.0, 1.0].map(|share| [0, 1].map(|side| middle[side] + by[side] * share));
+        line.iter()
+            .all(|point| self.is_around(*point))
+            .then(|| line.to_vec())
+    }
+
     /// How large it is, mm2.
     pub(super) fn size_of(&self) -> f64 {
         self.rings().map(|ring| ring_area(ring)).sum()
     }
+}
+
+/// True if a ring goes round a point.
+fn is_around(ring: &[[f64; 2]], [x, y]: [f64; 2]) -> bool {
+    let next = ring.iter().cycle().skip(1);
+    let crossed = ring.iter().zip(next).filter(|(a, b)| {
+        (a[1] > y) != (b[1] > y) && x < a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0])
+    });
+    crossed.count() % 2 == 1
 }
 
 /// Above 0 counter-clockwise.

@@ -298,3 +298,24 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn shape_smaller_than_the_pen_gets_a_line_through_its_middle() {
+    let square = |x: f64, side: f64| vec![[x, 0.0], [x + side, 0.0], [x + side, side], [x, side]];
+    for mode in [FillMode::Hatch, FillMode::Cross, FillMode::Contour] {
+        let area = Area {
+            rings: vec![square(0.0, 8.0), square(20.0, 0.6)],
+            ..Area::default()
+        };
+        let fill = Fill {
+            mode,
+            spacing: 0.8,
+            angle: 45.0,
+            inset: 0.4,
+        };
+        let lines = fill.lines(&area);
+        let small: Vec<_> = lines.iter().filter(|line| line[0][0] > 19.0).collect();
+        assert_eq!(small.len(), 1, "{mode:?}: {small:?}");
+        assert!(small[0].iter().all(|[x, _]| (20.0..=20.6).contains(x)));
+    }
+}
