@@ -235,6 +235,9 @@ fn lines(
     chords: &Chords,
 ) -> Result<Parsed, Diagnostic> {
     let reader = format.reader()?;
+    if bytes.is_empty() {
+        return Err(Diagnostic::of_file("the file is empty"));
+    }
     foreign::check(bytes)?;
     let mut reading = reader(bytes, options, chords)?;
     if options.clip_page {

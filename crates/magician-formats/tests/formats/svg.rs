@@ -864,7 +864,11 @@ fn what_is_no_drawing_is_refused_with_its_place() {
             .message
             .contains("compressed")
     );
-    assert!(diagnostic("").message.starts_with("the XML cannot be read"));
+    assert!(
+        diagnostic(" ")
+            .message
+            .starts_with("the XML cannot be read")
+    );
     assert!(
         diagnostic("<svg xmlns='http://www.w3.org/2000/svg' width='0' height='9'/>")
             .message

@@ -66,7 +66,7 @@ fn what_is_no_dxf_says_where() {
         let diagnostic = read(Format::Dxf, text.as_bytes(), &options()).unwrap_err();
         diagnostic.to_string()
     };
-    assert_eq!(refusal(""), "this is not a DXF file: it has no sections");
+    assert_eq!(refusal(""), "the file is empty");
     assert_eq!(
         refusal("AC1027"),
         "this is a DWG drawing of AutoCAD, which is not read"
