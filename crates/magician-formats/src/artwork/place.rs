@@ -1,6 +1,6 @@
 //! How a drawing lies before the arm.
 
-use magician_host::{Given, Setting};
+use magician_host::{Act, Given, Setting};
 use serde::{Deserialize, Serialize};
 
 use super::{Artwork, FilledArea, Marking, Stroke};
@@ -194,6 +194,23 @@ pub struct WouldFit {
     pub scale: f64,
     /// By how many degrees it is turned counter-clockwise.
     pub rotate: f64,
+}
+
+impl FitFailure {
+    /// Multiplies the scales that are told.
+    #[must_use]
+    pub fn scaled(mut self, by: f64) -> Self {
+        let times = |scale: f64| WouldFit::new(scale * by, 0.0).scale;
+        for remedy in &mut self.diagnostic.remedies {
+            if let Act::Give(Setting::Scale, Given::Number(scale)) = &mut remedy.act {
+                *scale = times(*scale);
+            }
+        }
+        if let Some(would_fit) = &mut self.would_fit {
+            would_fit.scale = times(would_fit.scale);
+        }
+        self
+    }
 }
 
 impl WouldFit {

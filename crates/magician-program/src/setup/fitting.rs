@@ -184,7 +184,10 @@ impl Setup {
     fn prepared(&self, format: Format, content: Content) -> Result<Prepared, Diagnostic> {
         let mut depth_notes = Vec::new();
         let (setup, content, depths) = self.flattened(format, content, &mut depth_notes);
-        let (setup, page) = setup.sized(&content)?.on_page(format, &content)?;
+        let sized = setup.sized(&content)?;
+        // A width or a height is a scale as well, which the option scale multiplies.
+        let size = sized.placement.scale / setup.placement.scale;
+        let (setup, page) = sized.on_page(format, &content)?;
         let (content, reordered) = setup.lines_of(content)?;
         // What others were asked for lies where it would with all of them.
         let whole = whole(&content);
@@ -242,6 +245,7 @@ impl Setup {
                 beside: beside.and_then(|beside| beside.side),
             }
         });
+        let misfit = misfit.map(|misfit| misfit.scaled(1.0 / size));
         let would_fit = misfit.as_ref().and_then(|misfit| misfit.would_fit);
         let plan = match self.framing {
             Some(framing) => {
