@@ -148,6 +148,37 @@ impl SetupOptions {
         self.check_agreement()
     }
 
+    /// Returns these options without those that `over` replaces in effect: those that contradict one
+    /// of its options, and those whose partner it gives another value or that has gone with them.
+    pub(super) fn agreeing_with(&self, over: &Self) -> Self {
+        let mut left = self.clone();
+        let given = over.to_fields();
+        let contradict = |one: &OptionSpec, other: &OptionSpec| {
+            one.contradicts.contains(&other.name) || other.contradicts.contains(&one.name)
+        };
+        let over = given.keys().filter_map(|name| Self::option(name));
+        let over: Vec<_> = over.collect();
+        let mut gone: Vec<&str> = Vec::new();
+        loop {
+            let fields = left.to_fields();
+            let rows = Self::OPTIONS.iter();
+            let mut own =
+                rows.filter(|row| fields.contains_key(row.name) && !given.contains_key(row.name));
+            let replaced = own.find(|row| {
+                let partner = row.needs.is_some_and(|need| match given.get(need.name) {
+                    Some(value) => !need.is_met_by(value),
+                    None => gone.contains(&need.name),
+                });
+                partner || over.iter().any(|other| contradict(row, other))
+            });
+            let Some(row) = replaced else {
+                return left;
+            };
+            left.clear(row.name);
+            gone.push(row.name);
+        }
+    }
+
     /// Checks that each option has what it needs, and that none contradicts another.
     fn check_agreement(&self) -> Result<(), OptionError> {
         let given = self.to_fields();
@@ -161,10 +192,7 @@ impl SetupOptions {
                 let message = format!("{name} and {other} contradict each other");
                 return Err(OptionError::new(name, message));
             }
-            let is_enough = |need: &Need| {
-                let value = given.get(need.name).and_then(Value::as_str);
-                value.is_some_and(|value| need.values.is_empty() || need.values.contains(&value))
-            };
+            let is_enough = |need: &Need| given.get(need.name).is_some_and(|it| need.is_met_by(it));
             if let Some(need) = row.needs.filter(|need| !is_enough(need)) {
                 return Err(OptionError {
                     needs: Some(need),

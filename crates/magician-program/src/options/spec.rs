@@ -4,6 +4,7 @@ mod accepted;
 mod build;
 
 use serde::Serialize;
+use serde_json::Value;
 
 pub(super) use self::accepted::either;
 pub(super) use self::build::{
@@ -88,6 +89,14 @@ pub struct Need {
     pub name: &'static str,
     /// Values that are enough; if empty, any value is.
     pub values: &'static [&'static str],
+}
+
+impl Need {
+    /// True if this value of the option is enough.
+    pub(super) fn is_met_by(&self, value: &Value) -> bool {
+        let is_named = |text| self.values.is_empty() || self.values.contains(&text);
+        value.as_str().is_some_and(is_named)
+    }
 }
 
 /// Kind of the value of an option, and its form in JSON.

@@ -140,8 +140,17 @@ macro_rules! setup_options {
             /// ```
             #[must_use]
             pub fn or(&self, under: &Self) -> Self {
+                let under = under.agreeing_with(self);
                 Self {
                     $($field: if self.$field.is_open() { &under.$field } else { &self.$field }.clone(),)*
+                }
+            }
+
+            /// Leaves an option open.
+            pub(super) fn clear(&mut self, name: &str) {
+                match name {
+                    $(name!($field $($name)?) => self.$field = Default::default(),)*
+                    _ => {}
                 }
             }
         }

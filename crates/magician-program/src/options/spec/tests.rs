@@ -200,3 +200,34 @@ fn kinds_and_groups_have_their_names() {
         }
     }
 }
+
+#[test]
+fn option_that_is_given_replaces_those_of_a_preset_that_it_contradicts() {
+    let of =
+        |fields: Value| SetupOptions::from_fields_of_some(fields.as_object().unwrap()).unwrap();
+    let preset = of(json!({
+        "fill": "hatch", "fill_spacing": 0.5, "width": 60, "page": "a5", "margin": 5, "speed": 30
+    }));
+    let cases = [
+        (json!({"fill": "none"}), ["fill_spacing"].as_slice()),
+        (json!({"height": 30}), &["width"]),
+        (json!({"fill": "contour", "speed": 5.0}), &[]),
+    ];
+    for (given, gone) in cases {
+        let both = of(given.clone()).or(&preset).to_fields();
+        for name in gone {
+            assert!(!both.contains_key(*name), "{given}: {name}");
+        }
+        let kept = preset.to_fields();
+        for (name, value) in kept
+            .iter()
+            .filter(|(name, _)| !gone.contains(&name.as_str()))
+        {
+            let value = given.get(name).unwrap_or(value);
+            assert_eq!(both.get(name), Some(value), "{given}: {name}");
+        }
+    }
+    // What the preset itself lacks is still refused.
+    let margin = of(json!({"margin": 5}));
+    assert!(of(json!({"speed": 5})).or(&margin).check().is_err());
+}
