@@ -1,6 +1,7 @@
 //! Pens of the parts of a drawing, as a file.
 
 use std::fs;
+use std::io::Read as _;
 use std::path::Path;
 
 use magician_program::{PenOptions, SetupOptions};
@@ -24,13 +25,15 @@ struct Pens {
 pub fn read(path: &Path) -> Result<Vec<PenOptions>, String> {
     let shown = path.display();
     let unread = |error: std::io::Error| format!("cannot read {shown}: {error}");
-    let size = fs::metadata(path).map_err(unread)?.len();
-    if size > LARGEST {
+    let mut text = String::new();
+    let file = fs::File::open(path).map_err(unread)?;
+    // The size that a device or a pipe tells is not that of what comes.
+    let read = file.take(LARGEST + 1).read_to_string(&mut text);
+    if read.map_err(unread)? as u64 > LARGEST {
         return Err(format!(
-            "{shown} has {size} bytes: no file of pens is larger than {LARGEST}"
+            "{shown}: no file of pens is larger than {LARGEST} bytes"
         ));
     }
-    let text = fs::read_to_string(path).map_err(unread)?;
     from_text(&text).map_err(|problem| format!("{shown}: {problem}"))
 }
 
@@ -57,6 +60,13 @@ pub fn from_text(text: &str) -> Result<Vec<PenOptions>, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn device_without_an_end_is_too_large() {
+        let refused = read(Path::new("/dev/zero")).unwrap_err();
+        assert!(refused.contains("larger than 1048576"), "{refused}");
+    }
 
     #[test]
     fn what_is_wrong_with_a_file_of_pens_has_line_and_column() {

@@ -80,6 +80,8 @@ impl PresetStore for PresetFolder {
             Ok(about) if about.len() > super::LARGEST as u64 => {
                 Err(io::Error::other("it is too large for a preset"))
             }
+            // A pipe may never end, nor a device.
+            Ok(about) if !about.is_file() => Err(io::Error::other("it is not a regular file")),
             _ => fs::read_to_string(&file).map(Some),
         }
     }

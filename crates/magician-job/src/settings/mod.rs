@@ -6,7 +6,7 @@ mod edit;
 
 use std::fmt;
 use std::fs;
-use std::io;
+use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -154,14 +154,17 @@ pub fn quoted(text: &str) -> String {
 
 fn read(path: &Path) -> Result<String, SettingsError> {
     let wrong = |why: String| SettingsError::Unreadable(path.to_owned(), why);
-    match fs::metadata(path) {
+    let file = match fs::File::open(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(String::new()),
-        Ok(about) if about.len() > LARGEST => {
-            return Err(wrong("it is too large for a settings file".to_owned()));
-        }
-        _ => {}
+        opened => opened.map_err(|error| wrong(error.to_string()))?,
+    };
+    let mut text = String::new();
+    // The size that a device or a pipe tells is not that of what comes.
+    let read = file.take(LARGEST + 1).read_to_string(&mut text);
+    match read.map_err(|error| wrong(error.to_string()))? as u64 > LARGEST {
+        true => Err(wrong("it is too large for a settings file".to_owned())),
+        false => Ok(text),
     }
-    fs::read_to_string(path).map_err(|error| wrong(error.to_string()))
 }
 
 #[cfg(test)]
