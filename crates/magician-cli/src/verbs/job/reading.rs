@@ -35,10 +35,15 @@ impl Job {
         request.rest = self.pause;
         let config = context.config()?;
         let defaults = setting::defaults(&config)?;
-        request.defaults = match place {
+        let is_virtual = match place {
+            Where::Nowhere | Where::Stage(_) => true,
+            // A station's virtual arm has the table of one in this process.
+            Where::Arm => context.global.station.is_some() && context.is_virtual()?,
+        };
+        request.defaults = match is_virtual {
             _ if !self.runs => defaults.for_conversion(),
-            Where::Nowhere | Where::Stage(_) => defaults.on_virtual_arm(),
-            Where::Arm => defaults,
+            true => defaults.on_virtual_arm(),
+            false => defaults,
         };
         request.fence = context.fence();
         request.start = match place {
