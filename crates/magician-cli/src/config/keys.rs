@@ -2,7 +2,7 @@
 
 use magician::Target;
 use magician_job::settings::quoted;
-use magician_program::{Power, Tool};
+use magician_program::{Power, SetupOptions, Tool};
 use magician_station::http::Listener;
 use toml::de::DeValue;
 
@@ -31,8 +31,8 @@ pub(crate) enum Kind {
     Window,
     /// Any number.
     Number,
-    /// A number above 0.
-    Positive,
+    /// A number, as this option of drawing and engraving takes it.
+    Option(&'static str),
     /// 0 to 50, whole: times a second.
     Rate,
     /// 0 to 100 percent, or two such numbers.
@@ -100,28 +100,28 @@ pub(crate) const KEYS: [Key; 19] = [
         about: "speed of the pen on the paper, mm/s",
         variable: None,
         default: "50",
-        kind: Kind::Positive,
+        kind: Kind::Option("speed"),
     },
     Key {
         name: "draw.travel_speed",
         about: "speed of the pen above the paper, mm/s",
         variable: None,
         default: "200",
-        kind: Kind::Positive,
+        kind: Kind::Option("travel_speed"),
     },
     Key {
         name: "draw.lift",
         about: "how far the pen is lifted, mm",
         variable: None,
         default: "10",
-        kind: Kind::Positive,
+        kind: Kind::Option("lift"),
     },
     Key {
         name: "engrave.speed",
         about: "speed of the laser on drawings, images, and G-code before its first F, mm/s; unless set, images are burnt at the highest even speed, 20 at most",
         variable: None,
         default: "20",
-        kind: Kind::Positive,
+        kind: Kind::Option("speed"),
     },
     Key {
         name: "engrave.power",
@@ -205,8 +205,13 @@ impl Key {
             }
             Kind::Tool => text.parse::<Tool>().map(|tool| quoted(&tool.to_string())),
             Kind::Window | Kind::Rate => self.number(text).map(|value| format!("{value:.0}")),
-            Kind::Number | Kind::Positive => self.number(text).map(|value| value.to_string()),
+            Kind::Number => self.number(text).map(|value| value.to_string()),
+            Kind::Option(option) => {
+                check(option, text)?;
+                self.number(text).map(|value| value.to_string())
+            }
             Kind::Power => {
+                check("power", text)?;
                 let power = text.parse::<Power>()?.to_string();
                 // One number is a number in the file, as it always was.
                 Ok(if power.contains("..") {
@@ -271,13 +276,20 @@ impl Key {
                 |value| (0.0..=50.0).contains(&value) && value.fract() == 0.0,
                 "expected a whole number from 0 to 50",
             ),
-            Kind::Positive => (|value| value > 0.0, "expected a number above 0"),
             _ => (|_| true, "expected a number"),
         };
         value
             .filter(|value| good(*value))
             .ok_or_else(|| wanted.to_owned())
     }
+}
+
+/// Checks a value as the option of drawing and engraving of this name.
+fn check(option: &str, text: &str) -> Result<(), String> {
+    let value = SetupOptions::option(option).map(|row| row.value_of(text));
+    let fields = [(option.to_owned(), value.unwrap_or_default())];
+    let read = SetupOptions::from_fields_of_some(&fields.into_iter().collect());
+    read.map(|_| ()).map_err(|error| error.message)
 }
 
 /// The texts of a list as a person types it.
@@ -353,6 +365,9 @@ mod tests {
             ("window", "1.5"),
             ("surface", "nan"),
             ("draw.speed", "0"),
+            ("draw.speed", "0.001"),
+            ("draw.travel_speed", "99999"),
+            ("engrave.power", "0"),
             ("engrave.power", "101"),
             ("engrave.power", "60..5"),
             ("sheet", "1"),
