@@ -3,7 +3,7 @@
 
 use std::ffi::OsString;
 
-use clap::error::ErrorKind;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Arg, CommandFactory, FromArgMatches, Parser, Subcommand};
 use magician_motion::ToolBias;
 
@@ -112,6 +112,10 @@ impl Cli {
                 let brief = brief(command).try_get_matches_from(arguments);
                 return Err(brief.err().unwrap_or(error));
             }
+            Err(mut error) if error.kind() == ErrorKind::UnknownArgument => {
+                name_verbs_with_it(&command, &mut error);
+                return Err(error);
+            }
             matches => matches?,
         };
         let mut cli =
@@ -187,6 +191,32 @@ fn plain_number(word: &OsString) -> OsString {
     match number.filter(|number| number.is_finite()) {
         Some(number) => format!("-{number}").into(),
         None => word.clone(),
+    }
+}
+
+/// Names the verbs that have the flag which this one lacks: what clap suggests is only spelled alike.
+fn name_verbs_with_it(command: &clap::Command, error: &mut clap::Error) {
+    let Some(ContextValue::String(flag)) = error.get(ContextKind::InvalidArg) else {
+        return;
+    };
+    let long = flag.trim_start_matches('-').split('=').next();
+    let verbs = command.get_subcommands().filter(|verb| {
+        let mut arguments = verb.get_arguments();
+        arguments.any(|argument| argument.get_long() == long)
+    });
+    let verbs: Vec<_> = verbs
+        .map(|verb| format!("`magician {}`", verb.get_name()))
+        .collect();
+    if let Some((last, others)) = verbs.split_last() {
+        let told = match others {
+            [] => format!("{last} has it"),
+            _ => format!("{} and {last} have it", others.join(", ")),
+        };
+        error.remove(ContextKind::SuggestedArg);
+        error.insert(
+            ContextKind::Suggested,
+            ContextValue::StyledStrs(vec![told.into()]),
+        );
     }
 }
 

@@ -159,4 +159,13 @@ mod tests {
             assert!(said(line).starts_with(wanted), "{line}: {}", said(line));
         }
     }
+
+    #[test]
+    fn flag_of_other_verbs_is_told_with_them() {
+        let words = ["magician", "write", "Anna", "--despeckle", "2"].map(OsString::from);
+        let error = Cli::read(&words).map(drop).expect_err("a mistake");
+        let hints = Found(&error).hints().join("; ");
+        assert!(hints.contains("`magician draw`"), "{hints}");
+        assert!(hints.ends_with(" have it"), "{hints}");
+    }
 }
