@@ -265,6 +265,13 @@ impl Setup {
             let note = Diagnostic::of_file(what).coded(DiagnosticCode::Power);
             notes.push(note.remedy(Action::Engrave, "burns it"));
         }
+        let other = plan
+            .tool
+            .filter(|tool| matches!(tool, Tool::Pen | Tool::Suction | Tool::Gripper));
+        if let (true, Work::Engrave(_), Some(tool)) = (burns, &self.work, other) {
+            let what = format!("the laser is lit, and the tool is said to be {tool}");
+            notes.push(Diagnostic::of_file(what).coded(DiagnosticCode::Power));
+        }
         if self.power.is_some() && !burns {
             let what = "nothing burns here: the given power has no effect";
             notes.push(Diagnostic::of_file(what).coded(DiagnosticCode::Power));

@@ -183,7 +183,7 @@ fn a_refusal_says_where_and_why() {
         ("X,Y,Z,Gripper\n1,2,3,9\n", ["line 2, column 7", "'9'"]),
         ("X,Y,Z,Gripper,Suction\n1,2,3,1,1\n", ["line 2", "one tool"]),
         ("X,Y,Z\n", ["no points", ""]),
-        ("", ["no points", ""]),
+        ("", ["empty", ""]),
         ("1 2 3\n4 5 6\n4 5\n", ["line 3, column 1", "x,y,z"]),
         ("{\"row0\": {\"X\": 1, \"Y\": 2}}", ["line 1", "has no z"]),
         (
