@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import struct
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import magician
 import pytest
@@ -39,9 +39,11 @@ def plain(value: Any) -> Any:
     if isinstance(value, int):
         return int(value)
     if isinstance(value, dict):
-        return {name: plain(part) for name, part in value.items()}
+        members = cast("dict[str, Any]", value)
+        return {name: plain(part) for name, part in members.items()}
     if isinstance(value, (list, tuple)):
-        return [plain(part) for part in value]
+        parts = cast("list[Any]", value)
+        return [plain(part) for part in parts]
     if hasattr(value, "_fields"):
         return {name: plain(getattr(value, name)) for name in value._fields}
     return value

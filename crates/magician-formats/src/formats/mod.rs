@@ -235,7 +235,8 @@ fn lines(
     chords: &Chords,
 ) -> Result<Parsed, Diagnostic> {
     let reader = format.reader()?;
-    if bytes.is_empty() {
+    // Text is given as it is, too, and has an answer of its own.
+    if bytes.is_empty() && format != Format::Text {
         return Err(Diagnostic::of_file("the file is empty"));
     }
     foreign::check(bytes)?;
