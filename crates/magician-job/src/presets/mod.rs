@@ -424,6 +424,17 @@ mod tests {
         }
     }
 
+    #[cfg(unix)]
+    #[test]
+    fn device_in_the_folder_is_named_and_not_read() {
+        let place = tempfile::tempdir().expect("a folder");
+        let link = place.path().join("endless.toml");
+        std::os::unix::fs::symlink("/dev/zero", link).expect("a link");
+        let refused = Presets::at(place.path().to_owned()).load("endless");
+        let told = refused.expect_err("no preset").to_string();
+        assert!(told.contains("it is not a regular file"), "{told}");
+    }
+
     #[test]
     fn what_is_saved_is_loaded_and_goes_before_what_is_shipped() {
         let place = tempfile::tempdir().expect("a directory");

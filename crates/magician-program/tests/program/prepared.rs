@@ -161,3 +161,38 @@ fn rest_comes_after_the_last_place_of_a_grid() {
     let [count, more] = [&without, &with].map(|program| program.program.plan().steps.len());
     assert_eq!(more, count + 1);
 }
+
+#[test]
+fn scale_that_is_told_beside_a_width_fits_beside_it() {
+    for side in ["width", "height"] {
+        let program = done(
+            request(Format::Svg, SQUARE, json!({side: 500}))
+                .prepare()
+                .unwrap(),
+        );
+        assert!(program.misfit.is_some());
+        let scale = program.would_fit.unwrap().scale;
+        let again = json!({side: 500, "scale": scale});
+        let program = done(request(Format::Svg, SQUARE, again).prepare().unwrap());
+        assert!(program.misfit.is_none(), "{side}, {scale}");
+    }
+}
+
+#[test]
+fn grid_of_a_million_places_is_refused() {
+    let error = request(Format::Svg, SQUARE, json!({"grid": "1000x1000:1x1"}))
+        .prepare()
+        .unwrap_err();
+    let told = error.problem.message;
+    assert!(told.ends_with("are too many, limit 2000000"), "{told}");
+}
+
+#[test]
+fn laser_that_is_lit_with_another_tool_is_noted() {
+    for (tool, noted) in [("pen", true), ("laser", false)] {
+        let options = json!({"work": "engrave", "tool": tool});
+        let program = done(request(Format::Svg, SQUARE, options).prepare().unwrap());
+        let told = { program.notes.iter() }.any(|note| note.message.contains("the laser is lit"));
+        assert_eq!(told, noted, "{tool}");
+    }
+}
