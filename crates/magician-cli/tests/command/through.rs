@@ -573,6 +573,18 @@ fn what_needs_no_arm_asks_no_station() {
 }
 
 #[test]
+fn what_is_wrong_with_a_file_is_told_before_a_station_is_asked() {
+    let place = tempfile::tempdir().unwrap();
+    let file = place.path().join("empty.svg");
+    std::fs::write(&file, "").unwrap();
+    let file = file.to_str().unwrap();
+    for verb in ["draw", "engrave", "run"] {
+        let told = run(&["--station", "http://127.0.0.1:1", verb, file]);
+        assert!(told.err.contains("the file is empty"), "{told:?}");
+    }
+}
+
+#[test]
 fn a_virtual_arm_of_a_station_is_one() {
     let station = Served::verb("serve", &["--port", "sim:20", "--listen", "127.0.0.1:0"], 1);
     let url = station.door("http").trim_end_matches('/').to_owned();

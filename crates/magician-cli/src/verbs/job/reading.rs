@@ -35,15 +35,12 @@ impl Job {
         request.rest = self.pause;
         let config = context.config()?;
         let defaults = setting::defaults(&config)?;
-        let is_virtual = match place {
-            Where::Nowhere | Where::Stage(_) => true,
-            // A station's virtual arm has the table of one in this process.
-            Where::Arm => context.global.station.is_some() && context.is_virtual()?,
-        };
-        request.defaults = match is_virtual {
+        request.defaults = match place {
             _ if !self.runs => defaults.for_conversion(),
-            true => defaults.on_virtual_arm(),
-            false => defaults,
+            Where::Nowhere | Where::Stage(_) => defaults.on_virtual_arm(),
+            // Until the station says that its arm is none.
+            Where::Arm if context.global.station.is_some() => defaults.on_virtual_arm(),
+            Where::Arm => defaults,
         };
         request.fence = context.fence();
         request.start = match place {
@@ -64,6 +61,10 @@ impl Job {
         context: &mut Context,
     ) -> Result<PreparedJob, Failure> {
         let Opened { source, mut file } = opened;
+        let is_stationed = matches!(place, Where::Arm) && context.global.station.is_some();
+        if is_stationed && !context.is_virtual()? {
+            file.request.defaults.assumed_surface = None;
+        }
         if matches!(place, Where::Arm) && file.request.options.needs_tool_in_force() {
             let tool = context.arm(StopPolicy::Look, async |arm, _| {
                 Ok(arm.get::<EndEffectorParams>().await?)
