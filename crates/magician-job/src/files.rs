@@ -10,6 +10,21 @@ pub use magician::files::{
     write_whole,
 };
 
+/// Reads a text of at most `largest` bytes; `None` if there are more. The size that a device or a pipe
+/// tells is not that of what comes.
+#[cfg(feature = "settings")]
+pub(crate) fn read_text(path: &Path, largest: u64) -> io::Result<Option<String>> {
+    use std::io::Read as _;
+
+    let mut bytes = Vec::new();
+    let file = std::fs::File::open(path)?;
+    let count = file.take(largest + 1).read_to_end(&mut bytes)?;
+    match count as u64 <= largest {
+        true => io::read_to_string(bytes.as_slice()).map(Some),
+        false => Ok(None),
+    }
+}
+
 /// A file that a command would write over one that it reads, or write twice.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]

@@ -1,11 +1,11 @@
 //! Pens of the parts of a drawing, as a file.
 
-use std::fs;
-use std::io::Read as _;
 use std::path::Path;
 
 use magician_program::{PenOptions, SetupOptions};
 use serde::Deserialize;
+
+use crate::files::read_text;
 
 /// The largest file that is read, bytes.
 const LARGEST: u64 = 1 << 20;
@@ -25,15 +25,9 @@ struct Pens {
 pub fn read(path: &Path) -> Result<Vec<PenOptions>, String> {
     let shown = path.display();
     let unread = |error: std::io::Error| format!("cannot read {shown}: {error}");
-    let mut text = String::new();
-    let file = fs::File::open(path).map_err(unread)?;
-    // The size that a device or a pipe tells is not that of what comes.
-    let read = file.take(LARGEST + 1).read_to_string(&mut text);
-    if read.map_err(unread)? as u64 > LARGEST {
-        return Err(format!(
-            "{shown}: no file of pens is larger than {LARGEST} bytes"
-        ));
-    }
+    let text = read_text(path, LARGEST)
+        .map_err(unread)?
+        .ok_or_else(|| format!("{shown}: no file of pens is larger than {LARGEST} bytes"))?;
     from_text(&text).map_err(|problem| format!("{shown}: {problem}"))
 }
 

@@ -5,15 +5,14 @@
 mod edit;
 
 use std::fmt;
-use std::fs;
-use std::io::{self, Read as _};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use toml::de::DeTable;
 
-use crate::files::replace;
+use crate::files::{read_text, replace};
 
 /// A larger file cannot be one of settings.
 const LARGEST: u64 = 1 << 20;
@@ -154,21 +153,17 @@ pub fn quoted(text: &str) -> String {
 
 fn read(path: &Path) -> Result<String, SettingsError> {
     let wrong = |why: String| SettingsError::Unreadable(path.to_owned(), why);
-    let file = match fs::File::open(path) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(String::new()),
-        opened => opened.map_err(|error| wrong(error.to_string()))?,
-    };
-    let mut text = String::new();
-    // The size that a device or a pipe tells is not that of what comes.
-    let read = file.take(LARGEST + 1).read_to_string(&mut text);
-    match read.map_err(|error| wrong(error.to_string()))? as u64 > LARGEST {
-        true => Err(wrong("it is too large for a settings file".to_owned())),
-        false => Ok(text),
+    match read_text(path, LARGEST) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(String::new()),
+        Err(error) => Err(wrong(error.to_string())),
+        Ok(text) => text.ok_or_else(|| wrong("it is too large for a settings file".to_owned())),
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     fn file(path: &Path) -> SettingsFile {
