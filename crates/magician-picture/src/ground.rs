@@ -4,8 +4,8 @@ use crate::panel::Panel;
 use crate::svg::palette::{BASE, FAINT, INK, REACH, REACH_EDGE};
 use crate::svg::{Number, Svg, path};
 
-/// The base is 158 mm square.
-const HALF_BASE: f64 = 79.0;
+/// Half the side of the base, mm: it is 158 mm square.
+pub(super) const HALF_BASE: f64 = 79.0;
 
 /// Attributes of the outline of the reach at a second height.
 pub(super) const OUTLINE: [(&str, &str); 4] = [

@@ -15,6 +15,7 @@ use magician_sim::world::{Drawing, Rest};
 pub use pixels::{View, pixels};
 pub use run::{MovedObject, RunReading, RunView};
 
+use crate::ground;
 use crate::panel::{MARGIN, TICKS};
 use crate::svg::palette::{CARRIED, FAINT, INK, WRONG};
 use crate::svg::{Anchor, Number, Svg, TextStyle, signed};
@@ -27,7 +28,7 @@ const SIDE: [[f64; 2]; 2] = [[-90.0, -180.0], [360.0, 260.0]];
 /// Room for title and figures, mm.
 const HEAD: f64 = 18.0;
 /// Half of the base's width, and how far it goes down from the shoulder (model section 1), mm.
-const BODY: [f64; 2] = [79.0, 138.0];
+const BODY: [f64; 2] = [ground::HALF_BASE, 138.0];
 /// The thickness of the links, from above and from the side, and of table and belt from the side, mm.
 const LINKS: [f64; 2] = [26.0, 20.0];
 const PLATE: f64 = 8.0;
