@@ -46,7 +46,7 @@ impl Region {
         self.0.iter().filter_map(|shape| shape.first())
     }
 
-    /// Its least and its greatest corner; none if it is empty.
+    /// Returns the least and the greatest corner; `None` if it is empty.
     #[cfg(feature = "drawings")]
     pub(crate) fn bounds(&self) -> Option<[[f64; 2]; 2]> {
         let [x, y] = [0, 1].map(|side: usize| self.extent(|point| point[side]));
@@ -86,18 +86,18 @@ impl Region {
         }
     }
 
-    /// What is in both.
+    /// Returns the part that is in both.
     pub(crate) fn common(&self, other: &Self) -> Self {
         self.overlaid(other, OverlayRule::Intersect)
     }
 
-    /// What is in any of both.
+    /// Returns the parts of both together.
     #[cfg(feature = "drawings")]
     pub(crate) fn joined(&self, other: &Self) -> Self {
         self.overlaid(other, OverlayRule::Union)
     }
 
-    /// What is in this one alone.
+    /// Returns the part that is in this one alone.
     pub(crate) fn except(&self, other: &Self) -> Self {
         self.overlaid(other, OverlayRule::Difference)
     }
@@ -128,7 +128,7 @@ impl Region {
     }
 
     /// True if a point is inside.
-    fn is_around(&self, point: [f64; 2]) -> bool {
+    pub(super) fn is_around(&self, point: [f64; 2]) -> bool {
         self.rings().filter(|ring| is_around(ring, point)).count() % 2 == 1
     }
 
@@ -148,7 +148,7 @@ impl Region {
             .then(|| line.to_vec())
     }
 
-    /// How large it is, mm2.
+    /// Returns the area, mm2.
     pub(super) fn size_of(&self) -> f64 {
         self.rings().map(|ring| ring_area(ring)).sum()
     }

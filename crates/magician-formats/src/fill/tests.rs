@@ -116,7 +116,7 @@ fn coverage(area: &Area, lines: &[Vec<[f64; 2]>], pen: f64) -> (f64, f64) {
     let (mut shape, mut bare, mut beside, mut all) = (0, 0, 0, 0);
     for row in 0..rows {
         for column in 0..columns {
-            let inside = is_inside(&region, centre(column, row));
+            let inside = region.is_around(centre(column, row));
             let marked = marked[row * columns + column];
             shape += usize::from(inside);
             bare += usize::from(inside && !marked);
@@ -128,18 +128,6 @@ fn coverage(area: &Area, lines: &[Vec<[f64; 2]>], pen: f64) -> (f64, f64) {
         bare as f64 / shape as f64,
         beside as f64 / all.max(1) as f64,
     )
-}
-
-fn is_inside(region: &Region, [x, y]: [f64; 2]) -> bool {
-    let crosses = |ring: &Vec<[f64; 2]>| {
-        let next = ring.iter().cycle().skip(1);
-        { ring.iter().zip(next) }
-            .filter(|(a, b)| {
-                (a[1] > y) != (b[1] > y) && x < (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1]) + a[0]
-            })
-            .count()
-    };
-    region.rings().map(crosses).sum::<usize>() % 2 == 1
 }
 
 #[test]
@@ -292,7 +280,7 @@ proptest! {
             for pair in line.windows(2) {
                 let middle = [0, 1].map(|side| f64::midpoint(pair[0][side], pair[1][side]));
                 for point in [pair[0], middle] {
-                    prop_assert!(is_inside(&region, point), "{point:?}");
+                    prop_assert!(region.is_around(point), "{point:?}");
                 }
             }
         }
