@@ -1,10 +1,10 @@
-//! What to do about an error or a note, as data. A door (the command, Python, JSON ..) says it in its own words: it is a
+//! Remedies of errors and notes, as data. A door (the command, Python, JSON ..) says them in its own words: it is a
 //! [`Voice`].
 
 use std::borrow::Cow;
 use std::fmt;
 
-/// What to do, and what that does: `magician stop` **drops what waits**.
+/// An act and its effect: `magician stop` **drops what waits**.
 ///
 /// ```
 /// use magician_host::{Act, Action, Remedy};
@@ -15,14 +15,14 @@ use std::fmt;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Remedy {
-    /// What to do.
+    /// The act.
     pub act: Act,
-    /// What that does: a predicate without a full stop, which follows the name of the act. Empty where the act says all.
+    /// The effect: a predicate without a full stop, which follows the name of the act. Empty if the act says all.
     pub effect: Cow<'static, str>,
 }
 
 impl Remedy {
-    /// What to do, and what that does.
+    /// Returns the remedy of an act and its effect.
     pub fn new(act: impl Into<Act>, effect: impl Into<Cow<'static, str>>) -> Self {
         Self {
             act: act.into(),
@@ -30,7 +30,7 @@ impl Remedy {
         }
     }
 
-    /// To leave out an option.
+    /// Returns the remedy of leaving an option out.
     #[must_use]
     pub const fn without(setting: Setting) -> Self {
         Self {
@@ -40,7 +40,7 @@ impl Remedy {
     }
 }
 
-/// What to do.
+/// An act that a person can do.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum Act {
@@ -119,9 +119,9 @@ pub enum Given {
     Point(f64, f64),
     /// A position in space, mm; shown to the micrometre.
     Position([f64; 3]),
-    /// One of the words that the option takes.
+    /// A word that the option takes.
     Word(&'static str),
-    /// What a person has to choose: `Z`, `NAME`, `X,Y`.
+    /// A placeholder of a value that a person chooses: `Z`, `NAME`, `X,Y`.
     Any(&'static str),
 }
 
@@ -214,11 +214,11 @@ named! {
     Setting {
         /// Let the laser burn.
         AllowLaser = "allow_laser",
-        /// Where the middle goes, mm.
+        /// Position of the centre, mm.
         At = "at",
         /// Cut off what lies outside the page.
         ClipPage = "clip_page",
-        /// What is kept of an image, pixels.
+        /// Part of an image that is kept, pixels.
         Crop = "crop",
         /// Draw once what is there twice.
         Dedupe = "dedupe",
@@ -226,35 +226,35 @@ named! {
         Depths = "depths",
         /// The size of specks, mm.
         Despeckle = "despeckle",
-        /// How G-code is to be understood.
+        /// Dialect of G-code.
         Dialect = "dialect",
         /// Make it as large as fits.
         Fit = "fit",
-        /// With which lines shapes are filled.
+        /// Lines that fill shapes.
         Fill = "fill",
         /// Distance of the lines that fill a shape, mm.
         FillSpacing = "fill_spacing",
         /// The parts that are drawn.
         Only = "only",
-        /// What the parts of a drawing are.
+        /// Division of a drawing into parts.
         Parts = "parts",
-        /// How often each part is drawn.
+        /// Number of passes of each part.
         Passes = "passes",
         /// The pens of the parts.
         Pens = "pens",
         /// The font of text.
         Font = "font",
-        /// How strong the laser is on a frame, percent.
+        /// Power of the laser on a frame, percent.
         FramePower = "frame_power",
         /// Burn what is white.
         Invert = "invert",
         /// Run what waits in the queue first.
         Keep = "keep",
-        /// How often it is done.
+        /// Number of repetitions.
         Loops = "loops",
         /// Draw in the best order.
         Order = "order",
-        /// How far the tool runs up to the lines of an image, mm.
+        /// Run-up of the tool to the lines of an image, mm.
         Overscan = "overscan",
         /// Width of the line that the pen draws, mm.
         PenWidth = "pen_width",
@@ -262,7 +262,7 @@ named! {
         PenZ = "pen_z",
         /// Place G-code.
         Place = "place",
-        /// Where the arm is.
+        /// Port of the arm.
         Port = "port",
         /// Full power, percent.
         Power = "power",
@@ -276,7 +276,7 @@ named! {
         Rotate = "rotate",
         /// The S of full power.
         SMax = "s_max",
-        /// How much larger it becomes.
+        /// Factor of the size.
         Scale = "scale",
         /// Height of a capital, mm.
         Size = "size",
@@ -286,11 +286,11 @@ named! {
         Speed = "speed",
         /// The speed, percent.
         SpeedRatio = "speed_ratio",
-        /// Where the tool stands when the program begins, mm.
+        /// Position of the tool at the beginning of the program, mm.
         Start = "start",
         /// The height of the work surface, mm.
         Surface = "surface",
-        /// What is dark in an image, 1 to 255.
+        /// Grey below which an image is dark, 1 to 255.
         Threshold = "threshold",
         /// Largest distance of a line from its curve, mm.
         Tolerance = "tolerance",
@@ -302,20 +302,20 @@ named! {
         Turn = "turn",
         /// Go on although the arm was not homed.
         Unhomed = "unhomed",
-        /// What becomes of white strokes.
+        /// Treatment of white strokes.
         White = "white",
-        /// How wide it becomes, mm.
+        /// Width of the result, mm.
         Width = "width",
-        /// How many requests go out at once.
+        /// Number of requests that go out at once.
         Window = "window",
         /// The width that lines of text are broken at, mm.
         Wrap = "wrap",
     }
 }
 
-/// How a door says what to do.
+/// The words in which a door names an act.
 pub trait Voice {
-    /// What does this: `magician stop`, `arm.stop()`.
+    /// The call that does this: `magician stop`, `arm.stop()`.
     fn action(&self, action: Action) -> String;
 
     /// The option with this value: `--scale 0.5`, `scale=0.5`.
@@ -335,7 +335,7 @@ pub trait Voice {
         true
     }
 
-    /// What gives a pin this function: `magician io mux 6 pwm`, `arm.multiplex(6, "pwm")`.
+    /// The call that gives a pin this function: `magician io mux 6 pwm`, `arm.multiplex(6, "pwm")`.
     fn set_pin(&self, pin: u8, function: PinUse) -> String {
         Act::SetPin(pin, function).to_string()
     }
