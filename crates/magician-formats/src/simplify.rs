@@ -86,7 +86,7 @@ fn farthest<P: Copy>(
 }
 
 /// How far a point is from a line between two.
-fn off_chord<const N: usize>(point: [f64; N], from: [f64; N], to: [f64; N]) -> f64 {
+pub(crate) fn off_chord<const N: usize>(point: [f64; N], from: [f64; N], to: [f64; N]) -> f64 {
     let (chord, way) = (minus(to, from), minus(point, from));
     let square = dot(chord, chord);
     let share = match square > 0.0 {

@@ -136,8 +136,8 @@ const MOST_LINES: f64 = 20_000.0;
 
 impl Fill {
     /// The lines that fill an area, each drawn without lifting the pen. Parts that are narrower than twice the inset get lines
-    /// nearer to their edge, down to an eighth of the spacing. A shape that is no larger than the spacing
-    /// and has none of these gets one line through its middle. None where the spacing is below [`LEAST_SPACING`] or no number.
+    /// nearer to their edge, down to an eighth of the spacing; what is narrower still, or no larger than the
+    /// spacing, gets one line. None where the spacing is below [`LEAST_SPACING`] or no number.
     #[must_use]
     pub fn lines(&self, area: &Area) -> Vec<Vec<[f64; 2]>> {
         let numbers = [self.spacing, self.angle, self.inset];
@@ -150,59 +150,67 @@ impl Fill {
         if !(size > 0.0 && size / self.spacing <= MOST_LINES) {
             return Vec::new();
         }
+        let layers = self.layers(&region);
+        let hatched = |angle| layers.filled(|part| hatch::lines(part, self.spacing, angle));
         let mut lines = match self.mode {
             FillMode::None => return Vec::new(),
-            FillMode::Hatch => self.hatched(&region, self.angle),
-            FillMode::Cross => {
-                let mut lines = self.hatched(&region, self.angle);
-                lines.append(&mut self.hatched(&region, self.angle + 90.0));
-                lines
-            }
-            FillMode::Contour => self.ringed(&region),
+            FillMode::Hatch => hatched(self.angle),
+            FillMode::Cross => [self.angle, self.angle + 90.0].map(hatched).concat(),
+            FillMode::Contour => layers.filled(|part| contour::lines(part, self.spacing)),
         };
-        // The dot of an i is narrower than the pen, and is drawn all the same.
-        let mut corners: Vec<_> = lines.iter().flatten().copied().collect();
-        corners.sort_unstable_by(|one, other| one[0].total_cmp(&other[0]));
-        let small = region.parts().filter(|part| part.size() <= self.spacing);
-        let bare = small.filter(|part| !part.has_any_of(&corners));
-        let dots: Vec<_> = bare.filter_map(|part| part.middle_line()).collect();
-        lines.extend(dots);
+        lines.extend(layers.stubs.iter().map(|stub| stub.one_line(self.spacing)));
+        lines.retain(|line| line.len() > 1);
         lines
     }
 
-    fn hatched(&self, region: &Region, angle: f64) -> Vec<Vec<[f64; 2]>> {
-        self.in_layers(region, |part| hatch::lines(part, self.spacing, angle))
-    }
-
-    fn ringed(&self, region: &Region) -> Vec<Vec<[f64; 2]>> {
-        self.in_layers(region, |part| contour::lines(part, self.spacing))
-    }
-
-    /// Fills what is farther from the edge than the inset; then what is narrower, with ever smaller insets.
-    fn in_layers(
-        &self,
-        region: &Region,
-        fill: impl Fn(&Region) -> Vec<Vec<[f64; 2]>>,
-    ) -> Vec<Vec<[f64; 2]>> {
-        let mut lines = Vec::new();
+    /// Returns what is farther from the edge than the inset; then what is narrower, with ever smaller
+    /// insets; and what is left of all that.
+    fn layers(&self, region: &Region) -> Layers {
+        let mut layers = Layers::default();
         let mut rest = region.clone();
         let mut inset = self.inset;
         loop {
             let parts = rest.offset(-inset);
-            for part in parts.parts() {
-                lines.extend(fill(&part));
-            }
-            let next = (inset * 0.7).min(self.spacing * 0.5);
-            if next < self.spacing / 8.0 || inset == 0.0 {
-                return lines;
-            }
             // What the pen has passed, and a little more: rounding leaves slivers along the edge.
             let passed = parts.offset(inset.max(self.spacing * 0.5) * 1.02);
-            rest = rest.without(&passed, self.spacing);
-            if rest.is_empty() {
-                return lines;
+            layers.parts.extend(parts.parts());
+            let left = rest.except(&passed);
+            let (worth, stubs): (Vec<_>, Vec<_>) =
+                { left.parts() }.partition(|part| part.is_worth_a_line(self.spacing));
+            layers.stubs.extend(stubs);
+            let next = (inset * 0.7).min(self.spacing * 0.5);
+            if worth.is_empty() || next < self.spacing / 8.0 || inset == 0.0 {
+                layers.stubs.extend(worth);
+                break;
             }
+            rest = worth.into_iter().collect();
             inset = next;
         }
+        // Smaller ones are the corners that no round pen reaches.
+        layers.stubs.retain(|stub| {
+            stub.size() > self.spacing / 2.0 && stub.size_of() > self.spacing.powi(2) / 16.0
+        });
+        // The dot of an i and a hairline are drawn, however small they are.
+        let served = layers.parts.iter().chain(&layers.stubs);
+        let mut middles: Vec<_> = served.filter_map(Region::inner_point).collect();
+        middles.sort_unstable_by(|one, other| one[0].total_cmp(&other[0]));
+        let bare = region.parts().filter(|part| !part.has_any_of(&middles));
+        layers.stubs.extend(bare);
+        layers
+    }
+}
+
+/// An area as it is filled.
+#[derive(Default)]
+struct Layers {
+    /// Parts whose edge lies as far inside as the pen has to stay.
+    parts: Vec<Region>,
+    /// What is too small or too narrow for that: one line is enough.
+    stubs: Vec<Region>,
+}
+
+impl Layers {
+    fn filled(&self, fill: impl Fn(&Region) -> Vec<Vec<[f64; 2]>>) -> Vec<Vec<[f64; 2]>> {
+        self.parts.iter().flat_map(fill).collect()
     }
 }

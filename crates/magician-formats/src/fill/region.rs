@@ -8,6 +8,8 @@ use i_overlay::mesh::float::outline::offset::OutlineOffset;
 use i_overlay::mesh::float::style::{LineJoin, OutlineStyle};
 
 use super::{Area, FillRule};
+use crate::artwork::distance;
+use crate::simplify::off_chord;
 
 /// Corners sharper than this are cut off when an edge is moved, radians.
 const SHARPEST: f64 = 0.5;
@@ -15,6 +17,12 @@ const SHARPEST: f64 = 0.5;
 /// Shapes: of each first its outline, counter-clockwise, then its holes.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Region(Vec<Vec<Vec<[f64; 2]>>>);
+
+impl FromIterator<Region> for Region {
+    fn from_iter<T: IntoIterator<Item = Region>>(parts: T) -> Self {
+        Self(parts.into_iter().flat_map(|part| part.0).collect())
+    }
+}
 
 impl Region {
     pub(crate) fn of(area: &Area) -> Self {
@@ -111,12 +119,15 @@ impl Region {
 
     /// Without another one; of what is left only what is worth a line that wide.
     pub(super) fn without(&self, other: &Self, width: f64) -> Self {
-        let mut rest = self.except(other);
-        rest.0.retain(|shape| {
-            let shape = Self(vec![shape.clone()]);
-            shape.size() > width && shape.size_of() > width * width / 4.0
-        });
-        rest
+        let rest = self.except(other);
+        rest.parts()
+            .filter(|part| part.is_worth_a_line(width))
+            .collect()
+    }
+
+    /// True if it is larger than a line that wide, and not a sliver.
+    pub(super) fn is_worth_a_line(&self, width: f64) -> bool {
+        self.size() > width && self.size_of() > width * width / 4.0
     }
 
     /// True if one of these points, which are in order of their x, is inside.
@@ -132,20 +143,78 @@ impl Region {
         self.rings().filter(|ring| is_around(ring, point)).count() % 2 == 1
     }
 
-    /// A line through its middle, along its longer side and half as long; `None` if that is not inside.
-    pub(super) fn middle_line(&self) -> Option<Vec<[f64; 2]>> {
-        let [x, y] = [0, 1].map(|side: usize| self.extent(|point| point[side]));
-        let middle = [x, y].map(|(least, most)| f64::midpoint(least, most));
-        let size = [x, y].map(|(least, most)| (most - least) / 4.0);
-        let by = if size[0] >= size[1] {
-            [size[0], 0.0]
-        } else {
-            [0.0, size[1]]
+    /// Returns one line for a single shape that is small or thin: through its middle if it is no larger
+    /// than `width`, else along its edge, and only one way where a line of that width covers the way
+    /// back.
+    pub(super) fn one_line(&self, width: f64) -> Vec<[f64; 2]> {
+        if self.size() <= width {
+            return self.middle_line();
+        }
+        let Some(ring) = self.outlines().next() else {
+            return Vec::new();
         };
-        let line = [-1.0, 0.0, 1.0].map(|share| [0, 1].map(|side| middle[side] + by[side] * share));
-        line.iter()
-            .all(|point| self.is_around(*point))
-            .then(|| line.to_vec())
+        let farthest = |from: usize| {
+            let far = |nth: &usize| distance(ring[from], ring[*nth]);
+            (0..ring.len()).max_by(|one, other| far(one).total_cmp(&far(other)))
+        };
+        let Some(first) = farthest(0) else {
+            return Vec::new();
+        };
+        let mut there = ring.clone();
+        there.rotate_left(first);
+        there.push(there[0]);
+        let last = farthest(first).map_or(0, |last| (last + ring.len() - first) % ring.len());
+        let back = &there[last..];
+        let there_only = &there[..=last];
+        let covered = |point: &[f64; 2]| {
+            let edges = there_only.windows(2);
+            { edges }.any(|edge| off_chord(*point, edge[0], edge[1]) <= width / 2.0)
+        };
+        match back.iter().all(covered) {
+            true => there_only.to_vec(),
+            false => there,
+        }
+    }
+
+    /// Returns a point inside of a single shape; `None` if it has no area.
+    pub(super) fn inner_point(&self) -> Option<[f64; 2]> {
+        self.middle_line().get(1).copied()
+    }
+
+    /// A line in its middle, along x or y where it is longer, and half as long as there.
+    fn middle_line(&self) -> Vec<[f64; 2]> {
+        let chords = [0, 1].into_iter().filter_map(|side: usize| {
+            let (least, most) = self.extent(|point| point[1 - side]);
+            let level = f64::midpoint(least, most);
+            let (from, to) = self.longest_chord(side, level)?;
+            let share = |share: f64| {
+                let mut point = [level; 2];
+                point[side] = from + (to - from) * share;
+                point
+            };
+            Some((to - from, [0.25, 0.5, 0.75].map(share)))
+        });
+        let longest = chords.max_by(|one, other| one.0.total_cmp(&other.0));
+        longest.map_or_else(Vec::new, |(_, line)| line.to_vec())
+    }
+
+    /// From where to where it is cut longest by a line along x (0) or y (1).
+    fn longest_chord(&self, side: usize, level: f64) -> Option<(f64, f64)> {
+        let edges = self.rings().flat_map(|ring| {
+            let next = ring.iter().cycle().skip(1);
+            ring.iter().zip(next)
+        });
+        let across = 1 - side;
+        let crossed = edges.filter(|(a, b)| (a[across] > level) != (b[across] > level));
+        let mut ends: Vec<f64> = crossed
+            .map(|(a, b)| {
+                let share = (level - a[across]) / (b[across] - a[across]);
+                a[side] + share * (b[side] - a[side])
+            })
+            .collect();
+        ends.sort_unstable_by(f64::total_cmp);
+        let chords = ends.chunks_exact(2).map(|pair| (pair[0], pair[1]));
+        chords.max_by(|one, other| (one.1 - one.0).total_cmp(&(other.1 - other.0)))
     }
 
     /// Returns the area, mm2.

@@ -220,12 +220,59 @@ fn what_is_narrower_than_the_pen_gets_a_line() {
         let (bare, _) = coverage(&strip, &lines, SPACING);
         assert!(bare < 0.03, "{mode:?} at {angle}: {bare}");
     }
-    let hair = [[0.0, 0.0], [30.0, 0.0], [30.0, 0.05], [0.0, 0.05]];
-    assert!(
-        fill(FillMode::Hatch, 0.0)
-            .lines(&area(&[&hair], FillRule::NonZero))
-            .is_empty()
-    );
+}
+
+/// A hairline is drawn, once and not there and back.
+#[test]
+fn hairline_gets_one_line() {
+    let strip = |width: f64| vec![[0.0, 0.0], [30.0, 0.0], [30.0, width], [0.0, width]];
+    for mode in [FillMode::Hatch, FillMode::Cross, FillMode::Contour] {
+        for width in [0.2, 0.1, 0.05, 0.01] {
+            let hair = area(&[&strip(width)], FillRule::NonZero);
+            let lines = fill(mode, 45.0).lines(&hair);
+            let drawn: f64 = (lines.iter().flat_map(|line| line.windows(2)))
+                .map(|pair| distance(pair[0], pair[1]))
+                .sum();
+            let ends = { lines.iter().flatten() }.map(|point| point[0]);
+            let (first, last) = ends.fold((f64::MAX, f64::MIN), |(least, most), x| {
+                (least.min(x), most.max(x))
+            });
+            assert!(first < 0.2 && last > 29.8, "{mode:?} {width}");
+            assert!((29.0..32.0).contains(&drawn), "{mode:?} {width}: {drawn}");
+        }
+    }
+}
+
+/// The bar of a t, the leg of a k: narrower and shorter than the pen, beside a part that is wider.
+#[test]
+fn bars_beside_a_wider_part_are_drawn() {
+    let stem = |length: f64, height: f64| {
+        let (foot, top) = (6.0, 6.0 + height);
+        let right = 1.0 + length;
+        vec![
+            [0.0, 0.0],
+            [1.0, 0.0],
+            [1.0, foot],
+            [right, foot],
+            [right, top],
+            [1.0, top],
+            [1.0, 10.0],
+            [0.0, 10.0],
+        ]
+    };
+    for mode in [FillMode::Hatch, FillMode::Cross, FillMode::Contour] {
+        for length in [0.5, 0.7, 0.8, 1.2, 2.0] {
+            for height in [0.12, 0.3, 0.5, 0.7] {
+                let bar = area(&[&stem(length, height)], FillRule::NonZero);
+                let lines = fill(mode, 45.0).lines(&bar);
+                let end = [1.0 + length * 0.8, 6.0 + height / 2.0];
+                let off = (lines.iter().flat_map(|line| line.windows(2)))
+                    .map(|pair| crate::simplify::off_chord(end, pair[0], pair[1]))
+                    .fold(f64::INFINITY, f64::min);
+                assert!(off <= SPACING / 2.0, "{mode:?} {length} x {height}: {off}");
+            }
+        }
+    }
 }
 
 #[test]
