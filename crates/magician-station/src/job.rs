@@ -263,12 +263,12 @@ impl FormatReader {
         };
         let wrong = |error| presets::wrong(error, "setup.preset");
         let preset = self.presets.load(name).map_err(wrong)?;
-        *options = options.or(&preset.options_for(Some(format)));
-        options.check().map_err(|error| {
-            let why = format!("with the preset {name}: {}", visible(&error.message));
-            RpcError::param("setup.preset", why)
+        let completed = preset.complete(options, Some(format));
+        let (completed, told) = completed.map_err(|error| {
+            RpcError::param("setup.preset", visible(&error.message).to_string())
         })?;
-        Ok(preset.told())
+        *options = completed;
+        Ok(told)
     }
 
     /// The request to prepare a program for an arm.

@@ -12,7 +12,9 @@ use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use magician_program::{Diagnostic, DiagnosticCode, FontChoice, Format, Lines, SetupOptions};
+use magician_program::{
+    Diagnostic, DiagnosticCode, FontChoice, Format, Lines, OptionError, SetupOptions, WorkOption,
+};
 use serde_json::{Map, Value};
 use toml::de::DeTable;
 
@@ -68,23 +70,39 @@ pub struct Preset {
 }
 
 impl Preset {
-    /// What it says for a file of this format.
-    #[must_use]
-    pub fn options_for(&self, format: Option<Format>) -> SetupOptions {
-        let mut options = self.options.clone();
+    /// Returns options for a file of this format, completed by this preset where they say nothing; and
+    /// what a person is told of it: its note, and its options that the other work would take.
+    ///
+    /// # Errors
+    /// What contradicts each other in the two together.
+    pub fn complete(
+        &self,
+        given: &SetupOptions,
+        format: Option<Format>,
+    ) -> Result<(SetupOptions, Option<Diagnostic>), OptionError> {
+        let mut own = self.options.clone();
         if format == Some(Format::TestGrid) {
             // A grid has its own.
-            (options.power, options.speed) = (None, None);
+            (own.power, own.speed) = (None, None);
         }
-        options
-    }
-
-    /// Its note, as it is told to who uses it.
-    #[must_use]
-    pub fn told(&self) -> Option<Diagnostic> {
-        let note = self.note.as_ref()?;
-        let told = Diagnostic::of_file(format!("preset {}: {note}", self.name));
-        Some(told.coded(DiagnosticCode::Assumed))
+        let options = given.or(&own);
+        options.check().map_err(|mut error| {
+            error.message = format!("with the preset {}: {}", self.name, error.message);
+            error
+        })?;
+        let unused: Vec<_> = own.not_of(given.work).iter().map(|row| row.name).collect();
+        let unused = match (unused.as_slice(), given.work) {
+            ([], _) => None,
+            (names, Some(WorkOption::Draw)) => Some((names.join(", "), "for a laser")),
+            (names, _) => Some((names.join(", "), "for a pen")),
+        };
+        let unused = unused.map(|(names, tool)| format!("not used, {tool}: {names}"));
+        let told: Vec<_> = self.note.iter().cloned().chain(unused).collect();
+        let told = (!told.is_empty()).then(|| {
+            let told = format!("preset {}: {}", self.name, told.join("; "));
+            Diagnostic::of_file(told).coded(DiagnosticCode::Assumed)
+        });
+        Ok((options, told))
     }
 }
 

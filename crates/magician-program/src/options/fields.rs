@@ -148,11 +148,22 @@ impl SetupOptions {
         self.check_agreement()
     }
 
-    /// Returns these options without those that `over` replaces in effect: those that contradict one
-    /// of its options, and those whose partner it gives another value or that has gone with them.
+    /// Returns the given options that do not count for a work.
+    #[must_use]
+    pub fn not_of(&self, work: Option<WorkOption>) -> Vec<&'static OptionSpec> {
+        let given = self.to_fields();
+        let rows = Self::OPTIONS.iter();
+        rows.filter(|row| given.contains_key(row.name))
+            .filter(|row| row.work.is_some_and(|own| own.is_excluded_by(work)))
+            .collect()
+    }
+
+    /// Returns these options without those that `over` replaces in effect: those of the other work,
+    /// those that contradict one of its options, and those whose partner it gives another value or
+    /// that has gone with them.
     pub(super) fn agreeing_with(&self, over: &Self) -> Self {
         let mut left = self.clone();
-        let given = over.to_fields();
+        let (given, work) = (over.to_fields(), over.work);
         let contradict = |one: &OptionSpec, other: &OptionSpec| {
             one.contradicts.contains(&other.name) || other.contradicts.contains(&one.name)
         };
@@ -169,7 +180,8 @@ impl SetupOptions {
                     Some(value) => !need.is_met_by(value),
                     None => gone.contains(&need.name),
                 });
-                partner || over.iter().any(|other| contradict(row, other))
+                let other_work = row.work.is_some_and(|own| own.is_excluded_by(work));
+                other_work || partner || over.iter().any(|other| contradict(row, other))
             });
             let Some(row) = replaced else {
                 return left;
@@ -199,20 +211,15 @@ impl SetupOptions {
                     ..OptionError::new(name, format!("{name} needs {need}"))
                 });
             }
-            let other = match (self.work, row.work) {
-                _ if !row.only => continue,
-                (Some(WorkOption::Draw), Some(WorkOption::Engrave)) => {
-                    "the laser engraves: work is draw"
-                }
-                (Some(WorkOption::Engrave), Some(WorkOption::Draw)) => {
-                    "the pen draws: work is engrave"
-                }
-                _ => continue,
-            };
-            return Err(OptionError::new(
-                name,
-                format!("{name} counts where {other}"),
-            ));
+            if let Some(work) = row.work.filter(|work| work.is_excluded_by(self.work)) {
+                let other = match work {
+                    WorkOption::Engrave => "draw",
+                    _ => "engrave",
+                };
+                let condition = work.as_condition();
+                let message = format!("{name} counts where {condition}: work is {other}");
+                return Err(OptionError::new(name, message));
+            }
         }
         if let Some(problem) = self.placed_page().and_then(|page| page.problem()) {
             let key = match self.margin {
@@ -318,6 +325,15 @@ mod tests {
             (json!({"width": 1, "height": 1}), "height"),
             (json!({"work": "draw", "one_way": true}), "one_way"),
             (json!({"work": "engrave", "image": "hatch"}), "image"),
+            (json!({"work": "draw", "power": 50}), "power"),
+            (json!({"work": "draw", "frame": "box"}), "frame"),
+            (json!({"work": "engrave", "lift": 5}), "lift"),
+            (json!({"work": "engrave", "hop": 5}), "hop"),
+            (
+                json!({"work": "engrave", "travel_speed": 50}),
+                "travel_speed",
+            ),
+            (json!({"work": "engrave", "order": false}), "order"),
             (json!({"image": "photo"}), "image"),
             (json!({"image": "squiggle", "levels": 4}), "levels"),
             (json!({"image": "hatch", "levels": 0}), "levels"),

@@ -45,6 +45,32 @@ pub enum WorkOption {
 impl WorkOption {
     /// The names of those that can be asked for.
     pub const NAMES: &'static [&'static str] = &["draw", "engrave"];
+
+    /// True if the other of the two was asked for.
+    fn is_excluded_by(self, asked: Option<Self>) -> bool {
+        matches!(
+            (self, asked),
+            (Self::Draw, Some(Self::Engrave)) | (Self::Engrave, Some(Self::Draw))
+        )
+    }
+
+    /// Returns when an option of this work counts, in words.
+    fn as_condition(self) -> &'static str {
+        match self {
+            Self::Draw => "the pen draws",
+            Self::Engrave => "the laser engraves",
+            Self::ByFile => "the file says so",
+        }
+    }
+
+    /// Returns the values of the option with which an option of this work counts.
+    fn values(self) -> &'static [&'static str] {
+        match self {
+            Self::Draw => &["draw"],
+            Self::Engrave => &["engrave"],
+            Self::ByFile => Self::NAMES,
+        }
+    }
 }
 
 /// How grey levels become power.

@@ -61,12 +61,9 @@ pub struct OptionSpec {
     /// Placeholder of its value on a command line; empty if kind and unit say it.
     #[serde(skip)]
     pub placeholder: &'static str,
-    /// Work that it belongs to; `None` for both.
+    /// Work that it belongs to, and that the other work refuses it; `None` for both.
     #[serde(skip)]
     pub work: Option<WorkOption>,
-    /// True if the other work refuses it.
-    #[serde(skip)]
-    pub only: bool,
     /// Option without which it is refused.
     #[serde(skip)]
     pub needs: Option<Need>,
@@ -229,12 +226,12 @@ impl OptionSpec {
             row.when = partner.choices;
         }
         // A test grid is burnt with any tool: there is one kind of work.
-        if self.only && row.with.is_none() && format != Format::TestGrid {
+        if let Some(work) = self.work
+            && row.with.is_none()
+            && format != Format::TestGrid
+        {
             row.with = Some("work");
-            row.when = match self.work {
-                Some(WorkOption::Engrave) => &["engrave"],
-                _ => &["draw"],
-            };
+            row.when = work.values();
         }
         row
     }

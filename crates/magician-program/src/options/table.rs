@@ -205,7 +205,7 @@ setup_options! {
     "Treatment of an image that the pen draws",
     "Edges of what is dark, one stroke along each dark line, dots, swinging lines, or crossed hatchings; the last three keep its greys.",
     image: Option<ImageStyle> = first_of(Image, ImageStyle::NAMES)
-        .only_of(Draw).for_formats(IMAGES).usual_for(IMAGES);
+        .of_work(Draw).for_formats(IMAGES).usual_for(IMAGES);
 
     "Height of the work surface",
     "It is the z of the arm's pose when the tool touches it.",
@@ -328,14 +328,14 @@ setup_options! {
 
     "Number of hatchings that are laid over each other, or of sizes of dots",
     levels: Option<u8> = integer(Image).from(1.0).to(64.0).usually("6 hatchings, 64 sizes of dots")
-        .needs("image", &["halftone", "hatch"]).only_of(Draw).for_formats(IMAGES);
+        .needs("image", &["halftone", "hatch"]).of_work(Draw).for_formats(IMAGES);
 
     "Size of the largest spots of an image that are left out; 0 keeps all",
-    despeckle: Option<f64> = number(Image, "mm").from(0.0).to(FAR).or(Number(0.3)).only_of(Draw).for_formats(IMAGES);
+    despeckle: Option<f64> = number(Image, "mm").from(0.0).to(FAR).or(Number(0.3)).of_work(Draw).for_formats(IMAGES);
 
     "Width of the line that the pen draws, for an image",
     pen_width: Option<f64> = number(Image, "mm").above(0.0).to(FAR).or(Number(Trace::PEN_WIDTH))
-        .only_of(Draw).for_formats(IMAGES);
+        .of_work(Draw).for_formats(IMAGES);
 
     "Distance between the lines or dots of an image",
     spacing: Option<f64> = number(Image, "mm").above(0.0).to(FAR)
@@ -365,14 +365,14 @@ setup_options! {
         .with("tool", &["laser"]).of_work(Engrave).for_formats(NO_GRID);
 
     "Use of grey levels: as power, in black and white, or as denser dots",
-    mode: Option<ModeOption> = first_of(Laser, ModeOption::NAMES).only_of(Engrave).for_formats(IMAGES);
+    mode: Option<ModeOption> = first_of(Laser, ModeOption::NAMES).of_work(Engrave).for_formats(IMAGES);
 
     "Burn all lines in the same direction: slower, but free of backlash",
-    one_way: bool = switch(Laser).only_of(Engrave).for_formats(&[Picture, TestGrid]);
+    one_way: bool = switch(Laser).of_work(Engrave).for_formats(&[Picture, TestGrid]);
 
     "Run-up and run-out of the tool at the ends of a line",
     overscan: Option<f64> = number(Laser, "mm").above(0.0).to(FAR).usually("as the speed needs")
-        .only_of(Engrave).for_formats(&[Picture, TestGrid]);
+        .of_work(Engrave).for_formats(&[Picture, TestGrid]);
 
     "Go round what would be marked, instead of marking it",
     "Its box along X and Y, its convex hull, or its outer contours.",

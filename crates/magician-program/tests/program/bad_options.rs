@@ -142,6 +142,7 @@ fn good_value(row: &OptionSpec) -> Value {
         OptionKind::Place => json!([200, 0, 10]),
         OptionKind::Integer => json!(4),
         OptionKind::Number => json!(row.most.unwrap_or(5.0).min(5.0)),
+        OptionKind::Text if row.unit == "%" => json!("50"),
         other => panic!("{other:?} has no example"),
     }
 }
@@ -173,14 +174,15 @@ fn generated() -> Vec<Bad> {
         for other in row.contradicts {
             all.push(json!({name: good(name), *other: good(other)}));
         }
-        if row.only {
-            let work = match row.work {
-                Some(WorkOption::Draw) => "engrave",
+        if let Some(work) = row.work {
+            let other = match work {
+                WorkOption::Draw => "engrave",
                 _ => "draw",
             };
-            let mut options = json!({name: good(name), "work": work});
+            let mut options = json!({name: good(name), "work": other});
             if let Some(need) = row.needs {
-                options[need.name] = json!(need.values[0]);
+                let first = need.values.first().map(|word| json!(word));
+                options[need.name] = first.unwrap_or_else(|| good(need.name));
             }
             all.push(options);
         }

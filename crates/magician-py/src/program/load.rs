@@ -85,8 +85,10 @@ impl Wanted {
         };
         let preset = Presets::of_user().load(name);
         let preset = preset.map_err(|error| error.to_string())?;
-        *options = options.or(&preset.options_for(Some(format)));
-        Ok(Some(preset.told()))
+        let completed = preset.complete(options, Some(format));
+        let (completed, told) = completed.map_err(|error| error.message)?;
+        *options = completed;
+        Ok(Some(told))
     }
 
     /// What counts where the arguments leave something open: a plan is made for no arm, so that a surface that was not given is that

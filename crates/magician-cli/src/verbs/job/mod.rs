@@ -123,11 +123,9 @@ impl Job {
             return Ok(());
         };
         let preset = preset::load(&name)?;
-        self.options = self.options.or(&preset.options_for(self.file.format));
-        self.options
-            .check()
-            .map_err(|error| Failure::usage(format!("with the preset {name}: {error}")))?;
-        self.preset_note = preset.told();
+        let completed = preset.complete(&self.options, self.file.format);
+        (self.options, self.preset_note) =
+            completed.map_err(|error| Failure::usage(error.to_string()))?;
         Ok(())
     }
 

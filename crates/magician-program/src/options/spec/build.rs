@@ -26,7 +26,6 @@ const fn row(kind: OptionKind, group: OptionGroup, unit: &'static str) -> Option
         expects: "",
         placeholder: "",
         work: None,
-        only: false,
         needs: None,
         contradicts: &[],
         formats: &[],
@@ -193,19 +192,11 @@ impl OptionSpec {
         }
     }
 
-    /// Assigns it to a work.
+    /// Assigns it to a work; the other one refuses it.
     pub(in crate::options) const fn of_work(self, work: WorkOption) -> Self {
         Self {
             work: Some(work),
             ..self
-        }
-    }
-
-    /// Assigns it to a work, and has the other one refuse it.
-    pub(in crate::options) const fn only_of(self, work: WorkOption) -> Self {
-        Self {
-            only: true,
-            ..self.of_work(work)
         }
     }
 

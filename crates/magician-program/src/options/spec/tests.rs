@@ -227,6 +227,20 @@ fn option_that_is_given_replaces_those_of_a_preset_that_it_contradicts() {
             assert_eq!(both.get(name), Some(value), "{given}: {name}");
         }
     }
+    // So is what belongs to the other work, and it can be told.
+    let laser = of(json!({"tool": "laser", "power": 60, "mode": "dither", "speed": 10}));
+    let draw = of(json!({"work": "draw"}));
+    let both = draw.or(&laser);
+    assert!(both.check().is_ok());
+    assert_eq!(
+        (both.power, both.mode, both.speed),
+        (None, None, Some(10.0))
+    );
+    let unused: Vec<_> = { laser.not_of(draw.work).iter() }
+        .map(|row| row.name)
+        .collect();
+    assert_eq!(unused, ["power", "mode"]);
+    assert!(laser.not_of(None).is_empty());
     // What the preset itself lacks is still refused.
     let margin = of(json!({"margin": 5}));
     assert!(of(json!({"speed": 5})).or(&margin).check().is_err());
