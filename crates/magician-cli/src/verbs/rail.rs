@@ -2,7 +2,7 @@
 
 use clap::{Args, Subcommand};
 use magician::commands::{DeviceWithL, Pose, PoseL, PtpLParams};
-use magician::{Arm, Set, words};
+use magician::{Arm, RunOptions, Set, words};
 use magician_protocol::RailVersion;
 use serde::Serialize;
 
@@ -136,9 +136,8 @@ async fn go(
         saved.save(arm, before).await;
     }
     let check = arm.preflight_for(&commands).await?;
-    check.clone().program(&commands)?;
-    let run = arm.start(commands);
-    let mut run = run.along(check);
+    let program = check.program(&commands)?;
+    let mut run = arm.start_checked(program, RunOptions::default());
     attended(quiet, "moving along the rail", run.wait(|_| {})).await?;
     saved.forget();
     look(arm).await

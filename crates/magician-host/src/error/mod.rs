@@ -144,7 +144,7 @@ impl Error {
     /// use magician_host::words::{self, Preflight};
     /// use magician_host::{JointAngles, ToolBias};
     ///
-    /// let mut start = Preflight::at(JointAngles::HOME, ToolBias::NONE);
+    /// let start = Preflight::at(JointAngles::HOME, ToolBias::NONE);
     /// let error = start.program(&[words::laser(true)]).unwrap_err();
     /// assert_eq!(error.guard(), Some("laser"));
     /// ```

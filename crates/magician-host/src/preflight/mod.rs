@@ -8,6 +8,7 @@ mod motion;
 mod numbers;
 mod path;
 mod place;
+mod program;
 mod rail;
 mod readings;
 mod retract;
@@ -28,6 +29,7 @@ pub use motion::doubt_in_words;
 pub(crate) use numbers::check as check_numbers;
 pub use numbers::check_power;
 use path::Path;
+pub use program::CheckedProgram;
 pub use readings::{Needs, Readings, governs_motion, pose_of, state_at};
 pub use retract::Lift;
 pub use speeds::PathProfiles;
@@ -273,19 +275,6 @@ impl Preflight {
     pub fn finish(&self) -> Result<()> {
         let why = "the laser would keep burning after the program: switch it off at the end";
         refuse(self.guards.laser && self.laser.burns(), "laser", why)
-    }
-
-    /// Checks a whole program from here on, its end included, and tells how long it takes:
-    /// [`estimate`](Self::estimate) and [`finish`](Self::finish) in one.
-    ///
-    /// # Errors
-    /// As [`check`](Self::check) and [`finish`](Self::finish).
-    pub fn program(&mut self, commands: &[Set]) -> Result<Duration> {
-        let mut whole = self.clone();
-        let time = whole.sum(commands)?;
-        whole.finish()?;
-        *self = whole;
-        Ok(time)
     }
 
     /// How long these commands take, one after the other from here on, on an arm whose queue never

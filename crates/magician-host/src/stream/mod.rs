@@ -367,7 +367,6 @@ impl Stream {
         if !item.command.row().queueable {
             return Err(Refused::NotQueueable);
         }
-        FrameBuf::set(&item.command, Ctrl::QUEUED).map_err(|_| Refused::TooLong)?;
         self.lit = switched(&item.command).unwrap_or(self.lit);
         self.entries.push(Entry::new(item, self.lit));
         Ok(())

@@ -28,8 +28,8 @@ mod speed;
 mod tool;
 
 pub use crate::preflight::{
-    Guards, Lift, Meeting, MovingTarget, Needs, PathProfiles, Preflight, Readings, Step, Stopping,
-    doubt_in_words, governs_motion, pose_of, refuse, state_at,
+    CheckedProgram, Guards, Lift, Meeting, MovingTarget, Needs, PathProfiles, Preflight, Readings,
+    Step, Stopping, doubt_in_words, governs_motion, pose_of, refuse, state_at,
 };
 pub use conveyor::*;
 pub use io::*;

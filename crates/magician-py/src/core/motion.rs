@@ -36,11 +36,11 @@ pub(super) fn guards(py: Python<'_>, skip: &[String], require_homed: bool) -> Py
 
 /// Checks commands and tells how long they take. Many take a while, and others have connections to be served.
 async fn checked(
-    mut check: Preflight,
+    check: Preflight,
     commands: Vec<Set>,
 ) -> magician::Result<(Vec<Set>, Duration)> {
     let checked = tokio::task::spawn_blocking(move || {
-        let time = check.program(&commands)?;
+        let time = check.program(&commands)?.time();
         Ok((commands, time))
     });
     let bug = |error: tokio::task::JoinError| Error::new(ErrorCode::Closed, error.to_string());

@@ -2,7 +2,6 @@
 
 use std::sync::atomic::Ordering;
 
-use magician_motion::MotionError;
 use magician_protocol::commands::{ClearAlarmsState, DeviceWithL, HomeCmd, Pose, PoseL};
 use magician_protocol::{Alarm, AlarmSet, Set};
 
@@ -11,32 +10,28 @@ use super::known::QueueLook;
 use super::run::{Ran, RunOptions};
 use super::watch::Progress;
 use crate::connection::Request;
-use crate::words::{Guards, Needs, Preflight, Readings, doubt_in_words, refuse};
+use crate::words::{CheckedProgram, Guards, Needs, Preflight, Readings, doubt_in_words, refuse};
 use crate::{Action, ErrorKind, RestDetector, Result};
 
 /// So many commands are checked before other tasks get their turn.
 const TURN: usize = 1024;
 
-/// Checks a whole program, its end included. Many commands take a while, and others have connections to be served. An error names
-/// the step, where there are several. Returns where the first motion leads that not every arm can do, if one does.
-async fn check_all(check: Preflight, commands: &[Set]) -> Result<Option<MotionError>> {
-    let mut check = check.summing();
-    let mut doubt = None;
-    let mut step = 0;
-    for some in commands.chunks(TURN) {
-        for command in some {
-            let checked = check.check(command).map_err(|error| match commands.len() {
-                1 => error,
-                _ => error.at_step(step),
-            })?;
-            doubt = doubt.or(checked.doubt);
-            step += 1;
-        }
-        if some.len() == TURN {
-            tokio::task::yield_now().await;
+/// Checks a whole program, its end included. Many commands take a while, and others have connections
+/// to be served. An error names the step, where there are several.
+async fn check_all(check: Preflight, commands: &[Set]) -> Result<CheckedProgram> {
+    let mut program = CheckedProgram::begin(check);
+    if let [command] = commands {
+        program.add(command)?;
+    } else {
+        for some in commands.chunks(TURN) {
+            program.extend(some)?;
+            if some.len() == TURN {
+                tokio::task::yield_now().await;
+            }
         }
     }
-    check.finish().map(|()| doubt)
+    program.finish()?;
+    Ok(program)
 }
 
 impl Arm {
@@ -90,16 +85,13 @@ impl Arm {
             self.expect_homing().await;
         }
         let check = self.preflight_for(commands).await?;
-        let doubt = check_all(check.clone().guards(guards), commands).await?;
-        if let Some(cause) = doubt.filter(|_| !self.is_virtual()) {
-            let told = doubt_in_words(&cause);
+        let program = check_all(check.guards(guards), commands).await?;
+        if let Some(cause) = program.doubt().filter(|_| !self.is_virtual()) {
+            let told = doubt_in_words(cause);
             tracing::warn!("{}: a motion leads where {told}", self.name());
         }
         let options = options.unless_stopped_since(stops);
-        let mut run = self
-            .start_with(commands.iter().copied(), options)
-            .along(check);
-        run.wait(progress).await
+        self.start_checked(program, options).wait(progress).await
     }
 
     /// Whether the arm is ready for these commands, as far as its alarms tell and these guards ask: what

@@ -174,11 +174,9 @@ fn a_command_that_is_refused_changes_nothing() {
         .check(&words::tool(ToolBias::new(f64::NAN, 0.0, 0.0)))
         .unwrap_err();
     assert_eq!(check.check(&line).unwrap(), alone);
-    let mut whole = at_home();
-    whole
-        .program(&[line, words::line_by(500.0, 0.0, 0.0, 0.0)])
-        .unwrap_err();
-    assert_eq!(whole.check(&line).unwrap(), alone);
+    let refused = [line, words::line_by(500.0, 0.0, 0.0, 0.0)];
+    let error = at_home().program(&refused).unwrap_err();
+    assert_eq!(error.step(), Some(1));
 }
 
 #[test]

@@ -9,7 +9,6 @@ mod streaming;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use magician_motion::Fence;
 use magician_protocol::{QueuedCmdIndex, Set};
 use tokio::time::Instant;
 
@@ -19,10 +18,10 @@ use super::known::QueueLook;
 use super::watch::{Progress, Watch};
 use crate::connection::Micros;
 use crate::stream::Leftover;
-use crate::words::{self, Guards, Preflight};
+use crate::words::{self, CheckedProgram, Preflight};
 use crate::{Action, Error, ErrorCode, Given, Result, Setting};
 pub use options::{Ran, RunOptions};
-use plan::{Ahead, Light, Planned};
+use plan::{Ahead, Light, Planned, Route};
 pub(in crate::arm) use source::Supply;
 pub use source::{CommandSource, Feeder};
 pub use streaming::Streaming;
@@ -70,7 +69,7 @@ pub struct Run<C> {
     checks: Option<Preflight>,
     checked: usize,
     /// Where the commands lead and how long they take, once that is of use.
-    course: Option<Preflight>,
+    route: Route,
     /// Where they lead by the arm's fence, and where the first of them begins.
     fenced: Option<Preflight>,
     begins_at: Option<[f64; 4]>,
@@ -116,6 +115,23 @@ impl Arm {
         self.run_of(commands.into_iter(), options)
     }
 
+    /// A program that was checked from where the arm stands: its commands are not planned once more.
+    /// Nothing is sent before [`Run::wait`].
+    pub fn start_checked(
+        &self,
+        program: CheckedProgram,
+        options: RunOptions,
+    ) -> Run<std::iter::Empty<Set>> {
+        let mut run = self.run_of(std::iter::empty(), options);
+        run.route = Route::of(&program);
+        run.pending = { program.into_items().into_iter() }
+            .map(Planned::known)
+            .collect();
+        run.total = Some(run.pending.len() as u64);
+        (run.planned, run.ended) = (true, true);
+        run
+    }
+
     fn run_of<C: CommandSource>(&self, commands: C, options: RunOptions) -> Run<C> {
         let total = commands.total();
         Run {
@@ -126,7 +142,7 @@ impl Arm {
             options,
             checks: None,
             checked: 0,
-            course: None,
+            route: Route::Unknown,
             fenced: None,
             begins_at: None,
             planned: false,
@@ -182,7 +198,7 @@ impl<C: CommandSource> Run<C> {
     /// Tells how long the commands take and where they lead from this check, made before them, instead of reading the
     /// arm's settings once more: what passed [`Preflight::program`] need not be looked up again.
     pub fn along(mut self, course: Preflight) -> Self {
-        self.course = Some(course.guards(Guards::NONE).fence(Fence::default()));
+        self.route = Route::along(course);
         self.planned = true;
         self
     }
@@ -243,7 +259,7 @@ impl<C: CommandSource> Run<C> {
             self.leftover = Some(leftover);
             let mut unseen = VecDeque::new();
             while let Ok(item) = rest.try_recv() {
-                unseen.push_back(Planned::Item(item));
+                unseen.push_back(Planned::given_back(item));
             }
             unseen.append(&mut self.pending);
             self.pending = unseen;

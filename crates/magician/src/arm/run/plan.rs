@@ -5,7 +5,7 @@ use std::future::poll_fn;
 use std::task::{Context, Poll, Waker, ready};
 use std::time::Duration;
 
-use magician_motion::Fence;
+use magician_motion::{ArmState, Fence};
 use magician_protocol::Set;
 
 use super::{CommandSource, Run};
@@ -15,7 +15,7 @@ use crate::arm::fence::Turn as FenceTurn;
 use crate::arm::known::place;
 use crate::connection::Micros;
 use crate::stream::{Beginning, Item};
-use crate::words::{Guards, Preflight, pose_of};
+use crate::words::{CheckedProgram, Guards, Preflight, pose_of};
 use crate::{Error, ErrorCode, Result};
 use magician_host::raises_laser_pin;
 
@@ -82,11 +82,95 @@ impl Ahead {
 
 /// A command that waits.
 #[derive(Debug)]
-pub(super) enum Planned {
-    /// From the caller.
-    Fresh(Set),
-    /// Given back by the task, with what was known of it.
-    Item(Item),
+pub(super) struct Planned {
+    command: Set,
+    /// The command with its time and end, if it was checked before.
+    item: Option<Item>,
+    /// It has passed the fence, from where the run begins.
+    in_fence: bool,
+    /// The task had it, and has given it back: it was counted and passed all checks.
+    given_back: bool,
+}
+
+impl Planned {
+    fn fresh(command: Set) -> Self {
+        Self {
+            command,
+            item: None,
+            in_fence: false,
+            given_back: false,
+        }
+    }
+
+    pub(super) fn known(item: Item) -> Self {
+        Self {
+            item: Some(item),
+            ..Self::fresh(item.command)
+        }
+    }
+
+    pub(super) fn given_back(item: Item) -> Self {
+        Self {
+            given_back: true,
+            in_fence: true,
+            ..Self::known(item)
+        }
+    }
+
+    pub(super) fn command(&self) -> &Set {
+        &self.command
+    }
+}
+
+/// Where a run leads.
+#[derive(Debug)]
+pub(super) enum Route {
+    Unknown,
+    /// Each command is planned as it comes.
+    Planned(Box<Preflight>),
+    /// All of it was planned: where it begins and ends.
+    Checked([Option<ArmState>; 2]),
+}
+
+impl Route {
+    /// Follows the commands from where `check` is, whatever it would refuse.
+    pub(super) fn along(check: Preflight) -> Self {
+        let check = check.guards(Guards::NONE).fence(Fence::default());
+        Self::Planned(Box::new(check))
+    }
+
+    pub(super) fn of(program: &CheckedProgram) -> Self {
+        Self::Checked([program.start(), program.end()].map(Option::<&ArmState>::copied))
+    }
+
+    /// Where the arm stands before the first command.
+    fn start(&self) -> Option<&ArmState> {
+        match self {
+            Self::Unknown => None,
+            Self::Planned(check) => check.arm(),
+            Self::Checked([start, _]) => start.as_ref(),
+        }
+    }
+
+    /// Where the arm stands after the last command.
+    fn end(&self) -> Option<&ArmState> {
+        match self {
+            Self::Unknown => None,
+            Self::Planned(check) => check.arm(),
+            Self::Checked([_, end]) => end.as_ref(),
+        }
+    }
+
+    /// What is known of the next command.
+    fn item(&mut self, command: &Set) -> Item {
+        match self {
+            Self::Planned(check) => match check.check(command) {
+                Ok(step) => Item::of(command, &step),
+                Err(_) => Item::unknown(command),
+            },
+            _ => Item::unknown(command),
+        }
+    }
 }
 
 impl<C: CommandSource> Run<C> {
@@ -99,7 +183,9 @@ impl<C: CommandSource> Run<C> {
             return Ok(());
         }
         self.look_ahead(AHEAD);
-        let ahead: Vec<Set> = self.pending.iter().map(Planned::command).collect();
+        let ahead: Vec<Set> = { self.pending.iter() }
+            .map(|planned| planned.command)
+            .collect();
         self.arm.permit(&ahead)?;
         // What burns is cut by its time, however few there are.
         let burns = ahead.iter().any(|command| self.arm.burns(command));
@@ -110,7 +196,7 @@ impl<C: CommandSource> Run<C> {
             true => self.arm.preflight_for(&ahead).await?,
             false => self.arm.preflight().await?,
         };
-        self.course = Some(course.guards(Guards::NONE).fence(Fence::default()));
+        self.route = Route::along(course);
         Ok(())
     }
 
@@ -123,8 +209,7 @@ impl<C: CommandSource> Run<C> {
         if look.waiting() > 0 || !look.is_fresh() {
             return Ok(None);
         }
-        let planned = self.course.as_ref().and_then(Preflight::arm);
-        let planned = planned.map(|at| at.pose.to_array());
+        let planned = self.route.start().map(|at| at.pose.to_array());
         let known = || self.arm.standing(&look).as_ref().map(place);
         let pose = match planned.or_else(known) {
             Some(pose) => pose,
@@ -139,8 +224,7 @@ impl<C: CommandSource> Run<C> {
 
     /// All of it is done, and nothing holds the arm: it stands where it was led.
     pub(super) fn note_end(&self, took: Duration) {
-        let end = self.course.as_ref().and_then(Preflight::arm);
-        if let (Some(end), Some(last)) = (end, self.ran.last) {
+        if let (Some(end), Some(last)) = (self.route.end(), self.ran.last) {
             self.arm.note_standing(last.0, pose_of(end));
         }
         if self.lasts < Micros::MAX {
@@ -170,22 +254,23 @@ impl<C: CommandSource> Run<C> {
             }
             if self.leftover.is_none() {
                 (self.fenced, self.begins_at) = (Some(start), stands);
+                for planned in &mut self.pending {
+                    planned.in_fence = false;
+                }
             }
         }
         Ok(Some(turn))
     }
 
     /// What is known of the beginning is checked before anything is sent.
-    pub(super) fn check_ahead(&self) -> Result<()> {
-        let Some(mut fenced) = self.fenced.clone() else {
+    pub(super) fn check_ahead(&mut self) -> Result<()> {
+        let Some(fenced) = &mut self.fenced else {
             return Ok(());
         };
-        let fresh = self.pending.iter().filter_map(|planned| match planned {
-            Planned::Fresh(command) => Some(command),
-            Planned::Item(_) => None,
-        });
-        for command in fresh {
-            fenced.check(command)?;
+        let first = self.pending.iter_mut().take(AHEAD);
+        for planned in first.filter(|planned| !planned.in_fence) {
+            fenced.check(&planned.command)?;
+            planned.in_fence = true;
         }
         Ok(())
     }
@@ -195,7 +280,7 @@ impl<C: CommandSource> Run<C> {
         if self.pending.is_empty()
             && let Some(command) = poll_fn(|cx| self.poll_source(cx)).await
         {
-            self.pending.push_back(Planned::Fresh(command));
+            self.pending.push_back(Planned::fresh(command));
         }
     }
 
@@ -214,7 +299,7 @@ impl<C: CommandSource> Run<C> {
         if !self.planned {
             self.look_ahead(AHEAD);
         }
-        let moves = |planned: &Planned| planned.command().row().effect.moves_arm();
+        let moves = |planned: &Planned| planned.command.row().effect.moves_arm();
         !self.ended || self.pending.is_empty() || self.pending.iter().any(moves)
     }
 
@@ -224,7 +309,7 @@ impl<C: CommandSource> Run<C> {
         while self.pending.len() < count
             && let Poll::Ready(Some(command)) = self.poll_source(&mut cx)
         {
-            self.pending.push_back(Planned::Fresh(command));
+            self.pending.push_back(Planned::fresh(command));
         }
     }
 
@@ -236,35 +321,32 @@ impl<C: CommandSource> Run<C> {
             None => {
                 let mut cx = Context::from_waker(Waker::noop());
                 match ready!(self.poll_source(&mut cx)) {
-                    Some(command) => Planned::Fresh(command),
+                    Some(command) => Planned::fresh(command),
                     None => return Poll::Ready(None),
                 }
             }
         };
-        let command = planned.command();
-        if let Err(error) = self.permits(&planned, &command) {
+        if let Err(error) = self.permits(&planned) {
             self.refused = Some(error);
             self.commands.close();
             return Poll::Ready(None);
         }
-        self.light.note(&command, self.arm.burns(&command));
-        let item = match planned {
-            Planned::Item(item) => item,
-            Planned::Fresh(command) => {
-                let item = item(self.course.as_mut(), command);
-                self.lasts = self.lasts.saturating_add(item.time);
-                item
-            }
-        };
+        let command = &planned.command;
+        self.light.note(command, self.arm.burns(command));
+        let item = planned.item.unwrap_or_else(|| self.route.item(command));
+        if !planned.given_back {
+            self.lasts = self.lasts.saturating_add(item.time);
+        }
         if self.options.lead.is_some() {
             self.ahead.note(item.time);
         }
         Poll::Ready(Some(item))
     }
 
-    fn permits(&mut self, planned: &Planned, command: &Set) -> Result<()> {
+    fn permits(&mut self, planned: &Planned) -> Result<()> {
+        let command = &planned.command;
         self.arm.permit([command])?;
-        if let Planned::Item(_) = planned {
+        if planned.given_back {
             return Ok(());
         }
         if let Some(checks) = &mut self.checks {
@@ -281,37 +363,8 @@ impl<C: CommandSource> Run<C> {
             refused.map_err(|error| error.at_step(step))?;
         }
         match &mut self.fenced {
-            Some(fenced) => fenced.check(command).map(drop),
-            None => Ok(()),
+            Some(fenced) if !planned.in_fence => fenced.check(command).map(drop),
+            _ => Ok(()),
         }
-    }
-}
-
-impl Planned {
-    pub(super) fn command(&self) -> Set {
-        match self {
-            Self::Fresh(command) => *command,
-            Self::Item(item) => item.command,
-        }
-    }
-}
-
-/// What is known of a command beforehand.
-fn item(course: Option<&mut Preflight>, command: Set) -> Item {
-    let unknown = Item {
-        command,
-        time: u64::MAX,
-        end: None,
-        laser: true,
-    };
-    let Some(Ok(step)) = course.map(|course| course.check(&command)) else {
-        return unknown;
-    };
-    let pose = step.end.map(|end| end.pose);
-    Item {
-        command,
-        time: micros(step.time),
-        end: pose.map(|pose| [pose.x, pose.y, pose.z, pose.r]),
-        laser: step.laser,
     }
 }

@@ -66,7 +66,7 @@ impl Streaming {
         let run = &mut self.run;
         run.come().await;
         if let Some(first) = run.pending.front() {
-            let (arm, first) = (run.arm.clone(), [first.command()]);
+            let (arm, first) = (run.arm.clone(), [*first.command()]);
             arm.permit(&first)?;
             // One that burns already would burn on while the feeder has nothing.
             arm.check_dark().await?;
