@@ -45,6 +45,9 @@ pub use magician_protocol::{
     self as protocol, Alarm, AlarmSet, Ctrl, FrameBuf, QueuedCmdIndex as QueueIndex, Set, commands,
 };
 pub use picture::{ArmOutputs, ArmPicture, GripperState};
+#[cfg(feature = "counters")]
+#[doc(hidden)]
+pub use preflight::PLANNED;
 pub use preflight::check_power;
 pub use remedy::{Act, Action, Given, PinUse, Remedy, SET_PIN, Setting, Voice};
 pub use rest::{REST_READ_INTERVAL, REST_TIME, RestDetector};

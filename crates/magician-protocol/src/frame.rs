@@ -145,6 +145,11 @@ impl fmt::Debug for Frame<'_> {
     }
 }
 
+/// Commands that this process has encoded by [`FrameBuf::set`].
+#[cfg(feature = "counters")]
+#[doc(hidden)]
+pub static ENCODED: core::sync::atomic::AtomicUsize = core::sync::atomic::AtomicUsize::new(0);
+
 /// A frame that owns its bytes, on the stack.
 #[derive(Clone, Copy)]
 pub struct FrameBuf {
@@ -179,12 +184,14 @@ impl FrameBuf {
         Self::encode(row.id, Ctrl::GET, query)
     }
 
-    #[inline]
     /// The frame that sets a value or orders an action: at once or queued, as `ctrl` says.
     ///
     /// # Errors
     /// As [`FrameBuf::encode`].
+    #[inline]
     pub fn set(set: &Set, ctrl: Ctrl) -> Result<Self, EncodeError> {
+        #[cfg(feature = "counters")]
+        ENCODED.fetch_add(1, core::sync::atomic::Ordering::Relaxed);
         Self::with(set.row().id, ctrl, |writer| set.encode(writer))
     }
 

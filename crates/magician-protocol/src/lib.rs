@@ -79,6 +79,9 @@ pub use enums::{
     Stepper, TeachTrigger, TriggerCondition, TriggerMode,
 };
 pub use error::{DecodeError, EncodeError};
+#[cfg(feature = "counters")]
+#[doc(hidden)]
+pub use frame::ENCODED;
 pub use frame::{
     BAUD_RATE, Ctrl, Frame, FrameBuf, HEADER, INTER_BYTE_TIMEOUT_MS, MAX_FRAME, MAX_LEN,
     MAX_PARAMS, UDP_PORT, checksum,

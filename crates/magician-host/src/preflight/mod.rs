@@ -40,6 +40,11 @@ use crate::Result;
 /// The time of what has no end that is known, in microseconds.
 const FOREVER: u64 = u64::MAX;
 
+/// Commands that this process has checked and planned.
+#[cfg(feature = "counters")]
+#[doc(hidden)]
+pub static PLANNED: std::sync::atomic::AtomicUsize = std::sync::atomic::AtomicUsize::new(0);
+
 /// Checks commands before a byte of them is sent: numbers that are none, speeds that are none,
 /// targets out of reach, whole ways that leave it (the corners of a jump, an arc, each segment of a
 /// path), and a laser left burning. [`Guards`] names what is refused. It also tells how long each
@@ -232,6 +237,8 @@ impl Preflight {
     /// [`InvalidInput`](crate::ErrorKind::InvalidInput) for what makes no sense or what a guard refuses,
     /// [`Unreachable`](crate::ErrorKind::Unreachable) with value and limit.
     pub fn check(&mut self, command: &Set) -> Result<Step> {
+        #[cfg(feature = "counters")]
+        PLANNED.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
         self.doubt = None;
         let passed = numbers::check(command)
             .and_then(|()| self.laser.check(command, self.guards.laser))
