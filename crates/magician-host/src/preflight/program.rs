@@ -16,10 +16,10 @@ use crate::stream::Item;
 /// use magician_host::words::{self, Preflight};
 /// use magician_host::{JointAngles, ToolBias};
 ///
-/// let there_and_back = [words::line_by(0.0, 50.0, 0.0, 0.0), words::line_by(0.0, -50.0, 0.0, 0.0)];
+/// let there_and_back = [words::line_by(0.0, 100.0, 0.0, 0.0), words::line_by(0.0, -100.0, 0.0, 0.0)];
 /// let check = Preflight::at(JointAngles::HOME, ToolBias::SUCTION);
 /// let program = check.program(&there_and_back)?;
-/// assert_eq!(program.time().as_millis(), 2 * 1500);
+/// assert_eq!(program.time().as_millis(), 2 * 2000);
 /// assert_eq!(program.items().len(), 2);
 /// # Ok::<(), magician_host::Error>(())
 /// ```
