@@ -4,6 +4,7 @@ use std::cell::Cell;
 
 use clap::Args;
 use magician::report::PoseReport;
+use magician::words::CheckedProgram;
 use magician::{Arm, QueueIndex, RunOptions, Set, ToolBias, commands, words};
 use magician_program::Travel;
 use serde::Serialize;
@@ -117,9 +118,9 @@ impl Move {
         quiet: bool,
         saved: &SavedSettings,
     ) -> Result<commands::Pose, Failure> {
-        let (commands, end) = self.plan(arm, saved).await?;
-        let options = RunOptions::default().keep(self.keep);
-        let mut run = arm.start_with(commands, options);
+        let program = self.plan(arm, saved).await?;
+        let end = { program.end() }.map(|end| [end.pose.x, end.pose.y, end.pose.z]);
+        let mut run = arm.start_checked(program, RunOptions::default().keep(self.keep));
         attended(quiet, "moving", run.wait(|_| {})).await?;
         saved.forget();
         let pose = arm.get::<commands::Pose>().await?;
@@ -138,10 +139,9 @@ impl Move {
 
     /// Starts the move and tells its index.
     async fn hand_over(&self, arm: &Arm, saved: &SavedSettings) -> Result<QueueIndex, Failure> {
-        let (commands, _) = self.plan(arm, saved).await?;
-        let options = RunOptions::default().keep(self.keep);
+        let program = self.plan(arm, saved).await?;
         let (taken, last) = (Notify::new(), Cell::new(QueueIndex(0)));
-        let mut run = arm.start_with(commands, options);
+        let mut run = arm.start_checked(program, RunOptions::default().keep(self.keep));
         let run = run.wait(|progress| {
             last.set(progress.last);
             if Some(progress.sent) == progress.total {
@@ -157,12 +157,8 @@ impl Move {
         Ok(last.get())
     }
 
-    /// The commands of the move, checked, and where it ends.
-    async fn plan(
-        &self,
-        arm: &Arm,
-        saved: &SavedSettings,
-    ) -> Result<(Vec<Set>, Option<[f64; 3]>), Failure> {
+    /// The commands of the move, checked.
+    async fn plan(&self, arm: &Arm, saved: &SavedSettings) -> Result<CheckedProgram, Failure> {
         arm.check_dark().await?;
         let pose = arm.known_pose().await?;
         let mut commands = Vec::new();
@@ -180,15 +176,14 @@ impl Move {
             }
             _ => commands.push(travel),
         }
-        let mut check = arm.preflight_for(&commands).await?;
+        let mut program = CheckedProgram::begin(arm.preflight_for(&commands).await?);
         for command in &commands {
-            check.check(command)?;
+            program.add(command)?;
         }
         if let Some(before) = before {
             saved.save(arm, before).await;
         }
-        let end = check.arm().map(|end| [end.pose.x, end.pose.y, end.pose.z]);
-        Ok((commands, end))
+        Ok(program)
     }
 
     fn travel(&self, now: &commands::Pose) -> Set {

@@ -372,8 +372,22 @@ impl Arm {
         let look = self.look_at_queue().await?;
         match self.standing(&look) {
             Some(pose) => Ok(pose),
-            None => self.get().await,
+            None => {
+                let pose = self.get().await?;
+                if look.waiting() == 0 && self.was_left_at(&pose, &look) {
+                    self.note_standing(look.current, pose);
+                }
+                Ok(pose)
+            }
         }
+    }
+
+    /// True if the arm stands where its last motion over this connection has left it.
+    fn was_left_at(&self, there: &Pose, look: &QueueLook) -> bool {
+        let left_there = self.inner.shared.known().standing;
+        left_there
+            .filter(|standing| standing.index == look.current)
+            .is_some_and(|standing| is_near(place(&standing.pose), place(there)))
     }
 
     /// Where the arm stands that was seen at `there`, by this look at its queue: unknown while commands wait in it, or while it
@@ -387,11 +401,7 @@ impl Arm {
         if look.waiting() > 0 {
             return Ok(None);
         }
-        let left_there = self.inner.shared.known().standing;
-        let left_there = left_there.filter(|standing| standing.index == look.current);
-        let seen = place(&there);
-        let was_left = left_there.is_some_and(|standing| is_near(place(&standing.pose), seen));
-        if !was_left && !self.is_still_at(there, rest).await? {
+        if !self.was_left_at(&there, look) && !self.is_still_at(there, rest).await? {
             return Ok(None);
         }
         self.note_standing(look.current, there);
