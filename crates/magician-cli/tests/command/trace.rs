@@ -1,7 +1,7 @@
 //! `--trace` and `--faults`: what this program says and hears, written down or spoilt.
 
 use crate::magician;
-use crate::magician::run;
+use crate::magician::{run, run_with};
 use serde_json::Value;
 
 /// The commands in a trace, in order, with the direction of each.
@@ -38,6 +38,36 @@ fn a_verb_writes_down_what_it_says_and_hears() {
     // It can be played back.
     let replayed = run(&["replay", &file]);
     assert_eq!(replayed.status, 0, "{replayed:?}");
+}
+
+/// docs/FRAMES.md: six frames for a move that follows another one in a shell.
+#[test]
+fn move_in_a_shell_reads_the_pose_once() {
+    let place = Place::new();
+    let file = place.file("moves.pcapng");
+    let done = run_with(
+        &["--port", "sim", "--trace", &file, "shell"],
+        b"home\nmove 220 0 20\nmove 220 10 20\n",
+    );
+    assert_eq!(done.status, 0, "{done:?}");
+    let passed = commands(&file);
+    let sent: Vec<_> = { passed.iter() }
+        .filter(|(_, side)| side == "request")
+        .map(|(name, _)| name.as_str())
+        .collect();
+    let is_pose = |name: &&str| *name == "GetPose";
+    let mut moves = sent.rsplit(is_pose).skip(1);
+    let last = moves.next().expect("the last move");
+    assert_eq!(
+        last,
+        [
+            "GetQueuedCmdLeftSpace",
+            "GetQueuedCmdCurrentIndex",
+            "SetPTPCmd",
+            "GetQueuedCmdCurrentIndex",
+            "GetAlarmsState"
+        ]
+    );
 }
 
 #[test]
