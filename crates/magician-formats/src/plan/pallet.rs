@@ -107,8 +107,11 @@ impl Plan {
                 };
                 self.at_each(places as usize, (0..places).map(way))
             }
-            _ => Err(Diagnostic::of_file(format!(
+            Some(_) => Err(Diagnostic::of_file(format!(
                 "a pallet of {rows} rows and {columns} columns has no positions"
+            ))),
+            None => Err(Diagnostic::of_file(format!(
+                "a pallet of {rows} rows and {columns} columns has too many positions"
             ))),
         }
     }

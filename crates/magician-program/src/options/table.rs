@@ -219,6 +219,7 @@ setup_options! {
         .changes(ONCE_PLACED);
 
     "Scale factor; 1 is the true size",
+    "With a width or a height it multiplies that size.",
     scale: Option<f64> = number(Place, "").above(0.0).to(FAR).or(Number(1.0))
         .for_formats(ALL).usual_for(&[Svg, Dxf, Hpgl, TestGrid, Gcode]).changes(ONCE_PLACED_GCODE);
 
