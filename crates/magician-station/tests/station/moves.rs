@@ -185,19 +185,19 @@ async fn share_of_power_out_of_range_is_refused_with_value_and_range() {
             "arm.enqueue",
             "CPLECmd",
             &burn,
-            "velocity_or_power is -1 %, it must be 0 to 100 %",
+            "velocity_or_power -1 % is out of range: 0 to 100 %",
         ),
         (
             "arm.set",
             "IOPWM",
             &pulses,
-            "duty_cycle is 101 %, it must be 0 to 100 %",
+            "duty_cycle 101 % is out of range: 0 to 100 %",
         ),
         (
             "arm.enqueue",
             "IOPWM",
             &pulses,
-            "duty_cycle is 101 %, it must be 0 to 100 %",
+            "duty_cycle 101 % is out of range: 0 to 100 %",
         ),
     ] {
         let params = json!({"command": command, "fields": fields, "yes": true});

@@ -177,7 +177,7 @@ pub(super) fn failure(
     }
 }
 
-/// What is wrong, with the step and by how much, in the words of the file where it has words.
+/// What is wrong, with the step, in the words of the file where it has words.
 fn sentence(made: &PreparedJob, report: &Report, refused_step: &RefusedStep) -> String {
     let error = &refused_step.error;
     let step = format!("step {}", report.number(refused_step.step));
@@ -189,12 +189,5 @@ fn sentence(made: &PreparedJob, report: &Report, refused_step: &RefusedStep) -> 
         let what = words.unwrap_or(step);
         return format!("{what} is {beyond:.0} mm beyond the reach");
     }
-    let over = match (error.value(), error.limit(), error.unit()) {
-        (Some(value), Some(limit), Some(unit)) => {
-            let by = (value - limit).abs();
-            format!(" ({by:.1} {unit} beyond)")
-        }
-        _ => String::new(),
-    };
-    format!("{step}: {error}{over}")
+    format!("{step}: {error}")
 }
