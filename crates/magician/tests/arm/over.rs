@@ -368,9 +368,13 @@ async fn motion_after_a_forced_stop_sent_as_a_command_waits_until_the_arm_stands
     sleep(Duration::from_millis(300)).await;
     arm.set(&commands::QueuedCmdForceStopExec {}).await.unwrap();
     arm.clear_queue().await.unwrap();
+    assert!(desk.moves(), "it brakes");
+    desk.heard();
     arm.run(&[words::line_to(220.0, -20.0, 20.0, 0.0)])
         .await
         .unwrap();
+    let moves = desk.frames(84);
+    assert!(matches!(moves[..], [(_, false)]), "{moves:?}");
 }
 
 #[tokio::test(start_paused = true)]
