@@ -157,8 +157,7 @@ fn raised(
 /// Sends a command as the bytes that it is, and forgets the answer.
 pub(super) fn tell(arm: &mut Controller, command: &Set, ctrl: Ctrl) -> Result<(), Error> {
     let frame = FrameBuf::set(command, ctrl)?;
-    arm.receive(HOST, frame.bytes());
-    while arm.poll_transmit(HOST).is_some() {}
+    arm.exchange(HOST, frame.bytes());
     Ok(())
 }
 

@@ -27,8 +27,7 @@ impl Bench {
     }
 
     fn ask(&mut self, frame: &FrameBuf) -> FrameBuf {
-        self.arm.receive(LINK, frame.bytes());
-        self.arm.poll_transmit(LINK).expect("it answers")
+        self.arm.exchange(LINK, frame.bytes()).remove(0)
     }
 
     pub(crate) fn get<T: Readable<Query = NoArgs>>(&mut self) -> T {

@@ -125,8 +125,7 @@ impl Bench {
     }
 
     pub(super) fn arm_hears(&mut self, bytes: &[u8]) {
-        self.arm.receive(USB, bytes);
-        while let Some(reply) = self.arm.poll_transmit(USB) {
+        for reply in self.arm.exchange(USB, bytes) {
             let (late, by) = self.faults.late;
             let late = match self.dice.below(1000) < late {
                 true => self.dice.below(by),

@@ -57,8 +57,7 @@ impl Bench {
 
     fn send(&mut self, command: &Set, ctrl: Ctrl) {
         let frame = FrameBuf::set(command, ctrl).unwrap();
-        self.0.receive(LinkId(0), frame.bytes());
-        while self.0.poll_transmit(LinkId(0)).is_some() {}
+        self.0.exchange(LinkId(0), frame.bytes());
         while self.0.poll_event().is_some() {}
     }
 

@@ -83,13 +83,12 @@ impl Bench {
     }
 
     pub fn send_over(&mut self, link: LinkId, bytes: &[u8]) -> Vec<FrameBuf> {
-        self.arm.receive(link, bytes);
-        self.replies(link)
+        self.arm.exchange(link, bytes)
     }
 
     /// Every reply that waits for a peer.
     pub fn replies(&mut self, link: LinkId) -> Vec<FrameBuf> {
-        std::iter::from_fn(|| self.arm.poll_transmit(link)).collect()
+        self.arm.exchange(link, &[])
     }
 
     /// Sends a line of hex and expects a line of hex.
