@@ -1,6 +1,6 @@
 //! Arcs and circles over the wire (document 1.12, model section 9).
 
-use super::arm::{Bench, joints_to, ptp, running_arm, trapezoid};
+use super::arm::{Bench, joints_to, lasts, ptp, running_arm, trapezoid};
 use magician_protocol::commands::*;
 use std::f64::consts::PI;
 
@@ -47,11 +47,6 @@ fn look(bench: &mut Bench) -> (f64, f64, f64) {
 }
 
 #[track_caller]
-fn lasts(measured: u64, seconds: f64) {
-    let error = measured as f64 / 1e6 - seconds;
-    assert!(error.abs() < 1e-4, "{measured} us, expected {seconds} s");
-}
-
 #[test]
 fn half_a_circle_takes_its_length_at_the_speeds_of_point_to_point_moves() {
     // At power-up 200 mm/s and 200 mm/s2, at half of each.

@@ -1,7 +1,7 @@
 //! Continuous path over the wire: times, ends, corners, and what stops it (document 1.11, model section 8).
 
 use super::arm;
-use super::arm::{Bench, SECOND, arm, ptp, running_arm};
+use super::arm::{Bench, SECOND, arm, lasts, ptp, running_arm};
 use std::time::Duration;
 
 use magician_protocol::commands::*;
@@ -78,11 +78,6 @@ fn speed(bench: &mut Bench) -> f64 {
 }
 
 #[track_caller]
-fn lasts(measured: u64, seconds: f64) {
-    let error = measured as f64 / 1e6 - seconds;
-    assert!(error.abs() < 1e-4, "{measured} us, expected {seconds} s");
-}
-
 #[test]
 fn a_line_takes_the_same_time_whole_and_in_pieces() {
     // 100 mm at 100 mm/s and 100 mm/s2: a ramp of a second up and one down.

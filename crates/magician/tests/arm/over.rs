@@ -8,18 +8,11 @@ use magician::sim::LinkId;
 use magician::{Arm, Ctrl, ErrorKind, Options, RunOptions, Set, commands, words};
 use tokio::time::{Instant, sleep, timeout};
 
-use crate::desk::{Desk, only_reads};
+use crate::desk::{Desk, acquainted, only_reads};
 
 const WAIT: u8 = 110;
 const ALARMS: u8 = 20;
 const STOP_EXEC: u8 = 241;
-
-async fn acquainted(desk: &Desk) -> Arm {
-    let arm = desk.connect(Options::default()).await;
-    sleep(Duration::from_millis(200)).await;
-    desk.heard();
-    arm
-}
 
 fn waits(count: usize, ms: u64) -> Vec<Set> {
     vec![words::wait(Duration::from_millis(ms)); count]

@@ -300,3 +300,10 @@ pub fn search_lasts(j1: f64) -> f64 {
 pub fn homing_lasts(j1: f64) -> f64 {
     search_lasts(j1) + trapezoid(135.0, 30.0, 30.0)
 }
+
+/// Checks a duration in microseconds, to 0.1 ms.
+#[track_caller]
+pub fn lasts(measured: u64, seconds: f64) {
+    let error = measured as f64 / 1e6 - seconds;
+    assert!(error.abs() < 1e-4, "{measured} us, expected {seconds} s");
+}
