@@ -317,7 +317,7 @@ fn a_move_switches_outputs_when_their_share_of_the_path_is_done() {
         r,
         po: PoList::new(&outputs).unwrap(),
     });
-    let level = |bench: &mut arm::Bench, address| {
+    let level = |bench: &mut arm::TestArm, address| {
         let address = Some(address);
         bench.get_with::<IoDo>(&GetIoDo { address }).level.0
     };

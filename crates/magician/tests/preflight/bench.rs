@@ -9,12 +9,12 @@ const LINK: LinkId = LinkId(0);
 
 /// The arm, and nothing but it.
 #[derive(Clone)]
-pub(crate) struct Bench {
+pub(crate) struct LoneArm {
     pub(crate) arm: Controller,
     pub(crate) now: ArmInstant,
 }
 
-impl Bench {
+impl LoneArm {
     pub(crate) fn new() -> Self {
         Self::with(Profile::default())
     }

@@ -28,7 +28,7 @@ pub(super) const NONE: Faults = Faults {
 };
 
 /// The proxy between an arm and its clients.
-pub(super) struct Bench {
+pub(super) struct ProxyRig {
     pub(super) now: Micros,
     pub(super) proxy: Proxy,
     pub(super) arm: Controller,
@@ -42,7 +42,7 @@ pub(super) struct Bench {
     pub(super) inboxes: BTreeMap<Client, VecDeque<FrameBuf>>,
 }
 
-impl Bench {
+impl ProxyRig {
     pub(super) fn new(settings: Settings, faults: Faults, seed: u64) -> Self {
         Self {
             now: 0,

@@ -6,7 +6,7 @@ use magician::{JointAngles, Set, ToolBias, commands};
 use magician_program::{Action, Continuation, Plan, Tool, Travel, check};
 use proptest::prelude::*;
 
-use super::bench::Bench;
+use super::bench::LoneArm;
 use super::programs::{accepted, cases, plan};
 use super::{line, plan_of};
 
@@ -27,7 +27,7 @@ proptest! {
 
     #[test]
     fn it_ends_where_the_whole_ends_with_everything_set_alike(plan in plan(), step in any::<prop::sample::Index>()) {
-        let mut whole = Bench::new();
+        let mut whole = LoneArm::new();
         let start = Preflight::new(&whole.readings());
         let plan = accepted(plan, &start);
         let step = step.index(plan.steps.len());
@@ -49,7 +49,7 @@ proptest! {
         // Paths round where they begin to 32 bits: what only just was within a limit may then not be.
         let report = check(&rest.plan, &start);
         prop_assert!(report.is_good(), "{:?}\n{:?}", report.refused_steps, rest);
-        let mut part = Bench::new();
+        let mut part = LoneArm::new();
         prop_assert_eq!(whole.run_plan(&plan).alarm, None);
         prop_assert_eq!(part.run_plan(&rest.plan).alarm, None);
         let (mut whole_says, mut part_says) = (whole.readings(), part.readings());
@@ -222,7 +222,7 @@ fn the_rail_goes_to_its_place_or_nobody_knows_it() {
         Action::from(words::rail_by(50.0)),
         line([230.0, 0.0, 0.0]),
     ]);
-    let mut readings = Bench::new().readings();
+    let mut readings = LoneArm::new().readings();
     readings.rail = Some(0.0);
     let arm = Preflight::new(&readings);
     let rest = Continuation::from_step(&plan, 3, &arm).unwrap();
