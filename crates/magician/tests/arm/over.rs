@@ -310,9 +310,10 @@ async fn stopped_in_motion(desk: &Desk, after: u64, given_up: bool) -> Arm {
     let running = tokio::spawn(async move { other.run(&far).await });
     sleep(Duration::from_millis(after)).await;
     arm.stopper().request_stop().unwrap();
-    match given_up {
-        true => running.abort(),
-        false => drop(running),
+    if given_up {
+        running.abort();
+    } else {
+        drop(running);
     }
     arm
 }
