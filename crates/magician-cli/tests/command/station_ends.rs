@@ -138,9 +138,10 @@ fn ctrl_c_that_reaches_station_and_program_at_once_lifts_the_pen() {
         let (mut served, url) = serve(&place);
         let drawing = draw(&place, &url, &[]);
         place.until_drawn(2.0);
-        let both = match station_first {
-            true => [&served.child, &drawing],
-            false => [&drawing, &served.child],
+        let both = if station_first {
+            [&served.child, &drawing]
+        } else {
+            [&drawing, &served.child]
         };
         for child in both {
             signal("-INT", child);
