@@ -452,9 +452,10 @@ impl Error {
 
 /// An interval of queue indices, in brackets behind what they belong to.
 fn span(from: u64, to: u64) -> String {
-    match from == to {
-        true => format!(" (queue index {from})"),
-        false => format!(" (queue indices {from} to {to})"),
+    if from == to {
+        format!(" (queue index {from})")
+    } else {
+        format!(" (queue indices {from} to {to})")
     }
 }
 

@@ -206,9 +206,10 @@ fn program(seed: u64, lossy: bool) -> u32 {
     bench.read_all();
     for _ in 0..40 {
         if lossy && dice.chance(0.1) {
-            match dice.chance(0.5) {
-                true => bench.pair.lose_next_reply(),
-                false => bench.pair.lose_next_request(),
+            if dice.chance(0.5) {
+                bench.pair.lose_next_reply()
+            } else {
+                bench.pair.lose_next_request()
             }
         }
         step(&mut bench, &mut dice);
@@ -217,10 +218,11 @@ fn program(seed: u64, lossy: bool) -> u32 {
     bench.set(QueuedCmdStartExec {});
     bench.wait(60_000_000);
     bench.read::<QueuedCmdCurrentIndex>();
-    match lossy {
+    if lossy {
         // Nothing else tells that a command which was not answered is not in the queue.
-        true => stop(&mut bench),
-        false => bench.set(words::laser(false)),
+        stop(&mut bench);
+    } else {
+        bench.set(words::laser(false));
     }
     // An arm that turns round shows each pose twice, and none a third time.
     for _ in 0..3 {

@@ -127,9 +127,10 @@ impl ProxyRig {
     pub(super) fn arm_hears(&mut self, bytes: &[u8]) {
         for reply in self.arm.exchange(USB, bytes) {
             let (late, by) = self.faults.late;
-            let late = match self.dice.below(1000) < late {
-                true => self.dice.below(by),
-                false => 0,
+            let late = if self.dice.below(1000) < late {
+                self.dice.below(by)
+            } else {
+                0
             };
             // An ordered line: what is late delays what follows.
             let last = self.from_arm.back().map_or(0, |(at, _)| *at);
