@@ -137,9 +137,10 @@ pub fn stands(plan: &Plan, options: &RehearseOptions) -> Result<Preflight, Error
     let tool = tool_of(plan, options);
     let joints = raised(plan, options, tool)?.unwrap_or(JointAngles::HOME);
     let start = Preflight::at(joints, tool.bias());
-    Ok(match plan.uses_rail() {
-        true => start.on_rail(0.0),
-        false => start,
+    Ok(if plan.uses_rail() {
+        start.on_rail(0.0)
+    } else {
+        start
     })
 }
 
