@@ -222,10 +222,7 @@ async fn a_viewer_stops_a_job_and_its_pen_goes_up_but_not_by_a_stop_of_the_arm()
         while pen_is_up(&bench) {
             anna.listen(Duration::from_millis(50)).await;
         }
-        let params = match up {
-            true => json!({"job": job}),
-            false => json!({}),
-        };
+        let params = if up { json!({"job": job}) } else { json!({}) };
         viewer.ok(method, params).await;
         let stopped = until(&mut viewer, &job, "stopped").await;
         assert_eq!(stopped["error"], json!(null));

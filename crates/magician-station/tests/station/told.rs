@@ -79,9 +79,10 @@ async fn laser_of_a_job_is_told_to_every_subscriber_while_it_burns() {
         assert!(burnt < 2000 && state != json!("failed"), "{state}");
         text.listen(READING).await;
         bytes.listen(Duration::from_millis(1)).await;
-        burning = match bench.arms[0].state().laser {
-            true => burning + 1,
-            false => 0,
+        burning = if bench.arms[0].state().laser {
+            burning + 1
+        } else {
+            0
         };
         burnt += u32::from(burning > 0);
         // Three readings: one that was under way, and one of the slower subscriber.
