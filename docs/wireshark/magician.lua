@@ -909,8 +909,8 @@ LAYOUTS.TrigCmd = {
     fields = {
         { name = "address", kind = "u8", unit = "", doc = "Input to look at. Range: 1 to 20." },
         { name = "mode", kind = "enum", enum = "TriggerMode", unit = "", doc = "Digital level or analog value. Range: 0 or 1." },
-        { name = "condition", kind = "enum", enum = "TriggerCondition", unit = "", doc = "How to compare. Range: 0 or 1 for levels, 0 to 3 for analog values." },
-        { name = "threshold", kind = "u16", unit = "", doc = "What to compare with. Range: 0 or 1 for levels, 0 to 4095 for analog values." },
+        { name = "condition", kind = "enum", enum = "TriggerCondition", unit = "", doc = "How to compare. Range: 0 or 1 in level mode, 0 to 3 in analog mode." },
+        { name = "threshold", kind = "u16", unit = "", doc = "What to compare with. Range: 0 or 1 in level mode, 0 to 4095 counts in analog mode." },
     },
     fits = {
         { from = 5, to = 5 },

@@ -9,8 +9,7 @@ use magician_sim::{Controller, LinkId, Profile, Scenario, World};
 fn host(arm: &mut Controller) {
     let mut order = |id, ctrl, params: &[u8]| {
         let frame = FrameBuf::new(id, ctrl, params).expect("it is short");
-        arm.receive(LinkId(0), frame.bytes());
-        while arm.poll_transmit(LinkId(0)).is_some() {}
+        arm.exchange(LinkId(0), frame.bytes());
     };
     order(240, Ctrl::SET, &[]);
     order(135, Ctrl::SET, &[0, 1, 0x10, 0x27, 0, 0]);

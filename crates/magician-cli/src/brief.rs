@@ -72,12 +72,14 @@ fn usual(command: &Command) -> BTreeSet<String> {
     let own = command.get_arguments().filter(is_own);
     let own: Vec<_> = own.map(|arg| arg.get_id().as_str()).collect();
     let is_seldom = |id: &str| OF_TEXT.contains(&id) && own.contains(&OF_DRAWINGS);
-    let chosen: Vec<_> = match own.contains(&OF_FILES) {
-        true => { USUAL.iter().copied() }
+    let chosen: Vec<_> = if own.contains(&OF_FILES) {
+        let usual = USUAL.iter().copied();
+        usual
             .filter(|id| own.contains(id) && !is_seldom(id))
             .take(MOST)
-            .collect(),
-        false => own.into_iter().take(MOST).collect(),
+            .collect()
+    } else {
+        own.into_iter().take(MOST).collect()
     };
     chosen
         .into_iter()

@@ -37,13 +37,15 @@ pub(crate) fn draw(
     text: Option<&str>,
 ) -> String {
     // With colours where there are any, and without more than ASCII where the terminal is dumb or none.
-    let renderer = match Paint::for_stderr().is_on() {
-        true => Renderer::styled(),
-        false => Renderer::plain(),
+    let renderer = if Paint::for_stderr().is_on() {
+        Renderer::styled()
+    } else {
+        Renderer::plain()
     };
-    let decor = match draws_on_stderr() {
-        true => DecorStyle::Unicode,
-        false => DecorStyle::Ascii,
+    let decor = if draws_on_stderr() {
+        DecorStyle::Unicode
+    } else {
+        DecorStyle::Ascii
     };
     let renderer = renderer.decor_style(decor).term_width(width_of_stderr());
     draw_by(&renderer, problem, severity, file, text)

@@ -105,13 +105,12 @@ impl Output {
 
     /// Tells a note, with what to do about it: a person now, a reader of JSON in the next object.
     pub(crate) fn note(&mut self, note: &Diagnostic, json: bool) {
-        match json {
-            true => self.notes.extend(Note::all(&Command, [note])),
-            false => {
-                let label = Paint::for_stderr().note("note:");
-                let text = advised(&Command, note.message.clone(), note);
-                tell(format_args!("{label} {}", visible_lines(&text)));
-            }
+        if json {
+            self.notes.extend(Note::all(&Command, [note]))
+        } else {
+            let label = Paint::for_stderr().note("note:");
+            let text = advised(&Command, note.message.clone(), note);
+            tell(format_args!("{label} {}", visible_lines(&text)));
         }
     }
 
@@ -134,9 +133,10 @@ impl Output {
 
     /// Writes text that clap has styled.
     pub(crate) fn styled(&mut self, text: &StyledStr) -> Result<(), Failure> {
-        match self.paint.is_on() {
-            true => write!(self.to, "{}", text.ansi())?,
-            false => write!(self.to, "{text}")?,
+        if self.paint.is_on() {
+            write!(self.to, "{}", text.ansi())?;
+        } else {
+            write!(self.to, "{text}")?;
         }
         self.flush()
     }

@@ -17,9 +17,10 @@ pub(crate) enum Asks {
 
 /// The arm for what needs to know where it is: one that is not known to be homed is refused, or taken with `--unhomed`.
 pub(crate) async fn homed(arm: &Arm, unhomed: bool) -> Result<Arm, Failure> {
-    let arm = match unhomed {
-        true => arm.allowing_unhomed(),
-        false => arm.clone(),
+    let arm = if unhomed {
+        arm.allowing_unhomed()
+    } else {
+        arm.clone()
     };
     arm.check_homed().await?;
     Ok(arm)
@@ -74,13 +75,12 @@ impl Context {
                 other => Ok(other.map(|()| false)?),
             }
         })?;
-        match refused {
-            true => {
-                let what = "commands of another program wait in the queue and could light the \
+        if refused {
+            let what = "commands of another program wait in the queue and could light the \
                     laser of the arm";
-                self.ask_for_laser(Asks::AtTheTerminal, what)
-            }
-            false => Ok(()),
+            self.ask_for_laser(Asks::AtTheTerminal, what)
+        } else {
+            Ok(())
         }
     }
 

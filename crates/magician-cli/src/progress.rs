@@ -60,9 +60,10 @@ impl Bar {
     /// From 0 to `total`.
     pub(crate) fn begin(quiet: bool, what: &'static str, total: u64) -> Self {
         let at_terminal = io::stderr().is_terminal();
-        let target = match !quiet && at_terminal {
-            true => ProgressDrawTarget::stderr(),
-            false => ProgressDrawTarget::hidden(),
+        let target = if !quiet && at_terminal {
+            ProgressDrawTarget::stderr()
+        } else {
+            ProgressDrawTarget::hidden()
         };
         let bar = ProgressBar::with_draw_target(Some(total), target);
         let style = ProgressStyle::with_template("{spinner} {msg} {bar:30} {pos}/{len}");

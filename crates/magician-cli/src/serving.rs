@@ -10,16 +10,20 @@ use magician_job::files::WholeFile;
 use crate::failure::{Failure, Kind};
 
 /// What to do about having no door.
-pub(crate) const DOORS: &str = match cfg!(unix) {
-    true => "give one or more of --pty PATH, --udp HOST[:PORT], --tcp HOST:PORT",
-    false => "give --udp HOST[:PORT], --tcp HOST:PORT, or both",
+pub(crate) const DOORS: &str = if cfg!(unix) {
+    "give one or more of --pty PATH, --udp HOST[:PORT], --tcp HOST:PORT"
+} else {
+    "give --udp HOST[:PORT], --tcp HOST:PORT, or both"
 };
 
 /// The path of a new pseudo-terminal, where there are such things.
 pub(crate) fn pty() -> impl TypedValueParser<Value = PathBuf> {
-    PathBufValueParser::new().try_map(|path| match cfg!(unix) {
-        true => Ok(path),
-        false => Err("this system has no pseudo-terminals; use --tcp or --udp"),
+    PathBufValueParser::new().try_map(|path| {
+        if cfg!(unix) {
+            Ok(path)
+        } else {
+            Err("this system has no pseudo-terminals; use --tcp or --udp")
+        }
     })
 }
 

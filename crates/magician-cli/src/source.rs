@@ -31,20 +31,20 @@ impl Source {
     /// Reads a file, or stdin for `-`.
     pub(crate) fn open(path: &Path) -> Result<Self, Failure> {
         let is_stdin = path.as_os_str() == "-";
-        let name = match is_stdin {
-            true => "stdin".to_owned(),
-            false => path.display().to_string(),
+        let name = if is_stdin {
+            "stdin".to_owned()
+        } else {
+            path.display().to_string()
         };
         let wrong = |error: &dyn std::fmt::Display| {
             Failure::invalid(format!("{name} cannot be read: {error}"))
         };
         let mut bytes = Vec::new();
-        let read = match is_stdin {
-            true => io::stdin().lock().take(LARGEST + 1).read_to_end(&mut bytes),
-            false => {
-                let file = File::open(path).map_err(|error| wrong(&error))?;
-                file.take(LARGEST + 1).read_to_end(&mut bytes)
-            }
+        let read = if is_stdin {
+            io::stdin().lock().take(LARGEST + 1).read_to_end(&mut bytes)
+        } else {
+            let file = File::open(path).map_err(|error| wrong(&error))?;
+            file.take(LARGEST + 1).read_to_end(&mut bytes)
         };
         let count = read.map_err(|error| wrong(&error))?;
         if count as u64 > LARGEST {
@@ -123,9 +123,10 @@ impl Source {
         let nth = (line as usize).checked_sub(1)?;
         let words = text.lines().nth(nth)?.trim();
         let short: String = words.chars().take(WORDS).collect();
-        let short = match short.len() < words.len() {
-            true => format!("{}..", short.trim_end()),
-            false => short,
+        let short = if short.len() < words.len() {
+            format!("{}..", short.trim_end())
+        } else {
+            short
         };
         (!short.is_empty()).then_some(short)
     }

@@ -114,10 +114,7 @@ mod tests {
     fn verbs(command: &clap::Command) -> Vec<&clap::Command> {
         let own = command.get_subcommands().flat_map(verbs);
         let own: Vec<_> = own.collect();
-        match own.is_empty() {
-            true => vec![command],
-            false => own,
-        }
+        if own.is_empty() { vec![command] } else { own }
     }
 
     #[test]

@@ -35,9 +35,10 @@ impl Way {
     /// The time in continuous time.
     fn seconds(self) -> f64 {
         let Self(length, v, a) = self;
-        match length > v * v / a {
-            true => length / v + v / a,
-            false => 2.0 * (length / a).sqrt(),
+        if length > v * v / a {
+            length / v + v / a
+        } else {
+            2.0 * (length / a).sqrt()
         }
     }
 

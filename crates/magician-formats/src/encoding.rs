@@ -235,9 +235,10 @@ fn as_declared<'b>(bytes: &'b [u8], name: String) -> Option<Result<Decoded<'b>, 
         );
         Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut)
     });
-    let text = match damaged {
-        true => text.replace('\u{FFFD}', "").into(),
-        false => text,
+    let text = if damaged {
+        text.replace('\u{FFFD}', "").into()
+    } else {
+        text
     };
     Some(Ok(Decoded { text, note }))
 }
@@ -285,9 +286,10 @@ pub(crate) fn number(text: &str) -> Option<f64> {
     let plain = text.parse().ok();
     let read = plain.or_else(|| {
         let one_comma = text.matches(',').count() == 1 && !text.contains('.');
-        let mut changed = match one_comma {
-            true => text.replace(',', "."),
-            false => text.to_owned(),
+        let mut changed = if one_comma {
+            text.replace(',', ".")
+        } else {
+            text.to_owned()
         };
         if let Some(at) = changed.find(['d', 'D']) {
             changed.replace_range(at..=at, "e");

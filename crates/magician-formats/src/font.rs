@@ -59,9 +59,12 @@ fn shrink_notdef(font: &mut [u8]) -> Option<()> {
     // Whether places in `glyf` are told in 4 bytes, or halved in 2.
     let halved = word(font, table(font, b"head")? + 50)? == 0;
     let places = table(font, b"loca")?;
-    let place = |nth: usize| match halved {
-        true => Some(2 * usize::from(word(font, places + 2 * nth)?)),
-        false => long(font, places + 4 * nth),
+    let place = |nth: usize| {
+        if halved {
+            Some(2 * usize::from(word(font, places + 2 * nth)?))
+        } else {
+            long(font, places + 4 * nth)
+        }
     };
     let (from, to) = (place(0)?, place(1)?);
     let glyphs = table(font, b"glyf")?;

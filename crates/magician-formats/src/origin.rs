@@ -73,9 +73,10 @@ impl<'t> Lines<'t> {
         });
         Self {
             text,
-            counts: match text.is_ascii() {
-                true => Vec::new(),
-                false => pieces.collect(),
+            counts: if text.is_ascii() {
+                Vec::new()
+            } else {
+                pieces.collect()
             },
             starts: starts.collect(),
         }

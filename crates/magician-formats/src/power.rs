@@ -32,11 +32,12 @@ impl Power {
     /// # Errors
     /// What is wrong with them, in a sentence.
     pub fn new(least: f64, most: f64) -> Result<Self, String> {
-        match 0.0 <= least && least <= most && most <= 100.0 {
-            true => Ok(Self { least, most }),
-            false => Err(format!(
+        if 0.0 <= least && least <= most && most <= 100.0 {
+            Ok(Self { least, most })
+        } else {
+            Err(format!(
                 "power is percent from 0 to 100, the least before the most, not {least} and {most}"
-            )),
+            ))
         }
     }
 
@@ -49,9 +50,10 @@ impl Power {
     /// What becomes of a power, percent: nothing of nothing, the least and the most of what is between none and full power.
     #[must_use]
     pub fn of(&self, percent: f64) -> f64 {
-        match percent > 0.0 {
-            true => self.least + (self.most - self.least) * percent / 100.0,
-            false => 0.0,
+        if percent > 0.0 {
+            self.least + (self.most - self.least) * percent / 100.0
+        } else {
+            0.0
         }
     }
 }
@@ -60,9 +62,10 @@ impl Power {
 impl fmt::Display for Power {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { least, most } = self;
-        match *least > 0.0 {
-            true => write!(f, "{least}..{most}"),
-            false => write!(f, "{most}"),
+        if *least > 0.0 {
+            write!(f, "{least}..{most}")
+        } else {
+            write!(f, "{most}")
         }
     }
 }

@@ -225,12 +225,13 @@ impl Stretch {
         let readings = done.iter().copied().chain(thin(rest, tolerance));
         for reading in readings.skip(1) {
             let [x, y, z, r] = reading.pose.map(|number| number as f32);
-            let action = match lines {
-                true => Action::Move {
+            let action = if lines {
+                Action::Move {
                     to: [x, y, z, r],
                     by: Travel::Line,
-                },
-                false => Action::Path { to: [x, y, z] },
+                }
+            } else {
+                Action::Path { to: [x, y, z] }
             };
             plan.push(action, Origin::NONE);
         }

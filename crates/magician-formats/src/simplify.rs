@@ -89,9 +89,10 @@ fn farthest<P: Copy>(
 pub(crate) fn off_chord<const N: usize>(point: [f64; N], from: [f64; N], to: [f64; N]) -> f64 {
     let (chord, way) = (minus(to, from), minus(point, from));
     let square = dot(chord, chord);
-    let share = match square > 0.0 {
-        true => (dot(way, chord) / square).clamp(0.0, 1.0),
-        false => 0.0,
+    let share = if square > 0.0 {
+        (dot(way, chord) / square).clamp(0.0, 1.0)
+    } else {
+        0.0
     };
     length(minus(way, chord.map(|part| part * share)))
 }

@@ -29,9 +29,10 @@ impl Origin {
     /// Origin of a connection whose other end has this address.
     #[must_use]
     pub fn of(address: IpAddr) -> Self {
-        match address.to_canonical().is_loopback() {
-            true => Self::Loopback,
-            false => Self::Elsewhere,
+        if address.to_canonical().is_loopback() {
+            Self::Loopback
+        } else {
+            Self::Elsewhere
         }
     }
 }
@@ -197,9 +198,10 @@ impl<K: Copy + Ord> AdmissionTable<K> {
     #[must_use = "what gives way is to be closed"]
     pub fn begin(&mut self, now: HostInstant, key: K) -> Option<K> {
         let origin = self.places.get(&key)?.origin;
-        let gone = match self.is_full(origin, [Some(key), None]) {
-            true => self.yielding(now, origin, Some(key)),
-            false => None,
+        let gone = if self.is_full(origin, [Some(key), None]) {
+            self.yielding(now, origin, Some(key))
+        } else {
+            None
         };
         self.stand(now, key, Standing::Slow);
         self.remove(gone)
@@ -319,9 +321,10 @@ impl<K: Copy + Ord> AdmissionTable<K> {
         }
         let gone = self.yielding(now, origin, of);
         // A request that begins while all places are in use stands beside them: its end makes no place.
-        match gone.is_some() && !self.is_full(origin, [of, gone]) {
-            true => Ok(gone),
-            false => Err(NoPlace),
+        if gone.is_some() && !self.is_full(origin, [of, gone]) {
+            Ok(gone)
+        } else {
+            Err(NoPlace)
         }
     }
 

@@ -249,8 +249,7 @@ impl Pair {
             let steers = [QueuedCmdStartExec::ROW.id, QueuedCmdClear::ROW.id];
             let cuts = steers.contains(&frame.frame().id()) && self.arm.state().moving;
             self.cuts += u32::from(cuts);
-            self.arm.receive(LinkId(0), frame.bytes());
-            while let Some(reply) = self.arm.poll_transmit(LinkId(0)) {
+            for reply in self.arm.exchange(LinkId(0), frame.bytes()) {
                 self.arm_says(&frame, &reply);
             }
         }

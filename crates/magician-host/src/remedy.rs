@@ -361,9 +361,10 @@ pub trait Voice {
             if acts.contains(&act) {
                 continue;
             }
-            all.push(match remedy.effect.is_empty() {
-                true => act.clone(),
-                false => format!("{act} {}", remedy.effect),
+            all.push(if remedy.effect.is_empty() {
+                act.clone()
+            } else {
+                format!("{act} {}", remedy.effect)
             });
             acts.push(act);
         }

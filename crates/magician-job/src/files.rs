@@ -19,9 +19,10 @@ pub(crate) fn read_text(path: &Path, largest: u64) -> io::Result<Option<String>>
     let mut bytes = Vec::new();
     let file = std::fs::File::open(path)?;
     let count = file.take(largest + 1).read_to_end(&mut bytes)?;
-    match count as u64 <= largest {
-        true => io::read_to_string(bytes.as_slice()).map(Some),
-        false => Ok(None),
+    if count as u64 <= largest {
+        io::read_to_string(bytes.as_slice()).map(Some)
+    } else {
+        Ok(None)
     }
 }
 

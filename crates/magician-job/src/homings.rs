@@ -124,9 +124,12 @@ impl HomingFiles {
     fn path(&self, arm: &ArmIdentity) -> PathBuf {
         let name: String = format!("{}-{}", arm.serial, port(arm))
             .chars()
-            .map(|sign| match sign.is_ascii_alphanumeric() {
-                true => sign,
-                false => '_',
+            .map(|sign| {
+                if sign.is_ascii_alphanumeric() {
+                    sign
+                } else {
+                    '_'
+                }
             })
             .collect();
         // The end of a long one tells more than its beginning.

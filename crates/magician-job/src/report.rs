@@ -100,9 +100,10 @@ impl CheckReport {
         report: &Report,
         voice: &impl Voice,
     ) -> Self {
-        let ok = match report.is_good() && prepared.misfit.is_none() {
-            true => Ok(true),
-            false => Err(WayOut::of(prepared, rest)),
+        let ok = if report.is_good() && prepared.misfit.is_none() {
+            Ok(true)
+        } else {
+            Err(WayOut::of(prepared, rest))
         };
         let steps = prepared.program.steps();
         let steps = steps.map(|steps| steps.saturating_sub(rest.from()));

@@ -70,9 +70,10 @@ pub async fn touch_off(arm: &Arm, draws: Tool) -> Result<Touch> {
 
 /// The height alone counts: a level surface is the same wherever it is touched.
 fn check_tip(mounted: ToolBias, draws: ToolBias) -> std::result::Result<(), ()> {
-    match (mounted.z - draws.z).abs() < SAME_HEIGHT {
-        true => Ok(()),
-        false => Err(()),
+    if (mounted.z - draws.z).abs() < SAME_HEIGHT {
+        Ok(())
+    } else {
+        Err(())
     }
 }
 

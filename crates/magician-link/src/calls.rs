@@ -402,9 +402,10 @@ fn axis_of(given: &Given, manner: &Manner) -> Result<String, LinkError> {
     let cmd = given.number("cmd");
     let joint = { given.get("isJoint") }
         .is_some_and(|joint| joint.as_bool() == Some(true) || joint.as_f64() == Some(1.0));
-    let axes = match joint {
-        true => ["j1", "j2", "j3", "j4", "l"],
-        false => ["x", "y", "z", "r", "l"],
+    let axes = if joint {
+        ["j1", "j2", "j3", "j4", "l"]
+    } else {
+        ["x", "y", "z", "r", "l"]
     };
     let number = (1.0..=10.0).contains(&cmd).then(|| cmd as usize - 1);
     let axis = number.and_then(|number| Some((axes.get(number / 2)?, number % 2)));

@@ -152,12 +152,13 @@ fn fits(param: &Param, value: &Value) -> Result<Value, LinkError> {
         }
         (Kind::Point, Value::Object(point)) => {
             let numbers = ["x", "y", "z", "r"].map(|name| point.get(name));
-            match numbers
+            if numbers
                 .iter()
                 .all(|number| number.is_some_and(Value::is_number))
             {
-                true => Ok(json!(numbers)),
-                false => wrong(),
+                Ok(json!(numbers))
+            } else {
+                wrong()
             }
         }
         (Kind::Outputs, Value::Array(items)) => {

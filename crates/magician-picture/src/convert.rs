@@ -88,9 +88,10 @@ impl Conversion {
                 let done: HostResult<_> = rehearse(plan, &RehearseOptions::default());
                 let drawing = done.map_err(ConversionError::Rehearsal)?.drawing;
                 if drawing.is_empty() {
-                    return Err(match plan.steps.iter().any(|step| step.action.marks()) {
-                        true => ConversionError::OutOfReach,
-                        false => ConversionError::DrawsNothing,
+                    return Err(if plan.steps.iter().any(|step| step.action.marks()) {
+                        ConversionError::OutOfReach
+                    } else {
+                        ConversionError::DrawsNothing
                     });
                 }
                 let bytes = match self {

@@ -131,9 +131,12 @@ mod tests {
     #[test]
     fn what_is_too_large_becomes_smaller() {
         let most = |most: f64| {
-            move |scale: f64| match scale > most {
-                true => Err("large"),
-                false => Ok(scale.to_string().into_bytes()),
+            move |scale: f64| {
+                if scale > most {
+                    Err("large")
+                } else {
+                    Ok(scale.to_string().into_bytes())
+                }
             }
         };
         let large = |error: &&str| *error == "large";

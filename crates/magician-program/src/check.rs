@@ -187,9 +187,10 @@ impl Report {
     }
 
     fn travel(&mut self, step: usize, way: f64, draws: bool) {
-        match draws {
-            true => self.drawn += way,
-            false => self.travelled += way,
+        if draws {
+            self.drawn += way;
+        } else {
+            self.travelled += way;
         }
         if self.longest_way.is_none_or(|(_, longest)| way > longest) {
             self.longest_way = Some((step, way));

@@ -13,7 +13,7 @@ use magician_protocol::commands::{
     QueuedCmdCurrentIndex, QueuedCmdLeftSpace,
 };
 use magician_protocol::{
-    Ctrl, Deframer, Event, Frame, FrameBuf, Layout, NoArgs, PtpMode, QueuedCmdIndex, Readable,
+    Ctrl, Deframer, Event, Frame, FrameBuf, Layout, NoArgs, PtpMode, QueuedCmdIndex, Readable, Set,
     Writable,
 };
 
@@ -200,4 +200,26 @@ fn encode_cp() -> FrameBuf {
         velocity_or_power: 0.0,
     };
     FrameBuf::encode(CpCmd::ROW.id, Ctrl::QUEUED, &black_box(segment)).expect("short")
+}
+
+/// The segments of a large drawing against the ranges of the table.
+#[bench]
+fn check_cp(bencher: Bencher<'_, '_>) {
+    let segments: Vec<Set> = (0..100_000u32)
+        .map(|nth| {
+            Set::from(CpCmd {
+                cp_mode: 1.into(),
+                x: 200.0 + (nth % 77) as f32,
+                y: (nth % 91) as f32,
+                z: -20.25,
+                velocity_or_power: 0.0,
+            })
+        })
+        .collect();
+    bencher
+        .counter(ItemsCount::new(segments.len()))
+        .bench_local(|| {
+            let sound = |segment: &&Set| black_box(segment).check().is_ok();
+            segments.iter().filter(sound).count()
+        });
 }

@@ -7,12 +7,13 @@
 //! The file is long because it is the table: one place for every wire layout.
 
 use crate::layout::{Field, Form, FormKind, LayoutInfo};
+use crate::range::Range;
 use crate::row::{Chapter, Confidence, Effect, Row, Source};
 use crate::wire::{Layout, Queueable, Readable, Reader, Wire, Writable, Writer};
 use crate::{
     AlarmSet, Bytes, CpMode, DecodeError, Flag, Handedness, IoFunction, JogCommand, NoArgs, PoList,
-    Port, PtpMode, RailVersion, SensorVersion, Stepper, TeachTrigger, Text, TriggerCondition,
-    TriggerMode,
+    Port, PtpMode, RailVersion, RangeError, SensorVersion, Stepper, TeachTrigger, Text,
+    TriggerCondition, TriggerMode,
 };
 
 commands! {
@@ -414,8 +415,8 @@ commands! {
     action TrigCmd {
         address: u8, "EIO address", [1..=20], "Input to look at.";
         mode: TriggerMode, "enum", [0..=1], "Digital level or analog value.";
-        condition: TriggerCondition, "enum", [mode 0 "levels" 0..=1, mode 1 "analog values" 0..=3], "How to compare.";
-        threshold: u16, "level or counts", [mode 0 "levels" 0..=1, mode 1 "analog values" 0..=4095], "What to compare with.";
+        condition: TriggerCondition, "enum", [mode 0 "level mode" 0..=1, mode 1 "analog mode" 0..=3], "How to compare.";
+        threshold: u16, "level or counts", [mode 0 "level mode" 0..=1, mode 1 "analog mode" 0..=4095 "counts"], "What to compare with.";
     }
 
     130 "IOMultiplexing" "What an EIO pin does." [Io "1.15.1" Document High, errata "E39, E40"]

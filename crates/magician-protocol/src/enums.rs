@@ -1,7 +1,9 @@
 use core::fmt;
 
+use crate::check::{Number, RangeError, check_number};
+use crate::layout::Field;
 use crate::wire::{EnumInfo, FieldType, Reader, Variant, Wire, Writer};
-use crate::{DecodeError, row::same_name};
+use crate::{DecodeError, Range, row::same_name};
 
 /// A byte of which 0 is off and anything else is on; keeps the byte it was read from.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
@@ -114,6 +116,11 @@ macro_rules! open_enums {
             #[inline]
             fn write(&self, writer: &mut Writer<'_>) {
                 u8::from(*self).write(writer);
+            }
+
+            #[inline]
+            fn check(&self, field: &'static Field, range: Range) -> Result<(), RangeError> {
+                check_number(Number::Integer(u8::from(*self).into()), field, range)
             }
         }
     )+};

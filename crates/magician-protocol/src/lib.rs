@@ -45,6 +45,7 @@
 extern crate std;
 
 mod alarm;
+mod check;
 mod clock;
 mod deframer;
 mod describe;
@@ -70,6 +71,7 @@ mod wire;
 pub mod commands;
 
 pub use alarm::{Alarm, AlarmGroup, AlarmSet};
+pub use check::{Number, RangeError};
 pub use clock::{ArmInstant, HostInstant};
 pub use commands::{Get, Set, TABLE};
 pub use deframer::{Deframer, Event, Rejection};

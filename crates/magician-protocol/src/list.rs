@@ -1,6 +1,7 @@
 use core::fmt;
 
-use crate::{DecodeError, FieldType, MAX_PARAMS, Reader, Wire, Writer};
+use crate::check::{Number, RangeError, check_count, check_number};
+use crate::{DecodeError, Field, FieldType, MAX_PARAMS, Range, Reader, Wire, Writer};
 
 /// An output to switch when a share of a move is done (document 1.10.9, errata E29).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -11,6 +12,41 @@ pub struct PoCmd {
     pub address: u16,
     /// Level to set, 0 or 1.
     pub level: u8,
+}
+
+/// A part of an output with its range.
+struct Part {
+    name: &'static str,
+    value: u16,
+    unit: &'static str,
+    range: Range,
+}
+
+impl Part {
+    fn check(&self, field: &'static Field) -> Result<(), RangeError> {
+        let value = Number::Integer(self.value.into());
+        check_number(value, field, self.range).map_err(|error| RangeError {
+            part: Some(self.name),
+            unit: self.unit,
+            ..error
+        })
+    }
+}
+
+impl PoCmd {
+    fn parts(&self) -> [Part; 3] {
+        let part = |name, value, unit, least, most| Part {
+            name,
+            value,
+            unit,
+            range: Range::Within(least, most),
+        };
+        [
+            part("ratio", self.ratio.into(), "percent", 0, 100),
+            part("address", self.address, "EIO address", 1, 20),
+            part("level", self.level.into(), "level", 0, 1),
+        ]
+    }
 }
 
 const SIZE: usize = 4;
@@ -87,6 +123,18 @@ impl Wire for PoList {
             let [low, high] = item.address.to_le_bytes();
             writer.put(&[item.ratio, low, high, item.level]);
         }
+    }
+
+    fn check(&self, field: &'static Field, range: Range) -> Result<(), RangeError> {
+        check_count(self.as_slice().len(), field, range)?;
+        let mut items = self.as_slice().iter().enumerate();
+        items.try_for_each(|(at, item)| {
+            let checked = item
+                .parts()
+                .into_iter()
+                .try_for_each(|part| part.check(field));
+            checked.map_err(|error| error.at(at))
+        })
     }
 }
 

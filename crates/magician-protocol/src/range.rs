@@ -10,7 +10,7 @@ use core::fmt;
 /// assert_eq!((field.name, field.range), ("velocity_ratio", Range::Capped(1, 100)));
 /// assert_eq!(field.range.to_string(), "1 to 100, more counts as 100");
 /// let threshold = &TrigCmd::INFO.fields[3];
-/// assert_eq!(threshold.range.to_string(), "0 or 1 for levels, 0 to 4095 for analog values");
+/// assert_eq!(threshold.range.to_string(), "0 or 1 in level mode, 0 to 4095 counts in analog mode");
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -38,12 +38,14 @@ pub struct Case {
     pub field: &'static str,
     /// Its value.
     pub is: u8,
-    /// What that stands for.
+    /// Name of the mode that this is.
     pub name: &'static str,
     /// The least.
     pub least: i32,
     /// The most.
     pub most: i32,
+    /// Unit of the two; empty if there is none.
+    pub unit: &'static str,
 }
 
 /// The least and the most of a number, as far as they do not depend on other fields.
@@ -120,7 +122,8 @@ impl fmt::Display for Range {
                 for (at, case) in cases.iter().enumerate() {
                     f.write_str(if at == 0 { "" } else { ", " })?;
                     span(f, case.least, case.most)?;
-                    write!(f, " for {}", case.name)?;
+                    let space = if case.unit.is_empty() { "" } else { " " };
+                    write!(f, "{space}{} in {}", case.unit, case.name)?;
                 }
                 Ok(())
             }

@@ -129,6 +129,18 @@ macro_rules! layout {
             fn encode(&self, writer: &mut Writer<'_>) {
                 $( self.$field.write(writer); )*
             }
+
+            #[inline]
+            #[allow(unused_variables)]
+            fn check_fields(&self, wanted: impl Fn(&Field) -> bool) -> Result<(), RangeError> {
+                let [$( $field ),*] = Self::INFO.fields else {
+                    return Ok(());
+                };
+                $( if wanted($field) {
+                    self.$field.check($field, range_beside!(self $range))?;
+                } )*
+                Ok(())
+            }
         }
 
         #[cfg(feature = "serde")]
@@ -160,14 +172,37 @@ macro_rules! range {
     ([at most $count:literal $of:literal]) => {
         $crate::Range::AtMost($count, $of)
     };
-    ([$( $field:ident $is:literal $name:literal $least:literal..=$most:literal ),+]) => {
-        $crate::Range::By(&[$( $crate::Case {
+    ([$( $field:ident $is:literal $name:literal $least:literal..=$most:literal $($unit:literal)? ),+]) => {
+        $crate::Range::By(&[$(
+            case! { $field $is $name $least $most $($unit)? }
+        ),+])
+    };
+}
+
+macro_rules! case {
+    ($field:ident $is:literal $name:literal $least:literal $most:literal $($unit:literal)?) => {
+        $crate::Case {
             field: stringify!($field),
             is: $is,
             name: $name,
             least: $least,
             most: $most,
-        } ),+])
+            unit: concat!($($unit)?),
+        }
+    };
+}
+
+/// The range that applies to a field of this value: what depends on another field is decided.
+macro_rules! range_beside {
+    ($value:ident [$( $field:ident $is:literal $name:literal $least:literal..=$most:literal $($unit:literal)? ),+]) => {
+        $( if u8::from($value.$field) == $is {
+            Range::By(&[case! { $field $is $name $least $most $($unit)? }])
+        } else )+ {
+            Range::Any
+        }
+    };
+    ($value:ident $range:tt) => {
+        range!($range)
     };
 }
 
@@ -191,8 +226,8 @@ macro_rules! range_doc {
     ([at most $count:literal $of:literal]) => {
         concat!(" At most ", $count, " ", $of, ".")
     };
-    ([$( $field:ident $is:literal $name:literal $least:literal..=$most:literal ),+]) => {
-        concat!(" Range:" $(, " ", $least, " to ", $most, " for ", $name, ";")+)
+    ([$( $field:ident $is:literal $name:literal $least:literal..=$most:literal $($unit:literal)? ),+]) => {
+        concat!(" Range:" $(, " ", $least, " to ", $most, $(" ", $unit,)? " in ", $name, ";")+)
     };
 }
 
@@ -243,7 +278,7 @@ macro_rules! read_field {
 /// the bit isQueued) with any of the four left out that the command does not have, each followed by its tolerated
 /// forms, if any: `forms [ 14 Zeros "who sends it" ]`. A field is `name: type, "unit", [range],
 /// "meaning";` (a range is `[0..=9]`, `[0..=9 where absolute]`, `[above 0]`, `[1..=100 capped]`, `[at most 23 "bytes"]`,
-/// `[mode 0 "levels" 0..=1, mode 1 "analog values" 0..=3]` or, for any value, `[]`), with `= 0` after the type when it may be left out and is then 0, an `Option`
+/// `[mode 0 "level mode" 0..=1, mode 1 "analog mode" 0..=3 "counts"]` or, for any value, `[]`), with `= 0` after the type when it may be left out and is then 0, an `Option`
 /// when it may be left out and its absence means something, `| required` when only a lenient
 /// controller does without.
 macro_rules! commands {
@@ -372,6 +407,27 @@ macro_rules! commands {
                 match self {
                     $( $( Self::$param(value) => value.encode(writer), )?
                        $( Self::$action(value) => value.encode(writer), )? )+
+                }
+            }
+
+            /// Checks the fields against their ranges; see [`Layout::check`].
+            ///
+            /// # Errors
+            /// [`RangeError`] for the first field that is out of its range.
+            #[inline]
+            pub fn check(&self) -> Result<(), RangeError> {
+                self.check_fields(|_| true)
+            }
+
+            /// Checks those fields that `wanted` picks.
+            ///
+            /// # Errors
+            /// As [`check`](Self::check).
+            #[inline]
+            pub fn check_fields(&self, wanted: impl Fn(&Field) -> bool) -> Result<(), RangeError> {
+                match self {
+                    $( $( Self::$param(value) => value.check_fields(wanted), )?
+                       $( Self::$action(value) => value.check_fields(wanted), )? )+
                 }
             }
         }

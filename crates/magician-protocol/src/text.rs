@@ -1,6 +1,7 @@
 use core::fmt;
 
-use crate::{DecodeError, FieldType, MAX_PARAMS, Reader, Wire, Writer};
+use crate::check::{RangeError, check_count};
+use crate::{DecodeError, Field, FieldType, MAX_PARAMS, Range, Reader, Wire, Writer};
 
 /// Text in a frame: at most 247 bytes without its NUL (errata E17). UTF-8 when we wrote it; what
 /// a controller sends is kept as it came.
@@ -95,6 +96,10 @@ impl Wire for Text {
         if usize::from(self.len) < MAX_PARAMS {
             writer.put(&[0]);
         }
+    }
+
+    fn check(&self, field: &'static Field, range: Range) -> Result<(), RangeError> {
+        check_count(self.len.into(), field, range)
     }
 }
 

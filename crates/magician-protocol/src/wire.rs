@@ -1,5 +1,6 @@
-use crate::layout::LayoutInfo;
-use crate::{DecodeError, EncodeError, Row};
+use crate::check::{Number, RangeError, check_number};
+use crate::layout::{Field, LayoutInfo};
+use crate::{DecodeError, EncodeError, Range, Row};
 
 /// Reads parameters front to back.
 #[derive(Clone, Debug)]
@@ -193,10 +194,19 @@ pub trait Wire: Sized {
 
     /// Writes it.
     fn write(&self, writer: &mut Writer<'_>);
+
+    /// Checks it against the range that applies to its field.
+    ///
+    /// # Errors
+    /// [`RangeError`] when it is out of the range, or not a finite number.
+    fn check(&self, field: &'static Field, range: Range) -> Result<(), RangeError> {
+        let _ = (field, range);
+        Ok(())
+    }
 }
 
 macro_rules! scalar {
-    ($($type:ident $scalar:ident),*) => {$(
+    ($number:ident as $as:ident: $($type:ident $scalar:ident),*) => {$(
         impl Wire for $type {
             const TYPE: FieldType = FieldType::Scalar(Scalar::$scalar);
 
@@ -209,11 +219,17 @@ macro_rules! scalar {
             fn write(&self, writer: &mut Writer<'_>) {
                 writer.put(&self.to_le_bytes());
             }
+
+            #[inline]
+            fn check(&self, field: &'static Field, range: Range) -> Result<(), RangeError> {
+                check_number(Number::$number(*self as $as), field, range)
+            }
         }
     )*};
 }
 
-scalar!(u8 U8, u16 U16, u32 U32, u64 U64, i32 I32, f32 F32);
+scalar!(Integer as i64: u8 U8, u16 U16, u32 U32, u64 U64, i32 I32);
+scalar!(Float as f32: f32 F32);
 
 impl<T: Wire + Copy + Default, const N: usize> Wire for [T; N] {
     const TYPE: FieldType = match T::TYPE {
@@ -236,6 +252,14 @@ impl<T: Wire + Copy + Default, const N: usize> Wire for [T; N] {
             item.write(writer);
         }
     }
+
+    #[inline]
+    fn check(&self, field: &'static Field, range: Range) -> Result<(), RangeError> {
+        self.iter().enumerate().try_for_each(|(at, item)| {
+            let checked = item.check(field, range);
+            checked.map_err(|error| error.at(at))
+        })
+    }
 }
 
 impl<T: Wire> Wire for Option<T> {
@@ -254,6 +278,13 @@ impl<T: Wire> Wire for Option<T> {
             value.write(writer);
         }
     }
+
+    fn check(&self, field: &'static Field, range: Range) -> Result<(), RangeError> {
+        match self {
+            Some(value) => value.check(field, range),
+            None => Ok(()),
+        }
+    }
 }
 
 /// The parameters of one form of a command, as a value.
@@ -270,6 +301,25 @@ pub trait Layout: Sized {
 
     /// Writes the parameters in their exact form.
     fn encode(&self, writer: &mut Writer<'_>);
+
+    /// Checks the fields against their ranges. A flag is on for any byte but 0, and where a rail
+    /// may be ([`Range::Absolute`]) depends on more than the command: these two are not checked.
+    ///
+    /// # Errors
+    /// [`RangeError`] for the first field that is out of its range.
+    #[inline]
+    fn check(&self) -> Result<(), RangeError> {
+        self.check_fields(|_| true)
+    }
+
+    /// Checks those fields that `wanted` picks.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check).
+    fn check_fields(&self, wanted: impl Fn(&Field) -> bool) -> Result<(), RangeError> {
+        let _ = wanted;
+        Ok(())
+    }
 }
 
 /// A value the controller can be asked for.

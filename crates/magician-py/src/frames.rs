@@ -121,9 +121,10 @@ impl Core {
         let arm = self.arm(py)?;
         Ok(Call::plain(async move {
             arm.wait(QueueIndex(index)).await?;
-            match look {
-                true => arm.check_alarms(&[], Guards::default()).await,
-                false => Ok(()),
+            if look {
+                arm.check_alarms(&[], Guards::default()).await
+            } else {
+                Ok(())
             }
         }))
     }

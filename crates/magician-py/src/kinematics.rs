@@ -57,12 +57,11 @@ pub(crate) fn forward<'py>(py: Python<'py>, joints: &[u8], tool: [f64; 3]) -> Ju
     let (geometry, limits) = (geometry(tool), ArmModel::MAGICIAN.limits);
     judged(py, rows(joints, 4, 0.0), |row| {
         let joints = JointAngles::from(row);
-        match joints.is_finite() {
-            true => {
-                let pose = geometry.forward(&joints).to_array();
-                (pose, limits.check(&joints).is_ok())
-            }
-            false => ([f64::NAN; 4], false),
+        if joints.is_finite() {
+            let pose = geometry.forward(&joints).to_array();
+            (pose, limits.check(&joints).is_ok())
+        } else {
+            ([f64::NAN; 4], false)
         }
     })
 }

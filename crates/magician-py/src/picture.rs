@@ -153,9 +153,10 @@ impl Ink {
     #[new]
     fn of(strokes: Vec<(bool, f64, Vec<u8>)>) -> Self {
         let strokes = strokes.into_iter().map(|(burnt, power, points)| Stroke {
-            kind: match burnt {
-                true => StrokeKind::Burn,
-                false => StrokeKind::Ink,
+            kind: if burnt {
+                StrokeKind::Burn
+            } else {
+                StrokeKind::Ink
             },
             power,
             points: floats(&points).as_chunks::<2>().0.to_vec(),

@@ -114,9 +114,10 @@ impl Core {
             tolerance,
             units,
             // A virtual one may be faster than the wall.
-            clock: match arm.is_virtual() {
-                true => Clock::Arm,
-                false => Clock::Host,
+            clock: if arm.is_virtual() {
+                Clock::Arm
+            } else {
+                Clock::Host
             },
             ..Options::new(SystemTime::now(), rate)
         };

@@ -318,9 +318,10 @@ impl Core {
             return raise(Error::invalid("steps are counted from 1"));
         };
         let arm = self.burning(py, how.allow_laser)?;
-        let arm = match how.unhomed {
-            true => arm.allowing_unhomed(),
-            false => arm,
+        let arm = if how.unhomed {
+            arm.allowing_unhomed()
+        } else {
+            arm
         };
         let (source, is_virtual) = (plan.source.clone(), arm.is_virtual());
         let mut ending = Ending::default();

@@ -120,11 +120,12 @@ pub(crate) fn first_interpreter(py: Python<'_>) -> PyResult<()> {
     static FIRST: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
     // Every interpreter has its own.
     let modules = py.import("sys")?.getattr("modules")?;
-    match modules.is(FIRST.get_or_init(py, || modules.clone().unbind())) {
-        true => Ok(()),
-        false => Err(PyImportError::new_err(
+    if modules.is(FIRST.get_or_init(py, || modules.clone().unbind())) {
+        Ok(())
+    } else {
+        Err(PyImportError::new_err(
             "magician works in one interpreter of a process, and another one uses it",
-        )),
+        ))
     }
 }
 

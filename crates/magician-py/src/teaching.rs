@@ -82,10 +82,7 @@ impl Core {
     /// Begins a lesson; points are reached so.
     fn teach(&self, py: Python<'_>, title: String, by: &str, unhomed: bool) -> PyResult<Call> {
         let arm = self.arm(py)?;
-        let arm = match unhomed {
-            true => arm.allowing_unhomed(),
-            false => arm,
-        };
+        let arm = if unhomed { arm.allowing_unhomed() } else { arm };
         let by = match by {
             "joints" => Travel::Joints,
             "line" => Travel::Line,

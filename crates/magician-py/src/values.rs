@@ -118,9 +118,10 @@ pub(crate) fn encode(
 /// What is wrong with a field, with its name before it: `TypeError` stays one, all else is a value that does not fit.
 fn named(py: Python<'_>, row: &Row, field: &Field, error: &PyErr) -> PyErr {
     let message = format!("{}: {}", field.name, error.value(py));
-    match error.is_instance_of::<PyTypeError>(py) || error.is_instance_of::<PyAttributeError>(py) {
-        true => PyTypeError::new_err(format!("{}.{message}", row.name)),
-        false => errors::invalid(py, row.name, message),
+    if error.is_instance_of::<PyTypeError>(py) || error.is_instance_of::<PyAttributeError>(py) {
+        PyTypeError::new_err(format!("{}.{message}", row.name))
+    } else {
+        errors::invalid(py, row.name, message)
     }
 }
 
@@ -203,11 +204,12 @@ fn whole(value: &Bound<'_, PyAny>, least: i128, most: i128) -> PyResult<i128> {
         Err(error) if error.is_instance_of::<PyTypeError>(value.py()) => return Err(error),
         Err(_) => value.extract::<u64>().map_or(most + 1, i128::from),
     };
-    match (least..=most).contains(&number) {
-        true => Ok(number),
-        false => Err(PyValueError::new_err(format!(
+    if (least..=most).contains(&number) {
+        Ok(number)
+    } else {
+        Err(PyValueError::new_err(format!(
             "{value} is not from {least} to {most}"
-        ))),
+        )))
     }
 }
 
@@ -215,12 +217,13 @@ fn whole(value: &Bound<'_, PyAny>, least: i128, most: i128) -> PyResult<i128> {
 fn float(value: &Bound<'_, PyAny>) -> PyResult<f32> {
     let number = value.extract::<f64>()?;
     let narrow = number as f32;
-    match narrow.is_infinite() && number.is_finite() {
-        true => Err(PyValueError::new_err(format!(
+    if narrow.is_infinite() && number.is_finite() {
+        Err(PyValueError::new_err(format!(
             "{number:e} is beyond the arm's largest number, {:e}",
             f32::MAX
-        ))),
-        false => Ok(narrow),
+        )))
+    } else {
+        Ok(narrow)
     }
 }
 

@@ -235,9 +235,12 @@ impl<S: Sink> Decoder<S> {
     pub fn finish(mut self) -> Result<(Tally, S), S::Error> {
         for ((link, reply), deframer) in &mut self.streams {
             let origin = Origin {
-                direction: reply.map(|reply| match reply {
-                    true => Direction::Reply,
-                    false => Direction::Request,
+                direction: reply.map(|reply| {
+                    if reply {
+                        Direction::Reply
+                    } else {
+                        Direction::Request
+                    }
                 }),
                 link: link.map(|number| (number, "")),
                 time: None,

@@ -67,9 +67,9 @@ fn the_frames_of_a_recording_are_a_trace() {
     for ms in [100, 200, 300] {
         arm.advance_observed(ArmInstant::from_micros(ms * 1000), &mut recorder);
         recorder.request_bytes(arm.now(), LinkId(0), &GET_POSE);
-        arm.receive(LinkId(0), &GET_POSE);
-        let reply = arm.poll_transmit(LinkId(0)).unwrap();
-        recorder.reply(arm.now(), LinkId(0), &reply);
+        for reply in arm.exchange(LinkId(0), &GET_POSE) {
+            recorder.reply(arm.now(), LinkId(0), &reply);
+        }
     }
     let file = recorder.finish().unwrap();
     assert!(is_recording(&file) && !is_recording(&GET_POSE));

@@ -104,8 +104,7 @@ impl Host<'_> {
         (self.trace)
             .record(self.link, told, Request, frame.bytes())
             .unwrap();
-        self.arm.receive(LinkId(9), frame.bytes());
-        let reply = self.arm.poll_transmit(LinkId(9)).unwrap();
+        let reply = self.arm.exchange(LinkId(9), frame.bytes()).remove(0);
         (self.trace)
             .record(self.link, told + late, Reply, reply.bytes())
             .unwrap();
@@ -126,8 +125,7 @@ impl Host<'_> {
             (self.trace)
                 .record(self.link, told, Request, request.bytes())
                 .unwrap();
-            self.arm.receive(LinkId(9), request.bytes());
-            let reply = self.arm.poll_transmit(LinkId(9)).unwrap();
+            let reply = self.arm.exchange(LinkId(9), request.bytes()).remove(0);
             (self.trace)
                 .record(self.link, told + 3_000, Reply, reply.bytes())
                 .unwrap();

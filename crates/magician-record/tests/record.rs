@@ -110,8 +110,7 @@ fn fifty_times_a_second_is_exact_and_equals_what_getpose_says_there() {
     for (pose, joint) in poses.iter().zip(&joints) {
         arm.advance(at(pose.at));
         arm.close(USB);
-        arm.receive(USB, &get_pose());
-        let reply = arm.poll_transmit(USB).unwrap();
+        let reply = arm.exchange(USB, &get_pose()).remove(0);
         let said: commands::Pose = reply.frame().read().unwrap();
         let position = &pose.value["pose"]["position"];
         let millimetres = |axis| (position[axis].as_f64().unwrap() * 1000.0) as f32;

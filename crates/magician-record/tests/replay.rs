@@ -28,8 +28,7 @@ impl Recorder<'_> {
         (self.trace)
             .record(self.link, now, Request, frame.bytes())
             .unwrap();
-        self.arm.receive(LinkId(9), frame.bytes());
-        while let Some(reply) = self.arm.poll_transmit(LinkId(9)) {
+        for reply in self.arm.exchange(LinkId(9), frame.bytes()) {
             if let Some(reply) = (self.alter)(reply) {
                 (self.trace)
                     .record(self.link, now + 30, Reply, reply.bytes())

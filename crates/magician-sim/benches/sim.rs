@@ -60,8 +60,7 @@ fn started() -> Controller {
         z_bias: 0.0,
     };
     arm.receive(LINK, frame(Ctrl::SET, &bias).bytes());
-    arm.receive(LINK, frame(Ctrl::SET, &QueuedCmdStartExec {}).bytes());
-    while arm.poll_transmit(LINK).is_some() {}
+    arm.exchange(LINK, frame(Ctrl::SET, &QueuedCmdStartExec {}).bytes());
     arm
 }
 

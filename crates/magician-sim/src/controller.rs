@@ -332,6 +332,20 @@ impl Controller {
         self.links.known(link)?.outbox.pop()
     }
 
+    /// Takes bytes as [`receive`](Self::receive) does, and returns every reply that then waits for the link, oldest first.
+    ///
+    /// ```
+    /// use magician_sim::{Controller, LinkId, Profile};
+    ///
+    /// let mut arm = Controller::new(Profile::default());
+    /// let version = arm.exchange(LinkId(0), &[0xAA, 0xAA, 0x02, 0x02, 0x00, 0xFE]);
+    /// assert_eq!(version[0].frame().params()[..2], [3, 6]);
+    /// ```
+    pub fn exchange(&mut self, link: LinkId, bytes: &[u8]) -> Vec<FrameBuf> {
+        self.receive(link, bytes);
+        std::iter::from_fn(|| self.poll_transmit(link)).collect()
+    }
+
     /// The next event, oldest first. At most 256 are kept; [`ControllerState::events_lost`] counts those that were not read in
     /// time.
     pub fn poll_event(&mut self) -> Option<Event> {

@@ -14,9 +14,8 @@
 //! let usb = LinkId(0);
 //!
 //! // Put the rail out of use: the exchange that a real arm was seen to make.
-//! arm.receive(usb, &[0xAA, 0xAA, 0x04, 0x03, 0x01, 0x01, 0x00, 0xFB]);
-//! let reply = arm.poll_transmit(usb).expect("every request is answered");
-//! assert_eq!(reply.bytes(), [0xAA, 0xAA, 0x02, 0x03, 0x01, 0xFC]);
+//! let replies = arm.exchange(usb, &[0xAA, 0xAA, 0x04, 0x03, 0x01, 0x01, 0x00, 0xFB]);
+//! assert_eq!(replies[0].bytes(), [0xAA, 0xAA, 0x02, 0x03, 0x01, 0xFC]);
 //! ```
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]

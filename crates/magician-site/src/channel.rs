@@ -63,9 +63,10 @@ impl Closed {
 
 impl fmt::Display for Closed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.reason.is_empty() {
-            true => write!(f, "closed with {}", self.code),
-            false => write!(f, "{} ({})", self.reason, self.code),
+        if self.reason.is_empty() {
+            write!(f, "closed with {}", self.code)
+        } else {
+            write!(f, "{} ({})", self.reason, self.code)
         }
     }
 }

@@ -61,9 +61,10 @@ impl StateTelling {
     /// The last that is known, null where nothing is.
     #[must_use]
     pub fn last(&self) -> Value {
-        match self.state.is_empty() {
-            true => json!(null),
-            false => Value::Object(self.state.clone()),
+        if self.state.is_empty() {
+            json!(null)
+        } else {
+            Value::Object(self.state.clone())
         }
     }
 

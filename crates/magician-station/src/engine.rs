@@ -449,9 +449,10 @@ impl Work {
         self.stops += 1;
         let arm = self.arm.clone();
         self.side.spawn(async move {
-            let stopped = match arm.moving() {
-                true => arm.stop().await,
-                false => arm.stop_motors().await,
+            let stopped = if arm.moving() {
+                arm.stop().await
+            } else {
+                arm.stop_motors().await
             };
             if let Err(error) = stopped {
                 tracing::warn!(%error, "a motor may run on after the lease");

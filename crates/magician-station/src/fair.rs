@@ -43,9 +43,10 @@ impl<K: Clone + Ord, T> FairQueue<K, T> {
         let sender = self.round.pop_front()?;
         let items = self.items.get_mut(&sender)?;
         let item = items.pop_front();
-        match items.is_empty() {
-            true => drop(self.items.remove(&sender)),
-            false => self.round.push_back(sender),
+        if items.is_empty() {
+            drop(self.items.remove(&sender));
+        } else {
+            self.round.push_back(sender);
         }
         item
     }

@@ -42,10 +42,11 @@ pub(crate) unsafe extern "C" fn read(at: *const u8, count: usize) -> u64 {
     thread_local! {
         static ANSWER: RefCell<Vec<u8>> = RefCell::default();
     }
-    let request = match at.is_null() {
-        true => &[],
+    let request = if at.is_null() {
+        &[]
+    } else {
         // SAFETY: by the caller's word.
-        false => unsafe { slice::from_raw_parts(at, count) },
+        unsafe { slice::from_raw_parts(at, count) }
     };
     ANSWER.with_borrow_mut(|answer| {
         // The last one goes first: two of them may be more than there is room for.

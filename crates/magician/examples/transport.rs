@@ -61,8 +61,7 @@ async fn serve(mut line: DuplexStream) -> io::Result<()> {
             return Ok(());
         }
         controller.advance(ArmInstant::ZERO + since.elapsed());
-        controller.receive(usb, &bytes[..count]);
-        while let Some(reply) = controller.poll_transmit(usb) {
+        for reply in controller.exchange(usb, &bytes[..count]) {
             line.write_all(reply.bytes()).await?;
         }
     }

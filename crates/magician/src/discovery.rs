@@ -152,9 +152,12 @@ impl Search {
         }
         to.sort();
         to.dedup();
-        let socket = |any: IpAddr, wanted: bool| match wanted {
-            true => bind(any).map(Some).map_err(no_network),
-            false => Ok(None),
+        let socket = |any: IpAddr, wanted: bool| {
+            if wanted {
+                bind(any).map(Some).map_err(no_network)
+            } else {
+                Ok(None)
+            }
         };
         Ok(Asker {
             v4: socket(

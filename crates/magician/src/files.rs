@@ -362,9 +362,10 @@ impl WholeFile {
     /// # Errors
     /// What the system reports, and [`io::ErrorKind::WouldBlock`] if another program has it.
     pub fn try_lock(&self) -> io::Result<()> {
-        match self.is_locked {
-            true => Ok(()),
-            false => Ok(self.file.try_lock()?),
+        if self.is_locked {
+            Ok(())
+        } else {
+            Ok(self.file.try_lock()?)
         }
     }
 

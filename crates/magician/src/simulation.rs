@@ -286,12 +286,7 @@ impl Simulation {
     }
 
     fn exchange(&mut self, frame: &FrameBuf) -> Option<FrameBuf> {
-        self.arm.receive(LINK, frame.bytes());
-        let mut last = None;
-        while let Some(reply) = self.arm.poll_transmit(LINK) {
-            last = Some(reply);
-        }
-        last
+        self.arm.exchange(LINK, frame.bytes()).pop()
     }
 
     fn ask<R: Readable<Query = NoArgs>>(&mut self) -> Option<R> {

@@ -52,7 +52,7 @@ static ALLOCATOR: Counting = Counting;
 const TICK: u64 = 1_000;
 
 /// A host that never stops, and an arm that does everything at once, one tick of line between them.
-struct Bench {
+struct StreamLoop {
     host: Connection,
     tick: u64,
     next: u64,
@@ -65,7 +65,7 @@ struct Bench {
     pose: [u8; 32],
 }
 
-impl Bench {
+impl StreamLoop {
     fn new(window: usize, loss: u64) -> Self {
         let settings = Settings {
             window,
@@ -196,7 +196,7 @@ fn segment(count: u64) -> Item {
 fn a_stream_allocates_nothing_whatever_the_line_loses() {
     // The first reply must not be lost: the fate of the first command would be unknown.
     for (window, loss) in [(1, 0), (4, 0), (1, 23), (4, 101)] {
-        let mut bench = Bench::new(window, loss);
+        let mut bench = StreamLoop::new(window, loss);
         let mut stream = Stream::new(StreamSettings {
             window,
             ..StreamSettings::default()
@@ -212,7 +212,7 @@ fn a_stream_allocates_nothing_whatever_the_line_loses() {
 #[test]
 fn a_steady_state_allocates_nothing() {
     for (window, loss) in [(1, 0), (4, 0), (8, 0), (1, 23), (4, 101)] {
-        let mut bench = Bench::new(window, loss);
+        let mut bench = StreamLoop::new(window, loss);
         (0..3_000).for_each(|_| bench.pass());
         let (before, told) = (COUNT.get(), bench.told);
         (0..20_000).for_each(|_| bench.pass());

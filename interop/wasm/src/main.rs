@@ -65,8 +65,7 @@ fn play(replay: &Replay<'_>) {
             continue;
         }
         arm.advance(ArmInstant::from_micros(packet.time - begin));
-        arm.receive(link, packet.bytes);
-        while let Some(answer) = arm.poll_transmit(link) {
+        for answer in arm.exchange(link, packet.bytes) {
             println!("{} {}", arm.now().as_micros(), hex(answer.bytes()));
         }
         let pose = arm.state().pose.to_array().map(f64::to_bits);

@@ -136,9 +136,10 @@ fn layouts() -> String {
 }
 
 fn field_text(field: &Field) -> String {
-    let doc = match field.range.is_any() {
-        true => field.doc.to_owned(),
-        false => format!("{} Range: {}.", field.doc, field.range),
+    let doc = if field.range.is_any() {
+        field.doc.to_owned()
+    } else {
+        format!("{} Range: {}.", field.doc, field.range)
     };
     // What is no quantity has a word for it where others have a unit.
     let unit = match field.ty {

@@ -139,9 +139,10 @@ pub(super) fn files(root: &Path, name: &str) -> Result<Vec<PathBuf>, Box<dyn Err
         for entry in fs::read_dir(root.join(&folder))? {
             let entry = entry?;
             let path = folder.join(entry.file_name());
-            match entry.file_type()?.is_dir() {
-                true => folders.push(path),
-                false => all.push(path),
+            if entry.file_type()?.is_dir() {
+                folders.push(path)
+            } else {
+                all.push(path)
             }
         }
     }

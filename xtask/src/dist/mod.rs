@@ -205,9 +205,10 @@ pub(crate) fn output(command: &mut Command) -> Result<Vec<u8>, Box<dyn Error>> {
     let told = command
         .output()
         .map_err(|error| not_started(command, &error))?;
-    match told.status.success() {
-        true => Ok(told.stdout),
-        false => Err(format!("{command:?}: {}", String::from_utf8_lossy(&told.stderr)).into()),
+    if told.status.success() {
+        Ok(told.stdout)
+    } else {
+        Err(format!("{command:?}: {}", String::from_utf8_lossy(&told.stderr)).into())
     }
 }
 

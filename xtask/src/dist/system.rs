@@ -200,9 +200,10 @@ impl Builder {
         let mut asked = Command::new(system.compiler);
         let told = output(asked.arg("-print-file-name=libgcc_s.so.1"))?;
         let library = String::from_utf8(told)?.trim().to_owned();
-        match Path::new(&library).is_absolute() {
-            true => Ok(library),
-            false => Err(format!("{} has no libgcc_s.so.1", system.compiler).into()),
+        if Path::new(&library).is_absolute() {
+            Ok(library)
+        } else {
+            Err(format!("{} has no libgcc_s.so.1", system.compiler).into())
         }
     }
 

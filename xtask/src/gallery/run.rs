@@ -40,8 +40,7 @@ impl Run {
 
 fn send(arm: &mut Controller, set: &Set, ctrl: Ctrl) {
     let frame = FrameBuf::set(set, ctrl).expect("the modes hold what fits a frame");
-    arm.receive(USB, frame.bytes());
-    while arm.poll_transmit(USB).is_some() {}
+    arm.exchange(USB, frame.bytes());
 }
 
 /// Runs it from its start to where everything rests.

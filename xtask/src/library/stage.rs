@@ -218,9 +218,10 @@ fn package(family: &str, target: &str, version: &str) -> (String, String) {
         _ => "functions with master and slave ids",
     };
     // The library lies in a folder of its own, where the loader does not look.
-    let path = match target.contains("windows") {
-        true => "",
-        false => " -Wl,-rpath,\"${libdir}\"",
+    let path = if target.contains("windows") {
+        ""
+    } else {
+        " -Wl,-rpath,\"${libdir}\""
     };
     let text = format!(
         "prefix=${{pcfiledir}}/../..\n\

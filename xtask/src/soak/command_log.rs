@@ -221,9 +221,10 @@ impl CommandLog {
             }
             _ => &mut tally.denied,
         };
-        match reported && !matches!(taken, [_]) {
-            true => tally.reported += 1,
-            false => *wrong += 1,
+        if reported && !matches!(taken, [_]) {
+            tally.reported += 1;
+        } else {
+            *wrong += 1;
         }
     }
 }

@@ -168,9 +168,10 @@ impl Siege {
         };
         let Ok(request) = request else { return };
         let end = self.now + self.dice.below(PATIENCE);
-        let request = match self.dice.chance(0.02) {
-            true => request.priority(Priority::Stop),
-            false => request,
+        let request = if self.dice.chance(0.02) {
+            request.priority(Priority::Stop)
+        } else {
+            request
         };
         let ticket = self.host.submit(request.deadline(end));
         if self.dice.chance(0.05) {

@@ -172,9 +172,10 @@ pub(crate) fn run(words: &[String]) -> Result<(), Box<dyn Error>> {
         let cases = cases.unwrap_or(soak.cases);
         missed.extend(report(soak, Scope { cases, seed }, json)?);
     }
-    match missed.is_empty() {
-        true => Ok(()),
-        false => Err(format!("missed: {}", missed.join(", ")).into()),
+    if missed.is_empty() {
+        Ok(())
+    } else {
+        Err(format!("missed: {}", missed.join(", ")).into())
     }
 }
 
@@ -200,9 +201,10 @@ fn report(soak: &Soak, scope: Scope, json: bool) -> Result<Vec<String>, Box<dyn 
     let speed = Figure::new("wall time", wall, "s").with("cases a second", cases as f64 / wall);
     report.print(&speed);
     if let Some(digest) = found.digest {
-        match json {
-            true => println!("{{\"name\":\"digest\",\"value\":\"{digest:016x}\"}}"),
-            false => println!("  digest of all bytes, and when      {digest:016x}"),
+        if json {
+            println!("{{\"name\":\"digest\",\"value\":\"{digest:016x}\"}}")
+        } else {
+            println!("  digest of all bytes, and when      {digest:016x}")
         }
     }
     Ok(missed)

@@ -114,9 +114,8 @@ impl TestArm {
         if lossy && self.dice.chance(0.5) {
             return Vec::new();
         }
-        self.arm.receive(LINK, request.bytes());
         let mut said = Vec::new();
-        while let Some(reply) = self.arm.poll_transmit(LINK) {
+        for reply in self.arm.exchange(LINK, request.bytes()) {
             let view = request.frame();
             if view.ctrl().queued() && reply.frame().read::<QueuedCmdIndex>().is_ok() {
                 *self.taken.entry(view.params().to_vec()).or_default() += 1;

@@ -128,9 +128,10 @@ impl Rig {
                     tally.disordered += u64::from(number > self.given_up);
                 }
                 let number = self.awaited.pop_front().map_or(0, |(number, _)| number);
-                match number <= self.given_up {
-                    true => tally.abandoned_taken += 1,
-                    false => tally.taken += 1,
+                if number <= self.given_up {
+                    tally.abandoned_taken += 1;
+                } else {
+                    tally.taken += 1;
                 }
             }
             None => {

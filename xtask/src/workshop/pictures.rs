@@ -49,9 +49,10 @@ pub(super) fn input(piece: &Piece, bytes: &[u8]) -> Result<Option<(String, Optio
 /// A file that is a picture: beside the page, or a copy of a sample.
 fn itself(file: &str, bytes: &[u8]) -> (String, Option<Vec<u8>>) {
     let ours = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/workshop/files");
-    match ours.join(file).exists() {
-        true => (format!("files/{file}"), None),
-        false => (file.to_owned(), Some(bytes.to_vec())),
+    if ours.join(file).exists() {
+        (format!("files/{file}"), None)
+    } else {
+        (file.to_owned(), Some(bytes.to_vec()))
     }
 }
 

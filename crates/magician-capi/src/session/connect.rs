@@ -209,9 +209,10 @@ impl Registry {
         if let Target::Sim(speed) = target {
             return self.open_virtual(self.pool.take(*speed), options);
         }
-        let patience = match is_serial(target) {
-            true => self.patience.serial,
-            false => self.patience.network,
+        let patience = if is_serial(target) {
+            self.patience.serial
+        } else {
+            self.patience.network
         };
         let silence = match blocking::Arm::connect_with(target, options.clone().timeout(patience)) {
             Ok(arm) => {

@@ -79,9 +79,10 @@ fn parse(text: &str) -> (Names, Vec<&str>) {
 
 /// A function whose command has another name.
 fn function(name: &str) -> Result<&'static Row, magician::protocol::NameError> {
-    match name.eq_ignore_ascii_case("UpdateFirmware") {
-        true => Row::find_writable("FirmwareSwitch"),
-        false => Err(magician::protocol::NameError),
+    if name.eq_ignore_ascii_case("UpdateFirmware") {
+        Row::find_writable("FirmwareSwitch")
+    } else {
+        Err(magician::protocol::NameError)
     }
 }
 

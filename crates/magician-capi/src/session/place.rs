@@ -108,9 +108,12 @@ fn is_listed(port: &Port) -> bool {
 
 /// The variable that sends a name elsewhere: `MAGICIAN_PORT_COM3`, `MAGICIAN_PORT_TTYUSB0`.
 pub(super) fn variable_of(name: &str) -> String {
-    let letters = bare(name).chars().map(|c| match c.is_ascii_alphanumeric() {
-        true => c.to_ascii_uppercase(),
-        false => '_',
+    let letters = bare(name).chars().map(|c| {
+        if c.is_ascii_alphanumeric() {
+            c.to_ascii_uppercase()
+        } else {
+            '_'
+        }
     });
     format!("{PORT}_{}", letters.collect::<String>())
 }
@@ -129,9 +132,10 @@ fn target(name: &str) -> Result<Target, Error> {
     }
     name.parse().or_else(|error| {
         let is_device = cfg!(unix) && !name.contains([':', '/', '\0']);
-        match is_device {
-            true => Ok(Target::Serial(format!("/dev/{name}"))),
-            false => Err(error),
+        if is_device {
+            Ok(Target::Serial(format!("/dev/{name}")))
+        } else {
+            Err(error)
         }
     })
 }

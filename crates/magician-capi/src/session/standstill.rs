@@ -93,15 +93,17 @@ impl Standstill {
         let still = before == Some(pose);
         let quiet = seen.quiet.get(&current.saturating_add(1)).copied();
         let pause = self.patience * if quiet.is_some() { QUIET } else { PAUSE };
-        let why = match alarms.blocking() {
-            _ if seen.told => return,
-            true if quiet != Some(true) => held(&alarms, tool_unknown),
-            _ if still && stood >= pause => {
-                "the arm is at rest. If it should move, call SetQueuedCmdStartExec, and \
-                    ClearAllAlarmsState before it if there was an alarm"
-                    .to_owned()
-            }
-            _ => return,
+        if seen.told {
+            return;
+        }
+        let why = if alarms.blocking() && quiet != Some(true) {
+            held(&alarms, tool_unknown)
+        } else if still && stood >= pause {
+            "the arm is at rest. If it should move, call SetQueuedCmdStartExec, and \
+                ClearAllAlarmsState before it if there was an alarm"
+                .to_owned()
+        } else {
+            return;
         };
         seen.told = true;
         let last = seen.last;

@@ -151,9 +151,11 @@ fn serve(arm: &mut Controller, mut stream: TcpStream, book: &Seen) -> std::io::R
         }
         waiting.extend_from_slice(&bytes[..count]);
         while let Some(request) = first_frame(&mut waiting) {
-            arm.receive(link, &request);
-            let reply: Vec<u8> = std::iter::from_fn(|| arm.poll_transmit(link))
-                .flat_map(|frame| frame.bytes().to_vec())
+            let replies = arm.exchange(link, &request);
+            let reply: Vec<u8> = replies
+                .iter()
+                .flat_map(|frame| frame.bytes())
+                .copied()
                 .collect();
             // Before the answer goes out: its receiver may look here.
             let exchange = Exchange {

@@ -79,40 +79,44 @@ numbers!(u8 u32 i32 f32);
 
 impl<T: Plain> Argument for In<T> {
     fn given(given: &mut Given) -> Self {
-        match given.is_missing() {
+        if given.is_missing() {
             // SAFETY: null is allowed.
-            true => unsafe { Self::new(ptr::null()) },
-            false => give(&vec![0; size_of::<T>()]),
+            unsafe { Self::new(ptr::null()) }
+        } else {
+            give(&vec![0; size_of::<T>()])
         }
     }
 }
 
 impl<T: Plain> Argument for Out<T> {
     fn given(given: &mut Given) -> Self {
-        match given.is_missing() {
+        if given.is_missing() {
             // SAFETY: null is allowed.
-            true => unsafe { Self::new(ptr::null_mut()) },
-            false => given.slot(size_of::<T>()).out(),
+            unsafe { Self::new(ptr::null_mut()) }
+        } else {
+            given.slot(size_of::<T>()).out()
         }
     }
 }
 
 impl Argument for Text {
     fn given(given: &mut Given) -> Self {
-        match given.is_missing() {
+        if given.is_missing() {
             // SAFETY: null is allowed.
-            true => unsafe { Self::new(ptr::null()) },
-            false => text(b"text"),
+            unsafe { Self::new(ptr::null()) }
+        } else {
+            text(b"text")
         }
     }
 }
 
 impl Argument for Buffer {
     fn given(given: &mut Given) -> Self {
-        match given.is_missing() {
+        if given.is_missing() {
             // SAFETY: null is allowed.
-            true => unsafe { Self::new(ptr::null_mut()) },
-            false => given.slot(1).text(),
+            unsafe { Self::new(ptr::null_mut()) }
+        } else {
+            given.slot(1).text()
         }
     }
 }

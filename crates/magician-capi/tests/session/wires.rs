@@ -222,9 +222,12 @@ fn a_pulled_plug_is_a_timeout_at_once() {
 
 #[test]
 fn a_printers_firmware_is_told_and_its_port_is_closed_again() {
-    let marlin = |bytes: &[u8]| match bytes.windows(3).any(|word| word == b"M10") {
-        true => b"start\r\nMARLIN: V1.0.2\r\nok\r\n".to_vec(),
-        false => Vec::new(),
+    let marlin = |bytes: &[u8]| {
+        if bytes.windows(3).any(|word| word == b"M10") {
+            b"start\r\nMARLIN: V1.0.2\r\nok\r\n".to_vec()
+        } else {
+            Vec::new()
+        }
     };
     let device = Device::new(marlin);
     let registry = impatient(DEADLINE);

@@ -40,9 +40,10 @@ impl Wanted {
             Some(name) => Ok(Some(name)),
             None => {
                 let description = (context.command_line.description)();
-                let mut description = match self.short_help {
-                    true => brief(description),
-                    false => description,
+                let mut description = if self.short_help {
+                    brief(description)
+                } else {
+                    description
                 };
                 let verb = description.find_subcommand_mut(verb);
                 verb.map_or(Ok(()), |verb| context.show_styled(&verb.render_long_help()))?;

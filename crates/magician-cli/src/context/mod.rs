@@ -119,9 +119,10 @@ impl Context {
         value: &T,
         text: impl FnOnce(&mut Output) -> Result<(), Failure>,
     ) -> Result<(), Failure> {
-        match self.global.json {
-            true => self.out.json(value),
-            false => text(&mut self.out),
+        if self.global.json {
+            self.out.json(value)
+        } else {
+            text(&mut self.out)
         }
     }
 

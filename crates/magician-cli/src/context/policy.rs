@@ -133,9 +133,10 @@ impl StopPolicy {
 
     /// That of a verb which lights the laser by a command of its own: to the end of a shell, else for good.
     pub(crate) fn lights(context: &Context) -> Self {
-        Self::Light(match context.in_shell() {
-            true => Burns::WhileConnected,
-            false => Burns::ForGood,
+        Self::Light(if context.in_shell() {
+            Burns::WhileConnected
+        } else {
+            Burns::ForGood
         })
     }
 

@@ -16,9 +16,10 @@ pub(crate) const STATION_ENDED: &str = "the station ended";
 /// Kind of the failure that ends work which was stopped. A person's own signal is an interruption,
 /// also while work comes to its end because its station does (`line_ends`).
 pub(crate) const fn kind_of_stop(line_ends: bool, by_person: bool) -> Kind {
-    match line_ends && !by_person {
-        true => Kind::Driver(ErrorKind::Port),
-        false => Kind::Interrupted,
+    if line_ends && !by_person {
+        Kind::Driver(ErrorKind::Port)
+    } else {
+        Kind::Interrupted
     }
 }
 

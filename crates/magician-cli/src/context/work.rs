@@ -183,9 +183,10 @@ impl Context {
                 let work = async {
                     let settled = SavedSettings::settle(arm, access).await;
                     self.out.settled(&settled, self.global.json);
-                    let done = match self.laser_allowed {
-                        true => work(&arm.allowing_laser(), &mut self.out).await,
-                        false => work(arm, &mut self.out).await,
+                    let done = if self.laser_allowed {
+                        work(&arm.allowing_laser(), &mut self.out).await
+                    } else {
+                        work(arm, &mut self.out).await
                     }?;
                     if let Settled::Later(_) = settled {
                         let settled = SavedSettings::settle(arm, Access::Sets).await;

@@ -56,12 +56,13 @@ fn alarm(code: u8, causes: bool) -> (Name, Vec<String>) {
     let (text, texts) = match Alarm::with_code(code) {
         None => (format!("{code:#04x}"), vec![String::new()]),
         Some(alarm) => {
-            let texts = match causes {
-                true => vec![
+            let texts = if causes {
+                vec![
                     format!(": {}", alarm.cause),
                     format!("     {}", alarm.remedy),
-                ],
-                false => vec![format!(": {}", alarm.remedy)],
+                ]
+            } else {
+                vec![format!(": {}", alarm.remedy)]
             };
             (format!("{code:#04x} {}", alarm.name), texts)
         }

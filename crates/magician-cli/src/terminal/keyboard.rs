@@ -26,9 +26,10 @@ pub(crate) enum Waited {
 impl Keyboard {
     /// The keyboard; an error if there is none.
     pub(crate) fn find() -> io::Result<Self> {
-        let other = match io::stdin().is_terminal() || cfg!(not(unix)) {
-            true => None,
-            false => Some(File::open("/dev/tty")?),
+        let other = if io::stdin().is_terminal() || cfg!(not(unix)) {
+            None
+        } else {
+            Some(File::open("/dev/tty")?)
         };
         Ok(Self { other })
     }

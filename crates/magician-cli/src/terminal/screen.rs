@@ -184,9 +184,10 @@ impl Write for Frames {
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        let done = match TAKEN.load(Ordering::SeqCst) {
-            true => io::stderr().lock().write_all(&self.bytes),
-            false => Ok(()),
+        let done = if TAKEN.load(Ordering::SeqCst) {
+            io::stderr().lock().write_all(&self.bytes)
+        } else {
+            Ok(())
         };
         self.bytes.clear();
         done

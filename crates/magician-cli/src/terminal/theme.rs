@@ -56,9 +56,10 @@ impl Theme {
 
     /// An alarm: whether it holds the queue.
     pub(crate) fn alarm(self, code: u8) -> Style {
-        match Alarm::blocks(code) {
-            true => self.bad(),
-            false => self.note(),
+        if Alarm::blocks(code) {
+            self.bad()
+        } else {
+            self.note()
         }
     }
 

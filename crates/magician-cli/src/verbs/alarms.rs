@@ -31,12 +31,13 @@ impl Alarms {
         })?;
         context.show(&list, |out| {
             write(&list, self.clear, out)?;
-            match homed {
-                true => Ok(()),
-                false => note(
+            if homed {
+                Ok(())
+            } else {
+                note(
                     "the arm still does not know where it is: `magician home` homes it",
                     out,
-                ),
+                )
             }
         })
     }
@@ -73,9 +74,10 @@ fn write(list: &AlarmReport, cleared: bool, out: &mut Output) -> Result<(), Fail
         let only_reset = alarms
             .iter()
             .all(|alarm| alarm.code == Alarm::ResetOccurred);
-        let remedy = match only_reset {
-            true => "`magician home` homes the arm, which clears it",
-            false => "`magician alarms --clear` clears them",
+        let remedy = if only_reset {
+            "`magician home` homes the arm, which clears it"
+        } else {
+            "`magician alarms --clear` clears them"
         };
         note(remedy, out)?;
     }

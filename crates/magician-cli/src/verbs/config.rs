@@ -183,16 +183,18 @@ fn all(context: &mut Context) -> Result<(), Failure> {
                 _ => "default",
             };
             let value = setting.value.as_deref().unwrap_or(key.default);
-            match roomy {
-                true => columns.row([key.name, value, source, key.about]),
-                false => columns.row([key.name, value, source]),
+            if roomy {
+                columns.row([key.name, value, source, key.about])
+            } else {
+                columns.row([key.name, value, source])
             }
         }
         for setting in all.settings.iter().skip(KEYS.len()) {
             let value = setting.value.as_deref().unwrap_or_default();
-            match roomy {
-                true => columns.row([setting.key.as_str(), value, "file", ""]),
-                false => columns.row([setting.key.as_str(), value, "file"]),
+            if roomy {
+                columns.row([setting.key.as_str(), value, "file", ""])
+            } else {
+                columns.row([setting.key.as_str(), value, "file"])
             }
         }
         columns.write(out)?;

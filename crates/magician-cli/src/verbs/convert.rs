@@ -41,9 +41,10 @@ pub(crate) struct Convert {
 
 impl Convert {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        let work = match self.laser {
-            true => WorkOption::Engrave,
-            false => WorkOption::ByFile,
+        let work = if self.laser {
+            WorkOption::Engrave
+        } else {
+            WorkOption::ByFile
         };
         let (look, way) = (PreviewFlags::default(), RunFlags::default());
         let mut job = Job::new(work, self.file, look, &self.options, way)?;

@@ -104,11 +104,12 @@ impl Conveyor {
 
 /// A distance that a belt can be told.
 fn within(distance: f32) -> Result<f32, Failure> {
-    match f64::from(distance).abs() <= CONVEYOR_FARTHEST {
-        true => Ok(distance),
-        false => Err(Failure::invalid(format!(
+    if f64::from(distance).abs() <= CONVEYOR_FARTHEST {
+        Ok(distance)
+    } else {
+        Err(Failure::invalid(format!(
             "{distance} mm: limit {CONVEYOR_FARTHEST:.0} mm in either direction"
-        ))),
+        )))
     }
 }
 

@@ -40,9 +40,10 @@ impl Get {
             let answer = answer.map_err(|error| {
                 Failure::unexpected(format!("{}: invalid reply: {error}", row.get_name))
             })?;
-            match json {
-                true => out.json(&answer),
-                false => values::columns(&answer, 0)?.write(out),
+            if json {
+                out.json(&answer)
+            } else {
+                values::columns(&answer, 0)?.write(out)
             }
         })
     }

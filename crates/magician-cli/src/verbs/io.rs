@@ -186,9 +186,10 @@ impl Io {
             Some(command) => context.permit([&command])?,
             None => false,
         };
-        let policy = match burns {
-            true => StopPolicy::lights(context),
-            false => StopPolicy::order_if(action.changes()),
+        let policy = if burns {
+            StopPolicy::lights(context)
+        } else {
+            StopPolicy::order_if(action.changes())
         };
         let pins = context.arm(policy, async |arm, _| act(arm, action).await)?;
         match (pins.as_slice(), action) {

@@ -60,9 +60,10 @@ impl Laser {
         if lasts {
             return self.burn(context);
         }
-        let burns = match self.keep_on {
-            true => Burns::ForGood,
-            false => Burns::WhileConnected,
+        let burns = if self.keep_on {
+            Burns::ForGood
+        } else {
+            Burns::WhileConnected
         };
         context.arm(StopPolicy::Light(burns), async |arm, _| {
             Ok(arm.set_any(&words::laser(true)).await?)
@@ -115,9 +116,10 @@ impl Laser {
 }
 
 fn said(json: bool, out: &mut Output, state: &str) -> Result<(), Failure> {
-    match json {
-        true => out.json(&serde_json::json!({ "state": state }))?,
-        false => out.line(format_args!("laser: {state}"))?,
+    if json {
+        out.json(&serde_json::json!({ "state": state }))?;
+    } else {
+        out.line(format_args!("laser: {state}"))?;
     }
     out.flush()
 }

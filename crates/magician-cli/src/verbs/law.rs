@@ -27,9 +27,10 @@ fn lines(report: &LawReport) -> Vec<String> {
         let ProfileResidue {
             profile, mm, deg, ..
         } = residue;
-        let same = match residue.same.is_empty() {
-            true => String::new(),
-            false => format!(" ({} move alike)", residue.same.join(", ")),
+        let same = if residue.same.is_empty() {
+            String::new()
+        } else {
+            format!(" ({} move alike)", residue.same.join(", "))
         };
         lines.push(format!(
             "  profile {profile}{same}: {verdict} {mm:.4} mm, {deg:.4} deg at most"

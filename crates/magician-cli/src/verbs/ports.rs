@@ -170,9 +170,10 @@ const NOBODY_ON_WIFI: &str = "no arm answered on Wi-Fi; is its module plugged in
 
 /// What a person without an arm may do.
 fn nobody(no_ports: bool) -> String {
-    let found = match no_ports {
-        true => "no serial ports",
-        false => "none of these looks like an arm",
+    let found = if no_ports {
+        "no serial ports"
+    } else {
+        "none of these looks like an arm"
     };
     format!(
         "{found}; is it switched on and plugged in? `magician ports --wifi` looks for an arm on Wi-Fi, --port sim is a virtual one"

@@ -61,9 +61,10 @@ impl Pose {
         }
         loop {
             let answer = next().await?;
-            match json {
-                true => out.json(&answer)?,
-                false => out.line(answer.line())?,
+            if json {
+                out.json(&answer)?;
+            } else {
+                out.line(answer.line())?;
             }
             out.flush()?;
         }

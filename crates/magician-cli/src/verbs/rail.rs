@@ -102,9 +102,10 @@ fn tell(context: &mut Context, on: bool, version: u8) -> Result<RailReport, Fail
 
 async fn look(arm: &Arm) -> Result<RailReport, Failure> {
     let rail = arm.get::<DeviceWithL>().await?.with_l.is_on();
-    let l = match rail {
-        true => Some(arm.get::<PoseL>().await?.pose_l),
-        false => None,
+    let l = if rail {
+        Some(arm.get::<PoseL>().await?.pose_l)
+    } else {
+        None
     };
     Ok(RailReport { rail, l })
 }

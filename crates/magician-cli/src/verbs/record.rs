@@ -147,9 +147,10 @@ pub(super) fn check(file: &Path, law: bool, context: &Context) -> Result<(), Fai
 /// Shows what a recording came to, and the residue of its readings if that is asked for.
 pub(super) fn show(summary: &Summary, law: bool, context: &mut Context) -> Result<(), Failure> {
     // Of the file, so that it is what the file tells later.
-    let law = match law {
-        true => Some(replay::law_of_readings(&summary.file)?),
-        false => None,
+    let law = if law {
+        Some(replay::law_of_readings(&summary.file)?)
+    } else {
+        None
     };
     let told = Told { summary, law };
     context.show(&told, |out| {

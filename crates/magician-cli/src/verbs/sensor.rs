@@ -105,9 +105,10 @@ impl Sensor {
             loop {
                 ticks.tick().await;
                 let seen = self.look(arm).await?;
-                match json {
-                    true => out.json(&seen)?,
-                    false => out.line(seen.line())?,
+                if json {
+                    out.json(&seen)?;
+                } else {
+                    out.line(seen.line())?;
                 }
                 out.flush()?;
                 if !self.watch {

@@ -36,9 +36,10 @@ impl Set {
         let command = Command::decode(row.id, &params);
         let command = command.map_err(|error| Failure::usage(format!("{}: {error}", row.name)))?;
         refuse_unheld(&command)?;
-        let policy = match context.permit([&command])? {
-            true => StopPolicy::lights(context),
-            false => StopPolicy::Order,
+        let policy = if context.permit([&command])? {
+            StopPolicy::lights(context)
+        } else {
+            StopPolicy::Order
         };
         if let Command::QueuedCmdStartExec(_) | Command::ClearAlarmsState(_) = command {
             context.permit_queue()?;

@@ -30,14 +30,16 @@ const UNREAD: &str =
 
 impl Stop {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        let policy = match self.gentle {
-            true => StopPolicy::Hold,
-            false => StopPolicy::Stop,
+        let policy = if self.gentle {
+            StopPolicy::Hold
+        } else {
+            StopPolicy::Stop
         };
         // A station answers once the arm stands, also where it gives no session or somebody moves the arm again.
-        let stopped = match self.gentle {
-            true => None,
-            false => stop_by_request(context)?,
+        let stopped = if self.gentle {
+            None
+        } else {
+            stop_by_request(context)?
         };
         let (answer, outputs) = match stopped {
             Some(pose) => {
@@ -45,9 +47,10 @@ impl Stop {
                 (pose, context.arm(StopPolicy::Look, read).ok())
             }
             None => context.arm(policy, async |arm, _| {
-                match self.gentle {
-                    true => arm.stop_gentle().await?,
-                    false => arm.stop().await?,
+                if self.gentle {
+                    arm.stop_gentle().await?;
+                } else {
+                    arm.stop().await?;
                 }
                 let pose = arm.get::<commands::Pose>().await?;
                 Ok((PoseReport::from(pose), Some(arm.read_outputs().await?)))
@@ -60,10 +63,7 @@ impl Stop {
                 None => context.note(&Diagnostic::of_file(UNREAD)),
             }
         }
-        let what = match self.gentle {
-            true => "stopping",
-            false => "stopped",
-        };
+        let what = if self.gentle { "stopping" } else { "stopped" };
         context.show(&answer, |out| {
             out.line(format_args!("{what}: {}", answer.line()))
         })

@@ -204,9 +204,10 @@ impl Move {
             (true, false) => by.to_joints(to),
             (false, true) => {
                 let [x, y, z, r] = to;
-                match self.linear {
-                    true => words::line_by(x, y, z, r),
-                    false => words::move_by(x, y, z, r),
+                if self.linear {
+                    words::line_by(x, y, z, r)
+                } else {
+                    words::move_by(x, y, z, r)
                 }
             }
             (true, true) => {

@@ -268,17 +268,17 @@ fn share_of_power_out_of_range_is_refused_with_value_and_range() {
         (
             "set",
             &pulses[..],
-            "duty_cycle is -5 %, it must be 0 to 100 %",
+            "duty_cycle -5 % is out of range: 0 to 100 %",
         ),
         (
             "enqueue",
             &pulses[..],
-            "duty_cycle is -5 %, it must be 0 to 100 %",
+            "duty_cycle -5 % is out of range: 0 to 100 %",
         ),
         (
             "enqueue",
             &burn[..],
-            "velocity_or_power is -1 %, it must be 0 to 100 %",
+            "velocity_or_power -1 % is out of range: 0 to 100 %",
         ),
     ] {
         let words = [&[verb][..], words].concat();

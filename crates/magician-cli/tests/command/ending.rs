@@ -1,10 +1,10 @@
 //! How drawings end: the pen goes up, the tool is parked, and an arm that was not homed is not drawn with.
 #![cfg(unix)]
 
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Output, Stdio};
 
 use crate::magician::drawing::{PAPER, Place, last};
-use crate::magician::{command, run};
+use crate::magician::{command, run, signal};
 use serde_json::{Value, json};
 
 /// A drawing whose pen is on the paper, and goes along it.
@@ -29,12 +29,6 @@ fn error_object(output: &Output) -> Value {
     let error = text.lines().last().unwrap_or_default();
     let error: Value = serde_json::from_str(error).unwrap_or_else(|_| panic!("{output:?}"));
     error["error"].clone()
-}
-
-fn signal(name: &str, child: &Child) {
-    let id = child.id().to_string();
-    let kill = Command::new("kill").args([name, &id]).status();
-    assert!(kill.expect("kill runs").success());
 }
 
 #[test]

@@ -4,7 +4,7 @@
 use std::process::{Output, Stdio};
 
 use crate::magician::drawing::{PAPER, Place, last};
-use crate::magician::run;
+use crate::magician::{run, sample};
 use serde_json::{Value, json};
 
 const LASER: [&str; 5] = ["--tool", "laser", "--surface", "-50", "--json"];
@@ -33,15 +33,10 @@ fn may_burn(frame: &Value) -> bool {
     }
 }
 
-fn gradient() -> String {
-    let samples = concat!(env!("CARGO_MANIFEST_DIR"), "/../magician-program/samples");
-    format!("{samples}/engrave_gradient.png")
-}
-
 #[test]
 fn a_frame_lights_nothing_and_asks_nothing_however_often() {
     let place = Place::homed("100");
-    let image = gradient();
+    let image = sample("engrave_gradient.png");
     let frames = [
         [&["frame", &image, "--width", "40"], &LASER[..]].concat(),
         [&["frame", &image, "--width", "40"], &LASER[..]].concat(),

@@ -98,9 +98,10 @@ impl Place {
             &[&["--port", &port, "--trace", &trace], arguments].concat(),
             stdin,
         );
-        let written = match Path::new(&trace).exists() {
-            true => written(&trace),
-            false => Vec::new(),
+        let written = if Path::new(&trace).exists() {
+            written(&trace)
+        } else {
+            Vec::new()
         };
         let _ = std::fs::remove_file(trace);
         (done, written)
@@ -398,12 +399,11 @@ fn a_laser_that_is_on_is_shown_and_keeps_everything_but_homing_from_moving() {
     let file = plan(place.dir.path(), &["G1 X230 F600"]);
     let file = file.to_str().expect("UTF-8");
     for pins in [false, true] {
-        let lit = match pins {
-            false => place.run(&["laser", "on", "--keep-on", "--yes"]),
-            true => {
-                assert_eq!(place.run(&["io", "mux", "4", "digital-output"]).status, 0);
-                place.run(&["io", "set", "4", "on", "--yes"])
-            }
+        let lit = if pins {
+            assert_eq!(place.run(&["io", "mux", "4", "digital-output"]).status, 0);
+            place.run(&["io", "set", "4", "on", "--yes"])
+        } else {
+            place.run(&["laser", "on", "--keep-on", "--yes"])
         };
         assert_eq!(lit.status, 0, "{lit:?}");
         let info = place.run(&["info"]);

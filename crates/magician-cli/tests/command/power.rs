@@ -1,9 +1,8 @@
 //! How strong what burns is: which S is full power, `--power` and its default, and what is told of it.
 
-use std::path::PathBuf;
 use std::process::Command;
 
-use crate::magician::command;
+use crate::magician::{command, sample};
 use serde_json::{Value, json};
 
 const LIGHTBURN: &str = "; LightBurn 1.4.00\n; GRBL device profile, absolute coords\nG00 G17 G40 G21 G54\nG90\nM3\n; Cut @ 600 mm/min, 20% power\n\
@@ -46,12 +45,6 @@ impl Place {
         assert_eq!(status, 0, "{arguments:?}: {answer} {err}");
         answer["power"].clone()
     }
-}
-
-fn sample(name: &str) -> String {
-    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
-    let path = root.join("../magician-program/samples").join(name);
-    path.to_str().expect("UTF-8").to_owned()
 }
 
 fn of(least: f64, most: f64) -> Value {

@@ -3,13 +3,8 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::magician::{Run, command};
+use crate::magician::{Run, command, sample};
 use serde_json::{Value, json};
-
-fn gradient() -> String {
-    let samples = concat!(env!("CARGO_MANIFEST_DIR"), "/../magician-program/samples");
-    format!("{samples}/engrave_gradient.png")
-}
 
 /// The command with a file of settings of its own.
 fn with_settings(folder: &Path, arguments: &[&str]) -> Run {
@@ -19,7 +14,7 @@ fn with_settings(folder: &Path, arguments: &[&str]) -> Run {
 }
 
 fn check(folder: &Path, more: &[&str]) -> Value {
-    let image = gradient();
+    let image = sample("engrave_gradient.png");
     let arguments = [&["engrave", &image, "--check", "--json"], more].concat();
     with_settings(folder, &arguments).object()
 }
@@ -75,7 +70,7 @@ fn presets_are_listed_shown_saved_and_removed() {
     assert!(
         shown.out.contains("not tried on a real arm") && shown.out.contains("tool = \"laser\"")
     );
-    let image = gradient();
+    let image = sample("engrave_gradient.png");
     let used = on(&["engrave", &image, "--preset", "wood-engrave", "--check"]);
     assert!(used.err.contains("not tried on a real arm"), "{used:?}");
     assert_eq!(on(&["preset", "save", "pen", "--lift", "3"]).status, 0);
@@ -128,7 +123,7 @@ fn a_key_that_is_none_is_refused_with_its_place() {
         "speed = 20\n\n  sped = 3\n",
     )
     .expect("written");
-    let image = gradient();
+    let image = sample("engrave_gradient.png");
     let refused = with_settings(folder, &["engrave", &image, "--check", "--preset", "odd"]);
     assert_eq!(refused.status, 3, "{refused:?}");
     assert!(

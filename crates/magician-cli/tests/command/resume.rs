@@ -4,9 +4,10 @@
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
-use crate::magician::command;
+use crate::magician::drawing::last;
 use crate::magician::homed::as_if_homed;
 use crate::magician::served::Served;
+use crate::magician::{command, signal};
 use serde_json::Value;
 
 /// Pairs of a move and a wait.
@@ -95,23 +96,10 @@ fn serve(more: &[&str]) -> Served {
     )
 }
 
-fn signal(name: &str, child: &Child) {
-    let id = child.id().to_string();
-    let kill = Command::new("kill").args([name, &id]).status();
-    assert!(kill.expect("kill runs").success());
-}
-
 fn error(output: &Output) -> Value {
     let text = String::from_utf8_lossy(&output.stderr);
     let object: Value = serde_json::from_str(&text).unwrap_or_else(|_| panic!("{text}"));
     object["error"].clone()
-}
-
-/// The last object on stdout.
-fn report(output: &Output) -> Value {
-    let text = String::from_utf8_lossy(&output.stdout);
-    let last = text.lines().last().unwrap_or_default();
-    serde_json::from_str(last).unwrap_or_else(|_| panic!("{output:?}"))
 }
 
 fn waits(log: &[String]) -> usize {
@@ -138,7 +126,7 @@ fn a_killed_run_goes_on_and_no_step_is_done_twice() {
     assert_eq!(place.journals(), 1);
     let done = place.run(&["run", &program, "--resume"]);
     assert!(done.status.success(), "{done:?}");
-    let first = report(&done)["first_step"].as_u64().expect("a step");
+    let first = last(&done)["first_step"].as_u64().expect("a step");
     assert!(first > 10, "{done:?}");
     assert_eq!(place.journals(), 0, "a good end leaves nothing");
     assert_eq!(waits(&place.served.log()), PAIRS);
@@ -166,8 +154,8 @@ fn ctrl_c_says_where_it_goes_on_and_it_does() {
     assert!(mark["ended"].is_string(), "{mark}");
     let done = place.run(&["run", &program, "--resume"]);
     assert!(done.status.success(), "{done:?}");
-    assert_eq!(report(&done)["first_step"], finished + 1);
-    assert_eq!(report(&done)["steps"], 2 * PAIRS as u64 - finished);
+    assert_eq!(last(&done)["first_step"], finished + 1);
+    assert_eq!(last(&done)["steps"], 2 * PAIRS as u64 - finished);
     let again = place.run(&["run", &program, "--resume"]);
     assert_eq!(again.status.code(), Some(3), "{again:?}");
     assert!(
@@ -198,7 +186,7 @@ fn an_alarm_ends_a_run_and_once_cleared_it_goes_on() {
     assert!(place.run(&["alarms", "--clear"]).status.success());
     let done = place.run(&["run", &program, "--resume"]);
     assert!(done.status.success(), "{done:?}");
-    let first = report(&done)["first_step"].as_u64().expect("a step");
+    let first = last(&done)["first_step"].as_u64().expect("a step");
     assert!((15..=21).contains(&first), "{first}");
 }
 
@@ -237,7 +225,7 @@ fn an_arm_that_was_switched_off_leaves_it_to_the_person() {
     let done = place.run(&["run", &program, "--from", "9"]);
     assert!(done.status.success(), "{done:?}");
     assert_eq!(
-        (&report(&done)["first_step"], &report(&done)["steps"]),
+        (&last(&done)["first_step"], &last(&done)["steps"]),
         (&Value::from(9), &Value::from(40))
     );
 }
@@ -280,7 +268,7 @@ fn what_counts_from_where_the_tool_stood_goes_on_from_there() {
     let said = ["--start", "210.123,-10.000,20.000", "--resume"];
     let done = place.run(&[&["run", &program], &said[..]].concat());
     assert!(done.status.success(), "{done:?}");
-    let pose = report(&place.run(&["pose"]));
+    let pose = last(&place.run(&["pose"]));
     let x = pose["x"].as_f64().expect("a number");
     assert!((x - 234.123).abs() < 0.01, "{pose}");
 }
@@ -314,7 +302,7 @@ fn a_stop_from_elsewhere_ends_a_run_that_can_go_on() {
     assert!(!output.status.success(), "{output:?}");
     let done = place.run(&["run", &program, "--resume"]);
     assert!(done.status.success(), "{done:?}");
-    assert!(report(&done)["first_step"].as_u64().expect("a step") > 6);
+    assert!(last(&done)["first_step"].as_u64().expect("a step") > 6);
 }
 
 #[test]
@@ -348,7 +336,7 @@ fn a_laser_burns_on_an_arm_only_when_told_to() {
     let burnt = place.run(&["run", &file, "--yes"]);
     assert!(burnt.status.success(), "{burnt:?}");
     let laser = place.run(&["get", "EndEffectorLaser"]);
-    assert_eq!(report(&laser)["is_on"], 0, "it ends dark");
+    assert_eq!(last(&laser)["is_on"], 0, "it ends dark");
 }
 
 #[test]
@@ -387,7 +375,7 @@ fn a_look_with_a_port_reads_the_settings_in_force() {
     let seconds = |place: &Place| {
         let look = place.run(&["run", &file, "--estimate"]);
         assert!(look.status.success(), "{look:?}");
-        report(&look)["seconds"].as_f64().expect("a time")
+        last(&look)["seconds"].as_f64().expect("a time")
     };
     let usual = seconds(&place);
     let slow = [
@@ -399,7 +387,7 @@ fn a_look_with_a_port_reads_the_settings_in_force() {
     assert!(place.run(&slow).status.success());
     assert!(seconds(&place) > 3.0 * usual);
     assert_eq!(
-        report(&place.run(&["queue"]))["current_index"],
+        last(&place.run(&["queue"]))["current_index"],
         0,
         "nothing was sent"
     );
@@ -441,7 +429,7 @@ fn a_line_that_was_cut_short_goes_on_where_the_pen_stopped() {
         {"move":[220,40,20,0],"by":"line"}]}"#;
     let file = place.write("line.plan.json", steps);
     let at = || {
-        let pose = report(&place.run(&["pose"]));
+        let pose = last(&place.run(&["pose"]));
         ["x", "y"].map(|axis| pose[axis].as_f64().expect("a number"))
     };
     let child = place.start(&["run", &file]);
@@ -453,7 +441,7 @@ fn a_line_that_was_cut_short_goes_on_where_the_pen_stopped() {
     assert!((-30.0..40.0).contains(&stood), "{stood}");
     let done = place.run(&["run", &file, "--resume"]);
     assert!(done.status.success(), "{done:?}");
-    let done = report(&done);
+    let done = last(&done);
     assert_eq!(done["first_step"], 3);
     let drawn = done["drawn_mm"].as_f64().expect("a length");
     assert!((drawn - (40.0 - stood)).abs() < 0.2, "{drawn} from {stood}");

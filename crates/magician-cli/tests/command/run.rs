@@ -1,16 +1,7 @@
 //! `run`, `draw`, `engrave`, `play` and `convert` on virtual arms in the process, and without any arm.
 
-use std::path::PathBuf;
-
-use crate::magician::{Run, command, run, run_with};
+use crate::magician::{Run, command, run, run_with, sample};
 use serde_json::{Value, json};
-
-/// A sample of the program crate.
-fn sample(name: &str) -> String {
-    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
-    let path = root.join("../magician-program/samples").join(name);
-    path.to_str().expect("UTF-8").to_owned()
-}
 
 /// The value that a message says behind a flag.
 fn said_after<T: std::str::FromStr>(flag: &str, text: &str) -> T {

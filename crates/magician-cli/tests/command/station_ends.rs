@@ -5,9 +5,9 @@ use std::process::{Child, Command, Output, Stdio};
 
 use serde_json::Value;
 
-use crate::magician::command;
 use crate::magician::drawing::{PAPER, Place, last};
 use crate::magician::served::Served;
+use crate::magician::{command, signal};
 
 /// A station of the arm at a place, and its address.
 fn serve(place: &Place) -> (Served, String) {
@@ -28,12 +28,6 @@ fn client(mut command: Command) -> Child {
 
 fn draw(place: &Place, url: &str, more: &[&str]) -> Child {
     client(place.draw_at(&["--station", url], more))
-}
-
-fn signal(name: &str, child: &Child) {
-    let id = child.id().to_string();
-    let kill = Command::new("kill").args([name, &id]).status();
-    assert!(kill.expect("kill runs").success());
 }
 
 /// The sentence and the kind of a failure.
@@ -144,9 +138,10 @@ fn ctrl_c_that_reaches_station_and_program_at_once_lifts_the_pen() {
         let (mut served, url) = serve(&place);
         let drawing = draw(&place, &url, &[]);
         place.until_drawn(2.0);
-        let both = match station_first {
-            true => [&served.child, &drawing],
-            false => [&drawing, &served.child],
+        let both = if station_first {
+            [&served.child, &drawing]
+        } else {
+            [&drawing, &served.child]
         };
         for child in both {
             signal("-INT", child);

@@ -195,21 +195,27 @@ impl<T: Target> Session<T> {
             Action::Rest => self.rest().await,
             Action::Finished(finished) => self.finished(*finished).await,
             Action::Alarms(alarms) => self.alarms(alarms).await,
-            Action::Happens(happening) => match self.target.happens(*happening) {
-                true => self.order().await,
-                false => differs(
-                    "that this can be made to happen",
-                    "only a virtual arm inside this program can",
-                    &[],
-                ),
-            },
+            Action::Happens(happening) => {
+                if self.target.happens(*happening) {
+                    self.order().await
+                } else {
+                    differs(
+                        "that this can be made to happen",
+                        "only a virtual arm inside this program can",
+                        &[],
+                    )
+                }
+            }
             Action::Sees(observations) => observations
                 .iter()
                 .try_for_each(|observation| self.sees(*observation)),
-            Action::Link(link) => match self.target.select(*link) {
-                true => Ok(()),
-                false => differs("a second link", "this arm has one", &[]),
-            },
+            Action::Link(link) => {
+                if self.target.select(*link) {
+                    Ok(())
+                } else {
+                    differs("a second link", "this arm has one", &[])
+                }
+            }
         }
     }
 }

@@ -33,9 +33,10 @@ impl<T: Target> Session<T> {
     async fn elapsed(&mut self) -> Result<Duration, StepError> {
         let wrap = Duration::from_millis(1 << 32);
         let (now, then) = (self.clock().await?, self.ordered);
-        Ok(match now < then {
-            true => now + wrap - then,
-            false => now - then,
+        Ok(if now < then {
+            now + wrap - then
+        } else {
+            now - then
         })
     }
 
@@ -81,9 +82,10 @@ impl<T: Target> Session<T> {
         let mut waited = Duration::ZERO;
         loop {
             let current = self.current().await?;
-            let elapsed = match self.timed {
-                true => self.elapsed().await?,
-                false => waited,
+            let elapsed = if self.timed {
+                self.elapsed().await?
+            } else {
+                waited
             };
             if current >= last {
                 let early = when.is_some_and(|(at, tolerance)| elapsed + tolerance.max(slack) < at);
@@ -134,13 +136,14 @@ impl<T: Target> Session<T> {
             }
         };
         let current = self.current().await?;
-        match current == wanted {
-            true => Ok(()),
-            false => differs(
+        if current == wanted {
+            Ok(())
+        } else {
+            differs(
                 format!("index {wanted} finished last"),
                 format!("index {current} finished last"),
                 &[],
-            ),
+            )
         }
     }
 
@@ -160,9 +163,10 @@ impl<T: Target> Session<T> {
                 format!("alarms without {}", named(codes)),
             ),
         };
-        match right {
-            true => Ok(()),
-            false => differs(expected, format!("alarms {standing}"), standing.as_bytes()),
+        if right {
+            Ok(())
+        } else {
+            differs(expected, format!("alarms {standing}"), standing.as_bytes())
         }
     }
 }

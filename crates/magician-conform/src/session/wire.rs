@@ -62,9 +62,10 @@ impl<T: Target> Session<T> {
                 .iter()
                 .zip(bytes)
                 .all(|(found, byte)| byte.is_none_or(|byte| byte == *found));
-        match same {
-            true => self.note_index(&frame).await,
-            false => differs(expected, in_words(&frame, Direction::Reply), found),
+        if same {
+            self.note_index(&frame).await
+        } else {
+            differs(expected, in_words(&frame, Direction::Reply), found)
         }
     }
 
@@ -103,13 +104,14 @@ impl<T: Target> Session<T> {
                 .iter()
                 .all(|check| check.holds(layout, view.params()))
             && self.indexed(row, ctrl, &frame, answer.full);
-        match right {
-            true => self.note_index(&frame).await,
-            false => differs(
+        if right {
+            self.note_index(&frame).await
+        } else {
+            differs(
                 expected(),
                 in_words(&frame, Direction::Reply),
                 frame.bytes(),
-            ),
+            )
         }
     }
 

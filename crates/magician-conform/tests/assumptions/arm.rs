@@ -218,8 +218,7 @@ impl Target for ViolatingArm {
 /// Tells an arm something behind the runner's back.
 pub(crate) fn tell(arm: &mut Controller, set: &Set) {
     let frame = FrameBuf::set(set, Ctrl::SET).expect("fits");
-    arm.receive(ASIDE, frame.bytes());
-    while arm.poll_transmit(ASIDE).is_some() {}
+    arm.exchange(ASIDE, frame.bytes());
 }
 
 /// Asks an arm something behind the runner's back.
@@ -229,7 +228,6 @@ pub(crate) fn ask<L: Readable<Query = NoArgs>>(arm: &mut Controller) -> L {
 
 pub(crate) fn ask_with<L: Readable>(arm: &mut Controller, query: &L::Query) -> L {
     let frame = FrameBuf::get(query, L::ROW).expect("fits");
-    arm.receive(ASIDE, frame.bytes());
-    let reply = arm.poll_transmit(ASIDE).expect("an answer");
-    reply.frame().read().expect("its form")
+    let replies = arm.exchange(ASIDE, frame.bytes());
+    replies[0].frame().read().expect("its form")
 }

@@ -224,9 +224,10 @@ impl StepWriter<'_> {
         let (before, steps) = self.plan.steps.split_at_mut(begins);
         let color_before = before.last().and_then(|step| step.color);
         for step in steps {
-            step.color = match step.origin == stroke.origin {
-                true => color,
-                false => color_before,
+            step.color = if step.origin == stroke.origin {
+                color
+            } else {
+                color_before
             };
         }
     }
@@ -340,9 +341,10 @@ impl StepWriter<'_> {
     fn go_round(&mut self, from: Above, to: Above, origin: Origin) {
         let [high, over] = [from, to].map(|end| self.raised(end));
         let lift = self.marking.lift;
-        let corners = match self.reach.clears(high, over, lift / 2.0) {
-            true => None,
-            false => self.reach.round_base(from.0, to.0, lift),
+        let corners = if self.reach.clears(high, over, lift / 2.0) {
+            None
+        } else {
+            self.reach.round_base(from.0, to.0, lift)
         };
         let Some(corners) = corners else {
             self.line(high, origin);

@@ -330,9 +330,10 @@ impl<'a> Placer<'a> {
 
     /// The size that was asked for, or the largest that its room has where it is made to fit.
     fn wanted(&self) -> f64 {
-        match self.layout.fit {
-            true => self.in_room(self.layout.scale),
-            false => self.layout.scale,
+        if self.layout.fit {
+            self.in_room(self.layout.scale)
+        } else {
+            self.layout.scale
         }
     }
 
@@ -340,9 +341,10 @@ impl<'a> Placer<'a> {
     fn in_room(&self, scale: f64) -> f64 {
         let room = self.layout.room.iter().flatten().zip(self.size);
         room.fold(scale, |scale, (room, side)| {
-            match scale * side > *room + ROUNDING {
-                true => room / side,
-                false => scale,
+            if scale * side > *room + ROUNDING {
+                room / side
+            } else {
+                scale
             }
         })
     }
@@ -383,9 +385,12 @@ impl<'a> Placer<'a> {
     fn middle(&self, scale: f64) -> Option<[f64; 2]> {
         let on_sheet =
             |sheet: Sheet| [0, 1].map(|axis| sheet.corner[axis] + scale * self.inset[axis]);
-        let at = self.layout.at.map(|at| match self.layout.keeps_page {
-            true => [0, 1].map(|axis| at[axis] + scale * self.offset[axis]),
-            false => at,
+        let at = self.layout.at.map(|at| {
+            if self.layout.keeps_page {
+                [0, 1].map(|axis| at[axis] + scale * self.offset[axis])
+            } else {
+                at
+            }
         });
         at.or(self.layout.sheet.map(on_sheet))
     }

@@ -118,9 +118,12 @@ impl Levels {
         let range = index(from.min(to))..index(from.max(to));
         let rises = from <= to;
         let count = range.len();
-        (0..count).map(move |nth| match rises {
-            true => range.start + nth,
-            false => range.end - 1 - nth,
+        (0..count).map(move |nth| {
+            if rises {
+                range.start + nth
+            } else {
+                range.end - 1 - nth
+            }
         })
     }
 }

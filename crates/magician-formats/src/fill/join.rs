@@ -140,9 +140,10 @@ impl<'a> Ways<'a> {
 
     /// The piece between two ends that are beside each other, and whether it is gone along as the edge goes.
     fn piece(&self, from: usize, to: usize) -> (usize, bool) {
-        match self.graph.ends[from].beside[1] == to && self.lengths[from].is_some() {
-            true => (from, true),
-            false => (to, false),
+        if self.graph.ends[from].beside[1] == to && self.lengths[from].is_some() {
+            (from, true)
+        } else {
+            (to, false)
         }
     }
 
@@ -247,9 +248,10 @@ impl<'a> Ways<'a> {
                     for end in [first(&other), last(&other)].into_iter().flatten() {
                         owner[end] = usize::MAX;
                     }
-                    match first(&other) == Some(to) {
-                        true => path.extend(other),
-                        false => path.extend(self.turned(other)),
+                    if first(&other) == Some(to) {
+                        path.extend(other)
+                    } else {
+                        path.extend(self.turned(other))
                     }
                 }
                 path = self.turned(path);

@@ -170,9 +170,10 @@ impl Region {
             let edges = there_only.windows(2);
             { edges }.any(|edge| off_chord(*point, edge[0], edge[1]) <= width / 2.0)
         };
-        match back.iter().all(covered) {
-            true => there_only.to_vec(),
-            false => there,
+        if back.iter().all(covered) {
+            there_only.to_vec()
+        } else {
+            there
         }
     }
 

@@ -75,9 +75,10 @@ impl Chords {
 }
 
 fn usable(scale: f64) -> f64 {
-    match scale > 0.0 && scale.is_finite() {
-        true => scale,
-        false => 1.0,
+    if scale > 0.0 && scale.is_finite() {
+        scale
+    } else {
+        1.0
     }
 }
 

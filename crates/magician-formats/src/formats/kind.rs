@@ -270,9 +270,10 @@ mod tests {
         for format in Format::ALL {
             let read = crate::read(format, b"", &ReadOptions::default());
             let missing = read.err().and_then(|diagnostic| diagnostic.missing);
-            let expected = match format.is_built_in() {
-                true => None,
-                false => format.feature().map(Missing::Feature),
+            let expected = if format.is_built_in() {
+                None
+            } else {
+                format.feature().map(Missing::Feature)
             };
             assert_eq!(missing, expected, "{format}");
             for ending in format.endings() {

@@ -42,11 +42,12 @@ impl RailCourse {
         };
         let before = self.at.replace(l);
         if motion.marks() {
-            return match before == Some(l) {
-                true => Ok(motion),
-                false => Err(format!(
+            return if before == Some(l) {
+                Ok(motion)
+            } else {
+                Err(format!(
                     "the rail moves to {l} mm on an arc or a path; it moves only along with point-to-point moves"
-                )),
+                ))
             };
         }
         let along = motion.command().map(|command| words::with_rail(command, l));
@@ -60,11 +61,12 @@ impl RailCourse {
     pub(super) fn note(&self) -> Option<Diagnostic> {
         let [least, most] = self.range;
         self.used.then(|| {
-            let what = match least == most {
-                true => format!("it is played at {most} mm on the rail: the arm has to be on one"),
-                false => format!(
+            let what = if least == most {
+                format!("it is played at {most} mm on the rail: the arm has to be on one")
+            } else {
+                format!(
                     "it moves along the rail, from {least} to {most} mm: the arm has to be on one"
-                ),
+                )
             };
             let note = Diagnostic::of_file(what).coded(DiagnosticCode::Assumed);
             note.remedy(Deed::UseRail, "tells the arm that it is; home it then")

@@ -32,10 +32,9 @@ pub(super) fn elements<'a, 'i>(node: Node<'a, 'i>) -> impl Iterator<Item = Node<
 
 /// The text in an element, without those of elements in it.
 pub(super) fn content<'a>(node: Node<'a, '_>) -> std::borrow::Cow<'a, str> {
-    let mut texts = node.children().filter_map(|child| match child.is_text() {
-        true => child.text(),
-        false => None,
-    });
+    let mut texts = node
+        .children()
+        .filter_map(|child| if child.is_text() { child.text() } else { None });
     match (texts.next(), texts.next()) {
         (None, _) => "".into(),
         (Some(only), None) => only.into(),

@@ -125,9 +125,12 @@ fn foot(letter: &Glyph, right: bool) -> (f64, f64) {
         .clone()
         .fold(f64::INFINITY, |least, [_, y]| least.min(*y));
     let near = points.filter(|[_, y]| *y <= lowest.max(0.0) + 0.5);
-    let value = |at: &[f64; 2]| match right {
-        true => -at[0],
-        false => (at[0] - middle).abs(),
+    let value = |at: &[f64; 2]| {
+        if right {
+            -at[0]
+        } else {
+            (at[0] - middle).abs()
+        }
     };
     let nearest = near.min_by(|one, other| value(one).total_cmp(&value(other)));
     nearest.map_or((middle, 0.0), |[x, y]| (*x, *y))

@@ -51,9 +51,10 @@ impl Lettering {
     /// That no font has a character: a note, or the reason to refuse the drawing.
     pub(crate) fn lacks(&self, character: char, origin: Origin) -> Result<Diagnostic, Diagnostic> {
         let found = lacks(character, &self.name, self.strict, origin);
-        match self.strict {
-            true => Err(found),
-            false => Ok(found.coded(DiagnosticCode::LeftOut)),
+        if self.strict {
+            Err(found)
+        } else {
+            Ok(found.coded(DiagnosticCode::LeftOut))
         }
     }
 }

@@ -84,9 +84,10 @@ impl SvgFont {
         }
         let closed = |character: &char| font.is_closed(*character);
         font.single_line = !font.glyphs.keys().all(closed);
-        match font.cap_height > LEAST_CAP * em {
-            true => Ok(font),
-            false => Err(Diagnostic::of_file("the font has no height")),
+        if font.cap_height > LEAST_CAP * em {
+            Ok(font)
+        } else {
+            Err(Diagnostic::of_file("the font has no height"))
         }
     }
 
@@ -183,11 +184,12 @@ pub(super) fn within(path: BezPath, character: char, square: f64) -> Result<BezP
     let bounds = path.control_box();
     let sides = [bounds.x0, bounds.y0, bounds.x1, bounds.y1];
     let is_near = |side: f64| side.is_finite() && side.abs() <= FARTHEST * square;
-    match path.elements().is_empty() || sides.into_iter().all(is_near) {
-        true => Ok(path),
-        false => Err(Diagnostic::of_file(format!(
+    if path.elements().is_empty() || sides.into_iter().all(is_near) {
+        Ok(path)
+    } else {
+        Err(Diagnostic::of_file(format!(
             "a line of '{character}' is too far away from it"
-        ))),
+        )))
     }
 }
 

@@ -220,9 +220,10 @@ fn cuts(profile: &VelocityProfile, feed: f64) -> Vec<f64> {
 /// Time at which a ramp between two times has come to a speed; its end for one that falls.
 fn when(profile: &VelocityProfile, speed: f64, from: f64, to: f64) -> f64 {
     let (slow, fast) = (profile.velocity(from), profile.velocity(to));
-    match fast > slow {
-        true => from + (to - from) * ((speed - slow) / (fast - slow)).clamp(0.0, 1.0),
-        false => to,
+    if fast > slow {
+        from + (to - from) * ((speed - slow) / (fast - slow)).clamp(0.0, 1.0)
+    } else {
+        to
     }
 }
 
@@ -328,9 +329,10 @@ mod tests {
             let lasts = (profile.duration() / period).round();
             let share = (lasts + 0.5) / lasts;
             let half_change = 0.5 * 100.0 * (lasts + 0.5) * period;
-            let hastened = match lasts <= LEAST_PERIODS + 1.0 {
-                true => (share - 1.0) * slowest + share * half_change,
-                false => 0.0,
+            let hastened = if lasts <= LEAST_PERIODS + 1.0 {
+                (share - 1.0) * slowest + share * half_change
+            } else {
+                0.0
             };
             let within = 60.0 * f64::max(0.1, hastened / feed);
             // Not at its end: a piece that is slowed down to whole periods leaves its end to the next one.

@@ -219,9 +219,10 @@ fn check_size(plan: &Plan, times: usize) -> Result<usize, Diagnostic> {
 }
 
 pub(super) fn finite(numbers: &[f64], what: &str) -> Result<(), Diagnostic> {
-    match numbers.iter().all(|number| number.is_finite()) {
-        true => Ok(()),
-        false => Err(Diagnostic::of_file(format!("{what} is not a number"))),
+    if numbers.iter().all(|number| number.is_finite()) {
+        Ok(())
+    } else {
+        Err(Diagnostic::of_file(format!("{what} is not a number")))
     }
 }
 

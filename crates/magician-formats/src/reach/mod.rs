@@ -70,9 +70,10 @@ pub fn bisect(does: f64, does_not: f64, halvings: usize, check: impl Fn(f64) -> 
     let (mut does, mut does_not) = (does, does_not);
     for _ in 0..halvings {
         let scale = f64::midpoint(does, does_not);
-        match check(scale) {
-            true => does = scale,
-            false => does_not = scale,
+        if check(scale) {
+            does = scale;
+        } else {
+            does_not = scale;
         }
     }
     does

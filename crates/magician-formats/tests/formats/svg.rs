@@ -519,9 +519,10 @@ fn what_has_neither_a_stroke_nor_an_area_is_not_drawn() {
         let seen = unseen
             .replace("stroke-opacity", "data-none")
             .replace("stroke=\"none\"", "");
-        let seen = match seen.contains("stroke=") {
-            true => seen,
-            false => seen.replace("/>", " stroke=\"black\"/>"),
+        let seen = if seen.contains("stroke=") {
+            seen
+        } else {
+            seen.replace("/>", " stroke=\"black\"/>")
         };
         let (artwork, _) = reading(page(&seen));
         let drawn = artwork

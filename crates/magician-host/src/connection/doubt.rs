@@ -258,9 +258,10 @@ impl Connection {
         for lane in 0..self.lanes.len() {
             while let Some(at) = self.lanes[lane].iter().position(|job| job.deadline <= now) {
                 if let Some(job) = self.lanes[lane].remove(at) {
-                    let failure = match job.queued() && self.tracker.draining() {
-                        true => Failure::Draining,
-                        false => Failure::Timeout { sent: 0 },
+                    let failure = if job.queued() && self.tracker.draining() {
+                        Failure::Draining
+                    } else {
+                        Failure::Timeout { sent: 0 }
                     };
                     self.done(job.ticket, Err(failure));
                 }

@@ -63,9 +63,10 @@ impl Connection {
             self.enter_doubt(job);
         }
         if !clocked {
-            match self.settings.ordered {
-                true => self.tracker.begin_anew(),
-                false => self.tracker.forget(),
+            if self.settings.ordered {
+                self.tracker.begin_anew();
+            } else {
+                self.tracker.forget();
             }
             self.witness.resume(None);
         }

@@ -223,9 +223,10 @@ impl Connection {
     #[must_use]
     pub fn new(settings: Settings) -> Self {
         let settings = Settings {
-            window: match settings.ordered {
-                true => settings.window.clamp(1, MAX_WINDOW),
-                false => 1,
+            window: if settings.ordered {
+                settings.window.clamp(1, MAX_WINDOW)
+            } else {
+                1
             },
             ..settings
         };
@@ -342,9 +343,10 @@ impl Connection {
     pub fn submit(&mut self, request: Request) -> Ticket {
         let ticket = self.ticket();
         if request.priority == Priority::Stop {
-            match request.frame.frame().id() == JogCmd::ROW.id {
-                true => self.drop_motions(),
-                false => self.drop_stream(),
+            if request.frame.frame().id() == JogCmd::ROW.id {
+                self.drop_motions()
+            } else {
+                self.drop_stream()
             }
         }
         let lane = &mut self.lanes[request.priority as usize];

@@ -118,9 +118,10 @@ impl Connection {
     pub(super) fn unaccounted(&mut self, to: u64) {
         let from = self.tracker.next().unwrap_or(to);
         self.events.push_back(Event::Unaccounted { from, to });
-        match self.settings.ordered {
-            true => self.tracker.forget(),
-            false => self.rebase(to),
+        if self.settings.ordered {
+            self.tracker.forget()
+        } else {
+            self.rebase(to)
         }
     }
 
@@ -134,9 +135,10 @@ impl Connection {
     /// The controller has finished more than it was given here. On an ordered link that was another
     /// host, whose business it is; on an unordered one a command of ours may have come twice.
     fn overtaken(&mut self, current: u64) {
-        match self.settings.ordered {
-            true => self.tracker.forget(),
-            false => self.unaccounted(current),
+        if self.settings.ordered {
+            self.tracker.forget()
+        } else {
+            self.unaccounted(current)
         }
     }
 

@@ -53,9 +53,10 @@ impl Connection {
         }
         let polls = u32::try_from(self.lanes[Priority::Poll as usize].len()).unwrap_or(u32::MAX);
         let poll_first = self.streak >= (STREAK / polls.max(1)).max(1);
-        let [first, second] = match poll_first {
-            true => [Priority::Poll, Priority::Stream],
-            false => [Priority::Stream, Priority::Poll],
+        let [first, second] = if poll_first {
+            [Priority::Poll, Priority::Stream]
+        } else {
+            [Priority::Stream, Priority::Poll]
         };
         self.transmit_lane(first, now)
             .or_else(|| self.transmit_lane(second, now))
@@ -79,9 +80,10 @@ impl Connection {
     /// Most requests in flight at present: as was set, and 1 on an arm that breaks the index law or an unordered link.
     #[must_use]
     pub fn window(&self) -> usize {
-        match self.witness.is_broken() {
-            true => 1,
-            false => self.settings.window,
+        if self.witness.is_broken() {
+            1
+        } else {
+            self.settings.window
         }
     }
 
@@ -157,9 +159,12 @@ impl Connection {
         }
         let lawful = self.witness.law() == Law::Followed;
         let mut beside = self.flight.iter().filter(|other| !other.lingers);
-        beside.all(|other| match stream && other.priority == job.priority {
-            true => lawful && job.shares() && other.shares(),
-            false => other.key != job.key,
+        beside.all(|other| {
+            if stream && other.priority == job.priority {
+                lawful && job.shares() && other.shares()
+            } else {
+                other.key != job.key
+            }
         })
     }
 
@@ -238,13 +243,12 @@ impl Connection {
         let patience = patience.max(lifetime.unwrap_or(0));
         job.timer = now.saturating_add(patience);
         job.clears = self.tracker.clears();
-        match job.queued() {
-            true => {
-                self.order += 1;
-                self.tracker.sends();
-                self.begin_duplicate_check(now, job.sent);
-            }
-            false => self.settled = self.order,
+        if job.queued() {
+            self.order += 1;
+            self.tracker.sends();
+            self.begin_duplicate_check(now, job.sent);
+        } else {
+            self.settled = self.order;
         }
         job.order = self.order;
         job.highest = self.witness.highest();

@@ -7,7 +7,9 @@ use std::fmt;
 use std::io;
 
 use magician_motion::{Breach, FencePart, MotionError, Unreachable};
-use magician_protocol::{Alarm, AlarmSet, DecodeError, EncodeError, visible_lines};
+use magician_protocol::{
+    Alarm, AlarmSet, DecodeError, EncodeError, Number, RangeError, visible_lines,
+};
 
 pub use self::code::{ErrorCode, ErrorKind};
 use crate::remedy::{Act, Action, Given, Remedy, Setting};
@@ -450,9 +452,10 @@ impl Error {
 
 /// An interval of queue indices, in brackets behind what they belong to.
 fn span(from: u64, to: u64) -> String {
-    match from == to {
-        true => format!(" (queue index {from})"),
-        false => format!(" (queue indices {from} to {to})"),
+    if from == to {
+        format!(" (queue index {from})")
+    } else {
+        format!(" (queue indices {from} to {to})")
     }
 }
 
@@ -492,6 +495,21 @@ impl std::error::Error for Error {
 impl From<EncodeError> for Error {
     fn from(error: EncodeError) -> Self {
         Self::invalid(error.to_string())
+    }
+}
+
+impl From<RangeError> for Error {
+    fn from(error: RangeError) -> Self {
+        let refused = Self::invalid(error.to_string());
+        let Some(limit) = error.limit() else {
+            return refused;
+        };
+        // The number as it was given: a program that reads it back finds 0.001, not its nearest `f32`.
+        let value = match error.value {
+            Number::Float(number) => number.to_string().parse().unwrap_or(f64::from(number)),
+            Number::Integer(_) => error.value.to_f64(),
+        };
+        refused.with_limit(value, limit.into(), error.unit)
     }
 }
 

@@ -205,9 +205,10 @@ impl Gate {
         if running.request.id == jog {
             let refused = GateEffect::Refused(jog, JogEnd::Stopped);
             self.effects.push_back(refused);
-            match running.reverses {
-                true => self.ends(None, JogEnd::Stopped),
-                false => self.motion = Motion::Rest,
+            if running.reverses {
+                self.ends(None, JogEnd::Stopped);
+            } else {
+                self.motion = Motion::Rest;
             }
         }
     }
@@ -248,10 +249,7 @@ impl Gate {
         let Motion::Ending(jog, why) = self.motion else {
             return;
         };
-        self.motion = match seen {
-            true => Motion::Rest,
-            false => Motion::Unheld,
-        };
+        self.motion = if seen { Motion::Rest } else { Motion::Unheld };
         if let Some(jog) = jog {
             self.effects.push_back(GateEffect::Over(jog, why, seen));
         }
@@ -413,9 +411,10 @@ pub fn frame_jogs(frame: &Frame<'_>) -> bool {
 /// # Errors
 /// [`ErrorCode::Guarded`], with what to use instead.
 pub fn refuse_unheld(command: &magician_protocol::Set) -> Result<()> {
-    match jogs(command) {
-        true => Err(unheld_jog().with_command(command.row().set_name)),
-        false => Ok(()),
+    if jogs(command) {
+        Err(unheld_jog().with_command(command.row().set_name))
+    } else {
+        Ok(())
     }
 }
 

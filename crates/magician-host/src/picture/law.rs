@@ -17,7 +17,7 @@ use crate::{ToolBias, words};
 const PATIENCE: Micros = 2_000_000;
 
 /// A host with a picture and a virtual arm in virtual time.
-struct Bench {
+struct PictureRig {
     pair: Pair,
     picture: ArmPicture,
     /// Rounds in which the laser burnt, and was told to.
@@ -26,7 +26,7 @@ struct Bench {
     log: Vec<String>,
 }
 
-impl Bench {
+impl PictureRig {
     fn new(seed: u64) -> Self {
         Self {
             pair: Pair::new(Settings::default(), Faults::default(), seed),
@@ -161,7 +161,7 @@ fn any_segment(dice: &mut Dice) -> Set {
     words::engrave_to(210.0 + x, y - 10.0, 0.0, power)
 }
 
-fn stop(bench: &mut Bench) {
+fn stop(bench: &mut PictureRig) {
     for request in Request::halt().unwrap() {
         bench.ask(*request.frame());
     }
@@ -174,7 +174,7 @@ fn stop(bench: &mut Bench) {
 }
 
 /// One step of a program.
-fn step(bench: &mut Bench, dice: &mut Dice) {
+fn step(bench: &mut PictureRig, dice: &mut Dice) {
     match dice.below(16) {
         0..=3 => bench.set(any_output(dice)),
         4..=6 => bench.queue(any_output(dice)),
@@ -198,7 +198,7 @@ fn step(bench: &mut Bench, dice: &mut Dice) {
 
 fn program(seed: u64, lossy: bool) -> u32 {
     let mut dice = Dice::new(seed);
-    let mut bench = Bench::new(seed);
+    let mut bench = PictureRig::new(seed);
     bench.set(ClearAllAlarmsState {});
     bench.set(QueuedCmdStartExec {});
     bench.queue(words::move_to(220.0, 0.0, 20.0, 0.0));
@@ -206,9 +206,10 @@ fn program(seed: u64, lossy: bool) -> u32 {
     bench.read_all();
     for _ in 0..40 {
         if lossy && dice.chance(0.1) {
-            match dice.chance(0.5) {
-                true => bench.pair.lose_next_reply(),
-                false => bench.pair.lose_next_request(),
+            if dice.chance(0.5) {
+                bench.pair.lose_next_reply()
+            } else {
+                bench.pair.lose_next_request()
             }
         }
         step(&mut bench, &mut dice);
@@ -217,10 +218,11 @@ fn program(seed: u64, lossy: bool) -> u32 {
     bench.set(QueuedCmdStartExec {});
     bench.wait(60_000_000);
     bench.read::<QueuedCmdCurrentIndex>();
-    match lossy {
+    if lossy {
         // Nothing else tells that a command which was not answered is not in the queue.
-        true => stop(&mut bench),
-        false => bench.set(words::laser(false)),
+        stop(&mut bench);
+    } else {
+        bench.set(words::laser(false));
     }
     // An arm that turns round shows each pose twice, and none a third time.
     for _ in 0..3 {

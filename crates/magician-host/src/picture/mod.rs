@@ -328,9 +328,10 @@ impl ArmPicture {
     /// Tool, laser, suction cup, gripper and speed. `laser_pins`: a laser may be wired to EIO 2 and 4.
     #[must_use]
     pub fn outputs(&self, laser_pins: bool) -> ArmOutputs {
-        let of_interest = match laser_pins {
-            true => Channels::ALL,
-            false => Channels::BEAM | Channels::PATH,
+        let of_interest = if laser_pins {
+            Channels::ALL
+        } else {
+            Channels::BEAM | Channels::PATH
         };
         let waiting = self.pending.may_light(of_interest);
         self.tools.outputs(self.laser.told(waiting, laser_pins))

@@ -105,9 +105,10 @@ impl Stream {
             | Failure::Draining
             | Failure::Busy => true,
         };
-        let fate = match nowhere {
-            true => Fate::Waiting,
-            false => Fate::Doubtful,
+        let fate = if nowhere {
+            Fate::Waiting
+        } else {
+            Fate::Doubtful
         };
         self.entries.set_fate(at, fate);
         if nowhere && let Some(group) = &mut self.group {
@@ -143,9 +144,10 @@ impl Stream {
 
     /// Something was lost between others, or may have been.
     fn gapes(&mut self, failure: Failure) {
-        match self.settings.window > 1 && self.may_go_back() {
-            true => self.gap = true,
-            false => self.fail(StreamFailure::Request(failure)),
+        if self.settings.window > 1 && self.may_go_back() {
+            self.gap = true;
+        } else {
+            self.fail(StreamFailure::Request(failure));
         }
     }
 

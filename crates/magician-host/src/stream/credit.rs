@@ -69,9 +69,10 @@ impl Stream {
             laser_horizon,
             ..
         } = self.settings;
-        match burns {
-            true => horizon.min(laser_horizon),
-            false => horizon,
+        if burns {
+            horizon.min(laser_horizon)
+        } else {
+            horizon
         }
     }
 
@@ -104,13 +105,15 @@ impl Stream {
         let at_least = sure.count() as u32;
         let shown = self.credit.places.saturating_sub(left);
         self.credit.withheld = shown.saturating_sub(at_most);
-        self.credit.fewer = match shown > at_most {
-            true => self.credit.fewer + 1,
-            false => 0,
+        self.credit.fewer = if shown > at_most {
+            self.credit.fewer + 1
+        } else {
+            0
         };
-        self.credit.missing = match shown < at_least {
-            true => self.credit.missing + 1,
-            false => 0,
+        self.credit.missing = if shown < at_least {
+            self.credit.missing + 1
+        } else {
+            0
         };
         if self.credit.fewer >= STRIKES {
             let (counted, read) = (

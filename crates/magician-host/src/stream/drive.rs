@@ -128,9 +128,10 @@ impl Stream {
             (self.stood, self.place) = (Some(self.reader.pose), Some([x, y, z]));
         }
         self.cleared_at = self.base;
-        self.phase = match self.settings.start {
-            true => Phase::Choose,
-            false => Phase::Run,
+        self.phase = if self.settings.start {
+            Phase::Choose
+        } else {
+            Phase::Run
         };
     }
 
@@ -158,9 +159,10 @@ impl Stream {
                 }
             }
             Phase::Brake(before) => {
-                self.phase = match self.stands(now, before) {
-                    true => Phase::Clear,
-                    false => Phase::Brake(Some(self.reader.snapshot(now))),
+                self.phase = if self.stands(now, before) {
+                    Phase::Clear
+                } else {
+                    Phase::Brake(Some(self.reader.snapshot(now)))
                 }
             }
             Phase::Drain { since, left } => self.drained(now, since, left),
@@ -186,9 +188,10 @@ impl Stream {
             .entries
             .get(next)
             .is_some_and(|entry| self.is_held(entry));
-        let group = match lights {
-            true => self.chunk(next, gathered).map(Some),
-            false => self.batch(gathered),
+        let group = if lights {
+            self.chunk(next, gathered).map(Some)
+        } else {
+            self.batch(gathered)
         };
         let Some(group) = group else {
             self.gathers = (!gathered).then(|| self.gathers.unwrap_or(now));
@@ -197,11 +200,15 @@ impl Stream {
         (self.group, self.gathers) = (group, None);
         let several = group.map_or_else(|| self.entries.waiting() > 1, |count| count > 1);
         let empty = self.is_empty();
-        self.phase = match self.stopped {
-            false if lights || several && empty => Phase::Stop,
+        self.phase = if self.stopped {
+            Phase::Load
+        } else if lights || several && empty {
+            Phase::Stop
+        } else if empty && !self.settings.running {
             // While nothing can move: a start in the middle of a motion may end it.
-            false if empty && !self.settings.running => Phase::Start,
-            _ => Phase::Load,
+            Phase::Start
+        } else {
+            Phase::Load
         };
         if self.phase == Phase::Start {
             self.group = None;
@@ -250,20 +257,19 @@ impl Stream {
             return;
         }
         // What may go has gone: where there is no group to complete, nothing can be added to what is in.
-        match self.group.is_none_or(|left| left == 0) {
-            true => {
-                self.group = None;
-                self.phase = match (self.stopped, self.settings.running) {
-                    // It was empty when it was stopped.
-                    (true, _) => Phase::Start,
-                    (false, true) => Phase::Run,
-                    (false, false) => {
-                        self.reader.look_closely(now, true);
-                        Phase::Stand(None)
-                    }
-                };
-            }
-            false => self.pace(now),
+        if self.group.is_none_or(|left| left == 0) {
+            self.group = None;
+            self.phase = match (self.stopped, self.settings.running) {
+                // It was empty when it was stopped.
+                (true, _) => Phase::Start,
+                (false, true) => Phase::Run,
+                (false, false) => {
+                    self.reader.look_closely(now, true);
+                    Phase::Stand(None)
+                }
+            };
+        } else {
+            self.pace(now)
         }
     }
 
@@ -333,9 +339,10 @@ impl Stream {
             let Ok(frame) = FrameBuf::set(&entry.item.command, Ctrl::QUEUED) else {
                 return;
             };
-            let request = match self.window > 1 && entry.vertex().is_some() {
-                true => Request::of(frame).repeatable(),
-                false => Request::of(frame),
+            let request = if self.window > 1 && entry.vertex().is_some() {
+                Request::of(frame).repeatable()
+            } else {
+                Request::of(frame)
             };
             let ticket = self.submit(request, Priority::Stream, to);
             self.entries.set_fate(next, Fate::Flying(ticket));

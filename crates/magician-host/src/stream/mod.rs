@@ -270,9 +270,10 @@ impl Stream {
     /// How many commands may be offered at present.
     #[must_use]
     pub fn room(&self) -> usize {
-        match self.ended || self.is_over() {
-            true => 0,
-            false => WAITING.saturating_sub(self.entries.waiting()),
+        if self.ended || self.is_over() {
+            0
+        } else {
+            WAITING.saturating_sub(self.entries.waiting())
         }
     }
 

@@ -248,9 +248,10 @@ impl Stream {
     pub fn overhear(&mut self, now: Micros, frame: &FrameBuf) {
         let now = self.clock.at(now);
         let view = frame.frame();
-        let read = match view.ctrl().write() || view.ctrl().queued() {
-            true => return,
-            false => view.read::<QueuedCmdCurrentIndex>(),
+        let read = if view.ctrl().write() || view.ctrl().queued() {
+            return;
+        } else {
+            view.read::<QueuedCmdCurrentIndex>()
         };
         let is_it = view.id() == <QueuedCmdCurrentIndex as Readable>::ROW.id;
         if let (true, true, Ok(read)) = (is_it, self.flows(), read) {
@@ -292,9 +293,10 @@ impl Stream {
             }
             return;
         }
-        reader.misses = match read > reader.current {
-            true => 0,
-            false => reader.misses.saturating_add(1),
+        reader.misses = if read > reader.current {
+            0
+        } else {
+            reader.misses.saturating_add(1)
         };
         if read > reader.current || !reader.known || reader.changed == ArmInstant::MAX {
             reader.changed = now;
@@ -378,9 +380,10 @@ impl Stream {
         if self.entries.kept() == 0 && !self.credit.full {
             return;
         }
-        let ahead = match self.next().is_some() || self.waits_for_one() {
-            true => (count * 3 / 8).max(1),
-            false => count,
+        let ahead = if self.next().is_some() || self.waits_for_one() {
+            (count * 3 / 8).max(1)
+        } else {
+            count
         };
         let times = self.unfinished().take(ahead).map(|entry| entry.item.time);
         let time = times.fold(0, Micros::saturating_add);

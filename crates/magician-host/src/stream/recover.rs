@@ -123,9 +123,10 @@ impl Stream {
         let certain = |entry: &Entry| entry.index().is_some_and(|at| Some(at) <= self.confirmed);
         if least == 0 || self.entries.front().is_some_and(certain) {
             let stands = self.place.is_none_or(|place| is_near(place, found));
-            return match stands {
-                true => Some(0),
-                false => self.strays(self.stood),
+            return if stands {
+                Some(0)
+            } else {
+                self.strays(self.stood)
             };
         }
         let least = usize::try_from(least).unwrap_or(usize::MAX);

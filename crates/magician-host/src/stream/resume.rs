@@ -108,13 +108,15 @@ impl Stream {
             ..settings
         };
         stream.window = stream.settings.window;
-        stream.reader = match begun {
-            true => Reader::after(stream.reader.current),
-            false => Reader::new(),
+        stream.reader = if begun {
+            Reader::after(stream.reader.current)
+        } else {
+            Reader::new()
         };
-        stream.phase = match begun {
-            true => Phase::Resolve(None),
-            false => Phase::Begin,
+        stream.phase = if begun {
+            Phase::Resolve(None)
+        } else {
+            Phase::Begin
         };
         stream.reader.look_closely(ArmInstant::ZERO, true);
         (stream.control, stream.retry_at, stream.gathers) = (None, None, None);
@@ -147,9 +149,10 @@ impl Stream {
         if self.cleared {
             return self.take_up(current);
         }
-        match self.must_recover() {
-            true => self.go_back(),
-            false => self.account(current, left),
+        if self.must_recover() {
+            self.go_back()
+        } else {
+            self.account(current, left)
         }
     }
 
@@ -167,9 +170,10 @@ impl Stream {
                 to,
             });
         }
-        let found = match current > last {
-            true => self.adopt(last, current),
-            false => 0,
+        let found = if current > last {
+            self.adopt(last, current)
+        } else {
+            0
         };
         if self.check_pose(current) {
             (self.cleared, self.confirmed) = (false, Some(current));
@@ -221,15 +225,14 @@ impl Stream {
         let none = unsure == 0 && tail == last;
         if tail != to && !none {
             // Something may be missing in the middle.
-            return match self.may_go_back() {
-                true => self.go_back(),
-                false => {
-                    let confirmed = self.confirmed;
-                    self.fail(StreamFailure::Unclear {
-                        confirmed,
-                        found: tail,
-                    });
-                }
+            return if self.may_go_back() {
+                self.go_back()
+            } else {
+                let confirmed = self.confirmed;
+                self.fail(StreamFailure::Unclear {
+                    confirmed,
+                    found: tail,
+                });
             };
         }
         let found = self.adopt(last, tail);
@@ -281,9 +284,10 @@ impl Stream {
     fn go_on(&mut self, found: usize) {
         if self.check_pose(u64::MAX) {
             (self.credit.strangers, self.stopped, self.group) = (0, false, None);
-            self.phase = match self.settings.start {
-                true => Phase::Choose,
-                false => Phase::Run,
+            self.phase = if self.settings.start {
+                Phase::Choose
+            } else {
+                Phase::Run
             };
             self.tell_resumed(found);
         }

@@ -82,11 +82,12 @@ pub fn conveyor_by(index: Stepper, mm: f32, mm_per_s: f32) -> Set {
 /// [`InvalidInput`](crate::ErrorKind::InvalidInput) above [`CONVEYOR_FASTEST`] in either direction, and for what is not a
 /// number.
 pub fn conveyor_speed(mm_per_s: f32) -> Result<f32> {
-    match f64::from(mm_per_s).abs() <= CONVEYOR_FASTEST {
-        true => Ok(mm_per_s),
-        false => Err(Error::invalid(format!(
+    if f64::from(mm_per_s).abs() <= CONVEYOR_FASTEST {
+        Ok(mm_per_s)
+    } else {
+        Err(Error::invalid(format!(
             "{mm_per_s} mm/s: the belt reaches {CONVEYOR_FASTEST:.0} mm/s in either direction; above it its motor stalls"
-        ))),
+        )))
     }
 }
 

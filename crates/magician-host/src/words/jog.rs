@@ -219,9 +219,10 @@ impl TryFrom<&Set> for JogDirection {
         let Set::JogCmd(jog) = command else {
             return Err(wrong("it is not a jog command"));
         };
-        let axes = match jog.is_joint.is_on() {
-            true => [Axis::J1, Axis::J2, Axis::J3, Axis::J4],
-            false => [Axis::X, Axis::Y, Axis::Z, Axis::R],
+        let axes = if jog.is_joint.is_on() {
+            [Axis::J1, Axis::J2, Axis::J3, Axis::J4]
+        } else {
+            [Axis::X, Axis::Y, Axis::Z, Axis::R]
         };
         let (axis, forward) = match jog.cmd {
             JogCommand::RailPlus => (Axis::L, true),

@@ -88,9 +88,10 @@ impl Mutant {
     }
 
     pub(crate) fn not_begun(&mut self, jog: JogId) {
-        match self.has(Bug::ReversalLost) {
-            true => self.gate.close(),
-            false => self.gate.not_begun(jog),
+        if self.has(Bug::ReversalLost) {
+            self.gate.close()
+        } else {
+            self.gate.not_begun(jog)
         }
     }
 
@@ -115,9 +116,10 @@ impl Mutant {
             while self.gate.poll_effect().is_some() {}
             self.gate.ask(waiting);
         }
-        match self.has(Bug::BeltForgotten) {
-            true => Vec::new(),
-            false => OUTPUTS.to_vec(),
+        if self.has(Bug::BeltForgotten) {
+            Vec::new()
+        } else {
+            OUTPUTS.to_vec()
         }
     }
 
@@ -126,9 +128,10 @@ impl Mutant {
     }
 
     pub(crate) fn held_motors(&self, moving: bool) -> Vec<Stepper> {
-        match self.has(Bug::BeltOutlivesHolder) {
-            true => Vec::new(),
-            false => self.gate.held_motors(moving).collect(),
+        if self.has(Bug::BeltOutlivesHolder) {
+            Vec::new()
+        } else {
+            self.gate.held_motors(moving).collect()
         }
     }
 

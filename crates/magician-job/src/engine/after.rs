@@ -108,9 +108,10 @@ impl Work {
         };
         let stands = matches!(outcome, Err(error) if error.pose.is_some());
         let restoring = async {
-            match stands {
-                true => drop(saved.restore(&self.arm).await),
-                false => saved.restore_after_failure(&self.arm).await,
+            if stands {
+                drop(saved.restore(&self.arm).await)
+            } else {
+                saved.restore_after_failure(&self.arm).await
             }
         };
         let _ = timeout(AT_ONCE, restoring).await;

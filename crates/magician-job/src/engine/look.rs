@@ -83,9 +83,10 @@ impl Work {
             return Err(Fault::BeginsElsewhere.into());
         }
         // A program that homes first needs no homed arm, but what it sees of its own homing is kept.
-        match program.homes_first(place.0) {
-            true => drop(arm.homed().await?),
-            false => arm.check_homed().await?,
+        if program.homes_first(place.0) {
+            arm.homed().await?;
+        } else {
+            arm.check_homed().await?;
         }
         // A surface is measured with an arm that is homed: that comes first.
         if spec.assumes_surface && !arm.is_virtual() {

@@ -85,9 +85,10 @@ impl FileJournal {
     /// Why there is nothing of this program, with what there is of others at the same arm.
     fn nothing(&self) -> JournalError {
         let others = self.others().unwrap_or_default();
-        match others.is_empty() {
-            true => JournalError::Nothing,
-            false => JournalError::Others(others),
+        if others.is_empty() {
+            JournalError::Nothing
+        } else {
+            JournalError::Others(others)
         }
     }
 

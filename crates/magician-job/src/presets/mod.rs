@@ -296,10 +296,12 @@ impl Presets {
     pub fn remove(&self, name: &str) -> Result<Option<PathBuf>, PresetError> {
         check_name(name)?;
         let removed = { self.store.as_ref() }.map_or(Ok(false), |store| store.remove(name));
-        match removed.map_err(|error| self.unkept(name, error))? {
-            true => Ok(self.path(name)),
-            false if shipped_text(name).is_some() => Err(PresetError::Shipped(name.to_owned())),
-            false => Err(PresetError::Unknown(name.to_owned(), self.names())),
+        if removed.map_err(|error| self.unkept(name, error))? {
+            Ok(self.path(name))
+        } else if shipped_text(name).is_some() {
+            Err(PresetError::Shipped(name.to_owned()))
+        } else {
+            Err(PresetError::Unknown(name.to_owned(), self.names()))
         }
     }
 
@@ -313,9 +315,10 @@ impl Presets {
 }
 
 fn check_name(name: &str) -> Result<(), PresetError> {
-    match is_name(name) {
-        true => Ok(()),
-        false => Err(PresetError::Name(name.to_owned())),
+    if is_name(name) {
+        Ok(())
+    } else {
+        Err(PresetError::Name(name.to_owned()))
     }
 }
 

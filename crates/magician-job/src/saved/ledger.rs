@@ -220,9 +220,12 @@ fn read(file: &mut File, serial: &str) -> Option<SettingsBackup> {
 
 /// A serial number as a part of a file's name.
 fn plain(serial: &str) -> String {
-    let plain = |sign: char| match sign.is_ascii_alphanumeric() {
-        true => sign,
-        false => '_',
+    let plain = |sign: char| {
+        if sign.is_ascii_alphanumeric() {
+            sign
+        } else {
+            '_'
+        }
     };
     serial.chars().map(plain).take(60).collect()
 }

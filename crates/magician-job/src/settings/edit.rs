@@ -57,15 +57,17 @@ pub(super) fn without(text: &str, name: &str) -> Option<String> {
     };
     let is_table = text.get(key.clone())?.starts_with('[') || text.get(..key.start)?.ends_with('[');
     let start = text.get(..key.start)?.rfind('\n').map_or(0, |at| at + 1);
-    let end = match is_table {
+    let end = if is_table {
         // A table under a header of its own lasts until the next.
-        true => value.end.max(next_header(text, key.end)),
-        false => value.end,
+        value.end.max(next_header(text, key.end))
+    } else {
+        value.end
     };
     let rest = text.get(end..)?;
-    let after = match is_table {
-        true => end,
-        false => rest.find('\n').map_or(text.len(), |at| end + at + 1),
+    let after = if is_table {
+        end
+    } else {
+        rest.find('\n').map_or(text.len(), |at| end + at + 1)
     };
     Some(format!("{}{}", text.get(..start)?, text.get(after..)?))
 }
@@ -124,9 +126,10 @@ fn header(text: &str, section: &str) -> Option<usize> {
 /// With a line at a place where lines begin.
 fn inserted(text: &str, at: usize, line: &str) -> String {
     let (before, after) = text.split_at_checked(at).unwrap_or((text, ""));
-    let feed = match before.is_empty() || before.ends_with('\n') {
-        true => "",
-        false => "\n",
+    let feed = if before.is_empty() || before.ends_with('\n') {
+        ""
+    } else {
+        "\n"
     };
     format!("{before}{feed}{line}{after}")
 }

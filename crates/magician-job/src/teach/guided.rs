@@ -48,9 +48,10 @@ pub async fn guided_points(arm: &Arm, saved: &SavedSettings) -> Result<Option<Po
         let arm = arm.clone();
         async move {
             let told = arm.get::<HhtTrigOutput>().await.ok()?;
-            match told.is_triggered.is_on() {
-                true => arm.get::<Pose>().await.ok(),
-                false => None,
+            if told.is_triggered.is_on() {
+                arm.get::<Pose>().await.ok()
+            } else {
+                None
             }
         }
     })))

@@ -185,9 +185,10 @@ impl Journal for FullDisk {
 
     fn write(&mut self, checkpoint: &Checkpoint) -> std::io::Result<()> {
         self.writes += 1;
-        match self.full.contains(&self.writes) {
-            true => Err(std::io::ErrorKind::StorageFull.into()),
-            false => self.written.write(checkpoint),
+        if self.full.contains(&self.writes) {
+            Err(std::io::ErrorKind::StorageFull.into())
+        } else {
+            self.written.write(checkpoint)
         }
     }
 

@@ -76,9 +76,10 @@ fn draw(picture: &mut Pixmap, stroke: &Stroke, onto: Transform) {
         }
     }
     if let Some(path) = path.finish() {
-        let ends = match has_round_ends(stroke) {
-            true => LineCap::Round,
-            false => LineCap::Butt,
+        let ends = if has_round_ends(stroke) {
+            LineCap::Round
+        } else {
+            LineCap::Butt
         };
         line(picture, &path, color, width, ends, onto);
     }

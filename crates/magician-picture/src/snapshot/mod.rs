@@ -317,12 +317,13 @@ fn head(svg: &mut Svg, left: f64, view: &ArmView, pose: &Pose) {
             None => format!("alarm {code:#04x}"),
         });
     let alarms: Vec<String> = alarms.collect();
-    let look = match view.alarms.blocking() {
-        false => text,
-        true => TextStyle {
+    let look = if view.alarms.blocking() {
+        TextStyle {
             colour: WRONG,
             ..text
-        },
+        }
+    } else {
+        text
     };
     let facts: Vec<String> = view.facts.iter().cloned().chain(alarms).collect();
     svg.text([left, MARGIN + 14.4], facts.join("   ·   "), &look);

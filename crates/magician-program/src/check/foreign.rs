@@ -35,8 +35,9 @@ pub fn foreign_coordinates(plan: &Plan, report: &Report) -> Option<Diagnostic> {
         .remedy((Setting::Place, Given::On), "lays it in front of the arm")
         .remedy((Setting::Fit, Given::On), "chooses its size as well");
     let burns = plan.steps.iter().any(|step| step.action.is_of_a_laser());
-    Some(match burns {
-        true => problem.remedy(Action::Engrave, "lays it in front of the arm, too"),
-        false => problem,
+    Some(if burns {
+        problem.remedy(Action::Engrave, "lays it in front of the arm, too")
+    } else {
+        problem
     })
 }

@@ -29,9 +29,10 @@ pub fn would_fit_turned(
     let [x, y, _] = crate::setup::middle(plan);
     let turned = plan.rotated(QUARTER, [x, y]).ok()?;
     let rotate = rotate + QUARTER;
-    let would_fit = match check(&turned, start).is_good() {
-        true => Some(WouldFit::new(scale, rotate)),
-        false => would_fit(&turned, start, scale, rotate),
+    let would_fit = if check(&turned, start).is_good() {
+        Some(WouldFit::new(scale, rotate))
+    } else {
+        would_fit(&turned, start, scale, rotate)
     };
     let least = straight.map_or(0.0, |straight| LARGER * straight.scale);
     would_fit.filter(|would_fit| would_fit.scale > least)

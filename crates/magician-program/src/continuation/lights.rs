@@ -294,9 +294,10 @@ impl Lines {
         while let Some(line) = self.line(slot) {
             let length = line.way.length();
             let back = left.min(share * length);
-            let to = match length > 0.0 {
-                true => share - back / length,
-                false => 0.0,
+            let to = if length > 0.0 {
+                share - back / length
+            } else {
+                0.0
             };
             if line.burns && back > 0.0 {
                 twice += back;

@@ -95,9 +95,10 @@ impl SetupOptions {
         if value.is_null() {
             return Err(OptionError::new(name, format!("{name} has no value")));
         }
-        let read = match row.is_within(value) {
-            true => self.set(name, value),
-            false => Err(None),
+        let read = if row.is_within(value) {
+            self.set(name, value)
+        } else {
+            Err(None)
         };
         read.map_err(|why| {
             let message = match why {

@@ -291,9 +291,10 @@ impl OptionValue for Tool {
             return name.parse().map_err(|_| None);
         }
         let bias = <[f64; 3]>::from_json(value)?.map(|part| part as f32);
-        match bias.iter().all(|part| part.is_finite()) {
-            true => Ok(Self::Bias(bias)),
-            false => Err(None),
+        if bias.iter().all(|part| part.is_finite()) {
+            Ok(Self::Bias(bias))
+        } else {
+            Err(None)
         }
     }
 

@@ -208,9 +208,10 @@ impl OpenedFile {
                 Ok(parsed) => parsed.notes.iter().any(lacks_start),
                 Err(problem) => lacks_start(problem),
             };
-        let reading = match depends {
-            true => Reading::DependsOnStart(parsed),
-            false => Reading::Whole(parsed?),
+        let reading = if depends {
+            Reading::DependsOnStart(parsed)
+        } else {
+            Reading::Whole(parsed?)
         };
         Ok((how, reading))
     }

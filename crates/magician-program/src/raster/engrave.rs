@@ -206,9 +206,10 @@ impl Engrave {
                 let message = "nothing to burn: all of it is transparent";
                 return Err(Diagnostic::of_file(message));
             }
-            let inverted = match opacity.is_empty() {
-                true => "burns the white parts",
-                false => "burns the white parts, and nothing where it is transparent",
+            let inverted = if opacity.is_empty() {
+                "burns the white parts"
+            } else {
+                "burns the white parts, and nothing where it is transparent"
             };
             return Err(Diagnostic::of_file("nothing to burn: all of it is white")
                 .remedy((Setting::Invert, Given::On), inverted)

@@ -39,9 +39,10 @@ pub(super) fn resample(image: &Raster, columns: usize, rows: usize) -> Vec<u8> {
 /// The opacity of the same cells; empty if all of it is opaque. Greys are those over white, so that what shows of a pixel counts by
 /// its opacity.
 pub(super) fn resample_opacity(image: &Raster, columns: usize, rows: usize) -> Vec<u8> {
-    match image.opacity.is_empty() {
-        true => Vec::new(),
-        false => resample_plane(&image.opacity, image, columns, rows),
+    if image.opacity.is_empty() {
+        Vec::new()
+    } else {
+        resample_plane(&image.opacity, image, columns, rows)
     }
 }
 

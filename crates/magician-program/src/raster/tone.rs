@@ -46,13 +46,14 @@ pub(super) fn levels(cells: &mut [u8], opacity: &[u8], columns: usize, engrave: 
     // How dark it shows over white.
     for (at, cell) in cells.iter_mut().enumerate() {
         let dark = (255 - *cell).min(opaque(at));
-        *cell = match engrave.invert {
-            false => dark,
-            true => match (opaque(at) - dark, opaque(at)) {
+        *cell = if engrave.invert {
+            match (opaque(at) - dark, opaque(at)) {
                 // Rounding of the two, where it is not opaque.
                 (1, opaque) if opaque < u8::MAX => 0,
                 (light, _) => light,
-            },
+            }
+        } else {
+            dark
         };
     }
     // The darkness of a cell itself has the gamma, and its opacity the share of the power.

@@ -137,9 +137,10 @@ pub fn stands(plan: &Plan, options: &RehearseOptions) -> Result<Preflight, Error
     let tool = tool_of(plan, options);
     let joints = raised(plan, options, tool)?.unwrap_or(JointAngles::HOME);
     let start = Preflight::at(joints, tool.bias());
-    Ok(match plan.uses_rail() {
-        true => start.on_rail(0.0),
-        false => start,
+    Ok(if plan.uses_rail() {
+        start.on_rail(0.0)
+    } else {
+        start
     })
 }
 
@@ -157,8 +158,7 @@ fn raised(
 /// Sends a command as the bytes that it is, and forgets the answer.
 pub(super) fn tell(arm: &mut Controller, command: &Set, ctrl: Ctrl) -> Result<(), Error> {
     let frame = FrameBuf::set(command, ctrl)?;
-    arm.receive(HOST, frame.bytes());
-    while arm.poll_transmit(HOST).is_some() {}
+    arm.exchange(HOST, frame.bytes());
     Ok(())
 }
 

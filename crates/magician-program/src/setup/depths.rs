@@ -218,9 +218,10 @@ impl Levels {
         let mut first = None;
         let fed = all.clone().rev().filter(|(_, level)| level.fed > 0.0);
         for (z, level) in fed.filter(is_candidate) {
-            let cuts = match has_surface_at_0 && z < -SAME {
-                true => level.from_above >= level.from_below,
-                false => level.from_above > level.from_below,
+            let cuts = if has_surface_at_0 && z < -SAME {
+                level.from_above >= level.from_below
+            } else {
+                level.from_above > level.from_below
             };
             if cuts {
                 first = Some(z);
@@ -350,9 +351,10 @@ impl DepthTally {
                         let most = self.lengths.range(..=from).next_back();
                         let most = most.map_or(from, |(z, _)| *z);
                         let way = length(sum * scale);
-                        listed.push(match least == most {
-                            true => format!("{way} at Z{}", at(most)),
-                            false => format!("{way} at Z{} to Z{}", at(most), at(least)),
+                        listed.push(if least == most {
+                            format!("{way} at Z{}", at(most))
+                        } else {
+                            format!("{way} at Z{} to Z{}", at(most), at(least))
                         });
                     }
                     from -= size;

@@ -200,12 +200,13 @@ impl Setup {
     }
 
     pub(super) fn order_of(&self, artwork: &Artwork) -> Order {
-        match self.order && !artwork.in_order {
-            true => Order {
+        if self.order && !artwork.in_order {
+            Order {
                 inside_first: matches!(self.work, Work::Engrave(_)),
                 ..Order::default()
-            },
-            false => Order::OF_FILE,
+            }
+        } else {
+            Order::OF_FILE
         }
     }
 

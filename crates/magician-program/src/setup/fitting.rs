@@ -193,9 +193,10 @@ impl Setup {
         let whole = whole(&content);
         let (mut made, turned) = {
             let content = whole.as_ref().unwrap_or(&content);
-            match setup.placement.fit {
-                true => setup.made_to_fit(format, content)?,
-                false => setup.made_in_front(format, content)?,
+            if setup.placement.fit {
+                setup.made_to_fit(format, content)?
+            } else {
+                setup.made_in_front(format, content)?
             }
         };
         let placed = setup.places() || !matches!(content, Content::Plan(_));
@@ -293,12 +294,11 @@ impl Setup {
         }
         let ShrinkResult { made, passes } = straight?;
         let stays = matches!(content, Content::Plan(_)) && format != Format::Gcode;
-        let made = match passes {
-            true => made,
-            false => {
-                let there = stays.then(|| self.where_it_is(format, content)).flatten();
-                there.unwrap_or_else(|| made.misfitting())
-            }
+        let made = if passes {
+            made
+        } else {
+            let there = stays.then(|| self.where_it_is(format, content)).flatten();
+            there.unwrap_or_else(|| made.misfitting())
         };
         Ok((made, 0.0))
     }
@@ -323,9 +323,10 @@ impl Setup {
             return Ok((straight?, 0.0));
         }
         let turned = self.turned(90.0).made(format, content);
-        match fits(&turned) && (in_front(&turned) || !fits(&straight)) {
-            true => Ok((turned?, 90.0)),
-            false => Ok((straight?, 0.0)),
+        if fits(&turned) && (in_front(&turned) || !fits(&straight)) {
+            Ok((turned?, 90.0))
+        } else {
+            Ok((straight?, 0.0))
         }
     }
 
@@ -453,15 +454,19 @@ fn turned_note(format: Format, fitted: Option<f64>, turned: f64) -> Option<Diagn
         percent => format!("made smaller to fit: {percent:.0} % of its size"),
     });
     let turns = turned != 0.0;
-    let turned = turns.then(|| match is_smaller {
-        true => format!("turned by {turned} degrees to be larger"),
-        false => format!("turned by {turned} degrees to fit in front of the arm"),
+    let turned = turns.then(|| {
+        if is_smaller {
+            format!("turned by {turned} degrees to be larger")
+        } else {
+            format!("turned by {turned} degrees to fit in front of the arm")
+        }
     });
     let done: Vec<String> = smaller.into_iter().chain(turned).collect();
     let note = Diagnostic::of_file(done.join(", ")).coded(DiagnosticCode::Placed);
-    let note = match turns {
-        true => note.remedy((Setting::Turn, Given::Off), "leaves it as it lies"),
-        false => note,
+    let note = if turns {
+        note.remedy((Setting::Turn, Given::Off), "leaves it as it lies")
+    } else {
+        note
     };
     let note = match format {
         Format::Text if turns => note.remedy((Setting::Wrap, Given::Any("MM")), WRAPS),

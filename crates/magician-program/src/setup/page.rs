@@ -88,12 +88,13 @@ impl LaidPage {
             [0, 1].map(|axis| most[axis] - least[axis])
         });
         let shares = size.into_iter().zip(self.page.room());
-        Ok(
-            shares.fold(reached, |share, (side, room)| match share * side > room {
-                true => room / side,
-                false => share,
-            }),
-        )
+        Ok(shares.fold(reached, |share, (side, room)| {
+            if share * side > room {
+                room / side
+            } else {
+                share
+            }
+        }))
     }
 
     /// The least and the greatest corner of what a plan draws or burns, from the middle of the page along its edges; of all the
@@ -179,9 +180,10 @@ impl LaidPage {
             return None;
         };
         let note = Diagnostic::of_file(message).coded(DiagnosticCode::Placed);
-        Some(match fit {
-            true => note,
-            false => note.remedy((Setting::Fit, Given::On), "shrinks it to the page"),
+        Some(if fit {
+            note
+        } else {
+            note.remedy((Setting::Fit, Given::On), "shrinks it to the page")
         })
     }
 }
@@ -279,9 +281,10 @@ impl Setup {
         let marking = match content {
             Content::Plan(plan) if format == Format::Gcode => Marking {
                 tool: self.tool_for(
-                    match plan.steps.iter().any(|step| step.action.is_of_a_laser()) {
-                        true => Tool::Laser,
-                        false => Tool::Pen,
+                    if plan.steps.iter().any(|step| step.action.is_of_a_laser()) {
+                        Tool::Laser
+                    } else {
+                        Tool::Pen
                     },
                 ),
                 ..self.pen

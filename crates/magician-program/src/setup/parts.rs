@@ -89,9 +89,10 @@ impl Setup {
             name.is_some_and(|name| LayerCommands::of(name) != LayerCommands::default())
         });
         let implied = !self.only.is_empty() || !self.pens.is_empty() || commanded;
-        self.parts.unwrap_or(match implied {
-            true => PartMode::Layer,
-            false => PartMode::None,
+        self.parts.unwrap_or(if implied {
+            PartMode::Layer
+        } else {
+            PartMode::None
         })
     }
 

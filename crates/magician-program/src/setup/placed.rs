@@ -53,9 +53,10 @@ impl Setup {
     pub fn prepare(&self, gcode: &mut GcodeOptions, surface: Option<Surface>) {
         gcode.lift = self.pen.lift;
         gcode.placed = self.places();
-        gcode.surface = match gcode.placed {
-            true => Some(Surface::level(0.0)),
-            false => surface,
+        gcode.surface = if gcode.placed {
+            Some(Surface::level(0.0))
+        } else {
+            surface
         };
     }
 

@@ -118,9 +118,10 @@ impl Segment {
     pub(super) fn points(&self) -> Vec<[f64; 2]> {
         let [from, to] = [self.from, self.to].map(|[x, y, _]| [x, y]);
         let Some([x, y, _]) = self.via else {
-            return match self.goes_across() {
-                true => vec![from, to],
-                false => vec![to],
+            return if self.goes_across() {
+                vec![from, to]
+            } else {
+                vec![to]
             };
         };
         round(from, [x, y], to).unwrap_or_else(|| vec![from, [x, y], to])

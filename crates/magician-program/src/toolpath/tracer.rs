@@ -359,9 +359,10 @@ impl PathTracer {
         let mut begun = 0;
         for nth in 1..=pieces as u32 {
             if nth == pieces as u32 || within(nth) != within(begun) {
-                let shown = match within(begun) {
-                    true => leaves,
-                    false => StrokeKind::Unreachable,
+                let shown = if within(begun) {
+                    leaves
+                } else {
+                    StrokeKind::Unreachable
                 };
                 self.draw(shown, leaves, at(f64::from(begun)), at(f64::from(nth)));
                 begun = nth;
@@ -395,9 +396,10 @@ impl PathTracer {
             && self.inked == 0.0
         {
             let ink = StrokeKind::Ink(None);
-            let shown = match reaches(&self.course.geometry(), at) {
-                true => ink,
-                false => StrokeKind::Unreachable,
+            let shown = if reaches(&self.course.geometry(), at) {
+                ink
+            } else {
+                StrokeKind::Unreachable
             };
             // By then the pen is on its way to a line of another colour.
             let next = std::mem::replace(&mut self.ink, color);

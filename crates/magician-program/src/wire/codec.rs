@@ -121,9 +121,10 @@ impl<T: Wire> Wire for Option<T> {
     }
 
     fn take(input: &mut Input<'_>) -> Option<Self> {
-        match bool::take(input)? {
-            true => T::take(input).map(Some),
-            false => Some(None),
+        if bool::take(input)? {
+            T::take(input).map(Some)
+        } else {
+            Some(None)
         }
     }
 }

@@ -183,9 +183,10 @@ fn dxf(curves: &[Curve], larger: f64) -> String {
         let _ = write!(text, "0\n{kind}\n8\n0\n");
         for (code, value) in pairs {
             let whole = matches!(code, 70 | 71 | 72 | 73 | 74 | 90);
-            let _ = match whole {
-                true => write!(text, "{code}\n{value:.0}\n"),
-                false => write!(text, "{code}\n{value:.9}\n"),
+            let _ = if whole {
+                write!(text, "{code}\n{value:.0}\n")
+            } else {
+                write!(text, "{code}\n{value:.9}\n")
             };
         }
     };
@@ -282,9 +283,10 @@ fn hpgl(curves: &[Curve], larger: f64) -> String {
 }
 
 fn gcode(curves: &[Curve], larger: f64, laser: bool) -> String {
-    let [down, up] = match laser {
-        true => ["M3 S1000", "M5"],
-        false => ["G1 Z0", "G0 Z5"],
+    let [down, up] = if laser {
+        ["M3 S1000", "M5"]
+    } else {
+        ["G1 Z0", "G0 Z5"]
     };
     let at = |[x, y]: Point| format!("X{:.6} Y{:.6}", x * larger, y * larger);
     let way = |[x, y]: Point, [to_x, to_y]: Point| {
@@ -359,9 +361,10 @@ enum Said {
 /// A plan for a file that is so many times as large as it is to be drawn.
 fn laid(format: Format, text: &str, laser: bool, said: Said, larger: f64) -> Plan {
     let mut options = SetupOptions::default();
-    options.work = Some(match laser {
-        true => WorkOption::Engrave,
-        false => WorkOption::Draw,
+    options.work = Some(if laser {
+        WorkOption::Engrave
+    } else {
+        WorkOption::Draw
     });
     match said {
         Said::Scale => options.scale = Some(1.0 / larger),
@@ -513,9 +516,10 @@ fn off(at: Point, from: Point, to: Point) -> f64 {
     let [x, y] = [to[0] - from[0], to[1] - from[1]];
     let [px, py] = [at[0] - from[0], at[1] - from[1]];
     let length = x * x + y * y;
-    let share = match length > 0.0 {
-        true => ((px * x + py * y) / length).clamp(0.0, 1.0),
-        false => 0.0,
+    let share = if length > 0.0 {
+        ((px * x + py * y) / length).clamp(0.0, 1.0)
+    } else {
+        0.0
     };
     (px - share * x).hypot(py - share * y)
 }

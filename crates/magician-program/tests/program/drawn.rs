@@ -204,9 +204,10 @@ fn document() -> impl Strategy<Value = String> {
     let elements = proptest::collection::vec(element(), 1..8);
     (root, elements, any::<bool>()).prop_map(|(root, elements, grouped)| {
         let inside = elements.concat();
-        let inside = match grouped {
-            true => format!("<g transform='translate(3 4) rotate(15)' stroke='black'>{inside}</g>"),
-            false => inside,
+        let inside = if grouped {
+            format!("<g transform='translate(3 4) rotate(15)' stroke='black'>{inside}</g>")
+        } else {
+            inside
         };
         format!(
             "<svg xmlns='http://www.w3.org/2000/svg' {root}><defs><path id='used' d='M0 0h5v5'/><clipPath id='clip'><circle cx='30' cy='30' r='20'/></clipPath><marker id='mark' overflow='visible'><path d='M0 0L2 1'/></marker><linearGradient id='paint'><stop/></linearGradient></defs>{inside}</svg>"

@@ -97,9 +97,10 @@ fn case(nth: usize, fields: &Map<String, Value>, tilted: bool) -> Option<Case> {
     let mut options = SetupOptions::from_fields(fields).ok()?;
     options.tool = Some(Tool::Pen);
     let mut defaults = SetupDefaults::default();
-    let measured = match tilted {
-        true => TILTED,
-        false => Surface::level(-60.0),
+    let measured = if tilted {
+        TILTED
+    } else {
+        Surface::level(-60.0)
     };
     defaults.sheet = tilted.then_some(Sheet {
         corner: [190.0, -60.0],

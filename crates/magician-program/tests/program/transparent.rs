@@ -28,9 +28,10 @@ fn encoded(image: impl Into<DynamicImage>, format: ImageFormat) -> Vec<u8> {
 fn framed(border: [u8; 3], inside: [u8; 4]) -> RgbaImage {
     RgbaImage::from_fn(SIDE, SIDE, |x, y| {
         let is_inside = |at: u32| (BORDER..SIDE - BORDER).contains(&at);
-        match is_inside(x) && is_inside(y) {
-            true => Rgba(inside),
-            false => Rgba([border[0], border[1], border[2], 0]),
+        if is_inside(x) && is_inside(y) {
+            Rgba(inside)
+        } else {
+            Rgba([border[0], border[1], border[2], 0])
         }
     })
 }

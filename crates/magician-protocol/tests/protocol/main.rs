@@ -10,6 +10,7 @@ mod faults;
 mod golden;
 mod json;
 mod leniencies;
+mod ranges;
 mod round_trip;
 mod table;
 mod vectors;

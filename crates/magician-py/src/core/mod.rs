@@ -159,9 +159,10 @@ impl Core {
     /// As [`arm`](Self::arm).
     pub(crate) fn burning(&self, py: Python<'_>, allow_laser: bool) -> PyResult<Arm> {
         let arm = self.arm(py)?;
-        Ok(match allow_laser {
-            true => arm.allowing_laser(),
-            false => arm,
+        Ok(if allow_laser {
+            arm.allowing_laser()
+        } else {
+            arm
         })
     }
 }

@@ -129,10 +129,7 @@ impl Core {
     /// The height of the surface that the tool touches now; that of a real arm is kept.
     fn touch_off(&self, py: Python<'_>, unhomed: bool) -> PyResult<Call> {
         let arm = self.arm(py)?;
-        let arm = match unhomed {
-            true => arm.allowing_unhomed(),
-            false => arm,
-        };
+        let arm = if unhomed { arm.allowing_unhomed() } else { arm };
         let draws = crate::calibrate::kept_tool(py)?.unwrap_or(Tool::Pen);
         let touch = async move {
             let touch = touch_off(&arm, draws).await?;

@@ -75,9 +75,10 @@ impl Samples {
             return Err(LogError::Empty);
         }
         let text = std::str::from_utf8(bytes).map_err(|_| LogError::Foreign)?;
-        let log = match text.trim_start().starts_with('{') {
-            true => Self::objects(text),
-            false => Self::table(text),
+        let log = if text.trim_start().starts_with('{') {
+            Self::objects(text)
+        } else {
+            Self::table(text)
         }?;
         log.checked()
     }
@@ -193,9 +194,10 @@ impl Samples {
                 ..
             } = row
             else {
-                return Err(match log.samples.is_empty() {
-                    true => LogError::Foreign,
-                    false => wrong("t, x, y or z is missing".to_owned()),
+                return Err(if log.samples.is_empty() {
+                    LogError::Foreign
+                } else {
+                    wrong("t, x, y or z is missing".to_owned())
                 });
             };
             log.push(line, [t, x, y, z, row.r, row.j1, row.j2, row.j3, row.j4])?;
@@ -287,9 +289,10 @@ impl Samples {
     }
 
     fn checked(self) -> Result<Self, LogError> {
-        match self.samples.is_empty() {
-            true => Err(LogError::Empty),
-            false => Ok(self),
+        if self.samples.is_empty() {
+            Err(LogError::Empty)
+        } else {
+            Ok(self)
         }
     }
 }

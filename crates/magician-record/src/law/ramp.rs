@@ -425,19 +425,23 @@ impl Motion {
         let profile = law.rest_to_rest(self.length, &limits);
         let begin = middle - 0.5 * limits.least_time(self.length);
         let period = f64::from(law.period_us()) / 1e6;
-        let place = |t: f64| match period > 0.0 {
-            // A rounding error of the times is no period.
-            true => profile.position(libm::floor(t / period + 1e-6) * period),
-            false => profile.position(t),
+        let place = |t: f64| {
+            if period > 0.0 {
+                // A rounding error of the times is no period.
+                profile.position(libm::floor(t / period + 1e-6) * period)
+            } else {
+                profile.position(t)
+            }
         };
         let jitter = JITTER as f64 / 1e6;
         for (t, seen) in &self.places {
             let t = t - begin;
             let [early, own, late] = [t - jitter, t, t + jitter].map(place);
             let off = (own - seen).abs();
-            let best = match period > 0.0 {
-                true => off.min((early - seen).abs()).min((late - seen).abs()),
-                false => (seen - seen.clamp(early, late)).abs(),
+            let best = if period > 0.0 {
+                off.min((early - seen).abs()).min((late - seen).abs())
+            } else {
+                (seen - seen.clamp(early, late)).abs()
             };
             if !tell(off, best) {
                 return;

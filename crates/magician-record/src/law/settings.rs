@@ -104,8 +104,8 @@ impl Settings {
                 let Some((axis, _)) = jog.cmd.axis() else {
                     return Vec::new();
                 };
-                return match jog.is_joint == Flag::OFF {
-                    true => vec![self.jog_of(
+                return if jog.is_joint == Flag::OFF {
+                    vec![self.jog_of(
                         if axis < 3 {
                             Kind::JogSpace
                         } else {
@@ -113,12 +113,13 @@ impl Settings {
                         },
                         self.jog_space.velocity[axis],
                         self.jog_space.acceleration[axis],
-                    )],
-                    false => vec![self.jog_of(
+                    )]
+                } else {
+                    vec![self.jog_of(
                         Kind::JogJoint,
                         self.jog_joint.velocity[axis],
                         self.jog_joint.acceleration[axis],
-                    )],
+                    )]
                 };
             }
             Set::PtpCmd(ptp) => return self.moves(ptp.ptp_mode),

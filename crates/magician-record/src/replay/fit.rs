@@ -83,9 +83,10 @@ impl Replay<'_> {
     #[must_use]
     pub fn residue(mut self, arm: &Controller) -> Residue {
         let mut known = self.against(&mut arm.clone()).residue;
-        let most = match arm.arm_model().law.is_continuous() {
-            true => 0,
-            false => MOST_PACKETS / (2 * REASONS * self.packets.len().max(1)),
+        let most = if arm.arm_model().law.is_continuous() {
+            0
+        } else {
+            MOST_PACKETS / (2 * REASONS * self.packets.len().max(1))
         };
         for _ in 0..most.min(MOST_MOVED) {
             let Some(off) = known.first_off else { break };

@@ -53,9 +53,10 @@ impl Device {
 
     fn watch_limits(&mut self) {
         // A limit alarm that stands holds the queue.
-        let standing = match self.alarms.latched() {
-            true => self.alarms.standing(),
-            false => AlarmSet::default(),
+        let standing = if self.alarms.latched() {
+            self.alarms.standing()
+        } else {
+            AlarmSet::default()
         };
         (self.motion).watch_limits(self.now, &self.firmware.model.limits, standing);
     }
@@ -222,9 +223,10 @@ impl Device {
             }
         };
         let queued = mode == ExecMode::Queued;
-        let entry = match queued {
-            true => self.motion.junction_speed(),
-            false => 0.0,
+        let entry = if queued {
+            self.motion.junction_speed()
+        } else {
+            0.0
         };
         let (from, planner) = (view.arm(), view.planner_given_rates());
         let way = PathLine::from(&planner, [from.pose.x, from.pose.y, from.pose.z], point);

@@ -308,9 +308,10 @@ impl Device {
         if self.queues.active().busy() == Some(Busy::Turning(output)) {
             self.finish_running();
         }
-        match turned.counts {
-            true => Completion::Turning(output),
-            false => Completion::Done,
+        if turned.counts {
+            Completion::Turning(output)
+        } else {
+            Completion::Done
         }
     }
 

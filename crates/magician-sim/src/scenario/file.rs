@@ -1,9 +1,13 @@
-//! A scenario file as it is written: names and shapes, no meaning yet.
+//! A scenario file as it is written: names and shapes, no meaning yet. What is checked as it is written has its type in
+//! `setting.rs`; the types here hold what means something only beside the rest of the file.
 
+use magician_protocol::Port;
 use serde::Deserialize;
 use serde::de::{Error, SeqAccess, Visitor};
 
 use super::color::Color;
+use super::setting::{Arm, Conveyor, SensorKind, Table, ToolKind};
+use crate::world::Press;
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -29,48 +33,10 @@ pub(super) struct File {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Arm {
-    pub(super) base_angle: Option<f64>,
-    pub(super) homed: Option<bool>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub(super) struct Tool {
     pub(super) kind: ToolKind,
     pub(super) give: Option<f64>,
     pub(super) opening: Option<f64>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum ToolKind {
-    None,
-    Suction,
-    Gripper,
-    Pen,
-    Laser,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Table {
-    pub(super) height: f64,
-    pub(super) x: Option<[f64; 2]>,
-    pub(super) y: Option<[f64; 2]>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Conveyor {
-    pub(super) start: [f64; 2],
-    pub(super) direction: f64,
-    pub(super) length: f64,
-    pub(super) width: f64,
-    pub(super) height: f64,
-    pub(super) stepper: u8,
-    pub(super) roller_diameter: Option<f64>,
-    pub(super) pulses_per_turn: Option<f64>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -85,17 +51,11 @@ pub(super) struct Object {
     pub(super) z: Option<f64>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum SensorKind {
-    Color,
-    Infrared,
-}
-
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Sensor {
     pub(super) kind: SensorKind,
+    #[serde(with = "PortName")]
     pub(super) port: Port,
     pub(super) at: Option<[f64; 3]>,
     pub(super) facing: Option<Facing>,
@@ -104,9 +64,10 @@ pub(super) struct Sensor {
     pub(super) above: Option<f64>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "UPPERCASE")]
-pub(super) enum Port {
+/// The connectors by the names that stand on the arm.
+#[derive(Deserialize)]
+#[serde(remote = "Port", rename_all = "UPPERCASE")]
+enum PortName {
     Gp1,
     Gp2,
     Gp4,
@@ -177,13 +138,6 @@ pub(super) struct Hand {
     pub(super) at: f64,
     pub(super) joints: Option<[f64; 4]>,
     pub(super) over: Option<f64>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum Press {
-    Short,
-    Long,
 }
 
 #[derive(Debug, Deserialize)]

@@ -2,12 +2,17 @@
 
 use magician_motion::ToolBias;
 use magician_protocol::Port;
+use serde::Deserialize;
 
 use super::Color;
 use crate::world::{Footprint, ObjectPose, rotate};
 
+/// Farther than this from the base nothing can be placed, mm.
+pub(super) const FAR: f64 = 2000.0;
+
 /// How the arm stands at power-up.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Arm {
     /// Where the base really stands beyond the angle that the controller takes it for, deg (model section 11: the base
@@ -18,7 +23,8 @@ pub struct Arm {
 }
 
 /// The kind of tool on the arm.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum ToolKind {
     /// None: what touches is the wrist.
@@ -92,18 +98,25 @@ impl ToolKind {
 }
 
 /// A level table.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Table {
     /// Its height, mm; a pen writes here.
     pub height: f64,
     /// From where to where it reaches forward, mm.
+    #[serde(default = "Table::everywhere")]
     pub x: [f64; 2],
     /// From where to where it reaches to the left, mm.
+    #[serde(default = "Table::everywhere")]
     pub y: [f64; 2],
 }
 
 impl Table {
+    const fn everywhere() -> [f64; 2] {
+        [-FAR, FAR]
+    }
+
     pub(crate) fn footprint(&self) -> Footprint {
         let ([x0, x1], [y0, y1]) = (self.x, self.y);
         Footprint {
@@ -119,7 +132,8 @@ impl Table {
 }
 
 /// A conveyor that a stepper output of the arm drives.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Conveyor {
     /// The middle of the edge where the belt starts, mm.
@@ -135,12 +149,22 @@ pub struct Conveyor {
     /// The stepper output that drives it, 0 or 1.
     pub stepper: u8,
     /// Of its roller, mm.
+    #[serde(default = "Conveyor::roller_diameter")]
     pub roller_diameter: f64,
     /// Pulses for one turn of the roller.
+    #[serde(default = "Conveyor::pulses_per_turn")]
     pub pulses_per_turn: f64,
 }
 
 impl Conveyor {
+    const fn roller_diameter() -> f64 {
+        34.0
+    }
+
+    const fn pulses_per_turn() -> f64 {
+        16_000.0
+    }
+
     /// Belt travel of one pulse, mm.
     #[must_use]
     pub fn mm_per_pulse(&self) -> f64 {
@@ -216,7 +240,8 @@ pub(crate) fn footprint(size: &[f64; 3], place: ObjectPose) -> Footprint {
 }
 
 /// What a sensor tells.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum SensorKind {
     /// The colour of what is before it.

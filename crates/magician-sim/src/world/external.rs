@@ -17,7 +17,8 @@ pub enum Body {
 }
 
 /// How the base key was pressed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum Press {
     /// It runs the program in the flash.

@@ -1,6 +1,6 @@
 //! Arcs and circles over the wire (document 1.12, model section 9).
 
-use super::arm::{Bench, joints_to, ptp, running_arm, trapezoid};
+use super::arm::{TestArm, joints_to, lasts, ptp, running_arm, trapezoid};
 use magician_protocol::commands::*;
 use std::f64::consts::PI;
 
@@ -24,7 +24,7 @@ fn circle(count: u32) -> CircleCmd {
     }
 }
 
-fn at_start() -> Bench {
+fn at_start() -> TestArm {
     let mut bench = running_arm();
     bench.enqueue(&ptp(1, START));
     bench.rest();
@@ -33,7 +33,7 @@ fn at_start() -> Bench {
 
 /// Lets it run and looks every millisecond: how far from the middle of the circle the tool was, the least and the most,
 /// and how near it came to the point on the way.
-fn look(bench: &mut Bench) -> (f64, f64, f64) {
+fn look(bench: &mut TestArm) -> (f64, f64, f64) {
     let (mut least, mut most, mut nearest) = (f64::MAX, 0.0_f64, f64::MAX);
     while bench.state().moving {
         let pose = bench.state().pose;
@@ -47,11 +47,6 @@ fn look(bench: &mut Bench) -> (f64, f64, f64) {
 }
 
 #[track_caller]
-fn lasts(measured: u64, seconds: f64) {
-    let error = measured as f64 / 1e6 - seconds;
-    assert!(error.abs() < 1e-4, "{measured} us, expected {seconds} s");
-}
-
 #[test]
 fn half_a_circle_takes_its_length_at_the_speeds_of_point_to_point_moves() {
     // At power-up 200 mm/s and 200 mm/s2, at half of each.

@@ -1,7 +1,7 @@
 //! Continuous path over the wire: times, ends, corners, and what stops it (document 1.11, model section 8).
 
 use super::arm;
-use super::arm::{Bench, SECOND, arm, ptp, running_arm};
+use super::arm::{SECOND, TestArm, arm, lasts, ptp, running_arm};
 use std::time::Duration;
 
 use magician_protocol::commands::*;
@@ -12,7 +12,7 @@ use magician_sim::ExternalEvent;
 const START: [f32; 4] = [200.0, 0.0, 0.0, 0.0];
 
 /// Something done to an arm on its way.
-type Act<'a> = &'a dyn Fn(&mut Bench);
+type Act<'a> = &'a dyn Fn(&mut TestArm);
 
 fn to([x, y, z]: [f32; 3]) -> CpCmd {
     CpCmd {
@@ -42,7 +42,7 @@ fn burning([x, y, z]: [f32; 3], velocity_or_power: f32) -> CpLeCmd {
 }
 
 /// An arm at the start, its queue started.
-fn at_start() -> Bench {
+fn at_start() -> TestArm {
     let mut bench = running_arm();
     bench.enqueue(&ptp(1, START));
     bench.rest();
@@ -50,13 +50,13 @@ fn at_start() -> Bench {
 }
 
 /// The same with the queue stopped: a path is collected and runs as a whole.
-fn collecting() -> Bench {
+fn collecting() -> TestArm {
     let mut bench = at_start();
     bench.set(&QueuedCmdStopExec {});
     bench
 }
 
-fn run(bench: &mut Bench) -> u64 {
+fn run(bench: &mut TestArm) -> u64 {
     bench.start();
     bench.rest()
 }
@@ -71,18 +71,13 @@ fn speeds(plan_acc: f32, junction_vel: f32) -> CpParams {
 }
 
 /// The tool's speed over the next millisecond, mm/s, which passes.
-fn speed(bench: &mut Bench) -> f64 {
+fn speed(bench: &mut TestArm) -> f64 {
     let before = bench.state().pose;
     bench.pass(1000);
     bench.state().pose.distance_to(&before) * 1e3
 }
 
 #[track_caller]
-fn lasts(measured: u64, seconds: f64) {
-    let error = measured as f64 / 1e6 - seconds;
-    assert!(error.abs() < 1e-4, "{measured} us, expected {seconds} s");
-}
-
 #[test]
 fn a_line_takes_the_same_time_whole_and_in_pieces() {
     // 100 mm at 100 mm/s and 100 mm/s2: a ramp of a second up and one down.
@@ -228,9 +223,9 @@ fn a_path_that_runs_dry_rests_at_its_end_and_begins_again() {
 
 #[test]
 fn stop_ends_a_path_at_the_end_of_its_segment_and_clear_where_it_is() {
-    let stop = |bench: &mut Bench| bench.set(&QueuedCmdStopExec {});
-    let clear = |bench: &mut Bench| bench.set(&QueuedCmdClear {});
-    let alarm = |bench: &mut Bench| bench.arm.inject(ExternalEvent::Alarm(0x20));
+    let stop = |bench: &mut TestArm| bench.set(&QueuedCmdStopExec {});
+    let clear = |bench: &mut TestArm| bench.set(&QueuedCmdClear {});
+    let alarm = |bench: &mut TestArm| bench.arm.inject(ExternalEvent::Alarm(0x20));
     let endings: [(&str, Act<'_>); 3] = [("stop", &stop), ("clear", &clear), ("alarm", &alarm)];
     for (name, end) in endings {
         let mut bench = collecting();

@@ -4,7 +4,7 @@
 use super::arm;
 use std::collections::BTreeSet;
 
-use super::arm::{Bench, arm, arm_with, home, joints_to, ptp, running_arm, suck, wait};
+use super::arm::{TestArm, arm, arm_with, home, joints_to, ptp, running_arm, suck, wait};
 use magician_protocol::commands::*;
 use magician_protocol::{Ctrl, FrameBuf, NoArgs, Readable, Writable};
 use magician_sim::fidelity::{Assumption, Confidence, Strictness};
@@ -12,38 +12,38 @@ use magician_sim::world::ExternalEvent;
 use magician_sim::{Controller, Event, Profile, Refusal};
 
 /// Sends at once, whatever the answer.
-fn now<T: Writable>(bench: &mut Bench, value: &T) -> Vec<FrameBuf> {
+fn now<T: Writable>(bench: &mut TestArm, value: &T) -> Vec<FrameBuf> {
     let frame = FrameBuf::encode(T::ROW.id, Ctrl::SET, value).expect("fits");
     bench.send(frame.bytes())
 }
 
 /// Queues, whatever the answer.
-fn queue<T: Writable>(bench: &mut Bench, value: &T) -> Vec<FrameBuf> {
+fn queue<T: Writable>(bench: &mut TestArm, value: &T) -> Vec<FrameBuf> {
     let frame = FrameBuf::encode(T::ROW.id, Ctrl::QUEUED, value).expect("fits");
     bench.send(frame.bytes())
 }
 
 /// Asks, whatever the answer.
-fn ask<T: Readable<Query = NoArgs>>(bench: &mut Bench) -> Vec<FrameBuf> {
+fn ask<T: Readable<Query = NoArgs>>(bench: &mut TestArm) -> Vec<FrameBuf> {
     let frame = FrameBuf::encode(T::ROW.id, Ctrl::GET, &NoArgs).expect("fits");
     bench.send(frame.bytes())
 }
 
-fn raw(bench: &mut Bench, id: u8, ctrl: u8, params: &[u8]) -> Vec<FrameBuf> {
+fn raw(bench: &mut TestArm, id: u8, ctrl: u8, params: &[u8]) -> Vec<FrameBuf> {
     let frame = FrameBuf::new(id, Ctrl(ctrl), params).expect("fits");
     bench.send(frame.bytes())
 }
 
-fn start(bench: &mut Bench) {
+fn start(bench: &mut TestArm) {
     now(bench, &QueuedCmdStartExec {});
 }
 
-fn strict() -> Bench {
+fn strict() -> TestArm {
     arm_with(|profile| profile.fidelity.strict = true)
 }
 
 /// Why a strict arm would not, in the order of the refusals.
-fn refusals(bench: &mut Bench) -> Vec<Assumption> {
+fn refusals(bench: &mut TestArm) -> Vec<Assumption> {
     let assumption = |event| match event {
         Event::Refused {
             reason: Refusal::OnlyAChoice(assumption),
@@ -109,7 +109,7 @@ fn strict_is_silent_when_the_queue_is_full() {
 fn a_first_use_is_told_once_and_all_are_counted() {
     let mut bench = arm();
     bench.events();
-    let told = |bench: &mut Bench| {
+    let told = |bench: &mut TestArm| {
         std::iter::from_fn(|| bench.arm.poll_event())
             .filter(|event| {
                 matches!(
@@ -140,7 +140,7 @@ fn a_first_use_is_told_once_and_all_are_counted() {
 /// A strict arm still does what hosts do every day: connect, set, home, move, wait, read.
 #[test]
 fn a_day_s_work_needs_no_choice() {
-    let mut bench = Bench {
+    let mut bench = TestArm {
         arm: Controller::new(Profile {
             fidelity: magician_sim::FidelityRules { strict: true },
             ..Profile::continuous()

@@ -1,6 +1,6 @@
 //! What the arm keeps without power, and how it is kept as text (model sections 6 and 12).
 
-use super::arm::{Bench, arm, arm_with, ptp, running_arm, wait};
+use super::arm::{TestArm, arm, arm_with, ptp, running_arm, wait};
 use magician_protocol::commands::*;
 use magician_protocol::{Ctrl, Flag, Layout, PoCmd, PoList, PtpMode, Text};
 use magician_sim::world::Press;
@@ -11,7 +11,7 @@ fn text(of: &str) -> Text {
 }
 
 /// Sets one of everything that is kept.
-fn fill(bench: &mut Bench) {
+fn fill(bench: &mut TestArm) {
     let device_name = text("Ada \"=\n\u{e4}");
     bench.set(&DeviceName { device_name });
     let device_sn = text("X-17");
@@ -63,7 +63,7 @@ fn fill(bench: &mut Bench) {
 }
 
 /// The answers to gets of all that is kept.
-fn kept(bench: &mut Bench) -> Vec<Vec<u8>> {
+fn kept(bench: &mut TestArm) -> Vec<Vec<u8>> {
     [0u8, 1, 140, 141, 142, 151, 152, 153, 154, 155, 156]
         .into_iter()
         .map(|id| bench.frame(id, Ctrl::GET, &[]).frame().params().to_vec())
@@ -78,7 +78,7 @@ fn what_is_kept_comes_back_with_the_power_and_nothing_else_does() {
     bench.set(&WifiConfigMode { enable: Flag::ON });
     let before = kept(&mut bench);
     let flash = bench.arm.flash().clone();
-    let mut again = Bench {
+    let mut again = TestArm {
         arm: Controller::with_flash(Profile::continuous(), World::default(), flash.clone()),
     };
     assert_eq!(kept(&mut again), before);

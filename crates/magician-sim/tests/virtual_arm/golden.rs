@@ -56,7 +56,7 @@ fn the_pose_without_a_tool() {
 
 #[test]
 fn power_up_alarm() {
-    let mut bench = arm::Bench {
+    let mut bench = arm::TestArm {
         arm: magician_sim::Controller::default(),
     };
     bench.exchange(

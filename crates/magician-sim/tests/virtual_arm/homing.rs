@@ -1,7 +1,7 @@
 //! Homing, stage by stage (model section 11).
 
 use super::arm::{
-    Bench, Micros, SECOND, arm, arm_with, at as instant, home, homing_lasts, joints_to,
+    Micros, SECOND, TestArm, arm, arm_with, at as instant, home, homing_lasts, joints_to,
     running_arm, search_lasts, trapezoid, wait,
 };
 use magician_protocol::Flag;
@@ -10,8 +10,8 @@ use magician_sim::scenario::Scenario;
 use magician_sim::{Controller, Event, ExternalEvent, LimitChoice, Profile, World};
 
 /// An arm that really stands there when it is switched on.
-fn standing_at(joints: [f64; 4]) -> Bench {
-    let mut bench = Bench {
+fn standing_at(joints: [f64; 4]) -> TestArm {
+    let mut bench = TestArm {
         arm: Controller::new(Profile::continuous()).standing_at(joints.into()),
     };
     bench.set(&ClearAlarmsState {});
@@ -28,7 +28,7 @@ fn about(lasted: Micros, seconds: f64) {
     );
 }
 
-fn true_base(bench: &Bench) -> f64 {
+fn true_base(bench: &TestArm) -> f64 {
     bench.state().true_joints.j1
 }
 
@@ -61,7 +61,7 @@ fn its_stages_show_in_the_pose() {
     let mut bench = running_arm();
     bench.enqueue(&home());
     let mut at = 0.0;
-    let mut go_on = |bench: &mut Bench, seconds: f64| {
+    let mut go_on = |bench: &mut TestArm, seconds: f64| {
         at += seconds;
         bench.arm.advance(instant((at * 1e6).round() as Micros));
     };
@@ -125,7 +125,7 @@ fn a_scenario_says_where_the_base_stands() {
 #[test]
 fn a_base_past_its_switch_backs_off_to_it() {
     let scenario = Scenario::from_toml("[arm]\nbase_angle = -160").unwrap();
-    let mut bench = Bench {
+    let mut bench = TestArm {
         arm: Controller::in_world(Profile::continuous(), World::from_scenario(&scenario)),
     };
     bench.set(&home());

@@ -1,15 +1,15 @@
 //! Pins: what they put out, what they read, and the tools that hang on them (model section 13).
 
-use super::arm::{Bench, arm, arm_with, grip, joints_to, multiplex, output, running_arm, suck};
+use super::arm::{TestArm, arm, arm_with, grip, joints_to, multiplex, output, running_arm, suck};
 use magician_protocol::commands::*;
 use magician_protocol::{Ctrl, Flag, IoFunction, PoCmd, PoList, Port, PtpMode};
 use magician_sim::{Event, Refusal, Signal};
 
-fn signal(bench: &Bench, address: u8) -> Signal {
+fn signal(bench: &TestArm, address: u8) -> Signal {
     bench.arm.pins()[usize::from(address) - 1].signal
 }
 
-fn pwm(bench: &mut Bench, address: u8, frequency: f32, duty_cycle: f32) {
+fn pwm(bench: &mut TestArm, address: u8, frequency: f32, duty_cycle: f32) {
     bench.set(&IoPwm {
         address,
         frequency,
@@ -17,14 +17,14 @@ fn pwm(bench: &mut Bench, address: u8, frequency: f32, duty_cycle: f32) {
     });
 }
 
-fn level(bench: &mut Bench, address: u8) -> bool {
+fn level(bench: &mut TestArm, address: u8) -> bool {
     let query = GetIoDi {
         address: Some(address),
     };
     bench.get_with::<IoDi>(&query).level.is_on()
 }
 
-fn counts(bench: &mut Bench, address: u8) -> u16 {
+fn counts(bench: &mut TestArm, address: u8) -> u16 {
     let query = GetIoAdc {
         address: Some(address),
     };

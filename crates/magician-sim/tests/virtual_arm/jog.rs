@@ -1,6 +1,6 @@
 //! Jogging over the wire: ramps, limits, and what the queue makes of it (document 1.9, model section 10).
 
-use super::arm::{Bench, SECOND, arm_with, jog, joints_to, ptp, running_arm, wait};
+use super::arm::{SECOND, TestArm, arm_with, jog, joints_to, ptp, running_arm, wait};
 use magician_motion::JointAngles;
 use magician_protocol::commands::*;
 
@@ -11,7 +11,7 @@ fn command(axis: u8, positive: bool) -> u8 {
 
 const STOP: u8 = 0;
 
-fn joints(bench: &Bench) -> [f64; 4] {
+fn joints(bench: &TestArm) -> [f64; 4] {
     bench.state().joints.to_array()
 }
 
@@ -41,7 +41,7 @@ fn a_joint_ramps_runs_and_ramps_down() {
             assert!(bench.arm.jogging());
             bench.pass(SECOND);
             let sign = if positive { 1.0 } else { -1.0 };
-            let moved = |bench: &Bench| {
+            let moved = |bench: &TestArm| {
                 let now = joints(bench);
                 for other in (0..4).filter(|other| *other + 1 != usize::from(axis)) {
                     assert_eq!(now[other], before[other]);

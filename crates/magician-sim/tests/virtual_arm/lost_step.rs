@@ -1,10 +1,10 @@
 //! Lost steps: they are found when a host asks, hold the queue, and homing cures them (model section 12).
 
-use super::arm::{Bench, arm, home, joints_to, running_arm, wait};
+use super::arm::{TestArm, arm, home, joints_to, running_arm, wait};
 use magician_protocol::commands::*;
 use magician_sim::{Controller, ExternalEvent};
 
-fn slip(bench: &mut Bench, joint: u8, degrees: f64) {
+fn slip(bench: &mut TestArm, joint: u8, degrees: f64) {
     bench.arm.inject(ExternalEvent::Slip { joint, degrees });
 }
 
@@ -77,7 +77,7 @@ fn it_holds_the_queue_until_homing_has_cured_it() {
 
 #[test]
 fn a_base_that_was_never_homed_has_lost_nothing() {
-    let mut bench = Bench {
+    let mut bench = TestArm {
         arm: Controller::default().standing_at([60.0, 20.0, 20.0, 0.0].into()),
     };
     bench.set(&ClearAlarmsState {});

@@ -1,7 +1,7 @@
 //! Point-to-point motion: times, ends, and what the pose says on the way.
 
 use super::arm;
-use super::arm::{SECOND, arm, arm_with, joints_to, ptp, running_arm};
+use super::arm::{SECOND, arm, arm_with, joints_to, lasts, ptp, running_arm};
 use magician_motion::ToolBias;
 use magician_protocol::commands::*;
 use magician_protocol::{PoCmd, PoList, PtpMode};
@@ -9,11 +9,6 @@ use magician_protocol::{PoCmd, PoList, PtpMode};
 const HOME: [f32; 4] = [259.104_13, 0.0, -8.485_281, 0.0];
 
 #[track_caller]
-fn lasts(measured: u64, seconds: f64) {
-    let error = measured as f64 / 1e6 - seconds;
-    assert!(error.abs() < 1e-3, "{measured} us, expected {seconds} s");
-}
-
 #[test]
 fn a_line_of_100_mm_takes_2_s_and_at_full_ratio_1_414_s() {
     for (full, seconds) in [(false, 2.0), (true, 2.0_f64.sqrt())] {
@@ -322,7 +317,7 @@ fn a_move_switches_outputs_when_their_share_of_the_path_is_done() {
         r,
         po: PoList::new(&outputs).unwrap(),
     });
-    let level = |bench: &mut arm::Bench, address| {
+    let level = |bench: &mut arm::TestArm, address| {
         let address = Some(address);
         bench.get_with::<IoDo>(&GetIoDo { address }).level.0
     };

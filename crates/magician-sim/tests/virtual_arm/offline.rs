@@ -1,14 +1,14 @@
 //! Programs in the flash: stored through the queue, run by the base key (model section 12).
 
 use super::arm::{
-    Bench, Micros, SECOND, arm_with, home, homing_lasts, joints_to, ptp, running_arm, wait,
+    Micros, SECOND, TestArm, arm_with, home, homing_lasts, joints_to, ptp, running_arm, wait,
 };
 use magician_protocol::commands::*;
 use magician_protocol::{CpMode, Ctrl};
 use magician_sim::world::Press;
 use magician_sim::{Event, ExternalEvent};
 
-fn download(bench: &mut Bench, total_loop: u32, lines: impl FnOnce(&mut Bench)) {
+fn download(bench: &mut TestArm, total_loop: u32, lines: impl FnOnce(&mut TestArm)) {
     bench.set(&QueuedCmdStartDownload {
         total_loop,
         line_per_loop: 2,
@@ -18,7 +18,7 @@ fn download(bench: &mut Bench, total_loop: u32, lines: impl FnOnce(&mut Bench)) 
 }
 
 /// 10 degrees one way, a wait of a second, as often as it is told.
-fn downloaded(loops: u32) -> Bench {
+fn downloaded(loops: u32) -> TestArm {
     let mut bench = running_arm();
     download(&mut bench, loops, |bench| {
         bench.enqueue(&ptp(6, [10.0, 0.0, 0.0, 0.0]));

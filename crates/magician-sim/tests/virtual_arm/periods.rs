@@ -11,8 +11,8 @@ const PERIOD_US: u64 = 20_000;
 const RECORDING: &str = include_str!("data/jog-recording.tsv");
 const COMMANDS: &str = include_str!("data/jog-commands.tsv");
 
-fn switched_on() -> Bench {
-    let mut bench = Bench {
+fn switched_on() -> TestArm {
+    let mut bench = TestArm {
         arm: Controller::new(Profile::default()),
     };
     bench.set(&ClearAlarmsState {});
@@ -45,7 +45,7 @@ fn worst(mut profile: Profile) -> f64 {
         .inverse(&Pose::new(x, y, z, 0.0))
         .expect("in reach");
     profile.power_up.joints = joints.to_array();
-    let mut bench = Bench {
+    let mut bench = TestArm {
         arm: Controller::new(profile),
     };
     // The recording begins in the middle of a period. A jog needs no cleared alarm.
@@ -99,7 +99,7 @@ fn a_command_acts_with_the_next_period_of_the_clock() {
     let bench = switched_on();
     let first = bench.state();
     for after_us in [100, 19_900, 20_000] {
-        let mut bench = Bench {
+        let mut bench = TestArm {
             arm: bench.arm.clone(),
         };
         let now = first.now.as_micros();

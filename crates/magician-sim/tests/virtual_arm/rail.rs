@@ -2,7 +2,7 @@
 
 use super::arm;
 use super::arm::{
-    Bench, Micros, SECOND, arm_with, at as instant, home, joints_to, multiplex, running_arm,
+    Micros, SECOND, TestArm, arm_with, at as instant, home, joints_to, multiplex, running_arm,
 };
 use magician_protocol::commands::*;
 use magician_protocol::{Flag, IoFunction, JogCommand, PoCmd, PoList, PtpMode};
@@ -18,7 +18,7 @@ fn with_l(on: bool) -> SetDeviceWithL {
 }
 
 /// An arm on a rail, the queue started, everything at full speed: 100 mm/s and 100 mm/s2 on the rail.
-fn on_rail() -> Bench {
+fn on_rail() -> TestArm {
     let mut bench = running_arm();
     bench.set(&with_l(true));
     bench.full_speed();
@@ -40,7 +40,7 @@ fn rail_to(l: f32) -> PtpWithLCmd {
     to(4, HOME, l)
 }
 
-fn place(bench: &mut Bench) -> f32 {
+fn place(bench: &mut TestArm) -> f32 {
     bench.get::<PoseL>().pose_l
 }
 
@@ -49,7 +49,7 @@ fn near(value: f32, wanted: f32) {
     assert!((value - wanted).abs() < 1e-3, "{value}, not {wanted}");
 }
 
-fn jog(bench: &mut Bench, cmd: JogCommand) {
+fn jog(bench: &mut TestArm, cmd: JogCommand) {
     bench.set(&JogCmd {
         is_joint: Flag::OFF,
         cmd,
@@ -255,7 +255,7 @@ fn a_limit_on_the_arms_way_stops_the_carriage_with_it() {
 fn outputs_count_the_carriages_way_where_the_arm_rests() {
     let mut bench = on_rail();
     multiplex(&mut bench, 18, IoFunction::DigitalOutput);
-    let high = |bench: &Bench| bench.arm.pins()[17].signal == Signal::Level(true);
+    let high = |bench: &TestArm| bench.arm.pins()[17].signal == Signal::Level(true);
     let command = |joint: f32, l| {
         let half = PoCmd {
             ratio: 50,

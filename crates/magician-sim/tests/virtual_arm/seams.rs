@@ -1,7 +1,7 @@
 //! Where one kind of motion meets another: what changes under way must not tear the arm from its way, and what is refused
 //! must change nothing.
 
-use super::arm::{Bench, SECOND, arm_with, home, jog, joints_to, ptp, running_arm};
+use super::arm::{SECOND, TestArm, arm_with, home, jog, joints_to, ptp, running_arm};
 use magician_motion::Geometry;
 use std::time::Duration;
 
@@ -12,7 +12,7 @@ use magician_protocol::{Alarm, CpMode, Flag};
 const START: [f32; 4] = [180.0, 0.0, 0.0, 0.0];
 
 /// Something done to an arm.
-type Act<'a> = &'a dyn Fn(&mut Bench);
+type Act<'a> = &'a dyn Fn(&mut TestArm);
 
 fn segment(cp_mode: CpMode, x: f32) -> CpCmd {
     CpCmd {
@@ -28,7 +28,7 @@ fn by(x: f32) -> CpCmd {
     segment(CpMode::Relative, x)
 }
 
-fn path_of(steps: &[f32]) -> Bench {
+fn path_of(steps: &[f32]) -> TestArm {
     let mut bench = running_arm();
     bench.set(&ptp(1, START));
     bench.rest();
@@ -41,7 +41,7 @@ fn path_of(steps: &[f32]) -> Bench {
 }
 
 /// How fast the tool moves, mm/s: over the last millisecond before the event that comes next.
-fn speed_before_event(bench: &mut Bench) -> f64 {
+fn speed_before_event(bench: &mut TestArm) -> f64 {
     let at = bench.arm.poll_timeout().expect("it moves");
     bench.arm.advance(at - Duration::from_micros(1001));
     let before = bench.state().pose;
@@ -52,7 +52,7 @@ fn speed_before_event(bench: &mut Bench) -> f64 {
 /// The tool's bias changes while the arm moves, then something is done to the motion: the joints go on from where they
 /// are, and the pose stays that of the joints and the new tool.
 #[track_caller]
-fn keeps_its_way(mut bench: Bench, act: impl FnOnce(&mut Bench)) {
+fn keeps_its_way(mut bench: TestArm, act: impl FnOnce(&mut TestArm)) {
     let before = bench.state().joints.to_array();
     assert!(bench.state().moving);
     bench.suction_bias();
@@ -74,7 +74,7 @@ fn keeps_its_way(mut bench: Bench, act: impl FnOnce(&mut Bench)) {
 
 #[test]
 fn a_new_tool_tears_no_motion_from_its_way() {
-    let force_stop = |bench: &mut Bench| bench.set(&QueuedCmdForceStopExec {});
+    let force_stop = |bench: &mut TestArm| bench.set(&QueuedCmdForceStopExec {});
     for mode in [1, 2, 0] {
         let mut bench = running_arm();
         bench.enqueue(&ptp(mode, [230.0, 60.0, 40.0, 20.0]));
@@ -88,9 +88,9 @@ fn a_new_tool_tears_no_motion_from_its_way() {
             bench.pass(SECOND / 2);
             let at = bench.arm.clone();
             keeps_its_way(bench, |bench| bench.set(&jog(is_joint, 0)));
-            keeps_its_way(Bench { arm: at.clone() }, force_stop);
+            keeps_its_way(TestArm { arm: at.clone() }, force_stop);
             let back = if cmd % 2 == 1 { cmd + 1 } else { cmd - 1 };
-            keeps_its_way(Bench { arm: at }, |bench| bench.set(&jog(is_joint, back)));
+            keeps_its_way(TestArm { arm: at }, |bench| bench.set(&jog(is_joint, back)));
         }
     }
     for grows in [false, true] {
@@ -109,7 +109,7 @@ fn a_new_tool_tears_no_motion_from_its_way() {
 
 #[test]
 fn what_is_refused_changes_nothing_under_way() {
-    let bad_speeds = |bench: &mut Bench| {
+    let bad_speeds = |bench: &mut TestArm| {
         bench.set(&JogCommonParams {
             velocity_ratio: 0.0,
             acceleration_ratio: 50.0,

@@ -1,7 +1,7 @@
 //! The stepper outputs (document 1.15.6, errata E41).
 
 use super::arm;
-use super::arm::{Bench, SECOND, arm, at, running_arm, wait};
+use super::arm::{SECOND, TestArm, arm, at, running_arm, wait};
 use magician_protocol::commands::*;
 use magician_protocol::{Ctrl, Flag, Port, Stepper};
 use magician_sim::{CONVEYOR_PULSES_PER_MM, Event, ExternalEvent};
@@ -24,7 +24,7 @@ fn counted(index: u8, speed: i32, distance: u32) -> EMotorS {
 }
 
 #[track_caller]
-fn turns(bench: &Bench, index: usize, rate: f64, pulses: f64) {
+fn turns(bench: &TestArm, index: usize, rate: f64, pulses: f64) {
     let stepper = bench.arm.steppers()[index];
     assert_eq!(stepper.pulses_per_second, rate);
     assert!(
@@ -205,7 +205,7 @@ port = "GP4"
 belt_at = 100
 "#;
 
-fn sees(bench: &mut Bench, port: Option<Port>) -> bool {
+fn sees(bench: &mut TestArm, port: Option<Port>) -> bool {
     let seen: IrSwitch = bench.get_with(&GetIrSwitch { port });
     seen.state.is_on()
 }
@@ -241,7 +241,7 @@ fn a_distance_run_takes_the_belt_to_the_light_barrier() {
 #[test]
 fn a_colour_sensor_sees_while_it_is_on() {
     let mut bench = arm::arm_in(BELT);
-    let color = |bench: &mut Bench, port| {
+    let color = |bench: &mut TestArm, port| {
         let ColorSensor { r, g, b } = bench.get_with(&GetColorSensor { port });
         [r, g, b]
     };

@@ -1,20 +1,20 @@
 //! Hand teaching: the unlock key, the hand, and the points that hosts ask for (model section 12).
 
-use super::arm::{Bench, SECOND, arm, arm_with, home, joints_to, ptp, running_arm, suck, wait};
+use super::arm::{SECOND, TestArm, arm, arm_with, home, joints_to, ptp, running_arm, suck, wait};
 use magician_protocol::commands::*;
 use magician_protocol::{Flag, TeachTrigger};
 use magician_sim::scenario::Scenario;
 use magician_sim::world::{JointState, Press};
 use magician_sim::{Controller, ExternalEvent, Profile, World};
 
-fn teach(bench: &mut Bench, mode: TeachTrigger) {
+fn teach(bench: &mut TestArm, mode: TeachTrigger) {
     bench.set(&HhtTrigMode { mode });
     bench.set(&HhtTrigOutputEnabled {
         is_enabled: Flag::ON,
     });
 }
 
-fn point(bench: &mut Bench) -> bool {
+fn point(bench: &mut TestArm) -> bool {
     bench.get::<HhtTrigOutput>().is_triggered.is_on()
 }
 
@@ -64,7 +64,7 @@ fn a_hand_gets_no_further_than_the_limits() {
 
 #[test]
 fn a_base_that_is_not_homed_stays_as_unsure_as_it_was() {
-    let mut bench = Bench {
+    let mut bench = TestArm {
         arm: Controller::default().standing_at([40.0, 20.0, 20.0, 0.0].into()),
     };
     bench.arm.unlock(true);
@@ -195,12 +195,12 @@ fn there_is_no_point_unless_the_output_is_enabled() {
     for mode in [TeachTrigger::OnRelease, TeachTrigger::Periodic] {
         let mut bench = arm();
         teach(&mut bench, mode);
-        let enable = |bench: &mut Bench, on| {
+        let enable = |bench: &mut TestArm, on| {
             bench.set(&HhtTrigOutputEnabled {
                 is_enabled: Flag::from(on),
             });
         };
-        let press = |bench: &mut Bench| {
+        let press = |bench: &mut TestArm| {
             bench.arm.unlock(true);
             bench.pass(2 * SECOND);
             bench.arm.unlock(false);
@@ -262,7 +262,7 @@ fn what_the_tool_holds_goes_with_the_hand() {
         "#,
     );
     let world = World::from_scenario(&scenario.unwrap());
-    let mut bench = Bench {
+    let mut bench = TestArm {
         arm: Controller::in_world(Profile::continuous(), world),
     };
     bench.suction_bias();

@@ -1,7 +1,7 @@
 //! TRIG: the queue waits for an input (document 1.14, errata E35).
 
 use super::arm;
-use super::arm::{Bench, SECOND, at, multiplex, running_arm, wait};
+use super::arm::{SECOND, TestArm, at, multiplex, running_arm, wait};
 use magician_protocol::commands::*;
 use magician_protocol::{Ctrl, IoFunction, TriggerCondition, TriggerMode};
 use magician_sim::world::Press;
@@ -17,14 +17,14 @@ fn trig(address: u8, mode: u8, condition: u8, threshold: u16) -> TrigCmd {
 }
 
 /// Pin 9 as input of a kind.
-fn with_input(function: IoFunction) -> Bench {
+fn with_input(function: IoFunction) -> TestArm {
     let mut bench = running_arm();
     multiplex(&mut bench, 9, function);
     bench
 }
 
 #[track_caller]
-fn blocks(bench: &mut Bench, index: u64) {
+fn blocks(bench: &mut TestArm, index: u64) {
     let state = bench.state();
     assert_eq!(state.queue.running, Some(index));
     assert_eq!(state.awaits_input, Some(9));

@@ -1,7 +1,7 @@
 //! What is set is what is read back, bit for bit; what is read before a set is the profile's.
 
 use super::arm;
-use super::arm::{Bench, arm, arm_with, running_arm};
+use super::arm::{TestArm, arm, arm_with, running_arm};
 use magician_motion::ToolBias;
 use magician_protocol::commands::*;
 use magician_protocol::{Ctrl, FieldType, Flag, IoFunction, Row, TABLE, Text};
@@ -351,7 +351,7 @@ fn what_is_not_simulated_says_so_and_finishes() {
 #[test]
 fn the_tool_at_power_up_is_the_one_that_was_chosen() {
     let bias = |arm: Controller| {
-        let mut bench = Bench { arm };
+        let mut bench = TestArm { arm };
         let mut x = || bench.get::<EndEffectorParams>().x_bias;
         let first = x();
         bench.set(&EndEffectorParams {

@@ -19,9 +19,10 @@ const RATE: usize = 2000;
 impl Line {
     /// When it is given up, if nothing comes until then.
     pub(super) fn silent_at(&self) -> Option<HostInstant> {
-        match self.up {
-            true => self.probed.map(|at| at + SILENT),
-            false => Some(self.opened + SILENT),
+        if self.up {
+            self.probed.map(|at| at + SILENT)
+        } else {
+            Some(self.opened + SILENT)
         }
     }
 }
@@ -152,13 +153,15 @@ impl Hub {
         let Some(open) = self.lines.get_mut(&line) else {
             return;
         };
-        let queue = match open.up {
-            true => &mut open.queue,
-            false => &mut open.held,
+        let queue = if open.up {
+            &mut open.queue
+        } else {
+            &mut open.held
         };
-        match first {
-            true => queue.push_front((Some(request), text)),
-            false => queue.push_back((Some(request), text)),
+        if first {
+            queue.push_front((Some(request), text));
+        } else {
+            queue.push_back((Some(request), text));
         }
         self.acts.push_back(HubAct::Awake(line));
     }
@@ -252,9 +255,10 @@ impl Hub {
         let tries = if lost.up { 0 } else { lost.tries };
         if let Some(open) = self.sockets.get_mut(&lost.socket) {
             let refused = [RpcError::FORBIDDEN, RpcError::TOO_MANY].contains(&why.code);
-            let way = match open.pupil.is_some() && refused {
-                true => Way::Closed(why.clone()),
-                false => Way::after(now, tries, why.clone()),
+            let way = if open.pupil.is_some() && refused {
+                Way::Closed(why.clone())
+            } else {
+                Way::after(now, tries, why.clone())
             };
             open.ways.insert(lost.station, way);
         }
@@ -272,12 +276,13 @@ impl Hub {
                 .get(&request)
                 .and_then(|pending| pending.arm.clone());
             let arm = arm.unwrap_or_else(|| arms.clone());
-            error.message = match sent {
-                true => format!(
+            error.message = if sent {
+                format!(
                     "{arm}: {}; whether the request was carried out is not known",
                     why.message
-                ),
-                false => format!("{arm}: {}; the request was not sent", why.message),
+                )
+            } else {
+                format!("{arm}: {}; the request was not sent", why.message)
             };
             self.outcome(now, request, None, Err(error));
         }

@@ -339,9 +339,12 @@ impl Hub {
             };
             row.map_or_else(
                 || lost(name, place.row.as_ref()),
-                |row| match place.at.is_empty() {
-                    true => lost(name, Some(&row)),
-                    false => row,
+                |row| {
+                    if place.at.is_empty() {
+                        lost(name, Some(&row))
+                    } else {
+                        row
+                    }
                 },
             )
         });
@@ -414,9 +417,10 @@ impl Hub {
             });
         }
         let silent: Vec<_> = gather.left.values().flatten().filter_map(names).collect();
-        let kind = match silent.is_empty() {
-            true => ErrorKind::Port,
-            false => ErrorKind::Timeout,
+        let kind = if silent.is_empty() {
+            ErrorKind::Port
+        } else {
+            ErrorKind::Timeout
         };
         if !silent.is_empty() {
             undone.push(format!("no answer within 3 s from {}", silent.join(", ")));

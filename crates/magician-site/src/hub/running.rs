@@ -207,9 +207,10 @@ impl Served for RunningHub {
             let error = RpcError::request(format!("{} needs an `id`", message.method));
             return Some(answer(None, &Err(error)));
         }
-        let role = match self.shared.read_only {
-            true => Role::Viewer,
-            false => grant.role,
+        let role = if self.shared.read_only {
+            Role::Viewer
+        } else {
+            grant.role
         };
         let client = self
             .shared

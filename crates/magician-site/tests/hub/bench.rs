@@ -284,13 +284,13 @@ impl Site for TestSite {
 }
 
 /// A hub over a site.
-pub(crate) struct Bench {
+pub(crate) struct TestHub {
     pub(crate) site: Arc<TestSite>,
     pub(crate) hub: RunningHub,
     _programs: tempfile::TempDir,
 }
 
-impl Bench {
+impl TestHub {
     pub(crate) async fn new(stations: usize, arms: usize) -> Self {
         Self::over(TestSite::of(stations, arms).await, false).await
     }

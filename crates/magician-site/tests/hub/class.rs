@@ -5,7 +5,7 @@ use std::time::Duration;
 use magician_station::Peer;
 use serde_json::{Value, json};
 
-use crate::bench::{Bench, Tester};
+use crate::bench::{TestHub, Tester};
 
 const CLASS: &str = r#"
 [class]
@@ -23,8 +23,8 @@ code = "C4C4"
 "#;
 
 /// Stations with one arm each; those of these numbers have the class.
-async fn class(stations: usize, with: &[u64]) -> Bench {
-    let bench = Bench::new(stations, 1).await;
+async fn class(stations: usize, with: &[u64]) -> TestHub {
+    let bench = TestHub::new(stations, 1).await;
     for id in with {
         let client = bench
             .site
@@ -48,7 +48,7 @@ async fn signs_in(tester: &mut Tester, name: &str, code: &str) -> Result<Value, 
     tester.call("session.hello", hello).await
 }
 
-async fn pupil(bench: &Bench, name: &str) -> Tester {
+async fn pupil(bench: &TestHub, name: &str) -> Tester {
     let code = match name {
         "Ada" => "7K3M",
         "Ben" => "9QWE",
@@ -215,7 +215,7 @@ fn code_of<'a>(class: &'a Value, name: &str) -> &'a str {
 }
 
 /// The classes of the stations of these numbers.
-async fn classes(bench: &Bench, of: &[u64]) -> Vec<Value> {
+async fn classes(bench: &TestHub, of: &[u64]) -> Vec<Value> {
     let mut out = Vec::new();
     let request = r#"{"jsonrpc": "2.0", "id": 1, "method": "class.get"}"#;
     for id in of {

@@ -8,7 +8,7 @@ use magician_station::CloseCode;
 use magician_station::http::ServedClient;
 use serde_json::{Value, json};
 
-use crate::bench::{Bench, Fault};
+use crate::bench::{Fault, TestHub};
 
 /// A station that answers hello, and to all else says this.
 fn saying(messages: impl Fn(&Value) -> Vec<String> + Send + Sync + 'static) -> Fault {
@@ -51,7 +51,7 @@ async fn garbage_ends_the_line_of_its_station_alone() {
         &"x".repeat(9 << 20),
         &"[".repeat(5000),
     ] {
-        let bench = Bench::new(2, 1).await;
+        let bench = TestHub::new(2, 1).await;
         let garbage = garbage.to_owned();
         bench
             .site
@@ -65,7 +65,7 @@ async fn garbage_ends_the_line_of_its_station_alone() {
 
 #[tokio::test(start_paused = true)]
 async fn a_station_answers_for_nobody_else() {
-    let bench = Bench::new(2, 1).await;
+    let bench = TestHub::new(2, 1).await;
     let mut anna = bench.join("Anna").await;
     anna.ok("arm.info", json!({"arm": "arm1"})).await;
     bench.site.fault(1, Some(saying(|message| {
@@ -100,7 +100,7 @@ async fn a_station_answers_for_nobody_else() {
 
 #[tokio::test(start_paused = true)]
 async fn a_station_that_floods_is_cut_off_and_its_client_goes_on() {
-    let bench = Bench::new(2, 1).await;
+    let bench = TestHub::new(2, 1).await;
     let mut anna = bench.join("Anna").await;
     let flood: Fault = Arc::new(|end: StationEnd| {
         tokio::spawn(async move {
@@ -132,7 +132,7 @@ async fn a_station_that_floods_is_cut_off_and_its_client_goes_on() {
 
 #[tokio::test(start_paused = true)]
 async fn ids_of_nobody_are_refused_without_a_word_to_a_station() {
-    let bench = Bench::new(2, 1).await;
+    let bench = TestHub::new(2, 1).await;
     let mut anna = bench.join("Anna").await;
     for id in [
         "jsame-1",
@@ -168,7 +168,7 @@ async fn ids_of_nobody_are_refused_without_a_word_to_a_station() {
 
 #[tokio::test(start_paused = true)]
 async fn what_is_no_request_is_answered_as_a_station_answers() {
-    let bench = Bench::new(2, 1).await;
+    let bench = TestHub::new(2, 1).await;
     let anna = bench.join("Anna").await;
     for (text, code) in [
         ("garbage", -32700),
@@ -209,7 +209,7 @@ async fn what_is_no_request_is_answered_as_a_station_answers() {
 
 #[tokio::test(start_paused = true)]
 async fn a_client_that_floods_is_closed_and_one_that_reads_nothing_too() {
-    let bench = Bench::new(1, 1).await;
+    let bench = TestHub::new(1, 1).await;
     let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
     for _ in 0..70 {
         for _ in 0..30 {

@@ -5,11 +5,11 @@ use std::time::Duration;
 use serde_json::{Value, json};
 use tokio::time::Instant;
 
-use crate::bench::Bench;
+use crate::bench::TestHub;
 
 #[tokio::test(start_paused = true)]
 async fn a_station_that_vanishes_in_a_move_ends_the_request_and_nothing_is_sent_again() {
-    let bench = Bench::new(3, 1).await;
+    let bench = TestHub::new(3, 1).await;
     let mut anna = bench.join("Anna").await;
     anna.take_arm("arm1").await;
     let moving = anna.send("arm.move", json!({"arm": "arm1", "to": [0, 220, 20, 0]}));
@@ -43,7 +43,7 @@ async fn a_station_that_vanishes_in_a_move_ends_the_request_and_nothing_is_sent_
 
 #[tokio::test(start_paused = true)]
 async fn a_line_that_comes_back_in_time_keeps_the_lease_and_the_subscription() {
-    let bench = Bench::new(2, 1).await;
+    let bench = TestHub::new(2, 1).await;
     let mut anna = bench.join("Anna").await;
     let lease = anna.take_arm("arm1").await;
     for frame in ["json", "binary"] {
@@ -82,7 +82,7 @@ async fn a_line_that_comes_back_in_time_keeps_the_lease_and_the_subscription() {
 
 #[tokio::test(start_paused = true)]
 async fn a_station_that_starts_anew_is_the_same_place() {
-    let bench = Bench::new(2, 1).await;
+    let bench = TestHub::new(2, 1).await;
     let mut anna = bench.join("Anna").await;
     anna.ok("arm.subscribe", json!({"arm": "arm1", "rate": 10}))
         .await;
@@ -113,7 +113,7 @@ async fn a_station_that_starts_anew_is_the_same_place() {
 
 #[tokio::test(start_paused = true)]
 async fn a_jog_ends_with_its_line_and_with_its_hub() {
-    let bench = Bench::new(2, 1).await;
+    let bench = TestHub::new(2, 1).await;
     let mut anna = bench.join("Anna").await;
     anna.take_arm("arm0").await;
     let jog = anna
@@ -140,7 +140,7 @@ async fn a_jog_ends_with_its_line_and_with_its_hub() {
         json!({"arm": "arm0", "axis": "y-", "keep_ms": 250}),
     )
     .await;
-    let Bench { site, hub, .. } = bench;
+    let TestHub { site, hub, .. } = bench;
     drop((anna, hub));
     tokio::time::sleep(Duration::from_secs(1)).await;
     let stands = station.y("arm0").await;
@@ -151,7 +151,7 @@ async fn a_jog_ends_with_its_line_and_with_its_hub() {
 
 #[tokio::test(start_paused = true)]
 async fn a_jog_is_told_to_end_when_its_line_does() {
-    let bench = Bench::new(2, 1).await;
+    let bench = TestHub::new(2, 1).await;
     let mut anna = bench.join("Anna").await;
     anna.take_arm("arm0").await;
     let jog = anna
@@ -171,7 +171,7 @@ async fn a_jog_is_told_to_end_when_its_line_does() {
 
 #[tokio::test(start_paused = true)]
 async fn a_lease_lasts_as_long_as_the_client_answers_and_no_longer() {
-    let bench = Bench::new(2, 1).await;
+    let bench = TestHub::new(2, 1).await;
     let mut anna = bench.join("Anna").await;
     anna.take_arm("arm1").await;
     anna.live(Duration::from_secs(60)).await;
@@ -184,7 +184,7 @@ async fn a_lease_lasts_as_long_as_the_client_answers_and_no_longer() {
 
 #[tokio::test(start_paused = true)]
 async fn a_page_that_is_loaded_again_has_its_leases() {
-    let bench = Bench::new(2, 1).await;
+    let bench = TestHub::new(2, 1).await;
     let mut anna = bench.socket();
     let hello = anna
         .ok("session.hello", json!({"client": {"name": "Anna"}}))
@@ -215,7 +215,7 @@ async fn a_page_that_is_loaded_again_has_its_leases() {
 
 #[tokio::test(start_paused = true)]
 async fn a_station_that_is_silent_keeps_nobody_waiting_for_ever() {
-    let bench = Bench::new(3, 1).await;
+    let bench = TestHub::new(3, 1).await;
     let mut anna = bench.join("Anna").await;
     bench.site.silence(2);
     let begun = Instant::now();

@@ -6,7 +6,7 @@ use magician_station::http::{Served, ServedClient};
 use magician_station::{Grant, Peer, Role};
 use serde_json::{Value, json};
 
-use crate::bench::Bench;
+use crate::bench::TestHub;
 
 /// A plan of some moves.
 fn plan(moves: usize) -> Value {
@@ -18,7 +18,7 @@ fn plan(moves: usize) -> Value {
 
 #[tokio::test(start_paused = true)]
 async fn the_arms_of_all_stations_are_those_of_one() {
-    let bench = Bench::new(3, 3).await;
+    let bench = TestHub::new(3, 3).await;
     let mut anna = bench.socket();
     let hello = anna
         .ok("session.hello", json!({"client": {"name": "Anna"}}))
@@ -38,7 +38,7 @@ async fn the_arms_of_all_stations_are_those_of_one() {
 
 #[tokio::test(start_paused = true)]
 async fn a_request_goes_to_the_station_of_its_arm() {
-    let bench = Bench::new(3, 3).await;
+    let bench = TestHub::new(3, 3).await;
     let mut anna = bench.join("Anna").await;
     anna.take_arm("arm7").await;
     let state = anna
@@ -62,7 +62,7 @@ async fn a_request_goes_to_the_station_of_its_arm() {
 
 #[tokio::test(start_paused = true)]
 async fn the_same_ids_of_two_stations_are_two() {
-    let bench = Bench::new(3, 3).await;
+    let bench = TestHub::new(3, 3).await;
     let mut anna = bench.join("Anna").await;
     let leases = [anna.take_arm("arm0").await, anna.take_arm("arm3").await];
     assert_ne!(leases[0], leases[1]);
@@ -105,7 +105,7 @@ async fn the_same_ids_of_two_stations_are_two() {
 
 #[tokio::test(start_paused = true)]
 async fn a_person_is_one_session_at_all_stations() {
-    let bench = Bench::new(3, 3).await;
+    let bench = TestHub::new(3, 3).await;
     let mut anna = bench.socket();
     let hello = anna
         .ok("session.hello", json!({"client": {"name": "Anna"}}))
@@ -155,7 +155,7 @@ async fn a_person_is_one_session_at_all_stations() {
 
 #[tokio::test(start_paused = true)]
 async fn a_raised_hand_reaches_the_holder_and_the_answer_comes_back() {
-    let bench = Bench::new(3, 3).await;
+    let bench = TestHub::new(3, 3).await;
     let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
     anna.take_arm("arm5").await;
     let asks = ben.send("lease.ask", json!({"arm": "arm5", "message": "please"}));
@@ -192,7 +192,7 @@ async fn a_raised_hand_reaches_the_holder_and_the_answer_comes_back() {
 
 #[tokio::test(start_paused = true)]
 async fn what_needs_no_arm_the_hub_answers_itself() {
-    let bench = Bench::new(2, 1).await;
+    let bench = TestHub::new(2, 1).await;
     let mut anna = bench.join("Anna").await;
     let pose = anna
         .ok("motion.forward", json!({"joints": [0, 45, 45, 0]}))
@@ -210,7 +210,7 @@ async fn what_needs_no_arm_the_hub_answers_itself() {
 
 #[tokio::test(start_paused = true)]
 async fn a_program_of_the_hub_runs_on_an_arm_of_any_station() {
-    let bench = Bench::new(2, 2).await;
+    let bench = TestHub::new(2, 2).await;
     let mut anna = bench.join("Anna").await;
     anna.ok(
         "program.put",
@@ -259,7 +259,7 @@ async fn a_program_of_the_hub_runs_on_an_arm_of_any_station() {
 
 #[tokio::test(start_paused = true)]
 async fn a_single_request_reaches_any_arm_and_takes_its_lease_for_the_call() {
-    let bench = Bench::new(3, 1).await;
+    let bench = TestHub::new(3, 1).await;
     let peer = || {
         let grant = Some(Grant {
             role: Role::Teacher,
@@ -312,7 +312,7 @@ async fn a_single_request_reaches_any_arm_and_takes_its_lease_for_the_call() {
 
 #[tokio::test(start_paused = true)]
 async fn a_token_that_allows_more_elsewhere_does_not_here() {
-    let bench = Bench::over(crate::bench::TestSite::of(2, 1).await, true).await;
+    let bench = TestHub::over(crate::bench::TestSite::of(2, 1).await, true).await;
     let mut anna = bench.socket();
     let hello = anna
         .ok("session.hello", json!({"client": {"name": "Anna"}}))

@@ -5,11 +5,11 @@ use std::time::Duration;
 use magician_station::StateFrame;
 use serde_json::{Value, json};
 
-use crate::bench::Bench;
+use crate::bench::TestHub;
 
 #[tokio::test(start_paused = true)]
 async fn subscriptions_of_several_stations_have_numbers_of_their_own() {
-    let bench = Bench::new(3, 1).await;
+    let bench = TestHub::new(3, 1).await;
     let mut anna = bench.join("Anna").await;
     let mut ids = Vec::new();
     for (arm, frame) in [("arm0", "json"), ("arm1", "binary"), ("arm2", "json")] {
@@ -53,7 +53,7 @@ async fn subscriptions_of_several_stations_have_numbers_of_their_own() {
 
 #[tokio::test(start_paused = true)]
 async fn a_client_that_reads_late_gets_all_that_changed_and_the_newest_of_it() {
-    let bench = Bench::new(1, 1).await;
+    let bench = TestHub::new(1, 1).await;
     let mut anna = bench.join("Anna").await;
     anna.take_arm("arm0").await;
     anna.ok("arm.subscribe", json!({"arm": "arm0", "rate": 50}))
@@ -83,7 +83,7 @@ async fn a_client_that_reads_late_gets_all_that_changed_and_the_newest_of_it() {
 
 #[tokio::test(start_paused = true)]
 async fn a_state_that_was_told_on_the_site_is_answered_at_once() {
-    let bench = Bench::new(3, 1).await;
+    let bench = TestHub::new(3, 1).await;
     let mut anna = bench.join("Anna").await;
     bench.site.news(2, "arm1").await;
     tokio::time::sleep(Duration::from_millis(1)).await;
@@ -98,7 +98,7 @@ async fn a_state_that_was_told_on_the_site_is_answered_at_once() {
 
 #[tokio::test(start_paused = true)]
 async fn arms_come_and_go_in_the_list() {
-    let bench = Bench::new(2, 1).await;
+    let bench = TestHub::new(2, 1).await;
     let mut anna = bench.join("Anna").await;
     assert_eq!(anna.row("arm1").await["link"], "up");
     bench
@@ -120,7 +120,7 @@ async fn arms_come_and_go_in_the_list() {
 
 #[tokio::test(start_paused = true)]
 async fn a_name_that_two_stations_have_takes_stops_alone() {
-    let bench = Bench::new(2, 1).await;
+    let bench = TestHub::new(2, 1).await;
     let mut anna = bench.join("Anna").await;
     bench
         .site

@@ -6,11 +6,11 @@ use std::time::Duration;
 use serde_json::{Value, json};
 use tokio::time::Instant;
 
-use crate::bench::Bench;
+use crate::bench::TestHub;
 
 #[tokio::test(start_paused = true)]
 async fn a_stop_of_all_stops_all_in_parallel() {
-    let bench = Bench::new(3, 3).await;
+    let bench = TestHub::new(3, 3).await;
     let mut anna = bench.join("Anna").await;
     let mut moves = Vec::new();
     for arm in 0..9 {
@@ -38,7 +38,7 @@ async fn a_stop_of_all_stops_all_in_parallel() {
 
 #[tokio::test(start_paused = true)]
 async fn a_station_that_does_not_answer_is_named_and_holds_up_no_other() {
-    let bench = Bench::new(3, 2).await;
+    let bench = TestHub::new(3, 2).await;
     let mut anna = bench.join("Anna").await;
     anna.take_arm("arm0").await;
     bench.site.silence(2);
@@ -72,7 +72,7 @@ async fn a_station_that_does_not_answer_is_named_and_holds_up_no_other() {
 
 #[tokio::test(start_paused = true)]
 async fn what_waits_for_its_line_does_not_go_out_after_a_stop() {
-    let bench = Bench::new(2, 1).await;
+    let bench = TestHub::new(2, 1).await;
     let mut anna = bench.join("Anna").await;
     // The line comes up late: what is handed over waits in the hub.
     bench.site.silence(1);
@@ -97,7 +97,7 @@ async fn what_waits_for_its_line_does_not_go_out_after_a_stop() {
 
 #[tokio::test(start_paused = true)]
 async fn what_is_on_its_way_gets_a_stop_behind_it() {
-    let bench = Bench::new(1, 1).await;
+    let bench = TestHub::new(1, 1).await;
     let mut anna = bench.join("Anna").await;
     let (sent, seen) = std::sync::mpsc::channel();
     bench.site.fault(1, Some(Arc::new(move |mut end: magician_site::StationEnd| {
@@ -130,7 +130,7 @@ async fn what_is_on_its_way_gets_a_stop_behind_it() {
 
 #[tokio::test(start_paused = true)]
 async fn an_arm_whose_line_is_lost_is_named_and_not_the_others_of_its_station() {
-    let bench = Bench::new(2, 2).await;
+    let bench = TestHub::new(2, 2).await;
     let mut anna = bench.join("Anna").await;
     let cable = magician::sim::ExternalEvent::Cable { plugged: false };
     bench.site.station(1).cells[0].with(|arm| arm.inject(cable));

@@ -13,7 +13,7 @@ use magician_station::http::JobFile;
 use serde_json::{Value, json};
 use tokio::time::Instant;
 
-use crate::bench::{Bench, TestSite};
+use crate::bench::{TestHub, TestSite};
 use crate::class;
 use crate::drawing::Strokes;
 
@@ -50,7 +50,7 @@ pub(crate) struct Notes {
 
 pub(crate) struct Room {
     pub(crate) site: Arc<TestSite>,
-    pub(crate) bench: Bench,
+    pub(crate) bench: TestHub,
     pub(crate) notes: Mutex<Notes>,
     pub(crate) frozen: AtomicBool,
     begun: Instant,
@@ -72,7 +72,7 @@ impl Room {
             })
             .await;
         }
-        let bench = Bench::over(Arc::clone(&site), false).await;
+        let bench = TestHub::over(Arc::clone(&site), false).await;
         let mut hub = bench.join("Ms Lee").await;
         hub.ok("class.set", json!({"text": class::file()})).await;
         hub.ok("schedule.set", json!({"text": class::schedule()}))

@@ -33,9 +33,10 @@ impl FromStr for StationAddress {
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         let wrong = || format!("{text}: expected http://HOST:PORT or http://HOST:PORT/ARM");
-        let url = match text.contains("://") {
-            true => text.to_owned(),
-            false => format!("http://{text}"),
+        let url = if text.contains("://") {
+            text.to_owned()
+        } else {
+            format!("http://{text}")
         };
         let url: Uri = url.parse().map_err(|_| wrong())?;
         let encrypted = match url.scheme_str() {

@@ -243,9 +243,10 @@ impl Task {
 
     /// Why a request has no answer.
     fn lost(&self) -> ClientError {
-        match self.end_notice.is_given() {
-            true => ClientError::Ended,
-            false => ClientError::Lost,
+        if self.end_notice.is_given() {
+            ClientError::Ended
+        } else {
+            ClientError::Lost
         }
     }
 

@@ -63,9 +63,10 @@ pub(super) async fn to_the_end(
 /// Waits until the arm stands whose last command has finished: something else may have moved it, a jog that braked.
 async fn come_to_rest(arm: &Arm) -> magician::Result<()> {
     arm.current_index().await?;
-    match arm.moving() {
-        true => arm.wait_still().await,
-        false => Ok(()),
+    if arm.moving() {
+        arm.wait_still().await
+    } else {
+        Ok(())
     }
 }
 
@@ -130,10 +131,7 @@ async fn act(
             Ok(Outcome::State)
         }
         ArmAct::Touch { unhomed } => {
-            let arm = match unhomed {
-                true => arm.allowing_unhomed(),
-                false => arm,
-            };
+            let arm = if unhomed { arm.allowing_unhomed() } else { arm };
             surface.touch(arm, draws).await.map(Outcome::Value)
         }
         ArmAct::ForgetSurface => surface.forget().await.map(Outcome::Value),

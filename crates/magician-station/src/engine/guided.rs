@@ -64,9 +64,10 @@ impl Guided {
     /// Goes on to what is wanted. True when it is so.
     fn turn(&mut self, arm: &Arm) -> bool {
         let saved = self.saved.clone();
-        let arm = match self.unhomed {
-            true => arm.allowing_unhomed(),
-            false => arm.clone(),
+        let arm = if self.unhomed {
+            arm.allowing_unhomed()
+        } else {
+            arm.clone()
         };
         match (&self.now, self.wanted) {
             (Now::Off, false) | (Now::On(_), true) => return true,

@@ -129,11 +129,10 @@ impl Work {
                 let program = Arc::new(program);
                 let (shown, begins) = (Arc::clone(&program), start.clone());
                 let shown = async {
-                    match preview {
-                        true => {
-                            Some(in_turns(async move { job::preview(&shown, &begins).await }).await)
-                        }
-                        false => None,
+                    if preview {
+                        Some(in_turns(async move { job::preview(&shown, &begins).await }).await)
+                    } else {
+                        None
                     }
                 };
                 let checked =
@@ -163,9 +162,10 @@ impl Work {
             slot.start = Some(Box::new(start));
             gives_up = Arc::clone(&slot.gives_up);
         }
-        let runs_on = match unhomed {
-            true => arm.allowing_unhomed(),
-            false => arm.clone(),
+        let runs_on = if unhomed {
+            arm.allowing_unhomed()
+        } else {
+            arm.clone()
         };
         self.side.spawn(async move {
             let runs_on = Some(&runs_on);
@@ -209,9 +209,10 @@ impl Work {
             Ok(()) => self.arm.allowing_laser(),
             Err(_) => self.arm.clone(),
         };
-        let arm = match start.order.unhomed {
-            true => arm.allowing_unhomed(),
-            false => arm,
+        let arm = if start.order.unhomed {
+            arm.allowing_unhomed()
+        } else {
+            arm
         };
         let journal = &self.jobs_with.journal;
         let started = RunningJob::start(&self.running, || Job::start(&arm, spec, journal()));

@@ -27,9 +27,10 @@ pub(crate) enum Lane {
 impl Lane {
     /// The lane of a message of JSON-RPC.
     pub(crate) fn of(text: &str) -> Self {
-        match text.len() <= URGENT_LENGTH && is_always_obeyed(text) {
-            true => Self::Urgent,
-            false => Self::Ordinary,
+        if text.len() <= URGENT_LENGTH && is_always_obeyed(text) {
+            Self::Urgent
+        } else {
+            Self::Ordinary
         }
     }
 }
@@ -84,9 +85,10 @@ impl Pacer {
 
     /// Waits until it is this connection's turn.
     pub(crate) async fn turn(&self, lane: Lane) {
-        let sender = match self.has_session.load(Ordering::Relaxed) {
-            true => Sender::Session(self.number),
-            false => Sender::Address(self.address),
+        let sender = if self.has_session.load(Ordering::Relaxed) {
+            Sender::Session(self.number)
+        } else {
+            Sender::Address(self.address)
         };
         let turns = match lane {
             Lane::Urgent => &self.turns.urgent,

@@ -283,9 +283,10 @@ fn lane(request: &Request) -> Lane {
         && request.uri().path() == "/api/v1/rpc"
         && { request.body().size_hint().exact() }
             .is_some_and(|length| length <= URGENT_LENGTH as u64);
-    match may_be_urgent {
-        true => Lane::Urgent,
-        false => Lane::Ordinary,
+    if may_be_urgent {
+        Lane::Urgent
+    } else {
+        Lane::Ordinary
     }
 }
 
@@ -457,9 +458,10 @@ async fn entitled<S: Served>(
         let why = "a token is needed from this address";
         Refused::new(StatusCode::UNAUTHORIZED, why)
     })?;
-    let role = match here.station.is_read_only() {
-        true => Role::Viewer,
-        false => grant.role,
+    let role = if here.station.is_read_only() {
+        Role::Viewer
+    } else {
+        grant.role
     };
     if role < needs {
         let why = format!("this is for the role {}, not {}", needs.name(), role.name());

@@ -369,13 +369,15 @@ impl Station {
     /// # Errors
     /// The refusal of `what` to this role.
     pub(super) fn may_burn(&self, grant: &Grant, what: &str) -> Result<(), RpcError> {
-        let least = match self.config.student_laser {
-            true => Role::Student,
-            false => Role::Teacher,
+        let least = if self.config.student_laser {
+            Role::Student
+        } else {
+            Role::Teacher
         };
-        match grant.role < least {
-            true => Err(forbidden(grant, least, what)),
-            false => Ok(()),
+        if grant.role < least {
+            Err(forbidden(grant, least, what))
+        } else {
+            Ok(())
         }
     }
 }

@@ -49,9 +49,12 @@ impl LengthyWork {
     fn next(&mut self) -> Option<(RequestId, Lengthy)> {
         let running = &self.running;
         let computing = running.values().filter(|(_, computes)| *computes).count();
-        let free = |computes| match computes {
-            true => computing < CHECKS,
-            false => running.len() - computing < FILES,
+        let free = |computes| {
+            if computes {
+                computing < CHECKS
+            } else {
+                running.len() - computing < FILES
+            }
         };
         let of = |session, computes| running.values().any(|run| *run == (session, computes));
         let at = self.waiting.iter().position(|(_, session, what)| {

@@ -129,10 +129,12 @@ impl Station {
         #[cfg(feature = "class")]
         let back = back.filter(|session| self.sessions[session].pupil == pupil);
         let is_beyond = grant.role == Role::Viewer && self.viewers(back) >= VIEWERS;
-        let full = match is_beyond {
-            true => Some(("the station has all its viewers", VIEWERS)),
-            false => { self.admission.claim(now, socket).err() }
-                .map(|NoPlace| ("the station has all its sessions", SOCKETS)),
+        let full = if is_beyond {
+            Some(("the station has all its viewers", VIEWERS))
+        } else {
+            let claimed = self.admission.claim(now, socket);
+            let full = claimed.err();
+            full.map(|NoPlace| ("the station has all its sessions", SOCKETS))
         };
         if let Some((why, limit)) = full {
             self.end_socket(socket, CloseCode::TOO_MANY);

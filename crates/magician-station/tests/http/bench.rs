@@ -18,7 +18,7 @@ use tokio::sync::watch;
 use tokio_tungstenite::WebSocketStream;
 use tokio_tungstenite::tungstenite::{Message, client::IntoClientRequest};
 
-pub(crate) struct Bench {
+pub(crate) struct HttpStation {
     pub(crate) address: SocketAddr,
     pub(crate) tokens: TokenStore,
     pub(crate) arm: VirtualArm,
@@ -27,7 +27,7 @@ pub(crate) struct Bench {
     pub(crate) folder: TempDir,
 }
 
-impl Bench {
+impl HttpStation {
     pub(crate) async fn new() -> Self {
         Self::with(Admission::default()).await
     }

@@ -2,9 +2,9 @@
 
 use serde_json::{Value, json};
 
-use crate::bench::Bench;
+use crate::bench::HttpStation;
 
-async fn call(bench: &Bench, method: &str, params: Value) -> Value {
+async fn call(bench: &HttpStation, method: &str, params: Value) -> Value {
     let body = json!({"jsonrpc": "2.0", "id": "a", "method": method, "params": params}).to_string();
     let answer = bench.post("/api/v1/rpc", "", &body).await;
     assert_eq!(answer.status, 200, "{}", answer.body);
@@ -13,7 +13,7 @@ async fn call(bench: &Bench, method: &str, params: Value) -> Value {
 
 #[tokio::test]
 async fn a_request_takes_the_lease_that_is_free_and_gives_it_back() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let moved = call(&bench, "arm.move", json!({"to": [220, 30, 50, 0]})).await;
     assert_eq!(
         (&moved["id"], &moved["result"]["y"]),
@@ -38,7 +38,7 @@ async fn a_request_takes_the_lease_that_is_free_and_gives_it_back() {
 
 #[tokio::test]
 async fn what_is_queued_by_one_request_goes_on_after_it() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let queued = call(
         &bench,
         "arm.move",
@@ -52,7 +52,7 @@ async fn what_is_queued_by_one_request_goes_on_after_it() {
 
 #[tokio::test]
 async fn what_is_for_sessions_says_so() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     for (method, params) in [
         ("session.hello", json!({"client": {"name": "x"}})),
         ("lease.acquire", json!({})),
@@ -82,7 +82,7 @@ async fn what_is_for_sessions_says_so() {
 #[tokio::test]
 async fn a_caller_who_goes_away_stops_what_it_does() {
     use tokio::io::AsyncWriteExt;
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let mut anna = bench.join("Anna").await;
     let slow = json!({"command": "PTPCommonParams", "fields": {"velocity_ratio": 1, "acceleration_ratio": 1}});
     call(&bench, "arm.set", slow).await;

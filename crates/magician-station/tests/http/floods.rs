@@ -15,7 +15,7 @@ use tokio::runtime::Builder;
 use tokio::task::{JoinSet, yield_now};
 use tokio_tungstenite::tungstenite::Message;
 
-use crate::bench::Bench;
+use crate::bench::HttpStation;
 
 /// Most requests of a flood that may be served while another one is answered. It takes some ten steps, each of which one turn
 /// may precede, and as many more as pass while the system carries bytes. Without turns they are all that there are, a thousand
@@ -47,7 +47,7 @@ fn pipelined(kind: usize, host: &str) -> String {
 }
 
 /// Connections that send such requests without a pause and take the answers, and how many of these have begun.
-async fn flood(bench: &Bench, kinds: &[usize]) -> (Arc<AtomicUsize>, JoinSet<()>) {
+async fn flood(bench: &HttpStation, kinds: &[usize]) -> (Arc<AtomicUsize>, JoinSet<()>) {
     let (answers, mut senders) = (Arc::new(AtomicUsize::new(0)), JoinSet::new());
     for kind in kinds {
         let requests = pipelined(*kind, &bench.address.to_string()).repeat(20);
@@ -83,7 +83,7 @@ proptest! {
     ) {
         let runtime = Builder::new_current_thread().enable_all().build().unwrap();
         let served = runtime.block_on(async {
-            let bench = Bench::new().await;
+            let bench = HttpStation::new().await;
             let (answers, _senders) = flood(&bench, &kinds).await;
             let before = answers.load(Ordering::Relaxed);
             let answer = bench.post("/api/v1/rpc", "", URGENT).await;
@@ -95,7 +95,7 @@ proptest! {
 }
 
 /// Number of requests that the station has handled, a little more: each has an id, and so has the session that asks.
-fn handled(bench: &Bench) -> u64 {
+fn handled(bench: &HttpStation) -> u64 {
     let grant = Some(Grant {
         role: Role::Viewer,
         token: None,
@@ -120,7 +120,7 @@ fn handled(bench: &Bench) -> u64 {
 #[tokio::test]
 async fn message_of_a_session_is_handled_within_few_turns_of_viewers_with_many() {
     const LIST: &str = r#"{"jsonrpc":"2.0","id":7,"method":"session.list"}"#;
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let mut student = bench.join("student").await;
     let mut viewers = Vec::new();
     for name in ["a", "b", "c", "d", "e", "f"] {

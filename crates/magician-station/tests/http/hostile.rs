@@ -7,13 +7,13 @@ use tokio::io::AsyncWriteExt;
 use tokio::net::TcpStream;
 use tokio::time::{Instant, timeout};
 
-use crate::bench::Bench;
+use crate::bench::HttpStation;
 
 const STOP: &str = r#"{"jsonrpc":"2.0","id":1,"method":"arm.stop"}"#;
 /// A stop waits for nobody's time out: on the test's clock, which stands but for what waits.
 const AT_ONCE: Duration = Duration::from_secs(1);
 
-async fn stops_at_once(bench: &Bench) {
+async fn stops_at_once(bench: &HttpStation) {
     let began = Instant::now();
     let stop = bench.post("/api/v1/rpc", "", STOP);
     let answer = timeout(Duration::from_secs(60), stop)
@@ -25,7 +25,7 @@ async fn stops_at_once(bench: &Bench) {
 
 #[tokio::test(start_paused = true)]
 async fn stop_and_login_are_answered_at_once_beside_400_silent_connections() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let mut silent = Vec::new();
     for at in 0..400 {
         let mut stream = TcpStream::connect(bench.address).await.unwrap();
@@ -45,7 +45,7 @@ async fn stop_and_login_are_answered_at_once_beside_400_silent_connections() {
 
 #[tokio::test(start_paused = true)]
 async fn slow_bodies_keep_no_stop_out() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let mut slow = Vec::new();
     for _ in 0..300 {
         let mut stream = TcpStream::connect(bench.address).await.unwrap();
@@ -62,7 +62,7 @@ async fn slow_bodies_keep_no_stop_out() {
 
 #[tokio::test]
 async fn connections_that_say_nothing_or_nonsense_keep_nobody_out() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let mut anna = bench.join("Anna").await;
     let mut silent = Vec::new();
     for at in 0..200 {
@@ -81,7 +81,7 @@ async fn connections_that_say_nothing_or_nonsense_keep_nobody_out() {
 
 #[tokio::test]
 async fn heads_without_end_are_cut() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let mut head = "GET / HTTP/1.1\nhost: {host}\n".to_owned();
     for at in 0..5000 {
         head.push_str(&format!("x-{at}: {}\n", "y".repeat(100)));

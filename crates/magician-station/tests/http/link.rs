@@ -11,11 +11,11 @@ use tokio::sync::watch;
 use tokio::time::{Instant, timeout};
 use tokio_tungstenite::tungstenite::Message;
 
-use crate::bench::Bench;
+use crate::bench::HttpStation;
 
 #[tokio::test(start_paused = true)]
 async fn program_is_served_at_once_beside_silent_connections_and_silent_programs() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let listener = LinkListener::bind(Some("127.0.0.1:0")).await.unwrap();
     let address = listener.addresses()[0];
     let (_over, ends) = watch::channel(false);

@@ -2,7 +2,7 @@
 
 use magician_station::http::{PageFile, Pages};
 
-use crate::bench::Bench;
+use crate::bench::HttpStation;
 
 const FILES: [PageFile; 2] = [
     PageFile {
@@ -21,7 +21,7 @@ const FILES: [PageFile; 2] = [
 
 #[tokio::test]
 async fn a_page_is_served_as_it_is_stored() {
-    let bench = Bench::paged(Pages::new(FILES)).await;
+    let bench = HttpStation::paged(Pages::new(FILES)).await;
     let page = bench.get("/", "").await;
     assert_eq!((page.status, page.body.as_str()), (200, "<!doctype html>"));
     assert_eq!(
@@ -47,7 +47,7 @@ async fn a_page_is_served_as_it_is_stored() {
 
 #[tokio::test]
 async fn gzip_is_for_browsers_that_take_it() {
-    let bench = Bench::paged(Pages::new(FILES)).await;
+    let bench = HttpStation::paged(Pages::new(FILES)).await;
     let packed = String::from_utf8_lossy(FILES[1].gzip);
     for (wanted, body, coding) in [
         ("gzip, deflate, br", &*packed, Some("gzip")),
@@ -67,7 +67,7 @@ async fn gzip_is_for_browsers_that_take_it() {
 
 #[tokio::test]
 async fn what_is_known_is_not_sent_again() {
-    let bench = Bench::paged(Pages::new(FILES)).await;
+    let bench = HttpStation::paged(Pages::new(FILES)).await;
     let first = bench.get("/assets/app.js", "").await;
     let tag = first.header("etag").unwrap();
     let known = format!("if-none-match: \"other\", {tag}\n");

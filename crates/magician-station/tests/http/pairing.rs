@@ -3,11 +3,11 @@
 use magician_station::Role;
 use serde_json::json;
 
-use crate::bench::Bench;
+use crate::bench::HttpStation;
 
 #[tokio::test]
 async fn a_code_is_good_for_one_token() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let code = bench.tokens.pair(Role::Student).unwrap();
     assert!(code.len() == 6 && code.bytes().all(|digit| digit.is_ascii_digit()));
     let body = json!({"code": code, "name": "tablet"}).to_string();
@@ -34,7 +34,7 @@ async fn a_code_is_good_for_one_token() {
 
 #[tokio::test]
 async fn five_tries_a_minute_and_then_no_more() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let body = json!({"code": "000000x", "name": "x"}).to_string();
     for _ in 0..5 {
         assert_eq!(bench.post("/api/v1/pair", "", &body).await.status, 401);
@@ -48,7 +48,7 @@ async fn five_tries_a_minute_and_then_no_more() {
 
 #[tokio::test]
 async fn a_token_that_is_revoked_ends_its_sessions() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let (name, token) = bench.tokens.create(Some("guest"), Role::Student).unwrap();
     let bearer = format!("Bearer {token}");
     let mut guest = bench.socket(&[("authorization", &bearer)]).await.unwrap();

@@ -8,9 +8,9 @@ use serde_json::json;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 
-use crate::bench::{Answer, Bench};
+use crate::bench::{Answer, HttpStation};
 
-async fn ask(bench: &Bench, method: &str, name: &str, headers: &str, body: &str) -> Answer {
+async fn ask(bench: &HttpStation, method: &str, name: &str, headers: &str, body: &str) -> Answer {
     let length = body.len();
     let line = format!("{method} /api/v1/programs/{name} HTTP/1.1\n");
     let head = format!(
@@ -19,7 +19,7 @@ async fn ask(bench: &Bench, method: &str, name: &str, headers: &str, body: &str)
     bench.raw(&head).await
 }
 
-fn files(bench: &Bench) -> Vec<String> {
+fn files(bench: &HttpStation) -> Vec<String> {
     let folder = bench.folder.path().join("programs");
     let items = fs::read_dir(folder).into_iter().flatten();
     let names = items.map(|item| item.unwrap().file_name().into_string().unwrap());
@@ -30,7 +30,7 @@ fn files(bench: &Bench) -> Vec<String> {
 
 #[tokio::test]
 async fn a_program_is_put_given_and_removed() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let name = "house%202.svg";
     assert_eq!(ask(&bench, "GET", name, "", "").await.status, 404);
     assert_eq!(ask(&bench, "PUT", name, "", "<svg/>").await.status, 201);
@@ -62,7 +62,7 @@ async fn a_program_is_put_given_and_removed() {
 
 #[tokio::test]
 async fn a_library_takes_so_many_programs_and_bytes() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let folder = bench.folder.path().join("programs");
     fs::create_dir_all(&folder).unwrap();
     for number in 1..MOST_PROGRAMS {
@@ -95,7 +95,7 @@ async fn a_library_takes_so_many_programs_and_bytes() {
 
 #[tokio::test]
 async fn names_lead_nowhere_else() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let secret = bench.folder.path().join("secret");
     fs::write(&secret, "secret").unwrap();
     let long = "x".repeat(81);
@@ -150,7 +150,7 @@ async fn names_lead_nowhere_else() {
 
 #[tokio::test]
 async fn each_method_has_its_role() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     // (method, viewer, student, teacher), after a program is there.
     for (method, expected) in [
         ("GET", [200, 200, 200]),
@@ -172,7 +172,7 @@ async fn each_method_has_its_role() {
         let wrong = ask(&bench, method, "a", "authorization: Bearer no\n", "").await;
         assert_eq!(wrong.status, 401);
     }
-    let bench = Bench::read_only().await;
+    let bench = HttpStation::read_only().await;
     assert_eq!(ask(&bench, "PUT", "a", "", "x").await.status, 403);
     assert_eq!(ask(&bench, "GET", "a", "", "").await.status, 404);
     let origin = "https://lessons.example";
@@ -180,7 +180,7 @@ async fn each_method_has_its_role() {
         hosts: Vec::new(),
         origins: vec![origin.to_owned()],
     };
-    let bench = Bench::with(admission).await;
+    let bench = HttpStation::with(admission).await;
     let foreign = ask(&bench, "PUT", "a", "origin: https://evil.example\n", "x").await;
     assert_eq!(foreign.status, 403);
     let named = ask(&bench, "PUT", "a", &format!("origin: {origin}\n"), "x").await;
@@ -189,7 +189,7 @@ async fn each_method_has_its_role() {
 }
 
 /// Sends the head of a PUT and then so many bytes, in pieces; what is answered, if anything is.
-async fn push(bench: &Bench, head: &str, bytes: u64, chunked: bool) -> String {
+async fn push(bench: &HttpStation, head: &str, bytes: u64, chunked: bool) -> String {
     let mut stream = TcpStream::connect(bench.address).await.unwrap();
     let host = bench.address;
     let head = format!(
@@ -230,7 +230,7 @@ async fn push(bench: &Bench, head: &str, bytes: u64, chunked: bool) -> String {
 
 #[tokio::test]
 async fn a_program_is_of_64_mib_at_most_and_whole() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     assert_eq!(ask(&bench, "PUT", "big", "", "old").await.status, 201);
     let length = |length: u64| format!("content-length: {length}\r\n");
     // One that says that it is too large is not waited for.

@@ -3,9 +3,9 @@
 use magician_station::Role;
 use serde_json::{Value, json};
 
-use crate::bench::Bench;
+use crate::bench::HttpStation;
 
-async fn call(bench: &Bench, method: &str, params: Value) -> Value {
+async fn call(bench: &HttpStation, method: &str, params: Value) -> Value {
     let request = json!({"jsonrpc": "2.0", "id": 1, "method": method, "params": params});
     let answer = bench.post("/api/v1/rpc", "", &request.to_string()).await;
     let answer: Value = serde_json::from_str(&answer.body).unwrap();
@@ -15,7 +15,7 @@ async fn call(bench: &Bench, method: &str, params: Value) -> Value {
 
 #[tokio::test]
 async fn a_recording_is_a_file_that_viewers_get() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let name = call(&bench, "record.start", json!({"rate": 50})).await["name"].clone();
     let name = name.as_str().unwrap().to_owned();
     // As far as it is written it is there already.

@@ -9,9 +9,9 @@ use magician_station::client::{ClientError, Connection, StationClient, StationLi
 use magician_station::{FRAME_FIELDS, SOCKETS};
 use serde_json::json;
 
-use crate::bench::Bench;
+use crate::bench::HttpStation;
 
-async fn client(bench: &Bench, name: &str) -> StationClient {
+async fn client(bench: &HttpStation, name: &str) -> StationClient {
     let address = format!("http://{}", bench.address);
     StationClient::connect(&address, name, None).await.unwrap()
 }
@@ -26,7 +26,7 @@ async fn arm(client: &StationClient) -> Arm {
 
 #[tokio::test]
 async fn an_arm_over_a_station_does_what_one_of_its_own_does() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let anna = client(&bench, "Anna").await;
     assert_eq!(anna.hello()["role"], json!("teacher"));
     let over = arm(&anna).await;
@@ -61,7 +61,7 @@ async fn an_arm_over_a_station_does_what_one_of_its_own_does() {
 
 #[tokio::test]
 async fn a_jog_over_a_station_is_the_stations_and_ends_with_its_client() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let (anna, mut ben) = (client(&bench, "Anna").await, bench.join("Ben").await);
     let over = arm(&anna).await;
     let jog = over.jog(Axis::Y.plus()).await.unwrap();
@@ -81,7 +81,7 @@ async fn a_jog_over_a_station_is_the_stations_and_ends_with_its_client() {
 
 #[tokio::test]
 async fn who_has_no_lease_is_told_whose_it_is_and_may_stop() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let mut ben = bench.join("Ben").await;
     ben.call("lease.acquire", json!({})).await.unwrap();
     let anna = client(&bench, "Anna").await;
@@ -103,7 +103,7 @@ async fn who_has_no_lease_is_told_whose_it_is_and_may_stop() {
 
 /// An arm over the station that moves slowly for a program of one long run.
 async fn running(
-    bench: &Bench,
+    bench: &HttpStation,
     client: &StationClient,
 ) -> (
     Arm,
@@ -129,7 +129,7 @@ async fn running(
 
 #[tokio::test]
 async fn rust_program_is_told_that_its_station_ends_and_stops_its_run_in_time() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let anna = client(&bench, "Anna").await;
     let (over, run) = running(&bench, &anna).await;
     let station = bench.station.clone();
@@ -144,7 +144,7 @@ async fn rust_program_is_told_that_its_station_ends_and_stops_its_run_in_time() 
 
 #[tokio::test]
 async fn rust_program_that_does_not_listen_is_stopped_and_finds_out_why() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let anna = client(&bench, "Anna").await;
     let (over, run) = running(&bench, &anna).await;
     let cut_off = bench.station.end_runs().await.cut_off;
@@ -160,7 +160,7 @@ async fn rust_program_that_does_not_listen_is_stopped_and_finds_out_why() {
 
 #[tokio::test]
 async fn a_lease_is_given_back_by_the_last_that_has_it() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let anna = client(&bench, "Anna").await;
     let granted = anna.lease("lease.acquire", json!({})).await.unwrap();
     let lease = granted["lease"].as_str().unwrap().to_owned();
@@ -182,7 +182,7 @@ async fn a_lease_is_given_back_by_the_last_that_has_it() {
 
 #[tokio::test]
 async fn a_client_is_refused_for_what_is_wrong() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let address = format!("http://{}", bench.address);
     let wrong = StationClient::connect(&address, "x", Some("nonsense"))
         .await
@@ -205,7 +205,7 @@ async fn a_client_is_refused_for_what_is_wrong() {
 
 #[tokio::test]
 async fn a_station_that_ends_is_looked_for_and_requests_fail_meanwhile() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let anna = client(&bench, "Anna").await;
     let mut connection = anna.connection();
     bench.over.send(true).unwrap();
@@ -219,7 +219,7 @@ async fn a_station_that_ends_is_looked_for_and_requests_fail_meanwhile() {
 
 #[tokio::test]
 async fn a_client_gets_the_frames_of_a_binary_subscription() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let anna = client(&bench, "Anna").await;
     let mut frames = anna.frames();
     let wanted = json!({"rate": 50, "frame": "binary"});
@@ -237,7 +237,7 @@ async fn a_client_gets_the_frames_of_a_binary_subscription() {
 
 #[tokio::test]
 async fn a_stop_without_a_session_is_obeyed_beside_all_sessions_that_a_station_takes() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let mut all = Vec::new();
     for _ in 0..SOCKETS {
         all.push(client(&bench, "Anna").await);

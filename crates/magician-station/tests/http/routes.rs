@@ -4,11 +4,11 @@ use magician_station::Role;
 use magician_station::http::{Admission, ROUTES, RouteNeeds};
 use serde_json::json;
 
-use crate::bench::Bench;
+use crate::bench::HttpStation;
 
 #[tokio::test]
 async fn every_route_is_there_and_has_the_headers_of_safety() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     for route in ROUTES {
         let method = route.method;
         let path = &route.path.replace("{name}", "house.svg");
@@ -86,7 +86,7 @@ async fn every_route_is_there_and_has_the_headers_of_safety() {
 
 #[tokio::test]
 async fn who_has_no_token_where_one_is_needed_gets_401() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let body = json!({"jsonrpc": "2.0", "id": 1, "method": "server.info"}).to_string();
     for route in ROUTES
         .iter()
@@ -124,7 +124,7 @@ async fn an_origin_that_is_named_is_let_in_and_told_so() {
         hosts: Vec::new(),
         origins: vec![origin.to_owned()],
     };
-    let bench = Bench::with(admission).await;
+    let bench = HttpStation::with(admission).await;
     let answer = bench.get("/healthz", &format!("origin: {origin}\n")).await;
     assert_eq!(answer.header("access-control-allow-origin"), Some(origin));
     assert_eq!(answer.header("vary"), Some("Origin"));
@@ -142,7 +142,7 @@ async fn an_origin_that_is_named_is_let_in_and_told_so() {
 
 #[tokio::test]
 async fn the_methods_are_described() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let document = bench.get("/api/v1/openrpc.json", "").await.json();
     let methods = document["methods"].as_array().unwrap();
     let moving = methods

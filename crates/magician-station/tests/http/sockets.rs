@@ -12,11 +12,11 @@ use tokio::task::JoinSet;
 use tokio::time::Instant;
 use tokio_tungstenite::tungstenite::Message;
 
-use crate::bench::Bench;
+use crate::bench::HttpStation;
 
 #[tokio::test]
 async fn a_session_moves_the_arm_and_another_stops_it() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
     anna.call("lease.acquire", json!({})).await.unwrap();
     let state = anna
@@ -40,7 +40,7 @@ async fn a_session_moves_the_arm_and_another_stops_it() {
 
 #[tokio::test]
 async fn what_is_no_text_within_bounds_closes_the_socket() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let mut anna = bench.join("Anna").await;
     anna.socket
         .send(Message::binary(vec![1, 2, 3]))
@@ -57,7 +57,7 @@ async fn what_is_no_text_within_bounds_closes_the_socket() {
 
 #[tokio::test]
 async fn hosts_origins_and_tokens_count_for_sockets_too() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     assert_eq!(
         bench
             .socket(&[("origin", "http://evil.example")])
@@ -102,7 +102,7 @@ const ELSEWHERE: &[(&str, &str)] = &[("x-forwarded-for", "192.0.2.7")];
 
 #[tokio::test(start_paused = true)]
 async fn silent_sockets_from_elsewhere_give_way_and_keep_no_teacher_out() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let mut silent = Vec::new();
     for _ in 0..80 {
         silent.push(bench.socket(ELSEWHERE).await.unwrap());
@@ -123,7 +123,7 @@ async fn silent_sockets_from_elsewhere_give_way_and_keep_no_teacher_out() {
 
 #[tokio::test(start_paused = true)]
 async fn silent_sockets_of_this_machine_give_way_to_new_ones() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let mut silent = Vec::new();
     for _ in 0..9 {
         silent.push(bench.socket(&[]).await.unwrap());
@@ -138,7 +138,7 @@ async fn silent_sockets_of_this_machine_give_way_to_new_ones() {
 #[tokio::test(start_paused = true)]
 async fn prompt_hello_is_heard_beside_silent_sockets_that_never_stop_coming() {
     for headers in [&[][..], ELSEWHERE] {
-        let bench = Arc::new(Bench::new().await);
+        let bench = Arc::new(HttpStation::new().await);
         let (opened, mut counts) = watch::channel(0);
         let (opened, mut strangers) = (Arc::new(opened), JoinSet::new());
         for _ in 0..4 {
@@ -174,7 +174,7 @@ async fn prompt_hello_is_heard_beside_silent_sockets_that_never_stop_coming() {
 
 #[tokio::test(start_paused = true)]
 async fn token_that_cannot_be_checked_is_not_called_bad() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let token = bench.token(Role::Student);
     let file = bench.folder.path().join("station/tokens.toml");
     std::fs::remove_file(&file).unwrap();
@@ -197,7 +197,7 @@ async fn token_that_cannot_be_checked_is_not_called_bad() {
 
 #[tokio::test(start_paused = true)]
 async fn hello_from_elsewhere_has_two_seconds_and_on_this_machine_five() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     for (headers, seconds) in [(ELSEWHERE, 2), (&[][..], 5)] {
         let mut silent = bench.socket(headers).await.unwrap();
         let began = Instant::now();
@@ -208,7 +208,7 @@ async fn hello_from_elsewhere_has_two_seconds_and_on_this_machine_five() {
 
 #[tokio::test]
 async fn the_sixty_fifth_session_is_not_taken() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let mut sockets = Vec::new();
     for _ in 0..64 {
         sockets.push(bench.join("Anna").await);
@@ -224,7 +224,7 @@ async fn the_sixty_fifth_session_is_not_taken() {
 
 #[tokio::test]
 async fn the_end_of_the_station_closes_its_sockets() {
-    let bench = Bench::new().await;
+    let bench = HttpStation::new().await;
     let mut anna = bench.join("Anna").await;
     bench.over.send(true).unwrap();
     let because = (1001, "the station ends".to_owned());

@@ -12,7 +12,7 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::Instant;
 
-use crate::bench::Bench;
+use crate::bench::HttpStation;
 
 /// A certificate of this machine that is its own authority, and its key, as files.
 fn certificate(folder: &Path, name: &str) -> (PathBuf, PathBuf) {
@@ -24,10 +24,10 @@ fn certificate(folder: &Path, name: &str) -> (PathBuf, PathBuf) {
     (at("cert"), at("key"))
 }
 
-async fn encrypted(folder: &Path) -> (Bench, Trust) {
+async fn encrypted(folder: &Path) -> (HttpStation, Trust) {
     let (certificate, key) = certificate(folder, "own");
     let tls = Tls::from_files(&certificate, &key).unwrap();
-    let bench = Bench::made(Admission::default(), Some(tls)).await;
+    let bench = HttpStation::made(Admission::default(), Some(tls)).await;
     (bench, Trust::File(certificate))
 }
 
@@ -69,7 +69,7 @@ async fn certificates_that_are_not_trusted_are_refused_and_so_is_talk_in_the_cle
     assert!(matches!(&missing, ClientError::Untrusted(_)), "{missing}");
     let clear = connect(&format!("http://{}", bench.address), &trust).await;
     assert!(matches!(&clear, ClientError::Unreachable(_)), "{clear}");
-    let plain = Bench::new().await;
+    let plain = HttpStation::new().await;
     let secure = connect(&format!("https://{}", plain.address), &trust).await;
     assert!(secure.to_string().contains("does not encrypt"), "{secure}");
     // None of it has cost the others anything.

@@ -22,7 +22,7 @@ use crate::shelf::{Drawer, Gate, Gated, Shelf};
 /// No answer takes longer.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-pub(crate) struct Bench {
+pub(crate) struct LocalStation {
     pub(crate) station: RunningStation,
     pub(crate) arms: Vec<VirtualArm>,
     /// The station's connections to them.
@@ -34,7 +34,7 @@ pub(crate) struct Bench {
     sockets: std::cell::Cell<u32>,
 }
 
-impl Bench {
+impl LocalStation {
     /// So many arms: `arm`, or `arm1`, `arm2`. They move in their own time, which is the test's.
     pub(crate) async fn new(arms: usize) -> Self {
         Self::with(arms, true, Kept::default(), Arc::new(NoRecordings)).await

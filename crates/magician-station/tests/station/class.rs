@@ -5,7 +5,7 @@ use std::time::Duration;
 use magician_station::Role;
 use serde_json::{Value, json};
 
-use crate::bench::{Bench, Tester};
+use crate::bench::{LocalStation, Tester};
 
 const CLASS: &str = r#"
 [class]
@@ -20,21 +20,21 @@ name = "Ben"
 code = "9QWE"
 "#;
 
-async fn class(arms: usize) -> (Bench, Tester) {
-    let bench = Bench::new(arms).await;
+async fn class(arms: usize) -> (LocalStation, Tester) {
+    let bench = LocalStation::new(arms).await;
     let mut teacher = bench.join_as("Ms Lee", Role::Teacher).await;
     teacher.ok("class.set", json!({"text": CLASS})).await;
     (bench, teacher)
 }
 
 /// A pupil signs in at a page that has no right of its own.
-async fn sign_in(bench: &Bench, name: &str, code: &str) -> Result<Tester, Value> {
+async fn sign_in(bench: &LocalStation, name: &str, code: &str) -> Result<Tester, Value> {
     let mut page = bench.socket(None);
     let hello = json!({"client": {"name": "page"}, "pupil": {"name": name, "code": code}});
     page.call("session.hello", hello).await.map(|_| page)
 }
 
-async fn pupil(bench: &Bench, name: &str) -> Tester {
+async fn pupil(bench: &LocalStation, name: &str) -> Tester {
     let code = if name == "Ada" { "7K3M" } else { "9QWE" };
     sign_in(bench, name, code).await.unwrap()
 }
@@ -255,7 +255,7 @@ async fn jobs_wait_for_their_arm_and_begin_in_order() {
         .collect();
     assert_eq!(names, ["Ada", "Ben", "Ben"]);
     // A restart begins nothing by itself.
-    let after = Bench::after(kept).await;
+    let after = LocalStation::after(kept).await;
     let mut teacher = after.join_as("Ms Lee", Role::Teacher).await;
     let shown = teacher.ok("job.get", json!({"job": second})).await;
     assert_eq!(
@@ -297,7 +297,7 @@ async fn after_a_stop_the_queue_waits_for_a_word() {
 
 #[tokio::test(start_paused = true)]
 async fn what_burns_begins_from_the_queue_by_a_teachers_yes_alone() {
-    let bench = Bench::real(1).await;
+    let bench = LocalStation::real(1).await;
     let mut teacher = bench.join_as("Ms Lee", Role::Teacher).await;
     teacher.ok("class.set", json!({"text": CLASS})).await;
     let mut ada = pupil(&bench, "Ada").await;

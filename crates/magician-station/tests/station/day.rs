@@ -6,7 +6,7 @@ use magician_station::Role;
 use serde_json::{Value, json};
 use tokio::time::sleep;
 
-use crate::bench::{Bench, Tester};
+use crate::bench::{LocalStation, Tester};
 
 const CLIENTS: usize = 20;
 /// Between what they do they are silent.
@@ -36,7 +36,7 @@ struct Seat {
 
 impl Seat {
     /// Somebody comes, back or anew.
-    fn come(&mut self, bench: &Bench, dice: &mut Dice) {
+    fn come(&mut self, bench: &LocalStation, dice: &mut Dice) {
         let role = [Role::Viewer, Role::Student, Role::Teacher][dice.roll(3) as usize];
         let mut tester = bench.socket(Some(role));
         let mut hello = json!({"client": {"name": "Anna"}});
@@ -98,7 +98,7 @@ impl Seat {
 }
 
 async fn live(rounds: u32) {
-    let bench = Bench::new(2).await;
+    let bench = LocalStation::new(2).await;
     let mut dice = Dice(0x9E37_79B9_7F4A_7C15);
     let mut seats: Vec<_> = (0..CLIENTS).map(|_| Seat::default()).collect();
     for round in 0..rounds {

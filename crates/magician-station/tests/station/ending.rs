@@ -6,10 +6,10 @@ use magician_station::RunsEnd;
 use serde_json::{Value, json};
 use tokio::time::Instant;
 
-use crate::bench::{Bench, Tester};
+use crate::bench::{LocalStation, Tester};
 
 /// A session that holds the arm, which moves slowly for it, with more in its queue.
-async fn holder(bench: &Bench, name: &str) -> (Tester, Value) {
+async fn holder(bench: &LocalStation, name: &str) -> (Tester, Value) {
     let mut anna = bench.join(name).await;
     let lease = anna.lease().await;
     let slow = json!({"command": "PTPCommonParams", "fields": {"velocity_ratio": 5, "acceleration_ratio": 50}});
@@ -23,14 +23,14 @@ async fn holder(bench: &Bench, name: &str) -> (Tester, Value) {
     (anna, lease)
 }
 
-fn stands(bench: &Bench) -> bool {
+fn stands(bench: &LocalStation) -> bool {
     let state = bench.arms[0].state();
     !state.moving && state.queue.waiting == 0
 }
 
 #[tokio::test(start_paused = true)]
 async fn holder_that_stops_lifts_and_gives_the_lease_back_before_the_station_goes() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let (mut anna, lease) = holder(&bench, "Anna").await;
     let mut ben = bench.join("Ben").await;
     let ending = tokio::spawn({
@@ -59,7 +59,7 @@ async fn holder_that_stops_lifts_and_gives_the_lease_back_before_the_station_goe
 
 #[tokio::test(start_paused = true)]
 async fn holder_that_does_not_stop_in_a_second_is_cut_off() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let (mut anna, _) = holder(&bench, "Anna").await;
     let began = Instant::now();
     let cut_off = bench.station.end_runs().await.cut_off;
@@ -76,7 +76,7 @@ async fn holder_that_does_not_stop_in_a_second_is_cut_off() {
 
 #[tokio::test(start_paused = true)]
 async fn holder_that_has_stopped_and_says_nothing_more_has_ended() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let (mut anna, _) = holder(&bench, "Anna").await;
     let began = Instant::now();
     let (ended, ()) = tokio::join!(bench.station.end_runs(), async {
@@ -94,7 +94,7 @@ async fn holder_that_has_stopped_and_says_nothing_more_has_ended() {
 #[tokio::test(start_paused = true)]
 async fn no_holder_has_more_than_five_seconds_and_none_after_a_second_call() {
     for again in [false, true] {
-        let bench = Bench::new(1).await;
+        let bench = LocalStation::new(1).await;
         let (mut anna, _) = holder(&bench, "Anna").await;
         let began = Instant::now();
         let busy = async {
@@ -127,7 +127,7 @@ const STOPS: Duration = Duration::from_millis(2 * 2 * 25 + 30);
 
 #[tokio::test(start_paused = true)]
 async fn holder_that_is_gone_or_cannot_be_told_is_not_waited_for() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let (anna, _) = holder(&bench, "Anna").await;
     drop(anna);
     let began = Instant::now();
@@ -135,7 +135,7 @@ async fn holder_that_is_gone_or_cannot_be_told_is_not_waited_for() {
     assert!(began.elapsed() < STOPS);
 
     // The same while it was still there as the end began.
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let (anna, _) = holder(&bench, "Anna").await;
     let began = Instant::now();
     let (ended, ()) = tokio::join!(bench.station.end_runs(), async {
@@ -146,7 +146,7 @@ async fn holder_that_is_gone_or_cannot_be_told_is_not_waited_for() {
     assert!(began.elapsed() < Duration::from_millis(300) + STOPS);
 
     // A request by POST hears nothing.
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let began = Instant::now();
     let (answer, ended) = tokio::join!(bench.once("arm.home", json!({})), async {
         tokio::time::sleep(Duration::from_millis(300)).await;
@@ -159,7 +159,7 @@ async fn holder_that_is_gone_or_cannot_be_told_is_not_waited_for() {
 
 #[tokio::test(start_paused = true)]
 async fn nothing_begins_at_a_station_that_ends() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let (mut anna, _) = holder(&bench, "Anna").await;
     let mut ben = bench.join("Ben").await;
     let waits = ben.send("lease.acquire", json!({"wait_s": 60}));
@@ -192,7 +192,7 @@ async fn nothing_begins_at_a_station_that_ends() {
 
 #[tokio::test(start_paused = true)]
 async fn jog_ends_at_once_as_the_station_begins_to_end() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
     anna.ok("jog.start", json!({"axis": "y+", "keep_ms": 1000}))
@@ -240,7 +240,7 @@ async fn station_that_ends_leaves_an_empty_queue_whatever_its_client_had_sent() 
     let calls = start_of_a_job();
     for sent in 0..=calls.len() {
         for (answered, late) in [(false, 0), (true, 0), (true, 3), (true, 40), (false, 990)] {
-            let bench = Bench::new(1).await;
+            let bench = LocalStation::new(1).await;
             let mut anna = bench.join("Anna").await;
             for (method, params) in &calls[..sent] {
                 let call = anna.send(method, params.clone());

@@ -6,7 +6,7 @@ use magician_station::Role;
 use magician_station::api::{Example, METHODS, Needs};
 use serde_json::{Value, json};
 
-use crate::bench::{Bench, Tester};
+use crate::bench::{LocalStation, Tester};
 
 fn example(method: &str) -> Example {
     let example = Example::of(method);
@@ -20,7 +20,7 @@ fn needs_lease(method: &str) -> bool {
 }
 
 /// A session that said hello as the example does, and what it was answered.
-async fn hello(bench: &Bench) -> (Tester, Value) {
+async fn hello(bench: &LocalStation) -> (Tester, Value) {
     let mut tester = bench.socket(Some(Role::Teacher));
     let params = Value::Object(example("session.hello").params);
     let hello = tester.ok("session.hello", params).await;
@@ -85,7 +85,7 @@ async fn each_example_succeeds_on_a_new_station() {
         while let Some(after) = calls.last().and_then(|last| example(last).after) {
             calls.push(after);
         }
-        let bench = Bench::recording(crate::recordings::Tapes::default()).await;
+        let bench = LocalStation::recording(crate::recordings::Tapes::default()).await;
         let (mut tester, hello) = hello(&bench).await;
         let mut results = BTreeMap::from([("session.hello".to_owned(), hello)]);
         for name in calls.iter().rev().filter(|name| *name != "session.hello") {
@@ -97,7 +97,7 @@ async fn each_example_succeeds_on_a_new_station() {
 
 #[tokio::test(start_paused = true)]
 async fn the_examples_succeed_one_after_the_other() {
-    let bench = Bench::recording(crate::recordings::Tapes::default()).await;
+    let bench = LocalStation::recording(crate::recordings::Tapes::default()).await;
     let (mut tester, hello) = hello(&bench).await;
     let mut results = BTreeMap::from([("session.hello".to_owned(), hello)]);
     for method in METHODS
@@ -197,7 +197,7 @@ async fn reports_options_and_presets_are_as_their_types_say() {
         let checked = is_of(value, &components[name], components);
         checked.unwrap_or_else(|why| panic!("{name}: {why} in {value}"));
     };
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join_as("Anna", Role::Teacher).await;
     let svg = |size: f64| {
         format!(

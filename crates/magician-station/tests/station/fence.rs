@@ -5,7 +5,7 @@ use std::time::Duration;
 use magician_station::Role;
 use serde_json::{Value, json};
 
-use crate::bench::Bench;
+use crate::bench::LocalStation;
 
 fn floor(z: f64) -> Value {
     json!({"set": {"floor": z}})
@@ -27,7 +27,7 @@ fn is_the_fences(refused: &Value, value: f64, limit: f64) {
 
 #[tokio::test(start_paused = true)]
 async fn teachers_change_the_members_they_name_and_all_see_it() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join_as("Anna", Role::Teacher).await;
     let mut ben = bench.join_as("Ben", Role::Viewer).await;
     assert_eq!(ben.ok("arm.fence", json!({})).await, json!({"fence": null}));
@@ -72,7 +72,7 @@ async fn teachers_change_the_members_they_name_and_all_see_it() {
 
 #[tokio::test(start_paused = true)]
 async fn a_fence_that_is_none_is_refused_and_the_one_before_stays() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join_as("Anna", Role::Teacher).await;
     anna.ok("arm.fence", floor(-20.0)).await;
     for set in [
@@ -99,7 +99,7 @@ async fn a_fence_that_is_none_is_refused_and_the_one_before_stays() {
 
 #[tokio::test(start_paused = true)]
 async fn it_holds_for_moves_raw_commands_steps_and_jobs_of_every_session() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join_as("Anna", Role::Teacher).await;
     let mut ben = bench.join("Ben").await;
     ben.lease().await;
@@ -130,7 +130,7 @@ async fn it_holds_for_moves_raw_commands_steps_and_jobs_of_every_session() {
 
 #[tokio::test(start_paused = true)]
 async fn a_jog_stops_before_it() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join_as("Anna", Role::Teacher).await;
     anna.lease().await;
     anna.ok("arm.move", json!({"to": [220, 0, 0, 0]})).await;
@@ -154,7 +154,7 @@ async fn a_jog_stops_before_it() {
 
 #[tokio::test(start_paused = true)]
 async fn what_is_under_way_ends_when_it_is_set_because_it_was_checked_without_it() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join_as("Anna", Role::Teacher).await;
     let mut ben = bench.join("Ben").await;
     ben.lease().await;

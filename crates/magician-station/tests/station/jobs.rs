@@ -7,7 +7,7 @@ use magician_program::{Action, Origin, Plan, Surface, Tool, Travel};
 use magician_station::Role;
 use serde_json::{Value, json};
 
-use crate::bench::{Bench, Tester};
+use crate::bench::{LocalStation, Tester};
 
 const PAPER: f64 = -60.0;
 
@@ -68,13 +68,13 @@ async fn start(tester: &mut Tester, more: Value) -> Value {
 }
 
 /// Whether the pen is above its paper.
-fn pen_is_up(bench: &Bench) -> bool {
+fn pen_is_up(bench: &LocalStation) -> bool {
     bench.arms[0].state().pose.z > PAPER + 5.0
 }
 
 #[tokio::test(start_paused = true)]
 async fn a_program_is_checked_and_refused_with_its_report() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let good = anna.ok("job.check", json!({"text": drawing()})).await;
     assert_eq!(
@@ -113,7 +113,7 @@ async fn a_program_is_checked_and_refused_with_its_report() {
 
 #[tokio::test(start_paused = true)]
 async fn a_job_runs_to_its_end_is_counted_and_told_of() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
     assert_eq!(
         anna.code("job.start", json!({"text": drawing()})).await,
@@ -176,7 +176,7 @@ async fn a_job_runs_to_its_end_is_counted_and_told_of() {
 
 #[tokio::test(start_paused = true)]
 async fn a_paused_job_lets_the_arm_be_moved_and_goes_on() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
     let job = start(&mut anna, json!({})).await;
@@ -213,7 +213,7 @@ async fn a_paused_job_lets_the_arm_be_moved_and_goes_on() {
 #[tokio::test(start_paused = true)]
 async fn a_viewer_stops_a_job_and_its_pen_goes_up_but_not_by_a_stop_of_the_arm() {
     for (method, up) in [("job.stop", true), ("arm.stop", false)] {
-        let bench = Bench::new(1).await;
+        let bench = LocalStation::new(1).await;
         let mut viewer = bench.join_as("Viewer", Role::Viewer).await;
         let mut anna = bench.join("Anna").await;
         anna.lease().await;
@@ -222,10 +222,7 @@ async fn a_viewer_stops_a_job_and_its_pen_goes_up_but_not_by_a_stop_of_the_arm()
         while pen_is_up(&bench) {
             anna.listen(Duration::from_millis(50)).await;
         }
-        let params = match up {
-            true => json!({"job": job}),
-            false => json!({}),
-        };
+        let params = if up { json!({"job": job}) } else { json!({}) };
         viewer.ok(method, params).await;
         let stopped = until(&mut viewer, &job, "stopped").await;
         assert_eq!(stopped["error"], json!(null));
@@ -248,7 +245,7 @@ async fn a_job_whose_lease_ends_does_what_its_starter_said() {
         (json!({"on_lost": "stop"}), "stopped"),
         (json!({"on_lost": "continue"}), "done"),
     ] {
-        let bench = Bench::new(1).await;
+        let bench = LocalStation::new(1).await;
         let mut anna = bench.join("Anna").await;
         let mut teacher = bench.join_as("Teacher", Role::Teacher).await;
         anna.lease().await;
@@ -277,7 +274,7 @@ async fn a_job_whose_lease_ends_does_what_its_starter_said() {
 
 #[tokio::test(start_paused = true)]
 async fn a_job_by_a_single_request_goes_on_without_a_lease() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut viewer = bench.join_as("Viewer", Role::Viewer).await;
     let job = bench.once("job.start", json!({"text": drawing()})).await["result"]["job"].clone();
     let list = viewer.ok("arm.list", json!({})).await;
@@ -297,14 +294,14 @@ async fn a_job_by_a_single_request_goes_on_without_a_lease() {
 
 #[tokio::test(start_paused = true)]
 async fn a_job_of_a_station_that_died_is_interrupted_in_the_next_one() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
     let job = start(&mut anna, json!({})).await;
     bench.station.flush().await;
     let kept = bench.kept.copy();
     drop((anna, bench));
-    let bench = Bench::after(kept).await;
+    let bench = LocalStation::after(kept).await;
     let mut ben = bench.join("Ben").await;
     let left = state_of(&mut ben, &job).await;
     assert_eq!(
@@ -325,7 +322,7 @@ async fn a_job_of_a_station_that_died_is_interrupted_in_the_next_one() {
 
 #[tokio::test(start_paused = true)]
 async fn a_job_is_made_slower_by_the_speed_of_its_arm() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
     let job = start(&mut anna, json!({})).await;
@@ -338,7 +335,7 @@ async fn a_job_is_made_slower_by_the_speed_of_its_arm() {
 
 #[tokio::test(start_paused = true)]
 async fn the_last_fifty_jobs_are_kept() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
     for _ in 0..53 {
@@ -357,7 +354,7 @@ async fn a_job_that_burns_needs_a_teacher_who_means_it() {
     let mut burns = Plan::new("burns");
     burns.push(Action::from(words::laser(true)), Origin::NONE);
     burns.push(Action::from(words::laser(false)), Origin::NONE);
-    let bench = Bench::real(1).await;
+    let bench = LocalStation::real(1).await;
     let program = json!({"text": burns.to_json()});
     let mut pupil = bench.join("Pupil").await;
     let lease = pupil.lease().await;
@@ -397,7 +394,7 @@ async fn a_job_that_burns_ends_at_once_with_the_socket_of_its_holder() {
         ("stop", "stopped"),
         ("continue", "running"),
     ] {
-        let bench = Bench::real(1).await;
+        let bench = LocalStation::real(1).await;
         let mut watcher = bench.join("Watcher").await;
         let mut teacher = bench.socket(Some(Role::Teacher));
         let client = json!({"client": {"name": "Teacher"}});
@@ -448,7 +445,7 @@ async fn burnt_again(overlap: Value) -> f64 {
     let to = [200.0, 100.0, 0.0];
     burns.push(Action::Burn { to, power: 60.0 }, Origin::NONE);
     burns.push(Action::Laser(false), Origin::NONE);
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut teacher = bench.join_as("Teacher", Role::Teacher).await;
     teacher.lease().await;
     let program = json!({"text": burns.to_json(), "yes": true});
@@ -496,7 +493,7 @@ async fn a_burn_that_was_stopped_goes_on_so_far_before_that_place_as_is_said() {
 /// The arm has a pen to change: whoever watches reads which.
 #[tokio::test(start_paused = true)]
 async fn a_job_that_waits_between_parts_says_what_for() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
     let two = "<svg xmlns='http://www.w3.org/2000/svg' width='30mm' height='30mm' viewBox='0 0 30 30'>\

@@ -6,9 +6,9 @@ use serde_json::json;
 
 use magician_station::Role;
 
-use crate::bench::{Bench, Tester};
+use crate::bench::{LocalStation, Tester};
 
-async fn jogging(bench: &Bench) -> (Tester, serde_json::Value) {
+async fn jogging(bench: &LocalStation) -> (Tester, serde_json::Value) {
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
     let jog = anna.ok("jog.start", json!({"axis": "y+"})).await["jog"].clone();
@@ -25,7 +25,7 @@ async fn keep(anna: &mut Tester, jog: &serde_json::Value, time: Duration) {
 
 #[tokio::test(start_paused = true)]
 async fn a_jog_goes_on_while_it_is_kept_up_and_stops_when_told() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let (mut anna, jog) = jogging(&bench).await;
     keep(&mut anna, &jog, Duration::from_secs(2)).await;
     assert!(bench.arms[0].state().moving);
@@ -41,7 +41,7 @@ async fn a_jog_goes_on_while_it_is_kept_up_and_stops_when_told() {
 
 #[tokio::test(start_paused = true)]
 async fn a_jog_that_is_not_kept_up_ends_in_time() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let (mut anna, jog) = jogging(&bench).await;
     keep(&mut anna, &jog, Duration::from_millis(500)).await;
     assert!(bench.arms[0].state().moving);
@@ -58,7 +58,7 @@ async fn a_jog_that_is_not_kept_up_ends_in_time() {
 
 #[tokio::test(start_paused = true)]
 async fn the_end_of_a_socket_ends_its_jog_at_once() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut ben = bench.join("Ben").await;
     let (mut anna, jog) = jogging(&bench).await;
     keep(&mut anna, &jog, Duration::from_millis(300)).await;
@@ -73,7 +73,7 @@ async fn the_end_of_a_socket_ends_its_jog_at_once() {
 
 #[tokio::test(start_paused = true)]
 async fn anybody_stops_a_jog_and_only_its_session_keeps_it_up() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut ben = bench.join("Ben").await;
     let (mut anna, jog) = jogging(&bench).await;
     for _ in 0..10 {
@@ -91,7 +91,7 @@ async fn anybody_stops_a_jog_and_only_its_session_keeps_it_up() {
 
 #[tokio::test(start_paused = true)]
 async fn a_second_jog_takes_the_place_of_the_first_and_everything_else_is_busy() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let (mut anna, first) = jogging(&bench).await;
     let busy = anna
         .call("arm.move", json!({"to": [220, 0, 50, 0]}))
@@ -117,7 +117,7 @@ async fn a_second_jog_takes_the_place_of_the_first_and_everything_else_is_busy()
 
 #[tokio::test(start_paused = true)]
 async fn a_step_is_checked_and_turned_by_r_in_the_tools_frame() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
     anna.ok("arm.move", json!({"to": [220, 0, 50, 90]})).await;
@@ -148,7 +148,7 @@ fn is_refused_for_jog_start(error: &serde_json::Value) {
 
 #[tokio::test(start_paused = true)]
 async fn raw_jog_is_refused_for_every_role_and_by_post() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let jog = json!({"command": "JOGCmd", "fields": {"is_joint": 1, "cmd": 1}});
     for method in ["arm.set", "arm.enqueue"] {
         for role in [Role::Student, Role::Teacher] {
@@ -169,7 +169,7 @@ async fn raw_jog_is_refused_for_every_role_and_by_post() {
 
 #[tokio::test(start_paused = true)]
 async fn second_start_of_a_session_replaces_the_first_with_the_default_keep_ms() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let (mut anna, jog) = jogging(&bench).await;
     keep(&mut anna, &jog, Duration::from_secs(1)).await;
     // 0.5 s of braking are longer than the 250 ms of its keep.
@@ -183,7 +183,7 @@ async fn second_start_of_a_session_replaces_the_first_with_the_default_keep_ms()
 
 #[tokio::test(start_paused = true)]
 async fn jog_stopped_while_the_arm_comes_to_rest_starts_nothing() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let (mut anna, jog) = jogging(&bench).await;
     keep(&mut anna, &jog, Duration::from_secs(1)).await;
     let second = anna.send("jog.start", json!({"axis": "z+"}));
@@ -204,7 +204,7 @@ async fn jog_stopped_while_the_arm_comes_to_rest_starts_nothing() {
 
 #[tokio::test(start_paused = true)]
 async fn jog_into_the_end_of_its_axis_ends_for_limit() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
     anna.ok("arm.subscribe", json!({"rate": 20})).await;

@@ -5,11 +5,11 @@ use std::time::Duration;
 use magician_station::Role;
 use serde_json::{Value, json};
 
-use crate::bench::Bench;
+use crate::bench::LocalStation;
 
 #[tokio::test(start_paused = true)]
 async fn a_second_session_is_refused_asks_and_gets_the_lease() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
     anna.lease().await;
     let refused = ben.call("lease.acquire", json!({})).await.unwrap_err();
@@ -42,7 +42,7 @@ async fn a_second_session_is_refused_asks_and_gets_the_lease() {
 
 #[tokio::test(start_paused = true)]
 async fn a_question_that_is_not_answered_is_granted() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
     anna.lease().await;
     let asked = ben.send("lease.ask", json!({}));
@@ -57,7 +57,7 @@ async fn a_question_that_is_not_answered_is_granted() {
 
 #[tokio::test(start_paused = true)]
 async fn the_list_of_arms_tells_who_waits_and_who_asks() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
     let mut cleo = bench.join("Cleo").await;
     let waiting = |list: &Value| {
@@ -78,7 +78,7 @@ async fn the_list_of_arms_tells_who_waits_and_who_asks() {
 
 #[tokio::test(start_paused = true)]
 async fn a_holder_without_a_word_loses_the_lease_and_its_move_is_stopped() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
     anna.lease().await;
     let slow = json!({"command": "PTPCommonParams", "fields": {"velocity_ratio": 1, "acceleration_ratio": 1}});
@@ -105,7 +105,7 @@ async fn a_holder_without_a_word_loses_the_lease_and_its_move_is_stopped() {
 
 #[tokio::test(start_paused = true)]
 async fn a_move_under_way_is_a_word_all_the_time() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
     let slow = json!({"command": "PTPCommonParams", "fields": {"velocity_ratio": 2, "acceleration_ratio": 2}});
@@ -123,7 +123,7 @@ async fn a_move_under_way_is_a_word_all_the_time() {
 
 #[tokio::test(start_paused = true)]
 async fn those_who_wait_get_it_in_order_and_are_told_their_place() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
     let mut carl = bench.join("Carl").await;
     let lease = anna.lease().await;
@@ -141,7 +141,7 @@ async fn those_who_wait_get_it_in_order_and_are_told_their_place() {
 
 #[tokio::test(start_paused = true)]
 async fn a_socket_that_comes_back_in_time_keeps_the_lease() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut ben = bench.join("Ben").await;
     let mut anna = bench.socket(Some(Role::Student));
     let hello = anna
@@ -171,7 +171,7 @@ async fn a_socket_that_comes_back_in_time_keeps_the_lease() {
 
 #[tokio::test(start_paused = true)]
 async fn a_teacher_takes_the_lease_and_what_its_holder_did_is_stopped() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let mut teacher = bench.join_as("Teacher", Role::Teacher).await;
     anna.lease().await;
@@ -191,7 +191,7 @@ async fn a_teacher_takes_the_lease_and_what_its_holder_did_is_stopped() {
 /// A person reads the sentence; the method is for programs.
 #[tokio::test(start_paused = true)]
 async fn refusal_of_a_lease_names_its_holder_and_no_method_in_its_sentence() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
     let to = json!({"to": [200, 0, 50, 0]});
     let free = ben.call("arm.move", to.clone()).await.unwrap_err();

@@ -5,11 +5,11 @@ use std::time::Duration;
 use magician_station::CloseCode;
 use serde_json::json;
 
-use crate::bench::Bench;
+use crate::bench::LocalStation;
 
 #[tokio::test(start_paused = true)]
 async fn more_than_200_messages_a_second_are_refused_but_stops_are_obeyed() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let mut last = 0;
     for _ in 0..250 {
@@ -27,7 +27,7 @@ async fn more_than_200_messages_a_second_are_refused_but_stops_are_obeyed() {
 
 #[tokio::test(start_paused = true)]
 async fn who_goes_on_for_five_seconds_is_closed() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     for _ in 0..80 {
         for _ in 0..30 {
@@ -43,7 +43,7 @@ async fn who_goes_on_for_five_seconds_is_closed() {
 
 #[tokio::test(start_paused = true)]
 async fn sixteen_subscriptions_and_no_more() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     for _ in 0..16 {
         anna.ok("arm.subscribe", json!({"rate": 1})).await;
@@ -55,7 +55,7 @@ async fn sixteen_subscriptions_and_no_more() {
 
 #[tokio::test(start_paused = true)]
 async fn sixty_four_requests_wait_and_no_more() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
     anna.lease().await;
     for _ in 0..64 {
@@ -67,7 +67,7 @@ async fn sixty_four_requests_wait_and_no_more() {
 
 #[tokio::test(start_paused = true)]
 async fn who_reads_nothing_is_closed_and_slows_nobody() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut deaf = bench.join("Deaf").await;
     let mut anna = bench.join("Anna").await;
     deaf.ok("arm.subscribe", json!({"rate": 50})).await;

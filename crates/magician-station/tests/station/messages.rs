@@ -3,7 +3,7 @@
 use magician_station::{CloseCode, Role, api::METHODS};
 use serde_json::{Value, json};
 
-use crate::bench::{Bench, Tester};
+use crate::bench::{LocalStation, Tester};
 
 async fn raw(tester: &mut Tester, text: &str) -> Value {
     tester.client.send(text);
@@ -12,7 +12,7 @@ async fn raw(tester: &mut Tester, text: &str) -> Value {
 
 #[tokio::test(start_paused = true)]
 async fn what_is_no_request_is_answered_as_json_rpc_says() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     for (text, id, code) in [
         ("", json!(null), -32700),
@@ -68,7 +68,7 @@ async fn what_is_no_request_is_answered_as_json_rpc_says() {
 
 #[tokio::test(start_paused = true)]
 async fn parameters_are_checked_by_name_kind_and_range() {
-    let bench = Bench::new(2).await;
+    let bench = LocalStation::new(2).await;
     let mut anna = bench.join("Anna").await;
     for (method, params, param) in [
         ("arm.state", json!({}), "arm"),
@@ -109,7 +109,7 @@ async fn parameters_are_checked_by_name_kind_and_range() {
 
 #[tokio::test(start_paused = true)]
 async fn nothing_comes_before_hello_and_a_bad_hello_ends_the_socket() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut early = bench.socket(Some(Role::Student));
     assert_eq!(early.code("arm.state", json!({})).await, -32001);
     assert_eq!(
@@ -144,7 +144,7 @@ async fn nothing_comes_before_hello_and_a_bad_hello_ends_the_socket() {
 /// Every method of the table is answered by what it is for: none has a name and does nothing.
 #[tokio::test(start_paused = true)]
 async fn every_method_does_something() {
-    let bench = Bench::recording(crate::recordings::Tapes::default()).await;
+    let bench = LocalStation::recording(crate::recordings::Tapes::default()).await;
     for method in METHODS {
         if method.name == "session.hello" || method.name == "jog.keep" {
             continue;

@@ -5,21 +5,21 @@ use std::time::Duration;
 use serde_json::json;
 use tokio::time::sleep;
 
-use crate::bench::{Bench, Tester};
+use crate::bench::{LocalStation, Tester};
 
 fn motor(speed: i32) -> serde_json::Value {
     let enabled = u8::from(speed != 0);
     json!({"command": "EMotor", "fields": {"index": 0, "is_enabled": enabled, "speed": speed}})
 }
 
-fn turns(bench: &Bench) -> bool {
+fn turns(bench: &LocalStation) -> bool {
     let steppers = bench.arms[0].with(|arm| arm.steppers());
     steppers
         .iter()
         .any(|stepper| stepper.pulses_per_second != 0.0)
 }
 
-async fn turning(bench: &Bench) -> (Tester, serde_json::Value) {
+async fn turning(bench: &LocalStation) -> (Tester, serde_json::Value) {
     let mut anna = bench.join("Anna").await;
     let lease = anna.lease().await;
     anna.ok("arm.set", motor(1000)).await;
@@ -29,7 +29,7 @@ async fn turning(bench: &Bench) -> (Tester, serde_json::Value) {
 
 #[tokio::test(start_paused = true)]
 async fn stop_switches_a_motor_off() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let (_anna, _) = turning(&bench).await;
     // Anyone may.
     let mut ben = bench.join("Ben").await;
@@ -40,7 +40,7 @@ async fn stop_switches_a_motor_off() {
 #[tokio::test(start_paused = true)]
 async fn motor_ends_with_the_lease_that_is_released_taken_or_left() {
     for end in 0..3 {
-        let bench = Bench::new(1).await;
+        let bench = LocalStation::new(1).await;
         let (mut anna, lease) = turning(&bench).await;
         let mut teacher = bench.join_as("T", magician_station::Role::Teacher).await;
         match end {
@@ -58,7 +58,7 @@ async fn motor_ends_with_the_lease_that_is_released_taken_or_left() {
 
 #[tokio::test(start_paused = true)]
 async fn motor_that_waits_in_the_queue_does_not_begin_after_the_lease() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let lease = anna.lease().await;
     let wait = json!({"command": "WAITCmd", "fields": {"timeout": 2000}});
@@ -73,7 +73,7 @@ async fn motor_that_waits_in_the_queue_does_not_begin_after_the_lease() {
 
 #[tokio::test(start_paused = true)]
 async fn motor_is_not_started_by_post() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     for method in ["arm.set", "arm.enqueue"] {
         let answer = bench.once(method, motor(1000)).await;
         assert_eq!(answer["error"]["code"], json!(-32600), "{answer}");
@@ -94,7 +94,7 @@ fn belt_plan() -> String {
 
 #[tokio::test(start_paused = true)]
 async fn belt_of_a_job_that_nobody_holds_ends_with_the_job() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let job = json!({"text": belt_plan(), "format": "plan", "unhomed": true, "yes": true});
     let answer = bench.once("job.start", job).await;
     assert!(answer.get("result").is_some(), "{answer}");
@@ -104,7 +104,7 @@ async fn belt_of_a_job_that_nobody_holds_ends_with_the_job() {
 
 #[tokio::test(start_paused = true)]
 async fn job_that_leaves_belt_and_pump_on_says_so_in_notes() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
     let suction =

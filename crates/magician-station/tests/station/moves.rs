@@ -4,11 +4,11 @@ use magician_program::{Action, Plan, Travel};
 use magician_station::Role;
 use serde_json::{Value, json};
 
-use crate::bench::Bench;
+use crate::bench::LocalStation;
 
 #[tokio::test(start_paused = true)]
 async fn a_move_needs_the_lease_and_is_answered_when_the_arm_is_there() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let to = json!({"to": [220, 0, 50, 0]});
     let refused = anna.call("arm.move", to.clone()).await.unwrap_err();
@@ -41,7 +41,7 @@ async fn a_move_needs_the_lease_and_is_answered_when_the_arm_is_there() {
 
 #[tokio::test(start_paused = true)]
 async fn what_is_out_of_reach_is_refused_and_nothing_is_sent() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
     let before = bench.arms[0].state().pose;
@@ -63,7 +63,7 @@ async fn what_is_out_of_reach_is_refused_and_nothing_is_sent() {
 
 #[tokio::test(start_paused = true)]
 async fn commands_and_readings_are_those_of_the_table() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
     let fields = json!({"velocity_ratio": 80, "acceleration_ratio": 60.5});
@@ -111,7 +111,7 @@ async fn commands_and_readings_are_those_of_the_table() {
 
 #[tokio::test(start_paused = true)]
 async fn a_laser_of_a_real_arm_needs_a_teacher_who_means_it() {
-    let bench = Bench::real(1).await;
+    let bench = LocalStation::real(1).await;
     let laser = json!({"laser": {"on": true}});
     let mut pupil = bench.join("Pupil").await;
     let lease = pupil.lease().await;
@@ -140,7 +140,7 @@ async fn a_laser_of_a_real_arm_needs_a_teacher_who_means_it() {
 
 #[tokio::test(start_paused = true)]
 async fn what_is_dangerous_needs_a_teacher_who_means_it() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let reset = json!({"command": "ResetPose", "fields": {"manual": 0, "rear_arm_angle": 0, "front_arm_angle": 0}});
     let mut pupil = bench.join("Pupil").await;
     let refused = pupil.call("arm.set", reset.clone()).await.unwrap_err();
@@ -158,7 +158,7 @@ async fn what_is_dangerous_needs_a_teacher_who_means_it() {
 
 #[tokio::test(start_paused = true)]
 async fn storing_a_program_needs_a_teacher_who_means_it() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let store = json!({"command": "QueuedCmdStartDownload", "fields": {"total_loop": 1, "line_per_loop": 1}});
     let mut pupil = bench.join("Pupil").await;
     assert_eq!(pupil.code("arm.set", store.clone()).await, -32001);
@@ -175,7 +175,7 @@ async fn storing_a_program_needs_a_teacher_who_means_it() {
 
 #[tokio::test(start_paused = true)]
 async fn share_of_power_out_of_range_is_refused_with_value_and_range() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut teacher = bench.join_as("Teacher", Role::Teacher).await;
     teacher.lease().await;
     let burn = json!({"cp_mode": 1, "x": 220, "y": 0, "z": 20, "velocity_or_power": -1});
@@ -185,19 +185,19 @@ async fn share_of_power_out_of_range_is_refused_with_value_and_range() {
             "arm.enqueue",
             "CPLECmd",
             &burn,
-            "velocity_or_power is -1 %, it must be 0 to 100 %",
+            "velocity_or_power -1 % is out of range: 0 to 100 %",
         ),
         (
             "arm.set",
             "IOPWM",
             &pulses,
-            "duty_cycle is 101 %, it must be 0 to 100 %",
+            "duty_cycle 101 % is out of range: 0 to 100 %",
         ),
         (
             "arm.enqueue",
             "IOPWM",
             &pulses,
-            "duty_cycle is 101 %, it must be 0 to 100 %",
+            "duty_cycle 101 % is out of range: 0 to 100 %",
         ),
     ] {
         let params = json!({"command": command, "fields": fields, "yes": true});
@@ -212,7 +212,7 @@ async fn share_of_power_out_of_range_is_refused_with_value_and_range() {
 
 #[tokio::test(start_paused = true)]
 async fn a_viewer_looks_and_stops_and_does_nothing_else() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut viewer = bench.join_as("Viewer", Role::Viewer).await;
     for method in [
         "arm.state",
@@ -245,7 +245,7 @@ async fn a_viewer_looks_and_stops_and_does_nothing_else() {
 
 #[tokio::test(start_paused = true)]
 async fn where_the_arm_stands_is_captured_as_a_step() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
     anna.ok("arm.move", json!({"to": [220, 10, 50, 0]})).await;
@@ -266,7 +266,7 @@ async fn where_the_arm_stands_is_captured_as_a_step() {
 
 #[tokio::test(start_paused = true)]
 async fn poses_and_joints_are_reckoned_without_an_arm() {
-    let bench = Bench::new(2).await;
+    let bench = LocalStation::new(2).await;
     let mut viewer = bench.join_as("Viewer", Role::Viewer).await;
     let pose = json!({"pose": [220, 10, 50, 5], "tool": "pen"});
     let joints = viewer.ok("motion.inverse", pose).await;

@@ -3,7 +3,7 @@
 use magician_station::Role;
 use serde_json::{Value, json};
 
-use crate::bench::{Bench, Tester};
+use crate::bench::{LocalStation, Tester};
 
 const SQUARE: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='40mm' height='40mm' viewBox='0 0 40 40'>\
     <rect x='10' y='10' width='20' height='20' fill='none' stroke='black'/></svg>";
@@ -21,7 +21,7 @@ fn told(report: &Value) -> Vec<&str> {
 
 #[tokio::test(start_paused = true)]
 async fn a_preset_is_kept_shown_and_removed() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let list = anna.ok("preset.list", json!({})).await;
     let names = |list: &Value| {
@@ -78,7 +78,7 @@ async fn a_preset_is_kept_shown_and_removed() {
 
 #[tokio::test(start_paused = true)]
 async fn what_is_wrong_with_a_preset_is_told_and_nothing_is_kept() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     for (method, params, param) in [
         ("preset.show", json!({"name": "oak"}), "name"),
@@ -136,7 +136,7 @@ async fn what_is_wrong_with_a_preset_is_told_and_nothing_is_kept() {
 
 #[tokio::test(start_paused = true)]
 async fn what_is_said_goes_before_the_preset_and_its_note_is_told() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let report = checked(&mut anna, json!({"preset": "wood-engrave", "surface": -60})).await;
     assert_eq!(report["power"]["most"], json!(70.0), "{report}");
@@ -168,7 +168,7 @@ async fn what_is_said_goes_before_the_preset_and_its_note_is_told() {
 
 #[tokio::test(start_paused = true)]
 async fn a_preset_that_is_not_there_is_told_before_all_else() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.ok("program.put", json!({"name": "square.svg", "text": SQUARE}))
         .await;

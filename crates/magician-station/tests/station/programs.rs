@@ -9,12 +9,12 @@ use magician_protocol::HostInstant;
 use magician_station::{ArmEntry, ArmOrder, Grant, Outgoing, Peer, Role, Station, StationConfig};
 use serde_json::{Value, json};
 
-use crate::bench::Bench;
+use crate::bench::LocalStation;
 use crate::jobs::{drawing, until};
 
 #[tokio::test(start_paused = true)]
 async fn programs_are_kept_listed_given_and_removed() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let info = anna.ok("server.info", json!({})).await;
     assert_eq!(info["programs"], json!("/shelf"));
@@ -63,7 +63,7 @@ async fn programs_are_kept_listed_given_and_removed() {
 
 #[tokio::test(start_paused = true)]
 async fn a_program_too_large_for_an_answer_is_not_given() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     for (size, given) in [(700 * 1024, true), (700 * 1024 + 1, false)] {
         let text = "x".repeat(size);
@@ -79,7 +79,7 @@ async fn a_program_too_large_for_an_answer_is_not_given() {
 
 #[tokio::test(start_paused = true)]
 async fn names_that_are_none_and_roles_that_are_too_low_are_refused() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let long = "x".repeat(81);
     for name in [
@@ -115,7 +115,7 @@ async fn names_that_are_none_and_roles_that_are_too_low_are_refused() {
 
 #[tokio::test(start_paused = true)]
 async fn a_program_that_is_not_there_is_told_before_the_lease_is_needed() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let name = json!({"program": "lines.plan.json"});
     let unknown = anna.call("job.start", name.clone()).await.unwrap_err();
@@ -166,7 +166,7 @@ fn a_stop_comes_before_a_job_whose_program_is_looked_for() {
 
 #[tokio::test(start_paused = true)]
 async fn a_program_is_run_by_its_name_and_made_another_file_of() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
     let name = "lines.plan.json";
@@ -214,7 +214,7 @@ async fn a_program_is_run_by_its_name_and_made_another_file_of() {
 
 #[tokio::test(start_paused = true)]
 async fn checks_take_turns_and_hold_up_no_stop() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut checkers = Vec::new();
     for name in ["Anna", "Ben", "Cleo"] {
         checkers.push(bench.join(name).await);

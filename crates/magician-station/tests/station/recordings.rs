@@ -10,7 +10,7 @@ use magician_protocol::Direction;
 use magician_station::{FrameRing, RecordingFile, RecordingStore, Role, Sample};
 use serde_json::{Value, json};
 
-use crate::bench::Bench;
+use crate::bench::LocalStation;
 
 /// Recordings in memory, on a disk that may become full.
 #[derive(Clone, Debug, Default)]
@@ -107,14 +107,14 @@ impl RecordingFile for Writer {
 }
 
 /// Frames that the station has sent to the arm so far.
-async fn asked(bench: &Bench) -> u64 {
+async fn asked(bench: &LocalStation) -> u64 {
     bench.drivers[0].stats().await.unwrap().0.sent
 }
 
 #[tokio::test(start_paused = true)]
 async fn a_recording_has_the_arm_read_at_its_rate_and_says_what_happens() {
     let tapes = Tapes::default();
-    let bench = Bench::recording(tapes.clone()).await;
+    let bench = LocalStation::recording(tapes.clone()).await;
     let mut anna = bench.join("Anna").await;
     let mut viewer = bench.join_as("Viewer", Role::Viewer).await;
     assert_eq!(viewer.code("record.start", json!({})).await, -32001);
@@ -170,7 +170,7 @@ async fn a_recording_has_the_arm_read_at_its_rate_and_says_what_happens() {
 #[tokio::test(start_paused = true)]
 async fn what_was_watched_in_the_last_ten_minutes_can_be_saved() {
     let tapes = Tapes::default();
-    let bench = Bench::recording(tapes.clone()).await;
+    let bench = LocalStation::recording(tapes.clone()).await;
     let mut anna = bench.join("Anna").await;
     anna.listen(Duration::from_secs(1)).await;
     // The ring asks for nothing itself.
@@ -220,7 +220,7 @@ async fn what_was_watched_in_the_last_ten_minutes_can_be_saved() {
 #[tokio::test(start_paused = true)]
 async fn a_full_disk_costs_the_recording_and_never_the_arm() {
     let tapes = Tapes::default();
-    let bench = Bench::recording(tapes.clone()).await;
+    let bench = LocalStation::recording(tapes.clone()).await;
     let mut anna = bench.join("Anna").await;
     tapes.fill(true);
     let refused = anna.call("record.start", json!({})).await.unwrap_err();
@@ -251,7 +251,7 @@ async fn a_full_disk_costs_the_recording_and_never_the_arm() {
     bench.station.close_recordings().await;
     assert!(tapes.tape(&name).whole);
     // A station without a place for them says so.
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let refused = anna.call("record.start", json!({})).await.unwrap_err();
     assert_eq!(refused["data"]["kind"], json!("unsupported"));
@@ -282,7 +282,7 @@ async fn every_byte_of_the_line_is_in_what_was_kept_and_in_what_is_recorded() {
     let tapes = Tapes::default();
     let (line, heard) = (FrameRing::new("usb"), Arc::new(Heard::default()));
     let both = Arc::new(Both(Arc::clone(&line), Arc::clone(&heard)));
-    let bench = Bench::ringing(tapes.clone(), line, Tracer::default().tap(both)).await;
+    let bench = LocalStation::ringing(tapes.clone(), line, Tracer::default().tap(both)).await;
     let mut anna = bench.join("Anna").await;
     anna.listen(Duration::from_secs(3)).await;
     let before = heard.0.lock().unwrap().len();
@@ -321,7 +321,7 @@ async fn every_byte_of_the_line_is_in_what_was_kept_and_in_what_is_recorded() {
 async fn an_arm_is_read_for_the_last_minutes_before_anybody_comes() {
     let line = FrameRing::new("usb");
     let trace = Tracer::default().tap(Arc::clone(&line) as _);
-    let bench = Bench::ringing(Tapes::default(), line, trace).await;
+    let bench = LocalStation::ringing(Tapes::default(), line, trace).await;
     let before = asked(&bench).await;
     tokio::time::sleep(Duration::from_secs(60)).await;
     let asked = asked(&bench).await - before;

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use serde_json::{Value, json};
 
-use crate::bench::{Bench, Tester};
+use crate::bench::{LocalStation, Tester};
 use crate::jobs::until;
 
 /// A square of 20 mm.
@@ -26,7 +26,7 @@ fn middle(report: &Value) -> [f64; 2] {
 
 #[tokio::test(start_paused = true)]
 async fn a_setup_says_where_and_how_a_drawing_is_done() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let plain = anna.ok("job.check", json!({"text": SQUARE})).await;
     assert_eq!(plain["ok"], json!(true), "{plain}");
@@ -58,7 +58,7 @@ const ICON: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='24' height='2
 
 #[tokio::test(start_paused = true)]
 async fn circle_of_an_icon_is_round_in_the_size_of_its_setup() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     for work in ["draw", "engrave"] {
         for width in [10.0, 80.0, 120.0] {
@@ -75,7 +75,7 @@ async fn circle_of_an_icon_is_round_in_the_size_of_its_setup() {
 #[tokio::test(start_paused = true)]
 async fn pen_of_a_setup_never_goes_below_the_surface_unless_depths_are_kept() {
     const TWO: &str = "G21 G90\nG0 Z5\nG0 X5 Y5\nG1 Z-0.2 F900\nX35\nY25\nG0 Z5\nG0 X0 Y0\nG1 Z-3\nX40\nY30\nX0\nY0\nG0 Z5\n";
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     for (setup, lowest) in [
         (json!({"place": true}), -60.0),
@@ -101,7 +101,7 @@ async fn pen_of_a_setup_never_goes_below_the_surface_unless_depths_are_kept() {
 
 #[tokio::test(start_paused = true)]
 async fn a_frame_is_a_job_like_any_other_and_marks_nothing() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let at = json!([220, 30]);
     for (setup, height) in [
@@ -137,7 +137,7 @@ async fn a_frame_is_a_job_like_any_other_and_marks_nothing() {
 
 #[tokio::test(start_paused = true)]
 async fn frame_goes_by_the_tool_in_force_and_a_refusal_names_an_unknown_one() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
     for (bias, height, told) in [
@@ -170,7 +170,7 @@ const LAYERS: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='40mm' heigh
 
 #[tokio::test(start_paused = true)]
 async fn a_check_tells_the_parts_and_each_line_whose_it_is() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let mut checked = async |setup: Value| {
         let params = json!({"text": LAYERS, "setup": setup, "preview": true});
@@ -217,7 +217,7 @@ async fn a_check_tells_the_parts_and_each_line_whose_it_is() {
 
 #[tokio::test(start_paused = true)]
 async fn of_many_parts_with_long_names_a_bounded_number_is_told() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let name = "ä".repeat(300);
     let layers: String = (0..400)
@@ -235,7 +235,7 @@ async fn of_many_parts_with_long_names_a_bounded_number_is_told() {
 
 #[tokio::test(start_paused = true)]
 async fn a_test_grid_is_a_program_like_any_other() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let grid = json!({"format": "magician-testgrid", "power": "20:60:3", "speed": "10:30:2"});
     let params = json!({"text": grid.to_string(), "setup": {"at": [240, 0]}});
@@ -248,7 +248,7 @@ async fn a_test_grid_is_a_program_like_any_other() {
 
 #[tokio::test(start_paused = true)]
 async fn what_a_setup_does_not_have_is_named() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     for (setup, param) in [
         (json!({"colour": "red"}), "setup.colour"),
@@ -278,7 +278,7 @@ async fn what_a_setup_does_not_have_is_named() {
 
 #[tokio::test(start_paused = true)]
 async fn a_preview_has_the_lines_that_are_left() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let looked = |setup: Value| json!({"text": SQUARE, "setup": setup, "preview": true});
     let report = anna.ok("job.check", looked(json!({"at": [230, 0]}))).await;
@@ -315,7 +315,7 @@ async fn a_preview_has_the_lines_that_are_left() {
 
 #[tokio::test(start_paused = true)]
 async fn g_code_that_names_no_start_begins_where_the_arm_stands() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
     anna.ok("arm.move", json!({"to": [210, -20, 0, 0]})).await;
@@ -353,7 +353,7 @@ async fn g_code_that_names_no_start_begins_where_the_arm_stands() {
 
 #[tokio::test(start_paused = true)]
 async fn a_job_that_began_where_the_arm_stood_goes_on_there() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
     anna.ok("arm.move", json!({"to": [210, -20, 0, 0]})).await;
@@ -388,7 +388,7 @@ async fn notes_of_a_check_say_where_a_program_lies_and_what_it_is_not() {
     const WIDE: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='240mm' height='20mm' viewBox='0 0 240 20'>\
         <rect width='240' height='20' fill='none' stroke='black'/></svg>";
     const FOREIGN: &str = "G21 G90\nG0 X10 Y10 Z20\nG1 Z10 F600\nG1 X60\nG1 Y40\nG0 Z20\n";
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     for (text, format, setup, said) in [
         (
@@ -431,7 +431,7 @@ async fn notes_of_a_check_say_where_a_program_lies_and_what_it_is_not() {
 async fn bad_option_of_a_setup_has_the_sentence_of_every_door() {
     let table = include_str!("../../../magician-program/tests/data/bad_options.json");
     let table: Vec<Value> = serde_json::from_str(table).unwrap();
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     for entry in &table {
         let params = json!({"text": SQUARE, "setup": entry["options"]});

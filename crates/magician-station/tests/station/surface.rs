@@ -3,7 +3,7 @@
 use magician_station::Role;
 use serde_json::{Value, json};
 
-use crate::bench::{Bench, Tester};
+use crate::bench::{LocalStation, Tester};
 
 const LINE: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='20mm' height='20mm' viewBox='0 0 20 20'>\
     <path d='M2 5 L18 5' fill='none' stroke='black'/></svg>";
@@ -22,7 +22,7 @@ fn code(error: &Value) -> &str {
 
 #[tokio::test(start_paused = true)]
 async fn touch_is_the_height_that_drawings_are_laid_at_until_it_is_forgotten() {
-    let bench = Bench::new(2).await;
+    let bench = LocalStation::new(2).await;
     let mut anna = bench.join("Anna").await;
     let arm = |arm: &str| json!({"arm": arm});
     anna.ok("lease.acquire", arm("arm1")).await;
@@ -55,7 +55,7 @@ async fn touch_is_the_height_that_drawings_are_laid_at_until_it_is_forgotten() {
 
 #[tokio::test(start_paused = true)]
 async fn touch_needs_the_lease_and_an_arm_that_stands_dark_with_a_tool_of_the_same_height() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut eve = bench.join_as("Eve", Role::Viewer).await;
     assert_eq!(eve.code("surface.touch", json!({})).await, -32001);
     let mut anna = bench.join("Anna").await;
@@ -94,7 +94,7 @@ async fn touch_needs_the_lease_and_an_arm_that_stands_dark_with_a_tool_of_the_sa
 
 #[tokio::test(start_paused = true)]
 async fn arm_that_stands_is_touched_after_a_move_nobody_waited_for_and_after_a_jog() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.ok("lease.acquire", json!({})).await;
     let away = json!({"to": [200, 20, 40, 0], "wait": false});
@@ -110,7 +110,7 @@ async fn arm_that_stands_is_touched_after_a_move_nobody_waited_for_and_after_a_j
 
 #[tokio::test(start_paused = true)]
 async fn error_of_the_arm_says_what_to_do_about_it_as_the_command_does() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.ok("lease.acquire", json!({})).await;
     anna.ok("arm.tool", json!({"laser": {"on": true}})).await;

@@ -6,7 +6,7 @@ use magician_station::ArmOrder;
 use serde_json::{Value, json};
 
 use crate::bare::BareStation;
-use crate::bench::{Bench, Tester};
+use crate::bench::{LocalStation, Tester};
 
 fn plan() -> Value {
     json!({
@@ -25,7 +25,7 @@ fn plan() -> Value {
 
 #[tokio::test(start_paused = true)]
 async fn rows_are_steps_of_the_plan_and_make_it_again() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let taught = anna.ok("teach.rows", json!({"plan": plan()})).await;
     let rows = taught["rows"].as_array().unwrap();
@@ -50,7 +50,7 @@ async fn rows_are_steps_of_the_plan_and_make_it_again() {
 
 #[tokio::test(start_paused = true)]
 async fn what_is_wrong_with_a_row_names_it() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let good = json!({"name": "P1", "motion": {"move": [220, 0, 40, 0]}, "wait": 1});
     for bad in [
@@ -76,7 +76,7 @@ async fn what_is_wrong_with_a_row_names_it() {
 
 #[tokio::test(start_paused = true)]
 async fn a_hand_teaches_points_until_the_lease_ends() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     assert_eq!(anna.code("teach.guide", json!({"on": true})).await, -32002);
     anna.ok("arm.subscribe", json!({"rate": 10})).await;
@@ -126,7 +126,7 @@ async fn tells(tester: &mut Tester) -> (Value, usize) {
 
 #[tokio::test(start_paused = true)]
 async fn an_arm_that_is_to_tell_while_the_lease_ends_does_not() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.ok("arm.subscribe", json!({"rate": 10})).await;
     for behind_a_move in [false, true] {
@@ -144,7 +144,7 @@ async fn an_arm_that_is_to_tell_while_the_lease_ends_does_not() {
 
 #[tokio::test(start_paused = true)]
 async fn an_arm_that_is_to_tell_twice_at_once_is_left_as_it_was() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.ok("arm.subscribe", json!({"rate": 10})).await;
     for wishes in [&[true, true][..], &[true, false], &[true, false, true]] {

@@ -5,7 +5,7 @@ use std::time::Duration;
 use magician_station::Role;
 use serde_json::{Value, json};
 
-use crate::bench::{Bench, Tester};
+use crate::bench::{LocalStation, Tester};
 
 /// Readings come so often, and a tool is told with the next one.
 const READING: Duration = Duration::from_millis(50);
@@ -29,7 +29,7 @@ struct Told {
 }
 
 impl Told {
-    async fn new(bench: &Bench, rate: u32, binary: bool) -> Self {
+    async fn new(bench: &LocalStation, rate: u32, binary: bool) -> Self {
         let mut tester = bench.join("Viewer").await;
         let frame = if binary { "binary" } else { "json" };
         let params = json!({"rate": rate, "frame": frame});
@@ -64,7 +64,7 @@ impl Told {
 
 #[tokio::test(start_paused = true)]
 async fn laser_of_a_job_is_told_to_every_subscriber_while_it_burns() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut text = Told::new(&bench, 20, false).await;
     let mut bytes = Told::new(&bench, 10, true).await;
     let mut anna = bench.join("Anna").await;
@@ -79,9 +79,10 @@ async fn laser_of_a_job_is_told_to_every_subscriber_while_it_burns() {
         assert!(burnt < 2000 && state != json!("failed"), "{state}");
         text.listen(READING).await;
         bytes.listen(Duration::from_millis(1)).await;
-        burning = match bench.arms[0].state().laser {
-            true => burning + 1,
-            false => 0,
+        burning = if bench.arms[0].state().laser {
+            burning + 1
+        } else {
+            0
         };
         burnt += u32::from(burning > 0);
         // Three readings: one that was under way, and one of the slower subscriber.
@@ -99,7 +100,7 @@ async fn laser_of_a_job_is_told_to_every_subscriber_while_it_burns() {
 
 #[tokio::test(start_paused = true)]
 async fn laser_is_told_dark_by_the_first_state_after_a_stop() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
     let mut text = Told::new(&bench, 20, false).await;
@@ -117,7 +118,7 @@ async fn laser_is_told_dark_by_the_first_state_after_a_stop() {
 #[tokio::test(start_paused = true)]
 async fn a_stopped_job_leaves_its_laser_told_dark() {
     for end in ["arm.stop", "job.stop", "job.pause"] {
-        let bench = Bench::new(1).await;
+        let bench = LocalStation::new(1).await;
         let mut text = Told::new(&bench, 20, false).await;
         let mut anna = bench.join("Anna").await;
         anna.lease().await;
@@ -140,7 +141,7 @@ async fn a_stopped_job_leaves_its_laser_told_dark() {
 
 #[tokio::test(start_paused = true)]
 async fn suction_and_gripper_of_a_job_are_told_as_the_arm_does_them() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut text = Told::new(&bench, 20, false).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
@@ -194,7 +195,7 @@ async fn suction_and_gripper_of_a_job_are_told_as_the_arm_does_them() {
 #[tokio::test(start_paused = true)]
 async fn told_outputs_are_those_of_the_arm_for_any_sequence_of_calls() {
     for seed in 0..20_u64 {
-        let bench = Bench::new(1).await;
+        let bench = LocalStation::new(1).await;
         let mut text = Told::new(&bench, 20, false).await;
         let mut anna = bench.join_as("Anna", Role::Teacher).await;
         anna.lease().await;
@@ -255,7 +256,7 @@ async fn told_outputs_are_those_of_the_arm_for_any_sequence_of_calls() {
 
 #[tokio::test(start_paused = true)]
 async fn a_move_is_answered_with_the_state_of_an_arm_that_stands() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut text = Told::new(&bench, 20, false).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;

@@ -5,11 +5,11 @@ use std::time::Duration;
 use magician_station::Role;
 use serde_json::{Value, json};
 
-use crate::bench::Bench;
+use crate::bench::LocalStation;
 
 #[tokio::test(start_paused = true)]
 async fn a_laser_stands_at_full_power_or_is_off() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
     let laser = |on: bool, power: Value| json!({"laser": {"on": on, "power": power}});
@@ -39,7 +39,7 @@ async fn a_laser_stands_at_full_power_or_is_off() {
 
 #[tokio::test(start_paused = true)]
 async fn a_laser_goes_out_with_the_session_that_lit_it() {
-    let bench = Bench::real(1).await;
+    let bench = LocalStation::real(1).await;
     for method in ["arm.tool", "arm.set"] {
         let mut anna = bench.join_as("Anna", Role::Teacher).await;
         anna.ok("lease.take", json!({})).await;
@@ -60,7 +60,7 @@ async fn a_laser_goes_out_with_the_session_that_lit_it() {
 
 #[tokio::test(start_paused = true)]
 async fn one_setting_of_speeds_is_set_by_its_name() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
     let fields = json!({"velocity": [11, 12, 13, 14], "acceleration": [21, 22, 23, 24]});

@@ -5,7 +5,7 @@ use std::time::Duration;
 use magician::sim::ExternalEvent;
 use serde_json::{Value, json};
 
-use crate::bench::Bench;
+use crate::bench::LocalStation;
 
 fn states(notices: &[(String, Value)], subscription: &Value) -> Vec<Value> {
     let of = notices
@@ -16,7 +16,7 @@ fn states(notices: &[(String, Value)], subscription: &Value) -> Vec<Value> {
 
 #[tokio::test(start_paused = true)]
 async fn each_gets_the_rate_that_it_asked_for() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut rates = Vec::new();
     for rate in [1, 3, 7, 20, 30, 50] {
         let mut viewer = bench.join("Viewer").await;
@@ -40,7 +40,7 @@ async fn each_gets_the_rate_that_it_asked_for() {
 
 #[tokio::test(start_paused = true)]
 async fn the_first_state_is_whole_and_then_what_has_changed() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let made = anna.ok("arm.subscribe", json!({"rate": 10})).await;
     anna.listen(Duration::from_secs(1)).await;
@@ -67,7 +67,7 @@ async fn the_first_state_is_whole_and_then_what_has_changed() {
 
 #[tokio::test(start_paused = true)]
 async fn a_frame_has_112_bytes_and_text_goes_along_when_the_rest_changes() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let made = anna
         .ok("arm.subscribe", json!({"rate": 10, "frame": "binary"}))
@@ -102,7 +102,7 @@ async fn a_frame_has_112_bytes_and_text_goes_along_when_the_rest_changes() {
 
 #[tokio::test(start_paused = true)]
 async fn who_does_not_read_gets_the_newest_and_misses_the_rest() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.ok("arm.subscribe", json!({"rate": 50, "frame": "binary"}))
         .await;
@@ -130,7 +130,7 @@ async fn who_does_not_read_gets_the_newest_and_misses_the_rest() {
 
 #[tokio::test(start_paused = true)]
 async fn pins_are_read_for_those_who_ask() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let pins = json!([{"kind": "output", "address": 2}]);
     let made = anna
@@ -162,7 +162,7 @@ async fn pins_are_read_for_those_who_ask() {
 
 #[tokio::test(start_paused = true)]
 async fn events_have_numbers_and_can_be_had_later() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.ok("arm.subscribe", json!({"rate": 10})).await;
     anna.lease().await;
@@ -190,7 +190,7 @@ async fn events_have_numbers_and_can_be_had_later() {
 
 #[tokio::test(start_paused = true)]
 async fn homed_is_true_from_homing_to_the_next_reset() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let made = anna.ok("arm.subscribe", json!({"rate": 10})).await;
     anna.lease().await;

@@ -5,7 +5,7 @@ use std::time::Duration;
 use magician_station::Role;
 use serde_json::{Value, json};
 
-use crate::bench::{Bench, Tester};
+use crate::bench::{LocalStation, Tester};
 
 const CUBES: &str = r#"
 tool = { kind = "suction" }
@@ -25,7 +25,7 @@ fn object<'a>(look: &'a Value, name: &str) -> &'a Value {
 
 #[tokio::test(start_paused = true)]
 async fn a_world_is_changed_by_the_holder_alone_and_by_teachers_as_a_whole() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut viewer = bench.join_as("Viewer", Role::Viewer).await;
     let empty = viewer.ok("world.look", json!({})).await;
     assert_eq!(
@@ -46,7 +46,7 @@ async fn a_world_is_changed_by_the_holder_alone_and_by_teachers_as_a_whole() {
     anna.ok("world.unlock", held).await;
     assert!(bench.arms[0].state().unlocked);
     // A real arm has none.
-    let real = Bench::real(1).await;
+    let real = LocalStation::real(1).await;
     let mut anna = real.join("Anna").await;
     for (method, params) in [
         ("world.look", json!({})),
@@ -60,7 +60,7 @@ async fn a_world_is_changed_by_the_holder_alone_and_by_teachers_as_a_whole() {
 
 #[tokio::test(start_paused = true)]
 async fn a_scenario_puts_objects_there_that_are_placed_and_picked() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join_as("Anna", Role::Teacher).await;
     anna.ok("arm.subscribe", json!({"rate": 10})).await;
     anna.lease().await;
@@ -127,7 +127,7 @@ async fn a_scenario_puts_objects_there_that_are_placed_and_picked() {
 
 #[tokio::test(start_paused = true)]
 async fn an_arm_is_guided_while_its_key_is_held_and_homed_by_the_key_at_its_base() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
     let joints = json!({"joints": [20, 30, 40, 10]});
@@ -162,7 +162,7 @@ async fn an_arm_is_guided_while_its_key_is_held_and_homed_by_the_key_at_its_base
 
 #[tokio::test(start_paused = true)]
 async fn a_pulled_cable_is_a_lost_line_until_it_is_plugged_in_again() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
     let links = |viewer: &Tester| {
         let states = viewer.noticed("arm.state").into_iter();
@@ -191,7 +191,7 @@ async fn a_pulled_cable_is_a_lost_line_until_it_is_plugged_in_again() {
 
 #[tokio::test(start_paused = true)]
 async fn a_page_can_draw_the_arm_by_its_links() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let model = anna.ok("arm.model", json!({})).await;
     assert_eq!(model["frame"], json!("shoulder"));
@@ -226,7 +226,7 @@ async fn a_page_can_draw_the_arm_by_its_links() {
 
 #[tokio::test(start_paused = true)]
 async fn scenarios_without_a_file_are_told_and_begin() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join_as("Anna", Role::Teacher).await;
     anna.lease().await;
     let told = anna.ok("world.scenarios", json!({})).await;
@@ -248,7 +248,7 @@ async fn scenarios_without_a_file_are_told_and_begin() {
 
 #[tokio::test(start_paused = true)]
 async fn a_drawing_is_told_again_only_when_it_has_changed() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join_as("Anna", Role::Teacher).await;
     anna.lease().await;
     let paper = json!({"text": "tool = { kind = \"pen\" }\ntable = { height = -60 }"});
@@ -282,7 +282,7 @@ async fn a_drawing_is_told_again_only_when_it_has_changed() {
 
 #[tokio::test(start_paused = true)]
 async fn things_go_wrong_at_a_call_also_under_a_job() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
     let alarm = json!({"fault": "alarm", "alarm": 0x40});
@@ -303,7 +303,7 @@ async fn things_go_wrong_at_a_call_also_under_a_job() {
 
 #[tokio::test(start_paused = true)]
 async fn pins_are_told_by_the_table_and_driven_from_outside() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
     let io = anna.ok("arm.io", json!({})).await;
@@ -344,7 +344,7 @@ async fn pins_are_told_by_the_table_and_driven_from_outside() {
 
 #[tokio::test(start_paused = true)]
 async fn a_look_says_what_leaves_lines() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut teacher = bench.join_as("Teacher", Role::Teacher).await;
     teacher.lease().await;
     let look = teacher.ok("world.look", json!({})).await;

@@ -258,13 +258,12 @@ impl Arm {
             Sort::Releases => self.hold_release(held, frame, deadline).await.map(Some),
             Sort::Governs(command) => {
                 self.check_power(held, frame)?;
-                match held.bounds_motion() {
-                    false => Ok(None),
-                    true => {
-                        let queued = frame.ctrl().queued();
-                        let turn = self.hold_command(held, &command, queued, deadline).await;
-                        turn.map(Some)
-                    }
+                if held.bounds_motion() {
+                    let queued = frame.ctrl().queued();
+                    let turn = self.hold_command(held, &command, queued, deadline).await;
+                    turn.map(Some)
+                } else {
+                    Ok(None)
                 }
             }
         };
@@ -337,15 +336,17 @@ impl Arm {
         deadline: Instant,
     ) -> Result<Turn<'a>> {
         let mut turn = self.take_fence(held, deadline).await?;
-        let mut check = match queued {
-            true => self.course_end(&mut turn).await?,
-            false => self.read_standing(&mut turn).await?,
+        let mut check = if queued {
+            self.course_end(&mut turn).await?
+        } else {
+            self.read_standing(&mut turn).await?
         };
         check.check(command)?;
-        match queued {
-            true => turn.then = Some(check),
+        if queued {
+            turn.then = Some(check);
+        } else {
             // It is not seen to end.
-            false => held.forget(),
+            held.forget();
         }
         Ok(turn)
     }
@@ -455,12 +456,11 @@ impl Arm {
         let station = station.and_then(|(_, pose)| *pose);
         let stands = place(&self.get().await?);
         let is_there = station.is_some_and(|station| is_near(station, stands));
-        match is_there {
-            true => Ok(()),
-            false => {
-                let why = "it is not where its last command left it";
-                Err(refused(why).remedy(Action::Stop, DROPS))
-            }
+        if is_there {
+            Ok(())
+        } else {
+            let why = "it is not where its last command left it";
+            Err(refused(why).remedy(Action::Stop, DROPS))
         }
     }
 

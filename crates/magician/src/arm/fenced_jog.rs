@@ -43,9 +43,10 @@ impl FencedJog {
         let (mut early, mut late) = (0, self.motion.duration_us());
         while late - early > 1000 {
             let middle = early + (late - early) / 2;
-            match place(&self.motion.sample(middle)) < reached {
-                true => early = middle,
-                false => late = middle,
+            if place(&self.motion.sample(middle)) < reached {
+                early = middle;
+            } else {
+                late = middle;
             }
         }
         asked.saturating_add(self.stop.saturating_sub(early))
@@ -132,9 +133,10 @@ fn fenced(
     let (mut early, mut latest) = (0, crossing);
     while latest - early > 500 {
         let middle = early + (latest - early) / 2;
-        match stops_before(middle) {
-            true => early = middle,
-            false => latest = middle,
+        if stops_before(middle) {
+            early = middle;
+        } else {
+            latest = middle;
         }
     }
     if early <= late {

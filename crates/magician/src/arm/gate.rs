@@ -42,17 +42,19 @@ impl Arm {
 
     /// Refuses a jog that nothing holds; nothing is sent.
     pub(super) fn permit_jog(&self, frame: &Frame<'_>) -> Result<()> {
-        match frame_jogs(frame) && !self.lets_jogs_pass() {
-            true => Err(unheld_jog()),
-            false => Ok(()),
+        if frame_jogs(frame) && !self.lets_jogs_pass() {
+            Err(unheld_jog())
+        } else {
+            Ok(())
         }
     }
 
     /// Refuses a command that starts a jog that nothing holds.
     pub(super) fn permit_command(&self, command: &Set) -> Result<()> {
-        match self.lets_jogs_pass() {
-            true => Ok(()),
-            false => refuse_unheld(command),
+        if self.lets_jogs_pass() {
+            Ok(())
+        } else {
+            refuse_unheld(command)
         }
     }
 

@@ -182,12 +182,13 @@ impl Arm {
             }
         }
         // Where a burn goes on: see `lights_out`. An arm that does not tell it has stopped all the same.
-        let pose = match burns {
-            true => Some(
+        let pose = if burns {
+            Some(
                 self.submit(Request::get::<Pose>(&NoArgs)?, deadline, stops)
                     .await?,
-            ),
-            false => None,
+            )
+        } else {
+            None
         };
         let mut outcome = Ok(());
         for (answer, frame) in answers {
@@ -252,9 +253,10 @@ impl Arm {
     /// taken for another program's.
     pub(super) async fn come_to_rest(&self) -> Result<()> {
         let braking = self.in_flight().is_braking();
-        match braking {
-            true => self.wait_still().await,
-            false => Ok(()),
+        if braking {
+            self.wait_still().await
+        } else {
+            Ok(())
         }
     }
 

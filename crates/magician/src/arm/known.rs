@@ -194,9 +194,10 @@ impl Known {
 
     /// True if the arm was seen to be homed since power-up, false while it says that it was not, under these alarms.
     pub(super) fn homed_under(&self, alarms: &AlarmSet) -> Option<bool> {
-        match self.homing.is_homed() {
-            true => Some(true),
-            false => alarms.contains(Alarm::ResetOccurred).then_some(false),
+        if self.homing.is_homed() {
+            Some(true)
+        } else {
+            alarms.contains(Alarm::ResetOccurred).then_some(false)
         }
     }
 
@@ -309,9 +310,10 @@ impl Arm {
     /// A command that should take so long has taken so long: a short one says nothing.
     pub(super) fn note_pace(&self, should: Duration, took: Duration) {
         if should >= TELLING {
-            self.inner.shared.known().pace = match took >= should.mul_f64(0.9) {
-                true => ArmPace::OnTime,
-                false => ArmPace::Faster,
+            self.inner.shared.known().pace = if took >= should.mul_f64(0.9) {
+                ArmPace::OnTime
+            } else {
+                ArmPace::Faster
             };
         }
     }

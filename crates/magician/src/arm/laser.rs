@@ -74,9 +74,10 @@ impl Arm {
         commands.into_iter().try_for_each(|command| {
             check_power(command)?;
             self.permit_command(command)?;
-            match !may_burn && self.burns(command) {
-                true => Err(self.refusal().with_command(command.row().set_name)),
-                false => Ok(()),
+            if !may_burn && self.burns(command) {
+                Err(self.refusal().with_command(command.row().set_name))
+            } else {
+                Ok(())
             }
         })
     }
@@ -91,9 +92,10 @@ impl Arm {
         {
             check_power(&command)?;
         }
-        match !self.may_burn() && frame_burns(frame, self.inner.options.laser_pins) {
-            true => Err(self.refusal()),
-            false => Ok(()),
+        if !self.may_burn() && frame_burns(frame, self.inner.options.laser_pins) {
+            Err(self.refusal())
+        } else {
+            Ok(())
         }
     }
 
@@ -122,9 +124,10 @@ impl Arm {
 
     /// As [`permit_queue`](Self::permit_queue), for a frame that lets the queue run.
     pub(super) async fn permit_release(&self, frame: &Frame<'_>) -> Result<()> {
-        match frame_releases_queue(frame) {
-            true => self.permit_queue().await,
-            false => Ok(()),
+        if frame_releases_queue(frame) {
+            self.permit_queue().await
+        } else {
+            Ok(())
         }
     }
 
@@ -140,9 +143,10 @@ impl Arm {
         let waiting = look.waiting();
         let running = self.in_flight().started() == Some(true);
         let ours = self.own().waiting(look.current, running);
-        match ours >= u64::from(waiting) {
-            true => 0,
-            false => waiting,
+        if ours >= u64::from(waiting) {
+            0
+        } else {
+            waiting
         }
     }
 }
@@ -294,9 +298,10 @@ impl Arm {
     /// # Errors
     /// As [`set`](Self::set).
     pub async fn darken_after(&self) -> Result<()> {
-        match self.may_have_lit() && !self.moving() {
-            true => self.darken().await,
-            false => Ok(()),
+        if self.may_have_lit() && !self.moving() {
+            self.darken().await
+        } else {
+            Ok(())
         }
     }
 }
@@ -307,9 +312,10 @@ const FREQUENCY: f32 = 1000.0;
 impl Shared {
     /// What has to be said besides to put a laser out whose pins were raised over this connection.
     pub(super) fn lowered_pins(&self) -> Vec<Request> {
-        match self.known().picture.pins_may_be_high() {
-            true => lowered_pins(),
-            false => Vec::new(),
+        if self.known().picture.pins_may_be_high() {
+            lowered_pins()
+        } else {
+            Vec::new()
         }
     }
 }

@@ -133,9 +133,10 @@ impl Arm {
         request: &FrameBuf,
         deadline: Instant,
     ) -> Result<FrameBuf> {
-        let silent = match is_once(&request.frame()) {
-            true => Error::uncertain(None, None),
-            false => Error::new(ErrorCode::NoAnswer, "no answer"),
+        let silent = if is_once(&request.frame()) {
+            Error::uncertain(None, None)
+        } else {
+            Error::new(ErrorCode::NoAnswer, "no answer")
         };
         self.answer_or(silent, answer, request, deadline).await
     }

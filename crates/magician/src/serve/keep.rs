@@ -88,9 +88,8 @@ mod tests {
         let flash = load_flash(path).unwrap()?;
         let mut arm = Controller::with_flash(Profile::default(), World::default(), flash);
         let get = FrameBuf::new(1, Ctrl::GET, &[]).unwrap();
-        arm.receive(LinkId(0), get.bytes());
-        let reply = arm.poll_transmit(LinkId(0)).expect("an answer");
-        let name = reply.frame().read::<DeviceName>().unwrap();
+        let replies = arm.exchange(LinkId(0), get.bytes());
+        let name = replies[0].frame().read::<DeviceName>().unwrap();
         Some(name.device_name.as_str().unwrap().to_owned())
     }
 

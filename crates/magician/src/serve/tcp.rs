@@ -331,9 +331,10 @@ mod tests {
     async fn turns(tcp: &mut Tcp, service: &mut Nobody, enough: impl Fn(&Nobody) -> bool) {
         poll_fn(|cx| {
             tcp.poll(cx, service).unwrap();
-            match enough(service) {
-                true => Poll::Ready(()),
-                false => Poll::Pending,
+            if enough(service) {
+                Poll::Ready(())
+            } else {
+                Poll::Pending
             }
         })
         .await;

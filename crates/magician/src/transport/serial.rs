@@ -232,9 +232,10 @@ fn holders(path: &Path) -> Vec<String> {
                 files.any(|fd| std::fs::read_link(fd.path()).is_ok_and(|file| file == wanted));
             open && !serves(&process.path().join("fdinfo"), &wanted)
         };
-        let is_one = match locked.is_empty() {
-            true => uses(),
-            false => locked.contains(&pid),
+        let is_one = if locked.is_empty() {
+            uses()
+        } else {
+            locked.contains(&pid)
         };
         if is_one && pid == std::process::id() {
             found.push("this program itself".to_owned());

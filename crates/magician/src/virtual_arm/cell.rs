@@ -70,9 +70,10 @@ impl Cell {
 
     /// The wall clock that the arm knows.
     pub(crate) fn now(&self) -> HostInstant {
-        match self.stands || self.led {
-            true => self.ahead,
-            false => self.ahead + self.begun.elapsed(),
+        if self.stands || self.led {
+            self.ahead
+        } else {
+            self.ahead + self.begun.elapsed()
         }
     }
 

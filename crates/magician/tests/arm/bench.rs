@@ -1,12 +1,13 @@
 //! Arms to test with, and the far end of the line to one.
 
+use std::io;
 use std::time::Duration;
 
 use magician::commands::Pose;
 use magician::protocol::FrameBuf;
 use magician::sim::{Controller, LineTiming, Profile, Runner, Speed};
 use magician::{Arm, Ctrl, Options};
-use tokio::io::AsyncReadExt;
+use tokio::io::{AsyncReadExt, DuplexStream};
 
 pub(crate) fn runner(speed: Speed) -> Runner {
     let line = LineTiming {
@@ -28,12 +29,17 @@ pub(crate) async fn fast() -> Arm {
 }
 
 /// An arm at the end of a pipe that the test holds: it hears requests, and answers as told.
-pub(crate) async fn next_request(far: &mut tokio::io::DuplexStream) -> FrameBuf {
+pub(crate) async fn next_request(far: &mut DuplexStream) -> FrameBuf {
+    request(far).await.unwrap()
+}
+
+/// The next request; an error at the end of the line.
+pub(crate) async fn request(far: &mut DuplexStream) -> io::Result<FrameBuf> {
     let mut head = [0; 3];
-    far.read_exact(&mut head).await.unwrap();
+    far.read_exact(&mut head).await?;
     let mut rest = vec![0; usize::from(head[2]) + 1];
-    far.read_exact(&mut rest).await.unwrap();
-    FrameBuf::new(rest[0], Ctrl(rest[1]), &rest[2..rest.len() - 1]).unwrap()
+    far.read_exact(&mut rest).await?;
+    Ok(FrameBuf::new(rest[0], Ctrl(rest[1]), &rest[2..rest.len() - 1]).unwrap())
 }
 
 pub(crate) fn pose_at(x: f32) -> Pose {

@@ -327,10 +327,11 @@ async fn an_alarm_and_a_lost_answer_end_it_and_nothing_waits_then() {
         let jog = arm.jog(Axis::X.minus()).await.unwrap();
         hold(&jog, KEEP, Duration::from_millis(500)).await;
         desk.heard();
-        match lost {
+        if lost {
             // Neither its answer nor the index tells what became of the piece.
-            true => desk.swallow(&[PATH, 246, 247]),
-            false => desk.with(|arm| arm.inject(ExternalEvent::Alarm(0x20))),
+            desk.swallow(&[PATH, 246, 247]);
+        } else {
+            desk.with(|arm| arm.inject(ExternalEvent::Alarm(0x20)));
         }
         let begun = Instant::now();
         let error = loop {

@@ -10,9 +10,11 @@ use magician::commands::DeviceSn;
 use magician::protocol::{FrameBuf, Text};
 use magician::sim::{ArmInstant, Controller, ControllerState, Event, LinkId, Profile};
 use magician::{Arm, Ctrl, Options, words};
-use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream, duplex};
+use tokio::io::{AsyncWriteExt, DuplexStream, duplex};
 use tokio::task::JoinHandle;
 use tokio::time::{Instant, sleep};
+
+use crate::bench::request;
 
 /// Sends a motion outside the queue, and returns while the arm is on its way.
 pub(crate) async fn begin_immediate_motion(arm: &Arm) {
@@ -185,13 +187,7 @@ impl Desk {
     }
 
     async fn serve(self, mut far: DuplexStream) {
-        let mut head = [0; 3];
-        while far.read_exact(&mut head).await.is_ok() {
-            let mut rest = vec![0; usize::from(head[2]) + 1];
-            if far.read_exact(&mut rest).await.is_err() {
-                return;
-            }
-            let request = FrameBuf::new(rest[0], Ctrl(rest[1]), &rest[2..rest.len() - 1]).unwrap();
+        while let Ok(request) = request(&mut far).await {
             let turnaround = self.lock().turnaround;
             sleep(turnaround).await;
             let replies = self.lock().answer(&request);
@@ -307,4 +303,12 @@ impl Desk {
 /// Nothing but reads.
 pub(crate) fn only_reads(heard: &[(u8, bool)]) -> bool {
     heard.iter().all(|(_, acts)| !acts)
+}
+
+/// A connection that knows which arm it is to.
+pub(crate) async fn acquainted(desk: &Desk) -> Arm {
+    let arm = desk.connect(Options::default()).await;
+    sleep(Duration::from_millis(200)).await;
+    desk.heard();
+    arm
 }

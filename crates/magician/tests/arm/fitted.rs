@@ -89,9 +89,10 @@ async fn what_an_arm_says_and_hears_is_written_down() {
     for is_stream in [false, true] {
         let file = Memory::default();
         let options = Options::default().trace(Tracer::new(file.clone()).unwrap());
-        let arm = match is_stream {
-            false => Arm::simulated(VirtualArm::default(), options).await,
-            true => Arm::over_with(Desk::new().opener(), options).await,
+        let arm = if is_stream {
+            Arm::over_with(Desk::new().opener(), options).await
+        } else {
+            Arm::simulated(VirtualArm::default(), options).await
         };
         let arm = arm.unwrap();
         arm.get::<Pose>().await.unwrap();

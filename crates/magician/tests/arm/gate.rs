@@ -291,12 +291,11 @@ async fn stop_switches_both_motor_outputs_off_behind_its_own_frames() {
         assert_eq!(turning(&desk), [true, true]);
         assert_eq!(arm.running_motors(), [Stepper::Stepper1]);
         acts();
-        match by_stopper {
-            false => arm.stop().await.unwrap(),
-            true => {
-                arm.stopper().request_stop().unwrap();
-                sleep(Duration::from_millis(100)).await;
-            }
+        if by_stopper {
+            arm.stopper().request_stop().unwrap();
+            sleep(Duration::from_millis(100)).await;
+        } else {
+            arm.stop().await.unwrap();
         }
         assert_eq!(turning(&desk), [false, false]);
         assert_eq!(acts(), [242, 61, 245, MOTOR, MOTOR]);
@@ -324,9 +323,10 @@ async fn motor_ends_with_the_last_handle_unless_detached() {
     ] {
         let desk = Desk::new();
         let arm = desk.connect(Options::default()).await;
-        match queued {
-            true => drop(arm.run(&[command]).await.unwrap()),
-            false => arm.set_any(&command).await.unwrap(),
+        if queued {
+            arm.run(&[command]).await.unwrap();
+        } else {
+            arm.set_any(&command).await.unwrap();
         }
         assert!(turning(&desk)[0]);
         if detached {

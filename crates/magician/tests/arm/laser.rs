@@ -530,7 +530,7 @@ async fn share_of_power_out_of_range_is_sent_by_no_call() {
                 let error = error.unwrap_or_else(|| panic!("{command:?} was sent by call {nth}"));
                 assert_eq!(error.kind(), ErrorKind::InvalidInput, "{nth}: {error}");
                 let said = error.to_string();
-                let why = ["it must be 0 to 100 %", "not a finite number"];
+                let why = ["% is out of range: 0 to 100 %", "not a finite number"];
                 let told = why.iter().any(|why| said.contains(why)) && said.contains(name);
                 assert!(told, "{nth}: {said}");
             }

@@ -8,18 +8,11 @@ use magician::sim::LinkId;
 use magician::{Arm, Ctrl, ErrorKind, Options, RunOptions, Set, commands, words};
 use tokio::time::{Instant, sleep, timeout};
 
-use crate::desk::{Desk, only_reads};
+use crate::desk::{Desk, acquainted, only_reads};
 
 const WAIT: u8 = 110;
 const ALARMS: u8 = 20;
 const STOP_EXEC: u8 = 241;
-
-async fn acquainted(desk: &Desk) -> Arm {
-    let arm = desk.connect(Options::default()).await;
-    sleep(Duration::from_millis(200)).await;
-    desk.heard();
-    arm
-}
 
 fn waits(count: usize, ms: u64) -> Vec<Set> {
     vec![words::wait(Duration::from_millis(ms)); count]
@@ -317,9 +310,10 @@ async fn stopped_in_motion(desk: &Desk, after: u64, given_up: bool) -> Arm {
     let running = tokio::spawn(async move { other.run(&far).await });
     sleep(Duration::from_millis(after)).await;
     arm.stopper().request_stop().unwrap();
-    match given_up {
-        true => running.abort(),
-        false => drop(running),
+    if given_up {
+        running.abort();
+    } else {
+        drop(running);
     }
     arm
 }
@@ -368,9 +362,13 @@ async fn motion_after_a_forced_stop_sent_as_a_command_waits_until_the_arm_stands
     sleep(Duration::from_millis(300)).await;
     arm.set(&commands::QueuedCmdForceStopExec {}).await.unwrap();
     arm.clear_queue().await.unwrap();
+    assert!(desk.moves(), "it brakes");
+    desk.heard();
     arm.run(&[words::line_to(220.0, -20.0, 20.0, 0.0)])
         .await
         .unwrap();
+    let moves = desk.frames(84);
+    assert!(matches!(moves[..], [(_, false)]), "{moves:?}");
 }
 
 #[tokio::test(start_paused = true)]

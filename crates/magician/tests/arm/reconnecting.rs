@@ -8,17 +8,9 @@ use magician::{Arm, ErrorKind, Event, Link, Options, Set, words};
 use tokio::io::DuplexStream;
 use tokio::time::{Instant, sleep};
 
-use crate::desk::{Desk, only_reads};
+use crate::desk::{Desk, acquainted, only_reads};
 
 const FORCE_STOP: u8 = 242;
-
-/// A connection that knows which arm it is to.
-async fn acquainted(desk: &Desk) -> Arm {
-    let arm = desk.connect(Options::default()).await;
-    sleep(Duration::from_millis(200)).await;
-    desk.heard();
-    arm
-}
 
 #[tokio::test(start_paused = true)]
 async fn a_connection_asks_once_what_the_arm_can_be_told_by() {

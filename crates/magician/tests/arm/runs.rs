@@ -121,9 +121,10 @@ async fn queue_of_an_arm_that_moves_is_started_when_the_arm_stands() {
         let desk = Desk::new();
         let arm = desk.connect(Options::default()).await;
         begin_immediate_motion(&arm).await;
-        match empty {
-            true => assert!(arm.start_empty_queue().await.unwrap()),
-            false => arm.start_queue().await.unwrap(),
+        if empty {
+            assert!(arm.start_empty_queue().await.unwrap());
+        } else {
+            arm.start_queue().await.unwrap();
         }
         let Pose { x, y, z, .. } = arm.get().await.unwrap();
         assert_eq!([x, y, z], [220.0, 60.0, 20.0]);

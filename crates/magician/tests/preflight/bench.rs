@@ -9,12 +9,12 @@ const LINK: LinkId = LinkId(0);
 
 /// The arm, and nothing but it.
 #[derive(Clone)]
-pub(crate) struct Bench {
+pub(crate) struct LoneArm {
     pub(crate) arm: Controller,
     pub(crate) now: ArmInstant,
 }
 
-impl Bench {
+impl LoneArm {
     pub(crate) fn new() -> Self {
         Self::with(Profile::default())
     }
@@ -27,8 +27,7 @@ impl Bench {
     }
 
     fn ask(&mut self, frame: &FrameBuf) -> FrameBuf {
-        self.arm.receive(LINK, frame.bytes());
-        self.arm.poll_transmit(LINK).expect("it answers")
+        self.arm.exchange(LINK, frame.bytes()).remove(0)
     }
 
     pub(crate) fn get<T: Readable<Query = NoArgs>>(&mut self) -> T {

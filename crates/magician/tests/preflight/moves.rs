@@ -10,7 +10,7 @@ use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 
-use crate::bench::Bench;
+use crate::bench::LoneArm;
 
 const CASES: u32 = 20_000;
 
@@ -80,7 +80,7 @@ fn what_passes_raises_no_alarm_and_what_is_refused_would() {
     let mut through = Vec::new();
     for _ in 0..CASES {
         let case = case().new_tree(&mut runner).unwrap().current();
-        let mut bench = Bench::new();
+        let mut bench = LoneArm::new();
         let [x_bias, y_bias, z_bias] = case.tool;
         let tool = EndEffectorParams {
             x_bias,

@@ -8,7 +8,7 @@ use magician::words::{self, Guards, Output, Preflight};
 use magician::{Geometry, JointAngles, Set, ToolBias};
 use magician_motion::ArmModel;
 
-use crate::bench::{Bench, Dice};
+use crate::bench::{Dice, LoneArm};
 
 const PROGRAMS: usize = 2_000;
 const LENGTH: usize = 12;
@@ -222,9 +222,9 @@ struct Tally {
 }
 
 impl Tally {
-    fn check(&mut self, bench: &mut Bench, check: &mut Preflight, command: Set) -> bool {
+    fn check(&mut self, bench: &mut LoneArm, check: &mut Preflight, command: Set) -> bool {
         self.commands += 1;
-        let tell = |arm: &Bench| format!("{command:?} from {:?}", arm.arm.state().joints);
+        let tell = |arm: &LoneArm| format!("{command:?} from {:?}", arm.arm.state().joints);
         let step = match check.check(&command) {
             Ok(step) => step,
             Err(error) => {
@@ -311,8 +311,8 @@ fn what_passes_raises_no_alarm_and_what_is_refused_would() {
     let mut dice = Dice::new(SEED);
     for nth in 0..PROGRAMS {
         let mut bench = match nth % 4 {
-            3 => Bench::with(another_firmware(&mut dice)),
-            _ => Bench::new(),
+            3 => LoneArm::with(another_firmware(&mut dice)),
+            _ => LoneArm::new(),
         };
         let model = *bench.arm.arm_model();
         bench.start();
@@ -375,7 +375,7 @@ fn what_passes_from_an_unknown_start_hardly_ever_raises_an_alarm() {
     let mut through = 0;
     let mut passed = 0;
     for _ in 0..4 * PROGRAMS {
-        let mut bench = Bench::new();
+        let mut bench = LoneArm::new();
         bench.start();
         let speeds = [0; 4].map(|_| dice.number(20.0, 320.0));
         bench.run(&words::joint_speed(
@@ -405,7 +405,7 @@ fn what_passes_from_an_unknown_start_hardly_ever_raises_an_alarm() {
 
 #[test]
 fn the_figures_are_those_of_the_virtual_arm() {
-    let power_up = Bench::new().readings();
+    let power_up = LoneArm::new().readings();
     let mut default = words::Readings::default();
     (default.pose, default.home, default.rail) = (power_up.pose, power_up.home, power_up.rail);
     assert_eq!(default, power_up);

@@ -8,7 +8,7 @@ use magician::sim::Profile;
 use magician::words::{self, Preflight};
 use magician::{JointAngles, Set, ToolBias};
 
-use crate::bench::{Bench, Dice};
+use crate::bench::{Dice, LoneArm};
 
 const PROGRAMS: usize = 150;
 const PATHS: usize = 60;
@@ -100,7 +100,7 @@ fn a_program_takes_as_long_as_was_estimated() {
     let (mut worst, mut longest, mut programs) = (0.0f64, 0, 0);
     for _ in 0..PROGRAMS {
         let program = mix(&mut dice);
-        let mut bench = Bench::new();
+        let mut bench = LoneArm::new();
         let check = Preflight::new(&bench.readings());
         let Ok(estimate) = check.estimate(&program) else {
             continue;
@@ -123,7 +123,7 @@ fn a_program_takes_as_long_as_was_estimated() {
 }
 
 /// When each command of a program ended.
-fn ends(bench: &mut Bench, program: &[Set]) -> Vec<u64> {
+fn ends(bench: &mut LoneArm, program: &[Set]) -> Vec<u64> {
     let mut ends = vec![0; program.len()];
     let (begun, mut rest, mut done) = (bench.now, program.iter(), 0);
     while done < program.len() {
@@ -158,7 +158,7 @@ fn the_times_of_segments_add_up_to_what_a_queue_holds() {
             words::move_to(200.0, 0.0, 20.0, 0.0),
         ];
         program.extend(path(&mut dice, 400));
-        let mut bench = Bench::new();
+        let mut bench = LoneArm::new();
         let mut check = Preflight::new(&bench.readings());
         let mut sums = vec![0];
         for command in &program {

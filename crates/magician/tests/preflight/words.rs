@@ -7,12 +7,12 @@ use magician::commands::{ColorSensor, EMotor, EMotorS, IrSwitch, Pose, PoseL, Pt
 use magician::protocol::{Flag, IoFunction, Port, PtpMode, RailVersion, SensorVersion, Stepper};
 use magician::words::{self, Color, Output, Preflight, Sensed};
 
-use crate::bench::Bench;
+use crate::bench::LoneArm;
 
 #[test]
 fn the_belt_goes_as_far_as_it_is_told() {
     for (mm, mm_per_s) in [(100.0f32, 50.0f32), (-40.0, 20.0), (40.0, -20.0)] {
-        let mut bench = Bench::new();
+        let mut bench = LoneArm::new();
         bench.start();
         let belt = words::conveyor_by(Stepper::Stepper2, mm, mm_per_s);
         let time = Preflight::new(&bench.readings()).estimate(&[belt]).unwrap();
@@ -45,7 +45,7 @@ fn the_belt_goes_as_far_as_it_is_told() {
 
 #[test]
 fn the_rail_goes_with_the_arm_and_alone() {
-    let mut bench = Bench::new();
+    let mut bench = LoneArm::new();
     bench.start();
     bench.run(&words::rail(true, RailVersion::V1));
     bench.run(&words::rail_speed(200.0, 200.0));
@@ -89,12 +89,12 @@ fn a_move_switches_outputs_on_its_way_with_or_without_the_rail() {
     assert!(words::with_outputs(line, &[outputs[0]; 58]).is_err());
     assert!(words::with_outputs(words::home(), &outputs).is_err());
 
-    let mut bench = Bench::new();
+    let mut bench = LoneArm::new();
     bench.start();
     bench.run(&words::multiplex(4, IoFunction::DigitalOutput));
     bench.enqueue(&first);
     bench.pass();
-    let level = |bench: &Bench| {
+    let level = |bench: &LoneArm| {
         bench
             .arm
             .pins()
@@ -124,7 +124,7 @@ fn triggers_say_what_they_compare() {
         [EqualOrBelow, DifferentOrAtMost, AtLeast, Above]
     );
     // The input is 0: two of them are met.
-    let mut bench = Bench::new();
+    let mut bench = LoneArm::new();
     bench.start();
     assert_eq!(bench.run(&words::wait_below(12, 5)), 0);
     assert_eq!(bench.run(&words::wait_at_most(12, 0)), 0);
@@ -134,7 +134,7 @@ fn triggers_say_what_they_compare() {
 
 #[test]
 fn sensors_say_what_they_see() {
-    let mut bench = Bench::new();
+    let mut bench = LoneArm::new();
     bench.start();
     bench.run(&words::color_sensor(Port::Gp2, true, SensorVersion::V2));
     bench.run(&words::infrared(Port::Gp4, true, SensorVersion::V1));

@@ -5,7 +5,7 @@ use std::net::{SocketAddr, UdpSocket};
 use magician::serve::{Discovery, Endpoint, ServeError};
 use magician_sim::Profile;
 
-use super::served::{DEADLINE, Served, get_pose, serve, serve_arm};
+use super::served::{Served, get_pose, serve, serve_arm, socket};
 
 const QUESTION: &[u8] = b"Who is Dobot?";
 
@@ -15,12 +15,6 @@ fn discovery(served: &Served) -> SocketAddr {
         _ => None,
     };
     served.endpoints.iter().find_map(find).unwrap()
-}
-
-fn socket() -> UdpSocket {
-    let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
-    socket.set_read_timeout(Some(DEADLINE)).unwrap();
-    socket
 }
 
 fn text(socket: &UdpSocket) -> String {

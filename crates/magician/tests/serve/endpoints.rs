@@ -5,7 +5,7 @@ use std::net::{SocketAddr, TcpStream, UdpSocket};
 
 use magician::serve::{Endpoint, Notice, ServeError};
 
-use super::served::{DEADLINE, Served, ask, get, get_pose, name, serve, set_name};
+use super::served::{Served, ask, connect, get, get_pose, name, serve, set_name, socket};
 
 fn udp(served: &Served) -> SocketAddr {
     let find = |endpoint: &Endpoint| match endpoint {
@@ -23,22 +23,10 @@ fn tcp(served: &Served) -> SocketAddr {
     served.endpoints.iter().find_map(find).unwrap()
 }
 
-fn socket() -> UdpSocket {
-    let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
-    socket.set_read_timeout(Some(DEADLINE)).unwrap();
-    socket
-}
-
 fn datagram(socket: &UdpSocket) -> Vec<u8> {
     let mut bytes = [0; 512];
     let count = socket.recv(&mut bytes).expect("a reply");
     bytes[..count].to_vec()
-}
-
-fn connect(address: SocketAddr) -> TcpStream {
-    let stream = TcpStream::connect(address).unwrap();
-    stream.set_read_timeout(Some(DEADLINE)).unwrap();
-    stream
 }
 
 #[test]

@@ -1,13 +1,15 @@
 //! A hand on a served arm: looking at it, and pulling its cable under its clients.
 
 use std::io::{Read, Write};
-use std::net::{SocketAddr, TcpStream, UdpSocket};
+use std::net::{SocketAddr, UdpSocket};
 use std::time::Duration;
 
 use magician::serve::{Discovery, Ended, Endpoint, Notice, Server};
 use magician_sim::{Controller, Speed};
 
-use super::served::{DEADLINE, Served, ask, get, get_pose, name, serve, serve_arms, set_name};
+use super::served::{
+    DEADLINE, Served, ask, connect, get, get_pose, name, serve, serve_arms, set_name,
+};
 
 fn address(served: &Served, of: impl Fn(&Endpoint) -> Option<SocketAddr>) -> SocketAddr {
     served.endpoints.iter().find_map(of).unwrap()
@@ -18,12 +20,6 @@ fn tcp(served: &Served) -> SocketAddr {
         Endpoint::Tcp(address) => Some(*address),
         _ => None,
     })
-}
-
-fn connect(address: SocketAddr) -> TcpStream {
-    let stream = TcpStream::connect(address).unwrap();
-    stream.set_read_timeout(Some(DEADLINE)).unwrap();
-    stream
 }
 
 /// Whether the other end has hung up: an end of file, or the error of a connection cut.

@@ -7,7 +7,7 @@ use magician::serve::{Endpoint, ServeError};
 use magician_protocol::Readable;
 use magician_protocol::commands::{DeviceId, DeviceName, DeviceSn};
 
-use super::served::{DEADLINE, Served, ask, get, name, serve_arms, set_name};
+use super::served::{Served, ask, connect, get, name, serve_arms, set_name};
 
 fn sockets(served: &Served) -> Vec<SocketAddr> {
     let find = |endpoint: &Endpoint| match endpoint {
@@ -15,12 +15,6 @@ fn sockets(served: &Served) -> Vec<SocketAddr> {
         _ => None,
     };
     served.endpoints.iter().filter_map(find).collect()
-}
-
-fn connect(address: SocketAddr) -> TcpStream {
-    let stream = TcpStream::connect(address).unwrap();
-    stream.set_read_timeout(Some(DEADLINE)).unwrap();
-    stream
 }
 
 #[test]

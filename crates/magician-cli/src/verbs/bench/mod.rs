@@ -92,9 +92,10 @@ impl Bench {
         let saved = context.saved.clone();
         let ring = context.arm_or(sim, StopPolicy::Move, async |arm, _| {
             reads::measure(arm, &self, quiet, &mut figures).await?;
-            Ok(match draws {
-                true => Some(paths::measure(arm, &self, quiet, &saved, &mut figures).await?),
-                false => None,
+            Ok(if draws {
+                Some(paths::measure(arm, &self, quiet, &saved, &mut figures).await?)
+            } else {
+                None
             })
         })?;
         if let (Some((ring, speeds)), true) = (ring, self.wants(Which::H4)) {

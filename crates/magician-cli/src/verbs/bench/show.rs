@@ -42,13 +42,14 @@ pub(super) fn write(figures: &Figures, out: &mut Output) -> Result<(), Failure> 
     });
     row(&mut table, "added by the driver", added);
     table.write(out)?;
-    match figures.drawn {
-        true => Ok(()),
-        false => note(
+    if figures.drawn {
+        Ok(())
+    } else {
+        note(
             "measurements with motion were left out; with --yes the arm draws rings of 20 mm \
                 through its current position",
             out,
-        ),
+        )
     }
 }
 
@@ -98,9 +99,10 @@ fn rate(one: Compared) -> String {
 }
 
 fn full_line(h2: &H2) -> String {
-    let gap = match h2.in_a_row {
-        true => "without a gap",
-        false => "with gaps",
+    let gap = if h2.in_a_row {
+        "without a gap"
+    } else {
+        "with gaps"
     };
     format!(
         "{:.1} /s of the {:.1} /s that the line carries, {gap}",

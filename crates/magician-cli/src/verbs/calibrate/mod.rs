@@ -180,9 +180,10 @@ fn find(
         })?;
         answer.told = Some(true);
     }
-    match context.global.json {
-        true => context.out.json(&answer),
-        false => answer.write_end(subject, &mut context.out),
+    if context.global.json {
+        context.out.json(&answer)
+    } else {
+        answer.write_end(subject, &mut context.out)
     }
 }
 

@@ -112,9 +112,10 @@ fn paper(touched: &Touched, view: TopView, theme: Theme) -> Vec<Line<'static>> {
         let [column, row] = paper.at(to);
         let number = (nth + 1).to_string();
         canvas.write([column, row], sign, style);
-        match to[0] > 0.0 {
-            true => canvas.write([column + 1, row], &number, style),
-            false => canvas.write([column - 1, row], &number, style),
+        if to[0] > 0.0 {
+            canvas.write([column + 1, row], &number, style)
+        } else {
+            canvas.write([column - 1, row], &number, style)
         }
     }
     for (nth, (name, way)) in [("x+", [1.0, 0.0]), ("y+", [0.0, 1.0])]

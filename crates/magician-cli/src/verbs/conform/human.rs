@@ -80,9 +80,10 @@ impl<'o> Lines<'o> {
         }
         self.told("expected", &mismatch.expected)?;
         self.told("got", &mismatch.got)?;
-        match mismatch.received.is_empty() {
-            true => Ok(()),
-            false => self.told("", &hex(&mismatch.received)),
+        if mismatch.received.is_empty() {
+            Ok(())
+        } else {
+            self.told("", &hex(&mismatch.received))
         }
     }
 

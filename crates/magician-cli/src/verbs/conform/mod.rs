@@ -148,9 +148,10 @@ fn run_on<T: magician_conform::Target>(
         Runner::new(arm, patience).map_err(|error| Failure::new(Kind::Bug, error.to_string()))?;
     let tally = context.alone(async |out, signals| {
         let work = async {
-            match quiet {
-                true => run_all(&mut runner, cases, quiet, record::Records { out }).await,
-                false => run_all(&mut runner, cases, quiet, human::Lines::new(out, details)).await,
+            if quiet {
+                run_all(&mut runner, cases, quiet, record::Records { out }).await
+            } else {
+                run_all(&mut runner, cases, quiet, human::Lines::new(out, details)).await
             }
         };
         let outcome = tokio::select! {

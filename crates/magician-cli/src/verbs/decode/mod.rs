@@ -80,9 +80,10 @@ impl Decode {
 }
 
 fn printer(out: &mut Output, json: bool) -> Printer<'_> {
-    match json {
-        true => Box::new(record::Records { out }),
-        false => Box::new(human::Lines::new(out)),
+    if json {
+        Box::new(record::Records { out })
+    } else {
+        Box::new(human::Lines::new(out))
     }
 }
 

@@ -85,9 +85,10 @@ impl<'o> Display<'o> {
         let queue = format!("queue {taken:>2}/{}", self.places);
         if let Some(bar) = &self.bar {
             bar.set_position(state.placed as u64);
-            bar.set_message(match self.out.width() >= WIDE {
-                true => format!("  pose {place}   {queue}   index {index}"),
-                false => format!("{place}  {queue}  index {index}"),
+            bar.set_message(if self.out.width() >= WIDE {
+                format!("  pose {place}   {queue}   index {index}")
+            } else {
+                format!("{place}  {queue}  index {index}")
             });
             return Ok(());
         }
@@ -124,9 +125,10 @@ fn picking() -> String {
 
 fn bar(wide: bool) -> ProgressBar {
     let bar = ProgressBar::new(CUBES.len() as u64).with_prefix(picking());
-    let template = match wide {
-        true => "  {prefix:20} [{bar:14}]  {pos}/{len} {msg}",
-        false => "  {prefix} [{bar:6}] {pos}/{len} {msg}",
+    let template = if wide {
+        "  {prefix:20} [{bar:14}]  {pos}/{len} {msg}"
+    } else {
+        "  {prefix} [{bar:6}] {pos}/{len} {msg}"
     };
     if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style.progress_chars("##-"));

@@ -71,12 +71,11 @@ impl Doctor {
             found.window(&mut line, &target, to).await?;
             Ok(line)
         })?;
-        match context.global.yes {
-            true => attended_trial(&mut line, &target, context, found)?,
-            false => {
-                let out = &mut context.out;
-                found.leave_queue(&mut Shown { out, quiet })?;
-            }
+        if context.global.yes {
+            attended_trial(&mut line, &target, context, found)?;
+        } else {
+            let out = &mut context.out;
+            found.leave_queue(&mut Shown { out, quiet })?;
         }
         drop(line);
         // What was found is said under the same name for every port.
@@ -123,10 +122,11 @@ fn attended_trial(
         }
         Err(failure) => {
             let rest = async { timeout(LEAVING, trial).await.is_ok() };
-            match context.alone(async |_, _| Ok(rest.await))? {
-                true => Err(failure),
-                false => Err(failure
-                    .hint("waits of 0 ms may be left in the queue: `magician stop` drops them")),
+            if context.alone(async |_, _| Ok(rest.await))? {
+                Err(failure)
+            } else {
+                Err(failure
+                    .hint("waits of 0 ms may be left in the queue: `magician stop` drops them"))
             }
         }
     }

@@ -30,9 +30,10 @@ impl Attendant for Shown<'_> {
     type Failure = Failure;
 
     fn found(&mut self, finding: &Finding) -> Result<(), Failure> {
-        match self.quiet {
-            true => Ok(()),
-            false => show(finding, self.out),
+        if self.quiet {
+            Ok(())
+        } else {
+            show(finding, self.out)
         }
     }
 

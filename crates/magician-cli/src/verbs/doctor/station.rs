@@ -83,9 +83,10 @@ fn not_let_in(
             .cure("--station-ca FILE names the certificates to trust; the name in the URL has to be one of the certificate's"),
         ClientError::Refused { .. } => Finding::bad("token", text)
             .cure("`magician station token` on the station's computer makes one; it is taken from MAGICIAN_TOKEN"),
-        _ => Finding::bad("station", text).cure(match address.encrypted {
-            true => "is `magician serve` running there, with --listen and the port of the URL?",
-            false => "is `magician serve` running there, with --listen and the port of the URL? One that encrypts is https://",
+        _ => Finding::bad("station", text).cure(if address.encrypted {
+            "is `magician serve` running there, with --listen and the port of the URL?"
+        } else {
+            "is `magician serve` running there, with --listen and the port of the URL? One that encrypts is https://"
         }),
     };
     found.add(finding, to)?;
@@ -176,10 +177,11 @@ async fn arm_of(
         "an arm"
     };
     let up = arm["link"] == json!("up");
-    let finding = match up {
-        true => Finding::good("arm", format!("{name}: {kind} at {port}")),
-        false => Finding::bad("arm", format!("{name}: the line to {port} is lost"))
-            .cure("is the arm switched on and plugged in? The station looks for it all the time"),
+    let finding = if up {
+        Finding::good("arm", format!("{name}: {kind} at {port}"))
+    } else {
+        Finding::bad("arm", format!("{name}: the line to {port} is lost"))
+            .cure("is the arm switched on and plugged in? The station looks for it all the time")
     };
     found.add(finding.value(name), to)?;
     let (holder, job) = (&arm["holder"]["name"], arm["job"].as_str());
@@ -204,14 +206,16 @@ async fn arm_of(
     for alarm in alarms {
         let text = |field: &str| alarm[field].as_str().unwrap_or_default().to_owned();
         let said = format!("{name}: {}: {}", text("name"), text("cause"));
-        let finding = match alarm["holds_queue"] == json!(true) {
-            true => Finding::bad("alarms", format!("{said}; it holds the queue")),
-            false => Finding::note("alarms", said),
+        let finding = if alarm["holds_queue"] == json!(true) {
+            Finding::bad("alarms", format!("{said}; it holds the queue"))
+        } else {
+            Finding::note("alarms", said)
         };
         let code = alarm["code"].as_u64().unwrap_or_default();
-        let cure = match code == u64::from(Alarm::ResetOccurred) {
-            true => "`magician home` through the station homes it",
-            false => "`magician alarms --clear` through the station clears it",
+        let cure = if code == u64::from(Alarm::ResetOccurred) {
+            "`magician home` through the station homes it"
+        } else {
+            "`magician alarms --clear` through the station clears it"
         };
         let finding = finding.value(code).cure(cure);
         found.add(finding, to)?;
@@ -236,15 +240,13 @@ fn clock(found: &mut Diagnosis, there: f64, to: &mut Shown<'_>) -> Outcome {
     }
     let here = SystemTime::now().duration_since(UNIX_EPOCH);
     let ahead = there - here.map_or(0.0, |here| here.as_secs_f64());
-    let finding = match ahead.abs() <= APART {
-        true => Finding::good("clock", "as the one of this computer"),
-        false => {
-            let side = if ahead > 0.0 { "ahead of" } else { "behind" };
-            let text = format!("{:.0} s {side} the one of this computer", ahead.abs());
-            Finding::note("clock", text).cure(
-                "times of states and events are by the station's clock: set both by the network",
-            )
-        }
+    let finding = if ahead.abs() <= APART {
+        Finding::good("clock", "as the one of this computer")
+    } else {
+        let side = if ahead > 0.0 { "ahead of" } else { "behind" };
+        let text = format!("{:.0} s {side} the one of this computer", ahead.abs());
+        Finding::note("clock", text)
+            .cure("times of states and events are by the station's clock: set both by the network")
     };
     found.add(finding.value((ahead * 10.0).round() / 10.0).unit("s"), to)
 }

@@ -221,9 +221,10 @@ impl Fleet {
                 }
             }
         }
-        match wrong.is_empty() {
-            true => Ok(()),
-            false => Err(Failure::new(kind, wrong.join("\n")).hint("nothing was started")),
+        if wrong.is_empty() {
+            Ok(())
+        } else {
+            Err(Failure::new(kind, wrong.join("\n")).hint("nothing was started"))
         }
     }
 
@@ -452,23 +453,25 @@ impl Jobs {
                 Some(_) => "not started",
                 None => part.state(),
             };
-            let mark = match self.json {
-                true => part.seen.to_string() + &part.line(),
-                false => format!("{state}{}", part.is_gone),
+            let mark = if self.json {
+                part.seen.to_string() + &part.line()
+            } else {
+                format!("{state}{}", part.is_gone)
             };
             if self.told.insert(at.clone(), mark.clone()).as_ref() == Some(&mark) {
                 continue;
             }
-            match self.json {
-                true => out.event(&json!({
+            if self.json {
+                out.event(&json!({
                     "arm": at.arm,
                     "station": at.station.to_string(),
                     "state": state,
                     "job": part.seen,
                     "gone": part.is_gone,
                     "error": part.why.as_ref().map(|why| &why.text),
-                }))?,
-                false => out.line(format_args!("{}: {}", at.arm, part.line()))?,
+                }))?
+            } else {
+                out.line(format_args!("{}: {}", at.arm, part.line()))?
             }
         }
         out.flush()
@@ -525,9 +528,10 @@ impl Jobs {
             ),
             (_, unstopped) => {
                 let names = unstopped.join(", ");
-                let message = match names.is_empty() {
-                    true => "interrupted; a job that was being started may run".to_owned(),
-                    false => format!("interrupted; not stopped for certain: {names}"),
+                let message = if names.is_empty() {
+                    "interrupted; a job that was being started may run".to_owned()
+                } else {
+                    format!("interrupted; not stopped for certain: {names}")
                 };
                 Failure::new(Kind::Interrupted, message)
                     .hint("`magician fleet list` says what runs, `magician fleet stop` stops arms")
@@ -554,9 +558,10 @@ impl Jobs {
                 }
             }
         }
-        match failed.is_empty() {
-            true => Ok(()),
-            false => Err(Failure::new(kind, failed.join("\n"))),
+        if failed.is_empty() {
+            Ok(())
+        } else {
+            Err(Failure::new(kind, failed.join("\n")))
         }
     }
 }

@@ -44,9 +44,10 @@ impl Stop {
             let mut failed = Vec::new();
             for name in absent {
                 let why = "it is not on the site";
-                match json {
-                    true => out.event(&json!({"arm": name, "stood": false, "error": why}))?,
-                    false => out.line(format_args!("{name}: {why}"))?,
+                if json {
+                    out.event(&json!({"arm": name, "stood": false, "error": why}))?;
+                } else {
+                    out.line(format_args!("{name}: {why}"))?;
                 }
                 failed.push(name);
             }
@@ -101,9 +102,10 @@ async fn stop(
     let Some(first) = arms.first() else {
         return Vec::new();
     };
-    let params = match all {
-        true => json!({}),
-        false => json!({"arm": first.arm}),
+    let params = if all {
+        json!({})
+    } else {
+        json!({"arm": first.arm})
     };
     let request = json!({"jsonrpc": "2.0", "id": 1, "method": "arm.stop", "params": params});
     let asked = timeout(PATIENCE, site.call(first, caller, request.to_string())).await;

@@ -26,9 +26,10 @@ pub(super) fn run(
     let drawn = !json && io::stdout().is_terminal();
     context.attending(async |out| {
         let site = join().await?;
-        match drawn {
-            true => table(&site, out).await,
-            false => lines(&site, json, out).await,
+        if drawn {
+            table(&site, out).await
+        } else {
+            lines(&site, json, out).await
         }
     })
 }

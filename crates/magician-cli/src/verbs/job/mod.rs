@@ -278,9 +278,10 @@ impl Job {
 
     /// Runs it on an arm that is there.
     fn run_on_arm(&self, made: &PreparedJob, context: &mut Context) -> Result<(), Failure> {
-        let asks = match self.file.file == Path::new("-") {
-            true => Asks::Never,
-            false => Asks::AtTheTerminal,
+        let asks = if self.file.file == Path::new("-") {
+            Asks::Never
+        } else {
+            Asks::AtTheTerminal
         };
         if self.way.keep {
             context.permit_queue()?;

@@ -98,15 +98,17 @@ impl Job {
                 return Err(self.refused(&source, error, context));
             }
         };
-        let prepared = match self.look.is_wanted() {
-            true => Ok(prepared),
-            false => prepared.fitting(),
+        let prepared = if self.look.is_wanted() {
+            Ok(prepared)
+        } else {
+            prepared.fitting()
         };
         let prepared = prepared.map_err(|error| self.refused(&source, error, context))?;
         notes(&source, &prepared.notes, context);
-        let loops = match self.repeats {
-            true => None,
-            false => Some(self.way.loops.unwrap_or(1)).filter(|loops| *loops > 0),
+        let loops = if self.repeats {
+            None
+        } else {
+            Some(self.way.loops.unwrap_or(1)).filter(|loops| *loops > 0)
         };
         Ok(PreparedJob {
             prepared: prepared.repeated(loops),

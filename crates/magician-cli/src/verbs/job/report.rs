@@ -27,9 +27,10 @@ impl ForPeople for Estimate {
     fn power_line(&self) -> Option<String> {
         let PowerRange { most, least, .. } = self.power?;
         let [least, most] = [least, most].map(|percent| (percent * 10.0).round() / 10.0);
-        Some(match least < most {
-            true => format!("burns with {least} to {most} %"),
-            false => format!("burns with {most} %"),
+        Some(if least < most {
+            format!("burns with {least} to {most} %")
+        } else {
+            format!("burns with {most} %")
         })
     }
 
@@ -94,9 +95,10 @@ impl PreparedJob {
         let straight = way_out.straight.map(size);
         let turned = way_out.turned.map(|turned| {
             let WouldFit { scale, rotate, .. } = turned;
-            match scale < self.prepared.setup.placement.scale {
-                true => format!("--rotate {rotate} --scale {scale} fits too"),
-                false => format!("--rotate {rotate} fits at this size"),
+            if scale < self.prepared.setup.placement.scale {
+                format!("--rotate {rotate} --scale {scale} fits too")
+            } else {
+                format!("--rotate {rotate} fits at this size")
             }
         });
         let ways: Vec<String> = straight.into_iter().chain(turned).chain(at).collect();
@@ -149,9 +151,10 @@ pub(super) fn failure(
         1 => "1 step is refused; nothing was sent".to_owned(),
         all => format!("{all} steps are refused; nothing was sent"),
     };
-    drawn.push(match shown < problems.len() {
-        true => format!("{count} (-v shows the first of each line)"),
-        false => count.clone(),
+    drawn.push(if shown < problems.len() {
+        format!("{count} (-v shows the first of each line)")
+    } else {
+        count.clone()
     });
     let message = match problems.first() {
         Some(problem) => format!("{}: {problem}; {count}", source.name),
@@ -161,9 +164,10 @@ pub(super) fn failure(
     let kind = first.map_or(ErrorKind::InvalidInput, |refused_step| {
         refused_step.error.kind()
     });
-    let kind = match check {
-        true => Kind::CheckFailed,
-        false => Kind::Driver(kind),
+    let kind = if check {
+        Kind::CheckFailed
+    } else {
+        Kind::Driver(kind)
     };
     let about = first.map(|refused_step| ErrorFigures::of(&refused_step.error));
     let mut about = about.unwrap_or_default();
@@ -177,7 +181,7 @@ pub(super) fn failure(
     }
 }
 
-/// What is wrong, with the step and by how much, in the words of the file where it has words.
+/// What is wrong, with the step, in the words of the file where it has words.
 fn sentence(made: &PreparedJob, report: &Report, refused_step: &RefusedStep) -> String {
     let error = &refused_step.error;
     let step = format!("step {}", report.number(refused_step.step));
@@ -189,12 +193,5 @@ fn sentence(made: &PreparedJob, report: &Report, refused_step: &RefusedStep) -> 
         let what = words.unwrap_or(step);
         return format!("{what} is {beyond:.0} mm beyond the reach");
     }
-    let over = match (error.value(), error.limit(), error.unit()) {
-        (Some(value), Some(limit), Some(unit)) => {
-            let by = (value - limit).abs();
-            format!(" ({by:.1} {unit} beyond)")
-        }
-        _ => String::new(),
-    };
-    format!("{step}: {error}{over}")
+    format!("{step}: {error}")
 }

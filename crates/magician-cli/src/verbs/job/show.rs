@@ -71,15 +71,16 @@ impl Shown<'_> {
         let preview = self.look.preview.as_ref();
         answer.preview = preview.map(|path| path.display().to_string());
         context.show(&answer, |out| self.lines(&answer, is_good, out))?;
-        match is_good {
-            true => parks.map_err(|error| {
+        if is_good {
+            parks.map_err(|error| {
                 let mut failure = Failure::from(error);
                 if self.look.checks() {
                     failure.kind = Kind::CheckFailed;
                 }
                 failure
-            }),
-            false => Err(failure(self.made, &rest, &report, self.look.checks())),
+            })
+        } else {
+            Err(failure(self.made, &rest, &report, self.look.checks()))
         }
     }
 

@@ -277,9 +277,10 @@ fn bar(steps: Option<u64>) -> ProgressBar {
         Some(_) => "{bar:24} {percent:>3} %  {pos}/{len} steps done  {msg}",
         None => "{spinner} {pos} steps done  {msg}",
     };
-    let signs = match draws_on_stderr() {
-        true => "█▉▊▋▌▍▎▏ ",
-        false => "=> ",
+    let signs = if draws_on_stderr() {
+        "█▉▊▋▌▍▎▏ "
+    } else {
+        "=> "
     };
     let ascii = ["|", "/", "-", "\\", " "];
     if let Ok(style) = ProgressStyle::with_template(template) {

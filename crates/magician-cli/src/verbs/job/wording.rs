@@ -48,18 +48,20 @@ impl Wording<'_> {
         );
         let goes_on = "goes on where that one ended";
         let note = Diagnostic::new(Origin::NONE, text);
-        match resumable {
-            true => note.remedy((Setting::Resume, Given::On), goes_on),
-            false => note,
+        if resumable {
+            note.remedy((Setting::Resume, Given::On), goes_on)
+        } else {
+            note
         }
     }
 
     /// A job that was stopped, and whether the arm is known to stand.
     pub(super) fn stopped(&self, error: &JobError) -> (Failure, bool) {
         let twice = matches!(error.fault, Fault::Stopped { twice: true });
-        let cause = match error.line_ends {
-            true => STATION_ENDED,
-            false => INTERRUPTED,
+        let cause = if error.line_ends {
+            STATION_ENDED
+        } else {
+            INTERRUPTED
         };
         let (message, stands) = match (&error.pose, &error.unconfirmed) {
             (Some(pose), None) if twice => (
@@ -216,9 +218,10 @@ impl Wording<'_> {
                 )
             }
             ResumePoint::Again(steps) if within => {
-                let place = match self.made.prepared.program.plan().burns() {
-                    true => "the light went out",
-                    false => "it stopped",
+                let place = if self.made.prepared.program.plan().burns() {
+                    "the light went out"
+                } else {
+                    "it stopped"
                 };
                 format!(
                     "{steps}{of} steps are done and the next was cut short; {command} continues where \

@@ -40,9 +40,10 @@ pub(crate) fn beside(
     if area.width < NARROW {
         return below(frame, area, seen, pad, theme);
     }
-    let width = match area.width >= WIDE {
-        true => Constraint::Percentage(45),
-        false => Constraint::Length(30),
+    let width = if area.width >= WIDE {
+        Constraint::Percentage(45)
+    } else {
+        Constraint::Length(30)
     };
     let [left, mut right] = Layout::horizontal([Constraint::Fill(1), width]).areas(area);
     if area.height >= TALL {

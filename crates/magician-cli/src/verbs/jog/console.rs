@@ -193,8 +193,9 @@ pub(crate) async fn next_of<T: Clone + Send + Sync + 'static>(
 /// What the arm is called, and where it is.
 pub(crate) async fn title(arm: &Arm) -> Result<String, Failure> {
     let name = device_name(arm).await?;
-    Ok(match name.is_empty() {
-        true => arm.name().to_owned(),
-        false => format!("{} | {name}", arm.name()),
+    Ok(if name.is_empty() {
+        arm.name().to_owned()
+    } else {
+        format!("{} | {name}", arm.name())
     })
 }

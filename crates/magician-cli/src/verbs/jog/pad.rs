@@ -182,9 +182,10 @@ impl Pad {
         let (axis, forward) = match self.pendant.frame {
             JogFrame::Cartesian => {
                 let [x, y] = self.view.unproject(arrow);
-                match x.abs() > y.abs() {
-                    true => (Axis::X, x > 0.0),
-                    false => (Axis::Y, y > 0.0),
+                if x.abs() > y.abs() {
+                    (Axis::X, x > 0.0)
+                } else {
+                    (Axis::Y, y > 0.0)
                 }
             }
             // Joints have no direction on the ground. The arrows at the sides turn the base, as they move the tool to the

@@ -80,9 +80,10 @@ pub(crate) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
     let foot = foot(pad, &HINTS, frame.area().width, theme);
     let [header, middle, footer] = thirds(frame.area(), &foot);
     frame.render_widget(seen.header("jog", header.width, theme), header);
-    match frame.area().height < LEAST_ROWS {
-        true => small(frame, middle, seen, pad, theme),
-        false => large(frame, middle, seen, pad, theme),
+    if frame.area().height < LEAST_ROWS {
+        small(frame, middle, seen, pad, theme);
+    } else {
+        large(frame, middle, seen, pad, theme);
     }
     frame.render_widget(Paragraph::new(foot), footer);
     if let Some(help) = pad.help {
@@ -150,19 +151,17 @@ pub(crate) fn pose(frame: &mut Frame<'_>, area: Rect, seen: &Seen, pad: &Pad, th
         let moves = pad.pendant.moves(Axis::L);
         lines.push(row(Axis::L, rail, &keys(pad, Axis::L), moves, theme));
     }
-    let title = match cartesian {
-        true => "tool: arrows move it",
-        false => "tool",
+    let title = if cartesian {
+        "tool: arrows move it"
+    } else {
+        "tool"
     };
     frame.render_widget(Paragraph::new(lines).block(panel(title, theme)), area);
 }
 
 fn row(axis: Axis, value: f32, key: &str, moves: bool, theme: Theme) -> Line<'static> {
     let figure = format!("{:<2}{value:>9.2} {:<4}", axis.name(), axis.unit());
-    let style = match moves {
-        true => theme.good(),
-        false => Style::new(),
-    };
+    let style = if moves { theme.good() } else { Style::new() };
     Line::from(vec![
         Span::styled(figure, style),
         Span::styled(key.to_owned(), theme.key()),
@@ -235,26 +234,29 @@ pub(super) fn pad_lines(seen: &Seen, pad: &Pad, width: u16, theme: Theme) -> Vec
     let roomy = roomy_line(pad, theme);
     let is_roomy = roomy.width() <= usize::from(width);
     let label = |text| is_roomy.then(|| Span::styled(text, theme.dim()));
-    let style = match pad.pendant.activity.is_none() && seen.arm.stands() {
-        true => theme.dim(),
-        false => theme.good(),
+    let style = if pad.pendant.activity.is_none() && seen.arm.stands() {
+        theme.dim()
+    } else {
+        theme.good()
     };
     let doing = [
         Span::styled(doing(seen, pad), style),
         Span::styled(format!("  {:.1} mm/s", seen.arm.speed().tool), theme.dim()),
     ];
     let tools = tool_lines(pad.pendant.tools, width.saturating_sub(6), theme);
-    let mut lines = vec![match is_roomy {
-        true => roomy,
-        false => mode_line(pad, theme),
+    let mut lines = vec![if is_roomy {
+        roomy
+    } else {
+        mode_line(pad, theme)
     }];
     lines.push(label("arm   ").into_iter().chain(doing).collect());
-    match is_roomy {
-        true => lines.extend((tools.into_iter().enumerate()).map(|(nth, tools)| {
+    if is_roomy {
+        lines.extend((tools.into_iter().enumerate()).map(|(nth, tools)| {
             let label = label(if nth == 0 { "tools " } else { "      " });
             label.into_iter().chain(tools).collect()
-        })),
-        false => lines.extend(tool_lines(pad.pendant.tools, width, theme)),
+        }));
+    } else {
+        lines.extend(tool_lines(pad.pendant.tools, width, theme));
     }
     lines
 }
@@ -316,9 +318,10 @@ pub(super) fn doing(seen: &Seen, pad: &Pad) -> String {
 pub(crate) fn tool_lines(tools: ToolState, width: u16, theme: Theme) -> Vec<Line<'static>> {
     let [suction, gripper, laser] = tool_spans(tools, theme);
     let line = Line::from(vec![suction.clone(), gripper.clone(), laser.clone()]);
-    match line.width() <= usize::from(width) {
-        true => vec![line],
-        false => vec![Line::from(vec![suction, gripper]), Line::from(laser)],
+    if line.width() <= usize::from(width) {
+        vec![line]
+    } else {
+        vec![Line::from(vec![suction, gripper]), Line::from(laser)]
     }
 }
 
@@ -342,9 +345,10 @@ fn tool_spans(tools: ToolState, theme: Theme) -> [Span<'static>; 3] {
         ),
         Span::styled(format!("{} {gripper} ", lamp(grips)), lit(grips)),
         Span::styled(
-            match tools.laser {
-                true => format!("{} laser  ON", lamp(true)),
-                false => format!("{} laser", lamp(false)),
+            if tools.laser {
+                format!("{} laser  ON", lamp(true))
+            } else {
+                format!("{} laser", lamp(false))
             },
             laser,
         ),

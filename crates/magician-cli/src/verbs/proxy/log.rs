@@ -75,14 +75,13 @@ impl Log {
             seconds,
         } in held
         {
-            match self.style.json {
-                true => self.object(
+            if self.style.json {
+                self.object(
                     json!({"event": "more", "of": last, "count": count, "seconds": seconds}),
-                ),
-                false => {
-                    let line = format!("{last:<WORD$}{count} more in the last {seconds} s");
-                    self.line("", line);
-                }
+                )
+            } else {
+                let line = format!("{last:<WORD$}{count} more in the last {seconds} s");
+                self.line("", line);
             }
         }
     }
@@ -137,9 +136,10 @@ impl Log {
     }
 
     fn say(&self, object: Value, text: impl FnOnce() -> String) {
-        let line = match self.style.json {
-            true => json(&object),
-            false => text(),
+        let line = if self.style.json {
+            json(&object)
+        } else {
+            text()
         };
         tell(line);
     }
@@ -176,9 +176,10 @@ impl Log {
         let wanted = only.is_empty() || only.contains(&shown.frame.id());
         // Traffic is shown on request; errors may come at any rate.
         if wanted && (!shown.bad || self.passes(shown.word)) {
-            match self.style.json {
-                true => self.object(shown.object(who)),
-                false => self.frame(who, &shown),
+            if self.style.json {
+                self.object(shown.object(who))
+            } else {
+                self.frame(who, &shown)
             }
         }
     }
@@ -190,9 +191,10 @@ impl Log {
         let note = paint.note(note.unwrap_or_default()).to_string();
         let name = paint.name(shown.name()).to_string();
         let word = format!("{:<WORD$}", shown.word);
-        let word = match shown.bad {
-            true => paint.error(word).to_string(),
-            false => word,
+        let word = if shown.bad {
+            paint.error(word).to_string()
+        } else {
+            word
         };
         self.line(who, format_args!("{word}{name}{values}{note}"));
     }

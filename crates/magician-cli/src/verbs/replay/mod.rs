@@ -134,13 +134,14 @@ impl Replay {
         let wrong = |error: &dyn std::fmt::Display| {
             Failure::invalid(format!("{}: {error}", self.session.display()))
         };
-        let frames = match is_recording(bytes) {
-            true => match trace_of(bytes) {
+        let frames = if is_recording(bytes) {
+            match trace_of(bytes) {
                 Ok(trace) => Some(trace),
                 Err(FramesError::Empty) => None,
                 Err(error) => return Err(wrong(&error)),
-            },
-            false => None,
+            }
+        } else {
+            None
         };
         match Session::new(frames.as_deref().unwrap_or(bytes)) {
             Err(ReplayError::Trace(TraceError::NotATrace)) => {

@@ -79,9 +79,10 @@ impl<'o> ReplayReporter<'o> {
             late: report.late,
             differences: report.found,
         };
-        match self.json {
-            true => self.out.json(&summary)?,
-            false => self.out.line(in_words(&summary))?,
+        if self.json {
+            self.out.json(&summary)?;
+        } else {
+            self.out.line(in_words(&summary))?;
         }
         match report.found {
             0 => Ok(()),

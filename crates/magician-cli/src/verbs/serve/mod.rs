@@ -161,12 +161,11 @@ fn is_name(name: &str) -> bool {
 
 /// What an arm may be called.
 fn check_name(name: &str) -> Result<(), Failure> {
-    match is_name(name) {
-        true => Ok(()),
-        false => {
-            let message = format!("`{name}` is no name for an arm");
-            Err(Failure::invalid(message).hint(NAME_RULE))
-        }
+    if is_name(name) {
+        Ok(())
+    } else {
+        let message = format!("`{name}` is no name for an arm");
+        Err(Failure::invalid(message).hint(NAME_RULE))
     }
 }
 
@@ -388,9 +387,10 @@ impl Serve {
         let announced = (exposed && !self.no_announce)
             .then(|| Announcement::new(listener.addresses(), listener.is_encrypted(), &names));
         let service = link.is_some().then(|| self.link.service(&station));
-        let pages = match self.no_studio {
-            true => Pages::default(),
-            false => studio::pages(),
+        let pages = if self.no_studio {
+            Pages::default()
+        } else {
+            studio::pages()
         };
         let mut options = self.front.http(store.clone(), pages);
         options.link = service.clone().map(link::calls);

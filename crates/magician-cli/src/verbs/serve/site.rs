@@ -20,9 +20,10 @@ pub(crate) struct SiteFlags {
 
 /// The name of a site.
 pub(crate) fn name_of_site(text: &str) -> Result<String, &'static str> {
-    match super::is_name(text) {
-        true => Ok(text.to_owned()),
-        false => Err(super::NAME_RULE),
+    if super::is_name(text) {
+        Ok(text.to_owned())
+    } else {
+        Err(super::NAME_RULE)
     }
 }
 

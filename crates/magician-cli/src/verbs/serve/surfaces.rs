@@ -41,9 +41,10 @@ impl SurfaceStore for Surfaces {
     }
 
     fn keep(&self, arm: &ArmEntry, height: Option<f64>) -> magician::Result<()> {
-        match self.is_in_settings(arm) {
-            true => keep_surface(height),
-            false => self.touched.keep(arm, height),
+        if self.is_in_settings(arm) {
+            keep_surface(height)
+        } else {
+            self.touched.keep(arm, height)
         }
     }
 }

@@ -127,9 +127,10 @@ impl Completer for Words {
         let mut found = self.candidates(&before, word);
         found.retain(|candidate| letters(candidate).starts_with(&letters(word)));
         let pair = |candidate: String| Pair {
-            replacement: match candidate.ends_with('=') {
-                true => candidate.clone(),
-                false => format!("{candidate} "),
+            replacement: if candidate.ends_with('=') {
+                candidate.clone()
+            } else {
+                format!("{candidate} ")
             },
             display: candidate,
         };

@@ -32,10 +32,11 @@ impl Typing {
             .completion_type(rustyline::CompletionType::List)
             // Every line of what is pasted is a line to do.
             .bracketed_paste(false)
-            .behavior(match io::stdout().is_terminal() {
-                true => Behavior::Stdio,
+            .behavior(if io::stdout().is_terminal() {
+                Behavior::Stdio
+            } else {
                 // The output goes elsewhere; the line is still edited here.
-                false => Behavior::PreferTerm,
+                Behavior::PreferTerm
             })
             .build();
         let mut editor = Editor::with_config(config).map_err(plain)?;

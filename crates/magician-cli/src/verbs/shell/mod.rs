@@ -39,9 +39,10 @@ impl Shell {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         context.enter_shell();
         let session = context.global.clone();
-        match io::stdin().is_terminal() {
-            true => converse(&session, context),
-            false => self.follow(&session, context),
+        if io::stdin().is_terminal() {
+            converse(&session, context)
+        } else {
+            self.follow(&session, context)
         }
     }
 

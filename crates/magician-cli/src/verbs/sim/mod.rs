@@ -396,9 +396,12 @@ pub(crate) fn scenario_of(path: Option<&Path>) -> Result<Scenario, Failure> {
     });
     let text = match built_in {
         Some((_, text)) => (*text).to_owned(),
-        None => read(path).map_err(|failure| match path.exists() {
-            true => failure,
-            false => failure.hint(format!("built in are {}", built_in_names())),
+        None => read(path).map_err(|failure| {
+            if path.exists() {
+                failure
+            } else {
+                failure.hint(format!("built in are {}", built_in_names()))
+            }
         })?,
     };
     Scenario::from_toml(&text)

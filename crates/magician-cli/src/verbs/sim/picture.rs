@@ -65,9 +65,10 @@ impl Picture {
             let Ok(drawing) = drawing.await else {
                 continue;
             };
-            let path = match numbered {
-                true => self.numbered(number),
-                false => self.path.clone(),
+            let path = if numbered {
+                self.numbered(number)
+            } else {
+                self.path.clone()
             };
             // The other arms have drawn too.
             outcome = outcome.and(self.save(&drawing, options, &path));

@@ -298,11 +298,14 @@ impl Session {
         let lesson = self.teach.editor.program;
         let rescue = self.rescue.path().display().to_string();
         let lost = !lesson.is_saved() && self.rescue.find().is_some();
-        let told = |failure: Failure| match lost {
-            true => failure.hint(format!(
-                "unsaved changes are in {rescue}: teach offers them next time"
-            )),
-            false => failure,
+        let told = |failure: Failure| {
+            if lost {
+                failure.hint(format!(
+                    "unsaved changes are in {rescue}: teach offers them next time"
+                ))
+            } else {
+                failure
+            }
         };
         let closed = self.stage.close();
         let end = outcome.map_err(told)?;

@@ -220,9 +220,10 @@ impl TeachPad {
     }
 
     fn save(&mut self) -> Turn {
-        match self.has_file {
-            true => Turn::Save,
-            false => self.asks(Prompt::File(UNNAMED.to_owned())),
+        if self.has_file {
+            Turn::Save
+        } else {
+            self.asks(Prompt::File(UNNAMED.to_owned()))
         }
     }
 
@@ -265,9 +266,10 @@ fn told(pad: &mut Pad, edit: Result<(), TeachError>, text: &str) -> Turn {
 
 /// Says whether there was something to do.
 fn said(pad: &mut Pad, done: bool, text: &str, otherwise: &str) -> Turn {
-    match done {
-        true => pad.say(Tone::Plain, text),
-        false => pad.say(Tone::Bad, otherwise),
+    if done {
+        pad.say(Tone::Plain, text);
+    } else {
+        pad.say(Tone::Bad, otherwise);
     }
     Turn::Pad(Reply::Nothing)
 }

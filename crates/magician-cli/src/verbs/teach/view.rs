@@ -106,9 +106,10 @@ fn list(frame: &mut Frame<'_>, area: Rect, teach: &TeachPad, theme: Theme) {
     // The row that is chosen stays in sight, with all that there is to say of it.
     let first = (lesson.selected() + 1).saturating_sub(height.max(1));
     for (nth, row) in lesson.steps().iter().enumerate().skip(first).take(height) {
-        let texts = match nth == lesson.selected() {
-            true => chosen.clone(),
-            false => vec![numbered(nth, &describe(row, area.width >= ROOMY))],
+        let texts = if nth == lesson.selected() {
+            chosen.clone()
+        } else {
+            vec![numbered(nth, &describe(row, area.width >= ROOMY))]
         };
         let plays = teach.editor.playing() == Some(nth);
         let style = match (nth == lesson.selected(), plays) {
@@ -178,9 +179,12 @@ fn motion(row: &TeachStep, roomy: bool) -> String {
         Travel::Line => "MOVL",
         Travel::Jump => "JUMP",
     };
-    let at = |[a, b, c, d]: [f32; 4]| match roomy {
-        true => format!("{a:>6.1}{b:>7.1}{c:>7.1}{d:>7.1}"),
-        false => format!("{a:>6.1}{b:>7.1}{c:>7.1}"),
+    let at = |[a, b, c, d]: [f32; 4]| {
+        if roomy {
+            format!("{a:>6.1}{b:>7.1}{c:>7.1}{d:>7.1}")
+        } else {
+            format!("{a:>6.1}{b:>7.1}{c:>7.1}")
+        }
     };
     let motion = match &row.motion {
         Some(Action::Move { to, by }) => format!("{} {}", way(by), at(*to)),

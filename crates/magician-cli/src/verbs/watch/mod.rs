@@ -55,9 +55,12 @@ impl Watch {
             terminal::check("watch", "`magician watch | cat` gives lines")?;
         }
         let rate = self.rate.unwrap_or(if drawn { 20.0 } else { 10.0 });
-        let shown = async |arm: &Arm, out: &mut Output| match drawn {
-            true => draw(arm, rate).await,
-            false => lines(arm, rate, json, out).await,
+        let shown = async |arm: &Arm, out: &mut Output| {
+            if drawn {
+                draw(arm, rate).await
+            } else {
+                lines(arm, rate, json, out).await
+            }
         };
         match &self.record {
             None => context.arm_or(AT_SIGHT, StopPolicy::Watch, shown),
@@ -113,9 +116,10 @@ async fn lines(arm: &Arm, rate: f64, json: bool, out: &mut Output) -> Result<(),
             Link::Up => known,
             _ => ArmOutputs::default(),
         };
-        match json {
-            true => out.json(&StatusReport::new(&status, &told))?,
-            false => out.line(line::plain(&status, &told))?,
+        if json {
+            out.json(&StatusReport::new(&status, &told))?;
+        } else {
+            out.line(line::plain(&status, &told))?;
         }
         out.flush()?;
     }

@@ -72,10 +72,12 @@ pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
     .areas(frame.area());
     let header_text = model.seen.header("watch", header.width, theme);
     frame.render_widget(header_text, header);
-    match middle.width >= WIDE && middle.height >= u16::from(PINS) + 2 {
-        true => wide(frame, middle, model, theme),
-        false if frame.area().height < LEAST_ROWS => small(frame, middle, model, theme),
-        false => narrow(frame, middle, model, theme),
+    if middle.width >= WIDE && middle.height >= u16::from(PINS) + 2 {
+        wide(frame, middle, model, theme);
+    } else if frame.area().height < LEAST_ROWS {
+        small(frame, middle, model, theme);
+    } else {
+        narrow(frame, middle, model, theme);
     }
     let keys = fitted(&HINTS, footer.width, theme);
     frame.render_widget(Paragraph::new(keys), footer);
@@ -188,10 +190,12 @@ fn pose(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
 }
 
 fn pose_title(model: &Model) -> &'static str {
-    match model.seen.arm.stands() {
-        true => "tool stands",
-        false if model.seen.arm.answers() => "tool moves",
-        false => "tool when last seen",
+    if model.seen.arm.stands() {
+        "tool stands"
+    } else if model.seen.arm.answers() {
+        "tool moves"
+    } else {
+        "tool when last seen"
     }
 }
 

@@ -105,3 +105,18 @@ impl Run {
         object["error"].clone()
     }
 }
+
+/// Sends a signal, `-INT` for one.
+#[cfg(unix)]
+pub(crate) fn signal(name: &str, child: &std::process::Child) {
+    let id = child.id().to_string();
+    let kill = Command::new("kill").args([name, &id]).status();
+    assert!(kill.expect("kill runs").success());
+}
+
+/// A sample of the program crate, as a path.
+pub(crate) fn sample(name: &str) -> String {
+    let root = std::path::PathBuf::from(env!("CARGO_MANIFEST_DIR"));
+    let path = root.join("../magician-program/samples").join(name);
+    path.to_str().expect("UTF-8").to_owned()
+}

@@ -46,10 +46,11 @@ fn least(strokes: &[Stroke]) -> [f64; 2] {
 /// Where a line can begin.
 fn beginnings(owner: usize, stroke: &Stroke) -> impl Iterator<Item = Entry> + '_ {
     let last = stroke.points.len().saturating_sub(1);
-    let (step, until) = match stroke.is_closed() {
+    let (step, until) = if stroke.is_closed() {
         // The last corner of a closed line is its first.
-        true => (last.div_ceil(MOST_CORNERS).max(1), last),
-        false => (last.max(1), last + 1),
+        (last.div_ceil(MOST_CORNERS).max(1), last)
+    } else {
+        (last.max(1), last + 1)
     };
     let corners = stroke.points.iter().enumerate().take(until).step_by(step);
     corners.map(move |(which, at)| Entry {

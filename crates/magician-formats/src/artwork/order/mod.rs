@@ -94,9 +94,10 @@ impl Artwork {
                     return;
                 }
                 let joined = join::join(&mut candidate, order.joining);
-                let around = match order.inside_first {
-                    true => nesting::surrounding(&candidate),
-                    false => vec![None; candidate.len()],
+                let around = if order.inside_first {
+                    nesting::surrounding(&candidate)
+                } else {
+                    vec![None; candidate.len()]
                 };
                 let is_wrong = order.inside_first && !is_inside_first(strokes);
                 let candidate = rearranged(candidate, &around, order.effort);
@@ -195,14 +196,17 @@ fn tour(
     effort: &mut u64,
 ) -> Vec<TourStop> {
     let place = |at: usize| strokes[at].points.first().copied().into_iter().collect();
-    let lines = match some.len() == strokes.len() {
-        true => Cow::Borrowed(strokes),
-        false => { some.iter() }
-            .map(|at| match within[*at].is_empty() {
-                true => strokes[*at].clone(),
-                false => Stroke::new(place(*at), Origin::NONE),
-            })
-            .collect(),
+    let lines = if some.len() == strokes.len() {
+        Cow::Borrowed(strokes)
+    } else {
+        let own = some.iter().map(|at| {
+            if within[*at].is_empty() {
+                strokes[*at].clone()
+            } else {
+                Stroke::new(place(*at), Origin::NONE)
+            }
+        });
+        own.collect()
     };
     let mut stops = greedy::tour(&lines);
     // Where closed lines begin depends on their neighbours, and their neighbours on where they begin.

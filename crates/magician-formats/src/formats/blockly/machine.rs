@@ -247,8 +247,9 @@ fn variable(block: &Block) -> Result<String, Diagnostic> {
 
 /// What was computed, if it is a number.
 pub(super) fn finite(block: &Block, number: f64) -> Result<BlockValue, Diagnostic> {
-    match number.is_finite() {
-        true => Ok(BlockValue::Number(number)),
-        false => Err(block.diagnostic("its result is not a number")),
+    if number.is_finite() {
+        Ok(BlockValue::Number(number))
+    } else {
+        Err(block.diagnostic("its result is not a number"))
     }
 }

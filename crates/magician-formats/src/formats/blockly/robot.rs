@@ -261,12 +261,13 @@ impl Call<'_, '_> {
 
 fn fit(block: &Block, name: &str, number: f64) -> Result<f32, Diagnostic> {
     let single = number as f32;
-    match single.is_finite() {
-        true => Ok(single),
-        false => Err(block.diagnostic(format!(
+    if single.is_finite() {
+        Ok(single)
+    } else {
+        Err(block.diagnostic(format!(
             "{name} of {} is {number}, out of range",
             block.kind
-        ))),
+        )))
     }
 }
 

@@ -162,14 +162,13 @@ impl Call<'_, '_> {
             _ => Stepper::Stepper2,
         };
         let belt = self.block.kind == "dobot_conveyor";
-        let pulses = match belt {
-            true => {
-                let what = "the belt runs about 1.9 times as fast as the block says, as in \
+        let pulses = if belt {
+            let what = "the belt runs about 1.9 times as fast as the block says, as in \
                     DobotStudio";
-                self.note("belt", what);
-                self.number(&["speed"], 50.0)? * STUDIO_PULSES_PER_MM
-            }
-            false => self.number(&["speed"], 10_000.0)?,
+            self.note("belt", what);
+            self.number(&["speed"], 50.0)? * STUDIO_PULSES_PER_MM
+        } else {
+            self.number(&["speed"], 10_000.0)?
         };
         if pulses.abs() > FASTEST_PULSES {
             let message =

@@ -15,9 +15,10 @@ pub(super) fn is_recording(head: &[u8]) -> bool {
 
 /// Whether a text, of which this is the head, is a list of points.
 pub(super) fn is_one(text: &str) -> bool {
-    match text.starts_with('{') {
-        true => is_json(text),
-        false => is_csv(text) || is_strokes(text) && text.lines().nth(1).is_some(),
+    if text.starts_with('{') {
+        is_json(text)
+    } else {
+        is_csv(text) || is_strokes(text) && text.lines().nth(1).is_some()
     }
 }
 

@@ -40,17 +40,16 @@ pub(super) fn draw<'p>(
             places.push(map * Point::new(x, y));
         }
     }
-    let pairs = match flags & PLACE != 0 {
-        true => edges_of(&faces)?,
-        false => {
-            // Of a smooth surface there are other numbers of rows and columns.
-            let count = |own, smooth| match record.integer(smooth)? {
-                0 => record.integer(own),
-                count => Ok(count),
-            };
-            let counts = [count(71, 73)?, count(72, 74)?];
-            grid(counts, CLOSED.map(|flag| flags & flag != 0), places.len())
-        }
+    let pairs = if flags & PLACE != 0 {
+        edges_of(&faces)?
+    } else {
+        // Of a smooth surface there are other numbers of rows and columns.
+        let count = |own, smooth| match record.integer(smooth)? {
+            0 => record.integer(own),
+            count => Ok(count),
+        };
+        let counts = [count(71, 73)?, count(72, 74)?];
+        grid(counts, CLOSED.map(|flag| flags & flag != 0), places.len())
     };
     let mut drawn = HashSet::new();
     for [from, to] in pairs {
@@ -61,9 +60,10 @@ pub(super) fn draw<'p>(
             canvas.stroke(vec![*one, *other], record, layer)?;
         }
     }
-    match drawn.is_empty() {
-        true => canvas.leave_out(record, "its mesh has no edges"),
-        false => Ok(()),
+    if drawn.is_empty() {
+        canvas.leave_out(record, "its mesh has no edges")
+    } else {
+        Ok(())
     }
 }
 

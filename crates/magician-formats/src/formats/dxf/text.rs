@@ -184,9 +184,10 @@ impl Row {
 
 /// The rotation from x to a direction; none for a vector without length.
 pub(super) fn turn_of(direction: Vec2) -> Affine {
-    match direction.hypot() > 0.0 && direction.is_finite() {
-        true => Affine::rotate(direction.atan2()),
-        false => Affine::IDENTITY,
+    if direction.hypot() > 0.0 && direction.is_finite() {
+        Affine::rotate(direction.atan2())
+    } else {
+        Affine::IDENTITY
     }
 }
 

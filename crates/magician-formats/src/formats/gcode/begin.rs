@@ -119,9 +119,10 @@ impl Machine<'_> {
             if self.options.placed && !self.begin.moved && feeds && self.at == place.map(Some) {
                 return Ok(());
             }
-            match feeds {
-                true => self.feed(place, origin),
-                false => self.go(place, origin),
+            if feeds {
+                self.feed(place, origin)
+            } else {
+                self.go(place, origin)
             }
         }
         self.arrive(place);

@@ -299,12 +299,13 @@ impl Words<'_> {
             "SQRT" => of.sqrt(),
             _ => libm::tan(of.to_radians()),
         };
-        match value.is_finite() {
-            true => Ok(Some(value)),
-            false => Err(SpanDiagnostic::new(
+        if value.is_finite() {
+            Ok(Some(value))
+        } else {
+            Err(SpanDiagnostic::new(
                 start..self.at,
                 format!("{name} of {of} is not a number"),
-            )),
+            ))
         }
     }
 

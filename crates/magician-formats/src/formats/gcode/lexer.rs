@@ -140,12 +140,13 @@ impl<'l> Words<'l> {
         let is_number = bytes
             .get(from)
             .is_some_and(|byte| !matches!(byte, b'[' | b'#'));
-        let number = number.map(|number| match is_number {
-            true => {
+        let number = number.map(|number| {
+            if is_number {
                 let number = self.with_decimals(from, number);
                 self.with_exponent(start, from, number)
+            } else {
+                number
             }
-            false => number,
         });
         let range = start..self.at;
         if number.is_some() && is_number && self.has_exponent() {

@@ -116,9 +116,10 @@ impl<'o> Machine<'o> {
             );
             notes.add_with(DiagnosticCode::Power, origin, &message, |note| {
                 let note = note.remedy((Setting::Dialect, Given::Word("laser")), "burns with it");
-                match survey.mill.is_cooled_alone() {
-                    true => note.remedy(Deed::Engrave, "takes the coolant for air assist"),
-                    false => note,
+                if survey.mill.is_cooled_alone() {
+                    note.remedy(Deed::Engrave, "takes the coolant for air assist")
+                } else {
+                    note
                 }
             });
         }

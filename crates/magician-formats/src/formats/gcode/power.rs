@@ -99,12 +99,11 @@ impl Powers {
     pub(super) fn full(&self, said: Option<f64>, fan: bool) -> Result<FullPower, Diagnostic> {
         let of = |s, rule| Ok(FullPower { s, rule });
         if let Some(s) = said {
-            return match s.is_finite() && s > 0.0 {
-                true => of(s, Rule::Said),
-                false => {
-                    let message = format!("full power is S{s}, it must be above 0");
-                    Err(Diagnostic::of_file(message).with(s_max()))
-                }
+            return if s.is_finite() && s > 0.0 {
+                of(s, Rule::Said)
+            } else {
+                let message = format!("full power is S{s}, it must be above 0");
+                Err(Diagnostic::of_file(message).with(s_max()))
             };
         }
         if let Some((s, origin)) = self.setting {

@@ -15,9 +15,10 @@ fn start() -> Remedy {
 impl GcodeOptions {
     /// Where the tool is when the program begins, as far as that is known.
     pub(super) fn begins_at(&self) -> Option<[f64; 3]> {
-        match self.placed {
-            true => Some([0.0; 3]),
-            false => self.start,
+        if self.placed {
+            Some([0.0; 3])
+        } else {
+            self.start
         }
     }
 }

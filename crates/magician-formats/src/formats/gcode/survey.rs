@@ -119,10 +119,12 @@ impl Survey {
             Dialect::Pen => Kind::Pen,
             Dialect::Detect => {
                 let power = self.powers.greatest.is_some() && !self.extrudes;
-                match self.lights || self.fan_lights() || power {
-                    true if self.mill.sign().is_some() => Kind::Mill,
-                    true => Kind::Laser,
-                    false => Kind::Pen,
+                if !(self.lights || self.fan_lights() || power) {
+                    Kind::Pen
+                } else if self.mill.sign().is_some() {
+                    Kind::Mill
+                } else {
+                    Kind::Laser
                 }
             }
         }

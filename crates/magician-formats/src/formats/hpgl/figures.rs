@@ -101,13 +101,14 @@ impl Plotter<'_> {
         };
         let begin = self.at;
         let [through, end] = [[x1, y1], [x2, y2]].map(|[x, y]| [from[0] + x, from[1] + y]);
-        let circle = match begin == end {
+        let circle = if begin == end {
             // A whole circle, the other point opposite.
-            true => (begin != through).then(|| {
+            (begin != through).then(|| {
                 let centre = [0, 1].map(|axis| f64::midpoint(begin[axis], through[axis]));
                 (centre, 360.0)
-            }),
-            false => circle_through(begin, through, end),
+            })
+        } else {
+            circle_through(begin, through, end)
         };
         let Some((centre, sweep)) = circle else {
             self.line(through, instruction)?;

@@ -109,12 +109,12 @@ impl<'t> Plotter<'t> {
 
     /// A text of the file as the bytes that it is there.
     pub(super) fn bytes_of(&self, text: &str) -> Vec<u8> {
-        match self.latin {
-            true => text
-                .chars()
+        if self.latin {
+            text.chars()
                 .filter_map(|sign| u8::try_from(u32::from(sign)).ok())
-                .collect(),
-            false => text.as_bytes().to_vec(),
+                .collect()
+        } else {
+            text.as_bytes().to_vec()
         }
     }
 
@@ -248,9 +248,10 @@ impl<'t> Plotter<'t> {
             name: Some(format!("pen {}", self.pen)),
             inkscape: false,
         };
-        let layer = match self.artwork.layers.len() < MOST_PENS {
-            true => self.artwork.layer(&layer),
-            false => 0,
+        let layer = if self.artwork.layers.len() < MOST_PENS {
+            self.artwork.layer(&layer)
+        } else {
+            0
         };
         Style {
             layer,

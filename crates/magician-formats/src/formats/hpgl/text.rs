@@ -127,9 +127,10 @@ impl Plotter<'_> {
             Direction::Relative(way) => [0, 1].map(|side| frame[side] * way[side]),
         };
         let length = libm::hypot(run, rise);
-        let [run, rise] = match length > 0.0 && length.is_finite() {
-            true => [run / length, rise / length],
-            false => [1.0, 0.0],
+        let [run, rise] = if length > 0.0 && length.is_finite() {
+            [run / length, rise / length]
+        } else {
+            [1.0, 0.0]
         };
         Cell {
             width,
@@ -144,9 +145,10 @@ impl Plotter<'_> {
         let [across, along] = self.labels.extra;
         let forth = [cell.width * ADVANCE * (1.0 + across), 0.0];
         let down = [0.0, -cell.height * LINE * (1.0 + along)];
-        match self.labels.downwards {
-            true => [down, [-forth[0], 0.0]],
-            false => [forth, down],
+        if self.labels.downwards {
+            [down, [-forth[0], 0.0]]
+        } else {
+            [forth, down]
         }
     }
 
@@ -165,13 +167,15 @@ impl Plotter<'_> {
                 // As far down as the pen is by now, and a line.
                 let along = |from: [f64; 2], way: [f64; 2]| from[0] * way[0] + from[1] * way[1];
                 let apart = [place[0] - start[0], place[1] - start[1]];
-                let row = match self.labels.downwards {
-                    true => along(apart, cell.along),
-                    false => along(apart, cell.up),
+                let row = if self.labels.downwards {
+                    along(apart, cell.along)
+                } else {
+                    along(apart, cell.up)
                 };
-                let start = match self.labels.downwards {
-                    true => cell.at(start, row, 0.0),
-                    false => cell.at(start, 0.0, row),
+                let start = if self.labels.downwards {
+                    cell.at(start, row, 0.0)
+                } else {
+                    cell.at(start, 0.0, row)
                 };
                 self.labels.start = Some(start);
                 cell.at(start, down[0], down[1])

@@ -276,16 +276,15 @@ fn opacity(image: &DynamicImage) -> Vec<u8> {
         return Vec::new();
     }
     let wide = image.color().bytes_per_pixel() > image.color().channel_count();
-    match wide {
-        false => image
+    if wide {
+        let image = image.to_luma_alpha16();
+        image.pixels().map(|pixel| to_8_bits(pixel.0[1])).collect()
+    } else {
+        image
             .to_luma_alpha8()
             .pixels()
             .map(|pixel| pixel.0[1])
-            .collect(),
-        true => {
-            let image = image.to_luma_alpha16();
-            image.pixels().map(|pixel| to_8_bits(pixel.0[1])).collect()
-        }
+            .collect()
     }
 }
 

@@ -358,9 +358,10 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
                 number"
             );
             let diagnostic = self.wrong(item, diagnostic);
-            match text.contains(',') {
-                true => diagnostic.help("numbers are written with a decimal point"),
-                false => diagnostic,
+            if text.contains(',') {
+                diagnostic.help("numbers are written with a decimal point")
+            } else {
+                diagnostic
             }
         })?;
         if !(value as f32).is_finite() {

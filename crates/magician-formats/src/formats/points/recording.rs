@@ -252,9 +252,10 @@ fn slopes(rows: &[Sample]) -> Vec<[f64; 4]> {
     let slope = |nth: usize| match (between(nth), speeds.get(nth)) {
         (Some(before), Some(after)) => [0, 1, 2, 3].map(|axis| {
             let (before, after) = (before[axis], after[axis]);
-            match before * after > 0.0 {
-                true => 2.0 * before * after / (before + after),
-                false => 0.0,
+            if before * after > 0.0 {
+                2.0 * before * after / (before + after)
+            } else {
+                0.0
             }
         }),
         _ => [0.0; 4],
@@ -287,9 +288,12 @@ impl Sample {
     /// How fast each coordinate changes on the straight way to a later row.
     fn straight(&self, later: &Self) -> [f64; 4] {
         let step = later.t - self.t;
-        [0, 1, 2, 3].map(|axis| match step > 0.0 {
-            true => (later.pose[axis] - self.pose[axis]) / step,
-            false => 0.0,
+        [0, 1, 2, 3].map(|axis| {
+            if step > 0.0 {
+                (later.pose[axis] - self.pose[axis]) / step
+            } else {
+                0.0
+            }
         })
     }
 
@@ -297,9 +301,10 @@ impl Sample {
     fn towards(&self, later: &Self, [leaving, arriving]: [&[f64; 4]; 2], t: f64) -> Self {
         let step = later.t - self.t;
         // Rows at the same time have no way between them.
-        let share = match step > 0.0 {
-            true => ((t - self.t) / step).clamp(0.0, 1.0),
-            false => 0.0,
+        let share = if step > 0.0 {
+            ((t - self.t) / step).clamp(0.0, 1.0)
+        } else {
+            0.0
         };
         let (square, cube) = (share * share, share * share * share);
         let pose = [0, 1, 2, 3].map(|axis| {
@@ -325,12 +330,13 @@ fn turn_duration(degrees: f64) -> f64 {
         velocity: speeds.rotation_velocity * speeds.velocity_ratio / 100.0,
         acceleration: speeds.rotation_acceleration * speeds.acceleration_ratio / 100.0,
     };
-    match degrees > 0.0 {
-        true => ArmModel::MAGICIAN
+    if degrees > 0.0 {
+        ArmModel::MAGICIAN
             .law
             .rest_to_rest(degrees, &rates)
-            .duration(),
-        false => 0.0,
+            .duration()
+    } else {
+        0.0
     }
 }
 

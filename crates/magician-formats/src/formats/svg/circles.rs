@@ -173,9 +173,10 @@ impl<'s> SelectorSubject<'s> {
                 _ => name(at + 1).map(Self::Id),
             })
             .collect();
-        match named.is_empty() {
-            true => vec![Self::All],
-            false => named,
+        if named.is_empty() {
+            vec![Self::All]
+        } else {
+            named
         }
     }
 }

@@ -65,9 +65,10 @@ impl Region {
             .iter()
             .fold(Shapes::default(), |painted, (shape, shows)| {
                 let own = shape.shapes();
-                match shows {
-                    true => painted.joined(&own),
-                    false => painted.except(&own),
+                if *shows {
+                    painted.joined(&own)
+                } else {
+                    painted.except(&own)
                 }
             });
         let also = self.also.iter();

@@ -125,19 +125,18 @@ fn drawing(
         notes.add(Diagnostic::of_file(remark).coded(DiagnosticCode::Assumed));
     }
     let times = times_larger(chords);
-    let larger = match times > 1.0 && text::runs_along_paths(tree.root()) {
-        true => {
-            let size = match source.page {
-                Page::Sized | Page::ViewBox => [width, height],
-                // Percentages are of this where the file gives no size at all.
-                Page::Unknown => {
-                    let fallback = Options::default().default_size;
-                    [fallback.width(), fallback.height()]
-                }
-            };
-            source::enlarged(&source.text, size, times as f32)?
-        }
-        false => None,
+    let larger = if times > 1.0 && text::runs_along_paths(tree.root()) {
+        let size = match source.page {
+            Page::Sized | Page::ViewBox => [width, height],
+            // Percentages are of this where the file gives no size at all.
+            Page::Unknown => {
+                let fallback = Options::default().default_size;
+                [fallback.width(), fallback.height()]
+            }
+        };
+        source::enlarged(&source.text, size, times as f32)?
+    } else {
+        None
     };
     let mut pixel = PIXEL;
     if let Some(larger) = larger {
@@ -146,9 +145,10 @@ fn drawing(
     }
     // Up is up, from the lower edge of the page.
     let to = Affine::new([pixel, 0.0, 0.0, -pixel, 0.0, page[1]]);
-    let tolerance = match has_curves(tree.root()) {
-        true => chords.for_curve(),
-        false => chords.tolerance(),
+    let tolerance = if has_curves(tree.root()) {
+        chords.for_curve()
+    } else {
+        chords.tolerance()
     };
     let close = Closeness::new(tolerance, chords.unit());
     let Source {

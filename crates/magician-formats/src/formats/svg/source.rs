@@ -133,9 +133,10 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Diagnosti
             if let Some(remark) = edit.remark {
                 let name = node.attribute("id").unwrap_or(node.tag_name().name());
                 // Of a style sheet the place in it, of an element all of its tag.
-                let around = match is(&node, "style") {
-                    true => edit.range.clone(),
-                    false => start_tag(text, &node),
+                let around = if is(&node, "style") {
+                    edit.range.clone()
+                } else {
+                    start_tag(text, &node)
                 };
                 let note = Diagnostic::new(place.origin(around), remark).named(name);
                 notes.add(note.coded(DiagnosticCode::Assumed));
@@ -249,10 +250,12 @@ impl LayerTracker {
             is(node, "g") && parent.is_some_and(|parent| parent.id() == self.within)
         };
         let id = node.attribute("id");
-        let name = match self.inkscape {
-            true if is_inkscape_layer(node) => node.attribute((INKSCAPE, "label")).or(id),
-            false if outermost() => id,
-            _ => return 0,
+        let name = if self.inkscape && is_inkscape_layer(node) {
+            node.attribute((INKSCAPE, "label")).or(id)
+        } else if !self.inkscape && outermost() {
+            id
+        } else {
+            return 0;
         };
         if !self.inkscape && name.is_none() {
             return 0;

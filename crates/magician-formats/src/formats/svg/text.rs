@@ -27,17 +27,20 @@ pub(super) fn fonts(of_file: &FileFonts, installed: bool) -> LaidFonts {
 pub(super) fn set_up(options: &mut Options<'_>, fonts: &LaidFonts, installed: bool) {
     options.font_family = font::NAME.to_owned();
     options.fontdb = Arc::clone(&fonts.database);
+    #[allow(clippy::match_bool, reason = "an arm of some builds only")]
     let others = match installed {
         #[cfg(feature = "system-fonts")]
         true => font::installed_resolver(),
         _ => font::resolver(),
     };
-    options.font_resolver = match fonts.are_of_others() {
-        true => others,
-        false => fonts.resolver(others),
+    options.font_resolver = if fonts.are_of_others() {
+        others
+    } else {
+        fonts.resolver(others)
     };
 }
 
+#[allow(clippy::match_bool, reason = "an arm of some builds only")]
 fn database(installed: bool) -> Arc<Database> {
     match installed {
         #[cfg(feature = "system-fonts")]
@@ -128,9 +131,10 @@ impl StrokeCollector<'_> {
         advice: impl FnOnce(Diagnostic) -> Diagnostic,
     ) -> Result<(), Diagnostic> {
         let code = u32::from(character);
-        let left_out = match self.writing.strict_text {
-            true => "",
-            false => " is left out",
+        let left_out = if self.writing.strict_text {
+            ""
+        } else {
+            " is left out"
         };
         let remark =
             format!("U+{code:04X} '{character}'{left_out}: the font {font} does not have it");

@@ -37,9 +37,10 @@ pub(super) fn read(name: &str, bytes: &Arc<[u8]>) -> Result<Box<dyn Glyphs>, Dia
         )),
     };
     let font = font.map_err(of_this_file)?;
-    match font.cap_height().is_finite() && font.cap_height() > 0.0 {
-        true => Ok(font),
-        false => Err(of_this_file(Diagnostic::of_file("the font has no height"))),
+    if font.cap_height().is_finite() && font.cap_height() > 0.0 {
+        Ok(font)
+    } else {
+        Err(of_this_file(Diagnostic::of_file("the font has no height")))
     }
 }
 

@@ -26,9 +26,10 @@ pub(super) struct StrokeOrder {
 
 impl StrokeOrder {
     fn new(square: f64, strokes: HashMap<char, Vec<BezPath>>) -> Result<Self, Diagnostic> {
-        match strokes.is_empty() {
-            true => Err(Diagnostic::of_file("the file has no character")),
-            false => Ok(Self { square, strokes }),
+        if strokes.is_empty() {
+            Err(Diagnostic::of_file("the file has no character"))
+        } else {
+            Ok(Self { square, strokes })
         }
     }
 }

@@ -317,14 +317,15 @@ impl<'t> StepReader<'_, 't> {
                 Action::Gripper(json.one_of(value, &grips)?)
             }
             "wait" => Action::Wait(wait(json, value)?),
-            "home" => match json.boolean(value)? {
-                true => Action::Home,
-                false => {
+            "home" => {
+                if json.boolean(value)? {
+                    Action::Home
+                } else {
                     return Err(
                         json.diagnostic(value, "'home' takes true; remove the step instead")
                     );
                 }
-            },
+            }
             "part" | "pause" if self.version < WITH_PARTS => {
                 let message = format!("a '{key}' needs a plan of version {WITH_PARTS}");
                 return Err(json.diagnostic(value, message));
@@ -484,9 +485,10 @@ fn argument<'t>(json: &Json<'t>, value: &'t str) -> Result<Cow<'t, str>, Diagnos
     }
     let mut parts: Vec<Cow<'t, str>> = Vec::new();
     json.each(value, |value| {
-        parts.push(match value.starts_with('{') {
-            true => output(json, value)?.into(),
-            false => item(json, value)?,
+        parts.push(if value.starts_with('{') {
+            output(json, value)?.into()
+        } else {
+            item(json, value)?
         });
         Ok(())
     })?;

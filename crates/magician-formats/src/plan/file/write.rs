@@ -78,16 +78,18 @@ struct Short;
 
 impl Formatter for Short {
     fn write_f32<W: ?Sized + Write>(&mut self, writer: &mut W, value: f32) -> io::Result<()> {
-        match value == 0.0 || (1e-4..1e7).contains(&value.abs()) {
-            true => write!(writer, "{value}"),
-            false => write!(writer, "{value:e}"),
+        if value == 0.0 || (1e-4..1e7).contains(&value.abs()) {
+            write!(writer, "{value}")
+        } else {
+            write!(writer, "{value:e}")
         }
     }
 
     fn write_f64<W: ?Sized + Write>(&mut self, writer: &mut W, value: f64) -> io::Result<()> {
-        match value == 0.0 || (1e-4..1e15).contains(&value.abs()) {
-            true => write!(writer, "{value}"),
-            false => write!(writer, "{value:e}"),
+        if value == 0.0 || (1e-4..1e15).contains(&value.abs()) {
+            write!(writer, "{value}")
+        } else {
+            write!(writer, "{value:e}")
         }
     }
 }
@@ -97,18 +99,20 @@ struct Number<T>(T);
 
 impl Serialize for Number<f32> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self.0.is_finite() {
-            true => serializer.serialize_f32(self.0),
-            false => serializer.collect_str(&self.0),
+        if self.0.is_finite() {
+            serializer.serialize_f32(self.0)
+        } else {
+            serializer.collect_str(&self.0)
         }
     }
 }
 
 impl Serialize for Number<f64> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self.0.is_finite() {
-            true => serializer.serialize_f64(self.0),
-            false => serializer.collect_str(&self.0),
+        if self.0.is_finite() {
+            serializer.serialize_f64(self.0)
+        } else {
+            serializer.collect_str(&self.0)
         }
     }
 }

@@ -2,16 +2,11 @@
 
 use magician_formats::{Action, Content, Diagnostic, Format, ReadOptions, read};
 
-use super::{artwork, data, length, near, plan, told};
+use super::{artwork, data, length, near, plan, told, utf16};
 
 fn reading(format: Format, bytes: &[u8]) -> Result<(Content, String), Diagnostic> {
     let parsed = read(format, bytes, &ReadOptions::default())?;
     Ok((parsed.content, told(&parsed.notes)))
-}
-
-fn utf16(text: &str) -> Vec<u8> {
-    let units = std::iter::once(0xFEFF).chain(text.encode_utf16());
-    units.flat_map(u16::to_le_bytes).collect()
 }
 
 #[test]

@@ -71,3 +71,9 @@ pub(crate) fn near(one: f64, other: f64, within: f64) {
         "{one} is not {other} within {within}"
     );
 }
+
+/// Text as UTF-16 with its mark.
+fn utf16(text: &str) -> Vec<u8> {
+    let units = std::iter::once(0xFEFF).chain(text.encode_utf16());
+    units.flat_map(u16::to_le_bytes).collect()
+}

@@ -5,6 +5,8 @@ use std::path::Path;
 
 use magician_formats::{Content, Diagnostic, Format, Parsed, ReadOptions, read};
 
+use super::utf16;
+
 /// What a file comes to: how many strokes or steps, and their length in hundredths of a millimetre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Measure {
@@ -80,11 +82,6 @@ fn sample(name: &str) -> String {
         .join("../magician-program/samples")
         .join(name);
     std::fs::read_to_string(path).unwrap().replace("\r\n", "\n")
-}
-
-fn utf16(text: &str) -> Vec<u8> {
-    let units = std::iter::once(0xFEFF).chain(text.encode_utf16());
-    units.flat_map(u16::to_le_bytes).collect()
 }
 
 /// Every mutation of a text: all of it in other encodings, and its pieces (what lies from one place to the next) one by one.

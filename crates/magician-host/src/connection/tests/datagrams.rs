@@ -107,8 +107,7 @@ fn at_rest(settings: Settings, dropped: u32) -> Pair {
         *Request::set(&QueuedCmdStartExec {}).unwrap().frame(),
     ];
     let mut tell = |frame: &FrameBuf| {
-        before.arm.receive(magician_sim::LinkId(0), frame.bytes());
-        while before.arm.poll_transmit(magician_sim::LinkId(0)).is_some() {}
+        before.arm.exchange(magician_sim::LinkId(0), frame.bytes());
     };
     tell(&orders[0]);
     (0..dropped).for_each(|_| tell(wait(0).frame()));
@@ -152,8 +151,7 @@ fn an_index_that_was_read_before_the_queue_was_empty_is_no_base() {
     let mut pair = at_rest(Settings::ORDERED, 0);
     // Another host's command: read as running, then the queue is empty, and the index was not read since.
     let order = *wait(50).frame();
-    pair.arm.receive(magician_sim::LinkId(0), order.bytes());
-    while pair.arm.poll_transmit(magician_sim::LinkId(0)).is_some() {}
+    pair.arm.exchange(magician_sim::LinkId(0), order.bytes());
     pair.ask(get::<QueuedCmdLeftSpace>(), SECOND).unwrap();
     pair.ask(get::<QueuedCmdCurrentIndex>(), SECOND).unwrap();
     let later = pair.now + SECOND;

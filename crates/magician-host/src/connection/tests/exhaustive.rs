@@ -94,9 +94,10 @@ impl World {
             tick: 0,
             host: Connection::new(Settings {
                 // What doubled last shows in the left space alone.
-                capacity: match scope.doubles {
-                    true => scope.places as u32,
-                    false => scope.settings.capacity,
+                capacity: if scope.doubles {
+                    scope.places as u32
+                } else {
+                    scope.settings.capacity
                 },
                 ..scope.settings
             }),
@@ -322,9 +323,10 @@ impl World {
         self.mishaps += 1;
         let [to_arm, to_host] = &mut self.lines;
         to_arm.clear();
-        match answers_survive {
-            true => (to_host.iter_mut()).for_each(|(at, _)| *at = self.tick + AWAY + 1),
-            false => to_host.clear(),
+        if answers_survive {
+            (to_host.iter_mut()).for_each(|(at, _)| *at = self.tick + AWAY + 1);
+        } else {
+            to_host.clear();
         }
         self.host.interrupt();
         self.back = Some(self.tick + AWAY);

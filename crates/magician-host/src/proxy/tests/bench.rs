@@ -28,7 +28,7 @@ pub(super) const NONE: Faults = Faults {
 };
 
 /// The proxy between an arm and its clients.
-pub(super) struct Bench {
+pub(super) struct ProxyRig {
     pub(super) now: Micros,
     pub(super) proxy: Proxy,
     pub(super) arm: Controller,
@@ -42,7 +42,7 @@ pub(super) struct Bench {
     pub(super) inboxes: BTreeMap<Client, VecDeque<FrameBuf>>,
 }
 
-impl Bench {
+impl ProxyRig {
     pub(super) fn new(settings: Settings, faults: Faults, seed: u64) -> Self {
         Self {
             now: 0,
@@ -125,12 +125,12 @@ impl Bench {
     }
 
     pub(super) fn arm_hears(&mut self, bytes: &[u8]) {
-        self.arm.receive(USB, bytes);
-        while let Some(reply) = self.arm.poll_transmit(USB) {
+        for reply in self.arm.exchange(USB, bytes) {
             let (late, by) = self.faults.late;
-            let late = match self.dice.below(1000) < late {
-                true => self.dice.below(by),
-                false => 0,
+            let late = if self.dice.below(1000) < late {
+                self.dice.below(by)
+            } else {
+                0
             };
             // An ordered line: what is late delays what follows.
             let last = self.from_arm.back().map_or(0, |(at, _)| *at);

@@ -12,7 +12,7 @@ use magician_protocol::{Ctrl, FrameBuf, JogCommand, Readable, Row};
 
 use super::*;
 use crate::pair::Dice;
-use bench::{Bench, Faults, MS, NONE, get, get_output, jog, ratio, set};
+use bench::{Faults, MS, NONE, ProxyRig, get, get_output, jog, ratio, set};
 
 /// A client that asks for its own pins one after the other, `window` at a time, and gives up what
 /// is not answered in time.
@@ -40,7 +40,7 @@ impl Asker {
         }
     }
 
-    fn turn(&mut self, bench: &mut Bench) {
+    fn turn(&mut self, bench: &mut ProxyRig) {
         for frame in bench.received(self.number) {
             let pin = frame.frame().params()[0];
             let at = self.waiting.iter().position(|(asked, _)| *asked == pin);
@@ -76,7 +76,7 @@ fn every_client_gets_its_answers_and_no_others() {
     };
     for (faults, seeds) in [(NONE, 1), (hard, 40)] {
         for seed in 0..seeds {
-            let mut bench = Bench::new(Settings::default(), faults, seed);
+            let mut bench = ProxyRig::new(Settings::default(), faults, seed);
             let mut askers = [1, 1, 3].into_iter().zip(0..);
             let mut askers: Vec<Asker> = askers
                 .by_ref()
@@ -104,7 +104,7 @@ fn every_client_gets_its_answers_and_no_others() {
 
 #[test]
 fn a_second_terminal_costs_the_first_nothing() {
-    let mut bench = Bench::with_clients(2);
+    let mut bench = ProxyRig::with_clients(2);
     let mut counts = [0, 0];
     let mut last = [0, 0];
     let pose = get::<DeviceTime>();
@@ -129,7 +129,7 @@ fn a_second_terminal_costs_the_first_nothing() {
 
 #[test]
 fn a_shared_answer_is_fresh() {
-    let mut bench = Bench::with_clients(3);
+    let mut bench = ProxyRig::with_clients(3);
     let time = get::<DeviceTime>();
     let read = |frame: FrameBuf| frame.frame().read::<DeviceTime>().unwrap().g_systick;
     let first = read(bench.ask(0, &time));
@@ -160,7 +160,7 @@ fn without_a_fresh_window_every_get_goes_to_the_arm() {
         fresh: 0,
         ..Settings::default()
     };
-    let mut bench = Bench::new(settings, NONE, 1);
+    let mut bench = ProxyRig::new(settings, NONE, 1);
     (0..3).for_each(|number| bench.open(number));
     (0..3).for_each(|number| bench.say(number, &get::<Pose>()));
     bench.run_for(20 * MS);
@@ -174,7 +174,7 @@ fn what_may_not_be_shared_is_asked_for_each() {
     let last_pin = FrameBuf::new(<IoDo as Readable>::ROW.id, Ctrl::GET, &[]).unwrap();
     let unknown = FrameBuf::new(99, Ctrl::GET, &[]).unwrap();
     for frame in [taught, last_pin, unknown, ratio(40.0)] {
-        let mut bench = Bench::with_clients(2);
+        let mut bench = ProxyRig::with_clients(2);
         bench.say(0, &frame);
         bench.say(1, &frame);
         bench.run_for(2_000 * MS);
@@ -182,7 +182,7 @@ fn what_may_not_be_shared_is_asked_for_each() {
         bench.sent.retain(|frame| frame.frame().id() != 246);
         assert_eq!(bench.sent, [frame; 2]);
     }
-    let mut bench = Bench::with_clients(2);
+    let mut bench = ProxyRig::with_clients(2);
     bench.say(0, &get_output(1));
     bench.say(1, &get_output(2));
     bench.run_for(20 * MS);
@@ -207,7 +207,7 @@ fn every_get_of_the_table_but_one_can_be_shared() {
 
 #[test]
 fn who_has_set_something_reads_what_he_set() {
-    let mut bench = Bench::with_clients(2);
+    let mut bench = ProxyRig::with_clients(2);
     let read = get::<PtpCommonParams>();
     bench.say(1, &read);
     for percent in 1..=99u8 {
@@ -230,7 +230,7 @@ fn who_has_set_something_reads_what_he_set() {
 
 #[test]
 fn a_stop_overtakes_all_that_waits() {
-    let mut bench = Bench::with_clients(3);
+    let mut bench = ProxyRig::with_clients(3);
     for _ in 0..20 {
         bench.say(0, &get::<Pose>());
         bench.say(1, &ratio(10.0));
@@ -259,7 +259,7 @@ fn a_stop_overtakes_all_that_waits() {
 
 #[test]
 fn nothing_that_a_stop_overtook_comes_after_it() {
-    let mut bench = Bench::with_clients(2);
+    let mut bench = ProxyRig::with_clients(2);
     bench.say(1, &get::<Pose>());
     let start = set(&QueuedCmdStartExec {});
     bench.say(0, &start);
@@ -286,7 +286,7 @@ fn nothing_that_a_stop_overtook_comes_after_it() {
 
 #[test]
 fn a_stop_whose_first_answer_was_lost_is_answered_the_second_time() {
-    let mut bench = Bench::with_clients(1);
+    let mut bench = ProxyRig::with_clients(1);
     let stop = set(&QueuedCmdForceStopExec {});
     bench.faults.lose = 1_000;
     bench.say(0, &stop);
@@ -298,8 +298,8 @@ fn a_stop_whose_first_answer_was_lost_is_answered_the_second_time() {
 }
 
 /// A bench whose client 0 asks for a pin, and whose answer comes so late.
-fn answering_after(late: Micros) -> Bench {
-    let mut bench = Bench::with_clients(2);
+fn answering_after(late: Micros) -> ProxyRig {
+    let mut bench = ProxyRig::with_clients(2);
     bench.ask(0, &get::<Pose>());
     bench.say(0, &get_output(1));
     bench.run_for(MS);
@@ -308,7 +308,7 @@ fn answering_after(late: Micros) -> Bench {
     bench
 }
 
-fn count(bench: &Bench, what: impl Fn(&Event) -> bool) -> usize {
+fn count(bench: &ProxyRig, what: impl Fn(&Event) -> bool) -> usize {
     bench.events.iter().filter(|event| what(event)).count()
 }
 
@@ -355,7 +355,7 @@ fn who_asks_again_is_answered_as_often() {
 
 #[test]
 fn who_asks_again_for_what_was_lost_is_answered_once() {
-    let mut bench = Bench::with_clients(1);
+    let mut bench = ProxyRig::with_clients(1);
     bench.faults.lose = 1_000;
     bench.say(0, &get_output(1));
     bench.run_for(800 * MS);
@@ -367,7 +367,7 @@ fn who_asks_again_for_what_was_lost_is_answered_once() {
 
 #[test]
 fn what_was_asked_ahead_is_answered_in_full_by_a_slow_arm() {
-    let mut bench = Bench::with_clients(1);
+    let mut bench = ProxyRig::with_clients(1);
     bench.ask(0, &get::<Pose>());
     (1..=3).for_each(|pin| bench.say(0, &get_output(pin)));
     bench.run_for(MS);
@@ -387,7 +387,7 @@ fn a_shared_answer_does_not_overtake_a_late_one() {
         fresh: 10_000 * MS,
         ..Settings::default()
     };
-    let mut bench = Bench::new(settings, NONE, 1);
+    let mut bench = ProxyRig::new(settings, NONE, 1);
     (0..2).for_each(|number| bench.open(number));
     bench.ask(1, &get::<Pose>());
     bench.say(0, &get_output(1));
@@ -428,7 +428,7 @@ fn a_late_answer_is_never_anothers() {
 
 #[test]
 fn what_never_comes_is_given_up() {
-    let mut bench = Bench::with_clients(1);
+    let mut bench = ProxyRig::with_clients(1);
     bench.faults.lose = 1_000;
     bench.say(0, &get_output(1));
     bench.run_for(59_000 * MS);
@@ -440,7 +440,7 @@ fn what_never_comes_is_given_up() {
 
 #[test]
 fn who_joined_an_answer_that_does_not_come_is_asked_for_himself() {
-    let mut bench = Bench::with_clients(2);
+    let mut bench = ProxyRig::with_clients(2);
     bench.faults.lose = 1_000;
     bench.say(0, &get::<Pose>());
     bench.say(1, &get::<Pose>());
@@ -455,7 +455,7 @@ fn who_joined_an_answer_that_does_not_come_is_asked_for_himself() {
 
 #[test]
 fn queued_sets_never_go_out_twice() {
-    let mut bench = Bench::with_clients(1);
+    let mut bench = ProxyRig::with_clients(1);
     let wait = FrameBuf::new(110, Ctrl::QUEUED, &[0; 4]).unwrap();
     bench.faults.lose = 1_000;
     bench.say(0, &wait);
@@ -465,7 +465,7 @@ fn queued_sets_never_go_out_twice() {
 
 #[test]
 fn who_leaves_takes_what_waits_along_but_not_a_stop() {
-    let mut bench = Bench::with_clients(2);
+    let mut bench = ProxyRig::with_clients(2);
     bench.say(1, &get::<Pose>());
     bench.say(0, &ratio(10.0));
     bench.close(0);
@@ -487,7 +487,7 @@ fn a_jog_ends_when_its_client_leaves() {
             keep_going,
             ..Settings::default()
         };
-        let mut bench = Bench::new(settings, NONE, 5);
+        let mut bench = ProxyRig::new(settings, NONE, 5);
         bench.open(0);
         bench.open(1);
         bench.ask(0, &jog(JogCommand::Axis1Plus));
@@ -506,7 +506,7 @@ fn a_jog_ends_when_its_client_leaves() {
 
 #[test]
 fn a_jog_that_was_ended_is_nobodys() {
-    let mut bench = Bench::with_clients(1);
+    let mut bench = ProxyRig::with_clients(1);
     bench.ask(0, &jog(JogCommand::Axis1Plus));
     bench.ask(0, &jog(JogCommand::Stop));
     bench.close(0);
@@ -516,7 +516,7 @@ fn a_jog_that_was_ended_is_nobodys() {
 
 #[test]
 fn a_lost_line_is_silence_and_nothing_is_done_later() {
-    let mut bench = Bench::with_clients(2);
+    let mut bench = ProxyRig::with_clients(2);
     bench.ask(0, &jog(JogCommand::Axis1Plus));
     bench.say(1, &get::<Pose>());
     bench.say(0, &ratio(10.0));
@@ -542,7 +542,7 @@ fn noise_and_damage_disturb_nobody() {
             transparent,
             ..Settings::default()
         };
-        let mut bench = Bench::new(settings, NONE, 1);
+        let mut bench = ProxyRig::new(settings, NONE, 1);
         bench.open(0);
         bench.open(1);
         let bytes = [b"M10\r\n".as_slice(), &damaged, get_output(1).bytes()].concat();
@@ -567,7 +567,7 @@ fn noise_and_damage_disturb_nobody() {
 
 #[test]
 fn half_a_frame_is_given_up() {
-    let mut bench = Bench::with_clients(1);
+    let mut bench = ProxyRig::with_clients(1);
     let frame = ratio(10.0);
     bench.proxy.receive(0, Client(0), &frame.bytes()[..7]);
     bench.run_for(100 * MS);
@@ -577,7 +577,7 @@ fn half_a_frame_is_given_up() {
 
 #[test]
 fn a_client_that_sends_without_end_is_bounded() {
-    let mut bench = Bench::with_clients(2);
+    let mut bench = ProxyRig::with_clients(2);
     for _ in 0..1_000 {
         bench.say(0, &ratio(1.0));
     }
@@ -598,7 +598,7 @@ fn on_datagrams_time_alone_tells() {
         line: connection::Settings::DATAGRAMS,
         ..Settings::default()
     };
-    let mut bench = Bench::new(settings, NONE, 1);
+    let mut bench = ProxyRig::new(settings, NONE, 1);
     bench.open(0);
     bench.open(1);
     bench.faults.lose = 1_000;
@@ -619,7 +619,7 @@ fn on_datagrams_time_alone_tells() {
 #[test]
 fn any_bytes_from_anywhere_do_no_harm() {
     for seed in 0..100 {
-        let mut bench = Bench::new(Settings::default(), NONE, seed);
+        let mut bench = ProxyRig::new(Settings::default(), NONE, seed);
         (0..3).for_each(|number| bench.open(number));
         let mut dice = Dice::new(seed);
         for _ in 0..200 {

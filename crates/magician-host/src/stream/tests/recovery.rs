@@ -75,9 +75,10 @@ fn with_loss(program: &[Item], request: bool, after: usize) -> Rig {
         assert!(!rig.stream.is_over());
         rig.turn(60 * SECOND);
     }
-    match request {
-        true => rig.pair.lose_next_request(),
-        false => rig.pair.lose_next_reply(),
+    if request {
+        rig.pair.lose_next_request();
+    } else {
+        rig.pair.lose_next_reply();
     }
     rig
 }
@@ -137,9 +138,10 @@ fn whatever_is_lost_at_any_window_the_same_line_is_drawn() {
             while rig.pair.accepted.len() < after {
                 rig.turn(60 * SECOND);
             }
-            match request {
-                true => rig.pair.lose_next_request(),
-                false => rig.pair.lose_next_reply(),
+            if request {
+                rig.pair.lose_next_request();
+            } else {
+                rig.pair.lose_next_reply();
             }
             rig.run(600 * SECOND).unwrap();
             same_line(&rig.done(&program), &program);

@@ -15,10 +15,12 @@ pub(in crate::options) fn either(words: &[&str]) -> String {
 
 /// A number as people write it: not with three hundred digits.
 fn figure(number: f64) -> String {
-    match number == 0.0 || (1e-4..1e15).contains(&number.abs()) {
-        true => number.to_string(),
-        false if number.is_finite() => format!("{number:e}"),
-        false => number.to_string().to_lowercase(),
+    if number == 0.0 || (1e-4..1e15).contains(&number.abs()) {
+        number.to_string()
+    } else if number.is_finite() {
+        format!("{number:e}")
+    } else {
+        number.to_string().to_lowercase()
     }
 }
 

@@ -43,9 +43,9 @@ pub(super) fn image(width: usize, rows: &[&str]) -> Raster {
 }
 
 /// A virtual arm with a laser, its queue full whenever there is something to do.
-pub(super) struct Bench(pub(super) Controller);
+pub(super) struct EngravingArm(pub(super) Controller);
 
-impl Bench {
+impl EngravingArm {
     pub(super) fn new() -> Self {
         let scenario = "arm = { homed = true }\ntool = { kind = \"laser\" }";
         let world = World::from_scenario(&Scenario::from_toml(scenario).unwrap());
@@ -57,8 +57,7 @@ impl Bench {
 
     fn send(&mut self, command: &Set, ctrl: Ctrl) {
         let frame = FrameBuf::set(command, ctrl).unwrap();
-        self.0.receive(LinkId(0), frame.bytes());
-        while self.0.poll_transmit(LinkId(0)).is_some() {}
+        self.0.exchange(LinkId(0), frame.bytes());
         while self.0.poll_event().is_some() {}
     }
 
@@ -92,7 +91,7 @@ pub(super) const LOOK: Duration = Duration::from_millis(5);
 
 /// What the laser of a virtual arm has burnt when it has done all of it.
 pub(super) fn burnt(plan: &Plan) -> Vec<Stroke> {
-    let mut bench = Bench::new();
+    let mut bench = EngravingArm::new();
     bench.perform(plan, |_| {});
     let strokes = bench.0.drawing().strokes().to_vec();
     assert!(strokes.iter().all(|stroke| stroke.kind == StrokeKind::Burn));

@@ -4,7 +4,9 @@ use magician_host::JointAngles;
 use magician_host::words::Preflight;
 use magician_sim::ControllerState;
 
-use super::bench::{Bench, SURFACE, burnt, centred, difference, gradient, image, picture, wanted};
+use super::bench::{
+    EngravingArm, SURFACE, burnt, centred, difference, gradient, image, picture, wanted,
+};
 use crate::raster::{Engrave, Grid, Size, Tone};
 use crate::{Action, Plan, Surface, Tool, check};
 
@@ -48,7 +50,7 @@ fn the_tool_passes_the_image_at_one_speed() {
     let (mut before, mut looks) = (None::<ControllerState>, 0);
     let mut farthest = left;
     let mut off = 0.0_f64;
-    Bench::new().perform(&plan, |now| {
+    EngravingArm::new().perform(&plan, |now| {
         if now.pose.z < SURFACE.height + 1e-3 {
             farthest = farthest.min(now.pose.x);
         }

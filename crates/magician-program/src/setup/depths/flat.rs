@@ -175,9 +175,10 @@ impl Flattener {
     fn travel(&mut self, step: &Step, [x, y, z]: [f64; 3]) {
         self.end_held();
         // What travels in a groove would draw on the surface.
-        let z = match z <= self.touch + TOUCH {
-            true => self.touch + self.lift,
-            false => z,
+        let z = if z <= self.touch + TOUCH {
+            self.touch + self.lift
+        } else {
+            z
         };
         let to = [x, y, z, 0.0].map(|value| value as f32);
         let by = match step.action {

@@ -3,7 +3,7 @@
 use magician::{Set, commands};
 use magician_program::Plan;
 
-pub(crate) use arm::Bench;
+pub(crate) use arm::LoneArm;
 
 /// The arm of the checks that the driver has.
 #[path = "../../../../magician/tests/preflight/bench.rs"]
@@ -21,7 +21,7 @@ pub(crate) struct Done {
     pub(crate) alarm: Option<String>,
 }
 
-impl Bench {
+impl LoneArm {
     /// What the tools are told to do: suction cup, gripper, laser.
     pub(crate) fn tools(&mut self) -> impl PartialEq + std::fmt::Debug + use<> {
         let cup: commands::EndEffectorSuctionCup = self.get();

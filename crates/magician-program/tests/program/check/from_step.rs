@@ -3,34 +3,12 @@
 use magician::protocol::{PtpMode, RailVersion};
 use magician::words::{self, Guards, Preflight};
 use magician::{JointAngles, Set, ToolBias, commands};
-use magician_program::{Action, Continuation, Origin, Plan, Tool, Travel, check};
+use magician_program::{Action, Continuation, Plan, Tool, Travel, check};
 use proptest::prelude::*;
 
-use super::bench::Bench;
+use super::bench::LoneArm;
 use super::programs::{accepted, cases, plan};
-
-fn line([x, y, z]: [f32; 3]) -> Action {
-    Action::Move {
-        to: [x, y, z, 0.0],
-        by: Travel::Line,
-    }
-}
-
-fn of(actions: impl IntoIterator<Item = Action>) -> Plan {
-    let mut plan = Plan::new("p");
-    for (at, action) in actions.into_iter().enumerate() {
-        plan.push(
-            action,
-            Origin {
-                line: at as u32 + 1,
-                column: 1,
-                length: 5,
-                name: 0,
-            },
-        );
-    }
-    plan
-}
+use super::{line, plan_of};
 
 fn at_home() -> Preflight {
     Preflight::at(JointAngles::HOME, ToolBias::NONE)
@@ -49,7 +27,7 @@ proptest! {
 
     #[test]
     fn it_ends_where_the_whole_ends_with_everything_set_alike(plan in plan(), step in any::<prop::sample::Index>()) {
-        let mut whole = Bench::new();
+        let mut whole = LoneArm::new();
         let start = Preflight::new(&whole.readings());
         let plan = accepted(plan, &start);
         let step = step.index(plan.steps.len());
@@ -71,7 +49,7 @@ proptest! {
         // Paths round where they begin to 32 bits: what only just was within a limit may then not be.
         let report = check(&rest.plan, &start);
         prop_assert!(report.is_good(), "{:?}\n{:?}", report.refused_steps, rest);
-        let mut part = Bench::new();
+        let mut part = LoneArm::new();
         prop_assert_eq!(whole.run_plan(&plan).alarm, None);
         prop_assert_eq!(part.run_plan(&rest.plan).alarm, None);
         let (mut whole_says, mut part_says) = (whole.readings(), part.readings());
@@ -86,7 +64,7 @@ proptest! {
 
 #[test]
 fn it_goes_up_across_and_down_and_paths_begin_at_their_segment() {
-    let plan = of([
+    let plan = plan_of([
         line([220.0, 0.0, 20.0]),
         line([220.0, 0.0, -10.0]),
         Action::Path {
@@ -128,7 +106,7 @@ fn jumps_count_by_how_high_they_are() {
         to: [x, y, -20.0, 0.0],
         by: Travel::Jump,
     };
-    let plan = of([
+    let plan = plan_of([
         Action::from(words::jump_height(60.0, 30.0)),
         jump(220.0, 0.0),
         jump(220.0, 50.0),
@@ -144,7 +122,7 @@ fn jumps_count_by_how_high_they_are() {
 
 #[test]
 fn the_laser_is_dark_on_the_way_and_lit_again_there() {
-    let plan = of([
+    let plan = plan_of([
         line([220.0, 0.0, 0.0]),
         Action::Laser(true),
         line([240.0, 0.0, 0.0]),
@@ -168,7 +146,7 @@ fn the_laser_is_dark_on_the_way_and_lit_again_there() {
         ]
     );
     assert!(check(&rest.plan, &at_home()).is_good());
-    let engraved = of([
+    let engraved = plan_of([
         line([220.0, 0.0, 0.0]),
         Action::Burn {
             to: [230.0, 0.0, 0.0],
@@ -201,7 +179,7 @@ fn only_the_last_of_each_setting_is_told_again() {
         words::with_outputs(words::line_to(220.0, 0.0, 0.0, 0.0), &[output, early]).unwrap();
     let stepper = magician::protocol::Stepper::Stepper1;
     let other = magician::protocol::Stepper::Stepper2;
-    let mut plan = of([
+    let mut plan = plan_of([
         Action::from(words::speed(10.0, 10.0)),
         Action::from(words::output(3, true)),
         Action::from(words::output(4, true)),
@@ -238,13 +216,13 @@ fn only_the_last_of_each_setting_is_told_again() {
 fn the_rail_goes_to_its_place_or_nobody_knows_it() {
     let on_rail =
         |l: f32| Action::from(words::with_rail(words::line_to(220.0, 0.0, 20.0, 0.0), l).unwrap());
-    let plan = of([
+    let plan = plan_of([
         Action::from(words::rail(true, RailVersion::V1)),
         on_rail(300.0),
         Action::from(words::rail_by(50.0)),
         line([230.0, 0.0, 0.0]),
     ]);
-    let mut readings = Bench::new().readings();
+    let mut readings = LoneArm::new().readings();
     readings.rail = Some(0.0);
     let arm = Preflight::new(&readings);
     let rest = Continuation::from_step(&plan, 3, &arm).unwrap();
@@ -257,7 +235,7 @@ fn the_rail_goes_to_its_place_or_nobody_knows_it() {
         })
         .collect();
     assert_eq!(carried, [350.0]);
-    let lost = of([
+    let lost = plan_of([
         Action::from(words::rail(true, RailVersion::V1)),
         Action::from(words::rail_by(50.0)),
         line([230.0, 0.0, 0.0]),
@@ -271,7 +249,7 @@ fn the_rail_goes_to_its_place_or_nobody_knows_it() {
 
 #[test]
 fn what_nobody_knows_is_refused_with_what_to_do() {
-    let plan = of([
+    let plan = plan_of([
         Action::Home,
         Action::Shift {
             by: [10.0, 0.0, 0.0, 0.0],
@@ -307,7 +285,7 @@ fn what_nobody_knows_is_refused_with_what_to_do() {
 
 #[test]
 fn from_a_start_that_nobody_knows_it_comes_from_above() {
-    let plan = of([
+    let plan = plan_of([
         Action::Move {
             to: [220.0, 0.0, 30.0, 0.0],
             by: Travel::Joints,
@@ -331,7 +309,7 @@ fn from_a_start_that_nobody_knows_it_comes_from_above() {
 /// What no arm has: a tool longer than the world, and jumps as high.
 #[test]
 fn it_does_not_look_for_ever_for_a_way() {
-    let plan = of([
+    let plan = plan_of([
         Action::from(words::jump_height(1e30, 1e30)),
         Action::from(words::tool(ToolBias::new(1e34, 0.0, 1e33))),
         Action::Shift {

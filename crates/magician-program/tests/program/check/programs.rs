@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use proptest::sample::select;
 use proptest::test_runner::RngSeed;
 
-use super::bench::Bench;
+use super::bench::LoneArm;
 
 /// So many cases of one seed; `PROPTEST_CASES` asks for as many others as one likes.
 pub(crate) fn cases(count: u32) -> ProptestConfig {
@@ -164,7 +164,7 @@ proptest! {
 
     #[test]
     fn what_is_accepted_raises_no_alarm_and_takes_as_long_as_was_said(plan in plan()) {
-        let mut bench = Bench::new();
+        let mut bench = LoneArm::new();
         let start = Preflight::new(&bench.readings());
         let plan = accepted(plan, &start);
         let report = check(&plan, &start);
@@ -189,7 +189,7 @@ proptest! {
             let to = bits.map(f32::from_bits);
             plan.steps[at].action = Action::Move { to, by: Travel::Line };
         }
-        let mut bench = Bench::new();
+        let mut bench = LoneArm::new();
         let guards = if guarded { Guards::ALL } else { Guards::NONE };
         let start = Preflight::new(&bench.readings()).guards(guards);
         let report = check(&plan, &start);

@@ -4,38 +4,17 @@ use std::time::Duration;
 
 use magician::words::{self, Preflight};
 use magician::{ErrorKind, JointAngles, ToolBias};
-use magician_program::{Action, Diagnostic, Origin, Plan, Surface, Tool, Travel, check};
+use magician_program::{Action, Diagnostic, Origin, Surface, Tool, Travel, check};
+
+use super::{line, plan_of};
 
 fn start() -> Preflight {
     Preflight::at(JointAngles::HOME, ToolBias::NONE)
 }
 
-fn plan(actions: impl IntoIterator<Item = Action>) -> Plan {
-    let mut plan = Plan::new("p");
-    for (at, action) in actions.into_iter().enumerate() {
-        plan.push(
-            action,
-            Origin {
-                line: at as u32 + 1,
-                column: 1,
-                length: 5,
-                name: 0,
-            },
-        );
-    }
-    plan
-}
-
-fn line([x, y, z]: [f32; 3]) -> Action {
-    Action::Move {
-        to: [x, y, z, 0.0],
-        by: Travel::Line,
-    }
-}
-
 #[test]
 fn a_drawing_with_a_pen() {
-    let mut plan = plan([
+    let mut plan = plan_of([
         line([220.0, 0.0, 10.0]),
         line([220.0, 0.0, 0.0]),
         Action::Path {
@@ -78,7 +57,7 @@ fn a_drawing_with_a_pen() {
 #[test]
 fn arcs_and_circles_have_their_true_length_and_draw_on_the_surface() {
     let circle = words::circle([230.0, 10.0, 0.0, 0.0], [240.0, 0.0, 0.0, 0.0], 2);
-    let mut plan = plan([
+    let mut plan = plan_of([
         Action::Move {
             to: [220.0, 0.0, 0.0, 0.0],
             by: Travel::Joints,
@@ -104,7 +83,7 @@ fn arcs_and_circles_have_their_true_length_and_draw_on_the_surface() {
 
 #[test]
 fn a_laser_draws_where_it_is_lit() {
-    let mut plan = plan([
+    let mut plan = plan_of([
         line([220.0, 0.0, 0.0]),
         Action::Burn {
             to: [230.0, 0.0, 0.0],
@@ -132,7 +111,7 @@ fn a_laser_draws_where_it_is_lit() {
 
 #[test]
 fn complaints_have_their_place_their_step_and_by_how_much() {
-    let mut plan = plan([
+    let mut plan = plan_of([
         line([220.0, 0.0, 0.0]),
         line([420.0, 0.0, 0.0]),
         Action::Path {
@@ -170,7 +149,7 @@ fn what_cannot_be_queued_is_no_step() {
     let name = magician::commands::DeviceName {
         device_name: magician::protocol::Text::new("x").unwrap(),
     };
-    let plan = plan([Action::Command(Box::new(name.into()))]);
+    let plan = plan_of([Action::Command(Box::new(name.into()))]);
     let report = check(&plan, &start());
     assert_eq!(report.refused, 1);
     assert!(
@@ -184,7 +163,7 @@ fn what_cannot_be_queued_is_no_step() {
 #[test]
 fn complaints_beyond_the_first_hundred_are_counted() {
     let far = std::iter::repeat_with(|| line([900.0, 0.0, 0.0]));
-    let report = check(&plan(far.take(250)), &start());
+    let report = check(&plan_of(far.take(250)), &start());
     assert_eq!((report.refused_steps.len(), report.refused), (100, 250));
     assert!(!report.is_good());
 }
@@ -193,12 +172,12 @@ fn complaints_beyond_the_first_hundred_are_counted() {
 fn what_has_no_end_has_no_time() {
     for action in [Action::Home, Action::from(words::wait_for_level(19, true))] {
         let report = check(
-            &plan([Action::Wait(100), action, Action::Wait(100)]),
+            &plan_of([Action::Wait(100), action, Action::Wait(100)]),
             &start(),
         );
         assert!(report.is_good());
         assert_eq!(report.time, None);
         assert_eq!(report.longest_time, Some((0, Duration::from_millis(100))));
     }
-    assert_eq!(check(&plan([]), &start()).time, Some(Duration::ZERO));
+    assert_eq!(check(&plan_of([]), &start()).time, Some(Duration::ZERO));
 }

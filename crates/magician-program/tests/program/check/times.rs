@@ -4,7 +4,7 @@ use magician::Set;
 use magician::words::{self, Preflight};
 use magician_program::{Action, Origin, Plan, Tool, Travel, check};
 
-use super::bench::Bench;
+use super::bench::LoneArm;
 
 /// What the 32 bits cost in which the arm tells where it is, us.
 const ROUNDING: f64 = 10.0;
@@ -136,7 +136,7 @@ fn the_time_told_is_that_of_the_virtual_arm_to_a_thousandth() {
         ("engraving", engraving()),
         ("all of it", all_of_it()),
     ] {
-        let mut bench = Bench::new();
+        let mut bench = LoneArm::new();
         let start = Preflight::new(&bench.readings());
         let report = check(&plan, &start);
         assert!(report.is_good(), "{name}: {:?}", report.refused_steps);

@@ -332,9 +332,10 @@ fn is_exactly(done: &Rehearsal, lines: &Lines, by: [f64; 2]) -> Result<(), Strin
     };
     // Points lie up to 3 mm apart on the longest lines.
     let (more, less) = (far(&left, &wanted), far(&wanted, &left));
-    match more < 2.5 && less < 2.5 {
-        true => Ok(()),
-        false => Err(format!("{more:.2} mm too much, {less:.2} mm missing")),
+    if more < 2.5 && less < 2.5 {
+        Ok(())
+    } else {
+        Err(format!("{more:.2} mm too much, {less:.2} mm missing"))
     }
 }
 

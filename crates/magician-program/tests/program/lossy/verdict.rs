@@ -113,11 +113,12 @@ fn ended(
     let more = ink.length() - all.length();
     let most = true_to(trouble.window);
     let off = ink.off_the_beginning_of(all).unwrap_or(f64::INFINITY);
-    match matched.is_good() && more.abs() <= most && off <= most {
-        true => Ok(Came::Equal),
-        false => Err(format!(
+    if matched.is_good() && more.abs() <= most && off <= most {
+        Ok(Came::Equal)
+    } else {
+        Err(format!(
             "another drawing: {more:.3} mm more, {off:.3} mm off, {matched:?}"
-        )),
+        ))
     }
 }
 

@@ -67,12 +67,13 @@ impl Apply for ResetPose {
         };
         let sensible = SENSIBLE.contains(&j2) && SENSIBLE.contains(&j3);
         if cx.motion.is_moving() || !sensible {
-            return match cx
+            return if cx
                 .record
                 .allows(Self::ROW.id, Assumption::UntimelyResetPose)
             {
-                true => Effect::Refuse(Refusal::Pose).into(),
-                false => Effects::none(),
+                Effect::Refuse(Refusal::Pose).into()
+            } else {
+                Effects::none()
             };
         }
         let joints = cx.arm().joints;

@@ -22,12 +22,13 @@ impl Apply for TrigCmd {
     /// makes no sense would block for ever and is refused.
     fn apply(&self, cx: &mut Context<'_>, mode: ExecMode) -> Effects {
         let Some(trigger) = Trigger::new(self) else {
-            return match cx
+            return if cx
                 .record
                 .allows(Self::ROW.id, Assumption::MeaninglessTrigger)
             {
-                true => Effect::Refuse(Refusal::Trigger).into(),
-                false => Effects::none(),
+                Effect::Refuse(Refusal::Trigger).into()
+            } else {
+                Effects::none()
             };
         };
         if mode == ExecMode::Immediate || trigger.is_met(&cx.io.pins, cx.world, cx.now) {

@@ -1,10 +1,8 @@
 //! From what is written to what it means.
 
-use magician_protocol::Port;
-
 use super::error::{Diagnostic, Key};
 use super::file::{self, Facing, File};
-use super::setting::{Arm, Beam, Conveyor, Sensor, SensorKind, Table, Tool, ToolKind};
+use super::setting::{Arm, Beam, Conveyor, FAR, Sensor, SensorKind, Table, Tool, ToolKind};
 use super::{Scenario, Script};
 
 mod objects;
@@ -14,13 +12,11 @@ mod script;
 pub(super) use objects::intersect;
 use rules::{At, Checked};
 
-/// Farther than this from the base nothing can be placed, mm.
-const FAR: f64 = 2000.0;
-
 /// The meaning of a file.
 pub(super) fn scenario(file: File) -> Checked<Scenario> {
-    let table = file.table.as_ref().map(table).transpose()?;
-    let conveyor = file.conveyor.as_ref().map(conveyor).transpose()?;
+    let (table, conveyor) = (file.table, file.conveyor);
+    table.as_ref().map_or(Ok(()), check_table)?;
+    conveyor.as_ref().map_or(Ok(()), check_conveyor)?;
     let objects = objects::objects(&file.object, table.as_ref(), conveyor.as_ref())?;
     let mut script = Script::default();
     script::inputs(&file.input, &mut script)?;
@@ -28,9 +24,11 @@ pub(super) fn scenario(file: File) -> Checked<Scenario> {
     script::keys(&file.key, &mut script)?;
     script::faults(&file.fault, &mut script)?;
     script.timed.sort_by_key(|(at, _)| *at);
+    let arm = file.arm.unwrap_or_default();
+    check_arm(&arm)?;
     Ok(Scenario {
         title: file.title,
-        arm: file.arm.as_ref().map(arm).transpose()?.unwrap_or_default(),
+        arm,
         tool: file.tool.as_ref().map(tool).transpose()?,
         sensors: sensors(&file.sensor, conveyor.as_ref())?,
         table,
@@ -40,35 +38,26 @@ pub(super) fn scenario(file: File) -> Checked<Scenario> {
     })
 }
 
-fn arm(arm: &file::Arm) -> Checked<Arm> {
+fn check_arm(arm: &Arm) -> Checked<()> {
     let at = At::section("arm");
-    let base_angle = arm.base_angle.unwrap_or_default();
-    at.number("base_angle", base_angle, -180.0..=180.0, "deg")?;
-    let homed = arm.homed.unwrap_or_default();
-    if homed && base_angle != 0.0 {
+    at.number("base_angle", arm.base_angle, -180.0..=180.0, "deg")?;
+    if arm.homed && arm.base_angle != 0.0 {
         return at.diagnostic(
             "base_angle",
             "a homed arm knows its base angle: remove base_angle, or set homed = false",
         );
     }
-    Ok(Arm { base_angle, homed })
+    Ok(())
 }
 
 fn tool(tool: &file::Tool) -> Checked<Tool> {
     let at = At::section("tool");
-    let kind = match tool.kind {
-        file::ToolKind::None => ToolKind::None,
-        file::ToolKind::Suction => ToolKind::Suction,
-        file::ToolKind::Gripper => ToolKind::Gripper,
-        file::ToolKind::Pen => ToolKind::Pen,
-        file::ToolKind::Laser => ToolKind::Laser,
-    };
-    let mut checked = Tool::new(kind);
+    let mut checked = Tool::new(tool.kind);
     if let Some(give) = tool.give {
         checked.give = at.number("give", give, 0.0..=100.0, "mm")?;
     }
     if let Some(opening) = tool.opening {
-        if kind != ToolKind::Gripper {
+        if tool.kind != ToolKind::Gripper {
             return at.diagnostic(
                 "opening",
                 "only a gripper has an opening: remove it, or set kind = \"gripper\"",
@@ -79,26 +68,21 @@ fn tool(tool: &file::Tool) -> Checked<Tool> {
     Ok(checked)
 }
 
-fn table(table: &file::Table) -> Checked<Table> {
+fn check_table(table: &Table) -> Checked<()> {
     let at = At::section("table");
-    let extent = |name: &'static str, range: Option<[f64; 2]>| {
-        let [from, to] = range.unwrap_or([-FAR, FAR]);
+    at.number("height", table.height, -500.0..=500.0, "mm")?;
+    for (name, [from, to]) in [("x", table.x), ("y", table.y)] {
         at.numbers(name, &[from, to], -FAR..=FAR, "mm")?;
         if from >= to {
             let message =
                 format!("{name} is [{from}, {to}], it must go from the smaller to the larger");
             return at.diagnostic(name, message);
         }
-        Ok([from, to])
-    };
-    Ok(Table {
-        height: at.number("height", table.height, -500.0..=500.0, "mm")?,
-        x: extent("x", table.x)?,
-        y: extent("y", table.y)?,
-    })
+    }
+    Ok(())
 }
 
-fn conveyor(conveyor: &file::Conveyor) -> Checked<Conveyor> {
+fn check_conveyor(conveyor: &Conveyor) -> Checked<()> {
     let at = At::section("conveyor");
     at.numbers("start", &conveyor.start, -FAR..=FAR, "mm")?;
     if conveyor.stepper > 1 {
@@ -108,40 +92,26 @@ fn conveyor(conveyor: &file::Conveyor) -> Checked<Conveyor> {
         );
         return at.diagnostic("stepper", message);
     }
-    let roller = conveyor.roller_diameter.unwrap_or(34.0);
-    let pulses = conveyor.pulses_per_turn.unwrap_or(16_000.0);
-    Ok(Conveyor {
-        start: conveyor.start,
-        direction: at.number("direction", conveyor.direction, -360.0..=360.0, "deg")?,
-        length: at.length("length", conveyor.length, FAR)?,
-        width: at.length("width", conveyor.width, FAR)?,
-        height: at.number("height", conveyor.height, -500.0..=500.0, "mm")?,
-        stepper: conveyor.stepper,
-        roller_diameter: at.length("roller_diameter", roller, 500.0)?,
-        pulses_per_turn: at.number("pulses_per_turn", pulses, 1.0..=1e9, "")?,
-    })
+    at.number("direction", conveyor.direction, -360.0..=360.0, "deg")?;
+    at.length("length", conveyor.length, FAR)?;
+    at.length("width", conveyor.width, FAR)?;
+    at.number("height", conveyor.height, -500.0..=500.0, "mm")?;
+    at.length("roller_diameter", conveyor.roller_diameter, 500.0)?;
+    at.number("pulses_per_turn", conveyor.pulses_per_turn, 1.0..=1e9, "")?;
+    Ok(())
 }
 
 fn sensors(sensors: &[file::Sensor], conveyor: Option<&Conveyor>) -> Checked<Vec<Sensor>> {
     let mut checked: Vec<Sensor> = Vec::new();
     for (nth, sensor) in sensors.iter().enumerate() {
         let at = At::entry("sensor", nth);
-        let port = match sensor.port {
-            file::Port::Gp1 => Port::Gp1,
-            file::Port::Gp2 => Port::Gp2,
-            file::Port::Gp4 => Port::Gp4,
-            file::Port::Gp5 => Port::Gp5,
-        };
+        let (kind, port) = (sensor.kind, sensor.port);
         if checked.iter().any(|other| other.port == port) {
             return at.diagnostic(
                 "port",
                 "another sensor is at this port: choose GP1, GP2, GP4 or GP5",
             );
         }
-        let kind = match sensor.kind {
-            file::SensorKind::Color => SensorKind::Color,
-            file::SensorKind::Infrared => SensorKind::Infrared,
-        };
         let beam = beam(&at, sensor, conveyor)?;
         checked.push(Sensor { kind, port, beam });
     }
@@ -203,7 +173,7 @@ fn belt_beam(
         [place.x, place.y, place.z]
     };
     match sensor.kind {
-        file::SensorKind::Infrared => {
+        SensorKind::Infrared => {
             let above = at.length("above", sensor.above.unwrap_or(5.0), 500.0)?;
             let range = at.length("range", sensor.range.unwrap_or(belt.width), FAR)?;
             let side = belt.width / 2.0;
@@ -212,7 +182,7 @@ fn belt_beam(
                 to: place(range - side, above),
             })
         }
-        file::SensorKind::Color => {
+        SensorKind::Color => {
             let above = at.length("above", sensor.above.unwrap_or(50.0), 500.0)?;
             let range = at.length("range", sensor.range.unwrap_or(above), FAR)?;
             Ok(Beam {

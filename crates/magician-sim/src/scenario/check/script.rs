@@ -8,7 +8,7 @@ use super::file::{self, FaultKind, HandKind};
 use super::rules::{At, Checked};
 use crate::profile::PINS;
 use crate::scenario::{Action, Script};
-use crate::world::{ExternalEvent, Press};
+use crate::world::ExternalEvent;
 use crate::{ArmInstant, Micros};
 
 /// Greatest value of an analog input (model section 13).
@@ -143,14 +143,10 @@ impl HandState {
 
 pub(super) fn keys(keys: &[file::Key], script: &mut Script) -> Checked<()> {
     for (nth, key) in keys.iter().enumerate() {
-        let press = match key.press {
-            file::Press::Short => Press::Short,
-            file::Press::Long => Press::Long,
-        };
         let at = At::entry("key", nth).time("at", key.at)?;
         script
             .timed
-            .push((at, Action::Do(ExternalEvent::Key(press))));
+            .push((at, Action::Do(ExternalEvent::Key(key.press))));
     }
     Ok(())
 }

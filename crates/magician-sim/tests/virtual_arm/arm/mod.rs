@@ -17,12 +17,12 @@ pub type Micros = u64;
 pub const SECOND: Micros = 1_000_000;
 
 /// An arm and the hand that works it.
-pub struct Bench {
+pub struct TestArm {
     pub arm: Controller,
 }
 
 /// An arm as it is switched on, its reset alarm cleared.
-pub fn arm() -> Bench {
+pub fn arm() -> TestArm {
     arm_with(|_| ())
 }
 
@@ -34,11 +34,11 @@ fn plain() -> Profile {
 }
 
 /// The same with another profile.
-pub fn arm_with(change: impl FnOnce(&mut Profile)) -> Bench {
+pub fn arm_with(change: impl FnOnce(&mut Profile)) -> TestArm {
     let mut profile = plain();
     change(&mut profile);
     profile.check().expect("a sensible profile");
-    let mut bench = Bench {
+    let mut bench = TestArm {
         arm: Controller::new(profile),
     };
     bench.set(&ClearAlarmsState {});
@@ -46,10 +46,10 @@ pub fn arm_with(change: impl FnOnce(&mut Profile)) -> Bench {
 }
 
 /// The same in the world of a scenario, the queue started.
-pub fn arm_in(scenario: &str) -> Bench {
+pub fn arm_in(scenario: &str) -> TestArm {
     let scenario = Scenario::from_toml(scenario).expect("a scenario");
     let world = World::from_scenario(&scenario);
-    let mut bench = Bench {
+    let mut bench = TestArm {
         arm: Controller::in_world(plain(), world),
     };
     bench.set(&ClearAlarmsState {});
@@ -58,7 +58,7 @@ pub fn arm_in(scenario: &str) -> Bench {
 }
 
 /// The same with the queue started.
-pub fn running_arm() -> Bench {
+pub fn running_arm() -> TestArm {
     let mut bench = arm();
     bench.set(&QueuedCmdStartExec {});
     bench
@@ -76,20 +76,19 @@ pub fn hex(text: &str) -> Vec<u8> {
         .collect()
 }
 
-impl Bench {
+impl TestArm {
     /// Sends bytes; everything that comes back.
     pub fn send(&mut self, bytes: &[u8]) -> Vec<FrameBuf> {
         self.send_over(USB, bytes)
     }
 
     pub fn send_over(&mut self, link: LinkId, bytes: &[u8]) -> Vec<FrameBuf> {
-        self.arm.receive(link, bytes);
-        self.replies(link)
+        self.arm.exchange(link, bytes)
     }
 
     /// Every reply that waits for a peer.
     pub fn replies(&mut self, link: LinkId) -> Vec<FrameBuf> {
-        std::iter::from_fn(|| self.arm.poll_transmit(link)).collect()
+        self.arm.exchange(link, &[])
     }
 
     /// Sends a line of hex and expects a line of hex.
@@ -270,12 +269,12 @@ pub fn grip(on: bool) -> SetEndEffectorGripper {
 }
 
 /// A pin's function, set at once.
-pub fn multiplex(bench: &mut Bench, address: u8, multiplex: IoFunction) {
+pub fn multiplex(bench: &mut TestArm, address: u8, multiplex: IoFunction) {
     bench.set(&IoMultiplexing { address, multiplex });
 }
 
 /// An output's level, set at once.
-pub fn output(bench: &mut Bench, address: u8, on: bool) {
+pub fn output(bench: &mut TestArm, address: u8, on: bool) {
     let level = Flag::from(on);
     bench.set(&IoDo { address, level });
 }
@@ -300,4 +299,11 @@ pub fn search_lasts(j1: f64) -> f64 {
 /// How long homing takes from an angle of the base to the usual home point, s.
 pub fn homing_lasts(j1: f64) -> f64 {
     search_lasts(j1) + trapezoid(135.0, 30.0, 30.0)
+}
+
+/// Checks a duration in microseconds, to 0.1 ms.
+#[track_caller]
+pub fn lasts(measured: u64, seconds: f64) {
+    let error = measured as f64 / 1e6 - seconds;
+    assert!(error.abs() < 1e-4, "{measured} us, expected {seconds} s");
 }

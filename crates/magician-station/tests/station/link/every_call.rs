@@ -5,7 +5,7 @@ use magician_station::link::LinkOptions;
 use serde_json::{Map, Value, json};
 
 use super::program::Program;
-use crate::bench::Bench;
+use crate::bench::LocalStation;
 
 /// Parameters of their kinds, within what the table allows.
 fn sample(method: &Method) -> Value {
@@ -49,7 +49,7 @@ fn sample(method: &Method) -> Value {
 async fn answers(ids: std::ops::RangeInclusive<u8>) -> Vec<(String, String, String)> {
     let mut options = LinkOptions::default();
     (options.dangerous, options.laser) = (true, true);
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut program = Program::with(&bench, options);
     program.ok("ConnectDobot", json!({})).await;
     let mut all = Vec::new();
@@ -102,7 +102,7 @@ async fn every_call_is_answered_on_a_virtual_arm() {
 
 #[tokio::test(start_paused = true)]
 async fn frames_beyond_the_table_are_sent_to_a_real_arm() {
-    let bench = Bench::real(1).await;
+    let bench = LocalStation::real(1).await;
     let mut options = LinkOptions::default();
     options.dangerous = true;
     let mut program = Program::with(&bench, options);

@@ -6,7 +6,7 @@ use magician_station::link::{LinkOptions, LinkProgram, LinkService};
 use serde_json::{Value, json};
 use tokio::time::timeout;
 
-use crate::bench::Bench;
+use crate::bench::LocalStation;
 
 /// No answer takes longer.
 const PATIENCE: Duration = Duration::from_secs(200);
@@ -20,11 +20,11 @@ pub(crate) struct Program {
 }
 
 impl Program {
-    pub(crate) fn new(bench: &Bench) -> Self {
+    pub(crate) fn new(bench: &LocalStation) -> Self {
         Self::with(bench, LinkOptions::default())
     }
 
-    pub(crate) fn with(bench: &Bench, options: LinkOptions) -> Self {
+    pub(crate) fn with(bench: &LocalStation, options: LinkOptions) -> Self {
         Self::of(&LinkService::new(bench.station.clone(), options))
     }
 
@@ -38,7 +38,7 @@ impl Program {
     }
 
     /// One whose arm is connected.
-    pub(crate) async fn connected(bench: &Bench) -> Self {
+    pub(crate) async fn connected(bench: &LocalStation) -> Self {
         let mut program = Self::new(bench);
         program.ok("ConnectDobot", json!({})).await;
         program

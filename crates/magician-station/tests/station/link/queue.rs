@@ -8,7 +8,7 @@ use serde_json::json;
 use tokio::time::{Instant, sleep};
 
 use super::program::Program;
-use crate::bench::Bench;
+use crate::bench::LocalStation;
 
 const FAR: [(f64, f64); 2] = [(200.0, 60.0), (240.0, -60.0)];
 
@@ -18,7 +18,7 @@ fn to(x: f64, y: f64) -> serde_json::Value {
 
 #[tokio::test(start_paused = true)]
 async fn a_move_is_answered_when_the_arm_is_there() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut program = Program::connected(&bench).await;
     let result = program.ok("SetPTPCmd", to(220.0, 40.0)).await;
     assert_eq!(result, json!(true));
@@ -31,7 +31,7 @@ async fn a_move_is_answered_when_the_arm_is_there() {
 
 #[tokio::test(start_paused = true)]
 async fn a_call_that_does_not_wait_is_answered_with_its_index() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut program = Program::connected(&bench).await;
     let mut at = to(220.0, 40.0);
     at["isWaitForFinish"] = json!(false);
@@ -51,7 +51,7 @@ async fn a_call_that_does_not_wait_is_answered_with_its_index() {
 
 #[tokio::test(start_paused = true)]
 async fn calls_in_flight_keep_their_order() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut program = Program::connected(&bench).await;
     let mut ids = Vec::new();
     for step in 0..100 {
@@ -72,7 +72,7 @@ async fn calls_in_flight_keep_their_order() {
 
 #[tokio::test(start_paused = true)]
 async fn a_stop_by_another_session_ends_a_wait_within_50_ms() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut program = Program::connected(&bench).await;
     let mut viewer = bench.join_as("viewer", Role::Viewer).await;
     let id = program.send("SetPTPCmd", to(200.0, 150.0)).await;
@@ -98,7 +98,7 @@ async fn its_own_stop_and_clear_end_waits_and_what_is_kept_back() {
         ("QueuedCmdClear", json!({})),
         ("DisconnectDobot", json!({})),
     ] {
-        let bench = Bench::new(1).await;
+        let bench = LocalStation::new(1).await;
         let mut program = Program::connected(&bench).await;
         let mut ids = Vec::new();
         for step in 0..60 {
@@ -122,7 +122,7 @@ async fn its_own_stop_and_clear_end_waits_and_what_is_kept_back() {
 
 #[tokio::test(start_paused = true)]
 async fn the_time_of_a_call_runs_from_when_it_is_the_next() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut program = Program::connected(&bench).await;
     let first = program
         .send("SetWAITCmd", json!({"delay": 10_000, "timeout": 60_000}))
@@ -140,7 +140,7 @@ async fn the_time_of_a_call_runs_from_when_it_is_the_next() {
 
 #[tokio::test(start_paused = true)]
 async fn an_alarm_that_holds_the_queue_ends_waits_and_is_named() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut program = Program::connected(&bench).await;
     let (code, why) = program.call("SetPTPCmd", to(600.0, 0.0)).await.unwrap_err();
     assert_eq!(code, 161, "{why}");
@@ -149,7 +149,7 @@ async fn an_alarm_that_holds_the_queue_ends_waits_and_is_named() {
 
 #[tokio::test(start_paused = true)]
 async fn a_queue_that_stays_full_is_given_up() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut program = Program::connected(&bench).await;
     let wait = json!({"delay": 60_000, "isWaitForFinish": false, "timeout": 1_000});
     let mut ids = Vec::new();
@@ -168,7 +168,7 @@ async fn a_queue_that_stays_full_is_given_up() {
 
 #[tokio::test(start_paused = true)]
 async fn what_needs_no_place_in_a_full_queue_is_done_at_once() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut program = Program::connected(&bench).await;
     for _ in 0..40 {
         let wait = json!({"delay": 60_000, "isWaitForFinish": false, "timeout": 30_000});
@@ -189,7 +189,7 @@ async fn what_needs_no_place_in_a_full_queue_is_done_at_once() {
 
 #[tokio::test(start_paused = true)]
 async fn a_jog_of_a_program_that_hangs_ends() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut program = Program::with(&bench, LinkOptions::default());
     program.ok("ConnectDobot", json!({})).await;
     program
@@ -204,7 +204,7 @@ async fn a_jog_of_a_program_that_hangs_ends() {
 
 #[tokio::test(start_paused = true)]
 async fn the_end_of_a_socket_stops_a_jog_and_lets_the_queue_go_on() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut program = Program::connected(&bench).await;
     program
         .ok("SetJOGCmd", json!({"isJoint": true, "cmd": 1}))
@@ -224,7 +224,7 @@ async fn the_end_of_a_socket_stops_a_jog_and_lets_the_queue_go_on() {
 
 #[tokio::test(start_paused = true)]
 async fn jog_of_another_axis_begins_when_the_arm_stands() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut program = Program::connected(&bench).await;
     let jog = |cmd: u8| json!({"isJoint": false, "cmd": cmd});
     program.ok("SetJOGCmd", jog(1)).await;
@@ -244,7 +244,7 @@ async fn jog_of_another_axis_begins_when_the_arm_stands() {
 
 #[tokio::test(start_paused = true)]
 async fn jog_released_while_the_arm_comes_to_rest_starts_nothing() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut program = Program::connected(&bench).await;
     let jog = |cmd: u8| json!({"isJoint": false, "cmd": cmd});
     program.ok("SetJOGCmd", jog(1)).await;
@@ -261,7 +261,7 @@ async fn jog_released_while_the_arm_comes_to_rest_starts_nothing() {
 
 #[tokio::test(start_paused = true)]
 async fn queued_jog_of_a_program_is_refused() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut program = Program::connected(&bench).await;
     let jog = json!({"isJoint": true, "cmd": 1, "isQueued": true});
     let id = program.send("SetJOGCmd", jog).await;

@@ -5,11 +5,11 @@ use magician_station::{Role, link::LinkService};
 use serde_json::{Value, json};
 
 use super::program::Program;
-use crate::bench::Bench;
+use crate::bench::LocalStation;
 
 #[tokio::test(start_paused = true)]
 async fn arms_are_ports_by_their_names() {
-    let bench = Bench::new(2).await;
+    let bench = LocalStation::new(2).await;
     let mut program = Program::new(&bench);
     let found = program.ok("SearchDobot", json!({"filter": "ARM2"})).await;
     assert_eq!(
@@ -37,7 +37,7 @@ async fn arms_are_ports_by_their_names() {
 
 #[tokio::test(start_paused = true)]
 async fn connecting_may_answer_empty_texts_as_dobotlink_does() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut options = LinkOptions::default();
     options.empty_connect = true;
     let mut program = Program::with(&bench, options);
@@ -50,7 +50,7 @@ async fn connecting_may_answer_empty_texts_as_dobotlink_does() {
 
 #[tokio::test(start_paused = true)]
 async fn what_is_wrong_has_its_number() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut program = Program::new(&bench);
     for (text, code) in [
         (r#"{"id": 1, "method": "other.Magician.GetPose"}"#, 2),
@@ -104,7 +104,7 @@ async fn what_is_wrong_has_its_number() {
 
 #[tokio::test(start_paused = true)]
 async fn parameters_that_are_missing_or_of_another_kind_move_nothing() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut program = Program::connected(&bench).await;
     let before = bench.arms[0].state().pose;
     for params in [
@@ -127,7 +127,7 @@ async fn parameters_that_are_missing_or_of_another_kind_move_nothing() {
 
 #[tokio::test(start_paused = true)]
 async fn other_names_are_taken_and_reported_and_refused_when_strict() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let service = LinkService::new(bench.station.clone(), LinkOptions::default());
     let mut program = Program::of(&service);
     program.ok("ConnectDobot", json!({})).await;
@@ -152,7 +152,7 @@ async fn other_names_are_taken_and_reported_and_refused_when_strict() {
 
 #[tokio::test(start_paused = true)]
 async fn a_program_without_the_lease_reads_and_stops_and_moves_nothing() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
     let mut program = Program::connected(&bench).await;
@@ -172,7 +172,7 @@ async fn a_program_without_the_lease_reads_and_stops_and_moves_nothing() {
 
 #[tokio::test(start_paused = true)]
 async fn a_lease_that_is_taken_away_ends_waits() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut program = Program::connected(&bench).await;
     let mut teacher = bench.join_as("teacher", Role::Teacher).await;
     let at = json!({"ptpMode": 2, "x": 200, "y": 150, "z": 30, "r": 0, "timeout": 60_000});
@@ -185,7 +185,7 @@ async fn a_lease_that_is_taken_away_ends_waits() {
 
 #[tokio::test(start_paused = true)]
 async fn a_program_keeps_its_lease_while_its_socket_lives() {
-    let bench = Bench::new(1).await;
+    let bench = LocalStation::new(1).await;
     let mut program = Program::connected(&bench).await;
     let mut anna = bench.join("Anna").await;
     tokio::time::sleep(std::time::Duration::from_secs(60)).await;
@@ -203,7 +203,7 @@ async fn refused(program: &mut Program, api: &str, params: Value) -> String {
 
 #[tokio::test(start_paused = true)]
 async fn what_is_dangerous_or_burns_needs_its_flag() {
-    let bench = Bench::real(1).await;
+    let bench = LocalStation::real(1).await;
     let mut program = Program::connected(&bench).await;
     let laser = json!({"enable": true, "on": true});
     let why = refused(&mut program, "SetEndEffectorLaser", laser.clone()).await;

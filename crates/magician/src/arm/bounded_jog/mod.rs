@@ -138,9 +138,10 @@ impl Arm {
             Err(error) => why_of(error),
         };
         life.ending(why);
-        let stands = match life.has_sent() {
-            true => self.rest_after_jog(direction.axis, stops).await,
-            false => Stands::Unknown,
+        let stands = if life.has_sent() {
+            self.rest_after_jog(direction.axis, stops).await
+        } else {
+            Stands::Unknown
         };
         let _ = self.restore_after_jog().await;
         drop(flow);
@@ -205,10 +206,11 @@ impl Arm {
         let mut at_limit = false;
         loop {
             let look = async {
-                match begun.is_some() {
+                if begun.is_some() {
                     // It stands where the check has it.
-                    true => Ok(pieces.from),
-                    false => self.place_on(axis).await,
+                    Ok(pieces.from)
+                } else {
+                    self.place_on(axis).await
                 }
             };
             let place = match self.unless_over(life, stops, look).await {
@@ -221,9 +223,10 @@ impl Arm {
                 (moved, gone_before) = (Instant::now(), gone);
             } else if moved.elapsed() > STUCK {
                 let alarms = self.alarms().await?;
-                return match alarms.blocking() {
-                    true => Err(self.stopped_by(alarms).await),
-                    false => Err(Error::new(ErrorCode::Stopped, "the arm stands")),
+                return if alarms.blocking() {
+                    Err(self.stopped_by(alarms).await)
+                } else {
+                    Err(Error::new(ErrorCode::Stopped, "the arm stands"))
                 };
             }
             if at_limit && left <= READ {

@@ -129,9 +129,10 @@ impl Pace {
         if piece.left > piece.length - speeding_up {
             return self.rest_to_rest(piece.length);
         }
-        let left = match piece.left > speeding_up {
-            true => piece.left / velocity + ramp / 2.0,
-            false => (2.0 * piece.left / acceleration).sqrt(),
+        let left = if piece.left > speeding_up {
+            piece.left / velocity + ramp / 2.0
+        } else {
+            (2.0 * piece.left / acceleration).sqrt()
         };
         (left + self.period).min(self.rest_to_rest(piece.length))
     }
@@ -157,30 +158,32 @@ impl Pace {
             Joins::AtRest => {
                 let free = self.within - self.time(pieces);
                 let needed = self.rest_to_rest(self.least);
-                match free >= needed {
-                    true => (self.least, self.least),
-                    false => (free * self.rates.velocity, needed * self.rates.velocity),
+                if free >= needed {
+                    (self.least, self.least)
+                } else {
+                    (free * self.rates.velocity, needed * self.rates.velocity)
                 }
             }
         };
-        match room >= needed * (1.0 - ROUNDING) {
-            true => Ok(self.evenly(room.min(self.most))),
-            false => Err((needed - room) / self.rates.velocity),
+        if room >= needed * (1.0 - ROUNDING) {
+            Ok(self.evenly(room.min(self.most)))
+        } else {
+            Err((needed - room) / self.rates.velocity)
         }
     }
 }
 
 /// A time in whole periods, rounded so.
 fn whole_periods(time: f64, period: f64, rounded: fn(f64) -> f64) -> f64 {
-    match period > 0.0 {
-        true => {
-            let off = match rounded(0.5) > 0.0 {
-                true => -ROUNDING,
-                false => ROUNDING,
-            };
-            rounded(time / period + off) * period
-        }
-        false => time,
+    if period > 0.0 {
+        let off = if rounded(0.5) > 0.0 {
+            -ROUNDING
+        } else {
+            ROUNDING
+        };
+        rounded(time / period + off) * period
+    } else {
+        time
     }
 }
 

@@ -51,9 +51,10 @@ impl Driver {
         }
         for (request, held) in motors {
             // That the arm has a motor which nothing here started does not decide whether it has stopped.
-            let to = match held {
-                true => To::Halt(self.halts),
-                false => To::Nobody,
+            let to = if held {
+                To::Halt(self.halts)
+            } else {
+                To::Nobody
             };
             self.submit(request, deadline, to);
         }

@@ -24,9 +24,10 @@ struct Deaf {
 
 impl Transport for Deaf {
     fn poll_read(&mut self, cx: &mut Context<'_>, bytes: &mut [u8]) -> Poll<io::Result<usize>> {
-        let told = match self.deaf.load(Ordering::SeqCst) {
-            true => Poll::Pending,
-            false => self.sim.poll_read(cx, bytes),
+        let told = if self.deaf.load(Ordering::SeqCst) {
+            Poll::Pending
+        } else {
+            self.sim.poll_read(cx, bytes)
         };
         let mut nobody = Context::from_waker(Waker::noop());
         (self.away).look(told, || match self.sim.poll_read(&mut nobody, bytes) {
@@ -60,9 +61,10 @@ impl Transport for Tardy {
             None => Poll::Pending,
         };
         let found = self.away.look(told, take);
-        match found.is_ready() {
-            true => found,
-            false => self.sim.poll_read(cx, bytes),
+        if found.is_ready() {
+            found
+        } else {
+            self.sim.poll_read(cx, bytes)
         }
     }
 

@@ -211,10 +211,7 @@ impl Driver {
                     }
                 }
                 GateEffect::Over(jog, why, seen) => {
-                    let stands = match seen {
-                        true => Stands::Seen,
-                        false => Stands::Unknown,
-                    };
+                    let stands = if seen { Stands::Seen } else { Stands::Unknown };
                     if let Some(known) = self.jogging.forget(jog) {
                         let phase = Phase::Over(why, stands);
                         known.life.phase.send_replace(phase);
@@ -257,9 +254,10 @@ impl Driver {
         let Some(start) = known.and_then(|known| known.start.take()) else {
             return self.shared.gate().not_begun(jog);
         };
-        let refused = match start.life.released() {
-            true => Some(explain(&start.request.frame().frame(), Failure::Stopped)),
-            false => self.refuse_jog(&start),
+        let refused = if start.life.released() {
+            Some(explain(&start.request.frame().frame(), Failure::Stopped))
+        } else {
+            self.refuse_jog(&start)
         };
         if let Some(error) = refused {
             let _ = start.reply.send(Err(error));
@@ -344,9 +342,10 @@ impl Driver {
         {
             let mut gate = self.shared.gate();
             for Known { life, .. } in &self.jogging.known {
-                match life.released() {
-                    true => gate.release(life.id),
-                    false => gate.kept(life.id, life.ends()),
+                if life.released() {
+                    gate.release(life.id)
+                } else {
+                    gate.kept(life.id, life.ends())
                 }
             }
             if gate.poll_timeout().is_some_and(|at| at <= now) {
@@ -373,9 +372,10 @@ impl Driver {
     /// is faster than it says has to stop sooner.
     fn look_at_jog(&mut self, now: Micros, jog: JogId, rail: bool) {
         let deadline = self.at(now.saturating_add(PATIENCE));
-        let request = match rail {
-            true => Request::get::<PoseL>(&NoArgs),
-            false => Request::get::<Pose>(&NoArgs),
+        let request = if rail {
+            Request::get::<PoseL>(&NoArgs)
+        } else {
+            Request::get::<Pose>(&NoArgs)
         };
         if let Ok(request) = request {
             self.submit(request, deadline, To::JogLook(jog, now));
@@ -391,18 +391,17 @@ impl Driver {
         };
         let place = answer.ok().and_then(|reply| {
             let reply = reply.frame();
-            match looks.rail {
-                true => { PoseL::decode(reply.params()).ok() }.map(|at| Place::Rail(at.pose_l)),
-                false => Pose::decode(reply.params()).ok().map(Place::Arm),
+            if looks.rail {
+                let at = PoseL::decode(reply.params()).ok();
+                at.map(|at| Place::Rail(at.pose_l))
+            } else {
+                Pose::decode(reply.params()).ok().map(Place::Arm)
             }
         });
         looks.at = Some(now.saturating_add(looks.interval));
         match (place, looks.seen) {
             (Some(place), Some((before, at))) if now.saturating_sub(at) >= STUCK_TIME => {
-                looks.equal = match place == before {
-                    true => looks.equal + 1,
-                    false => 0,
-                };
+                looks.equal = if place == before { looks.equal + 1 } else { 0 };
                 looks.seen = Some((place, now));
             }
             (Some(place), None) => looks.seen = Some((place, now)),
@@ -434,9 +433,10 @@ impl Driver {
         ending.under_way = true;
         let look = ending.said.is_some() || ending.unheard;
         let deadline = self.at(now.saturating_add(PATIENCE));
-        let (request, to) = match look {
-            false => (stop(), To::JogStop),
-            true => (Request::get::<Pose>(&NoArgs), To::JogPose),
+        let (request, to) = if look {
+            (Request::get::<Pose>(&NoArgs), To::JogPose)
+        } else {
+            (stop(), To::JogStop)
         };
         if let Ok(request) = request {
             self.submit(request, deadline, to);

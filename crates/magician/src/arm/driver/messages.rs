@@ -108,9 +108,10 @@ impl Driver {
             }
             self.steer_program(&frame);
             // Whatever waits for an answer, it waits for none.
-            let request = match stops_at_once(&frame) {
-                true => request.priority(Priority::Stop),
-                false => request,
+            let request = if stops_at_once(&frame) {
+                request.priority(Priority::Stop)
+            } else {
+                request
             };
             self.submit(request, deadline, To::Caller(reply));
         }
@@ -132,9 +133,10 @@ impl Driver {
 
     /// There is a line and it has not settled: the stop does not wait for that. Without one it has to wait.
     fn owe_halt(&mut self) {
-        match self.link_is_open() {
-            true => self.halt(Vec::new()),
-            false => self.owes_halt = true,
+        if self.link_is_open() {
+            self.halt(Vec::new());
+        } else {
+            self.owes_halt = true;
         }
     }
 
@@ -143,9 +145,10 @@ impl Driver {
         if !halts(request) {
             return;
         }
-        match request.id() == JogCmd::ROW.id {
-            true => self.end_any_jog(),
-            false => self.owe_halt(),
+        if request.id() == JogCmd::ROW.id {
+            self.end_any_jog()
+        } else {
+            self.owe_halt()
         }
     }
 

@@ -20,9 +20,10 @@ impl Driver {
         self.leaving = true;
         self.messages.close();
         let deadline = Instant::now() + SHUTDOWN;
-        let requests = match self.is_to_halt() {
-            true => self.stop_requests(),
-            false => self.last_requests(),
+        let requests = if self.is_to_halt() {
+            self.stop_requests()
+        } else {
+            self.last_requests()
         };
         self.end_program(Err(Error::closed()));
         self.leave_unanswered();

@@ -102,9 +102,10 @@ impl<C: CommandSource> Run<C> {
         progress: &mut impl FnMut(Progress),
     ) -> Result<End> {
         let on_time = self.on_time();
-        let (mut pause, longest) = match on_time {
-            true => (FIRST_LOOK, LOOK_PAUSE),
-            false => (FIRST_PAUSE, SHORT_PAUSE),
+        let (mut pause, longest) = if on_time {
+            (FIRST_LOOK, LOOK_PAUSE)
+        } else {
+            (FIRST_PAUSE, SHORT_PAUSE)
         };
         let begun = Instant::now();
         let mut looked = begun;

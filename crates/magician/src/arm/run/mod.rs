@@ -231,9 +231,10 @@ impl<C: CommandSource> Run<C> {
             if look.waiting() == 0 {
                 arm.own().nothing_before();
             }
-            match self.options.keep {
-                true => arm.permit_queue().await?,
-                false => arm.refuse_foreign_commands(&look)?,
+            if self.options.keep {
+                arm.permit_queue().await?;
+            } else {
+                arm.refuse_foreign_commands(&look)?;
             }
             let moves = self.may_move_arm();
             arm.warn_if_not_homed(moves).await?;

@@ -192,9 +192,10 @@ impl<C: CommandSource> Run<C> {
         if self.pending.len() <= ALWAYS && !burns {
             return Ok(());
         }
-        let course = match self.pending.len() < AHEAD {
-            true => self.arm.preflight_for(&ahead).await?,
-            false => self.arm.preflight().await?,
+        let course = if self.pending.len() < AHEAD {
+            self.arm.preflight_for(&ahead).await?
+        } else {
+            self.arm.preflight().await?
         };
         self.route = Route::along(course);
         Ok(())
@@ -353,12 +354,13 @@ impl<C: CommandSource> Run<C> {
             let step = self.checked;
             self.checked += 1;
             let pins = self.arm.burns(command) && raises_laser_pin(command);
-            let refused = match pins {
-                true => Err(Error::invalid(
+            let refused = if pins {
+                Err(Error::invalid(
                     "a laser that is lit through its pins would burn on while the program has nothing to do",
                 )
-                .with_command(command.row().set_name)),
-                false => checks.check(command).map(drop),
+                .with_command(command.row().set_name))
+            } else {
+                checks.check(command).map(drop)
             };
             refused.map_err(|error| error.at_step(step))?;
         }

@@ -14,12 +14,13 @@ pub(super) fn no_adapter() -> Error {
 
 pub(super) fn switched_off() -> Error {
     let error = port("Bluetooth is off; switch it on in the settings");
-    match cfg!(target_os = "linux") {
-        true => error.remedy(
+    if cfg!(target_os = "linux") {
+        error.remedy(
             Act::System("rfkill unblock bluetooth && bluetoothctl power on".into()),
             "switches it on too",
-        ),
-        false => error,
+        )
+    } else {
+        error
     }
 }
 
@@ -73,12 +74,13 @@ fn forbidden(error: &btleplug::Error) -> Error {
     };
     let message = format!("no permission to use Bluetooth ({error}){permit}");
     let error = Error::new(ErrorCode::PortForbidden, message);
-    match cfg!(target_os = "linux") {
-        true => error.remedy(
+    if cfg!(target_os = "linux") {
+        error.remedy(
             Act::System("sudo usermod -aG bluetooth $USER".into()),
             "lets you use it from the next login on",
-        ),
-        false => error,
+        )
+    } else {
+        error
     }
 }
 

@@ -107,9 +107,10 @@ impl<V> OptionFlags<V> {
                 serde_json::to_value(pens).map_err(|error| Failure::invalid(error.to_string()))?;
             fields.insert("pens".to_owned(), pens);
         }
-        let options = match has_preset {
-            true => SetupOptions::from_fields_of_some(&fields),
-            false => SetupOptions::from_fields(&fields),
+        let options = if has_preset {
+            SetupOptions::from_fields_of_some(&fields)
+        } else {
+            SetupOptions::from_fields(&fields)
         };
         let mut options = options.map_err(|error| refused(&error, &fields))?;
         if let Some(path) = &self.font {

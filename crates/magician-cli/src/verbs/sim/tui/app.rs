@@ -242,9 +242,10 @@ impl App {
             .look
             .as_ref()
             .is_none_or(|look| look.state.line.plugged);
-        match plugged {
-            true => handle.unplug().wait(),
-            false => handle.plug().wait(),
+        if plugged {
+            handle.unplug().wait()
+        } else {
+            handle.plug().wait()
         }
     }
 

@@ -137,9 +137,10 @@ impl StrokeCollector<'_> {
                     letters.extend(glyph.lines.iter().map(moved));
                     advance += glyph.advance;
                 }
-                let widened = match advance > 0.0 && own.advance > 0.0 {
-                    true => own.advance / advance,
-                    false => scale,
+                let widened = if advance > 0.0 && own.advance > 0.0 {
+                    own.advance / advance
+                } else {
+                    scale
                 };
                 let to = to * Affine::scale_non_uniform(widened, scale);
                 for point in letters.iter_mut().flatten() {

@@ -145,17 +145,19 @@ impl View<'_> {
         };
         let doors = app.told.doors.join(" | ");
         let title = &app.subject().title;
-        let text = match doors.is_empty() {
-            true => format!(" {number}{title}"),
-            false => format!(" {number}{title} | {doors}"),
+        let text = if doors.is_empty() {
+            format!(" {number}{title}")
+        } else {
+            format!(" {number}{title} | {doors}")
         };
         let seconds = self.look.state.now.as_micros() / 1_000_000;
         let clock = format!(" {}:{:02} ", seconds / 60, seconds % 60);
         let room = usize::from(width).saturating_sub(clock.len());
         // Where there is little room it matters more where it is served than what it is called.
-        let text = match text.chars().count() <= room || doors.is_empty() {
-            true => text,
-            false => format!(" {number}{doors}"),
+        let text = if text.chars().count() <= room || doors.is_empty() {
+            text
+        } else {
+            format!(" {number}{doors}")
         };
         let text: String = text.chars().take(room).collect();
         Paragraph::new(format!("{text:<room$}{clock}")).style(self.theme.bar())

@@ -22,10 +22,13 @@ const LAMPS: u16 = PINS / 5 + 2;
 pub(super) fn height(column: Rect) -> u16 {
     const OTHERS: u16 = 16;
     let fits = |rows: u16| column.height >= OTHERS + rows;
-    match column.width >= 40 {
-        true if fits(LIST) => LIST,
-        true if fits(COLUMNS) => COLUMNS,
-        _ => LAMPS,
+    let wide = column.width >= 40;
+    if wide && fits(LIST) {
+        LIST
+    } else if wide && fits(COLUMNS) {
+        COLUMNS
+    } else {
+        LAMPS
     }
 }
 
@@ -75,9 +78,10 @@ impl View<'_> {
     fn address(self, pin: &PinState) -> Span<'static> {
         let chosen =
             matches!(self.app.mode, Mode::Inputs { address, .. } if address == pin.address);
-        let style = match chosen {
-            true => self.theme.bar(),
-            false => Style::new(),
+        let style = if chosen {
+            self.theme.bar()
+        } else {
+            Style::new()
         };
         Span::styled(format!("{:>2} ", pin.address), style)
     }
@@ -141,10 +145,13 @@ fn value(pin: &PinState, long: bool) -> String {
                 frequency,
                 duty_cycle,
             },
-        ) => match long {
-            true => format!("{duty_cycle:.0} % of {frequency:.0} Hz"),
-            false => format!("{duty_cycle:.0} %"),
-        },
+        ) => {
+            if long {
+                format!("{duty_cycle:.0} % of {frequency:.0} Hz")
+            } else {
+                format!("{duty_cycle:.0} %")
+            }
+        }
         (IoFunction::AnalogInput, Signal::Undriven) => pin.analog.to_string(),
         (_, Signal::Undriven) => level(pin.input),
     }

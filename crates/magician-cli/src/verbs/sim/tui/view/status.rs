@@ -43,13 +43,15 @@ impl View<'_> {
             (_, true) => Span::styled("moving", self.theme.good()),
             (_, false) => Span::raw("at rest"),
         };
-        let homed = match state.homed {
-            true => Span::raw(", homed"),
-            false => Span::styled(", not homed", self.theme.dim()),
+        let homed = if state.homed {
+            Span::raw(", homed")
+        } else {
+            Span::styled(", not homed", self.theme.dim())
         };
-        let program = match state.program {
-            true => Span::styled(", program", self.theme.good()),
-            false => Span::raw(""),
+        let program = if state.program {
+            Span::styled(", program", self.theme.good())
+        } else {
+            Span::raw("")
         };
         Line::from(vec![motion, homed, program])
     }
@@ -84,12 +86,13 @@ impl View<'_> {
             output("suction", state.suction),
             output("gripper", state.gripper),
         ];
-        let laser = match state.laser {
-            true => Span::styled(
+        let laser = if state.laser {
+            Span::styled(
                 format!("{} laser {:.0} %  ", lamp(true), state.laser_power),
                 self.theme.bad(),
-            ),
-            false => Span::styled(format!("{} laser  ", lamp(false)), self.theme.dim()),
+            )
+        } else {
+            Span::styled(format!("{} laser  ", lamp(false)), self.theme.dim())
         };
         let held = self.look.items.iter().find(|item| item.rest == Rest::Tool);
         let holding = match (state.holding, held) {
@@ -109,9 +112,10 @@ impl View<'_> {
     /// The cable, and the clients at its other end.
     pub(super) fn line_line(self) -> Line<'static> {
         let line = self.look.state.line;
-        let mut spans = vec![match line.plugged {
-            true => Span::raw("cable in"),
-            false => Span::styled("cable pulled", self.theme.bad()),
+        let mut spans = vec![if line.plugged {
+            Span::raw("cable in")
+        } else {
+            Span::styled("cable pulled", self.theme.bad())
         }];
         if !line.delay.is_zero() {
             let text = format!(", {:.0} ms late", line.delay.as_secs_f64() * 1000.0);
@@ -145,9 +149,10 @@ impl View<'_> {
         let figures = format!(" {taken}/{}", queue.capacity);
         let bar = width.saturating_sub(figures.len());
         let full = (taken * bar).div_ceil(queue.capacity.max(1)).min(bar);
-        let style = match taken >= queue.capacity {
-            true => self.theme.note(),
-            false => self.theme.good(),
+        let style = if taken >= queue.capacity {
+            self.theme.note()
+        } else {
+            self.theme.good()
         };
         let lines = vec![
             Line::from(vec![

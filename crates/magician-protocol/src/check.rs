@@ -1,0 +1,182 @@
+use core::fmt;
+
+use crate::{Field, Range};
+
+/// A field whose value is out of its range; see [`Layout::check`](crate::Layout::check).
+///
+/// ```
+/// use magician_protocol::commands::PtpCommonParams;
+/// use magician_protocol::{Layout, Range};
+///
+/// let slow = PtpCommonParams { velocity_ratio: 0.001, acceleration_ratio: 50.0 };
+/// let error = slow.check().unwrap_err();
+/// assert_eq!((error.field, error.limit()), ("velocity_ratio", Some(1)));
+/// assert_eq!(error.range, Range::Capped(1, 100));
+/// assert_eq!(error.to_string(), "velocity_ratio 0.001 % is below the minimum of 1 %");
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct RangeError {
+    /// Name of the field.
+    pub field: &'static str,
+    /// Position in an array or a list of outputs, from 0.
+    pub item: Option<usize>,
+    /// Part of an output.
+    pub part: Option<&'static str>,
+    /// The value; the length of a text or list that is too long.
+    pub value: Number,
+    /// Unit of the value, as in the table.
+    pub unit: &'static str,
+    /// The range that applies, given the other fields: of [`Range::By`] the one case.
+    /// [`Range::Any`] if the value is not a finite number.
+    pub range: Range,
+}
+
+/// A number as it stands in a field, so that it is shown as it was given: 0.001 as `f64` is
+/// 0.0010000000474974513.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Number {
+    /// Of a field of whole numbers, of an enum or of a length.
+    Integer(i64),
+    /// Of a field with a fraction.
+    Float(f32),
+}
+
+impl Number {
+    /// The same number as `f64`.
+    #[must_use]
+    pub fn to_f64(self) -> f64 {
+        match self {
+            Self::Integer(number) => number as f64,
+            Self::Float(number) => number.into(),
+        }
+    }
+
+    const fn is_finite(self) -> bool {
+        match self {
+            Self::Integer(_) => true,
+            Self::Float(number) => number.is_finite(),
+        }
+    }
+}
+
+impl fmt::Display for Number {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Integer(number) => number.fmt(f),
+            Self::Float(number) => number.fmt(f),
+        }
+    }
+}
+
+impl RangeError {
+    /// The end of the range that the value is past. `None` if the value is not a finite number.
+    #[must_use]
+    pub fn limit(&self) -> Option<i32> {
+        self.range.limit_broken_by(self.value)
+    }
+
+    /// The same for an item of an array or list.
+    pub(crate) const fn at(mut self, item: usize) -> Self {
+        self.item = Some(item);
+        self
+    }
+}
+
+impl Range {
+    /// The end of the range that a number is past; `None` if it is within.
+    #[inline]
+    fn limit_broken_by(&self, number: Number) -> Option<i32> {
+        let number = number.to_f64();
+        let below = |least: i32| (number < f64::from(least)).then_some(least);
+        let above = |most: i32| (number > f64::from(most)).then_some(most);
+        match *self {
+            Self::Any | Self::Absolute(..) => None,
+            Self::Within(least, most) => below(least).or_else(|| above(most)),
+            // The arm takes more than the most for the most: no harm is done.
+            Self::Capped(least, _) => below(least),
+            Self::Above(limit) => (number <= f64::from(limit)).then_some(limit),
+            Self::AtMost(count, _) => above(count.into()),
+            Self::By(cases) => cases
+                .iter()
+                .find_map(|case| below(case.least).or_else(|| above(case.most))),
+        }
+    }
+}
+
+/// Checks a number of a field.
+#[inline]
+pub(crate) fn check_number(
+    value: Number,
+    field: &'static Field,
+    range: Range,
+) -> Result<(), RangeError> {
+    let range = if value.is_finite() { range } else { Range::Any };
+    if value.is_finite() && range.limit_broken_by(value).is_none() {
+        return Ok(());
+    }
+    Err(RangeError {
+        field: field.name,
+        item: None,
+        part: None,
+        value,
+        unit: field.unit,
+        range,
+    })
+}
+
+/// Checks the length of a text or list.
+pub(crate) fn check_count(
+    count: usize,
+    field: &'static Field,
+    range: Range,
+) -> Result<(), RangeError> {
+    let Range::AtMost(_, unit) = range else {
+        return Ok(());
+    };
+    check_number(Number::Integer(count as i64), field, range)
+        .map_err(|error| RangeError { unit, ..error })
+}
+
+impl fmt::Display for RangeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (value, range, unit) = (self.value, self.range, Unit(self.unit));
+        f.write_str(self.field)?;
+        if let Some(item) = self.item {
+            write!(f, "[{item}]")?;
+        }
+        if let Some(part) = self.part {
+            write!(f, ".{part}")?;
+        }
+        match range {
+            Range::Any => write!(f, " is {value}, not a finite number"),
+            Range::AtMost(most, of) => write!(f, " has {value} {of}, limit {most}"),
+            Range::Above(limit) => write!(f, " {value}{unit} must be above {limit}{unit}"),
+            Range::Capped(least, _) => {
+                write!(f, " {value}{unit} is below the minimum of {least}{unit}")
+            }
+            // Its cases have units of their own.
+            Range::By(_) => write!(f, " {value} is out of range: {range}"),
+            Range::Within(..) | Range::Absolute(..) => {
+                write!(f, " {value}{unit} is out of range: {range}{unit}")
+            }
+        }
+    }
+}
+
+impl core::error::Error for RangeError {}
+
+/// A unit as it follows a number: nothing if it is not one, or depends on the item or the mode.
+struct Unit(&'static str);
+
+impl fmt::Display for Unit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            "percent" => f.write_str(" %"),
+            "mm" | "deg" | "mm/s" | "deg/s" | "mm/s^2" | "deg/s^2" | "Hz" | "turns" => {
+                write!(f, " {}", self.0)
+            }
+            _ => Ok(()),
+        }
+    }
+}
