@@ -7,7 +7,6 @@ pub(crate) mod within;
 use magician_host::words::{self, Preflight};
 use magician_host::{Error, JointAngles, Set};
 use magician_motion::Pose;
-use magician_protocol::PtpMode;
 
 use crate::{Action, Diagnostic, Origin, Plan, Step, Travel};
 use settings::Settings;
@@ -145,10 +144,10 @@ impl HeightTracker {
                 self.jump = [lift, jump.z_limit].map(f64::from);
                 false
             }
-            Set::PtpCmd(ptp) => is_jump(ptp.ptp_mode),
-            Set::PtpPoCmd(ptp) => is_jump(ptp.ptp_mode),
-            Set::PtpWithLCmd(ptp) => is_jump(ptp.ptp_mode),
-            Set::PtpPoWithLCmd(ptp) => is_jump(ptp.ptp_mode),
+            Set::PtpCmd(ptp) => ptp.ptp_mode.is_jump(),
+            Set::PtpPoCmd(ptp) => ptp.ptp_mode.is_jump(),
+            Set::PtpWithLCmd(ptp) => ptp.ptp_mode.is_jump(),
+            Set::PtpPoWithLCmd(ptp) => ptp.ptp_mode.is_jump(),
             _ => false,
         };
         let [lift, limit] = self.jump;
@@ -157,13 +156,6 @@ impl HeightTracker {
             self.most = self.most.max(z).max(apex);
         }
     }
-}
-
-fn is_jump(mode: PtpMode) -> bool {
-    matches!(
-        mode,
-        PtpMode::JumpXyz | PtpMode::JumpAngle | PtpMode::JumpMovlXyz
-    )
 }
 
 /// What leads to a step.

@@ -28,9 +28,9 @@ enum Doing {
 
 impl Doing {
     fn of(command: &Set) -> Self {
-        let travel = |mode| match mode {
-            PtpMode::MovlXyz | PtpMode::MovlAngle | PtpMode::MovlXyzInc => Self::Drawing,
-            _ => Self::Travelling,
+        let travel = |mode: PtpMode| match mode.is_line() {
+            true => Self::Drawing,
+            false => Self::Travelling,
         };
         match command {
             Set::WaitCmd(wait) if wait.timeout > 0 => Self::Standing("waits"),

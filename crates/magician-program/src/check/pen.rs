@@ -1,7 +1,6 @@
 //! Whether the tool leaves a line.
 
 use magician_host::{ArmState, Set};
-use magician_protocol::PtpMode;
 
 use crate::rehearse::{RehearseOptions, kind_of, tool_of};
 use crate::{Plan, Surface, Tool};
@@ -66,8 +65,5 @@ fn is_shaped(command: &Set) -> bool {
         Set::PtpPoWithLCmd(ptp) => ptp.ptp_mode,
         _ => return false,
     };
-    matches!(
-        mode,
-        PtpMode::MovlXyz | PtpMode::MovlAngle | PtpMode::MovlXyzInc
-    )
+    mode.is_line()
 }

@@ -225,10 +225,7 @@ impl PathTracer {
                 self.curve(command, places.then_some([ptp.x, ptp.y, ptp.z]));
             }
             Set::PtpPoCmd(ptp) => {
-                let places = matches!(
-                    ptp.ptp_mode,
-                    PtpMode::JumpXyz | PtpMode::MovjXyz | PtpMode::MovlXyz | PtpMode::JumpMovlXyz
-                );
+                let places = ptp.ptp_mode.is_absolute_pose();
                 self.curve(command, places.then_some([ptp.x, ptp.y, ptp.z]));
             }
             Set::PtpWithLCmd(_) | Set::PtpPoWithLCmd(_) | Set::CircleCmd(_) => {

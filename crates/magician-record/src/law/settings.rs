@@ -176,7 +176,7 @@ impl Settings {
             all
         };
         match mode {
-            PtpMode::MovlXyz | PtpMode::MovlAngle | PtpMode::MovlXyzInc => vec![line()],
+            mode if mode.is_line() => vec![line()],
             PtpMode::MovjXyz | PtpMode::MovjAngle | PtpMode::MovjAngleInc | PtpMode::MovjXyzInc => {
                 joints()
             }
