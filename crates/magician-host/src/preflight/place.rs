@@ -1,10 +1,10 @@
 //! Errors of the reach in millimetres, as the caller asked for the place.
 
+use magician_model::PtpMove;
 use magician_motion::{Geometry, Limits, Pose};
-use magician_protocol::{CpMode, PtpMode, Set};
+use magician_protocol::{CpMode, Set};
 
 use super::Preflight;
-use super::motion::ptp_of;
 use crate::{Error, ErrorCode};
 
 /// Places nearer to the base and farther from it are tried by this step first, mm.
@@ -62,15 +62,12 @@ impl Preflight {
         let from = self.at.map(|at| [at.pose.x, at.pose.y, at.pose.z]);
         let by = |way: [f64; 3]| from.map(|from| [0, 1, 2].map(|axis| from[axis] + way[axis]));
         let point = |[x, y, z, _]: [f32; 4]| [x, y, z].map(f64::from);
-        if let Some(ptp) = ptp_of(command) {
+        if let Some(ptp) = PtpMove::of(command) {
             let numbers = point(ptp.numbers);
             return [
                 match ptp.mode {
-                    PtpMode::JumpXyz
-                    | PtpMode::MovjXyz
-                    | PtpMode::MovlXyz
-                    | PtpMode::JumpMovlXyz => Some(numbers),
-                    PtpMode::MovlXyzInc | PtpMode::MovjXyzInc => by(numbers),
+                    mode if mode.is_absolute_pose() => Some(numbers),
+                    mode if mode.is_pose() => by(numbers),
                     _ => None,
                 },
                 None,

@@ -19,7 +19,7 @@ impl Report for CpParams {
     const RESTS_ON: Assumption = Assumption::Parameters;
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
-        cx.store.settings.cp
+        cx.store.settings.motion.cp
     }
 }
 
@@ -35,7 +35,7 @@ impl Apply for CpParams {
 
     /// For the segments that begin from now on; with a speed of 0 the path ends at rest.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
-        cx.store.settings.cp = *self;
+        cx.store.settings.motion.cp = *self;
         Effect::PathChanged.into()
     }
 }

@@ -42,7 +42,7 @@ pub(super) fn cap_joints(
     most: &Ceilings,
 ) -> bool {
     let velocity = cap(velocity.each_mut(), most.joint_velocity);
-    cap(acceleration.each_mut(), most.joint_acceleration) || velocity
+    cap(acceleration.each_mut(), [most.joint_acceleration; 4]) || velocity
 }
 
 /// Lowers values to their ceilings; true if any was above.
