@@ -11,6 +11,8 @@ use magician_protocol::commands::{
 };
 use magician_protocol::{Flag, Set};
 
+use crate::ceilings::as_stored;
+
 /// The settings that motions depend on, each as it travels on the wire, bit for bit. What follows from them is computed when
 /// asked for.
 ///
@@ -163,6 +165,11 @@ impl MotionSettings {
             _ => return false,
         }
         true
+    }
+
+    /// Follows a command as an arm with these ceilings stores it; true if it sets one of these.
+    pub fn note_stored(&mut self, command: &Set, ceilings: &Ceilings) -> bool {
+        self.note(&as_stored(command, ceilings))
     }
 
     /// The tool bias.

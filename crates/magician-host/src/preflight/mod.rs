@@ -133,9 +133,15 @@ impl Preflight {
     /// Starts from joint angles, with power-up settings.
     #[must_use]
     pub fn at(joints: JointAngles, tool: ToolBias) -> Self {
-        let mut readings = Readings::default();
+        Self::of_model(&ArmModel::MAGICIAN, joints, tool)
+    }
+
+    /// Starts from joint angles, for an arm of this model with its settings at power-up.
+    #[must_use]
+    pub fn of_model(model: &ArmModel, joints: JointAngles, tool: ToolBias) -> Self {
+        let mut readings = Readings::at_power_up(model);
         readings.settings.tool = tool_to_wire(tool);
-        let mut check = Self::new(&readings);
+        let mut check = Self::new(&readings).model(*model);
         check.at = Some(ArmState::at_joints(&check.geometry(), &joints));
         check
     }

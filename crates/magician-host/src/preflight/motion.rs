@@ -42,7 +42,7 @@ impl Preflight {
             }
             Set::EndEffectorParams(_) => {
                 let mut then = self.now;
-                then.note(command);
+                then.note(command, &self.model.ceilings);
                 let geometry = self.model.geometry(then.settings.tool());
                 if let Some(before) = self.at {
                     let after = ArmState::at_joints(&geometry, &before.joints);
@@ -57,7 +57,7 @@ impl Preflight {
             }
             Set::HomeParams(home) => {
                 self.check_points([[home.x, home.y, home.z, home.r]])?;
-                self.now.note(command);
+                self.now.note(command, &self.model.ceilings);
                 self.home = Some([home.x, home.y, home.z, home.r].map(f64::from).into());
                 self.home_is_set = true;
                 Ok(0)
@@ -69,7 +69,7 @@ impl Preflight {
                 Ok(FOREVER)
             }
             _ => {
-                self.now.note(command);
+                self.now.note(command, &self.model.ceilings);
                 Ok(0)
             }
         }

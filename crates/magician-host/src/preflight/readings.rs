@@ -1,7 +1,7 @@
 //! What an arm reports before a program.
 
 use magician_model::MotionSettings;
-use magician_motion::{ArmModel, ArmState};
+use magician_motion::{ArmModel, ArmState, Ceilings};
 use magician_protocol::commands::{EndEffectorLaser, HomeParams, Pose};
 use magician_protocol::{Flag, Set};
 
@@ -46,11 +46,11 @@ impl Readings {
         }
     }
 
-    /// Follows a command, but for what moves; whether it sets one of them.
-    pub(super) fn note(&mut self, command: &Set) -> bool {
+    /// Follows a command as an arm with these ceilings stores it, but for what moves; whether it sets one of them.
+    pub(super) fn note(&mut self, command: &Set, ceilings: &Ceilings) -> bool {
         match command {
             Set::HomeParams(home) => self.home = Some(*home),
-            _ => return self.settings.note(command),
+            _ => return self.settings.note_stored(command, ceilings),
         }
         true
     }
@@ -63,7 +63,8 @@ pub fn governs_motion(command: &Set) -> bool {
         Set::ResetPose(_) => true,
         // No motion takes what is set for arcs (model section 9).
         Set::ArcParams(_) | Set::ArcCommonParams(_) => false,
-        _ => Readings::default().note(command),
+        Set::HomeParams(_) => true,
+        _ => MotionSettings::default().note(command),
     }
 }
 

@@ -4,6 +4,7 @@ use magician_model::{MotionSettings, PtpMove};
 use magician_motion::{ArmModel, CpSegment, LookAhead, VelocityProfile};
 use magician_protocol::{CpMode, Set};
 
+use super::Preflight;
 use super::path::Path;
 
 /// How fast the tool is on each segment of continuous paths: the same look-ahead by which a
@@ -34,14 +35,27 @@ pub struct PathProfiles {
     path: Path,
 }
 
+impl Preflight {
+    /// The velocity profile of each of these commands on this arm, as [`PathProfiles::of`] tells it of the built-in model: from
+    /// its settings at power-up.
+    #[must_use]
+    pub fn path_profiles(&self, commands: &[Set]) -> Vec<Option<VelocityProfile>> {
+        PathProfiles::of_model(&self.model, commands)
+    }
+}
+
 impl PathProfiles {
     /// The velocity profile of each of these commands, all of them being known to the arm as early as its queue lets it; nothing for
     /// what is no segment of a path, for one without a length, and for one that begins where no command has led.
     #[must_use]
     pub fn of(commands: &[Set]) -> Vec<Option<VelocityProfile>> {
+        Self::of_model(&ArmModel::MAGICIAN, commands)
+    }
+
+    fn of_model(model: &ArmModel, commands: &[Set]) -> Vec<Option<VelocityProfile>> {
         let mut course = Self {
-            model: ArmModel::MAGICIAN,
-            settings: MotionSettings::default(),
+            model: *model,
+            settings: MotionSettings::at_power_up(model),
             at: None,
             path: Path::keeping_profiles(),
         };

@@ -1,6 +1,6 @@
 //! Point-to-point motion (document 1.10, model section 7).
 
-use magician_model::PtpMove;
+use magician_model::{Capped, PtpMove};
 use magician_motion::{Move, MoveKind, Target};
 use magician_protocol::commands::{
     GetPtpTime, PtpCmd, PtpCommonParams, PtpCoordinateParams, PtpJointParams, PtpJump2Params,
@@ -10,28 +10,16 @@ use magician_protocol::{Alarm, NoArgs, PtpMode, Set};
 
 use crate::device::context::Context;
 use crate::device::effect::{Effect, Effects, ExecMode};
-use crate::device::handlers::motion::{beyond, cap, cap_joints};
+use crate::device::handlers::motion::beyond;
 use crate::device::handlers::{Apply, Report, stored};
 use crate::event::Refusal;
 use crate::fidelity::{Assumption, AssumptionSet};
 
 stored! {
     PtpJointParams in motion.ptp_joint: Parameters,
-        capped |set, most| cap_joints(&mut set.velocity, &mut set.acceleration, most);
-    PtpCoordinateParams in motion.ptp_coordinate: Parameters, capped |set, most| cap(
-        [
-            &mut set.xyz_velocity,
-            &mut set.r_velocity,
-            &mut set.xyz_acceleration,
-            &mut set.r_acceleration,
-        ],
-        [
-            most.linear_velocity,
-            most.rotation_velocity,
-            most.linear_acceleration,
-            most.rotation_acceleration,
-        ],
-    );
+        capped |set, most| set.cap(most);
+    PtpCoordinateParams in motion.ptp_coordinate: Parameters,
+        capped |set, most| set.cap(most);
     PtpJump2Params in motion.ptp_jump2: Parameters;
     PtpCommonParams in motion.ptp_common: Parameters,
         beyond |set| beyond([set.velocity_ratio, set.acceleration_ratio], [100.0; 2]);
