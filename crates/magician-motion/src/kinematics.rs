@@ -154,6 +154,14 @@ impl Geometry {
         self.solve(pose, Outside::Refuse)
     }
 
+    /// True if the tool can be at a place (x, y, z; mm) within these limits, however it is turned.
+    #[must_use]
+    pub fn reaches(&self, [x, y, z]: [f64; 3], limits: &Limits) -> bool {
+        // Straight on from the base the servo stands near its middle.
+        let r = libm::atan2(y, x).to_degrees();
+        self.inverse_within(&Pose::new(x, y, z, r), limits).is_ok()
+    }
+
     /// The joint angles that bring the tool to this pose, if they are within `limits`.
     ///
     /// # Errors

@@ -153,6 +153,12 @@ impl Preflight {
         self
     }
 
+    /// The model of the arm that is checked for.
+    #[must_use]
+    pub fn arm_model(&self) -> &ArmModel {
+        &self.model
+    }
+
     /// Checks against other limits than the controller's, [`ArmModel::guaranteed`] for one.
     #[must_use]
     pub fn limits(mut self, limits: Limits) -> Self {
