@@ -344,3 +344,117 @@ fn scaled(value: f32, percent: f32) -> Option<f64> {
     let sensible = value > 0.0 && percent > 0.0;
     sensible.then_some(f64::from(value) * (f64::from(percent).min(100.0) / 100.0))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MODEL: ArmModel = ArmModel::MAGICIAN;
+
+    fn after(commands: &[Set]) -> MotionSettings {
+        let mut settings = MotionSettings::at_power_up(&MODEL);
+        for command in commands {
+            assert!(settings.note(command), "{command:?}");
+        }
+        settings
+    }
+
+    fn ratios(velocity_ratio: f32, acceleration_ratio: f32) -> Set {
+        Set::from(PtpCommonParams {
+            velocity_ratio,
+            acceleration_ratio,
+        })
+    }
+
+    fn jog_ratio(velocity_ratio: f32) -> Set {
+        Set::from(JogCommonParams {
+            velocity_ratio,
+            acceleration_ratio: 10.0,
+        })
+    }
+
+    #[test]
+    fn power_up_means_the_same_on_the_wire_and_in_the_model() {
+        let settings = MotionSettings::at_power_up(&MODEL);
+        assert_eq!(settings.speeds(), MODEL.power_up.speeds());
+        assert_eq!(settings.arc_speeds(), MODEL.power_up.speeds());
+        assert_eq!(settings.jump(), MODEL.power_up.jump());
+        assert_eq!(settings.cp(&MODEL), MODEL.cp_speeds());
+        assert_eq!(settings.tool().x, f64::from(MODEL.geometry.tool.x as f32));
+        assert!(!settings.has_rail());
+    }
+
+    #[test]
+    fn one_height_sets_both_and_two_heights_leave_the_one() {
+        let one = PtpJumpParams {
+            jump_height: 12.0,
+            z_limit: 80.0,
+        };
+        let two = PtpJump2Params {
+            start_jump_height: 5.0,
+            end_jump_height: 7.0,
+            z_limit: 90.0,
+        };
+        assert_eq!(after(&[one.into()]).jump(), JumpHeights::even(12.0, 80.0));
+        let settings = after(&[one.into(), two.into()]);
+        assert_eq!((settings.jump().start, settings.jump().end), (5.0, 7.0));
+        assert_eq!(settings.ptp_jump, one);
+    }
+
+    #[test]
+    fn host_that_clocks_a_path_sets_its_period() {
+        let mut cp = MotionSettings::default().cp;
+        (cp.acc_or_period, cp.real_time_track) = (8.0, Flag::ON);
+        let speeds = after(&[cp.into()]).cp(&MODEL);
+        assert_eq!((speeds.period_s, speeds.real_time), (0.008, true));
+    }
+
+    #[test]
+    fn rail_speed_has_the_ratio_up_to_all_of_it_and_none_is_no_speed() {
+        let rail = PtpLParams {
+            velocity: 80.0,
+            acceleration: 60.0,
+        };
+        let at = |velocity, acceleration| after(&[rail.into(), ratios(velocity, acceleration)]);
+        let rates = at(25.0, 300.0).rail();
+        let expected = KinematicLimits {
+            velocity: 20.0,
+            acceleration: 60.0,
+        };
+        assert_eq!(rates, Some(expected));
+        for none in [0.0, -1.0, f32::NAN] {
+            assert_eq!(at(none, 50.0).rail(), None);
+            assert_eq!(after(&[jog_ratio(none)]).rail_jog(), None);
+        }
+        // The acceleration of a jog has no ratio.
+        let jog = after(&[jog_ratio(50.0)]).rail_jog();
+        assert_eq!(
+            jog.map(|rates| [rates.velocity, rates.acceleration]),
+            Some([50.0, 100.0])
+        );
+    }
+
+    #[test]
+    fn jog_has_the_speed_of_its_axis_up_to_the_ceiling_and_then_the_ratio() {
+        let space = JogCoordinateParams {
+            velocity: [40.0, 50.0, 900.0, 20.0],
+            acceleration: [1.0, 2.0, 900.0, 4.0],
+        };
+        let settings = after(&[space.into(), jog_ratio(50.0)]);
+        let jog = |axis| settings.jog(axis, &MODEL.ceilings).expect("a speed");
+        assert_eq!(jog(JogAxis::Y).velocity, 25.0);
+        assert_eq!(jog(JogAxis::R).acceleration, 4.0);
+        assert_eq!(
+            [jog(JogAxis::Z).velocity, jog(JogAxis::Z).acceleration],
+            [150.0, 400.0]
+        );
+        // A stop has a deceleration whatever the ratio is by then.
+        let without = after(&[space.into(), jog_ratio(0.0)]);
+        assert!(without.jog(JogAxis::Z, &MODEL.ceilings).is_err());
+        assert_eq!(without.jog_deceleration(JogAxis::Z, &MODEL.ceilings), 400.0);
+        // As the arm stores it.
+        let mut stored = MotionSettings::default();
+        stored.note_stored(&space.into(), &MODEL.ceilings);
+        assert_eq!(stored.jog_coordinate.velocity, [40.0, 50.0, 300.0, 20.0]);
+    }
+}

@@ -30,9 +30,10 @@ enum Doing {
 impl Doing {
     fn of(command: &Set) -> Self {
         if let Some(ptp) = PtpMove::of(command) {
-            return match ptp.mode.is_line() {
-                true => Self::Drawing,
-                false => Self::Travelling,
+            return if ptp.mode.is_line() {
+                Self::Drawing
+            } else {
+                Self::Travelling
             };
         }
         match command {

@@ -27,8 +27,8 @@ impl Apply for CpParams {
     const RESTS_ON: Assumption = Assumption::Parameters;
 
     fn assumptions(&self, cx: &Context<'_>, _: ExecMode) -> AssumptionSet {
-        let most = &cx.firmware.model.ceilings;
-        let ceilings = [most.linear_velocity, most.linear_acceleration];
+        let ceilings = &cx.firmware.model.ceilings;
+        let ceilings = [ceilings.linear_velocity, ceilings.linear_acceleration];
         let beyond = beyond([self.junction_vel, self.plan_acc], ceilings);
         AssumptionSet::from(<Self as Apply>::RESTS_ON).and_if(beyond, Assumption::BeyondCeilings)
     }

@@ -12,9 +12,9 @@ use crate::fidelity::{Assumption, AssumptionSet};
 
 stored! {
     JogJointParams in motion.jog_joint: Parameters,
-        capped |set, most| set.cap(most);
+        capped |set, ceilings| set.cap(ceilings);
     JogCoordinateParams in motion.jog_coordinate: Parameters,
-        capped |set, most| set.cap(most);
+        capped |set, ceilings| set.cap(ceilings);
     JogCommonParams in motion.jog_common: Parameters,
         beyond |set| beyond([set.velocity_ratio], [100.0]);
     JogLParams in motion.jog_rail: Parameters, at first RailDefaults;

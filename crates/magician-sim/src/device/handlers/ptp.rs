@@ -17,9 +17,9 @@ use crate::fidelity::{Assumption, AssumptionSet};
 
 stored! {
     PtpJointParams in motion.ptp_joint: Parameters,
-        capped |set, most| set.cap(most);
+        capped |set, ceilings| set.cap(ceilings);
     PtpCoordinateParams in motion.ptp_coordinate: Parameters,
-        capped |set, most| set.cap(most);
+        capped |set, ceilings| set.cap(ceilings);
     PtpJump2Params in motion.ptp_jump2: Parameters;
     PtpCommonParams in motion.ptp_common: Parameters,
         beyond |set| beyond([set.velocity_ratio, set.acceleration_ratio], [100.0; 2]);
@@ -47,9 +47,10 @@ fn request(cx: &Context<'_>, to: &PtpMove) -> Option<Move> {
 /// Where on the rail a move leads; without the rail its number is ignored (model section 12).
 fn rail_target(cx: &Context<'_>, to: &PtpMove) -> Option<f64> {
     let rail = f64::from(to.rail.filter(|_| cx.has_rail())?);
-    Some(match to.mode.is_relative() {
-        true => cx.rail() + rail,
-        false => rail,
+    Some(if to.mode.is_relative() {
+        cx.rail() + rail
+    } else {
+        rail
     })
 }
 
