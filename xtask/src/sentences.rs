@@ -8,9 +8,10 @@ use std::str::FromStr;
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 
 /// The crates below the doors.
-const CRATES: [&str; 11] = [
+const CRATES: [&str; 12] = [
     "magician-protocol",
     "magician-motion",
+    "magician-model",
     "magician-host",
     "magician-sim",
     "magician-record",

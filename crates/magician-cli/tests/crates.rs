@@ -8,15 +8,30 @@ use std::process::Command;
 const DEPENDENCIES: &[(&str, &[&str])] = &[
     ("magician-protocol", &[]),
     ("magician-motion", &[]),
-    ("magician-sim", &["magician-protocol", "magician-motion"]),
+    // What neither of the two can say: commands as motions.
+    ("magician-model", &["magician-protocol", "magician-motion"]),
+    (
+        "magician-sim",
+        &["magician-protocol", "magician-motion", "magician-model"],
+    ),
     // The simulator is for its feature `pair`.
     (
         "magician-host",
-        &["magician-protocol", "magician-motion", "magician-sim"],
+        &[
+            "magician-protocol",
+            "magician-motion",
+            "magician-model",
+            "magician-sim",
+        ],
     ),
     (
         "magician-record",
-        &["magician-protocol", "magician-motion", "magician-sim"],
+        &[
+            "magician-protocol",
+            "magician-motion",
+            "magician-model",
+            "magician-sim",
+        ],
     ),
     (
         "magician",

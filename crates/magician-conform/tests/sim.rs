@@ -93,7 +93,7 @@ fn another_first_index_is_found_where_it_counts_only() {
 
 #[test]
 fn another_limit_is_found_on_its_joint_only() {
-    let failed = failed_with(|profile| profile.limits.controller.j3[0] = -14.0);
+    let failed = failed_with(|profile| profile.limits.controller.j3.min = -14.0);
     for id in &failed {
         assert!(
             [
@@ -119,7 +119,7 @@ fn lower_ceilings_are_found() {
 #[test]
 fn another_home_is_found() {
     fails(
-        |profile| profile.home.joints = [0.0, 44.0, 45.0, 0.0],
+        |profile| profile.home.joints.j2 = 44.0,
         &[
             "home.params-at-power-up",
             "home.params-with-tool",

@@ -37,6 +37,7 @@ pub use burning::{
 };
 pub use error::{Error, ErrorCode, ErrorKind, Result};
 pub use homing::HomingTracker;
+pub use magician_model::{MotionSettings, PtpMove};
 pub use magician_motion::{
     ArmModel, ArmState, Breach, Cuboid, Fence, FenceError, FencePart, Geometry, JointAngles,
     Limits, ToolBias, Trajectory, VelocityProfile,

@@ -44,7 +44,7 @@ fn segments(points: &[[f64; 3]]) -> Vec<CpSegment> {
 #[divan::bench]
 fn look_ahead_over_32(bencher: Bencher) {
     let look_ahead = LookAhead::new(
-        &ArmModel::MAGICIAN.power_up.path,
+        &ArmModel::MAGICIAN.cp_speeds(),
         &ArmModel::MAGICIAN.ceilings,
         ArmModel::MAGICIAN.law,
     )
@@ -63,7 +63,7 @@ fn look_ahead_over_32(bencher: Bencher) {
 #[divan::bench]
 fn times_of_a_million(bencher: Bencher) {
     let look_ahead = LookAhead::new(
-        &ArmModel::MAGICIAN.power_up.path,
+        &ArmModel::MAGICIAN.cp_speeds(),
         &ArmModel::MAGICIAN.ceilings,
         ArmModel::MAGICIAN.law,
     )

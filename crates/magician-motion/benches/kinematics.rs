@@ -148,7 +148,7 @@ fn plan_arc(bencher: Bencher) {
 fn plan_jump(bencher: Bencher) {
     plan(
         bencher,
-        MoveKind::Jump(ArmModel::MAGICIAN.power_up.jump, Transfer::Joint),
+        MoveKind::Jump(ArmModel::MAGICIAN.power_up.jump(), Transfer::Joint),
     );
 }
 

@@ -152,7 +152,7 @@ impl Planner {
     /// use magician_motion::{ArmModel, ArmState, Jog, JogAxis, JointAngles, ToolBias};
     ///
     /// let model = ArmModel::MAGICIAN;
-    /// let planner = model.planner(ToolBias::NONE, model.power_up.speeds);
+    /// let planner = model.planner(ToolBias::NONE, model.power_up.speeds());
     /// let home = ArmState::at_joints(&planner.geometry, &JointAngles::HOME);
     /// let up = Jog { axis: JogAxis::Z, positive: true };
     /// let rates = planner.speeds.jog(up.axis, &planner.ceilings)?;

@@ -51,7 +51,7 @@ impl JumpHeights {
 impl Default for JumpHeights {
     /// The settings at power-up of firmware 3.6.14.
     fn default() -> Self {
-        ArmModel::MAGICIAN.power_up.jump
+        ArmModel::MAGICIAN.power_up.jump()
     }
 }
 

@@ -8,6 +8,11 @@ use crate::{Geometry, Limits, MotionError, Unreachable};
 /// `j2` is measured from the vertical, positive leaning forward; `j3` is the angle of the forearm below the
 /// horizontal, whatever `j2` does; `j4` is the servo on the wrist plate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Deserialize, serde::Serialize),
+    serde(from = "[f64; 4]", into = "[f64; 4]")
+)]
 pub struct JointAngles {
     /// Base, counter-clockwise seen from above.
     pub j1: f64,
@@ -51,6 +56,12 @@ impl JointAngles {
             self.j3 + by.j3,
             self.j4 + by.j4,
         )
+    }
+}
+
+impl From<JointAngles> for [f64; 4] {
+    fn from(joints: JointAngles) -> Self {
+        joints.to_array()
     }
 }
 
@@ -141,6 +152,14 @@ impl Geometry {
             return Err(Unreachable::NotFinite.into());
         }
         self.solve(pose, Outside::Refuse)
+    }
+
+    /// True if the tool can be at a place (x, y, z; mm) within these limits, however it is turned.
+    #[must_use]
+    pub fn reaches(&self, [x, y, z]: [f64; 3], limits: &Limits) -> bool {
+        // Straight on from the base the servo stands near its middle.
+        let r = libm::atan2(y, x).to_degrees();
+        self.inverse_within(&Pose::new(x, y, z, r), limits).is_ok()
     }
 
     /// The joint angles that bring the tool to this pose, if they are within `limits`.

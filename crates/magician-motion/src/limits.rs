@@ -82,6 +82,11 @@ impl Bound {
 
 /// From and to, both allowed; degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Deserialize, serde::Serialize),
+    serde(from = "[f64; 2]", into = "[f64; 2]")
+)]
 pub struct Range {
     /// Smallest allowed angle.
     pub min: f64,
@@ -97,8 +102,21 @@ impl Range {
     }
 }
 
+impl From<[f64; 2]> for Range {
+    fn from([min, max]: [f64; 2]) -> Self {
+        Self::new(min, max)
+    }
+}
+
+impl From<Range> for [f64; 2] {
+    fn from(range: Range) -> Self {
+        [range.min, range.max]
+    }
+}
+
 /// Where the joints may be, degrees (model section 4).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Limits {
     /// Base.
     pub j1: Range,

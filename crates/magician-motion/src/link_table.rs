@@ -7,8 +7,6 @@ const SHOULDER: f64 = 138.0;
 
 /// How much of that turns with J1, as it is drawn, mm.
 const TURRET: f64 = 60.0;
-/// Length of the rail, mm (model section 12).
-pub const RAIL_LENGTH: f64 = 1000.0;
 
 /// What a link looks like. It stands on its frame's origin and reaches along z of the frame as [`Link::turn`] turns it; a ball
 /// is around the origin.

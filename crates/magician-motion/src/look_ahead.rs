@@ -27,7 +27,7 @@ pub struct CpSpeeds {
 impl Default for CpSpeeds {
     /// The settings at power-up of firmware 3.6.14.
     fn default() -> Self {
-        ArmModel::MAGICIAN.power_up.path
+        ArmModel::MAGICIAN.cp_speeds()
     }
 }
 
@@ -79,7 +79,7 @@ impl CpSegment {
 /// use magician_motion::{ArmModel, CpSegment, LookAhead};
 ///
 /// let model = ArmModel::MAGICIAN;
-/// let look_ahead = LookAhead::new(&model.power_up.path, &model.ceilings, model.law)?;
+/// let look_ahead = LookAhead::new(&model.cp_speeds(), &model.ceilings, model.law)?;
 /// let side = CpSegment::between([0.0; 3], [50.0, 0.0, 0.0]);
 /// let on = CpSegment::between([50.0, 0.0, 0.0], [100.0, 0.0, 0.0]);
 /// let round_the_corner = CpSegment::between([50.0, 0.0, 0.0], [50.0, 50.0, 0.0]);

@@ -1,7 +1,7 @@
 //! The numbers of one firmware: its measures, limits, ceilings, homing, and what it knows at power-up.
 
 use crate::{
-    CpSpeeds, Geometry, JointAngles, JumpHeights, KinematicLimits, Limits, MotionLaw, Planner,
+    CpSpeeds, Geometry, JogAxis, JointAngles, KinematicLimits, Limits, MotionLaw, Planner, PowerUp,
     Range, Speeds, ToolBias,
 };
 
@@ -34,17 +34,27 @@ pub struct ArmModel {
     pub law: MotionLaw,
     /// Homing.
     pub homing: Homing,
+    /// Continuous paths.
+    pub path: Paths,
+    /// The sliding rail, for an arm that stands on one.
+    pub rail: Rail,
     /// The settings at power-up.
     pub power_up: PowerUp,
 }
 
-/// A higher setting counts as this when a motion is planned (model section 6).
+/// The ceiling of each speed: what slows a move that is set faster. A higher setting counts as its ceiling when a motion
+/// is planned (model section 6). Raised ceilings make the arm faster: the real one was never seen to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Deserialize, serde::Serialize),
+    serde(default, deny_unknown_fields)
+)]
 pub struct Ceilings {
     /// Velocity of J1 to J4, deg/s.
     pub joint_velocity: [f64; 4],
-    /// Acceleration of J1 to J4, deg/s2.
-    pub joint_acceleration: [f64; 4],
+    /// Acceleration of every joint, deg/s2.
+    pub joint_acceleration: f64,
     /// Velocity along a path, mm/s.
     pub linear_velocity: f64,
     /// Acceleration along a path, mm/s2.
@@ -57,6 +67,11 @@ pub struct Ceilings {
 
 /// Homing: the base turns to its switch, backs off, creeps back, then all joints go to the home point (model section 11).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Deserialize, serde::Serialize),
+    serde(default, deny_unknown_fields)
+)]
 pub struct Homing {
     /// The home point until a host sets one, deg.
     pub joints: JointAngles,
@@ -74,25 +89,32 @@ pub struct Homing {
     pub creep: [f64; 2],
 }
 
-/// What motions start from before a host has set anything (model section 6).
+/// Continuous paths (model section 8).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PowerUp {
-    /// The joints that are reported before homing, deg.
-    pub joints: JointAngles,
-    /// Speeds from point to point.
-    pub speeds: Speeds,
-    /// Speeds on arcs; no joint moves by itself there.
-    pub arc: Speeds,
-    /// Speeds of jogging.
-    pub jog: Speeds,
-    /// Continuous paths, with the period of this firmware.
-    pub path: CpSpeeds,
-    /// Heights of jumps.
-    pub jump: JumpHeights,
-    /// Speed on the sliding rail, mm/s and mm/s2.
-    pub rail: KinematicLimits,
-    /// Speed of jogging on the rail, mm/s and mm/s2.
-    pub rail_jog: KinematicLimits,
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Deserialize, serde::Serialize),
+    serde(default, deny_unknown_fields)
+)]
+pub struct Paths {
+    /// The interpolation period that limits the speed at corners, s.
+    pub period: f64,
+}
+
+/// The sliding rail (model section 12). Its carriage is at 0 mm after homing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Deserialize, serde::Serialize),
+    serde(default, deny_unknown_fields)
+)]
+pub struct Rail {
+    /// How far the carriage can go, mm; above 0.
+    pub length: f64,
+    /// How fast it homes, mm/s; no ratio scales it.
+    pub home_velocity: f64,
+    /// Its acceleration when it homes, mm/s2.
+    pub home_acceleration: f64,
 }
 
 impl ArmModel {
@@ -123,7 +145,7 @@ impl ArmModel {
         },
         ceilings: Ceilings {
             joint_velocity: [320.0, 320.0, 320.0, 480.0],
-            joint_acceleration: [300.0; 4],
+            joint_acceleration: 300.0,
             linear_velocity: 300.0,
             linear_acceleration: 400.0,
             rotation_velocity: 480.0,
@@ -139,54 +161,13 @@ impl ArmModel {
             back_off: 0.5,
             creep: [1.0, 0.5],
         },
-        power_up: PowerUp {
-            joints: JointAngles::HOME,
-            speeds: Speeds {
-                joint_velocity: [200.0; 4],
-                joint_acceleration: [200.0; 4],
-                linear_velocity: 200.0,
-                linear_acceleration: 200.0,
-                rotation_velocity: 100.0,
-                rotation_acceleration: 100.0,
-                velocity_ratio: 50.0,
-                acceleration_ratio: 50.0,
-            },
-            arc: Speeds {
-                joint_velocity: [200.0; 4],
-                joint_acceleration: [200.0; 4],
-                linear_velocity: 200.0,
-                linear_acceleration: 200.0,
-                rotation_velocity: 200.0,
-                rotation_acceleration: 200.0,
-                velocity_ratio: 100.0,
-                acceleration_ratio: 100.0,
-            },
-            jog: Speeds {
-                joint_velocity: [15.0, 15.0, 15.0, 30.0],
-                joint_acceleration: [50.0; 4],
-                linear_velocity: 60.0,
-                linear_acceleration: 60.0,
-                rotation_velocity: 60.0,
-                rotation_acceleration: 60.0,
-                velocity_ratio: 50.0,
-                acceleration_ratio: 50.0,
-            },
-            path: CpSpeeds {
-                plan_acceleration: 100.0,
-                junction_velocity: 100.0,
-                period_s: 0.02,
-                real_time: false,
-            },
-            jump: JumpHeights::even(20.0, 100.0),
-            rail: KinematicLimits {
-                velocity: 100.0,
-                acceleration: 100.0,
-            },
-            rail_jog: KinematicLimits {
-                velocity: 100.0,
-                acceleration: 100.0,
-            },
+        path: Paths { period: 0.02 },
+        rail: Rail {
+            length: 1000.0,
+            home_velocity: 100.0,
+            home_acceleration: 100.0,
         },
+        power_up: PowerUp::MAGICIAN,
     };
 
     /// The measures with this tool bias in force.
@@ -221,6 +202,20 @@ impl ArmModel {
     }
 }
 
+impl ArmModel {
+    /// The settings of continuous paths at power-up.
+    #[must_use]
+    pub fn cp_speeds(&self) -> CpSpeeds {
+        let cp = &self.power_up.cp;
+        CpSpeeds {
+            plan_acceleration: cp.plan_acceleration.into(),
+            junction_velocity: cp.junction_velocity.into(),
+            period_s: self.path.period,
+            real_time: cp.real_time_track,
+        }
+    }
+}
+
 impl Default for ArmModel {
     /// Firmware 3.6.14.
     fn default() -> Self {
@@ -228,10 +223,53 @@ impl Default for ArmModel {
     }
 }
 
+impl Ceilings {
+    /// The ceilings of a jog's axis: of the joint that it turns, or of the line that it goes along.
+    #[must_use]
+    pub const fn of_axis(&self, axis: JogAxis) -> KinematicLimits {
+        let [j1, j2, j3, j4] = self.joint_velocity;
+        let (velocity, acceleration) = match axis {
+            JogAxis::J1 => (j1, self.joint_acceleration),
+            JogAxis::J2 => (j2, self.joint_acceleration),
+            JogAxis::J3 => (j3, self.joint_acceleration),
+            JogAxis::J4 => (j4, self.joint_acceleration),
+            JogAxis::X | JogAxis::Y | JogAxis::Z => {
+                (self.linear_velocity, self.linear_acceleration)
+            }
+            JogAxis::R => (self.rotation_velocity, self.rotation_acceleration),
+        };
+        KinematicLimits {
+            velocity,
+            acceleration,
+        }
+    }
+}
+
 impl Default for Ceilings {
     /// Those of firmware 3.6.14.
     fn default() -> Self {
         ArmModel::MAGICIAN.ceilings
+    }
+}
+
+impl Default for Homing {
+    /// That of firmware 3.6.14.
+    fn default() -> Self {
+        ArmModel::MAGICIAN.homing
+    }
+}
+
+impl Default for Paths {
+    /// Those of firmware 3.6.14.
+    fn default() -> Self {
+        ArmModel::MAGICIAN.path
+    }
+}
+
+impl Default for Rail {
+    /// That of the vendor.
+    fn default() -> Self {
+        ArmModel::MAGICIAN.rail
     }
 }
 

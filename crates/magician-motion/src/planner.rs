@@ -97,7 +97,7 @@ impl Plan {
 /// use magician_motion::{ArmModel, ArmState, JointAngles, Move, MoveKind, Pose, Target, ToolBias};
 ///
 /// let model = ArmModel::MAGICIAN;
-/// let planner = model.planner(ToolBias::NONE, model.power_up.speeds);
+/// let planner = model.planner(ToolBias::NONE, model.power_up.speeds());
 /// let home = ArmState::at_joints(&planner.geometry, &JointAngles::HOME);
 /// let there = Pose::new(200.0, 50.0, 20.0, 0.0);
 /// let request = Move { target: Target::Pose(there), kind: MoveKind::Line };

@@ -77,7 +77,7 @@ impl Speeds {
 impl Default for Speeds {
     /// The settings at power-up of firmware 3.6.14.
     fn default() -> Self {
-        ArmModel::MAGICIAN.power_up.speeds
+        ArmModel::MAGICIAN.power_up.speeds()
     }
 }
 
@@ -94,7 +94,7 @@ impl Ceilings {
             velocity: positive(SpeedQuantity::JointVelocity(name), rates.velocity)?
                 .min(of(self.joint_velocity)),
             acceleration: positive(SpeedQuantity::JointAcceleration(name), rates.acceleration)?
-                .min(of(self.joint_acceleration)),
+                .min(self.joint_acceleration),
         })
     }
 

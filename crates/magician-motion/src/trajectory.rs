@@ -15,7 +15,7 @@ use crate::{ArmState, Geometry, MotionError, MotionLaw};
 /// use magician_motion::{ArmModel, ArmState, JointAngles, Move, MoveKind, Pose, Target, ToolBias};
 ///
 /// let model = ArmModel::MAGICIAN;
-/// let planner = model.planner(ToolBias::NONE, model.power_up.speeds);
+/// let planner = model.planner(ToolBias::NONE, model.power_up.speeds());
 /// let home = ArmState::at_joints(&planner.geometry, &JointAngles::HOME);
 /// let ahead = Move { target: Target::PoseIncrement(Pose::new(40.0, 0.0, 0.0, 0.0)), kind: MoveKind::Line };
 /// let motion = planner.plan(&home, &ahead)?.trajectory;

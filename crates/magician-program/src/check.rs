@@ -10,13 +10,12 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use magician_host::words::Preflight;
-use magician_host::{Action as Deed, Error, Geometry, Set};
+use magician_host::{Action as Deed, Error, Geometry, Limits, PtpMove, Set};
 use magician_motion::MotionError;
 
 use crate::turns::{AtOnce, SLICE, Turns, at_once};
 use crate::{Action, Diagnostic, DiagnosticCode, Origin, Part, Plan};
 use beyond::beyond;
-pub(crate) use beyond::reaches;
 pub use foreign::foreign_coordinates;
 use pen::Pen;
 use way::{corners, length, point};
@@ -50,8 +49,8 @@ pub struct RefusedStep {
     pub name: Option<String>,
     /// Why: with value, limit and unit where it is a matter of how much.
     pub error: Error,
-    /// Where the step leads, with which tool.
-    pub(crate) target: Option<(Geometry, [f64; 3])>,
+    /// Where the step leads, with which tool and within which limits.
+    pub(crate) target: Option<(Geometry, Limits, [f64; 3])>,
 }
 
 impl RefusedStep {
@@ -61,7 +60,7 @@ impl RefusedStep {
     pub fn beyond(&self) -> Option<f64> {
         self.target
             .as_ref()
-            .and_then(|(geometry, at)| beyond(geometry, *at))
+            .and_then(|(geometry, limits, at)| beyond(geometry, limits, *at))
     }
 }
 
@@ -150,7 +149,7 @@ impl Report {
         step.unwrap_or(0).saturating_add(1)
     }
 
-    fn refuse(&mut self, plan: &Plan, step: usize, error: Error, geometry: Geometry) {
+    fn refuse(&mut self, plan: &Plan, step: usize, error: Error, arm: &Preflight) {
         self.refused += 1;
         if self.refused_steps.len() < MOST_REFUSED {
             let refused = plan.steps.get(step);
@@ -161,7 +160,10 @@ impl Report {
                 origin,
                 name: plan.name_of(&origin).map(str::to_owned),
                 error,
-                target: target.map(|at| (geometry, at.map(f64::from))),
+                target: target.map(|at| {
+                    let limits = arm.arm_model().limits;
+                    (arm.geometry(), limits, at.map(f64::from))
+                }),
             });
         }
     }
@@ -316,16 +318,13 @@ impl CheckRun {
     }
 
     fn refuse(&mut self, plan: &Plan, step: usize, error: Error) {
-        let geometry = self.arm.geometry();
-        self.report.refuse(plan, step, error, geometry);
+        self.report.refuse(plan, step, error, &self.arm);
     }
 
     /// Refuses a place on a rail that is not in use: the arm would ignore it, and go to the right pose at the wrong place.
     fn check_rail(&self, command: &Set) -> Result<(), Error> {
-        let l = match command {
-            Set::PtpWithLCmd(ptp) => ptp.l,
-            Set::PtpPoWithLCmd(ptp) => ptp.l,
-            _ => return Ok(()),
+        let Some(l) = PtpMove::of(command).and_then(|to| to.rail) else {
+            return Ok(());
         };
         if self.arm.is_on_rail() {
             return Ok(());

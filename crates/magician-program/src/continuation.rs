@@ -5,9 +5,8 @@ mod settings;
 pub(crate) mod within;
 
 use magician_host::words::{self, Preflight};
-use magician_host::{Error, JointAngles, Set};
+use magician_host::{Error, JointAngles, MotionSettings, PtpMove, Set};
 use magician_motion::Pose;
-use magician_protocol::PtpMode;
 
 use crate::{Action, Diagnostic, Origin, Plan, Step, Travel};
 use settings::Settings;
@@ -120,50 +119,34 @@ fn diagnostic_at(plan: &Plan, step: usize, message: String) -> Diagnostic {
 /// The highest that the tool has been.
 struct HeightTracker {
     most: f64,
-    /// How far jumps lift, and their highest z: at first as an arm has them at power-up (model section 6).
-    jump: [f64; 2],
+    /// The settings so far: at first those of an arm at power-up.
+    settings: MotionSettings,
 }
 
 impl Default for HeightTracker {
     fn default() -> Self {
         Self {
             most: f64::NEG_INFINITY,
-            jump: [20.0, 100.0],
+            settings: MotionSettings::default(),
         }
     }
 }
 
 impl HeightTracker {
     fn note(&mut self, command: &Set, from: Option<f64>, to: Option<f64>) {
-        let jumps = match command {
-            Set::PtpJumpParams(jump) => {
-                self.jump = [jump.jump_height, jump.z_limit].map(f64::from);
-                false
-            }
-            Set::PtpJump2Params(jump) => {
-                let lift = jump.start_jump_height.max(jump.end_jump_height);
-                self.jump = [lift, jump.z_limit].map(f64::from);
-                false
-            }
-            Set::PtpCmd(ptp) => is_jump(ptp.ptp_mode),
-            Set::PtpPoCmd(ptp) => is_jump(ptp.ptp_mode),
-            Set::PtpWithLCmd(ptp) => is_jump(ptp.ptp_mode),
-            Set::PtpPoWithLCmd(ptp) => is_jump(ptp.ptp_mode),
-            _ => false,
-        };
-        let [lift, limit] = self.jump;
+        self.settings.note(command);
+        let jumps = PtpMove::of(command).is_some_and(|to| to.mode.is_jump());
+        let heights = self.settings.jump();
+        let lift = heights.start.max(heights.end);
         for z in [from, to].into_iter().flatten() {
-            let apex = if jumps { (z + lift).min(limit) } else { z };
+            let apex = if jumps {
+                (z + lift).min(heights.z_limit)
+            } else {
+                z
+            };
             self.most = self.most.max(z).max(apex);
         }
     }
-}
-
-fn is_jump(mode: PtpMode) -> bool {
-    matches!(
-        mode,
-        PtpMode::JumpXyz | PtpMode::JumpAngle | PtpMode::JumpMovlXyz
-    )
 }
 
 /// What leads to a step.

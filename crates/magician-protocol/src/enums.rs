@@ -226,6 +226,64 @@ open_enums! {
     }
 }
 
+impl PtpMode {
+    /// True if the numbers are a pose (x, y, z and r), absolute or relative. False for an unknown mode.
+    #[must_use]
+    pub const fn is_pose(self) -> bool {
+        matches!(
+            self,
+            Self::JumpXyz
+                | Self::MovjXyz
+                | Self::MovlXyz
+                | Self::MovlXyzInc
+                | Self::MovjXyzInc
+                | Self::JumpMovlXyz
+        )
+    }
+
+    /// True if the numbers are joint angles, absolute or relative. False for an unknown mode.
+    #[must_use]
+    pub const fn is_joint(self) -> bool {
+        matches!(
+            self,
+            Self::JumpAngle | Self::MovjAngle | Self::MovlAngle | Self::MovjAngleInc
+        )
+    }
+
+    /// True if the numbers, and the place on the rail, are added to where the move starts. False for an unknown mode.
+    #[must_use]
+    pub const fn is_relative(self) -> bool {
+        matches!(
+            self,
+            Self::MovjAngleInc | Self::MovlXyzInc | Self::MovjXyzInc
+        )
+    }
+
+    /// True if the numbers say by themselves where the move ends. False for an unknown mode.
+    #[must_use]
+    pub const fn is_absolute(self) -> bool {
+        (self.is_pose() || self.is_joint()) && !self.is_relative()
+    }
+
+    /// True if the numbers are the pose at which the move ends. False for an unknown mode.
+    #[must_use]
+    pub const fn is_absolute_pose(self) -> bool {
+        self.is_pose() && self.is_absolute()
+    }
+
+    /// True if the move lifts, goes across and descends. False for an unknown mode.
+    #[must_use]
+    pub const fn is_jump(self) -> bool {
+        matches!(self, Self::JumpXyz | Self::JumpAngle | Self::JumpMovlXyz)
+    }
+
+    /// True if the tool goes on a straight line from start to end. False for an unknown mode.
+    #[must_use]
+    pub const fn is_line(self) -> bool {
+        matches!(self, Self::MovlXyz | Self::MovlAngle | Self::MovlXyzInc)
+    }
+}
+
 impl JogCommand {
     /// The number of the axis, from 0 for J1 or x, and whether its value grows; `None` for a stop and for the rail.
     #[must_use]

@@ -593,17 +593,23 @@ impl LawReport {
 /// The ratio by which the settings of power-up make a motion.
 fn ratio(along: Along, speed: Option<f64>, acceleration: f64) -> Option<f64> {
     let power_up = &ArmModel::MAGICIAN.power_up;
-    let (jog, ptp) = (&power_up.jog, &power_up.speeds);
+    let (jog, ptp) = (&power_up.jog, &power_up.speeds());
     let near = |a: f64, b: f64| (a - b).abs() <= 0.01 * b;
     let percent = |share: f64| (share * 1000.0).round() / 10.0;
     let speed = speed?;
     let (jog, ptp) = match along {
         Along::Joint(joint) => (
-            (jog.joint_velocity[joint], jog.joint_acceleration[joint]),
+            (
+                jog.joint_velocity[joint].into(),
+                jog.joint_acceleration[joint].into(),
+            ),
             (ptp.joint_velocity[joint], ptp.joint_acceleration[joint]),
         ),
-        Along::Axis(_) => (
-            (jog.linear_velocity, jog.linear_acceleration),
+        Along::Axis(axis) => (
+            (
+                jog.coordinate_velocity[axis].into(),
+                jog.coordinate_acceleration[axis].into(),
+            ),
             (ptp.linear_velocity, ptp.linear_acceleration),
         ),
         // No jog goes along several axes.

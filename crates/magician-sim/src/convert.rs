@@ -1,6 +1,6 @@
 //! The one place where the wire's 32-bit numbers become the planner's 64-bit ones, and are rounded back.
 
-use magician_motion::{ArmState, ToolBias};
+use magician_motion::ArmState;
 use magician_protocol::commands;
 
 /// Rounds once, to the nearest number that the wire has.
@@ -24,21 +24,6 @@ pub(crate) fn pose_to_wire(arm: &ArmState) -> commands::Pose {
         r,
         joint_angle,
     }
-}
-
-/// The bias of a tool as a host sets it.
-pub(crate) fn tool_to_wire(tool: ToolBias) -> commands::EndEffectorParams {
-    let [x_bias, y_bias, z_bias] = to_wire([tool.x, tool.y, tool.z]);
-    commands::EndEffectorParams {
-        x_bias,
-        y_bias,
-        z_bias,
-    }
-}
-
-/// The value, no more than the ceiling; what is not a number stays so, for the planner to refuse.
-pub(crate) fn capped(value: f64, ceiling: f64) -> f64 {
-    if value > ceiling { ceiling } else { value }
 }
 
 /// Seconds as whole microseconds, to the nearest; what is no such time is 0 or the end of time.

@@ -47,10 +47,9 @@ pub use magician_protocol::{ArmInstant, HostInstant};
 pub use observer::Observer;
 pub use pace::{ArmClock, LineTiming, Speed, SpeedError};
 pub use profile::{
-    ArcDefaults, Ceilings, CpDefaults, Defaults, FidelityRules, HandTeaching, Homing, Identity,
-    JogAxisChange, JogDefaults, LimitChoice, LimitSet, LimitSets, LostStepDefaults, MotionRules,
-    Offline, Paths, PinFunctions, Pins, PowerUp, Profile, ProfileError, PtpDefaults, QueueRules,
-    Sliding, Stopping, Tools, Wifi, WifiDefaults,
+    Defaults, FidelityRules, HandTeaching, Identity, JogAxisChange, LimitChoice, LimitSets,
+    LostStepDefaults, MotionRules, Offline, PinFunctions, Pins, PowerUp, Profile, ProfileError,
+    QueueRules, Stopping, Tools, Wifi, WifiDefaults,
 };
 pub use runner::Runner;
 pub use scenario::{Scenario, ScenarioError};

@@ -2,6 +2,7 @@
 //!
 //! Firmware 3.6.14 is built in. A file is a patch over it: it gives the values that differ.
 
+use magician_motion::{Ceilings, Homing, Paths, Rail};
 use serde::{Deserialize, Serialize};
 
 mod arm;
@@ -13,13 +14,10 @@ mod tool;
 
 pub(crate) use numbered::serial_at;
 
-pub use arm::{
-    ArcDefaults, Ceilings, CpDefaults, Defaults, Homing, JogAxisChange, JogDefaults, LimitChoice,
-    LimitSet, LimitSets, MotionRules, Paths, PtpDefaults,
-};
+pub use arm::{Defaults, JogAxisChange, LimitChoice, LimitSets, MotionRules};
 pub use sections::{
     FidelityRules, HandTeaching, Identity, LostStepDefaults, Offline, PinFunctions, Pins, PowerUp,
-    QueueRules, Sliding, Stopping, Tools, Wifi, WifiDefaults,
+    QueueRules, Stopping, Tools, Wifi, WifiDefaults,
 };
 
 /// Longest name that the arm keeps, bytes (model section 15).
@@ -88,7 +86,7 @@ pub struct Profile {
     /// Stopping.
     pub stop: Stopping,
     /// The sliding rail.
-    pub rail: Sliding,
+    pub rail: Rail,
     /// Hand teaching.
     pub teach: HandTeaching,
     /// Programs in the flash.

@@ -81,7 +81,6 @@ impl ControllerState {
     pub(crate) fn of(device: &Device) -> Self {
         let Device {
             now,
-            firmware,
             store,
             queues,
             alarms,
@@ -94,7 +93,7 @@ impl ControllerState {
         Self {
             now: *now,
             pose: arm.pose,
-            tool: store.settings.geometry(&firmware.model).tool,
+            tool: store.settings.motion.tool(),
             joints: arm.joints,
             true_joints: motion.true_pose_of(*now, arm.joints).joints,
             moving: motion.is_moving(),
@@ -118,7 +117,11 @@ impl ControllerState {
             holding: device.world.holding(),
             laser: laser_power > 0.0,
             laser_power,
-            rail: store.settings.has_rail().then(|| motion.rail_at(*now)),
+            rail: store
+                .settings
+                .motion
+                .has_rail()
+                .then(|| motion.rail_at(*now)),
             line: device.line,
             not_simulated: device.record.log().count_not_simulated(),
             events_lost: device.record.log().lost(),

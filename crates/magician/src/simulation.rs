@@ -155,8 +155,8 @@ impl Simulation {
             .scenario()
             .is_some_and(|scenario| scenario.tool().kind == ToolKind::Gripper);
         let mut simulation = Self {
+            readings: Readings::at_power_up(arm.arm_model()),
             arm,
-            readings: Readings::default(),
             grips,
             target: None,
             tool: None,
@@ -229,13 +229,13 @@ impl Simulation {
 
     /// Reads the settings that the check goes by.
     fn read(&mut self) {
-        let mut known = self.readings;
+        let mut known = self.readings.settings;
         known.tool = self.ask().unwrap_or(known.tool);
-        known.joint_speeds = self.ask().unwrap_or(known.joint_speeds);
-        known.line_speeds = self.ask().unwrap_or(known.line_speeds);
-        known.ratios = self.ask().unwrap_or(known.ratios);
-        known.jump = self.ask().unwrap_or(known.jump);
-        self.readings = known;
+        known.ptp_joint = self.ask().unwrap_or(known.ptp_joint);
+        known.ptp_coordinate = self.ask().unwrap_or(known.ptp_coordinate);
+        known.ptp_common = self.ask().unwrap_or(known.ptp_common);
+        known.ptp_jump2 = self.ask().unwrap_or(known.ptp_jump2);
+        self.readings.settings = known;
     }
 
     /// Sends a target, if the check lets it pass and the arm stands before the end of the step.
@@ -262,7 +262,8 @@ impl Simulation {
         }
         let command = kind.command(target);
         self.readings.pose = self.ask();
-        self.refused = Preflight::new(&self.readings).check(&command).is_err();
+        let check = Preflight::new(&self.readings).model(*self.arm.arm_model());
+        self.refused = check.clone().check(&command).is_err();
         if !self.refused {
             self.target = Some((kind, target));
             self.send(&command, Ctrl::QUEUED);

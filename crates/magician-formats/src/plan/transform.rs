@@ -416,19 +416,16 @@ impl Map {
 
     fn ptp(&self, mode: PtpMode, [x, y, z, r]: [&mut f32; 4]) -> Outcome {
         match mode {
-            PtpMode::JumpXyz | PtpMode::MovjXyz | PtpMode::MovlXyz | PtpMode::JumpMovlXyz => {
+            mode if mode.is_absolute_pose() => {
                 self.rotation(r);
                 self.point([x, y, z])
             }
-            PtpMode::MovlXyzInc | PtpMode::MovjXyzInc => {
+            mode if mode.is_pose() => {
                 self.relative_rotation(r);
                 self.onwards([x, y, z])
             }
-            PtpMode::JumpAngle
-            | PtpMode::MovjAngle
-            | PtpMode::MovlAngle
-            | PtpMode::MovjAngleInc => JOINTS,
-            PtpMode::Unknown(_) => Outcome::Refused("has a mode that does not exist"),
+            mode if mode.is_joint() => JOINTS,
+            _ => Outcome::Refused("has a mode that does not exist"),
         }
     }
 

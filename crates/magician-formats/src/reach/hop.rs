@@ -88,7 +88,7 @@ impl Travelling {
             linear_acceleration: speed,
             rotation_velocity: speed / 2.0,
             rotation_acceleration: speed / 2.0,
-            ..ArmModel::MAGICIAN.power_up.speeds
+            ..ArmModel::MAGICIAN.power_up.speeds()
         }
     }
 
@@ -96,7 +96,7 @@ impl Travelling {
         // Twice the mean is the peak of a triangle, and more than that of any other profile.
         let seconds = way.duration_us() as f64 / 1e6;
         let peak = 2.0 * way.start().pose.distance_to(&way.end().pose) / seconds;
-        let share = ArmModel::MAGICIAN.power_up.speeds.velocity_ratio / 100.0;
+        let share = ArmModel::MAGICIAN.power_up.speeds().velocity_ratio / 100.0;
         let keeps = |fence: Fence| {
             let fence = fence.in_space();
             fence.check_way(way).is_ok()

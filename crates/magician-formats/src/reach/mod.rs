@@ -184,7 +184,7 @@ impl Reach {
             limits: self.limits,
             ceilings: Ceilings::default(),
             law: ArmModel::MAGICIAN.law,
-            speeds: ArmModel::MAGICIAN.power_up.speeds,
+            speeds: ArmModel::MAGICIAN.power_up.speeds(),
         };
         let request = Move {
             target: Target::Pose(self.pose(to, lift)),

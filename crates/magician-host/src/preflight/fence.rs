@@ -45,7 +45,7 @@ impl Preflight {
     /// What plans a jog from here; its speeds are its own.
     #[must_use]
     pub fn jog_planner(&self) -> Planner {
-        self.planner(self.model.power_up.speeds)
+        self.planner(self.model.power_up.speeds())
     }
 
     /// Whether the laser's pins may drive something else.

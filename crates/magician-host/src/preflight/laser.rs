@@ -1,6 +1,7 @@
 //! Where the laser burns, as far as the program tells.
 
-use magician_protocol::{PtpMode, Set};
+use magician_model::PtpMove;
+use magician_protocol::Set;
 
 use super::guards::refuse;
 use super::readings::Readings;
@@ -28,19 +29,18 @@ enum Doing {
 
 impl Doing {
     fn of(command: &Set) -> Self {
-        let travel = |mode| match mode {
-            PtpMode::MovlXyz | PtpMode::MovlAngle | PtpMode::MovlXyzInc => Self::Drawing,
-            _ => Self::Travelling,
-        };
+        if let Some(ptp) = PtpMove::of(command) {
+            return if ptp.mode.is_line() {
+                Self::Drawing
+            } else {
+                Self::Travelling
+            };
+        }
         match command {
             Set::WaitCmd(wait) if wait.timeout > 0 => Self::Standing("waits"),
             Set::TrigCmd(_) => Self::Standing("waits for an input"),
             Set::EMotorS(motor) if motor.is_enabled.is_on() => Self::Standing("waits for a motor"),
             Set::HomeCmd(_) => Self::Standing("homes"),
-            Set::PtpCmd(ptp) => travel(ptp.ptp_mode),
-            Set::PtpPoCmd(ptp) => travel(ptp.ptp_mode),
-            Set::PtpWithLCmd(ptp) => travel(ptp.ptp_mode),
-            Set::PtpPoWithLCmd(ptp) => travel(ptp.ptp_mode),
             Set::JogCmd(_) => Self::Travelling,
             Set::ArcCmd(_) | Set::CircleCmd(_) => Self::Drawing,
             _ => Self::Other,

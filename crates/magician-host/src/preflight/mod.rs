@@ -17,9 +17,9 @@ mod way;
 
 use std::time::Duration;
 
+use magician_model::tool_to_wire;
 use magician_motion::{ArmModel, ArmState, Fence, JointAngles, Limits, MotionError, ToolBias};
-use magician_protocol::Set;
-use magician_protocol::commands::EndEffectorParams;
+use magician_protocol::{Flag, Set};
 
 pub use guards::{Guards, refuse};
 use laser::Laser;
@@ -140,15 +140,15 @@ impl Preflight {
     /// Starts from joint angles, with power-up settings.
     #[must_use]
     pub fn at(joints: JointAngles, tool: ToolBias) -> Self {
-        let tool = EndEffectorParams {
-            x_bias: tool.x as f32,
-            y_bias: tool.y as f32,
-            z_bias: tool.z as f32,
-        };
-        let mut check = Self::new(&Readings {
-            tool,
-            ..Readings::default()
-        });
+        Self::of_model(&ArmModel::MAGICIAN, joints, tool)
+    }
+
+    /// Starts from joint angles, for an arm of this model with its settings at power-up.
+    #[must_use]
+    pub fn of_model(model: &ArmModel, joints: JointAngles, tool: ToolBias) -> Self {
+        let mut readings = Readings::at_power_up(model);
+        readings.settings.tool = tool_to_wire(tool);
+        let mut check = Self::new(&readings).model(*model);
         check.at = Some(ArmState::at_joints(&check.geometry(), &joints));
         check
     }
@@ -158,6 +158,12 @@ impl Preflight {
     pub fn model(mut self, model: ArmModel) -> Self {
         self.model = model;
         self
+    }
+
+    /// The model of the arm that is checked for.
+    #[must_use]
+    pub fn arm_model(&self) -> &ArmModel {
+        &self.model
     }
 
     /// Checks against other limits than the controller's, [`ArmModel::guaranteed`] for one.
@@ -171,7 +177,7 @@ impl Preflight {
     /// Puts the arm on a rail that is in use, its carriage at this place, mm.
     #[must_use]
     pub fn on_rail(mut self, at: f64) -> Self {
-        self.now.with_rail = true;
+        self.now.settings.with_rail.with_l = Flag::ON;
         self.rail = Some(at);
         self
     }
@@ -179,7 +185,7 @@ impl Preflight {
     /// True if the arm stands on a rail that is in use, as far as the commands checked so far tell.
     #[must_use]
     pub fn is_on_rail(&self) -> bool {
-        self.now.with_rail
+        self.now.settings.has_rail()
     }
 
     /// Sets what is refused.
@@ -248,7 +254,7 @@ impl Preflight {
             let named = self
                 .told_by_place(command, error)
                 .with_command(command.row().set_name);
-            match self.now.tool.is_zero() && depends_on_tool(command) {
+            match self.now.settings.tool.is_zero() && depends_on_tool(command) {
                 true => named.of_unknown_tool(),
                 false => named,
             }

@@ -1,11 +1,12 @@
 //! Where each command leads, and how long it takes.
 
+use magician_model::PtpMove;
 use magician_motion::{
     ArmState, CpSegment, JointAngles, KinematicLimits, LookAhead, MotionError, Move, MoveKind,
-    Plan, Planner, Pose, Speeds, Target, Transfer,
+    Plan, Planner, Pose, Speeds, Target,
 };
 use magician_protocol::commands::{CircleCmd, EMotorS};
-use magician_protocol::{CpMode, Effect, JogCommand, PtpMode, Set};
+use magician_protocol::{CpMode, Effect, JogCommand, Set};
 
 use super::guards::refuse;
 use super::{FOREVER, Preflight};
@@ -14,58 +15,15 @@ use crate::{Error, ErrorKind, Result};
 /// No stepper follows faster pulses, pulses/s.
 const FASTEST_PULSES: f64 = 1e6;
 
-/// A point-to-point move as its commands give it.
-pub(super) struct Ptp {
-    pub(super) mode: PtpMode,
-    pub(super) numbers: [f32; 4],
-    rail: Option<f32>,
-}
-
-impl Ptp {
-    /// The pose that it leads to, where it says one.
-    pub(super) fn pose(&self) -> Option<[f32; 4]> {
-        let says = matches!(
-            self.mode,
-            PtpMode::JumpXyz | PtpMode::MovjXyz | PtpMode::MovlXyz | PtpMode::JumpMovlXyz
-        );
-        says.then_some(self.numbers)
-    }
-}
-
 /// True if the tool bias decides whether the arm can do a command: what is given in joint angles it does not.
 pub(super) fn depends_on_tool(command: &Set) -> bool {
-    ptp_of(command).is_none_or(|ptp| {
-        !matches!(
-            ptp.mode,
-            PtpMode::JumpAngle | PtpMode::MovjAngle | PtpMode::MovlAngle | PtpMode::MovjAngleInc
-        )
-    })
-}
-
-/// The move that a command asks for.
-pub(super) fn ptp_of(command: &Set) -> Option<Ptp> {
-    macro_rules! ptp {
-        ($ptp:ident, $rail:expr) => {
-            Ptp {
-                mode: $ptp.ptp_mode,
-                numbers: [$ptp.x, $ptp.y, $ptp.z, $ptp.r],
-                rail: $rail,
-            }
-        };
-    }
-    Some(match command {
-        Set::PtpCmd(ptp) => ptp!(ptp, None),
-        Set::PtpPoCmd(ptp) => ptp!(ptp, None),
-        Set::PtpWithLCmd(ptp) => ptp!(ptp, Some(ptp.l)),
-        Set::PtpPoWithLCmd(ptp) => ptp!(ptp, Some(ptp.l)),
-        _ => return None,
-    })
+    PtpMove::of(command).is_none_or(|ptp| !ptp.mode.is_joint())
 }
 
 impl Preflight {
     /// Goes where a command leads; how long it takes, us.
     pub(super) fn follow(&mut self, command: &Set) -> Result<u64> {
-        if let Some(ptp) = ptp_of(command) {
+        if let Some(ptp) = PtpMove::of(command) {
             return self.ptp(&ptp);
         }
         match command {
@@ -84,8 +42,8 @@ impl Preflight {
             }
             Set::EndEffectorParams(_) => {
                 let mut then = self.now;
-                then.note(command);
-                let geometry = self.model.geometry(then.tool());
+                then.note(command, &self.model.ceilings);
+                let geometry = self.model.geometry(then.settings.tool());
                 if let Some(before) = self.at {
                     let after = ArmState::at_joints(&geometry, &before.joints);
                     self.tool_within_fence(&before, &after)?;
@@ -99,7 +57,7 @@ impl Preflight {
             }
             Set::HomeParams(home) => {
                 self.check_points([[home.x, home.y, home.z, home.r]])?;
-                self.now.note(command);
+                self.now.note(command, &self.model.ceilings);
                 self.home = Some([home.x, home.y, home.z, home.r].map(f64::from).into());
                 self.home_is_set = true;
                 Ok(0)
@@ -111,14 +69,14 @@ impl Preflight {
                 Ok(FOREVER)
             }
             _ => {
-                self.now.note(command);
+                self.now.note(command, &self.model.ceilings);
                 Ok(0)
             }
         }
     }
 
     pub(super) fn planner(&self, speeds: Speeds) -> Planner {
-        self.model.planner(self.now.tool(), speeds)
+        self.model.planner(self.now.settings.tool(), speeds)
     }
 
     /// Notes where a motion within the limits of this arm leaves what every arm keeps to for certain.
@@ -135,16 +93,16 @@ impl Preflight {
         }
     }
 
-    fn ptp(&mut self, ptp: &Ptp) -> Result<u64> {
+    fn ptp(&mut self, ptp: &PtpMove) -> Result<u64> {
         let request = self.request(ptp)?;
-        let course = self.course(ptp.mode, ptp.rail)?;
+        let course = self.course(ptp)?;
         let Some(from) = self.at else {
             self.known_start()?;
             self.arrive(&request)?;
             self.rail = course.to;
             return Ok(FOREVER);
         };
-        let planner = self.planner(self.now.ptp_speeds());
+        let planner = self.planner(self.now.settings.speeds());
         let least = course.time.unwrap_or(0);
         let plan = planner.plan_with_min_duration(&from, &request, least);
         self.note_doubt(&plan);
@@ -159,27 +117,13 @@ impl Preflight {
         Ok(course.time.map_or(FOREVER, |rail| arm.max(rail)))
     }
 
-    /// What a mode and its numbers ask for (errata E28, model section 7).
-    pub(super) fn request(&self, ptp: &Ptp) -> Result<Move> {
-        let numbers = ptp.numbers.map(f64::from);
-        let jump = |transfer| MoveKind::Jump(self.now.jump_heights(), transfer);
-        let (target, kind) = match ptp.mode {
-            PtpMode::JumpXyz => (Target::Pose(numbers.into()), jump(Transfer::Joint)),
-            PtpMode::MovjXyz => (Target::Pose(numbers.into()), MoveKind::Joint),
-            PtpMode::MovlXyz => (Target::Pose(numbers.into()), MoveKind::Line),
-            PtpMode::JumpAngle => (Target::Joints(numbers.into()), jump(Transfer::Joint)),
-            PtpMode::MovjAngle => (Target::Joints(numbers.into()), MoveKind::Joint),
-            PtpMode::MovlAngle => (Target::Joints(numbers.into()), MoveKind::Line),
-            PtpMode::MovjAngleInc => (Target::JointIncrement(numbers.into()), MoveKind::Joint),
-            PtpMode::MovlXyzInc => (Target::PoseIncrement(numbers.into()), MoveKind::Line),
-            PtpMode::MovjXyzInc => (Target::PoseIncrement(numbers.into()), MoveKind::Joint),
-            PtpMode::JumpMovlXyz => (Target::Pose(numbers.into()), jump(Transfer::Line)),
-            PtpMode::Unknown(mode) => {
-                let message = format!("unknown point-to-point mode {mode}; modes are 0 to 9");
-                return Err(Error::invalid(message).with_limit(mode.into(), 9.0, "mode"));
-            }
-        };
-        Ok(Move { target, kind })
+    /// The request for the planner (errata E28).
+    pub(super) fn request(&self, ptp: &PtpMove) -> Result<Move> {
+        ptp.request(self.now.settings.jump()).ok_or_else(|| {
+            let mode = u8::from(ptp.mode);
+            let message = format!("unknown point-to-point mode {mode}; modes are 0 to 9");
+            Error::invalid(message).with_limit(mode.into(), 9.0, "mode")
+        })
     }
 
     /// A target in joints beyond its limit says more than the limit on the way there.
@@ -258,7 +202,7 @@ impl Preflight {
     /// A segment of a continuous path: straight, with J4 at rest.
     fn segment(&mut self, mode: CpMode, point: [f32; 3]) -> Result<u64> {
         let look_ahead = LookAhead::new(
-            &self.now.cp_speeds(&self.model),
+            &self.now.settings.cp(&self.model),
             &self.model.ceilings,
             self.model.law,
         )?;
@@ -290,7 +234,7 @@ impl Preflight {
             velocity: 100.0,
             acceleration: 100.0,
         };
-        let planner = self.planner(self.model.power_up.speeds);
+        let planner = self.planner(self.model.power_up.speeds());
         let plan = planner.segment(&from, to, 0.0, 0.0, rates);
         self.arrive_by(plan)?;
         // Both ends tell enough of a segment, at a fraction of the work.
@@ -311,7 +255,7 @@ impl Preflight {
             return Ok(FOREVER);
         };
         let [via, to] = [via, to].map(|point| point.map(f64::from).into());
-        let planner = self.planner(self.now.ptp_speeds());
+        let planner = self.planner(self.now.settings.arc_speeds());
         let plan = planner.arc(&from, &via, &to);
         self.note_doubt(&plan);
         self.arrive_in_time(plan)
@@ -326,7 +270,7 @@ impl Preflight {
             return Ok(FOREVER);
         };
         let [via, to] = points.map(|point| point.map(f64::from).into());
-        let planner = self.planner(self.now.ptp_speeds());
+        let planner = self.planner(self.now.settings.arc_speeds());
         let plan = planner.circle(&from, &via, &to, circle.count);
         self.note_doubt(&plan);
         self.arrive_in_time(plan)
@@ -387,7 +331,7 @@ impl Preflight {
     }
 
     fn homed(&mut self) -> u64 {
-        if self.now.with_rail {
+        if self.now.settings.has_rail() {
             self.rail = Some(0.0);
         }
         FOREVER
@@ -399,7 +343,9 @@ impl Preflight {
             stop it";
         refuse(self.guards.jog, "jog", why)?;
         match command {
-            JogCommand::RailPlus | JogCommand::RailMinus if !self.now.with_rail => return Ok(0),
+            JogCommand::RailPlus | JogCommand::RailMinus if !self.now.settings.has_rail() => {
+                return Ok(0);
+            }
             JogCommand::RailPlus | JogCommand::RailMinus => self.rail = None,
             _ => self.at = None,
         }

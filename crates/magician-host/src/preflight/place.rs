@@ -1,10 +1,10 @@
 //! Errors of the reach in millimetres, as the caller asked for the place.
 
-use magician_motion::{Geometry, Limits, Pose};
-use magician_protocol::{CpMode, PtpMode, Set};
+use magician_model::PtpMove;
+use magician_motion::{Geometry, Limits};
+use magician_protocol::{CpMode, Set};
 
 use super::Preflight;
-use super::motion::ptp_of;
 use crate::{Error, ErrorCode};
 
 /// Places nearer to the base and farther from it are tried by this step first, mm.
@@ -27,7 +27,7 @@ impl Preflight {
         let (geometry, limits) = (self.geometry(), &self.model.limits);
         let places = self.places_of(command);
         let mut beyond = places.into_iter().flatten();
-        let beyond = beyond.find(|place| !reaches(&geometry, limits, *place));
+        let beyond = beyond.find(|place| !geometry.reaches(*place, limits));
         let Some(place) = beyond else {
             return match error
                 .progress()
@@ -62,15 +62,12 @@ impl Preflight {
         let from = self.at.map(|at| [at.pose.x, at.pose.y, at.pose.z]);
         let by = |way: [f64; 3]| from.map(|from| [0, 1, 2].map(|axis| from[axis] + way[axis]));
         let point = |[x, y, z, _]: [f32; 4]| [x, y, z].map(f64::from);
-        if let Some(ptp) = ptp_of(command) {
+        if let Some(ptp) = PtpMove::of(command) {
             let numbers = point(ptp.numbers);
             return [
                 match ptp.mode {
-                    PtpMode::JumpXyz
-                    | PtpMode::MovjXyz
-                    | PtpMode::MovlXyz
-                    | PtpMode::JumpMovlXyz => Some(numbers),
-                    PtpMode::MovlXyzInc | PtpMode::MovjXyzInc => by(numbers),
+                    mode if mode.is_absolute_pose() => Some(numbers),
+                    mode if mode.is_pose() => by(numbers),
                     _ => None,
                 },
                 None,
@@ -94,14 +91,6 @@ impl Preflight {
     }
 }
 
-/// True if the tool can be at a place, however it is turned.
-fn reaches(geometry: &Geometry, limits: &Limits, [x, y, z]: [f64; 3]) -> bool {
-    // Straight on from the base the servo stands near its middle.
-    let r = libm::atan2(y, x).to_degrees();
-    let pose = Pose::new(x, y, z, r);
-    geometry.inverse_within(&pose, limits).is_ok()
-}
-
 /// Nearest place in reach at the same height and in the same direction from the base, or in the nearest
 /// direction to which the base turns. `None` if there is none at that height.
 fn nearest(geometry: &Geometry, limits: &Limits, [x, y, z]: [f64; 3]) -> Option<[f64; 3]> {
@@ -109,7 +98,7 @@ fn nearest(geometry: &Geometry, limits: &Limits, [x, y, z]: [f64; 3]) -> Option<
     let heading = heading.clamp(limits.j1.min, limits.j1.max).to_radians();
     let (sin, cos) = libm::sincos(heading);
     let place = |radius: f64| [radius * cos, radius * sin, z];
-    let is_reached = |radius: f64| radius > 0.0 && reaches(geometry, limits, place(radius));
+    let is_reached = |radius: f64| radius > 0.0 && geometry.reaches(place(radius), limits);
     // How far out it lies in that direction.
     let radius = (x * cos + y * sin).max(0.0).min(STEP * f64::from(STEPS));
     let (way, first) = (0..=STEPS).find_map(|nth| {
@@ -129,7 +118,7 @@ fn nearest(geometry: &Geometry, limits: &Limits, [x, y, z]: [f64; 3]) -> Option<
     // As it is told, it is in reach as well.
     let tenths = |at: [f64; 3]| at.map(|value| (value * TENTH).round() / TENTH);
     let mut inwards = (0..=3).map(|nth| place(within + way * f64::from(nth) / TENTH));
-    let found = inwards.find(|at| reaches(geometry, limits, tenths(*at)));
+    let found = inwards.find(|at| geometry.reaches(tenths(*at), limits));
     Some(found.unwrap_or_else(|| place(within)))
 }
 
@@ -172,7 +161,7 @@ mod tests {
             let check = Preflight::at(JointAngles::HOME, ToolBias::SUCTION);
             let nearest = [numbers[0], numbers[1], numbers[2]];
             assert!(
-                reaches(&check.geometry(), &check.model.limits, nearest),
+                check.geometry().reaches(nearest, &check.model.limits),
                 "{said}"
             );
             assert!(error.detail().is_some() && error.value().is_some());

@@ -1,10 +1,10 @@
 //! How fast the tool is on each segment of continuous paths.
 
+use magician_model::{MotionSettings, PtpMove};
 use magician_motion::{ArmModel, CpSegment, LookAhead, VelocityProfile};
 use magician_protocol::{CpMode, Set};
 
-use super::Readings;
-use super::motion::ptp_of;
+use super::Preflight;
 use super::path::Path;
 
 /// How fast the tool is on each segment of continuous paths: the same look-ahead by which a
@@ -29,10 +29,19 @@ use super::path::Path;
 #[derive(Clone, Debug)]
 pub struct PathProfiles {
     model: ArmModel,
-    settings: Readings,
+    settings: MotionSettings,
     /// Where the tool is, as far as the commands have said.
     at: Option<[f64; 3]>,
     path: Path,
+}
+
+impl Preflight {
+    /// The velocity profile of each of these commands on this arm, as [`PathProfiles::of`] tells it of the built-in model: from
+    /// its settings at power-up.
+    #[must_use]
+    pub fn path_profiles(&self, commands: &[Set]) -> Vec<Option<VelocityProfile>> {
+        PathProfiles::of_model(&self.model, commands)
+    }
 }
 
 impl PathProfiles {
@@ -40,9 +49,13 @@ impl PathProfiles {
     /// what is no segment of a path, for one without a length, and for one that begins where no command has led.
     #[must_use]
     pub fn of(commands: &[Set]) -> Vec<Option<VelocityProfile>> {
+        Self::of_model(&ArmModel::MAGICIAN, commands)
+    }
+
+    fn of_model(model: &ArmModel, commands: &[Set]) -> Vec<Option<VelocityProfile>> {
         let mut course = Self {
-            model: ArmModel::MAGICIAN,
-            settings: Readings::default(),
+            model: *model,
+            settings: MotionSettings::at_power_up(model),
             at: None,
             path: Path::keeping_profiles(),
         };
@@ -77,7 +90,7 @@ impl PathProfiles {
             return false;
         };
         let way = CpSegment::between(from, to);
-        let speeds = self.settings.cp_speeds(&self.model);
+        let speeds = self.settings.cp(&self.model);
         match LookAhead::new(&speeds, &self.model.ceilings, self.model.law) {
             Ok(look_ahead) if !way.is_empty() => {
                 self.path.add(look_ahead, way);
@@ -96,7 +109,7 @@ impl PathProfiles {
             Set::HomeCmd(_) | Set::ResetPose(_) | Set::EndEffectorParams(_) | Set::JogCmd(_) => {
                 None
             }
-            _ => match ptp_of(command) {
+            _ => match PtpMove::of(command) {
                 Some(ptp) => ptp.pose().and_then(point),
                 None => self.at,
             },

@@ -1,10 +1,10 @@
 //! The path itself, for drawing it.
 
+use magician_model::PtpMove;
 use magician_motion::{ArmState, CpSegment, Geometry, LookAhead, Trajectory};
 use magician_protocol::{CpMode, Set};
 
 use super::Preflight;
-use super::motion::ptp_of;
 
 /// How many times the acceleration in force the arm brakes with at a forced stop (model section 14).
 const FORCED_STOP: f64 = 2.0;
@@ -40,7 +40,7 @@ impl Preflight {
     #[must_use]
     pub fn stopping(&self, command: &Set) -> Option<Stopping> {
         let from = self.at?;
-        let planner = self.planner(self.now.ptp_speeds());
+        let planner = self.planner(self.now.settings.speeds());
         let (mode, point) = match command {
             Set::CpCmd(cp) => (cp.cp_mode, [cp.x, cp.y, cp.z]),
             Set::CpLeCmd(cp) => (cp.cp_mode, [cp.x, cp.y, cp.z]),
@@ -53,7 +53,7 @@ impl Preflight {
         };
         let way = CpSegment::between(start, to);
         let look_ahead = LookAhead::new(
-            &self.now.cp_speeds(&self.model),
+            &self.now.settings.cp(&self.model),
             &self.model.ceilings,
             self.model.law,
         );
@@ -67,7 +67,7 @@ impl Preflight {
     }
 
     fn stopping_of(&self, motion: &Trajectory) -> Option<Stopping> {
-        let planner = self.planner(self.now.ptp_speeds());
+        let planner = self.planner(self.now.settings.speeds());
         let all = motion.duration_us();
         if all == 0 {
             return None;
@@ -91,7 +91,7 @@ impl Preflight {
     /// The arm's measures, with the tool bias in force after the commands checked so far.
     #[must_use]
     pub fn geometry(&self) -> Geometry {
-        self.model.geometry(self.now.tool())
+        self.model.geometry(self.now.settings.tool())
     }
 
     /// The motion that a point-to-point, arc or circle command would be from where the arm stands so, at the speeds in
@@ -114,17 +114,18 @@ impl Preflight {
         let pose = |point: [f32; 4]| point.map(f64::from).into();
         let plan = match command {
             Set::ArcCmd(arc) => {
-                let planner = self.planner(self.now.ptp_speeds());
+                let planner = self.planner(self.now.settings.arc_speeds());
                 planner.arc(from, &pose(arc.cir_point), &pose(arc.to_point))
             }
             Set::CircleCmd(circle) => {
                 let [via, over] = [circle.cir_point, circle.to_point].map(pose);
-                let planner = self.planner(self.now.ptp_speeds());
+                let planner = self.planner(self.now.settings.arc_speeds());
                 planner.circle(from, &via, &over, circle.count)
             }
             _ => {
-                let request = self.request(&ptp_of(command)?).ok()?;
-                self.planner(self.now.ptp_speeds()).plan(from, &request)
+                let request = self.request(&PtpMove::of(command)?).ok()?;
+                self.planner(self.now.settings.speeds())
+                    .plan(from, &request)
             }
         };
         plan.ok().map(|plan| plan.trajectory)

@@ -1,5 +1,5 @@
 use magician_protocol::commands::{PtpCmd, PtpWithLCmd, SetEndEffectorLaser};
-use magician_protocol::{CpMode, Flag, PtpMode, Set};
+use magician_protocol::{CpMode, Flag, Set};
 
 use crate::connection::{Micros, Ticket};
 
@@ -218,7 +218,7 @@ fn is_repeatable(command: &Set) -> bool {
     match command {
         Set::CpCmd(_) | Set::CpLeCmd(_) => vertex(command).is_some(),
         Set::PtpCmd(PtpCmd { ptp_mode, .. }) | Set::PtpWithLCmd(PtpWithLCmd { ptp_mode, .. }) => {
-            is_absolute(*ptp_mode)
+            ptp_mode.is_absolute()
         }
         _ => false,
     }
@@ -229,17 +229,4 @@ fn bears_doubling(command: &Set) -> bool {
     let row = command.row();
     let sets = row.is_idempotent() && !row.may_burn;
     sets || is_repeatable(command)
-}
-
-fn is_absolute(mode: PtpMode) -> bool {
-    matches!(
-        mode,
-        PtpMode::JumpXyz
-            | PtpMode::MovjXyz
-            | PtpMode::MovlXyz
-            | PtpMode::JumpAngle
-            | PtpMode::MovjAngle
-            | PtpMode::MovlAngle
-            | PtpMode::JumpMovlXyz
-    )
 }

@@ -15,7 +15,7 @@ const ARC_SET: Speeds = Speeds {
     rotation_acceleration: 200.0,
     velocity_ratio: 100.0,
     acceleration_ratio: 100.0,
-    ..ArmModel::MAGICIAN.power_up.speeds
+    ..ArmModel::MAGICIAN.power_up.speeds()
 };
 
 fn at(planner: &Planner, pose: &Pose) -> ArmState {
@@ -495,7 +495,7 @@ proptest! {
         let squeezed = |pose: [f64; 4]| Pose::from(if scale == 0.0 { pose } else { pose.map(|value| value.to_bits() as f64 / u64::MAX as f64 * scale) });
         let (via, to) = (squeezed(via), squeezed(to));
         for limits in [ArmModel::MAGICIAN.limits, WITHOUT_LIMITS] {
-            let planner = Planner { geometry, limits, ceilings: Ceilings::default(), law: MotionLaw::MAGICIAN, speeds: ArmModel::MAGICIAN.power_up.speeds };
+            let planner = Planner { geometry, limits, ceilings: Ceilings::default(), law: MotionLaw::MAGICIAN, speeds: ArmModel::MAGICIAN.power_up.speeds() };
             let from = ArmState::at_joints(&geometry, &from);
             for plan in [planner.arc(&from, &via, &to), planner.circle(&from, &via, &to, count)].into_iter().flatten() {
                 let motion = plan.trajectory;

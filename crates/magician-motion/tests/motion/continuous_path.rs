@@ -456,7 +456,7 @@ fn near(planner: &Planner, state: &ArmState) -> bool {
 
 #[test]
 fn a_straight_line_in_pieces_takes_the_time_of_the_whole() {
-    let settings = ArmModel::MAGICIAN.power_up.path;
+    let settings = ArmModel::MAGICIAN.cp_speeds();
     let mut run = Run::new(ToolBias::NONE, &settings);
     let pieces = 120u32;
     for piece in 1..=pieces {
@@ -486,7 +486,7 @@ fn a_straight_line_in_pieces_takes_the_time_of_the_whole() {
 #[test]
 fn a_fed_queue_is_never_slower_than_its_look_ahead_allows() {
     // Four segments of 2 mm in sight at most: 8 mm to brake in, sqrt(2 * 100 * 8) = 40 mm/s.
-    let mut run = Run::new(ToolBias::NONE, &ArmModel::MAGICIAN.power_up.path);
+    let mut run = Run::new(ToolBias::NONE, &ArmModel::MAGICIAN.cp_speeds());
     let mut next = 0;
     let mut feed = |run: &mut Run| {
         while run.queue.len() < 4 && next < 40 {

@@ -35,7 +35,7 @@ proptest! {
         aside in prop::sample::select(vec![0.0, 1e-12, 1e-9, 1e-6, 1e-4, 1e-3, 0.02, 1.0]),
         tool in 0.0..90.0f64,
     ) {
-        let planner = ArmModel::MAGICIAN.planner(ToolBias { x: tool, y: 0.0, z: 0.0 }, ArmModel::MAGICIAN.power_up.speeds);
+        let planner = ArmModel::MAGICIAN.planner(ToolBias { x: tool, y: 0.0, z: 0.0 }, ArmModel::MAGICIAN.power_up.speeds());
         let mut from = ArmState::at_joints(&planner.geometry, &JointAngles { j1: 0.0, ..from });
         from.pose.y = aside;
         let Ok(joints) = planner.geometry.inverse(&from.pose) else {

@@ -164,7 +164,7 @@ fn rates_that_are_none_are_refused() {
     let settings = Speeds {
         linear_velocity: 1000.0,
         velocity_ratio: 50.0,
-        ..ArmModel::MAGICIAN.power_up.speeds
+        ..ArmModel::MAGICIAN.power_up.speeds()
     };
     // The ceiling counts before the ratio.
     let rates = settings

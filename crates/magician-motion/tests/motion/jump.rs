@@ -55,7 +55,11 @@ fn both_corners_are_above_the_higher_end_and_r_turns_between_them() {
     let from = at(&planner, 250.0, -50.0, -20.0, 5.0);
     let to = Pose::new(230.0, 80.0, 10.0, 40.0);
     for transfer in [Transfer::Joint, Transfer::Line] {
-        let request = jump(Target::Pose(to), ArmModel::MAGICIAN.power_up.jump, transfer);
+        let request = jump(
+            Target::Pose(to),
+            ArmModel::MAGICIAN.power_up.jump(),
+            transfer,
+        );
         let plan = planner.plan(&from, &request).expect("planned");
         assert_eq!(plan.crossing, None);
         let stops = stops(&plan.trajectory);
@@ -145,9 +149,9 @@ fn targets_and_corners_are_checked_before_moving() {
         let target = Target::Pose(Pose::new(x, 50.0, z, 0.0));
         planner.plan(&from, &jump(target, heights, Transfer::Line))
     };
-    assert!(plan(250.0, 0.0, ArmModel::MAGICIAN.power_up.jump).is_ok());
+    assert!(plan(250.0, 0.0, ArmModel::MAGICIAN.power_up.jump()).is_ok());
     assert!(matches!(
-        plan(400.0, 0.0, ArmModel::MAGICIAN.power_up.jump),
+        plan(400.0, 0.0, ArmModel::MAGICIAN.power_up.jump()),
         Err(MotionError::Unreachable(Unreachable::TooFar { .. }))
     ));
     // The target is within reach, the corner above it is not.
@@ -158,7 +162,7 @@ fn targets_and_corners_are_checked_before_moving() {
     for bad in [f64::NAN, f64::INFINITY] {
         let heights = JumpHeights {
             start: bad,
-            ..ArmModel::MAGICIAN.power_up.jump
+            ..ArmModel::MAGICIAN.power_up.jump()
         };
         assert_eq!(
             plan(250.0, 0.0, heights),
@@ -174,7 +178,7 @@ fn a_jump_across_the_base_is_stopped_on_its_way() {
     let to = Pose::new(60.0, 220.0, 0.0, 74.0);
     let straight = jump(
         Target::Pose(to),
-        ArmModel::MAGICIAN.power_up.jump,
+        ArmModel::MAGICIAN.power_up.jump(),
         Transfer::Line,
     );
     let plan = planner.plan(&from, &straight).expect("planned");
@@ -185,7 +189,7 @@ fn a_jump_across_the_base_is_stopped_on_its_way() {
     assert!((0.1..0.5).contains(&crossing.progress));
     let around = jump(
         Target::Pose(to),
-        ArmModel::MAGICIAN.power_up.jump,
+        ArmModel::MAGICIAN.power_up.jump(),
         Transfer::Joint,
     );
     assert_eq!(

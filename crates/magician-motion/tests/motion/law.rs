@@ -199,7 +199,7 @@ fn pose_of(motion: &Trajectory, step: u64) -> Pose {
 #[test]
 fn a_line_of_a_real_arm_takes_one_period_more_at_most() {
     let model = ArmModel::MAGICIAN;
-    let planner = model.planner(ToolBias::SUCTION, model.power_up.speeds);
+    let planner = model.planner(ToolBias::SUCTION, model.power_up.speeds());
     let from = ArmState::at_joints(&planner.geometry, &JointAngles::HOME);
     let request = Move {
         target: Target::PoseIncrement(Pose::new(0.0, 100.0, 0.0, 0.0)),

@@ -7,7 +7,7 @@ use magician_motion::{
 #[test]
 fn corners_count_by_the_closed_form() {
     let look_ahead = LookAhead::new(
-        &ArmModel::MAGICIAN.power_up.path,
+        &ArmModel::MAGICIAN.cp_speeds(),
         &ArmModel::MAGICIAN.ceilings,
         MotionLaw::CONTINUOUS,
     )
@@ -98,7 +98,7 @@ fn settings_that_are_none_are_refused() {
         other => panic!("{other:?}"),
     };
     for bad in [0.0, -1.0, f64::NAN] {
-        let settings = ArmModel::MAGICIAN.power_up.path;
+        let settings = ArmModel::MAGICIAN.cp_speeds();
         assert_eq!(
             refused(CpSpeeds {
                 plan_acceleration: bad,
@@ -131,7 +131,7 @@ fn settings_that_are_none_are_refused() {
         &CpSpeeds {
             plan_acceleration: 1e9,
             junction_velocity: 1e9,
-            ..ArmModel::MAGICIAN.power_up.path
+            ..ArmModel::MAGICIAN.cp_speeds()
         },
         &ArmModel::MAGICIAN.ceilings,
         MotionLaw::CONTINUOUS,

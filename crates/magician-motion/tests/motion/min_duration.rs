@@ -12,11 +12,11 @@ fn kind() -> impl Strategy<Value = MoveKind> {
         Just(MoveKind::Joint),
         Just(MoveKind::Line),
         Just(MoveKind::Jump(
-            ArmModel::MAGICIAN.power_up.jump,
+            ArmModel::MAGICIAN.power_up.jump(),
             Transfer::Joint
         )),
         Just(MoveKind::Jump(
-            ArmModel::MAGICIAN.power_up.jump,
+            ArmModel::MAGICIAN.power_up.jump(),
             Transfer::Line
         )),
     ]

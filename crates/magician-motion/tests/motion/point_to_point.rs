@@ -96,7 +96,7 @@ fn a_speed_that_is_none_is_refused_if_the_motion_needs_it() {
     )));
     let up = line(Target::PoseIncrement(Pose::new(0.0, 0.0, 10.0, 0.0)));
     for bad in [0.0, -5.0, f64::NAN, f64::NEG_INFINITY] {
-        let mut speeds = ArmModel::MAGICIAN.power_up.speeds;
+        let mut speeds = ArmModel::MAGICIAN.power_up.speeds();
         speeds.joint_velocity[0] = bad;
         speeds.rotation_acceleration = bad;
         let planner = Planner {
@@ -415,7 +415,7 @@ proptest! {
             0 => MoveKind::Joint,
             1 => MoveKind::Line,
             2 => MoveKind::Jump(heights, magician_motion::Transfer::Joint),
-            _ => MoveKind::Jump(magician_motion::ArmModel::MAGICIAN.power_up.jump, magician_motion::Transfer::Line),
+            _ => MoveKind::Jump(magician_motion::ArmModel::MAGICIAN.power_up.jump(), magician_motion::Transfer::Line),
         };
         let from = ArmState::at_joints(&planner.geometry, &start.into());
         if let Ok(plan) = planner.plan(&from, &magician_motion::Move { target, kind }) {

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use magician_host::Geometry;
-use magician_motion::{ArmModel, Pose};
+use magician_motion::Limits;
 
 /// A place farther off is not looked for, mm.
 const FARTHEST: f64 = 1e6;
@@ -12,19 +12,9 @@ const SLACK: f64 = 1.0;
 /// Directions that are looked into.
 const DIRECTIONS: u32 = 240;
 
-/// Whether a tool can be at a place, however it is turned.
-pub(crate) fn reaches(geometry: &Geometry, [x, y, z]: [f64; 3]) -> bool {
-    // Straight on from the base the servo stands near its middle.
-    let r = libm::atan2(y, x).to_degrees();
-    let pose = Pose::new(x, y, z, r);
-    geometry
-        .inverse_within(&pose, &ArmModel::MAGICIAN.limits)
-        .is_ok()
-}
-
 /// The distance at its height to the nearest place in reach, rounded up to mm; none if it is in reach, or there is nothing near.
-pub(super) fn beyond(geometry: &Geometry, [x, y, z]: [f64; 3]) -> Option<f64> {
-    if reaches(geometry, [x, y, z]) {
+pub(super) fn beyond(geometry: &Geometry, limits: &Limits, [x, y, z]: [f64; 3]) -> Option<f64> {
+    if geometry.reaches([x, y, z], limits) {
         return None;
     }
     let tool = geometry.tool;
@@ -39,7 +29,7 @@ pub(super) fn beyond(geometry: &Geometry, [x, y, z]: [f64; 3]) -> Option<f64> {
             let (sin, cos) = libm::sincos(TAU * f64::from(nth) / f64::from(DIRECTIONS));
             [x + distance * cos, y + distance * sin, z]
         });
-        if ring.any(|place| reaches(geometry, place)) {
+        if ring.any(|place| geometry.reaches(place, limits)) {
             return Some(distance);
         }
         distance += 1.0;
@@ -53,13 +43,15 @@ mod tests {
 
     use super::*;
 
+    const LIMITS: Limits = magician_motion::ArmModel::MAGICIAN.limits;
+
     #[test]
     fn it_is_the_distance_to_the_nearest_place_in_reach() {
         let arm = Geometry::magician(ToolBias::PEN);
         let edge = |heading: f64| {
             let (sin, cos) = libm::sincos(heading.to_radians());
             let mut radius = 250.0;
-            while reaches(&arm, [radius * cos, radius * sin, -40.0]) {
+            while arm.reaches([radius * cos, radius * sin, -40.0], &LIMITS) {
                 radius += 0.01;
             }
             radius
@@ -67,14 +59,17 @@ mod tests {
         for heading in [0.0, 40.0, -90.0, 130.0] {
             let (sin, cos) = libm::sincos(f64::to_radians(heading));
             let far = edge(heading) + 117.4;
-            assert_eq!(beyond(&arm, [far * cos, far * sin, -40.0]), Some(118.0));
+            assert_eq!(
+                beyond(&arm, &LIMITS, [far * cos, far * sin, -40.0]),
+                Some(118.0)
+            );
         }
-        assert_eq!(beyond(&arm, [240.0, 0.0, -40.0]), None);
+        assert_eq!(beyond(&arm, &LIMITS, [240.0, 0.0, -40.0]), None);
         // Behind the base the nearest place is round its side.
-        let behind = beyond(&arm, [-200.0, 0.0, -40.0]).unwrap();
+        let behind = beyond(&arm, &LIMITS, [-200.0, 0.0, -40.0]).unwrap();
         assert!((141.0..=142.0).contains(&behind), "{behind}");
-        assert_eq!(beyond(&arm, [240.0, 0.0, 900.0]), None);
-        assert_eq!(beyond(&arm, [f64::NAN, 0.0, 0.0]), None);
-        assert_eq!(beyond(&arm, [1e30, 0.0, 0.0]), None);
+        assert_eq!(beyond(&arm, &LIMITS, [240.0, 0.0, 900.0]), None);
+        assert_eq!(beyond(&arm, &LIMITS, [f64::NAN, 0.0, 0.0]), None);
+        assert_eq!(beyond(&arm, &LIMITS, [1e30, 0.0, 0.0]), None);
     }
 }

@@ -20,7 +20,7 @@ pub fn foreign_coordinates(plan: &Plan, report: &Report) -> Option<Diagnostic> {
     let refused = || report.refused_steps.iter();
     let (first, beyond) = refused().find_map(|step| Some((step, step.beyond()?)))?;
     let is_in_base = |at: [f64; 3]| libm::hypot(at[0], at[1]) < BASE;
-    let mut targets = refused().filter_map(|step| step.target.map(|(_, at)| at));
+    let mut targets = refused().filter_map(|step| step.target.map(|(_, _, at)| at));
     let is_far = report.bounds.is_none() && beyond > FAR;
     if !is_far && !targets.any(is_in_base) {
         return None;

@@ -1,7 +1,6 @@
 //! Whether the tool leaves a line.
 
-use magician_host::{ArmState, Set};
-use magician_protocol::PtpMode;
+use magician_host::{ArmState, PtpMove, Set};
 
 use crate::rehearse::{RehearseOptions, kind_of, tool_of};
 use crate::{Plan, Surface, Tool};
@@ -58,16 +57,8 @@ impl Pen {
 
 /// Whether a command says what its way looks like.
 fn is_shaped(command: &Set) -> bool {
-    let mode = match command {
-        Set::ArcCmd(_) | Set::CircleCmd(_) => return true,
-        Set::PtpCmd(ptp) => ptp.ptp_mode,
-        Set::PtpPoCmd(ptp) => ptp.ptp_mode,
-        Set::PtpWithLCmd(ptp) => ptp.ptp_mode,
-        Set::PtpPoWithLCmd(ptp) => ptp.ptp_mode,
-        _ => return false,
-    };
-    matches!(
-        mode,
-        PtpMode::MovlXyz | PtpMode::MovlAngle | PtpMode::MovlXyzInc
-    )
+    match command {
+        Set::ArcCmd(_) | Set::CircleCmd(_) => true,
+        _ => PtpMove::of(command).is_some_and(|to| to.mode.is_line()),
+    }
 }

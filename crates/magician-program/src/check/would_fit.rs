@@ -3,7 +3,7 @@
 use magician_host::Geometry;
 use magician_host::words::Preflight;
 
-use super::{check, reaches};
+use super::check;
 use crate::artwork::{WouldFit, rounded};
 use crate::{Plan, Tool};
 use magician_formats::reach::bisect;
@@ -61,7 +61,8 @@ pub fn would_fit(plan: &Plan, start: &Preflight, scale: f64, rotate: f64) -> Opt
     let all_within = |share: f64| {
         targets().all(|[tx, ty, tz]| {
             let [tx, ty, tz] = [tx, ty, tz].map(f64::from);
-            reaches(&geometry, [x + share * (tx - x), y + share * (ty - y), tz])
+            let at = [x + share * (tx - x), y + share * (ty - y), tz];
+            geometry.reaches(at, &start.arm_model().limits)
         })
     };
     let fits = bisect(0.0, 1.0, HALVINGS, all_within);

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use magician_host::commands::Pose;
-use magician_host::words::{PathProfiles, Preflight, Stopping};
+use magician_host::words::{Preflight, Stopping};
 use magician_host::{Set, VelocityProfile, commands::CpLeCmd};
 use magician_motion::MotionLaw;
 
@@ -126,7 +126,7 @@ impl Lines {
         let mut lines = Vec::new();
         let slots: Vec<_> = slots.take(last.saturating_add(1 + AHEAD)).collect();
         let commands: Vec<Set> = slots.iter().flatten().copied().collect();
-        let mut profiles = PathProfiles::of(&commands).into_iter();
+        let mut profiles = course.path_profiles(&commands).into_iter();
         for (nth, slot) in slots.into_iter().enumerate().take(last.saturating_add(1)) {
             let profile = slot.and_then(|_| profiles.next()).flatten();
             if nth >= first {

@@ -80,11 +80,7 @@ impl Settings {
         if !self.with_rail {
             return;
         }
-        let relative = matches!(
-            mode,
-            PtpMode::MovjAngleInc | PtpMode::MovlXyzInc | PtpMode::MovjXyzInc
-        );
-        self.rail = match (relative, self.rail) {
+        self.rail = match (mode.is_relative(), self.rail) {
             (false, _) => Rail::At(l),
             (true, Rail::At(from)) => Rail::At(from + l),
             (true, Rail::Unsent | Rail::Lost) => Rail::Lost,

@@ -70,7 +70,7 @@ pub(crate) fn distance(one: [f64; 3], other: [f64; 3]) -> f64 {
 pub(super) fn is_straight(command: &Set) -> bool {
     match command {
         Set::CpCmd(_) | Set::CpLeCmd(_) => true,
-        Set::PtpCmd(ptp) => matches!(ptp.ptp_mode, PtpMode::MovlXyz | PtpMode::MovlXyzInc),
+        Set::PtpCmd(ptp) => ptp.ptp_mode.is_line() && ptp.ptp_mode.is_pose(),
         _ => false,
     }
 }

@@ -122,7 +122,7 @@ fn above(table: f64, tool: Tool) -> Option<JointAngles> {
 #[must_use]
 pub fn start_of(arm: &Controller) -> Preflight {
     let state = arm.state();
-    let start = Preflight::at(state.joints, state.tool);
+    let start = Preflight::of_model(arm.arm_model(), state.joints, state.tool);
     match state.rail {
         Some(l) => start.on_rail(l),
         None => start,

@@ -2,7 +2,7 @@
 
 use magician_host::{Given, Setting};
 use magician_motion::Geometry;
-use magician_protocol::{CpMode, PtpMode, Set};
+use magician_protocol::{CpMode, Set};
 
 use super::UNSAID;
 use crate::{Action, Diagnostic, DiagnosticCode, Origin, Plan, Step, Surface, Tool, Travel};
@@ -170,12 +170,11 @@ impl Holder {
         };
         let mut to = [*x, *y, *z, *r];
         match mode {
-            PtpMode::JumpXyz | PtpMode::MovjXyz | PtpMode::MovlXyz | PtpMode::JumpMovlXyz => {
-                self.pose(&mut to);
-            }
-            PtpMode::MovlXyzInc | PtpMode::MovjXyzInc => self.shift(&mut to),
-            PtpMode::JumpAngle | PtpMode::MovjAngle | PtpMode::MovlAngle => self.joints(to)?,
-            PtpMode::MovjAngleInc | PtpMode::Unknown(_) => self.at = None,
+            mode if mode.is_absolute_pose() => self.pose(&mut to),
+            mode if mode.is_pose() => self.shift(&mut to),
+            mode if mode.is_absolute() => self.joints(to)?,
+            // Joints added to a start that is unknown, or an unknown mode.
+            _ => self.at = None,
         }
         *z = to[2];
         Ok(None)

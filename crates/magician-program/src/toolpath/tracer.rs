@@ -9,7 +9,6 @@ use super::outline::Outlines;
 use super::{
     DrawnLine, Layer, MOST_REFUSED, Marker, MarkerKind, PlanPurpose, StrokeKind, Toolpath, Track,
 };
-use crate::check::reaches;
 use crate::turns::{AtOnce, SLICE, Turns, at_once};
 use crate::{Action, Color, Grip, Plan, Report, Travel};
 
@@ -225,10 +224,7 @@ impl PathTracer {
                 self.curve(command, places.then_some([ptp.x, ptp.y, ptp.z]));
             }
             Set::PtpPoCmd(ptp) => {
-                let places = matches!(
-                    ptp.ptp_mode,
-                    PtpMode::JumpXyz | PtpMode::MovjXyz | PtpMode::MovlXyz | PtpMode::JumpMovlXyz
-                );
+                let places = ptp.ptp_mode.is_absolute_pose();
                 self.curve(command, places.then_some([ptp.x, ptp.y, ptp.z]));
             }
             Set::PtpWithLCmd(_) | Set::PtpPoWithLCmd(_) | Set::CircleCmd(_) => {
@@ -344,8 +340,8 @@ impl PathTracer {
             leaves => leaves,
         };
         self.touch(leaves, from, to);
-        let geometry = self.course.geometry();
-        if [from, to].iter().all(|end| reaches(&geometry, *end)) {
+        let (geometry, limits) = (self.course.geometry(), self.course.arm_model().limits);
+        if [from, to].iter().all(|end| geometry.reaches(*end, &limits)) {
             return self.draw(leaves, leaves, from, to);
         }
         let apart = (0..3)
@@ -355,7 +351,7 @@ impl PathTracer {
         let pieces = (apart / PIECE).ceil().clamp(1.0, MOST_PIECES);
         let at =
             |nth: f64| [0, 1, 2].map(|axis| from[axis] + (to[axis] - from[axis]) * nth / pieces);
-        let within = |nth: u32| reaches(&geometry, at(f64::from(nth) + 0.5));
+        let within = |nth: u32| geometry.reaches(at(f64::from(nth) + 0.5), &limits);
         let mut begun = 0;
         for nth in 1..=pieces as u32 {
             if nth == pieces as u32 || within(nth) != within(begun) {
@@ -396,7 +392,8 @@ impl PathTracer {
             && self.inked == 0.0
         {
             let ink = StrokeKind::Ink(None);
-            let shown = if reaches(&self.course.geometry(), at) {
+            let limits = &self.course.arm_model().limits;
+            let shown = if self.course.geometry().reaches(at, limits) {
                 ink
             } else {
                 StrokeKind::Unreachable

@@ -280,7 +280,7 @@ fn the_first_way_never_leads_through_the_paper() {
         limits: ArmModel::MAGICIAN.limits,
         ceilings: Ceilings::default(),
         law: ArmModel::MAGICIAN.law,
-        speeds: ArmModel::MAGICIAN.power_up.speeds,
+        speeds: ArmModel::MAGICIAN.power_up.speeds(),
     };
     let mut tried = 0;
     for surface in [-100.0, -60.0, -30.0, 0.0, 40.0] {

@@ -1,9 +1,7 @@
 //! Speeds that a session moves with: those of power-up, and what it sets.
 
-use magician_protocol::commands::{
-    CpCommonParams, CpParams, JogCommonParams, JogCoordinateParams, JogJointParams,
-    PtpCommonParams, PtpCoordinateParams, PtpJointParams, Set,
-};
+use magician_model::{MotionSettings, PtpMove};
+use magician_protocol::commands::{CpCommonParams, PtpCoordinateParams, Set};
 use magician_protocol::{Direction, Flag, Frame, PtpMode, Request};
 use magician_sim::Profile;
 
@@ -35,53 +33,15 @@ pub(super) fn speeds(session: &Replay<'_>, profile: &Profile) -> Vec<Speeds> {
 
 #[derive(Clone, Debug)]
 struct Settings {
-    jog: JogCommonParams,
-    jog_joint: JogJointParams,
-    jog_space: JogCoordinateParams,
-    ptp: PtpCommonParams,
-    ptp_joint: PtpJointParams,
-    ptp_space: PtpCoordinateParams,
-    cp: CpParams,
+    motion: MotionSettings,
     cp_common: CpCommonParams,
 }
 
 impl Settings {
     fn new(profile: &Profile) -> Self {
-        let defaults = &profile.defaults;
-        let (jog, ptp, cp) = (&defaults.jog, &defaults.ptp, &defaults.cp);
+        let cp = &profile.defaults.cp;
         Self {
-            jog: JogCommonParams {
-                velocity_ratio: jog.velocity_ratio,
-                acceleration_ratio: jog.acceleration_ratio,
-            },
-            jog_joint: JogJointParams {
-                velocity: jog.joint_velocity,
-                acceleration: jog.joint_acceleration,
-            },
-            jog_space: JogCoordinateParams {
-                velocity: jog.coordinate_velocity,
-                acceleration: jog.coordinate_acceleration,
-            },
-            ptp: PtpCommonParams {
-                velocity_ratio: ptp.velocity_ratio,
-                acceleration_ratio: ptp.acceleration_ratio,
-            },
-            ptp_joint: PtpJointParams {
-                velocity: ptp.joint_velocity,
-                acceleration: ptp.joint_acceleration,
-            },
-            ptp_space: PtpCoordinateParams {
-                xyz_velocity: ptp.linear_velocity,
-                r_velocity: ptp.rotation_velocity,
-                xyz_acceleration: ptp.linear_acceleration,
-                r_acceleration: ptp.rotation_acceleration,
-            },
-            cp: CpParams {
-                plan_acc: cp.plan_acceleration,
-                junction_vel: cp.junction_velocity,
-                acc_or_period: cp.acceleration,
-                real_time_track: Flag::from(cp.real_time_track),
-            },
+            motion: MotionSettings::at_power_up(&profile.arm_model()),
             cp_common: CpCommonParams {
                 velocity_ratio: cp.velocity_ratio,
                 acceleration_ratio: cp.acceleration_ratio,
@@ -91,14 +51,11 @@ impl Settings {
 
     /// Takes a setting over; the speeds of a motion.
     fn take(&mut self, set: &Set) -> Vec<Speeds> {
+        self.motion.note(set);
+        if let Some(ptp) = PtpMove::of(set) {
+            return self.moves(ptp.mode);
+        }
         match set {
-            Set::JogCommonParams(set) => self.jog = *set,
-            Set::JogJointParams(set) => self.jog_joint = *set,
-            Set::JogCoordinateParams(set) => self.jog_space = *set,
-            Set::PtpCommonParams(set) => self.ptp = *set,
-            Set::PtpJointParams(set) => self.ptp_joint = *set,
-            Set::PtpCoordinateParams(set) => self.ptp_space = *set,
-            Set::CpParams(set) => self.cp = *set,
             Set::CpCommonParams(set) => self.cp_common = *set,
             Set::JogCmd(jog) => {
                 let Some((axis, _)) = jog.cmd.axis() else {
@@ -111,21 +68,17 @@ impl Settings {
                         } else {
                             Kind::JogRotation
                         },
-                        self.jog_space.velocity[axis],
-                        self.jog_space.acceleration[axis],
+                        self.motion.jog_coordinate.velocity[axis],
+                        self.motion.jog_coordinate.acceleration[axis],
                     )]
                 } else {
                     vec![self.jog_of(
                         Kind::JogJoint,
-                        self.jog_joint.velocity[axis],
-                        self.jog_joint.acceleration[axis],
+                        self.motion.jog_joint.velocity[axis],
+                        self.motion.jog_joint.acceleration[axis],
                     )]
                 };
             }
-            Set::PtpCmd(ptp) => return self.moves(ptp.ptp_mode),
-            Set::PtpWithLCmd(ptp) => return self.moves(ptp.ptp_mode),
-            Set::PtpPoCmd(ptp) => return self.moves(ptp.ptp_mode),
-            Set::PtpPoWithLCmd(ptp) => return self.moves(ptp.ptp_mode),
             Set::CpCmd(_) | Set::CpLeCmd(_) => {
                 let ratios = [
                     self.cp_common.velocity_ratio,
@@ -133,8 +86,8 @@ impl Settings {
                 ];
                 return vec![scaled(
                     Kind::Path,
-                    self.cp.junction_vel,
-                    self.cp.plan_acc,
+                    self.motion.cp.junction_vel,
+                    self.motion.cp.plan_acc,
                     ratios,
                 )];
             }
@@ -147,25 +100,36 @@ impl Settings {
 
     /// The ratio scales the speed of a jog and not its acceleration (model section 6).
     fn jog_of(&self, kind: Kind, speed: f32, acceleration: f32) -> Speeds {
-        scaled(kind, speed, acceleration, [self.jog.velocity_ratio, 100.0])
+        scaled(
+            kind,
+            speed,
+            acceleration,
+            [self.motion.jog_common.velocity_ratio, 100.0],
+        )
     }
 
     /// The speeds of moves along lines.
     fn line(&self, kind: Kind) -> Speeds {
-        let ratios = [self.ptp.velocity_ratio, self.ptp.acceleration_ratio];
+        let ratios = [
+            self.motion.ptp_common.velocity_ratio,
+            self.motion.ptp_common.acceleration_ratio,
+        ];
         let PtpCoordinateParams {
             xyz_velocity,
             xyz_acceleration,
             ..
-        } = self.ptp_space;
+        } = self.motion.ptp_coordinate;
         scaled(kind, xyz_velocity, xyz_acceleration, ratios)
     }
 
     fn moves(&self, mode: PtpMode) -> Vec<Speeds> {
-        let ratios = [self.ptp.velocity_ratio, self.ptp.acceleration_ratio];
+        let ratios = [
+            self.motion.ptp_common.velocity_ratio,
+            self.motion.ptp_common.acceleration_ratio,
+        ];
         let line = || self.line(Kind::Line);
         let joints = || {
-            let joint = &self.ptp_joint;
+            let joint = &self.motion.ptp_joint;
             let pairs = joint.velocity.into_iter().zip(joint.acceleration);
             let mut all: Vec<Speeds> = Vec::new();
             for (speed, acceleration) in pairs {
@@ -177,7 +141,7 @@ impl Settings {
             all
         };
         match mode {
-            PtpMode::MovlXyz | PtpMode::MovlAngle | PtpMode::MovlXyzInc => vec![line()],
+            mode if mode.is_line() => vec![line()],
             PtpMode::MovjXyz | PtpMode::MovjAngle | PtpMode::MovjAngleInc | PtpMode::MovjXyzInc => {
                 joints()
             }

@@ -100,7 +100,7 @@ impl Device {
         let latched = self.alarms.latched();
         if self.alarms.set(code) {
             self.record.event(Event::AlarmRaised { code });
-            if Alarm::is_kinematic(code) && self.store.settings.bias.is_zero() {
+            if Alarm::is_kinematic(code) && self.store.settings.motion.tool.is_zero() {
                 self.record.event(Event::ToolUnknown { code });
             }
         }

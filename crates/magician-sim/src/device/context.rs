@@ -57,7 +57,7 @@ impl Context<'_> {
     }
 
     pub(crate) fn has_rail(&self) -> bool {
-        self.store.settings.has_rail()
+        self.store.settings.motion.has_rail()
     }
 
     /// Where the joints really are.

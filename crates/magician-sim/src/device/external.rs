@@ -1,12 +1,12 @@
 //! What happens to the controller from outside its protocol: keys, hands, faults, power.
 
+use magician_model::tool_to_wire;
 use magician_motion::{JointAngles, Range, ToolBias};
 use magician_protocol::Text;
 use magician_protocol::commands::DeviceSn;
 
 use super::Device;
 use super::effect::Completion;
-use crate::convert::tool_to_wire;
 use crate::event::Event;
 use crate::fidelity::Assumption;
 use crate::scenario::Arm;
@@ -159,8 +159,8 @@ impl Device {
 
     /// Another tool was chosen before the controller was switched on.
     pub(crate) fn had_tool(&mut self, tool: ToolBias) {
-        self.firmware.profile.power_up.tool = tool;
-        self.store.settings.bias = tool_to_wire(tool);
+        self.firmware.had_tool(tool);
+        self.store.settings.motion.tool = tool_to_wire(tool);
     }
 
     /// Another serial number was in the flash before the controller was switched on.

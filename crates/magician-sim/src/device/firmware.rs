@@ -1,6 +1,6 @@
 //! What the firmware brings along and no command changes.
 
-use magician_motion::ArmModel;
+use magician_motion::{ArmModel, ToolBias};
 
 use crate::Profile;
 
@@ -17,5 +17,11 @@ impl Firmware {
             model: profile.arm_model(),
             profile,
         }
+    }
+
+    /// Another tool was chosen before power-up.
+    pub(crate) fn had_tool(&mut self, tool: ToolBias) {
+        self.profile.power_up.tool = tool;
+        self.model.geometry.tool = tool;
     }
 }

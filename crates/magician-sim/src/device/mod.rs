@@ -62,20 +62,22 @@ pub(crate) struct Device {
 
 impl Device {
     fn new(profile: Profile, world: World, flash: Flash) -> Self {
+        let firmware = Firmware::new(profile);
+        let profile = &firmware.profile;
         let mut device = Self {
             now: ArmInstant::ZERO,
             booted: ArmInstant::ZERO,
             restarted: false,
-            store: Store::new(&profile, flash),
-            queues: Queues::new(&profile),
+            store: Store::new(&firmware, flash),
+            queues: Queues::new(profile),
             alarms: Alarms::new(profile.queue.alarms_hold),
-            motion: Motion::at(profile.power_up.joints.into(), profile.rail.length),
-            io: Io::new(&profile, ToolState::default()),
+            motion: Motion::at(&firmware.model),
+            io: Io::new(profile, ToolState::default()),
             teaching: Teaching::at(ArmInstant::ZERO, false, micros(profile.teach.period)),
             world,
             line: LineState::default(),
             record: Record::new(profile.fidelity.strict),
-            firmware: Firmware::new(profile),
+            firmware,
         };
         if device.firmware.profile.power_up.reset_alarm {
             device.raise(Alarm::ResetOccurred);
@@ -87,10 +89,10 @@ impl Device {
     /// As power finds it, but for what the flash keeps, the world and what is written down. Nothing may move.
     fn restart(&mut self) {
         let profile = &self.firmware.profile;
-        self.store.reset(profile);
+        self.store.reset(&self.firmware);
         self.queues = Queues::new(profile);
         self.alarms = Alarms::new(profile.queue.alarms_hold);
-        self.motion = Motion::at(profile.power_up.joints.into(), profile.rail.length);
+        self.motion = Motion::at(&self.firmware.model);
         self.io = Io::new(profile, self.io.reported());
         self.teaching = Teaching::at(self.now, self.teaching.held(), micros(profile.teach.period));
         self.booted = self.now;

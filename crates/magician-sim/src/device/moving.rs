@@ -167,7 +167,7 @@ impl Device {
             return self.go_home();
         };
         let planned = self.view().plan_search(stage);
-        if planned.is_ok() && self.store.settings.has_rail() {
+        if planned.is_ok() && self.store.settings.motion.has_rail() {
             self.motion.find_rail(self.now);
         }
         self.begin_homing(planned)

@@ -1,9 +1,8 @@
 //! Whether the values of a profile make sense.
 
-use super::{
-    Ceilings, Defaults, LimitSet, MAX_LINES, MAX_NAME, MAX_SERIAL, PINS, Profile, ProfileError,
-    QueueRules,
-};
+use magician_motion::{Ceilings, Limits, Range};
+
+use super::{Defaults, MAX_LINES, MAX_NAME, MAX_SERIAL, PINS, Profile, ProfileError, QueueRules};
 
 /// Deepest queue that a profile may ask for; it bounds the controller's memory.
 const MAX_DEPTH: usize = 1024;
@@ -17,13 +16,13 @@ impl Profile {
     pub fn check(&self) -> Result<(), ProfileError> {
         self.check_text()?;
         self.check_queue()?;
-        self.limits.controller.check("limits.controller")?;
-        self.limits.certain.check("limits.certain")?;
-        self.limits.guaranteed.check("limits.guaranteed")?;
+        pairs("limits.controller", &self.limits.controller)?;
+        pairs("limits.certain", &self.limits.certain)?;
+        pairs("limits.guaranteed", &self.limits.guaranteed)?;
         finite("power_up.joints", &self.power_up.joints)?;
         let tool = self.power_up.tool;
         finite("power_up.tool", &[tool.x, tool.y, tool.z])?;
-        finite("home.joints", &self.home.joints)?;
+        finite("home.joints", &self.home.joints.to_array())?;
         turn("home.switch", self.home.switch)?;
         self.check_speeds()?;
         self.check_numbers()?;
@@ -200,19 +199,24 @@ impl Profile {
     }
 }
 
-impl LimitSet {
-    fn check(&self, name: &'static str) -> Result<(), ProfileError> {
-        for [min, max] in [self.j1, self.j2, self.j3, self.j4, self.j2_minus_j3] {
-            let good = min.is_finite() && max.is_finite() && min < max;
-            rule(
-                good,
-                name,
-                format!("[{min}, {max}]"),
-                "pairs of numbers, the smaller first",
-            )?;
-        }
-        Ok(())
+fn pairs(name: &'static str, limits: &Limits) -> Result<(), ProfileError> {
+    let Limits {
+        j1,
+        j2,
+        j3,
+        j4,
+        j2_minus_j3,
+    } = *limits;
+    for Range { min, max } in [j1, j2, j3, j4, j2_minus_j3] {
+        let good = min.is_finite() && max.is_finite() && min < max;
+        rule(
+            good,
+            name,
+            format!("[{min}, {max}]"),
+            "pairs of numbers, the smaller first",
+        )?;
     }
+    Ok(())
 }
 
 fn rule(

@@ -66,18 +66,6 @@ pub struct Stopping {
     pub force_factor: f64,
 }
 
-/// The sliding rail (model section 12).
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Sliding {
-    /// How far the carriage can go, mm; above 0.
-    pub length: f64,
-    /// How fast it homes, mm/s; no ratio scales it.
-    pub home_velocity: f64,
-    /// Its acceleration when it homes, mm/s2.
-    pub home_acceleration: f64,
-}
-
 /// Hand teaching (model section 12).
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
@@ -212,16 +200,6 @@ impl Default for QueueRules {
 impl Default for Stopping {
     fn default() -> Self {
         Self { force_factor: 2.0 }
-    }
-}
-
-impl Default for Sliding {
-    fn default() -> Self {
-        Self {
-            length: 1000.0,
-            home_velocity: 100.0,
-            home_acceleration: 100.0,
-        }
     }
 }
 

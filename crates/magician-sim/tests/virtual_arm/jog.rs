@@ -330,7 +330,7 @@ fn a_force_stop_ends_a_jog_and_a_stop_of_the_queue_does_not() {
 #[test]
 fn without_limits_of_its_own_an_axis_runs_for_long() {
     let mut bench = arm_with(|profile| {
-        profile.limits.controller.j4 = [-1e6, 1e6];
+        profile.limits.controller.j4 = magician_motion::Range::new(-1e6, 1e6);
     });
     bench.set(&jog(true, command(4, true)));
     bench.pass(3600 * SECOND);

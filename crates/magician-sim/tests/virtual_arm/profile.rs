@@ -43,8 +43,8 @@ fn a_profile_gives_what_differs() {
     }
     assert!(count > 60, "{count}");
     let one = Profile::from_toml("[limits.guaranteed]\nj3 = [-5.0, 80.0]\n").unwrap();
-    assert_eq!(one.limits.guaranteed.j3, [-5.0, 80.0]);
-    assert_eq!(one.limits.guaranteed.j2, [0.0, 85.0]);
+    assert_eq!(one.limits.guaranteed.j3, [-5.0, 80.0].into());
+    assert_eq!(one.limits.guaranteed.j2, [0.0, 85.0].into());
     assert_eq!(one.limits.controller, Profile::default().limits.controller);
 }
 

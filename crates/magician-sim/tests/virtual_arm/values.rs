@@ -2,10 +2,11 @@
 
 use super::arm;
 use super::arm::{TestArm, arm, arm_with, running_arm};
+use magician_motion::Ceilings;
 use magician_motion::ToolBias;
 use magician_protocol::commands::*;
 use magician_protocol::{Ctrl, FieldType, Flag, IoFunction, Row, TABLE, Text};
-use magician_sim::{Ceilings, Controller, Event, ExternalEvent, Profile, Scenario, World};
+use magician_sim::{Controller, Event, ExternalEvent, Profile, Scenario, World};
 
 /// Bytes that are no number's natural value: NaN payloads, signalling NaNs, subnormals among them.
 fn pattern(count: usize, seed: u8) -> Vec<u8> {

@@ -2,7 +2,7 @@
 
 use magician::commands::{DeviceWithL, EndEffectorParams};
 use magician::{Arm, ToolBias};
-use magician_motion::{Link, LinkJoint, RAIL_LENGTH, Range};
+use magician_motion::{Link, LinkJoint, Range};
 use serde_json::{Value, json};
 
 use crate::api::RpcError;
@@ -27,7 +27,7 @@ pub(super) async fn model(arm: &Arm) -> Result<Value, RpcError> {
             "j3": range(limits.j3),
             "j4": range(limits.j4),
             "j2_minus_j3": range(limits.j2_minus_j3),
-            "l": on_rail.then_some([0.0, RAIL_LENGTH]),
+            "l": on_rail.then_some([0.0, model.rail.length]),
         },
         "tool": {"name": super::reads::tool_name(bias), "bias": bias.map(short)},
     }))

@@ -1,9 +1,8 @@
 //! Jogs under a fence: when the stop has to go out, so that the tool is at rest before it.
 
-use magician_motion::{ArmState, JogAxis, KinematicLimits, Plan, Planner, Speeds, Trajectory};
-use magician_protocol::commands::{
-    JogCmd, JogCommonParams, JogCoordinateParams, JogJointParams, Pose,
-};
+use magician_host::MotionSettings;
+use magician_motion::{ArmState, JogAxis, KinematicLimits, Plan, Planner, Trajectory};
+use magician_protocol::commands::{JogCmd, Pose};
 use tokio::time::Instant;
 
 use super::Arm;
@@ -85,27 +84,11 @@ impl Arm {
 
     /// How fast the arm jogs along an axis, as it is set.
     pub(super) async fn jog_rates(&self, axis: JogAxis) -> Result<KinematicLimits> {
-        let joint: JogJointParams = self.setting().await?;
-        let space: JogCoordinateParams = self.setting().await?;
-        let share: JogCommonParams = self.setting().await?;
-        let ([vx, vy, vz, vr], [ax, ay, az, ar]) = (space.velocity, space.acceleration);
-        // A jog moves along one axis, whose speed is then that of the line.
-        let (along, push) = match axis {
-            JogAxis::Y => (vy, ay),
-            JogAxis::Z => (vz, az),
-            _ => (vx, ax),
-        };
-        let speeds = Speeds {
-            joint_velocity: joint.velocity.map(f64::from),
-            joint_acceleration: joint.acceleration.map(f64::from),
-            linear_velocity: along.into(),
-            linear_acceleration: push.into(),
-            rotation_velocity: vr.into(),
-            rotation_acceleration: ar.into(),
-            velocity_ratio: share.velocity_ratio.into(),
-            acceleration_ratio: 100.0,
-        };
-        Ok(speeds.jog(axis, &self.model().ceilings)?)
+        let mut settings = MotionSettings::at_power_up(self.model());
+        settings.jog_joint = self.setting().await?;
+        settings.jog_coordinate = self.setting().await?;
+        settings.jog_common = self.setting().await?;
+        Ok(settings.jog(axis, &self.model().ceilings)?)
     }
 }
 

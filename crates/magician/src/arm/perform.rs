@@ -185,14 +185,14 @@ impl Arm {
                 pose
             }
         };
-        let mut read = Readings::default();
-        read.tool = self.setting().await?;
+        let mut read = Readings::at_power_up(self.model());
+        read.settings.tool = self.setting().await?;
         read.laser = self.setting().await?;
-        read.joint_speeds = self.setting().await?;
-        read.line_speeds = self.setting().await?;
-        read.ratios = self.setting().await?;
-        read.jump = self.setting().await?;
-        read.with_rail = on_rail;
+        read.settings.ptp_joint = self.setting().await?;
+        read.settings.ptp_coordinate = self.setting().await?;
+        read.settings.ptp_common = self.setting().await?;
+        read.settings.ptp_jump2 = self.setting().await?;
+        read.settings.with_rail.with_l = on_rail.into();
         if needs.home {
             read.home = match self.setting().await {
                 Ok(home) => Some(home),
@@ -202,17 +202,17 @@ impl Arm {
             };
         }
         if needs.path {
-            read.path_speeds = self.setting().await?;
+            read.settings.cp = self.setting().await?;
         }
         if needs.rail {
             read.rail = Some(self.get::<PoseL>().await?.pose_l);
-            read.rail_speeds = self.setting().await?;
+            read.settings.ptp_rail = self.setting().await?;
         }
         read.pose = match known {
             Some(pose) => Some(pose),
             None => self.stands_at(before, rest, look).await?,
         };
-        Ok(self.fenced(Preflight::new(&read).model(self.inner.options.model)))
+        Ok(self.fenced(Preflight::new(&read).model(*self.model())))
     }
 
     /// Homes the arm, waits until it is done, and clears the alarms (document 1.6.2). It takes up to

@@ -109,17 +109,17 @@ impl LoneArm {
     pub(crate) fn readings(&mut self) -> Readings {
         let mut read = Readings::default();
         read.pose = Some(self.get());
-        read.tool = self.get();
+        read.settings.tool = self.get();
         read.laser = self.get();
         read.home = Some(self.get());
-        read.joint_speeds = self.get();
-        read.line_speeds = self.get();
-        read.ratios = self.get();
-        read.jump = self.get();
-        read.path_speeds = self.get();
-        read.with_rail = self.get::<magician::commands::DeviceWithL>().with_l.is_on();
+        read.settings.ptp_joint = self.get();
+        read.settings.ptp_coordinate = self.get();
+        read.settings.ptp_common = self.get();
+        read.settings.ptp_jump2 = self.get();
+        read.settings.cp = self.get();
+        read.settings.with_rail.with_l = self.get::<magician::commands::DeviceWithL>().with_l;
         read.rail = Some(self.get::<magician::commands::PoseL>().pose_l);
-        read.rail_speeds = self.get();
+        read.settings.ptp_rail = self.get();
         read
     }
 }

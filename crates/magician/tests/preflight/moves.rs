@@ -103,7 +103,7 @@ fn what_passes_raises_no_alarm_and_what_is_refused_would() {
         let command = ptp(PtpMode::from(case.mode), case.numbers);
         let mut readings = Readings::default();
         readings.pose = Some(bench.get());
-        (readings.tool, readings.jump) = (tool, jump);
+        (readings.settings.tool, readings.settings.ptp_jump2) = (tool, jump);
         let mut check = Preflight::new(&readings);
         let passes = check.check(&Set::from(command)).is_ok();
         bench.set(&command);

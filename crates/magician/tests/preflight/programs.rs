@@ -298,10 +298,10 @@ fn another_firmware(dice: &mut Dice) -> Profile {
     if dice.roll(2) == 0 {
         profile.motion.period = 0.0;
     }
-    profile.home.joints[1] = dice.between(20.0, 60.0);
-    for side in &mut profile.limits.controller.j1 {
-        *side *= dice.between(0.7, 1.1);
-    }
+    profile.home.joints.j2 = dice.between(20.0, 60.0);
+    let turn = &mut profile.limits.controller.j1;
+    turn.min *= dice.between(0.7, 1.1);
+    turn.max *= dice.between(0.7, 1.1);
     profile
 }
 

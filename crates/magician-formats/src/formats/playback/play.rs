@@ -140,7 +140,7 @@ fn no_circle(from: [f32; 4], via: [f32; 4], to: [f32; 4]) -> Option<&'static str
         limits: ArmModel::MAGICIAN.certain,
         ceilings: Ceilings::default(),
         law: ArmModel::MAGICIAN.law,
-        speeds: ArmModel::MAGICIAN.power_up.speeds,
+        speeds: ArmModel::MAGICIAN.power_up.speeds(),
     };
     // Only the three points are asked about: whether the arm gets there depends on its tool, and is for the check.
     let from = ArmState {

@@ -325,7 +325,7 @@ impl Sample {
 
 /// Time in which J4 turns by an angle at the speeds of power-up, s.
 fn turn_duration(degrees: f64) -> f64 {
-    let speeds = &ArmModel::MAGICIAN.power_up.speeds;
+    let speeds = &ArmModel::MAGICIAN.power_up.speeds();
     let rates = KinematicLimits {
         velocity: speeds.rotation_velocity * speeds.velocity_ratio / 100.0,
         acceleration: speeds.rotation_acceleration * speeds.acceleration_ratio / 100.0,

@@ -23,7 +23,7 @@ pub(crate) fn full_speed() -> Speeds {
     Speeds {
         velocity_ratio: 100.0,
         acceleration_ratio: 100.0,
-        ..ArmModel::MAGICIAN.power_up.speeds
+        ..ArmModel::MAGICIAN.power_up.speeds()
     }
 }
 

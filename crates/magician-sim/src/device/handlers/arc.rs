@@ -10,8 +10,8 @@ use crate::device::handlers::{Apply, stored};
 use crate::fidelity::{Assumption, AssumptionSet};
 
 stored! {
-    ArcParams in arc: Parameters;
-    ArcCommonParams in arc_common: ArcRatio;
+    ArcParams in motion.arc: Parameters;
+    ArcCommonParams in motion.arc_common: ArcRatio;
 }
 
 /// What an arc through two points rests on, a whole circle or not.
@@ -36,7 +36,7 @@ impl Apply for ArcCmd {
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let [via, to] = [self.cir_point, self.to_point].map(|point| Pose::from(from_wire(point)));
         let view = cx.view();
-        let planner = view.planner(view.settings.ptp_speeds());
+        let planner = view.planner(view.settings.motion.arc_speeds());
         Effect::Move(view.plan_path(planner.arc(&view.arm(), &via, &to))).into()
     }
 }
@@ -51,7 +51,7 @@ impl Apply for CircleCmd {
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let [via, to] = [self.cir_point, self.to_point].map(|point| Pose::from(from_wire(point)));
         let view = cx.view();
-        let planner = view.planner(view.settings.ptp_speeds());
+        let planner = view.planner(view.settings.motion.arc_speeds());
         let plan = planner.circle(&view.arm(), &via, &to, self.count);
         Effect::Move(view.plan_path(plan)).into()
     }

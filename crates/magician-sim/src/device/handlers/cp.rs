@@ -19,7 +19,7 @@ impl Report for CpParams {
     const RESTS_ON: Assumption = Assumption::Parameters;
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
-        cx.store.settings.cp
+        cx.store.settings.motion.cp
     }
 }
 
@@ -27,15 +27,15 @@ impl Apply for CpParams {
     const RESTS_ON: Assumption = Assumption::Parameters;
 
     fn assumptions(&self, cx: &Context<'_>, _: ExecMode) -> AssumptionSet {
-        let most = &cx.firmware.model.ceilings;
-        let ceilings = [most.linear_velocity, most.linear_acceleration];
+        let ceilings = &cx.firmware.model.ceilings;
+        let ceilings = [ceilings.linear_velocity, ceilings.linear_acceleration];
         let beyond = beyond([self.junction_vel, self.plan_acc], ceilings);
         AssumptionSet::from(<Self as Apply>::RESTS_ON).and_if(beyond, Assumption::BeyondCeilings)
     }
 
     /// For the segments that begin from now on; with a speed of 0 the path ends at rest.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
-        cx.store.settings.cp = *self;
+        cx.store.settings.motion.cp = *self;
         Effect::PathChanged.into()
     }
 }

@@ -72,7 +72,7 @@ impl Report for DeviceWithL {
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         Self {
-            with_l: cx.store.settings.with_rail.with_l,
+            with_l: cx.store.settings.motion.with_rail.with_l,
         }
     }
 }
@@ -82,7 +82,7 @@ impl Apply for SetDeviceWithL {
 
     /// For the commands that begin from now on; a carriage on its way goes on. The rail's version changes nothing here.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
-        cx.store.settings.with_rail = *self;
+        cx.store.settings.motion.with_rail = *self;
         Effects::none()
     }
 }

@@ -1,27 +1,23 @@
 //! Jogging (document 1.9, model section 10).
 
+use magician_model::Capped;
 use magician_protocol::JogCommand;
 use magician_protocol::commands::*;
 
 use crate::device::context::Context;
 use crate::device::effect::{Effect, Effects, ExecMode};
-use crate::device::handlers::motion::{beyond, cap, cap_joints};
+use crate::device::handlers::motion::beyond;
 use crate::device::handlers::{Apply, stored};
 use crate::fidelity::{Assumption, AssumptionSet};
 
 stored! {
-    JogJointParams in jog_joint: Parameters,
-        capped |set, most| cap_joints(&mut set.velocity, &mut set.acceleration, most);
-    JogCoordinateParams in jog_coordinate: Parameters, capped |set, most| {
-        let of = |line: f64, rotation: f64| [line, line, line, rotation];
-        let velocity = of(most.linear_velocity, most.rotation_velocity);
-        let acceleration = of(most.linear_acceleration, most.rotation_acceleration);
-        let above = cap(set.velocity.each_mut(), velocity);
-        cap(set.acceleration.each_mut(), acceleration) || above
-    };
-    JogCommonParams in jog_common: Parameters,
+    JogJointParams in motion.jog_joint: Parameters,
+        capped |set, ceilings| set.cap(ceilings);
+    JogCoordinateParams in motion.jog_coordinate: Parameters,
+        capped |set, ceilings| set.cap(ceilings);
+    JogCommonParams in motion.jog_common: Parameters,
         beyond |set| beyond([set.velocity_ratio], [100.0]);
-    JogLParams in jog_rail: Parameters, at first RailDefaults;
+    JogLParams in motion.jog_rail: Parameters, at first RailDefaults;
 }
 
 impl Apply for JogCmd {

@@ -189,15 +189,15 @@ macro_rules! parameter {
 /// Parameter sets that are stored and read back, and have no other effect on the spot: each with what it rests on.
 macro_rules! stored {
     ($(
-        $layout:ident in $field:ident: $assumption:ident
+        $layout:ident in $($field:ident).+: $assumption:ident
         $(, at first $default:ident)?
         $(, beyond |$set:ident| $beyond:expr)?
         $(, capped |$capped:ident, $most:ident| $cap:expr)?;
     )+) => {$(
         $crate::device::handlers::parameter!(
             $layout: $assumption,
-            |cx| cx.store.settings.$field,
-            |value| cx.store.settings.$field = value
+            |cx| cx.store.settings.$($field).+,
+            |value| cx.store.settings.$($field).+ = value
             $(, if !cx.was_set::<$layout>() => $default)?
             $(, beyond |$set| $beyond)?
             $(, capped |$capped, $most| $cap)?

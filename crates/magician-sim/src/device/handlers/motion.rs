@@ -1,8 +1,5 @@
 //! What all that moves the arm rests on, and the parameters that say how fast.
 
-use magician_motion::Ceilings;
-
-use crate::convert::to_wire;
 use crate::device::context::Context;
 use crate::device::effect::ExecMode;
 use crate::device::queue::Busy;
@@ -33,27 +30,6 @@ impl Context<'_> {
             .and_if(self.motion.is_moving(), Assumption::ReplacedMotion)
             .and_if(goes_on, Assumption::QueueMeanwhile)
     }
-}
-
-/// Lowers speeds and accelerations of joints to their ceilings; true if any was above.
-pub(super) fn cap_joints(
-    velocity: &mut [f32; 4],
-    acceleration: &mut [f32; 4],
-    most: &Ceilings,
-) -> bool {
-    let velocity = cap(velocity.each_mut(), most.joint_velocity);
-    cap(acceleration.each_mut(), most.joint_acceleration) || velocity
-}
-
-/// Lowers values to their ceilings; true if any was above.
-pub(super) fn cap<const N: usize>(values: [&mut f32; N], ceilings: [f64; N]) -> bool {
-    let mut above = false;
-    for (value, ceiling) in values.into_iter().zip(to_wire(ceilings)) {
-        if *value > ceiling {
-            (*value, above) = (ceiling, true);
-        }
-    }
-    above
 }
 
 /// Whether a value is above its ceiling.

@@ -24,7 +24,10 @@ impl Report for Pose {
         AssumptionSet::from(Self::RESTS_ON)
             .and_if(!homed, Assumption::BaseUnknown)
             .and_if(!homed, Assumption::PowerUpPose)
-            .and_if(!cx.store.settings.bias.is_zero(), Assumption::ToolBias)
+            .and_if(
+                !cx.store.settings.motion.tool.is_zero(),
+                Assumption::ToolBias,
+            )
             .and_if(cx.has_tool_of_power_up(), Assumption::PowerUpTool)
     }
 

@@ -18,7 +18,7 @@ impl Report for EndEffectorParams {
     }
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
-        cx.store.settings.bias
+        cx.store.settings.motion.tool
     }
 }
 
@@ -28,7 +28,7 @@ impl Apply for EndEffectorParams {
     /// The reported pose follows at once: it is computed from the joints when asked for. A motion under way goes where
     /// it was planned to go, a continuous path comes to rest at the end of its segment.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
-        cx.store.settings.bias = *self;
+        cx.store.settings.motion.tool = *self;
         Effect::ToolChanged.into()
     }
 }

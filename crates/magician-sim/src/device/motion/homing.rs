@@ -79,11 +79,11 @@ impl ArmView<'_> {
 
     /// The carriage's part of homing, for a motion that begins now: to the end of the rail where it is 0.
     fn plan_rail_home(&self) -> RailPath {
-        if self.settings.has_rail() {
+        if self.settings.motion.has_rail() {
             RailPath::home(
                 self.law(),
                 self.motion.true_pose(self.now).rail,
-                &self.firmware.profile.rail,
+                &self.firmware.model.rail,
             )
         } else {
             RailPath::standing(self.rail())

@@ -41,7 +41,7 @@ impl ArmView<'_> {
     pub(crate) fn jog(&self, is_joint: bool, command: JogCommand) -> JogPlan {
         let on_rail = |positive| Some(Jogged::Rail { positive });
         let jogged = match command {
-            JogCommand::RailPlus | JogCommand::RailMinus if !self.settings.has_rail() => {
+            JogCommand::RailPlus | JogCommand::RailMinus if !self.settings.motion.has_rail() => {
                 return JogPlan::Unchanged;
             }
             JogCommand::RailPlus => on_rail(true),
@@ -106,7 +106,8 @@ impl ArmView<'_> {
 
     /// Jogs from a speed on the same axis.
     fn plan_jog(&self, jog: Jog, entry: f64) -> Result<Start, NoPlan> {
-        let rates = self.settings.jog_rates(&self.firmware.model, jog.axis);
+        let ceilings = &self.firmware.model.ceilings;
+        let rates = self.settings.motion.jog(jog.axis, ceilings)?;
         let planner = self.planner_given_rates();
         let plan = planner.jog(&self.arm(), jog, rates, entry)?;
         Ok(self.start_jog(MotionKind::Jog(jog), &plan, jog.axis))
@@ -125,10 +126,11 @@ impl ArmView<'_> {
             MotionKind::RailJog { .. } => return self.rail_jog_stop(then),
             _ => return JogPlan::Unchanged,
         };
-        let rates = self.settings.jog_rates(&self.firmware.model, axis);
+        let ceilings = &self.firmware.model.ceilings;
+        let deceleration = self.settings.motion.jog_deceleration(axis, ceilings);
         let planner = self.planner_given_rates();
         let elapsed = motion.elapsed(self.now);
-        let plan = planner.jog_stop(&motion.trajectory, elapsed, rates.acceleration);
+        let plan = planner.jog_stop(&motion.trajectory, elapsed, deceleration);
         JogPlan::Continue(self.start_jog(MotionKind::JogStop { axis, then }, &plan, axis))
     }
 
@@ -151,7 +153,7 @@ impl ArmView<'_> {
     /// Jogs the carriage towards the end of the rail, where it comes to rest without an alarm. Against the way that it
     /// moves it first comes to rest; told again the direction that it has, it goes on as it does.
     fn rail_jog(&self, positive: bool) -> JogPlan {
-        let Some(rates) = self.settings.rail_jog_rates() else {
+        let Some(rates) = self.settings.motion.rail_jog() else {
             return JogPlan::Refused(NoPlan::RailSpeed);
         };
         let (length, sign) = (self.motion.rail.length, if positive { 1.0 } else { -1.0 });
@@ -167,7 +169,7 @@ impl ArmView<'_> {
 
     /// Ends a jog of the carriage: it comes to rest at the acceleration of the jog, and `then` follows.
     fn rail_jog_stop(&self, then: Option<Jogged>) -> JogPlan {
-        let rates = self.settings.rail_jog_rates();
+        let rates = self.settings.motion.rail_jog();
         let deceleration = rates.map_or(f64::INFINITY, |rates| rates.acceleration);
         let Some((path, elapsed)) = self.rail_jogging() else {
             return JogPlan::Unchanged;

@@ -81,13 +81,13 @@ impl ArmView<'_> {
         outputs: PoList,
     ) -> Result<Start, NoPlan> {
         let rail = self.plan_rail(rail_to.unwrap_or(self.rail()))?;
-        let planner = self.planner(self.settings.ptp_speeds());
+        let planner = self.planner(self.settings.motion.speeds());
         let Plan {
             trajectory,
             crossing,
         } = planner.plan_with_min_duration(&self.arm(), request, rail.duration())?;
         let rail = rail
-            .along(trajectory.uncut_us(), self.settings)
+            .along(trajectory.uncut_us(), &self.settings.motion)
             .stopped_with(crossing.map(|crossing| crossing.at_us));
         Ok(Start {
             kind: MotionKind::Move,
@@ -120,7 +120,7 @@ impl ArmView<'_> {
             motion.elapsed(self.now),
             self.firmware.profile.stop.force_factor,
         );
-        let mut planner = self.planner(self.settings.ptp_speeds());
+        let mut planner = self.planner(self.settings.motion.speeds());
         if let MotionKind::Search(_) = motion.kind {
             planner.limits = Limits::NONE;
         }
@@ -163,7 +163,7 @@ impl ArmView<'_> {
             return Err(NoPlan::RailPlace);
         }
         let (from, to) = (self.rail(), to.clamp(0.0, self.motion.rail.length));
-        RailPath::to_place(self.law(), from, to, self.settings.rail_rates())
+        RailPath::to_place(self.law(), from, to, self.settings.motion.rail())
             .ok_or(NoPlan::RailSpeed)
     }
 
@@ -171,7 +171,7 @@ impl ArmView<'_> {
     /// arm's joints only).
     fn brake_rail(&self, path: &RailPath, elapsed: Micros) -> RailPath {
         let factor = self.firmware.profile.stop.force_factor;
-        let rates = self.settings.rail_rates();
+        let rates = self.settings.motion.rail();
         let deceleration = rates.map_or(f64::INFINITY, |rates| factor * rates.acceleration);
         RailPath::slowing(
             self.law(),
@@ -188,7 +188,7 @@ impl ArmView<'_> {
     /// The law of segments at the speeds that are set now.
     pub(crate) fn look_ahead(&self) -> Result<LookAhead, MotionError> {
         let model = &self.firmware.model;
-        LookAhead::new(&self.settings.cp_speeds(model), &model.ceilings, model.law)
+        LookAhead::new(&self.settings.motion.cp(model), &model.ceilings, model.law)
     }
 
     /// A segment from where the arm is.

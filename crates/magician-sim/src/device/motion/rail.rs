@@ -1,10 +1,9 @@
 //! The carriage on the rail (model sections 10 and 12): it moves with the arm, alone, or is jogged.
 
+use magician_model::MotionSettings;
 use magician_motion::{AxisMotion, KinematicLimits, MotionLaw};
 
 use crate::Micros;
-use crate::device::store::settings::Settings;
-use crate::profile::Sliding;
 
 /// A way on the rail shorter than this takes no time, mm; the arm's moves have the same.
 const SHORTEST: f64 = 1e-4;
@@ -210,7 +209,7 @@ impl RailPath {
 
 impl RailPath {
     /// Home, to the end of the rail where it is 0.
-    pub(super) fn home(law: MotionLaw, from: f64, rules: &Sliding) -> Self {
+    pub(super) fn home(law: MotionLaw, from: f64, rules: &magician_motion::Rail) -> Self {
         let rates = KinematicLimits {
             velocity: rules.home_velocity,
             acceleration: rules.home_acceleration,
@@ -219,8 +218,8 @@ impl RailPath {
     }
 
     /// The same way together with a motion of the arm that takes so long (model section 7: T is the maximum of both).
-    pub(super) fn along(self, arm: Micros, settings: &Settings) -> Self {
-        match settings.rail_rates() {
+    pub(super) fn along(self, arm: Micros, settings: &MotionSettings) -> Self {
+        match settings.rail() {
             Some(rates) if self.duration > 0 && arm > self.duration => {
                 Self::going(self.law, self.from, self.end, &rates, arm)
             }

@@ -1,6 +1,6 @@
 //! The arm at rest or on its way, and how it comes from one to the other.
 
-use magician_motion::{ArmState, Geometry, JointAngles, MotionLaw, Trajectory};
+use magician_motion::{ArmModel, ArmState, Geometry, JointAngles, MotionLaw, Trajectory};
 use magician_protocol::PoCmd;
 
 use super::outputs::Outputs;
@@ -159,15 +159,16 @@ impl UnderWay {
 }
 
 impl Motion {
-    pub(crate) fn at(joints: JointAngles, rail_length: f64) -> Self {
+    /// The arm at power-up: at rest where it wakes.
+    pub(crate) fn at(model: &ArmModel) -> Self {
         let measured = Geometry::default();
         Self {
-            rest: ArmState::at_joints(&measured, &joints),
+            rest: ArmState::at_joints(&measured, &model.power_up.joints),
             measured,
             under_way: None,
             slip: [0.0; 4],
             base: 0.0,
-            rail: Rail::new(rail_length),
+            rail: Rail::new(model.rail.length),
             junction_speed: 0.0,
             homed: false,
             left: None,

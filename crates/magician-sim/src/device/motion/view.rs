@@ -29,7 +29,7 @@ impl ArmView<'_> {
 
     /// The arm with the tool bias that is set now.
     pub(crate) fn geometry(&self) -> Geometry {
-        self.settings.geometry(&self.firmware.model)
+        (self.firmware.model).geometry(self.settings.motion.tool())
     }
 
     /// How motions are computed.
@@ -38,17 +38,19 @@ impl ArmView<'_> {
     }
 
     pub(crate) fn planner(&self, speeds: Speeds) -> Planner {
-        self.firmware.model.planner(self.settings.tool(), speeds)
+        self.firmware
+            .model
+            .planner(self.settings.motion.tool(), speeds)
     }
 
     /// The planner for jogs and paths, which are given their rates one by one.
     pub(crate) fn planner_given_rates(&self) -> Planner {
-        self.planner(self.firmware.model.power_up.speeds)
+        self.planner(self.firmware.model.power_up.speeds())
     }
 
     /// What the arm would do about a move from where it is, at the speeds set now.
     pub(crate) fn plan(&self, request: &Move) -> Result<Plan, MotionError> {
-        let planner = self.planner(self.settings.ptp_speeds());
+        let planner = self.planner(self.settings.motion.speeds());
         planner.plan(&self.arm(), request)
     }
 }

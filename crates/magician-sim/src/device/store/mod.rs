@@ -2,12 +2,11 @@
 
 pub(crate) mod flash;
 pub(crate) mod program;
-pub(crate) mod rates;
 pub(crate) mod settings;
 
 use magician_protocol::commands::DeviceSn;
 
-use crate::Profile;
+use super::firmware::Firmware;
 use flash::Flash;
 use settings::Settings;
 
@@ -22,17 +21,17 @@ pub(crate) struct Store {
 }
 
 impl Store {
-    pub(crate) fn new(profile: &Profile, flash: Flash) -> Self {
+    pub(crate) fn new(firmware: &Firmware, flash: Flash) -> Self {
         Self {
-            settings: Settings::new(profile),
+            settings: Settings::new(firmware),
             flash,
             writes: 0,
         }
     }
 
     /// A reset forgets the settings; the flash stays, and so does the count of its writes.
-    pub(crate) fn reset(&mut self, profile: &Profile) {
-        self.settings = Settings::new(profile);
+    pub(crate) fn reset(&mut self, firmware: &Firmware) {
+        self.settings = Settings::new(firmware);
     }
 
     pub(crate) fn flash(&self) -> &Flash {

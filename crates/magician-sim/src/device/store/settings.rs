@@ -1,10 +1,17 @@
 //! What hosts have set and the flash does not keep: each parameter set of the protocol as it came, bit for bit.
 
-use magician_protocol::commands::*;
+use magician_model::MotionSettings;
+use magician_motion::{Pose, Target};
+use magician_protocol::commands::{
+    ArmOrientation, CpCommonParams, CpRHeadHoldEnable, FirmwareMode, HhtTrigMode,
+    HhtTrigOutputEnabled, HomeParams, LostStepParams, PulseMode, SetAutoLeveling,
+    Uart4PeripheralsEnabled, WifiConfigMode,
+};
 use magician_protocol::{Flag, Handedness, TeachTrigger};
 
-use crate::convert::tool_to_wire;
-use crate::{ArmInstant, Profile};
+use crate::ArmInstant;
+use crate::convert::from_wire;
+use crate::device::firmware::Firmware;
 
 /// Ids.
 #[derive(Clone, Copy, Debug, Default)]
@@ -25,29 +32,16 @@ impl Ids {
 pub(crate) struct Settings {
     /// What has been set or done since power-up.
     pub(crate) told: Ids,
-    pub(crate) with_rail: SetDeviceWithL,
     /// `None` until a host sets it: then it is the home joints of the profile.
     pub(crate) home: Option<HomeParams>,
     pub(crate) auto_leveling: SetAutoLeveling,
     pub(crate) teach_mode: HhtTrigMode,
     pub(crate) teach_enabled: HhtTrigOutputEnabled,
     pub(crate) orientation: ArmOrientation,
-    pub(crate) bias: EndEffectorParams,
-    pub(crate) jog_joint: JogJointParams,
-    pub(crate) jog_coordinate: JogCoordinateParams,
-    pub(crate) jog_common: JogCommonParams,
-    pub(crate) jog_rail: JogLParams,
-    pub(crate) ptp_joint: PtpJointParams,
-    pub(crate) ptp_coordinate: PtpCoordinateParams,
-    pub(crate) ptp_jump: PtpJumpParams,
-    pub(crate) ptp_jump2: PtpJump2Params,
-    pub(crate) ptp_common: PtpCommonParams,
-    pub(crate) ptp_rail: PtpLParams,
-    pub(crate) cp: CpParams,
+    /// What motions depend on.
+    pub(crate) motion: MotionSettings,
     pub(crate) cp_common: CpCommonParams,
     pub(crate) cp_hold_rotation: CpRHeadHoldEnable,
-    pub(crate) arc: ArcParams,
-    pub(crate) arc_common: ArcCommonParams,
     pub(crate) wifi_config: WifiConfigMode,
     /// Since when the Wi-Fi module has been looking for its network, if not since power-up.
     pub(crate) wifi_begun: ArmInstant,
@@ -58,21 +52,10 @@ pub(crate) struct Settings {
 }
 
 impl Settings {
-    pub(crate) fn new(profile: &Profile) -> Self {
-        let crate::profile::Defaults {
-            jog,
-            ptp,
-            cp,
-            arc,
-            lost_step,
-            wifi: _,
-        } = &profile.defaults;
+    pub(crate) fn new(firmware: &Firmware) -> Self {
+        let crate::profile::Defaults { cp, lost_step, .. } = &firmware.profile.defaults;
         Self {
             told: Ids::default(),
-            with_rail: SetDeviceWithL {
-                with_l: Flag::OFF,
-                version: None,
-            },
             home: None,
             auto_leveling: SetAutoLeveling {
                 is_auto_leveling: Flag::OFF,
@@ -87,72 +70,13 @@ impl Settings {
             orientation: ArmOrientation {
                 orientation: Handedness::Left,
             },
-            bias: tool_to_wire(profile.power_up.tool),
-            jog_joint: JogJointParams {
-                velocity: jog.joint_velocity,
-                acceleration: jog.joint_acceleration,
-            },
-            jog_coordinate: JogCoordinateParams {
-                velocity: jog.coordinate_velocity,
-                acceleration: jog.coordinate_acceleration,
-            },
-            jog_common: JogCommonParams {
-                velocity_ratio: jog.velocity_ratio,
-                acceleration_ratio: jog.acceleration_ratio,
-            },
-            jog_rail: JogLParams {
-                velocity: jog.rail_velocity,
-                acceleration: jog.rail_acceleration,
-            },
-            ptp_joint: PtpJointParams {
-                velocity: ptp.joint_velocity,
-                acceleration: ptp.joint_acceleration,
-            },
-            ptp_coordinate: PtpCoordinateParams {
-                xyz_velocity: ptp.linear_velocity,
-                r_velocity: ptp.rotation_velocity,
-                xyz_acceleration: ptp.linear_acceleration,
-                r_acceleration: ptp.rotation_acceleration,
-            },
-            ptp_jump: PtpJumpParams {
-                jump_height: ptp.jump_height,
-                z_limit: ptp.z_limit,
-            },
-            ptp_jump2: PtpJump2Params {
-                start_jump_height: ptp.jump_height,
-                end_jump_height: ptp.jump_height,
-                z_limit: ptp.z_limit,
-            },
-            ptp_common: PtpCommonParams {
-                velocity_ratio: ptp.velocity_ratio,
-                acceleration_ratio: ptp.acceleration_ratio,
-            },
-            ptp_rail: PtpLParams {
-                velocity: ptp.rail_velocity,
-                acceleration: ptp.rail_acceleration,
-            },
-            cp: CpParams {
-                plan_acc: cp.plan_acceleration,
-                junction_vel: cp.junction_velocity,
-                acc_or_period: cp.acceleration,
-                real_time_track: Flag::from(cp.real_time_track),
-            },
+            motion: MotionSettings::at_power_up(&firmware.model),
             cp_common: CpCommonParams {
                 velocity_ratio: cp.velocity_ratio,
                 acceleration_ratio: cp.acceleration_ratio,
             },
             cp_hold_rotation: CpRHeadHoldEnable {
                 enable: Flag::from(cp.hold_rotation),
-            },
-            arc: ArcParams {
-                xyz_velocity: arc.linear_velocity,
-                r_velocity: arc.rotation_velocity,
-                xyz_acceleration: arc.linear_acceleration,
-                r_acceleration: arc.rotation_acceleration,
-            },
-            arc_common: ArcCommonParams {
-                velocity_ratio: arc.velocity_ratio,
-                acceleration_ratio: arc.acceleration_ratio,
             },
             wifi_config: WifiConfigMode { enable: Flag::OFF },
             wifi_begun: ArmInstant::ZERO,
@@ -172,5 +96,11 @@ impl Settings {
                 e2: 0.0,
             },
         }
+    }
+
+    /// The home point that was set, if one was.
+    pub(crate) fn home_point(&self) -> Option<Target> {
+        let HomeParams { x, y, z, r } = self.home?;
+        Some(Target::Pose(Pose::from(from_wire([x, y, z, r]))))
     }
 }

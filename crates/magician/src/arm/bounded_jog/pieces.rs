@@ -2,19 +2,18 @@
 
 use std::collections::VecDeque;
 
-use magician_motion::{JogAxis, KinematicLimits};
+use magician_host::MotionSettings;
+use magician_motion::JogAxis;
 use magician_protocol::Set;
-use magician_protocol::commands::{
-    JogCmd, JogCommonParams, JogLParams, PtpCommonParams, PtpJointParams,
-};
+use magician_protocol::commands::{JogCmd, PtpCommonParams, PtpJointParams};
 
 use super::READ;
 use super::pace::{Joins, Pace, Piece};
-use crate::Result;
 use crate::arm::fenced_jog::jog_of;
 use crate::arm::shared::held;
 use crate::arm::{Arm, SettingsBackup};
 use crate::words::{self, Axis, JogDirection, Preflight};
+use crate::{Error, Result};
 
 /// A piece that would cross a limit is cut to this share of it, again and again, but not below the least, mm or degrees.
 const CUT: f32 = 0.5;
@@ -102,16 +101,6 @@ pub(super) fn piece(direction: JogDirection, length: f32) -> Set {
     }
 }
 
-/// The joint of a jog that is not straight, from 0.
-fn joint_of(axis: JogAxis) -> usize {
-    match axis {
-        JogAxis::J1 => 0,
-        JogAxis::J2 => 1,
-        JogAxis::J3 => 2,
-        _ => 3,
-    }
-}
-
 impl Arm {
     /// Sets the arm's speeds for the pieces of a jog, as it tells; what they were before is owed.
     pub(super) async fn pace(
@@ -126,35 +115,34 @@ impl Arm {
         });
         let (pace, settings) = match jog_of(&JogCmd::from(direction)).map(|jog| jog.axis) {
             Some(axis @ (JogAxis::X | JogAxis::Y | JogAxis::Z)) => {
-                let ceilings = KinematicLimits {
-                    velocity: ceilings.linear_velocity,
-                    acceleration: ceilings.linear_acceleration,
-                };
                 let jog = self.jog_rates(axis).await?;
-                let pace = Pace::new(Joins::Through, jog, ceilings, within, law);
+                let pace = Pace::new(Joins::Through, jog, ceilings.of_axis(axis), within, law);
                 let speed =
                     words::path_speed(pace.rates.velocity as f32, pace.rates.acceleration as f32);
                 (pace, vec![speed])
             }
             Some(axis) => {
-                let joint = joint_of(axis);
-                let ceilings = KinematicLimits {
-                    velocity: ceilings.joint_velocity[joint],
-                    acceleration: ceilings.joint_acceleration[joint],
+                // A jog of r turns joint 4 alone.
+                let (joint, turning) = match axis {
+                    JogAxis::J1 => (0, axis),
+                    JogAxis::J2 => (1, axis),
+                    JogAxis::J3 => (2, axis),
+                    _ => (3, JogAxis::J4),
                 };
                 let jog = self.jog_rates(axis).await?;
-                let pace = Pace::new(Joins::AtRest, jog, ceilings, within, law);
+                let pace = Pace::new(Joins::AtRest, jog, ceilings.of_axis(turning), within, law);
                 let mut speeds: PtpJointParams = self.setting().await?;
                 speeds.velocity[joint] = pace.rates.velocity as f32;
                 speeds.acceleration[joint] = pace.rates.acceleration as f32;
                 (pace, vec![speeds.into(), whole])
             }
             None => {
-                let set: JogLParams = self.setting().await?;
-                let jog = KinematicLimits {
-                    velocity: f64::from(set.velocity) * self.jog_share().await?,
-                    acceleration: set.acceleration.into(),
-                };
+                let mut settings = MotionSettings::at_power_up(self.model());
+                settings.jog_rail = self.setting().await?;
+                settings.jog_common = self.setting().await?;
+                let jog = settings.rail_jog().ok_or_else(|| {
+                    Error::invalid("speeds on the rail and their ratios must be above 0")
+                })?;
                 // How fast a rail may be is not known: never more than what was set for its jogs.
                 let pace = Pace::new(Joins::AtRest, jog, jog, within, law);
                 let speed =
@@ -170,10 +158,5 @@ impl Arm {
             }
         }
         Ok((pace, settings))
-    }
-
-    async fn jog_share(&self) -> Result<f64> {
-        let share: JogCommonParams = self.setting().await?;
-        Ok(f64::from(share.velocity_ratio).min(100.0) / 100.0)
     }
 }

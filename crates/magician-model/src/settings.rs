@@ -1,0 +1,460 @@
+//! The settings that motions depend on, and what follows from them (model section 6).
+
+use magician_motion::{
+    ArmModel, Ceilings, CpSpeeds, JogAxis, JumpHeights, KinematicLimits, MotionError, PowerUp,
+    Speeds, ToolBias,
+};
+use magician_protocol::commands::{
+    ArcCommonParams, ArcParams, CpParams, EndEffectorParams, JogCommonParams, JogCoordinateParams,
+    JogJointParams, JogLParams, PtpCommonParams, PtpCoordinateParams, PtpJointParams,
+    PtpJump2Params, PtpJumpParams, PtpLParams, SetDeviceWithL,
+};
+use magician_protocol::{Flag, Set};
+
+use crate::ceilings::as_stored;
+
+/// The settings that motions depend on, each as it travels on the wire, bit for bit. What follows from them is computed when
+/// asked for.
+///
+/// ```
+/// use magician_model::MotionSettings;
+/// use magician_motion::{ArmModel, JogAxis};
+/// use magician_protocol::commands::PtpJumpParams;
+/// use magician_protocol::Set;
+///
+/// let model = ArmModel::MAGICIAN;
+/// let mut settings = MotionSettings::at_power_up(&model);
+/// // The ratio of jogs is 50 % then.
+/// assert_eq!(settings.jog(JogAxis::X, &model.ceilings)?.velocity, 30.0);
+///
+/// assert!(settings.note(&Set::from(PtpJumpParams { jump_height: 15.0, z_limit: 90.0 })));
+/// assert_eq!(settings.jump().end, 15.0);
+/// # Ok::<(), magician_motion::MotionError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotionSettings {
+    /// Tool bias, mm.
+    pub tool: EndEffectorParams,
+    /// Jog speeds of the joints, deg/s and deg/s2.
+    pub jog_joint: JogJointParams,
+    /// Jog speeds of x, y, z and r.
+    pub jog_coordinate: JogCoordinateParams,
+    /// Ratios of jogs, percent.
+    pub jog_common: JogCommonParams,
+    /// Jog speeds of the carriage on the rail, mm/s and mm/s2.
+    pub jog_rail: JogLParams,
+    /// Speeds of the joints from point to point, deg/s and deg/s2.
+    pub ptp_joint: PtpJointParams,
+    /// Speeds of the tool on straight lines.
+    pub ptp_coordinate: PtpCoordinateParams,
+    /// The height of jumps as it was set last by one number, mm.
+    pub ptp_jump: PtpJumpParams,
+    /// The heights of jumps that are in force, mm.
+    pub ptp_jump2: PtpJump2Params,
+    /// Ratios from point to point, percent.
+    pub ptp_common: PtpCommonParams,
+    /// Speeds of the carriage on the rail, mm/s and mm/s2.
+    pub ptp_rail: PtpLParams,
+    /// Speeds of continuous paths.
+    pub cp: CpParams,
+    /// Speeds of arcs, which no motion takes.
+    pub arc: ArcParams,
+    /// Ratios of arcs, which no motion takes.
+    pub arc_common: ArcCommonParams,
+    /// Whether the arm stands on a rail that is in use.
+    pub with_rail: SetDeviceWithL,
+}
+
+impl MotionSettings {
+    /// The settings of an arm of this firmware that has just been switched on.
+    #[must_use]
+    pub fn at_power_up(model: &ArmModel) -> Self {
+        let PowerUp {
+            joints: _,
+            jog,
+            ptp,
+            cp,
+            arc,
+        } = &model.power_up;
+        let ptp_jump = PtpJumpParams {
+            jump_height: ptp.jump_height,
+            z_limit: ptp.z_limit,
+        };
+        Self {
+            tool: tool_to_wire(model.geometry.tool),
+            jog_joint: JogJointParams {
+                velocity: jog.joint_velocity,
+                acceleration: jog.joint_acceleration,
+            },
+            jog_coordinate: JogCoordinateParams {
+                velocity: jog.coordinate_velocity,
+                acceleration: jog.coordinate_acceleration,
+            },
+            jog_common: JogCommonParams {
+                velocity_ratio: jog.velocity_ratio,
+                acceleration_ratio: jog.acceleration_ratio,
+            },
+            jog_rail: JogLParams {
+                velocity: jog.rail_velocity,
+                acceleration: jog.rail_acceleration,
+            },
+            ptp_joint: PtpJointParams {
+                velocity: ptp.joint_velocity,
+                acceleration: ptp.joint_acceleration,
+            },
+            ptp_coordinate: PtpCoordinateParams {
+                xyz_velocity: ptp.linear_velocity,
+                r_velocity: ptp.rotation_velocity,
+                xyz_acceleration: ptp.linear_acceleration,
+                r_acceleration: ptp.rotation_acceleration,
+            },
+            ptp_jump,
+            ptp_jump2: both_heights(&ptp_jump),
+            ptp_common: PtpCommonParams {
+                velocity_ratio: ptp.velocity_ratio,
+                acceleration_ratio: ptp.acceleration_ratio,
+            },
+            ptp_rail: PtpLParams {
+                velocity: ptp.rail_velocity,
+                acceleration: ptp.rail_acceleration,
+            },
+            cp: CpParams {
+                plan_acc: cp.plan_acceleration,
+                junction_vel: cp.junction_velocity,
+                acc_or_period: cp.acceleration,
+                real_time_track: Flag::from(cp.real_time_track),
+            },
+            arc: ArcParams {
+                xyz_velocity: arc.linear_velocity,
+                r_velocity: arc.rotation_velocity,
+                xyz_acceleration: arc.linear_acceleration,
+                r_acceleration: arc.rotation_acceleration,
+            },
+            arc_common: ArcCommonParams {
+                velocity_ratio: arc.velocity_ratio,
+                acceleration_ratio: arc.acceleration_ratio,
+            },
+            with_rail: SetDeviceWithL {
+                with_l: Flag::OFF,
+                version: None,
+            },
+        }
+    }
+
+    /// Follows a command; true if it sets one of these.
+    pub fn note(&mut self, command: &Set) -> bool {
+        match command {
+            Set::EndEffectorParams(set) => self.tool = *set,
+            Set::JogJointParams(set) => self.jog_joint = *set,
+            Set::JogCoordinateParams(set) => self.jog_coordinate = *set,
+            Set::JogCommonParams(set) => self.jog_common = *set,
+            Set::JogLParams(set) => self.jog_rail = *set,
+            Set::PtpJointParams(set) => self.ptp_joint = *set,
+            Set::PtpCoordinateParams(set) => self.ptp_coordinate = *set,
+            Set::PtpJump2Params(set) => self.ptp_jump2 = *set,
+            Set::PtpJumpParams(set) => {
+                self.ptp_jump = *set;
+                self.ptp_jump2 = both_heights(set);
+            }
+            Set::PtpCommonParams(set) => self.ptp_common = *set,
+            Set::PtpLParams(set) => self.ptp_rail = *set,
+            Set::CpParams(set) => self.cp = *set,
+            Set::ArcParams(set) => self.arc = *set,
+            Set::ArcCommonParams(set) => self.arc_common = *set,
+            Set::SetDeviceWithL(set) => self.with_rail = *set,
+            _ => return false,
+        }
+        true
+    }
+
+    /// Follows a command as an arm with these ceilings stores it; true if it sets one of these.
+    pub fn note_stored(&mut self, command: &Set, ceilings: &Ceilings) -> bool {
+        self.note(&as_stored(command, ceilings))
+    }
+
+    /// The tool bias.
+    #[must_use]
+    pub fn tool(&self) -> ToolBias {
+        let EndEffectorParams {
+            x_bias,
+            y_bias,
+            z_bias,
+        } = self.tool;
+        ToolBias::new(x_bias.into(), y_bias.into(), z_bias.into())
+    }
+
+    /// True if the arm stands on a rail that is in use.
+    #[must_use]
+    pub fn has_rail(&self) -> bool {
+        self.with_rail.with_l.is_on()
+    }
+
+    /// Speeds of moves from point to point, as set: the planner knows the ceilings.
+    #[must_use]
+    pub fn speeds(&self) -> Speeds {
+        let (joint, space, ratio) = (&self.ptp_joint, &self.ptp_coordinate, &self.ptp_common);
+        Speeds {
+            joint_velocity: joint.velocity.map(f64::from),
+            joint_acceleration: joint.acceleration.map(f64::from),
+            linear_velocity: space.xyz_velocity.into(),
+            linear_acceleration: space.xyz_acceleration.into(),
+            rotation_velocity: space.r_velocity.into(),
+            rotation_acceleration: space.r_acceleration.into(),
+            velocity_ratio: ratio.velocity_ratio.into(),
+            acceleration_ratio: ratio.acceleration_ratio.into(),
+        }
+    }
+
+    /// Speeds of arcs and circles: those from point to point, whatever was set for arcs (model section 9).
+    #[must_use]
+    pub fn arc_speeds(&self) -> Speeds {
+        self.speeds()
+    }
+
+    /// Heights of jumps.
+    #[must_use]
+    pub fn jump(&self) -> JumpHeights {
+        let heights = &self.ptp_jump2;
+        JumpHeights {
+            start: heights.start_jump_height.into(),
+            end: heights.end_jump_height.into(),
+            z_limit: heights.z_limit.into(),
+        }
+    }
+
+    /// Speeds of continuous paths, with the period of this firmware unless the host clocks the path.
+    #[must_use]
+    pub fn cp(&self, model: &ArmModel) -> CpSpeeds {
+        let real_time = self.cp.real_time_track.is_on();
+        CpSpeeds {
+            plan_acceleration: self.cp.plan_acc.into(),
+            junction_velocity: self.cp.junction_vel.into(),
+            period_s: if real_time {
+                f64::from(self.cp.acc_or_period) / 1000.0
+            } else {
+                model.path.period
+            },
+            real_time,
+        }
+    }
+
+    /// Speeds of jogging an axis, each up to its ceiling. The ratio scales the velocity alone.
+    ///
+    /// # Errors
+    /// [`MotionError::Speed`] for a value or a ratio that is NaN, zero or negative.
+    pub fn jog(&self, axis: JogAxis, ceilings: &Ceilings) -> Result<KinematicLimits, MotionError> {
+        let set = self.jog_as_set(axis);
+        let speeds = Speeds {
+            joint_velocity: [set.velocity; 4],
+            joint_acceleration: [set.acceleration; 4],
+            linear_velocity: set.velocity,
+            linear_acceleration: set.acceleration,
+            rotation_velocity: set.velocity,
+            rotation_acceleration: set.acceleration,
+            velocity_ratio: self.jog_common.velocity_ratio.into(),
+            acceleration_ratio: 100.0,
+        };
+        speeds.jog(axis, ceilings)
+    }
+
+    /// Deceleration of a jog that stops, up to its ceiling: no ratio and no velocity matters to it. Not positive for a
+    /// setting that is not.
+    #[must_use]
+    pub fn jog_deceleration(&self, axis: JogAxis, ceilings: &Ceilings) -> f64 {
+        let (set, ceiling) = (self.jog_as_set(axis), ceilings.of_axis(axis));
+        // f64::min would hide a NaN.
+        if set.acceleration > ceiling.acceleration {
+            ceiling.acceleration
+        } else {
+            set.acceleration
+        }
+    }
+
+    fn jog_as_set(&self, axis: JogAxis) -> KinematicLimits {
+        let (joint, space) = (&self.jog_joint, &self.jog_coordinate);
+        let ([v1, v2, v3, v4], [a1, a2, a3, a4]) = (joint.velocity, joint.acceleration);
+        let ([vx, vy, vz, vr], [ax, ay, az, ar]) = (space.velocity, space.acceleration);
+        let (velocity, acceleration) = match axis {
+            JogAxis::J1 => (v1, a1),
+            JogAxis::J2 => (v2, a2),
+            JogAxis::J3 => (v3, a3),
+            JogAxis::J4 => (v4, a4),
+            JogAxis::X => (vx, ax),
+            JogAxis::Y => (vy, ay),
+            JogAxis::Z => (vz, az),
+            JogAxis::R => (vr, ar),
+        };
+        KinematicLimits {
+            velocity: velocity.into(),
+            acceleration: acceleration.into(),
+        }
+    }
+
+    /// Speeds of moves on the rail. `None` if a value or a ratio is NaN, zero or negative.
+    #[must_use]
+    pub fn rail(&self) -> Option<KinematicLimits> {
+        let (set, ratios) = (&self.ptp_rail, &self.ptp_common);
+        Some(KinematicLimits {
+            velocity: scaled(set.velocity, ratios.velocity_ratio)?,
+            acceleration: scaled(set.acceleration, ratios.acceleration_ratio)?,
+        })
+    }
+
+    /// Speeds of jogs on the rail; the acceleration of a jog has no ratio. `None` if a value or the ratio is NaN, zero or
+    /// negative.
+    #[must_use]
+    pub fn rail_jog(&self) -> Option<KinematicLimits> {
+        let set = &self.jog_rail;
+        Some(KinematicLimits {
+            velocity: scaled(set.velocity, self.jog_common.velocity_ratio)?,
+            acceleration: scaled(set.acceleration, 100.0)?,
+        })
+    }
+}
+
+impl Default for MotionSettings {
+    /// The settings at power-up of firmware 3.6.14.
+    fn default() -> Self {
+        Self::at_power_up(&ArmModel::MAGICIAN)
+    }
+}
+
+/// The bias of a tool as a host sets it, rounded to what the wire has.
+#[must_use]
+pub fn tool_to_wire(tool: ToolBias) -> EndEffectorParams {
+    EndEffectorParams {
+        x_bias: tool.x as f32,
+        y_bias: tool.y as f32,
+        z_bias: tool.z as f32,
+    }
+}
+
+/// One height sets both (model section 7).
+const fn both_heights(set: &PtpJumpParams) -> PtpJump2Params {
+    PtpJump2Params {
+        start_jump_height: set.jump_height,
+        end_jump_height: set.jump_height,
+        z_limit: set.z_limit,
+    }
+}
+
+/// A value times its ratio in percent, up to 100. `None` for what is no speed.
+fn scaled(value: f32, percent: f32) -> Option<f64> {
+    // NaN is not above 0; f64::min would hide one.
+    let sensible = value > 0.0 && percent > 0.0;
+    sensible.then_some(f64::from(value) * (f64::from(percent).min(100.0) / 100.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MODEL: ArmModel = ArmModel::MAGICIAN;
+
+    fn after(commands: &[Set]) -> MotionSettings {
+        let mut settings = MotionSettings::at_power_up(&MODEL);
+        for command in commands {
+            assert!(settings.note(command), "{command:?}");
+        }
+        settings
+    }
+
+    fn ratios(velocity_ratio: f32, acceleration_ratio: f32) -> Set {
+        Set::from(PtpCommonParams {
+            velocity_ratio,
+            acceleration_ratio,
+        })
+    }
+
+    fn jog_ratio(velocity_ratio: f32) -> Set {
+        Set::from(JogCommonParams {
+            velocity_ratio,
+            acceleration_ratio: 10.0,
+        })
+    }
+
+    #[test]
+    fn power_up_means_the_same_on_the_wire_and_in_the_model() {
+        let settings = MotionSettings::at_power_up(&MODEL);
+        assert_eq!(settings.speeds(), MODEL.power_up.speeds());
+        assert_eq!(settings.arc_speeds(), MODEL.power_up.speeds());
+        assert_eq!(settings.jump(), MODEL.power_up.jump());
+        assert_eq!(settings.cp(&MODEL), MODEL.cp_speeds());
+        assert_eq!(settings.tool().x, f64::from(MODEL.geometry.tool.x as f32));
+        assert!(!settings.has_rail());
+    }
+
+    #[test]
+    fn one_height_sets_both_and_two_heights_leave_the_one() {
+        let one = PtpJumpParams {
+            jump_height: 12.0,
+            z_limit: 80.0,
+        };
+        let two = PtpJump2Params {
+            start_jump_height: 5.0,
+            end_jump_height: 7.0,
+            z_limit: 90.0,
+        };
+        assert_eq!(after(&[one.into()]).jump(), JumpHeights::even(12.0, 80.0));
+        let settings = after(&[one.into(), two.into()]);
+        assert_eq!((settings.jump().start, settings.jump().end), (5.0, 7.0));
+        assert_eq!(settings.ptp_jump, one);
+    }
+
+    #[test]
+    fn host_that_clocks_a_path_sets_its_period() {
+        let mut cp = MotionSettings::default().cp;
+        (cp.acc_or_period, cp.real_time_track) = (8.0, Flag::ON);
+        let speeds = after(&[cp.into()]).cp(&MODEL);
+        assert_eq!((speeds.period_s, speeds.real_time), (0.008, true));
+    }
+
+    #[test]
+    fn rail_speed_has_the_ratio_up_to_all_of_it_and_none_is_no_speed() {
+        let rail = PtpLParams {
+            velocity: 80.0,
+            acceleration: 60.0,
+        };
+        let at = |velocity, acceleration| after(&[rail.into(), ratios(velocity, acceleration)]);
+        let rates = at(25.0, 300.0).rail();
+        let expected = KinematicLimits {
+            velocity: 20.0,
+            acceleration: 60.0,
+        };
+        assert_eq!(rates, Some(expected));
+        for none in [0.0, -1.0, f32::NAN] {
+            assert_eq!(at(none, 50.0).rail(), None);
+            assert_eq!(after(&[jog_ratio(none)]).rail_jog(), None);
+        }
+        // The acceleration of a jog has no ratio.
+        let jog = after(&[jog_ratio(50.0)]).rail_jog();
+        assert_eq!(
+            jog.map(|rates| [rates.velocity, rates.acceleration]),
+            Some([50.0, 100.0])
+        );
+    }
+
+    #[test]
+    fn jog_has_the_speed_of_its_axis_up_to_the_ceiling_and_then_the_ratio() {
+        let space = JogCoordinateParams {
+            velocity: [40.0, 50.0, 900.0, 20.0],
+            acceleration: [1.0, 2.0, 900.0, 4.0],
+        };
+        let settings = after(&[space.into(), jog_ratio(50.0)]);
+        let jog = |axis| settings.jog(axis, &MODEL.ceilings).expect("a speed");
+        assert_eq!(jog(JogAxis::Y).velocity, 25.0);
+        assert_eq!(jog(JogAxis::R).acceleration, 4.0);
+        assert_eq!(
+            [jog(JogAxis::Z).velocity, jog(JogAxis::Z).acceleration],
+            [150.0, 400.0]
+        );
+        // A stop has a deceleration whatever the ratio is by then.
+        let without = after(&[space.into(), jog_ratio(0.0)]);
+        assert!(without.jog(JogAxis::Z, &MODEL.ceilings).is_err());
+        assert_eq!(without.jog_deceleration(JogAxis::Z, &MODEL.ceilings), 400.0);
+        // As the arm stores it.
+        let mut stored = MotionSettings::default();
+        stored.note_stored(&space.into(), &MODEL.ceilings);
+        assert_eq!(stored.jog_coordinate.velocity, [40.0, 50.0, 300.0, 20.0]);
+    }
+}
