@@ -259,6 +259,8 @@ impl Siege {
             }
             Event::Reset => self.stream.reset(),
             Event::Unaccounted { .. } => {}
+            #[cfg(not(magician_workspace))]
+            _ => unreachable!(),
         }
     }
 }

@@ -21,7 +21,7 @@ const PAUSE: Duration = Duration::from_millis(150);
 
 /// What answers the question for the version.
 #[derive(Clone, Debug, PartialEq, Eq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub enum Heard {
     /// An arm, and its firmware: major, minor, revision.
     Arm([u8; 3]),

@@ -177,6 +177,8 @@ fn motion(row: &TeachStep, roomy: bool) -> String {
         Travel::Joints => "MOVJ",
         Travel::Line => "MOVL",
         Travel::Jump => "JUMP",
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     };
     let at = |[a, b, c, d]: [f32; 4]| match roomy {
         true => format!("{a:>6.1}{b:>7.1}{c:>7.1}{d:>7.1}"),

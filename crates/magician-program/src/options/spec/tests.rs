@@ -236,9 +236,8 @@ fn option_that_is_given_replaces_those_of_a_preset_that_it_contradicts() {
         (both.power, both.mode, both.speed),
         (None, None, Some(10.0))
     );
-    let unused: Vec<_> = { laser.not_of(draw.work).iter() }
-        .map(|row| row.name)
-        .collect();
+    let unused = laser.not_of(draw.work);
+    let unused: Vec<_> = unused.iter().map(|row| row.name).collect();
     assert_eq!(unused, ["power", "mode"]);
     assert!(laser.not_of(None).is_empty());
     // What the preset itself lacks is still refused.
