@@ -8,7 +8,7 @@ use std::str::FromStr;
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 
 /// The crates below the doors.
-const CRATES: [&str; 11] = [
+const CRATES: [&str; 12] = [
     "magician-protocol",
     "magician-motion",
     "magician-host",
@@ -20,6 +20,7 @@ const CRATES: [&str; 11] = [
     "magician-picture",
     "magician-job",
     "magician-conform",
+    "magician-measure",
 ];
 
 /// What begins a line for the operating system's shell (`Act::System`): its flags are of other programs.

@@ -67,6 +67,7 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
             "magician-record",
         ],
     ),
+    ("magician-measure", &["magician-protocol", "magician"]),
     ("magician-link", &["magician-protocol"]),
     (
         "magician-station",
@@ -95,6 +96,7 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
             "magician-sim",
             "magician",
             "magician-conform",
+            "magician-measure",
             "magician-program",
             "magician-picture",
             "magician-job",
@@ -122,6 +124,7 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
             "magician-record",
             "magician-station",
             "magician-conform",
+            "magician-measure",
             // The command comes along as it is: one function.
             "magician-cli",
         ],
