@@ -84,6 +84,8 @@ fn property(field: &Field) -> Value {
             "type": "array",
             "items": { "oneOf": [{ "type": "string" }, { "$ref": "#/$defs/output" }] },
         }),
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     };
     if let (Some(schema), Range::AtMost(most, _)) = (schema.as_object_mut(), field.range) {
         let keyword = match field.ty {
@@ -112,6 +114,8 @@ fn number(scalar: Scalar, range: Range) -> Value {
         Scalar::U64 => ("integer", Some(0), None),
         Scalar::I32 => ("integer", None, None),
         Scalar::F32 => ("number", None, None),
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     };
     let mut schema = Map::new();
     schema.insert("type".to_owned(), ty.into());

@@ -83,6 +83,8 @@ fn facts(row: &Row) -> Vec<String> {
         Source::Document => "document V1.1.3",
         Source::Addition => "document V1.1.5",
         Source::Header => "vendor headers",
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     };
     let mut facts = vec![match row.section {
         "" | "none" => source.to_owned(),
@@ -147,6 +149,8 @@ fn type_name(ty: FieldType) -> String {
         FieldType::Bytes => "bytes".to_owned(),
         FieldType::Alarms => "alarm bits".to_owned(),
         FieldType::Outputs => "list of outputs, 4 bytes each".to_owned(),
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     }
 }
 
@@ -198,6 +202,8 @@ fn title(chapter: Chapter) -> &'static str {
         Chapter::Wifi => "Wi-Fi",
         Chapter::LostStep => "Lost steps",
         Chapter::Queue => "The queue",
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     }
 }
 

@@ -21,6 +21,7 @@ const CRATES: [&str; 12] = [
     "magician-picture",
     "magician-job",
     "magician-conform",
+    "magician-measure",
 ];
 
 /// What begins a line for the operating system's shell (`Act::System`): its flags are of other programs.

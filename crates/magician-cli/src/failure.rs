@@ -269,6 +269,8 @@ impl From<RecordError> for Failure {
             RecordError::Lost { readings, .. } => Self::new(Kind::Driver(ErrorKind::Port), message)
                 .hint(format!("the {readings} readings before that are kept")),
             RecordError::Died(_) => Self::new(Kind::Bug, message),
+            #[cfg(not(magician_workspace))]
+            _ => unreachable!(),
         }
     }
 }

@@ -19,5 +19,7 @@ pub(crate) fn note(settled: &Settled) -> Option<String> {
         Settled::Damaged(path) => format!(
             "{before}, and {path} is damaged: compare the speeds with `magician get PTPCommonParams` and `magician get CPParams`"
         ),
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     })
 }

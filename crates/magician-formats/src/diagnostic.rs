@@ -91,7 +91,7 @@ impl DiagnosticCode {
 
 /// What is missing to read a file: with it there is no such [`Diagnostic`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Missing {
     /// Where the arm stands when the program begins: [`GcodeOptions::start`](crate::formats::GcodeOptions::start).
     Start,

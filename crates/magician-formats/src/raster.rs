@@ -8,7 +8,7 @@ use crate::Diagnostic;
 
 /// How large an image becomes; its sides keep their ratio.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Size {
     /// As the file says; where it does not, [`Raster::PIXEL`] for a pixel.
     #[default]

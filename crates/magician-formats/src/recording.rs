@@ -33,7 +33,7 @@ pub struct PoseReading {
 
 /// How a program repeats a recording.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub enum CaptureMode {
     /// A continuous path, without a stop between two rests.
     #[default]

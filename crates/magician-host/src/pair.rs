@@ -107,7 +107,7 @@ pub struct Pair {
     arm_ear: Deframer,
     /// When bytes came to it last.
     arm_heard: Micros,
-    /// The plug is out; pulled by [`pull_cable`](Self::pull_cable), or by a fault that the host was not told of yet.
+    /// The plug is out; pulled by a test, or by a fault that the host was not told of yet.
     pub unplugged: bool,
     /// How often the arm was switched off and on.
     pub boots: u32,
@@ -164,7 +164,8 @@ impl Pair {
     }
 
     /// Switches to an arm that gives its first queued command this index. Arms were seen to begin with 2.
-    pub fn count_from(&mut self, first: u64) {
+    #[cfg(test)]
+    pub(crate) fn count_from(&mut self, first: u64) {
         self.profile.queue.first_index = first;
         self.arm = Controller::new(self.profile.clone());
     }
@@ -177,23 +178,26 @@ impl Pair {
     }
 
     /// From now on the line does this to what the arm says.
-    pub fn set_reply_faults(&mut self, faults: Faults) {
+    pub(crate) fn set_reply_faults(&mut self, faults: Faults) {
         let seed = self.dice.number();
         (self.to_host).set_faults(self.now, faults.on(Side::Replies), seed);
     }
 
     /// Every reply takes so long.
-    pub fn delay_replies(&mut self, by: Micros) {
+    #[cfg(test)]
+    pub(crate) fn delay_replies(&mut self, by: Micros) {
         self.to_host.delay = by;
     }
 
     /// The next frame to the arm comes to nothing.
-    pub fn lose_next_request(&mut self) {
+    #[cfg(test)]
+    pub(crate) fn lose_next_request(&mut self) {
         self.to_arm.lose_next = true;
     }
 
     /// The next frame from the arm comes to nothing.
-    pub fn lose_next_reply(&mut self) {
+    #[cfg(test)]
+    pub(crate) fn lose_next_reply(&mut self) {
         self.to_host.lose_next = true;
     }
 
@@ -212,7 +216,8 @@ impl Pair {
     }
 
     /// The cable is pulled: what is under way is lost, and the host is told.
-    pub fn pull_cable(&mut self) {
+    #[cfg(test)]
+    pub(crate) fn pull_cable(&mut self) {
         self.unplug();
         self.host.interrupt();
     }

@@ -42,7 +42,7 @@ impl Remedy {
 
 /// An act that a person can do.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Act {
     /// Something that is done to the arm, or asked.
     Do(Action),
@@ -107,7 +107,7 @@ pub const SET_PIN: &str = "set-pin";
 
 /// The value of an option.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Given {
     /// On, for an option that is on or off.
     On,

@@ -66,7 +66,7 @@ pub struct Stood {
 
 /// Place where a job goes on that ended before its end.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Left {
     /// An unknown place, as the arm was not asked: it finishes what it has, and then tells how far it came.
     NotAsked,

@@ -28,7 +28,7 @@ pub(crate) fn read_text(path: &Path, largest: u64) -> io::Result<Option<String>>
 
 /// A file that a command would write over one that it reads, or write twice.
 #[derive(Clone, Debug, PartialEq, Eq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub struct SameFile {
     /// The output.
     pub output: PathBuf,

@@ -13,7 +13,7 @@ pub const SECOND_STOP_DELAY: Duration = Duration::from_millis(500);
 
 /// Signal, or request of a person, that a run is to end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub enum StopSignal {
     /// Ctrl-C (SIGINT).
     Interrupt,
@@ -27,7 +27,7 @@ pub enum StopSignal {
 
 /// Order that a run gets because of a [`StopSignal`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub enum StopOrder {
     /// The arm stops, the laser is off, the pen goes up, settings are restored.
     Stop,

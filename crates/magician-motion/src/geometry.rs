@@ -4,9 +4,9 @@ use core::fmt;
 use core::str::FromStr;
 
 /// Length of the rear arm, shoulder axis to elbow axis, mm (model section 1).
-pub const REAR_ARM: f64 = 135.0;
+pub(crate) const REAR_ARM: f64 = 135.0;
 /// Length of the forearm, elbow axis to wrist axis, mm (model section 1).
-pub const FOREARM: f64 = 147.0;
+pub(crate) const FOREARM: f64 = 147.0;
 
 /// Where the tool sits, seen from the wrist axis, in mm: the end-effector bias of the protocol.
 ///

@@ -114,7 +114,7 @@ impl MotionLaw {
 
     /// From a speed to rest in `duration` seconds.
     #[must_use]
-    pub fn stop_in(self, entry: f64, duration: f64) -> VelocityProfile {
+    pub(crate) fn stop_in(self, entry: f64, duration: f64) -> VelocityProfile {
         VelocityProfile::stopping_in(entry, duration).stop_in_periods(self.period())
     }
 

@@ -60,7 +60,7 @@ mod wrist;
 pub use axis_motion::AxisMotion;
 pub use error::{MotionError, SpeedQuantity, Unreachable};
 pub use fence::{Breach, Cuboid, Fence, FenceError, FencePart};
-pub use geometry::{FOREARM, Geometry, ParseToolError, REAR_ARM, ToolBias};
+pub use geometry::{Geometry, ParseToolError, ToolBias};
 pub use jog::{Jog, JogAxis};
 pub use jump::{JumpHeights, Transfer};
 pub use kinematics::{JointAngles, Pose};

@@ -201,7 +201,7 @@ impl Limits {
 
     /// Whether the joints violate this bound, by more than [`LIMIT_TOLERANCE`]. NaN violates every bound.
     #[must_use]
-    pub fn is_violated(&self, bound: Bound, joints: &JointAngles) -> bool {
+    pub(crate) fn is_violated(&self, bound: Bound, joints: &JointAngles) -> bool {
         let excess = if bound.is_upper() {
             bound.value(joints) - self.at(bound)
         } else {

@@ -111,7 +111,7 @@ impl VelocityProfile {
     /// The profile over `length` from rest to rest that takes `duration` seconds, no less than the fastest: a triangle where the
     /// velocity allows, else a trapezoid at full velocity with the ramps that are left.
     #[must_use]
-    pub fn trapezoid_in(length: f64, limits: &KinematicLimits, duration: f64) -> Self {
+    pub(crate) fn trapezoid_in(length: f64, limits: &KinematicLimits, duration: f64) -> Self {
         if 2.0 * length <= limits.velocity * duration {
             return Self::triangle(length, duration);
         }

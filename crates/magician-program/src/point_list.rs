@@ -76,6 +76,8 @@ fn word(action: &Action) -> &'static str {
             Travel::Joints => "movj",
             Travel::Line => "movl",
             Travel::Jump => "jump",
+            #[cfg(not(magician_workspace))]
+            _ => unreachable!(),
         },
         Action::Joints { .. } => "joints",
         Action::Shift { .. } => "shift",
@@ -89,6 +91,8 @@ fn word(action: &Action) -> &'static str {
         Action::Home => "home",
         Action::Command(command) => command.row().set_name,
         Action::Part(_) | Action::Pause(_) => action.name(),
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     }
 }
 

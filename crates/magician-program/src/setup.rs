@@ -117,7 +117,7 @@ pub fn tip(start: &Preflight, tool: Option<Tool>) -> Option<[f64; 3]> {
 
 /// What is made of drawings and images.
 #[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub enum Work {
     /// Drawings are drawn, images engraved.
     #[default]
@@ -248,6 +248,8 @@ impl Setup {
                 Work::Default => self.engraved(image, self.engrave.clone(), &mut notes)?,
             },
             Content::TestGrid(grid) => self.test_grid(grid)?,
+            #[cfg(not(magician_workspace))]
+            _ => unreachable!(),
         };
         let mut plan = match content {
             Content::Artwork(_) => plan,

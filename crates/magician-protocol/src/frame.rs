@@ -5,7 +5,7 @@ use crate::{DecodeError, EncodeError, Layout, Row, Set, Writer};
 /// The two bytes every frame starts with.
 pub const HEADER: [u8; 2] = [0xAA, 0xAA];
 /// Largest Len byte: id, Ctrl and parameters (errata E03).
-pub const MAX_LEN: usize = 250;
+pub(crate) const MAX_LEN: usize = 250;
 /// Most parameter bytes in a frame.
 pub const MAX_PARAMS: usize = MAX_LEN - 2;
 /// Most bytes in a frame, header and checksum included.

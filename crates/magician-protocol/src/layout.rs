@@ -45,7 +45,7 @@ pub struct Form {
 
 /// How a tolerated form maps to its layout.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum FormKind {
     /// The missing tail is zero.
     Zeros,

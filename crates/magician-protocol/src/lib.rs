@@ -85,8 +85,8 @@ pub use error::{DecodeError, EncodeError};
 #[doc(hidden)]
 pub use frame::ENCODED;
 pub use frame::{
-    BAUD_RATE, Ctrl, Frame, FrameBuf, HEADER, INTER_BYTE_TIMEOUT_MS, MAX_FRAME, MAX_LEN,
-    MAX_PARAMS, UDP_PORT, checksum,
+    BAUD_RATE, Ctrl, Frame, FrameBuf, HEADER, INTER_BYTE_TIMEOUT_MS, MAX_FRAME, MAX_PARAMS,
+    UDP_PORT, checksum,
 };
 pub use layout::{Field, FieldValue, Fields, Form, FormKind, LayoutInfo, Normalised};
 pub use list::{PoCmd, PoList};

@@ -6,7 +6,6 @@ use crate::{DecodeError, Frame, Layout, Range, Row, Writer};
 /// What a frame asks of the controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum Request {
     /// To report a value.
     Get(Get),

@@ -6,7 +6,7 @@ use crate::{AlarmSet, Ctrl, FieldType, LayoutInfo};
 
 /// Area of the protocol a command belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Chapter {
     /// The device itself: name, version, clock (1.3).
     Info,
@@ -46,7 +46,7 @@ pub enum Chapter {
 
 /// Where a command is described.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Source {
     /// The vendor's document V1.1.3.
     Document,
@@ -58,7 +58,7 @@ pub enum Source {
 
 /// How sure the layout is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Confidence {
     /// Several independent sources agree.
     High,
@@ -77,7 +77,7 @@ pub enum Confidence {
 /// assert_eq!(Row::find("GetPose").unwrap().effect, Effect::Look);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Effect {
     /// It reports and changes nothing.
     Look,

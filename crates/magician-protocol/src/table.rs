@@ -333,7 +333,7 @@ macro_rules! commands {
 
         /// A request to report a value, by the value asked for.
         #[derive(Clone, Copy, Debug, PartialEq)]
-        #[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+        #[cfg_attr(not(magician_workspace), non_exhaustive)]
         pub enum Get {
             $( $( #[doc = concat!("Asks for [`", stringify!($state), "`].")]
                   $state(<$state as Readable>::Query), )?
@@ -374,7 +374,7 @@ macro_rules! commands {
 
         /// A value to set or an action to do: an element of the controller's queue.
         #[derive(Clone, Copy, Debug, PartialEq)]
-        #[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+        #[cfg_attr(not(magician_workspace), non_exhaustive)]
         pub enum Set {
             $( $( #[doc = concat!("Sets [`", stringify!($param), "`].")] $param($param), )?
                $( #[doc = concat!("Orders [`", stringify!($action), "`].")] $action($action), )? )+

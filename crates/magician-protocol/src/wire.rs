@@ -95,7 +95,7 @@ impl<'a> Writer<'a> {
 
 /// A number on the wire, always little-endian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Scalar {
     /// One byte, unsigned.
     U8,
@@ -146,7 +146,7 @@ pub struct EnumInfo {
 
 /// How a field lies on the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum FieldType {
     /// One number.
     Scalar(Scalar),

@@ -305,6 +305,8 @@ fn source(row: &Row) -> String {
         Source::Document => "document V1.1.3",
         Source::Addition => "document V1.1.5",
         Source::Header => "vendor headers",
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     };
     if !matches!(row.section, "" | "none") {
         let _ = write!(source, " section {}", row.section);
@@ -369,6 +371,8 @@ fn type_of(ty: FieldType) -> String {
         FieldType::Bytes => "bytes".to_owned(),
         FieldType::Alarms => "tuple[Alarm, ...]".to_owned(),
         FieldType::Outputs => "tuple[Output, ...]".to_owned(),
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     }
 }
 

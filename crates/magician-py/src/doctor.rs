@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use magician::measure::{Attendant, Diagnosis, Finding, Measured, NoArm, QueueTrial, try_queue};
+use magician_measure::{Attendant, Diagnosis, Finding, Measured, NoArm, QueueTrial, try_queue};
 use magician::{Arm, Error, ErrorCode, ErrorKind, LineOptions, Options, RawLine, Target};
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;

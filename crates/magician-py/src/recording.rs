@@ -62,6 +62,8 @@ fn raised(py: Python<'_>, error: RecordError) -> PyErr {
             errors::raise(py, &Error::new(ErrorCode::LineLost, message))
         }
         RecordError::Died(_) => PyRuntimeError::new_err(message),
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     }
 }
 

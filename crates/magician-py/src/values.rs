@@ -157,6 +157,8 @@ fn put(field: &Field, value: &Bound<'_, PyAny>, writer: &mut Writer<'_>) -> PyRe
             alarms.write(writer);
         }
         FieldType::Outputs => outputs(value)?.write(writer),
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     }
     Ok(())
 }
@@ -193,6 +195,8 @@ fn scalar(kind: Scalar, value: &Bound<'_, PyAny>, writer: &mut Writer<'_>) -> Py
             writer.put(&(number as i32).to_le_bytes());
         }
         Scalar::F32 => writer.put(&float(value)?.to_le_bytes()),
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     }
     Ok(())
 }

@@ -47,6 +47,8 @@ impl Voice for Python {
                 format!("({})", name.to_lowercase().replace(',', ", "))
             }
             Given::Any(name) => name.to_lowercase().replace('/', "_per_"),
+            #[cfg(not(magician_workspace))]
+            _ => unreachable!(),
         };
         format!("{}={value}", self.setting(setting))
     }

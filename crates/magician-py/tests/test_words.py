@@ -1,7 +1,10 @@
 from __future__ import annotations
 
+import inspect
+import json
 import math
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 from magician import commands, errors, words
@@ -81,3 +84,15 @@ def test_speeds() -> None:
     assert words.speed(40) == commands.PtpCommonParams(40, 40) == words.speed(40, 40)
     assert words.line_speed(200, 100) == commands.PtpCoordinateParams(200, 100, 100, 50)
     assert words.servo(8, 1.5) == words.pwm(8, 50, 7.5)
+
+
+def test_builders_give_the_bytes_of_the_driver() -> None:
+    """The driver's builders are held to the same file: ``crates/magician-host/tests/builders.rs``."""
+    table = json.loads((Path(__file__).parents[2] / "magician-host/tests/data/builders.json").read_text())
+    for entry in table:
+        command = getattr(words, entry.get("python", entry["name"]))(*entry["args"])
+        assert bytes(command).hex() == entry["params"], entry
+    names = {entry.get("python", entry["name"]) for entry in table}
+    functions = {name for name in words.__all__ if inspect.isfunction(getattr(words, name))}
+    # Of other things than numbers: tested above.
+    assert functions - names == {"bias_of", "jog", "rail_to", "with_outputs", "with_rail"}

@@ -98,7 +98,7 @@ pub fn replace_private(path: &Path, text: &str) -> io::Result<()> {
 ///
 /// # Errors
 /// As [`replace`].
-pub fn rewrite_private(path: &Path, text: &str) -> io::Result<()> {
+pub(crate) fn rewrite_private(path: &Path, text: &str) -> io::Result<()> {
     let mut file = WholeFile::create_private(path)?;
     file.write_all(text.as_bytes())?;
     file.finish()
@@ -198,7 +198,7 @@ impl WholeFile {
     ///
     /// # Errors
     /// As [`create`](Self::create).
-    pub fn create_private(path: &Path) -> io::Result<Self> {
+    pub(crate) fn create_private(path: &Path) -> io::Result<Self> {
         Self::created(path, true)
     }
 

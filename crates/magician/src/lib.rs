@@ -63,9 +63,6 @@ pub mod blocking;
 pub mod discovery;
 #[doc(hidden)]
 pub mod files;
-#[cfg(feature = "measure")]
-#[doc(hidden)]
-pub mod measure;
 // Without lines there is a `Port` to name, and none to list or to find again.
 #[cfg_attr(not(feature = "lines"), allow(dead_code, unused_imports))]
 mod ports;
@@ -107,7 +104,7 @@ pub use magician_protocol::{
 };
 #[cfg(feature = "sim")]
 pub use magician_sim as sim;
-pub use ports::{Port, Usb, ports};
+pub use ports::{Adapter, Port, Usb, ports, unbound_adapters};
 pub use raw::{LineOptions, RawLine};
 #[cfg(feature = "sim")]
 pub use simulation::{ActionKind, Observation, Simulation, StepAction};

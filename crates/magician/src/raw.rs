@@ -204,7 +204,11 @@ impl RawLine {
     ///
     /// # Errors
     /// As [`receive`](Self::receive).
-    pub fn poll_receive(&mut self, cx: &mut Context<'_>, bytes: &mut [u8]) -> Poll<Result<usize>> {
+    pub(crate) fn poll_receive(
+        &mut self,
+        cx: &mut Context<'_>,
+        bytes: &mut [u8],
+    ) -> Poll<Result<usize>> {
         let Some(transport) = &mut self.transport else {
             return Poll::Ready(Err(self.gone()));
         };

@@ -349,6 +349,8 @@ impl Serialize for Told<'_> {
                 map.serialize_entry("pin", pin)?;
                 map.serialize_entry("function", function.name())?;
             }
+            #[cfg(not(magician_workspace))]
+            _ => unreachable!(),
         }
         if !self.0.effect.is_empty() {
             map.serialize_entry("effect", &self.0.effect)?;

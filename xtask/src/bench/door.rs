@@ -15,7 +15,7 @@ use std::{env, fs, process, thread};
 use magician::Target;
 use magician::blocking::Arm;
 use magician::commands::{Pose, PtpCmd, QueuedCmdStartExec};
-use magician::protocol::PtpMode;
+use magician::protocol::{BAUD_RATE, PtpMode};
 use magician::serve::Server;
 use magician_sim::{Controller, LineTiming, Speed};
 use tokio::runtime::Builder;
@@ -25,7 +25,7 @@ use super::figure::Figure;
 use crate::library;
 
 const PACED: LineTiming = LineTiming {
-    baud: Some(115_200),
+    baud: Some(BAUD_RATE),
     turnaround: Duration::ZERO,
 };
 const UNPACED: LineTiming = LineTiming {

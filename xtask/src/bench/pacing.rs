@@ -4,7 +4,7 @@ use std::error::Error;
 use std::net::UdpSocket;
 use std::time::{Duration, Instant};
 
-use magician_protocol::{Ctrl, FrameBuf};
+use magician_protocol::{BAUD_RATE, Ctrl, FrameBuf};
 use magician_sim::{Controller, HostInstant, LineTiming, Runner, Speed};
 
 use super::crowd::served;
@@ -12,11 +12,11 @@ use super::figure::Figure;
 use super::program::USB;
 
 const LINE: LineTiming = LineTiming {
-    baud: Some(115_200),
+    baud: Some(BAUD_RATE),
     turnaround: Duration::ZERO,
 };
 /// Request and reply of GetPose, at ten bits a byte.
-const EXCHANGE: f64 = (6.0 + 38.0) * 10.0 / 115_200.0;
+const EXCHANGE: f64 = (6.0 + 38.0) * 10.0 / BAUD_RATE as f64;
 const EXCHANGES: u32 = 1_000;
 
 /// S6: exchanges of GetPose, one after the other, in the arm's own time and over a socket in real time.

@@ -27,6 +27,8 @@ pub(super) fn fits(layout: &LayoutInfo) -> Vec<Fit> {
             FormKind::Skip(skip) => (skip, false),
             FormKind::Zeros => (0, false),
             FormKind::Bytes => (0, true),
+            #[cfg(not(magician_workspace))]
+            _ => unreachable!(),
         };
         let fit = Fit {
             from: count,

@@ -38,6 +38,8 @@ pub(super) fn kind(ty: FieldType) -> String {
         Scalar::U64 => "u64",
         Scalar::I32 => "i32",
         Scalar::F32 => "f32",
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     };
     match ty {
         FieldType::Scalar(scalar) => format!("kind = \"{}\"", number(scalar)),
@@ -50,6 +52,8 @@ pub(super) fn kind(ty: FieldType) -> String {
         FieldType::Bytes => "kind = \"bytes\"".to_owned(),
         FieldType::Alarms => "kind = \"alarms\"".to_owned(),
         FieldType::Outputs => "kind = \"outputs\"".to_owned(),
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     }
 }
 

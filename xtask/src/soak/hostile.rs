@@ -8,7 +8,7 @@ use magician::faults::Dice;
 use magician::pair::Digest;
 use magician::stream::{Stream, StreamSettings};
 use magician_protocol::commands::{DeviceTime, Pose, QueuedCmdCurrentIndex, WaitCmd};
-use magician_protocol::{Ctrl, FrameBuf, NoArgs};
+use magician_protocol::{BAUD_RATE, Ctrl, FrameBuf, NoArgs};
 
 use super::{Found, Scope, heap, program};
 use crate::bench::figure::Figure;
@@ -44,7 +44,7 @@ impl Siege {
             0 => Settings::DATAGRAMS,
             1 => Settings {
                 window: 4,
-                baud: Some(115_200),
+                baud: Some(BAUD_RATE),
                 ..Settings::ORDERED
             },
             _ => Settings::ORDERED,
@@ -260,6 +260,8 @@ impl Siege {
             }
             Event::Reset => self.stream.reset(),
             Event::Unaccounted { .. } => {}
+            #[cfg(not(magician_workspace))]
+            _ => unreachable!(),
         }
     }
 }

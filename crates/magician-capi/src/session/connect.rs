@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use magician::commands::{DeviceTime, DeviceVersion};
+use magician::protocol::BAUD_RATE;
 use magician::{ErrorKind, Options, Target, blocking};
 
 use super::place::variable_of;
@@ -19,8 +20,6 @@ use crate::structure::ConnectInfo;
 
 /// Name of the function in messages.
 const NAME: &str = "ConnectDobot";
-/// The only speed that arms have.
-const BAUD: u32 = 115_200;
 /// A virtual arm answers at once, but on a busy computer.
 const LONG: Duration = Duration::from_secs(10);
 
@@ -103,9 +102,9 @@ impl Registry {
         let _claim = self.claim().map_err(occupied)?;
         let name = name_of(port);
         let target = self.find_place(&name)?;
-        if baud != BAUD && is_serial(&target) {
+        if baud != BAUD_RATE && is_serial(&target) {
             tracing::warn!(
-                "{NAME}: {target} is opened at {BAUD} baud, the arm's speed, not at {baud}"
+                "{NAME}: {target} is opened at {BAUD_RATE} baud, the arm's speed, not at {baud}"
             );
         }
         let met = self.open(&target, ask_in_text).map_err(|error| {

@@ -41,6 +41,8 @@ fn value(field: &Field) -> String {
         FieldType::Bytes => "00FF".to_owned(),
         FieldType::Alarms => "0".to_owned(),
         FieldType::Outputs => "50:4:1,75:5:0".to_owned(),
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     }
 }
 

@@ -86,6 +86,8 @@ fn effect(row: &Row) -> &'static str {
         Effect::Laser => "switches the laser",
         Effect::Wait => "makes the queue wait",
         Effect::Queue => "controls the queue",
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     }
 }
 

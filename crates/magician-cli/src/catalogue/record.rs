@@ -171,6 +171,8 @@ pub(super) fn source(row: &Row) -> &'static str {
         Source::Document => "v1.1.3",
         Source::Addition => "v1.1.5-addition",
         Source::Header => "vendor header only",
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     }
 }
 
@@ -180,6 +182,8 @@ pub(super) fn confidence(row: &Row) -> &'static str {
         Confidence::High => "high",
         Confidence::Medium => "medium",
         Confidence::Low => "low",
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     }
 }
 
@@ -194,6 +198,8 @@ pub(super) fn type_name(ty: FieldType) -> String {
         FieldType::Bytes => "bytes".to_owned(),
         FieldType::Alarms => "alarm bits".to_owned(),
         FieldType::Outputs => "outputs".to_owned(),
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     }
 }
 
@@ -205,5 +211,7 @@ fn scalar_name(scalar: Scalar) -> &'static str {
         Scalar::U64 => "u64",
         Scalar::I32 => "i32",
         Scalar::F32 => "f32",
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     }
 }

@@ -26,7 +26,7 @@ pub struct Layer {
 
 /// A part of a drawing, and how it is drawn.
 #[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub struct DrawingPart {
     /// Number, name and colour.
     pub part: Part,

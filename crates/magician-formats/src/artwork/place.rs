@@ -188,7 +188,6 @@ pub struct FitFailure {
 
 /// The size and the turn in which something would fit where it lies: the largest there is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct WouldFit {
     /// Its size, 1 being the true one.
     pub scale: f64,

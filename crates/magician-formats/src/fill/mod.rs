@@ -27,7 +27,7 @@ use crate::words::words;
 
 /// How an area is filled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub enum FillMode {
     /// It is not.
     #[default]
@@ -50,7 +50,7 @@ words! {
 
 /// How the shapes of a drawing are filled, as far as that was said. Lengths are mm on the surface, however the drawing is scaled.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub struct Filling {
     /// With which lines.
     pub mode: FillMode,

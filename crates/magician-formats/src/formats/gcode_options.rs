@@ -53,7 +53,7 @@ impl fmt::Display for Dialect {
 
 /// How arcs (G2, G3) of a pen are done. A laser's are lines always: the arm has no power on an arc.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub enum Arcs {
     /// As arcs of the arm, which comes to rest at both ends of each.
     #[default]

@@ -120,7 +120,7 @@ pub enum Fills {
 
 /// How the letters of texts in a drawing are drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub enum TextLines {
     /// By their outlines, but for those of fonts whose name says that they have single lines.
     #[default]
@@ -137,7 +137,7 @@ words! {
 
 /// Whether texts in drawings are written in the fonts that they name, where those are installed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub enum SystemFonts {
     /// All are written in the one that is built in, on every machine alike.
     #[default]
@@ -154,7 +154,7 @@ words! {
 
 /// What becomes of white lines and shapes in a drawing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub enum White {
     /// They are drawn on darker shapes, and where nothing else would be drawn; otherwise they are left out.
     #[default]
@@ -191,7 +191,7 @@ impl Default for ReadOptions {
 
 /// What was in a file.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Content {
     /// What the arm is to do, in its own coordinates.
     Plan(Plan),

@@ -8,7 +8,7 @@ use crate::words::words;
 
 /// The single-line fonts that are built in: those of A. V. Hershey.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub enum BundledFont {
     /// One stroke for each line of a letter, without ornament.
     #[default]
@@ -36,7 +36,7 @@ impl BundledFont {
 
 /// Whether the lines of a font are what a pen follows, or the edges of its letters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub enum FontKind {
     /// Single lines.
     Stroke,

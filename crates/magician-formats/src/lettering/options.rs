@@ -6,7 +6,7 @@ use crate::words::words;
 
 /// How text is set. Lengths are mm.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub struct TextOptions {
     /// With which font.
     pub font: FontChoice,
@@ -35,7 +35,7 @@ impl Default for TextOptions {
 
 /// Where lines lie that are shorter than the width: that at which they are broken, else that of the longest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub enum Align {
     /// They begin at the left.
     #[default]

@@ -5,7 +5,7 @@ use super::{Part, Pause};
 
 /// Which way a point-to-point move goes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Travel {
     /// All joints together; the tool's way is a curve (MOVJ).
     #[default]
@@ -56,7 +56,7 @@ pub enum Grip {
 /// nothing. Commands that people say often have names of their own, all others are an [`Action::Command`]. A command has one action,
 /// `Action::from(command)`, which gives it back to the last bit.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Action {
     /// Goes to a pose: x, y, z, r.
     Move {

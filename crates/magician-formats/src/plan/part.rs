@@ -85,7 +85,7 @@ pub struct Pause {
 
 /// Why a plan pauses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub enum PauseCause {
     /// The next part begins, which may want another pen.
     Part,

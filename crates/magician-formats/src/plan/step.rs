@@ -58,7 +58,7 @@ impl Step {
 
 /// A tool, and how it sits on the arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Tool {
     /// None: coordinates are the wrist's.
     None,

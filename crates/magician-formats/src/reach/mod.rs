@@ -44,7 +44,7 @@ pub struct Reach {
 
 /// How large a drawing may become.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub enum Fit {
     /// As large as it is.
     TrueSize,

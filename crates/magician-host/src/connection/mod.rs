@@ -273,7 +273,8 @@ impl Connection {
 
     /// From when on an answer counts as lost at present, us.
     #[must_use]
-    pub fn answer_timeout(&self) -> Micros {
+    #[cfg(test)]
+    pub(crate) fn answer_timeout(&self) -> Micros {
         self.estimator.timeout()
     }
 

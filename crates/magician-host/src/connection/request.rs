@@ -156,7 +156,7 @@ impl Request {
 
 /// Why a request ended without an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Failure {
     /// No answer by the deadline, and nothing was done or it does not matter whether it was.
     Timeout {
@@ -193,7 +193,7 @@ pub enum Failure {
 /// What a [`Connection`](super::Connection) has to tell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(clippy::large_enum_variant)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Event {
     /// A request has ended, with the frame that answers it. When a lost answer to a queued command
     /// was made up for by reading the queue, the frame is the one that was lost.

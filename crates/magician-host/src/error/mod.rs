@@ -235,7 +235,7 @@ impl Error {
 
     /// Adds a value that breaks a rule without a number.
     #[must_use]
-    pub fn with_value(mut self, value: f64, unit: &'static str) -> Self {
+    pub(crate) fn with_value(mut self, value: f64, unit: &'static str) -> Self {
         self.0.value = Some(value);
         self.0.unit = Some(unit);
         self
@@ -311,7 +311,7 @@ impl Error {
     /// The same error, of an arm whose tool bias is 0: what is out of reach may be within reach of its tool. Other errors stay as
     /// they are.
     #[must_use]
-    pub fn of_unknown_tool(mut self) -> Self {
+    pub(crate) fn of_unknown_tool(mut self) -> Self {
         if self.0.code != ErrorCode::OutOfReach {
             return self;
         }

@@ -18,7 +18,7 @@ const OTHER_DICE: u64 = 0x5EED_0000_C4C4_C4C4;
 
 /// What comes out of a line.
 #[derive(Clone, Debug, PartialEq, Eq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Passed {
     /// A chunk.
     Bytes(Vec<u8>),

@@ -9,7 +9,7 @@ pub struct Client(pub u32);
 /// What a [`Proxy`](super::Proxy) has to tell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(clippy::large_enum_variant)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Event {
     /// A client asks.
     Request {
@@ -67,7 +67,7 @@ pub enum Event {
 
 /// Why a request did not go to the arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub enum Reason {
     /// Its client left.
     Left,

@@ -5,7 +5,7 @@ use crate::connection::Failure;
 
 /// What a [`Stream`](super::Stream) has to tell. Of each kind at most one waits to be polled, the newest.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum StreamEvent {
     /// How far it has come.
     Sent {

@@ -110,7 +110,8 @@ pub use item::{ArmPace, Item, NextOffer, StreamSettings};
 use item::{Entry, Fate, switched};
 pub use line::STRAIGHT;
 use reading::Reader;
-pub use resume::{Leftover, POSE_TOLERANCE};
+pub use resume::Leftover;
+use resume::POSE_TOLERANCE;
 
 /// Most commands that wait in a stream.
 pub const WAITING: usize = 40;

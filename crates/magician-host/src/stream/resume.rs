@@ -7,7 +7,7 @@ use super::{KEPT, Stream, StreamEvent, StreamFailure, StreamSettings};
 use crate::connection::Micros;
 
 /// How far from where it should stand an arm may be found, in mm for x, y, z and degrees for r.
-pub const POSE_TOLERANCE: f64 = 0.5;
+pub(crate) const POSE_TOLERANCE: f64 = 0.5;
 
 /// Pause between looks at an arm that moves.
 pub(super) const MOVING_PAUSE: Micros = 50_000;
@@ -64,13 +64,6 @@ impl Leftover {
     pub fn current(&self) -> u64 {
         self.0.reader.current
     }
-
-    /// Where the arm stands when it has finished all that it is known to have taken, in mm and degrees, when that is
-    /// known.
-    #[must_use]
-    pub fn expected_pose(&self) -> Option<[f64; 4]> {
-        self.0.pose_after(u64::MAX)
-    }
 }
 
 impl Leftover {
@@ -96,7 +89,7 @@ impl Stream {
 
     /// Goes on where another stream ended, on the same arm. It first finds out what became of what that one sent, and
     /// waits until the arm has finished what it had; then the arm must stand where its last finished command leaves it,
-    /// within [`POSE_TOLERANCE`], and the first command that was not taken is the next to go. What does not add up ends the
+    /// within 0.5 mm and degrees, and the first command that was not taken is the next to go. What does not add up ends the
     /// stream with a reason, and nothing is sent. Alarms are not its business. More may be offered if the interrupted stream
     /// had not been told that no more comes.
     #[must_use]

@@ -56,7 +56,7 @@ pub enum PendantOrder {
 
 /// What a tool is to do.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum ToolOrder {
     /// The suction cup goes on or off.
     Suction(bool),
@@ -83,7 +83,7 @@ impl ToolOrder {
 
 /// What an order comes to: what moves the arm, or was done.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Activity {
     /// A jog, as long as it goes on.
     Jog(JogDirection),

@@ -16,7 +16,6 @@ const SPEEDS: [f32; 8] = [1.0, 5.0, 10.0, 20.0, 30.0, 50.0, 75.0, 100.0];
 
 /// What the controls for directions move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum JogFrame {
     /// The tool, along x, y, z and r.
     Cartesian,

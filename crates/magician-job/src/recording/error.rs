@@ -9,7 +9,7 @@ use magician_program::Diagnostic;
 
 /// Why an arm cannot be recorded, or no longer.
 #[derive(Debug)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum RecordError {
     /// The end of the file's name is that of no [`Format`](super::Format).
     Format(PathBuf),

@@ -43,7 +43,7 @@ pub(super) trait Sink: Send {
 /// What a recording can be, by the end of its file's name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub enum Format {
     /// Readings, for Foxglove.
     Mcap,

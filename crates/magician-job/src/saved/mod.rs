@@ -67,7 +67,7 @@ impl Access {
 
 /// What became of the settings that ended processes have left changed.
 #[derive(Clone, Debug, PartialEq, Eq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Settled {
     /// There are none, or the arm does not tell its serial number.
     Nothing,

@@ -71,7 +71,7 @@ impl Cuboid {
 /// Making one.
 impl Fence {
     /// How many keep-outs one may have.
-    pub const MOST_KEEP_OUTS: usize = MOST_KEEP_OUTS;
+    pub(crate) const MOST_KEEP_OUTS: usize = MOST_KEEP_OUTS;
 
     /// The lowest z of the tip, mm.
     ///

@@ -18,7 +18,7 @@ const FASTEST: f32 = 100.0;
 
 /// What a frame follows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub enum FrameShape {
     /// The smallest box along the arm's X and Y.
     #[default]

@@ -75,7 +75,7 @@ impl WorkOption {
 
 /// How grey levels become power.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub enum ModeOption {
     /// More power where it is darker.
     Grey,
@@ -241,24 +241,23 @@ impl SetupOptions {
 
     /// How shapes are filled.
     fn filling(&self) -> Filling {
-        Filling {
-            mode: self.fill.unwrap_or_default(),
-            spacing: self.fill_spacing,
-            angle: self.fill_angle,
-            inset: self.fill_inset,
-        }
+        let mut filling = Filling::default();
+        filling.mode = self.fill.unwrap_or_default();
+        filling.spacing = self.fill_spacing;
+        filling.angle = self.fill_angle;
+        filling.inset = self.fill_inset;
+        filling
     }
 
     /// How text is set.
     fn text_options(&self) -> TextOptions {
-        let usual = TextOptions::default();
-        TextOptions {
-            font: self.font.clone().unwrap_or(usual.font),
-            size: self.size.unwrap_or(usual.size),
-            wrap: self.wrap,
-            align: self.align.unwrap_or(usual.align),
-            line_height: self.line_height.unwrap_or(usual.line_height),
-        }
+        let mut text = TextOptions::default();
+        text.font = self.font.clone().unwrap_or(text.font);
+        text.size = self.size.unwrap_or(text.size);
+        text.wrap = self.wrap;
+        text.align = self.align.unwrap_or(text.align);
+        text.line_height = self.line_height.unwrap_or(text.line_height);
+        text
     }
 
     /// What becomes of the pen and the arm at the end; `drawing` as in [`Ending::drawing`].

@@ -99,7 +99,7 @@ impl Need {
 /// Kind of the value of an option, and its form in JSON.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum OptionKind {
     /// Word out of a few.
     Choice,
@@ -133,7 +133,7 @@ impl OptionKind {
 /// Group of options.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum OptionGroup {
     /// Tool, position and size.
     Place,

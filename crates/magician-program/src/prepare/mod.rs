@@ -44,7 +44,7 @@ pub struct PrepareRequest {
 
 /// Start of a program that depends on where the tool is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub enum StartPosition {
     /// The caller wants to be asked, if the program depends on it.
     #[default]
@@ -96,7 +96,7 @@ pub struct PreparedProgram {
 
 /// Stage at which a file failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub enum PrepareStage {
     /// Reading: something is wrong with the file itself, or nothing is in it.
     Read,

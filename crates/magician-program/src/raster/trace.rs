@@ -10,7 +10,7 @@ use magician_formats::words::words;
 
 /// What a pen makes of an image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub enum ImageStyle {
     /// The edges of what is dark.
     #[default]

@@ -29,7 +29,7 @@ const TOLD: f64 = 1.0;
 
 /// Treatment of the depths below the first one at which a program draws.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub enum Depths {
     /// A pen draws all of them on the surface, and never goes below it.
     #[default]

@@ -25,6 +25,8 @@ impl Setup {
             Size::Width(width) => (0, width),
             Size::Height(height) => (1, height),
             Size::Natural | Size::Pixel(_) => return Ok(setup),
+            #[cfg(not(magician_workspace))]
+            _ => unreachable!(),
         };
         let bounds = match content {
             Content::Image(_) => return Ok(setup),
@@ -34,6 +36,8 @@ impl Setup {
                 let lines = WorkLines::of(plan, self.placement.pen_z)?;
                 lines.artwork.bounds()
             }
+            #[cfg(not(magician_workspace))]
+            _ => unreachable!(),
         };
         let side = bounds.map_or(0.0, |[least, most]| most[axis] - least[axis]);
         let scale = wanted / side;

@@ -64,7 +64,7 @@ pub struct AppliedPlacement {
 
 /// A side of the arm, as the arm looks along its x axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub enum Side {
     /// The side of positive y.
     Left,

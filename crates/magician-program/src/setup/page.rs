@@ -21,7 +21,7 @@ const SAME: f64 = 1.0;
 
 /// A page, and what of it is kept free.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub struct Page {
     /// How large it is.
     pub paper: Paper,
@@ -302,6 +302,8 @@ impl Setup {
             Content::Artwork(_) => self.marking(),
             Content::Image(_) if matches!(self.work, Work::Draw(_)) => self.marking(),
             Content::Image(_) | Content::TestGrid(_) => burns,
+            #[cfg(not(magician_workspace))]
+            _ => unreachable!(),
         };
         Ok(marking.reach(self.needed_surface()?))
     }

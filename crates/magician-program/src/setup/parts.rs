@@ -14,7 +14,7 @@ pub(crate) const MOST_PASSES: u32 = 1000;
 
 /// What the parts of a drawing are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub enum PartMode {
     /// It has none.
     None,
@@ -146,14 +146,12 @@ impl Setup {
                     .and_then(listed),
                 pass: None,
             };
-            parts.push(DrawingPart {
-                part,
-                waits: commands.waits,
-                skipped: empty || commands.skips,
-                unasked: false,
-                passes: if empty { 0 } else { self.passes.unwrap_or(1) },
-                pen: PartPen::default(),
-            });
+            let mut drawn = DrawingPart::default();
+            drawn.part = part;
+            drawn.waits = commands.waits;
+            drawn.skipped = empty || commands.skips;
+            drawn.passes = if empty { 0 } else { self.passes.unwrap_or(1) };
+            parts.push(drawn);
         }
         let there = parts.iter_mut().filter(|part| part.passes > 0);
         for (n, part) in (1..).zip(there) {

@@ -18,7 +18,7 @@ pub(super) const ROUNDED: f64 = 1.0;
 
 /// Whose coordinates those of a file are: of G-code, plans, playback files and points. Drawings and images are always placed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub enum Frame {
     /// Its own if it is drawn or engraved, or anything of where it lies was said (a middle, a page, a surface, that it is to fit); else
     /// the arm's.

@@ -35,6 +35,8 @@ impl PlanPurpose {
                 None => Self::Carries(lowest()),
                 surface => Self::Draws(surface),
             },
+            #[cfg(not(magician_workspace))]
+            _ => unreachable!(),
         }
     }
 

@@ -203,6 +203,8 @@ impl PathTracer {
                 self.part_color = part.color;
             }
             Action::Pause(_) => {}
+            #[cfg(not(magician_workspace))]
+            _ => unreachable!(),
         }
         while self.awaited.pop_if(|step| *step == nth).is_some() {
             let there = action.target().map(|to| to.map(f64::from));

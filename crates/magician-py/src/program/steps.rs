@@ -63,6 +63,8 @@ fn by(action: &Action) -> Option<&'static str> {
         Travel::Joints => "joints",
         Travel::Line => "line",
         Travel::Jump => "jump",
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     };
     match action {
         Action::Move { by, .. } | Action::Joints { by, .. } => Some(named(by)),
@@ -92,5 +94,7 @@ fn said(action: &Action) -> Vec<f64> {
         }],
         Action::Wait(milliseconds) => vec![f64::from(*milliseconds) / 1000.0],
         Action::Home | Action::Command(_) | Action::Part(_) | Action::Pause(_) => Vec::new(),
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     }
 }

@@ -110,7 +110,7 @@ impl World {
 
     /// What pen and laser have left up to now, what the motion under way has added included.
     #[must_use]
-    pub fn drawing_at(&self, now: ArmInstant, under_way: Option<&TimedPath<'_>>) -> Drawing {
+    pub(crate) fn drawing_at(&self, now: ArmInstant, under_way: Option<&TimedPath<'_>>) -> Drawing {
         match (&self.state, under_way) {
             (Some(state), Some(path)) => state.drawing_with(now, path),
             (Some(state), None) => state.drawing().clone(),

@@ -45,7 +45,7 @@ impl ArmIdentity {
 
 /// Rate of the arm's clock against the clock of this computer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub enum ClockRate {
     /// The rate of a crystal, or not measured.
     #[default]

@@ -11,14 +11,15 @@ use magician_protocol::visible;
 
 use crate::{Error, Result};
 
+mod adapters;
 #[cfg(any(target_os = "macos", test))]
 mod macos;
 mod same;
-#[cfg(any(target_os = "linux", feature = "measure"))]
-pub(crate) mod sysfs;
+mod sysfs;
 #[cfg(any(windows, test))]
 mod windows;
 
+pub use adapters::{Adapter, unbound_adapters};
 pub(crate) use same::Remembered;
 
 /// A serial port of this computer.
@@ -51,7 +52,7 @@ pub struct Usb {
 
 /// A kind of USB serial adapter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Kind {
+struct Kind {
     pub(crate) vendor: u16,
     pub(crate) product: u16,
     pub(crate) chip: &'static str,
@@ -73,7 +74,7 @@ const fn kind(vendor: u16, product: u16, chip: &'static str, module: &'static st
 
 /// The adapters of arms and of the cables that people use with them: the one list. The rules in `packaging/70-magician.rules`
 /// and the pages are held against it by the tests.
-pub(crate) const ADAPTERS: [Kind; 5] = [
+const ADAPTERS: [Kind; 5] = [
     kind(0x10C4, 0xEA60, "CP210x", "cp210x"),
     kind(0x1A86, 0x7523, "CH340", "ch341"),
     kind(0x1A86, 0x55D4, "CH9102", "cdc_acm"),
@@ -88,11 +89,7 @@ pub(crate) const ADAPTERS: [Kind; 5] = [
 ];
 
 /// The udev rules that give the adapters of arms to the logged-in user.
-#[cfg_attr(
-    not(feature = "measure"),
-    allow(unreachable_pub, reason = "measure shows it")
-)]
-pub fn udev_rules() -> impl Iterator<Item = String> {
+pub(crate) fn udev_rules() -> impl Iterator<Item = String> {
     let in_arms = ADAPTERS.iter().filter(|kind| kind.in_arms);
     in_arms.map(|Kind { vendor, product, .. }| {
         format!(
@@ -103,7 +100,7 @@ pub fn udev_rules() -> impl Iterator<Item = String> {
 
 impl Usb {
     /// What kind of adapter it is, if it is a known one.
-    pub(crate) fn kind(&self) -> Option<&'static Kind> {
+    fn kind(&self) -> Option<&'static Kind> {
         let is_it = |kind: &&Kind| (kind.vendor, kind.product) == (self.vendor, self.product);
         ADAPTERS.iter().find(is_it)
     }

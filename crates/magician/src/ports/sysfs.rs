@@ -25,7 +25,7 @@ pub(super) fn usb(class: &Path, port: &Path) -> Option<Usb> {
 }
 
 /// The USB device of a folder, if it is one's.
-pub(crate) fn device(folder: &Path) -> Option<Usb> {
+pub(super) fn device(folder: &Path) -> Option<Usb> {
     let text = |file: &str| text(&folder.join(file));
     let number = |file: &str| u16::from_str_radix(&text(file)?, 16).ok();
     Some(Usb {

@@ -144,7 +144,7 @@ impl fmt::Display for Endpoint {
 
 /// Something worth a line in a log.
 #[derive(Debug)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Notice {
     /// The controller reports.
     Arm(Event),

@@ -164,6 +164,8 @@ impl Faulty {
                 let mut state = self.spoiler.lock();
                 state.out_until = Some(until);
             }
+            #[cfg(not(magician_workspace))]
+            _ => unreachable!(),
         }
         Vec::new()
     }

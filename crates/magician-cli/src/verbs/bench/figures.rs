@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use magician::Target;
-use magician::measure::{Exchange, LineSpeed, Mixed, Stops, Streamed};
+use magician_measure::{Exchange, LineSpeed, Mixed, Stops, Streamed};
 use serde::Serialize;
 
 /// Rounds of polls a second beside a stream.
@@ -326,7 +326,7 @@ impl Figures {
 
 #[cfg(unix)]
 impl AddedFigures {
-    pub(super) fn new(added: &magician::measure::Added, at: (Duration, Duration)) -> Self {
+    pub(super) fn new(added: &magician_measure::Added, at: (Duration, Duration)) -> Self {
         let [p50, p99] = [at.0, at.1].map(microseconds);
         let [goal_p50, goal_p99] = ADDED;
         Self {

@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use magician::commands::CpParams;
-use magician::measure::{Load, Ring, Stops, Streamed, streamed};
 use magician::{Arm, Options, Target};
+use magician_measure::{Load, Ring, Stops, Streamed, streamed};
 
 use super::figures::{Figures, POLLS};
 use super::{Bench, Which};
@@ -118,5 +118,5 @@ pub(super) async fn stops(
 ) -> Result<Stops, Failure> {
     let bar = Bar::begin(quiet, "stopping a stream", u64::from(count));
     let tick = |done| bar.at(u64::from(done));
-    Ok(magician::measure::stops(target, options, paced, ring, count, tick).await?)
+    Ok(magician_measure::stops(target, options, paced, ring, count, tick).await?)
 }

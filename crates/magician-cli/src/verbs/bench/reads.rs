@@ -2,7 +2,7 @@
 
 use magician::Arm;
 use magician::commands::{Pose, QueuedCmdCurrentIndex};
-use magician::measure::{LineSpeed, reads, round_trips};
+use magician_measure::{LineSpeed, reads, round_trips};
 
 use super::figures::{AddedFigures, Figures};
 use super::{Bench, Which};
@@ -42,7 +42,7 @@ pub(super) async fn added(quiet: bool) -> Result<Option<AddedFigures>, Failure> 
     /// Enough for one in a hundred.
     const TRIPS: usize = 5000;
     let bar = Bar::begin(quiet, "round trips", TRIPS as u64);
-    let added = magician::measure::added_latency(TRIPS, |done| bar.at(done as u64)).await?;
+    let added = magician_measure::added_latency(TRIPS, |done| bar.at(done as u64)).await?;
     Ok(added
         .at(50)
         .zip(added.at(99))

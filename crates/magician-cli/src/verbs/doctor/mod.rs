@@ -7,8 +7,8 @@ use std::pin::pin;
 use std::time::Duration;
 
 use clap::Args;
-use magician::measure::{Diagnosis, try_queue};
 use magician::{RawLine, Target};
+use magician_measure::{Diagnosis, try_queue};
 use tokio::time::timeout;
 
 use crate::context::{Context, StopPolicy};

@@ -2,8 +2,8 @@
 
 use std::future::Future;
 
-use magician::measure::{Attendant, Diagnosis, Finding, Measured, NoArm};
 use magician::report::FenceReport;
+use magician_measure::{Attendant, Diagnosis, Finding, Measured, NoArm};
 use serde::Serialize;
 use serde_json::{Value, json};
 

@@ -177,6 +177,8 @@ impl Wording<'_> {
                 burnt_twice,
             }) => self.advice(resume_point, (within, burnt_twice), &command),
             Some(Left::Forgotten(span)) => self.in_doubt(span),
+            #[cfg(not(magician_workspace))]
+            _ => unreachable!(),
         };
         let advice = match error.left {
             Some(Left::Known { .. }) if error.line_ends => {
@@ -197,6 +199,8 @@ impl Wording<'_> {
             },
             Left::Forgotten(span) => return format!("{lost}: {}", self.in_doubt(span)),
             Left::NotAsked => return format!("{lost}: the same command begins anew"),
+            #[cfg(not(magician_workspace))]
+            _ => unreachable!(),
         };
         let (of, start, next) = (self.of(), self.with_start(), steps + 1);
         format!("{steps}{of} steps are done; {lost}: {start}--from {next} begins with step {next}")

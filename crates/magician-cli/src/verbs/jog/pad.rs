@@ -143,6 +143,8 @@ impl Pad {
             Activity::Tool(tool) => wording::tool(tool),
             Activity::Run => "played",
             Activity::Speed(_) | Activity::Jog(_) | Activity::Step(_) => return,
+            #[cfg(not(magician_workspace))]
+            _ => unreachable!(),
         };
         self.say(Tone::Plain, text);
     }

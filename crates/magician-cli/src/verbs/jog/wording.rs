@@ -54,5 +54,7 @@ pub(super) const fn tool(order: ToolOrder) -> &'static str {
         ToolOrder::Laser(true) => "the laser burns",
         ToolOrder::Laser(false) => "the laser is off",
         ToolOrder::Tip(_) => "the arm uses the tool that the program was taught with",
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     }
 }

@@ -166,6 +166,8 @@ impl Log {
             }
             Event::Own { frame } => Shown::new("own", frame, request),
             Event::Unclaimed { frame } => Shown::new("unclaimed", frame, reply).bad(),
+            #[cfg(not(magician_workspace))]
+            _ => unreachable!(),
         };
         let who = client.unwrap_or(match event {
             Event::Own { .. } => "proxy",
@@ -259,6 +261,8 @@ impl ProxyObserver for Log {
             ProxyNotice::JogNotConfirmed => self.say(json!({"event": "jog-not-confirmed"}), || {
                 "the arm did not confirm that the jog has ended".to_owned()
             }),
+            #[cfg(not(magician_workspace))]
+            _ => unreachable!(),
         }
     }
 

@@ -178,6 +178,8 @@ impl Log {
             Notice::FlashNotKept(error) => Some(format!("the flash cannot be saved: {error}")),
             Notice::TraceEnded(error) => Some(format!("the trace ends here: {error}")),
             Notice::RecordingEnded(error) => Some(format!("the recording ends here: {error}")),
+            #[cfg(not(magician_workspace))]
+            _ => unreachable!(),
         };
         match line {
             Some(line) if daily => self.to.say(&line),

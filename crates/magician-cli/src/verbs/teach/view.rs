@@ -178,6 +178,8 @@ fn motion(row: &TeachStep, roomy: bool) -> String {
         Travel::Joints => "MOVJ",
         Travel::Line => "MOVL",
         Travel::Jump => "JUMP",
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     };
     let at = |[a, b, c, d]: [f32; 4]| {
         if roomy {

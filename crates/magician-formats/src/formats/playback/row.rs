@@ -9,7 +9,7 @@ pub(super) const RAIL: u32 = 36;
 
 /// How a taught point is reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub enum PointMotion {
     /// As a point-to-point move.
     Move(Travel),

@@ -81,6 +81,8 @@ macro_rules! report {
             use magician_protocol::commands::*;
             match get {
                 $( Get::$value(query) => reply::<$value>(cx, query, ctrl), )+
+                #[cfg(not(magician_workspace))]
+                _ => unreachable!(),
             }
         }
     };
@@ -92,6 +94,8 @@ macro_rules! apply {
         pub(crate) fn allows(cx: &mut Context<'_>, set: &Set, mode: ExecMode) -> bool {
             let assumptions = match set {
                 $( Set::$command(command) => command.assumptions(cx, mode), )+
+                #[cfg(not(magician_workspace))]
+                _ => unreachable!(),
             };
             cx.record.allows_all(set.row().id, assumptions)
         }
@@ -100,6 +104,8 @@ macro_rules! apply {
         pub(crate) fn apply(cx: &mut Context<'_>, set: &Set, mode: ExecMode) -> Effects {
             match set {
                 $( Set::$command(command) => command.apply(cx, mode), )+
+                #[cfg(not(magician_workspace))]
+                _ => unreachable!(),
             }
         }
     };

@@ -27,6 +27,8 @@ impl Driver {
                     let (from, to) = (QueuedCmdIndex(from), QueuedCmdIndex(to));
                     self.happens(events::Event::Unaccounted { from, to });
                 }
+                #[cfg(not(magician_workspace))]
+                _ => unreachable!(),
             }
         }
         told

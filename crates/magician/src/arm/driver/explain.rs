@@ -84,5 +84,7 @@ pub(super) fn failed(failure: Failure) -> Error {
             ErrorCode::TooManyRequests,
             "it was not sent: too many requests wait at once",
         ),
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     }
 }

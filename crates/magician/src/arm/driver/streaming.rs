@@ -216,6 +216,8 @@ impl Driver {
                     let error = self.explain_stream(failure);
                     self.end_program(Err(error));
                 }
+                #[cfg(not(magician_workspace))]
+                _ => unreachable!(),
             }
         }
         self.program.is_none()

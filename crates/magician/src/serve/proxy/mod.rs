@@ -28,7 +28,7 @@ const STAND_BY: Duration = Duration::from_secs(2);
 
 /// What a [`ProxyServer`] has to tell.
 #[derive(Clone, Copy, Debug)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum ProxyNotice<'a> {
     /// What passed, or did not.
     Traffic {

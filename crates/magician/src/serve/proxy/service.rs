@@ -151,6 +151,8 @@ fn concerned(event: &Event) -> Option<Client> {
         | Event::Dropped { client, .. } => Some(*client),
         Event::Foreign { from, .. } => *from,
         Event::Own { .. } | Event::Unclaimed { .. } => None,
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     }
 }
 

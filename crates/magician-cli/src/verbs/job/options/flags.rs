@@ -187,6 +187,8 @@ fn flags_of(row: &'static OptionSpec) -> Vec<Arg> {
             arg.allow_hyphen_values(true)
         }
         OptionKind::Choice | OptionKind::Switch | OptionKind::Pens => arg,
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     };
     // The bias of a tool is three numbers.
     if name == "tool" {
@@ -217,6 +219,8 @@ const fn heading(group: OptionGroup) -> &'static str {
         OptionGroup::Laser => "The laser",
         OptionGroup::Pen => "Lines and pen",
         OptionGroup::More => "The run",
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     }
 }
 
@@ -249,6 +253,8 @@ fn placeholder(row: &OptionSpec) -> String {
         OptionKind::Text | OptionKind::List => "TEXT",
         OptionKind::Pens => "FILE",
         OptionKind::Switch => "",
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     };
     match row.placeholder {
         "" => of_kind.to_owned(),

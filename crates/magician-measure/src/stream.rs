@@ -1,11 +1,11 @@
 use std::cell::Cell;
 use std::time::Duration;
 
+use magician::{Arm, Result};
 use magician_protocol::commands::{Pose, QueuedCmdCurrentIndex, QueuedCmdLeftSpace};
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep};
 
-use super::{Rate, Ring};
-use crate::{Arm, Result};
+use crate::{Rate, Ring};
 
 /// What goes on beside a stream.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -122,7 +122,7 @@ pub async fn streamed(
         count: Cell::default(),
     };
     let looks = Looks::default();
-    let processor = super::processor_time();
+    let processor = crate::processor_time();
     let segments = ring
         .segments()
         .take_while(|_| !supply.over())
@@ -138,7 +138,7 @@ pub async fn streamed(
     let mut run = arm.start(segments);
     let ran = tokio::select! {
         ran = run.wait(|_| {}) => ran?,
-        broken = beside => return Err(broken.err().unwrap_or_else(crate::Error::closed)),
+        broken = beside => return Err(broken.err().unwrap_or_else(magician::Error::closed)),
     };
     let in_a_row = match (ran.first, ran.last) {
         (Some(first), Some(last)) => last.0.wrapping_sub(first.0) + 1 == ran.commands,
@@ -151,7 +151,7 @@ pub async fn streamed(
         capacity,
         dry: looks.dry.get(),
         looks: looks.count.get(),
-        processor: (super::processor_time().zip(processor)).map(|(after, before)| after - before),
+        processor: (crate::processor_time().zip(processor)).map(|(after, before)| after - before),
         took: supply.begun.elapsed(),
     })
 }

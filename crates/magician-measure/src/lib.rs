@@ -1,15 +1,16 @@
-//! Measuring an arm and the line to it: what `magician doctor` and `magician bench` show.
+//! Measurements of an arm and the line to it: what `magician doctor` and `magician bench` show.
 //!
 //! * What is computed: [`Exchange`] and [`LineSpeed`], the rates that a line allows.
 //! * What only reads, and is harmless on any arm: [`round_trips`], [`reads`], [`back_to_back`], [`listen`].
 //! * What is wrong with an arm, as data: [`Diagnosis`].
 //! * What uses the queue: [`queue_trial`] with commands that do nothing; [`streamed`] and [`stops`] with a path that
 //!   the arm really draws ([`Ring`]).
-//! * What needs no arm: [`added_latency`], [`unbound_adapters`], [`of_arms`], [`udev_rules`].
+//! * What needs no arm: [`added_latency`].
 //!
 //! But for the diagnosis nothing here decides whether a figure is good.
+#![forbid(unsafe_code)]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 
-mod adapters;
 #[cfg(unix)]
 mod added;
 mod cpu;
@@ -23,12 +24,10 @@ mod spread;
 mod stopping;
 mod stream;
 mod tap;
-#[cfg(all(test, feature = "sim"))]
+#[cfg(test)]
 mod tests;
 mod trial;
 
-pub use crate::ports::udev_rules;
-pub use adapters::{Adapter, of_arms, unbound_adapters};
 #[cfg(unix)]
 pub use added::{Added, added_latency};
 pub use cpu::processor_time;
@@ -42,3 +41,8 @@ pub use spread::Spread;
 pub use stopping::{Stops, stops};
 pub use stream::{Load, Streamed, streamed};
 pub use trial::{BackToBack, QueueTrial, back_to_back, queue_trial};
+
+/// Compiles the README's program with the tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

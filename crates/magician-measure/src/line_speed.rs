@@ -2,7 +2,7 @@ use std::time::Duration;
 
 use magician_protocol::BAUD_RATE;
 
-use super::{Exchange, Timed};
+use crate::{Exchange, Timed};
 
 /// How fast the bytes of a line really are: found from two round trips of different length.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,7 +50,7 @@ impl LineSpeed {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measure::Spread;
+    use crate::Spread;
 
     fn timed(micros: u64) -> Timed {
         Timed {

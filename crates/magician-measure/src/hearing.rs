@@ -4,12 +4,11 @@ use std::io;
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::time::Duration;
 
+use magician::{Error, RawLine, Result};
 use magician_protocol::commands::DeviceVersion;
 use magician_protocol::{Ctrl, Deframer, Event, FrameBuf, Layout, NoArgs, Readable};
 use tokio::net::{UdpSocket, lookup_host};
 use tokio::time::{Instant, timeout, timeout_at};
-
-use crate::{Error, RawLine, Result};
 
 /// Serial speeds other than the arm's at which devices with the same adapters talk.
 pub const OTHER_SPEEDS: [u32; 7] = [9600, 19_200, 38_400, 57_600, 230_400, 250_000, 1_000_000];
@@ -21,7 +20,7 @@ const PAUSE: Duration = Duration::from_millis(150);
 
 /// What answers the question for the version.
 #[derive(Clone, Debug, PartialEq, Eq)]
-#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+#[non_exhaustive]
 pub enum Heard {
     /// An arm, and its firmware: major, minor, revision.
     Arm([u8; 3]),
@@ -42,7 +41,7 @@ pub enum Heard {
 /// Asks for the version, twice, and listens.
 ///
 /// # Errors
-/// [`ErrorKind::Port`](crate::ErrorKind::Port) when the line is gone.
+/// [`ErrorKind::Port`](magician::ErrorKind::Port) when the line is gone.
 pub async fn listen(line: &mut RawLine, patience: Duration) -> Result<Heard> {
     let question = question()?;
     let mut heard = Vec::new();
@@ -119,7 +118,7 @@ fn judge(heard: &[u8]) -> Heard {
 /// Asks for the version by datagrams, and tells a host that refuses from one that is silent.
 ///
 /// # Errors
-/// [`ErrorKind::Port`](crate::ErrorKind::Port) when the host has no address or there is no way to it.
+/// [`ErrorKind::Port`](magician::ErrorKind::Port) when the host has no address or there is no way to it.
 pub async fn hear_datagrams(host: &str, port: u16, patience: Duration) -> Result<Heard> {
     let failed = |error: io::Error| {
         let message = format!("{host} port {port} cannot be reached: {error}");
@@ -193,7 +192,6 @@ mod tests {
         assert_eq!(begun.elapsed(), Duration::from_secs(1));
     }
 
-    #[cfg(feature = "sim")]
     #[tokio::test(start_paused = true)]
     async fn a_virtual_arm_is_one() {
         let target = "sim".parse().unwrap();

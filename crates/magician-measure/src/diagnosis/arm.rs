@@ -2,21 +2,20 @@
 
 use std::time::Duration;
 
+use magician::commands::{
+    DeviceName, DeviceSn, DeviceTime, DeviceVersion, Pose, QueuedCmdCurrentIndex,
+};
+use magician::{Action, Alarm, Arm, QueueIndex};
+use magician_protocol::BAUD_RATE;
 use tokio::time::Instant;
 
 use super::{Attendant, Diagnosis, Finding, Measured, Part};
-use crate::commands::{
-    DeviceName, DeviceSn, DeviceTime, DeviceVersion, Pose, QueuedCmdCurrentIndex,
-};
-use crate::measure::{LineSpeed, Timed, round_trips};
-use crate::{Action, Alarm, Arm, QueueIndex};
+use crate::{LineSpeed, Timed, round_trips};
 
 /// Answers that take longer than this on a cable show an adapter or hub that holds bytes back.
 const SLOW: Duration = Duration::from_millis(20);
 /// How much later one answer in a hundred may be.
 const UNSTEADY: Duration = Duration::from_millis(50);
-/// The arm's speed.
-const BAUD: f64 = 115_200.0;
 /// How far a measured speed may be off.
 const TOLERANCE: f64 = 0.1;
 /// How long a queue gets to show that it runs.
@@ -98,7 +97,7 @@ fn answers<A: Attendant>(
     if serial {
         let finding = match line.baud {
             Some(baud) => {
-                let right = (baud / BAUD - 1.0).abs() <= TOLERANCE;
+                let right = (baud / f64::from(BAUD_RATE) - 1.0).abs() <= TOLERANCE;
                 let text = format!("bytes pass as at {:.0} baud", baud);
                 let finding = if right {
                     Finding::good("line_speed", text)
@@ -260,7 +259,7 @@ async fn queue<A: Attendant>(
 }
 
 /// Whether a command of the queue finishes or the arm moves.
-async fn runs(arm: &Arm, since: QueueIndex) -> crate::Result<bool> {
+async fn runs(arm: &Arm, since: QueueIndex) -> magician::Result<bool> {
     let begun = Instant::now();
     let stood = arm.get::<Pose>().await?;
     while begun.elapsed() < RUNS {

@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
+use magician::{Arm, Options};
 use magician_protocol::commands::{CpParams, Pose, QueuedCmdCurrentIndex};
 use magician_sim::{Controller, LineTiming, Profile, Runner, Speed};
 
 use super::*;
-use crate::{Arm, Options};
 
 /// An arm behind 115200 baud and a turnaround. It does segments as fast as they come: what is measured is the line.
 async fn paced(turnaround: Duration) -> Arm {

@@ -1,11 +1,10 @@
 use std::time::Duration;
 
+use magician::{Arm, Error, ErrorCode, ErrorKind, Options, Result, Target};
 use tokio::time::{Instant, sleep};
 
-use super::tap::{Log, Tap};
-use super::{Ring, Spread};
-use crate::transport::Route;
-use crate::{Arm, Error, ErrorCode, ErrorKind, Options, Result, Target};
+use crate::tap::StopTap;
+use crate::{Ring, Spread};
 
 /// How long stops took while a stream of segments filled the line.
 #[derive(Clone, Debug, Default)]
@@ -36,16 +35,16 @@ pub async fn stops(
     count: u32,
     mut tick: impl FnMut(u32),
 ) -> Result<Stops> {
-    let mut line = Route::to(target).fitted(&options)?.open().await?;
-    let log = Log::default();
-    line.transport = Box::new(Tap::new(line.transport, paced, log.clone())?);
-    let arm = Arm::greet(line, None, options).await?;
+    let tap = StopTap::new(paced)?;
+    let tracer = options.trace.clone().unwrap_or_default();
+    let options = options.trace(tracer.tap(tap.clone()));
+    let arm = Arm::connect_with(target, options).await?;
     let speeds = arm.get::<magician_protocol::commands::CpParams>().await?;
     arm.set(&ring.speeds()).await?;
     let mut times = Times::default();
     let outcome = async {
         for done in 1..=count {
-            stop_once(&arm, ring, done, &log, &mut times).await?;
+            stop_once(&arm, ring, done, &tap, &mut times).await?;
             tick(done);
         }
         arm.start([ring.back()]).wait(|_| {}).await?;
@@ -67,17 +66,23 @@ struct Times {
     answered: Vec<Duration>,
 }
 
-async fn stop_once(arm: &Arm, ring: Ring, turn: u32, log: &Log, times: &mut Times) -> Result<()> {
+async fn stop_once(
+    arm: &Arm,
+    ring: Ring,
+    turn: u32,
+    tap: &StopTap,
+    times: &mut Times,
+) -> Result<()> {
     let [least, most] = STREAM;
     let wait = least + (most - least).mul_f64((f64::from(turn) * PHASE).fract());
     let mut stream = arm.start(ring.segments());
     let stream = stream.wait(|_| {});
     let stop = async {
         sleep(wait).await;
-        log.forget();
+        tap.forget();
         let begun = Instant::now();
         arm.stop().await?;
-        let seen = log.seen();
+        let seen = tap.seen();
         let missed = || Error::new(ErrorCode::BadAnswer, "the stop was not seen on the line");
         times
             .on_the_line

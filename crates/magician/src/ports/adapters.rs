@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use crate::Usb;
-use crate::ports::{ADAPTERS, Kind, sysfs};
+use super::{Kind, Usb, sysfs};
 
 /// An adapter of a kind that arms have, without a port.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -16,13 +15,8 @@ pub struct Adapter {
     pub module: &'static str,
 }
 
-/// Vendor, product and chip of each adapter that arms have in them.
-pub fn of_arms() -> impl Iterator<Item = (u16, u16, &'static str)> {
-    let in_arms = ADAPTERS.iter().filter(|kind| kind.in_arms);
-    in_arms.map(|kind| (kind.vendor, kind.product, kind.chip))
-}
-
-/// The adapters that are plugged in and have no port. Linux only; none elsewhere.
+/// The adapters of arms and their cables that are plugged in and have no port, because a driver is
+/// missing. Linux only; none elsewhere.
 #[must_use]
 pub fn unbound_adapters() -> Vec<Adapter> {
     unbound_below(Path::new("/sys/bus/usb/devices"))
@@ -63,6 +57,7 @@ fn has_port(device: &Path) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use super::super::{ADAPTERS, udev_rules};
     use super::*;
 
     fn plug(folder: &Path, name: &str, vendor: &str, product: &str) -> std::path::PathBuf {
@@ -84,5 +79,25 @@ mod tests {
         let found: Vec<_> = found.iter().map(|adapter| adapter.module).collect();
         assert_eq!(found, ["ch341"]);
         assert_eq!(unbound_below(Path::new("/no/such/folder")), []);
+    }
+
+    /// A page or file of the repository.
+    fn page(name: &str) -> String {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        std::fs::read_to_string(root.join(name)).unwrap()
+    }
+
+    #[test]
+    fn rules_and_pages_name_each_adapter_of_arms() {
+        let rules = page("packaging/70-magician.rules");
+        let rules = rules.lines().filter(|line| !line.starts_with('#'));
+        assert!(rules.eq(udev_rules()));
+        let (troubles, start) = (page("docs/TROUBLESHOOTING.md"), page("docs/START.md"));
+        for kind in ADAPTERS.iter().filter(|kind| kind.in_arms) {
+            let ids = format!("{:04x}:{:04x}", kind.vendor, kind.product);
+            assert!(troubles.contains(&ids), "{ids}");
+            let chip = kind.chip;
+            assert!(start.contains(chip) && troubles.contains(chip), "{chip}");
+        }
     }
 }

@@ -1,11 +1,11 @@
 use std::time::Duration;
 
+use magician::connection::Stats;
+use magician::{Arm, Result};
 use magician_protocol::{NoArgs, Readable};
 use tokio::time::Instant;
 
-use super::Spread;
-use crate::connection::Stats;
-use crate::{Arm, Result};
+use crate::Spread;
 
 /// So many in such a time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -2,11 +2,10 @@
 
 use std::time::Duration;
 
+use magician::{Action, ErrorKind, Given, LineOptions, RawLine, Setting, Target};
+
 use super::{Advice, Attendant, Diagnosis, Finding, Part};
-use crate::measure::{
-    Heard, OTHER_SPEEDS, QueueTrial, back_to_back, hear_datagrams, listen, queue_trial,
-};
-use crate::{Action, ErrorKind, Given, LineOptions, RawLine, Setting, Target};
+use crate::{Heard, OTHER_SPEEDS, QueueTrial, back_to_back, hear_datagrams, listen, queue_trial};
 
 /// How long an arm may take to answer: over Wi-Fi up to 2 s.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -166,7 +165,7 @@ impl Diagnosis {
     /// That of the trial, unless commands were in the queue.
     pub fn queue<A: Attendant>(
         &mut self,
-        trial: crate::Result<QueueTrial>,
+        trial: magician::Result<QueueTrial>,
         target: &Target,
         to: &mut A,
     ) -> Result<(), A::Failure> {
@@ -260,7 +259,7 @@ impl Diagnosis {
 ///
 /// # Errors
 /// [`InvalidInput`](ErrorKind::InvalidInput) when commands wait in the queue; then nothing was put there.
-pub async fn try_queue(line: &mut RawLine) -> crate::Result<QueueTrial> {
+pub async fn try_queue(line: &mut RawLine) -> magician::Result<QueueTrial> {
     queue_trial(line, &DEPTHS, PATIENCE).await
 }
 

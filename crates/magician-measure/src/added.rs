@@ -7,6 +7,7 @@ use std::os::fd::OwnedFd;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
+use magician::{Arm, Error, Options, Result, Target};
 use magician_protocol::commands::Pose;
 use magician_protocol::{Deframer, Event, FrameBuf, NoArgs, Readable};
 use rustix::fs::{Mode, OFlags};
@@ -14,8 +15,7 @@ use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 use tokio::time::Instant;
 
-use super::Spread;
-use crate::{Arm, Error, Options, Result, Target};
+use crate::Spread;
 
 /// Round trips of GetPose to a bare responder.
 #[derive(Clone, Debug, Default)]
@@ -41,7 +41,7 @@ impl Added {
 /// Measures so many round trips each way, in turns.
 ///
 /// # Errors
-/// [`ErrorKind::Port`](crate::ErrorKind::Port) when the system gives no pseudo-terminal.
+/// [`ErrorKind::Port`](magician::ErrorKind::Port) when the system gives no pseudo-terminal.
 pub async fn added_latency(count: usize, mut tick: impl FnMut(usize)) -> Result<Added> {
     let failed = |error: io::Error| {
         let message = format!("the system cannot create a pseudo-terminal: {error}");
@@ -101,7 +101,7 @@ fn bare_trips(path: &str, count: usize, times: &mut Vec<Duration>) -> io::Result
         let begun = Instant::now();
         line.write_all(request.bytes())?;
         let mut seen = 0;
-        while seen < usize::try_from(super::Exchange::POSE.reply).unwrap_or(usize::MAX) {
+        while seen < usize::try_from(crate::Exchange::POSE.reply).unwrap_or(usize::MAX) {
             match line.read(&mut reply)? {
                 0 => return Err(io::ErrorKind::UnexpectedEof.into()),
                 some => seen += some,

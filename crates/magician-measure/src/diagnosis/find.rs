@@ -1,8 +1,8 @@
 //! Which port: the one given, or the one arm that is plugged in.
 
+use magician::{ErrorKind, Given, Port, Setting, Target, unbound_adapters};
+
 use super::{Attendant, Diagnosis, Finding, Part, system};
-use crate::measure::unbound_adapters;
-use crate::{ErrorKind, Given, Port, Setting, Target};
 
 impl Diagnosis {
     /// Where the arm is, with what was found on the way: the port given, or the one arm that is plugged in.
@@ -20,7 +20,7 @@ impl Diagnosis {
         };
         self.port = Some(target.to_string());
         if let Target::Serial(path) = &target {
-            let known = crate::ports().unwrap_or_default();
+            let known = magician::ports().unwrap_or_default();
             let finding = match known.iter().find(|port| port.path == *path) {
                 Some(port) => Finding::good("port", port.to_string()),
                 None => Finding::note("port", format!("{path}, not in the system's list of ports")),
@@ -32,7 +32,7 @@ impl Diagnosis {
 
     /// The one arm that is plugged in.
     fn search<A: Attendant>(&mut self, to: &mut A) -> Result<Target, A::Failure> {
-        let ports = match crate::ports() {
+        let ports = match magician::ports() {
             Ok(ports) => ports,
             Err(error) => return Err(self.end_with("port", error, to)),
         };

@@ -9,7 +9,7 @@ pub use line::try_queue;
 use std::borrow::Cow;
 use std::future::Future;
 
-use crate::{Act, Action, Error, ErrorKind, Fence, Given, Setting, Voice};
+use magician::{Act, Action, Error, ErrorKind, Fence, Given, Setting, Voice};
 
 /// One thing that was looked at.
 #[derive(Clone, Debug)]
@@ -95,7 +95,7 @@ impl From<f64> for Measured {
 /// What to do, as a sentence in which a door says acts and options in its own words.
 ///
 /// ```
-/// use magician::measure::{Advice, Part};
+/// use magician_measure::{Advice, Part};
 /// use magician::{Action, Setting};
 ///
 /// let advice = Advice::from([Part::from("choose one of "), Action::ListPorts.into(), " as ".into(), Setting::Port.into()]);

@@ -1,10 +1,9 @@
 use std::f64::consts::TAU;
 
+use magician::words::Preflight;
+use magician::{Arm, Result};
 use magician_protocol::commands::{CpCmd, CpParams, Pose};
 use magician_protocol::{CpMode, Flag, Set};
-
-use crate::words::Preflight;
-use crate::{Arm, Result};
 
 /// Radius of the ring, mm.
 const RADIUS: f64 = 10.0;
@@ -46,7 +45,7 @@ impl Ring {
     /// Through where the arm stands now, after the whole ring was checked.
     ///
     /// # Errors
-    /// [`ErrorKind::Unreachable`](crate::ErrorKind::Unreachable) when part of it is out of reach, else as [`Arm::get`].
+    /// [`ErrorKind::Unreachable`](magician::ErrorKind::Unreachable) when part of it is out of reach, else as [`Arm::get`].
     pub async fn here(arm: &Arm, length: f64, speed: f32) -> Result<Self> {
         let pose = arm.get::<Pose>().await?;
         let ring = Self::through(&pose, length, speed);

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use magician::connection::Settings;
+use magician::{Error, ErrorCode, RawLine, Result};
 use magician_protocol::commands::{
     AlarmsState, Pose, QueuedCmdClear, QueuedCmdCurrentIndex, QueuedCmdLeftSpace,
     QueuedCmdStopExec, WaitCmd,
@@ -10,9 +12,6 @@ use magician_protocol::{
     Ctrl, Deframer, Event, FrameBuf, Layout, NoArgs, QueuedCmdIndex, Readable, Row, Writable,
 };
 use tokio::time::{Instant, timeout_at};
-
-use crate::connection::Settings;
-use crate::{Error, ErrorCode, RawLine, Result};
 
 /// What became of requests that were sent in one piece.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,7 +87,7 @@ const READS: [&Row; 4] = [
 /// Sends so many reads in one piece, several times, and sees what is answered within `patience`.
 ///
 /// # Errors
-/// [`ErrorKind::Port`](crate::ErrorKind::Port) when the line is gone.
+/// [`ErrorKind::Port`](magician::ErrorKind::Port) when the line is gone.
 pub async fn back_to_back(
     line: &mut RawLine,
     depth: usize,
@@ -181,8 +180,8 @@ async fn order<T: Writable>(line: &mut RawLine, action: &T, patience: Duration) 
 /// queue is left stopped and empty.
 ///
 /// # Errors
-/// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) when commands wait in the queue, or come into it meanwhile: they are not dropped for this.
-/// [`ErrorKind::Timeout`](crate::ErrorKind::Timeout), [`ErrorKind::Port`](crate::ErrorKind::Port).
+/// [`ErrorKind::InvalidInput`](magician::ErrorKind::InvalidInput) when commands wait in the queue, or come into it meanwhile: they are not dropped for this.
+/// [`ErrorKind::Timeout`](magician::ErrorKind::Timeout), [`ErrorKind::Port`](magician::ErrorKind::Port).
 pub async fn queue_trial(
     line: &mut RawLine,
     depths: &[usize],
@@ -228,7 +227,7 @@ pub async fn queue_trial(
     Ok(trial)
 }
 
-#[cfg(all(test, feature = "sim"))]
+#[cfg(test)]
 mod tests {
     use super::*;
 
@@ -268,7 +267,7 @@ mod tests {
             .await
             .unwrap();
         let refused = queue_trial(&mut line, &[1], PATIENCE).await.unwrap_err();
-        assert_eq!(refused.kind(), crate::ErrorKind::InvalidInput);
+        assert_eq!(refused.kind(), magician::ErrorKind::InvalidInput);
         assert_eq!(look(&mut line, PATIENCE).await.unwrap(), (0, 31));
     }
 
@@ -304,7 +303,7 @@ mod tests {
         let arm = tokio::spawn(shared(far));
         let mut line = RawLine::over(near, "shared");
         let refused = queue_trial(&mut line, &[1, 2], PATIENCE).await.unwrap_err();
-        assert_eq!(refused.kind(), crate::ErrorKind::InvalidInput);
+        assert_eq!(refused.kind(), magician::ErrorKind::InvalidInput);
         drop(line);
         arm.await.unwrap();
     }
