@@ -8,7 +8,7 @@ use std::str::FromStr;
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 
 /// The crates below the doors.
-const CRATES: [&str; 12] = [
+const CRATES: [&str; 13] = [
     "magician-protocol",
     "magician-motion",
     "magician-model",

@@ -233,14 +233,6 @@ impl Error {
         self
     }
 
-    /// Adds a value that breaks a rule without a number.
-    #[must_use]
-    pub(crate) fn with_value(mut self, value: f64, unit: &'static str) -> Self {
-        self.0.value = Some(value);
-        self.0.unit = Some(unit);
-        self
-    }
-
     /// How far the motion would come, percent, if it leaves the reach on its way.
     pub(crate) fn progress(&self) -> Option<f64> {
         self.0.progress

@@ -10,7 +10,10 @@ use crate::{PartMatch, PartRule};
 
 /// A pen, and the parts that it is for. What is not given is as for all. Lengths are mm, speeds mm/s, power percent.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "expected a pen: the parts that it is for, and its options")]
+#[serde(
+    deny_unknown_fields,
+    expecting = "expected a pen: the parts that it is for, and its options"
+)]
 pub struct PenOptions {
     /// The parts: a name or a colour, or a number.
     #[serde(rename = "match")]

@@ -7,7 +7,7 @@ use magician::words::{self, Guards, Preflight};
 use magician::{Set, ToolBias};
 use magician_motion::{ArmModel, Range};
 
-use crate::bench::{Bench, Dice};
+use crate::bench::{LoneArm, Dice};
 
 const PROFILES: usize = 600;
 const LENGTH: u64 = 14;
@@ -144,16 +144,16 @@ struct Tally {
 
 /// Checks a program and runs it. Both do it, in the same time to the microsecond and to the same joints, or neither does.
 fn hold(profile: &Profile, program: &[Set], check: &Preflight, tally: &mut Tally) {
-    let mut bench = Bench::with(profile.clone());
+    let mut bench = LoneArm::with(profile.clone());
     let mut check = check.clone();
     let told = format!("{program:#?}\nof {:#?}", profile.arm_model());
     let error = match check.program(program) {
-        Ok(time) => {
+        Ok(checked) => {
             let took = bench.run_all(program);
             let state = bench.arm.state();
             assert!(!bench.alarmed(), "{} by {told}", state.alarms);
             let end = check.arm().expect("it is known");
-            assert_eq!(time.as_micros(), u128::from(took), "{told}");
+            assert_eq!(checked.time().as_micros(), u128::from(took), "{told}");
             assert_eq!(state.joints, end.joints, "{told}");
             tally.done += 1;
             return;
@@ -163,7 +163,7 @@ fn hold(profile: &Profile, program: &[Set], check: &Preflight, tally: &mut Tally
     bench.run_all(program);
     if error.message().contains("the rail would be") {
         // The carriage stops at the end of the rail, without an alarm.
-        let mut to_there = Bench::with(profile.clone());
+        let mut to_there = LoneArm::with(profile.clone());
         to_there.run_all(&program[..=error.step().expect("its step")]);
         let ends = [0.0, profile.rail.length].map(Some);
         assert!(
