@@ -326,7 +326,6 @@ mod tests {
             (json!({"work": "draw", "one_way": true}), "one_way"),
             (json!({"work": "engrave", "image": "hatch"}), "image"),
             (json!({"work": "draw", "power": 50}), "power"),
-            (json!({"work": "draw", "frame": "box"}), "frame"),
             (json!({"work": "engrave", "lift": 5}), "lift"),
             (json!({"work": "engrave", "hop": 5}), "hop"),
             (
@@ -375,7 +374,7 @@ mod tests {
     fn options_are_written_and_read_back() {
         let fields = json!({
             "work": "engrave", "tool": [10, 0, -5.5], "power": "5..80", "white": "draw",
-            "dialect": "servo", "grid": "2x3:40x30", "move": [1, 2, 3], "order": false,
+            "dialect": "servo", "grid": "2x3:40x30", "move": [1, 2, 3],
             "mode": "threshold", "threshold": 100, "fit": true, "turn": false,
             "font": "script", "size": 12.5, "align": "center", "strict_text": true, "fill": "hatch", "fill_angle": -30.0,
         });

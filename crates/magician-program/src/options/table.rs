@@ -376,12 +376,12 @@ setup_options! {
 
     "Go round what would be marked, instead of marking it",
     "Its box along X and Y, its convex hull, or its outer contours.",
-    frame: Option<FrameShape> = choice(Laser, FrameShape::NAMES).of_work(Engrave).for_formats(ALL);
+    frame: Option<FrameShape> = choice(Laser, FrameShape::NAMES).for_formats(ALL);
 
     "Power of the laser on a frame",
     "Without it the laser is off.",
     frame_power: Option<f64> = number(Laser, "%").above(0.0).to(Framing::MOST_POWER)
-        .needs("frame", &[]).of_work(Engrave).for_formats(ALL);
+        .needs("frame", &[]).for_formats(ALL);
 
     "Pen lift between lines",
     lift: Option<f64> = number(Pen, "mm").above(0.0).to(FAR).usually("10, or as the settings say")

@@ -111,7 +111,9 @@ fn an_option_that_one_kind_of_work_refuses_is_bound_to_the_other_kind() {
             let mut bound = Some(option);
             let work = loop {
                 match bound {
-                    Some(option) if option.with == Some("work") => break option.when,
+                    Some(OptionSpec {
+                        work: Some(work), ..
+                    }) => break work.values(),
                     Some(option) => bound = option.with.and_then(named),
                     None => break &["draw", "engrave"],
                 }

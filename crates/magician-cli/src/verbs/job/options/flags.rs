@@ -53,8 +53,8 @@ macro_rules! verbs {
 }
 
 verbs! {
-    /// `draw`.
-    Draws: |option| option.work != Some(WorkOption::Engrave);
+    /// `draw`; a drawing is framed by `frame`.
+    Draws: |option| option.work != Some(WorkOption::Engrave) && !is_frame(option);
     /// `engrave`.
     Engraves: |option| option.work != Some(WorkOption::Draw);
     /// `frame`, which has its own flag for the shape.
