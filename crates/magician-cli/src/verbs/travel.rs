@@ -4,7 +4,7 @@ use std::cell::Cell;
 
 use clap::Args;
 use magician::report::PoseReport;
-use magician::{Arm, QueueIndex, RunOptions, Set, ToolBias, commands, words};
+use magician::{Arm, QueueIndex, RunOptions, Set, ToolBias, build, commands};
 use magician_program::Travel;
 use serde::Serialize;
 use tokio::sync::Notify;
@@ -167,7 +167,7 @@ impl Move {
         let pose = arm.known_pose().await?;
         let mut commands = Vec::new();
         if let Some(bias) = self.tool {
-            commands.push(words::tool(bias));
+            commands.push(build::tool(bias));
         }
         let travel = self.travel(&pose);
         let before = match self.speed_ratio {
@@ -176,7 +176,7 @@ impl Move {
         };
         match (self.speed_ratio, before) {
             (Some(ratio), Some(before)) => {
-                commands.extend([words::speed(ratio, ratio), travel, before.into()]);
+                commands.extend([build::speed(ratio, ratio), travel, before.into()]);
             }
             _ => commands.push(travel),
         }
@@ -210,13 +210,13 @@ impl Move {
             (false, true) => {
                 let [x, y, z, r] = to;
                 match self.linear {
-                    true => words::line_by(x, y, z, r),
-                    false => words::move_by(x, y, z, r),
+                    true => build::line_by(x, y, z, r),
+                    false => build::move_by(x, y, z, r),
                 }
             }
             (true, true) => {
                 let [j1, j2, j3, j4] = to;
-                words::move_joints_by(j1, j2, j3, j4)
+                build::move_joints_by(j1, j2, j3, j4)
             }
         }
     }

@@ -137,15 +137,15 @@ impl Preflight {
 
     fn ptp(&mut self, ptp: &Ptp) -> Result<u64> {
         let request = self.request(ptp)?;
-        let course = self.course(ptp.mode, ptp.rail)?;
+        let rail = self.rail_move(ptp.mode, ptp.rail)?;
         let Some(from) = self.at else {
             self.known_start()?;
             self.arrive(&request)?;
-            self.rail = course.to;
+            self.rail = rail.to;
             return Ok(FOREVER);
         };
         let planner = self.planner(self.now.ptp_speeds());
-        let least = course.time.unwrap_or(0);
+        let least = rail.time.unwrap_or(0);
         let plan = planner.plan_with_min_duration(&from, &request, least);
         self.note_doubt(&plan);
         if let Ok(Plan {
@@ -155,8 +155,8 @@ impl Preflight {
             self.say_end(&from, &request)?;
         }
         let arm = self.arrive_in_time(plan)?;
-        self.rail = course.to;
-        Ok(course.time.map_or(FOREVER, |rail| arm.max(rail)))
+        self.rail = rail.to;
+        Ok(rail.time.map_or(FOREVER, |time| arm.max(time)))
     }
 
     /// What a mode and its numbers ask for (errata E28, model section 7).

@@ -145,7 +145,7 @@ mod tests {
     use magician_motion::{JointAngles, ToolBias};
 
     use super::*;
-    use crate::words;
+    use crate::build;
 
     fn refused(command: &Set) -> Error {
         let mut check = Preflight::at(JointAngles::HOME, ToolBias::SUCTION);
@@ -161,7 +161,7 @@ mod tests {
             ([0.0, 300.0, 140.0], "out of reach"),
         ] {
             let [x, y, z] = at;
-            let error = refused(&words::line_to(x, y, z, 0.0));
+            let error = refused(&build::line_to(x, y, z, 0.0));
             let said = error.to_string();
             let begin = format!("x {x}, y {y}, z {z} is {why}; the nearest place in reach is ");
             let numbers = said.strip_prefix(&begin);
@@ -184,14 +184,14 @@ mod tests {
     fn way_that_leaves_the_reach_is_told_without_joints() {
         let mut check = Preflight::at(JointAngles::HOME, ToolBias::SUCTION);
         check
-            .check(&words::move_joints(80.0, 0.0, 45.0, 0.0))
+            .check(&build::move_joints(80.0, 0.0, 45.0, 0.0))
             .unwrap();
         let [x, y, z] = check
             .arm()
             .map(|at| [at.pose.x, at.pose.y, at.pose.z])
             .unwrap();
         let error = check
-            .check(&words::line_to(x as f32, -y as f32, z as f32, 0.0))
+            .check(&build::line_to(x as f32, -y as f32, z as f32, 0.0))
             .unwrap_err();
         let said = error.to_string();
         assert!(
@@ -207,7 +207,7 @@ mod tests {
 
     #[test]
     fn joints_that_were_given_are_told_as_joints() {
-        let error = refused(&words::move_joints(0.0, 95.0, 45.0, 0.0));
+        let error = refused(&build::move_joints(0.0, 95.0, 45.0, 0.0));
         assert_eq!(
             error.to_string(),
             "joint 2 would be at 95.0 deg, limit 90.0 deg"

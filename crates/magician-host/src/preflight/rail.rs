@@ -14,7 +14,7 @@ const SHORTEST: f64 = 1e-4;
 
 /// What a command does on the rail.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Course {
+pub(super) struct RailMove {
     /// Where the carriage is then, if that is known.
     pub(super) to: Option<f64>,
     /// How long it takes at least, us; nothing if that is not known.
@@ -23,8 +23,8 @@ pub(super) struct Course {
 
 impl Preflight {
     /// The way on the rail to `l`, or by so much in the incremental modes. Without a rail the arm ignores it.
-    pub(super) fn course(&self, mode: PtpMode, l: Option<f32>) -> Result<Course> {
-        let stays = Course {
+    pub(super) fn rail_move(&self, mode: PtpMode, l: Option<f32>) -> Result<RailMove> {
+        let stays = RailMove {
             to: self.rail,
             time: Some(0),
         };
@@ -40,7 +40,7 @@ impl Preflight {
             (true, Some(from)) => from + l,
             (true, None) => {
                 self.unknown_way("how far the carriage on the rail may go")?;
-                return Ok(Course {
+                return Ok(RailMove {
                     to: None,
                     time: None,
                 });
@@ -63,6 +63,6 @@ impl Preflight {
                 Some(microseconds(profile.duration()))
             }
         };
-        Ok(Course { to: Some(to), time })
+        Ok(RailMove { to: Some(to), time })
     }
 }
