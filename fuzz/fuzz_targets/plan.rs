@@ -2,7 +2,7 @@
 //! A plan file of any bytes: refused with a place in it, or written back so that it is read the same, and checked.
 
 use libfuzzer_sys::fuzz_target;
-use magician::words::Preflight;
+use magician::preflight::Preflight;
 use magician::{JointAngles, ToolBias};
 use magician_program::{Content, Format, Plan, ReadOptions, check, read};
 

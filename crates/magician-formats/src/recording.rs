@@ -1,6 +1,6 @@
 //! A motion that the arm was led through by hand, as a program that repeats it.
 
-use magician_host::words;
+use magician_host::build;
 
 use crate::simplify::kept;
 use crate::{Action, Origin, Plan, Tool, Travel};
@@ -213,9 +213,9 @@ impl Stretch {
         let speed = CommandedSpeed { lines, velocity };
         if *commanded != Some(speed) {
             let word = if lines {
-                words::line_speed
+                build::line_speed
             } else {
-                words::path_speed
+                build::path_speed
             };
             let command = word(velocity as f32, acceleration as f32);
             plan.push(command, Origin::NONE);
@@ -322,7 +322,7 @@ mod tests {
         let circumference = 30.0 * std::f64::consts::TAU;
         assert!((recording.length() - circumference).abs() < 0.5);
         let speed = plan.steps[1].action.command();
-        assert_eq!(speed, Some(words::path_speed(18.8, 75.2)));
+        assert_eq!(speed, Some(build::path_speed(18.8, 75.2)));
     }
 
     #[test]

@@ -14,11 +14,11 @@ pub const LASER_POWER: u8 = 4;
 /// pins drive something else.
 ///
 /// ```
-/// use magician_host::{burns, words};
+/// use magician_host::{burns, build};
 ///
-/// assert!(burns(&words::laser(true), true));
-/// assert!(!burns(&words::laser(false), true));
-/// assert!(burns(&words::output(4, true), true) && !burns(&words::output(4, true), false));
+/// assert!(burns(&build::laser(true), true));
+/// assert!(!burns(&build::laser(false), true));
+/// assert!(burns(&build::output(4, true), true) && !burns(&build::output(4, true), false));
 /// ```
 #[must_use]
 pub fn burns(command: &Set, laser_pins: bool) -> bool {
@@ -87,7 +87,7 @@ mod tests {
     use magician_protocol::{CpMode, Ctrl, Flag, FrameBuf, PoCmd, PtpMode};
 
     use super::*;
-    use crate::words;
+    use crate::build;
 
     /// A row that says that it cannot burn is never asked.
     #[test]
@@ -184,7 +184,7 @@ mod tests {
             (path(0.0), false, false),
             (path(-0.0), false, false),
             (path(-5.0), false, false),
-            (words::path_to(200.0, 0.0, 0.0), false, false),
+            (build::path_to(200.0, 0.0, 0.0), false, false),
             (level(2, 1), true, false),
             (level(4, 1), true, false),
             (level(4, 255), true, false),
@@ -197,9 +197,9 @@ mod tests {
             (pulses(4, 0.0), false, false),
             (pulses(2, 50.0), false, false),
             (pulses(6, 50.0), false, false),
-            (words::suction(true), false, false),
-            (words::grip(), false, false),
-            (words::home(), false, false),
+            (build::suction(true), false, false),
+            (build::grip(), false, false),
+            (build::home(), false, false),
         ];
         for (outputs, burns) in [
             (&[(2, 1)][..], true),

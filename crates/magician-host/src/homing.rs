@@ -16,11 +16,11 @@ const AT_HOME: f32 = 0.5;
 ///
 /// ```
 /// use magician_host::protocol::AlarmSet;
-/// use magician_host::{Ctrl, FrameBuf, HomingTracker, words};
+/// use magician_host::{Ctrl, FrameBuf, HomingTracker, build};
 ///
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// let mut homing = HomingTracker::default();
-/// homing.sends(&FrameBuf::set(&words::home(), Ctrl::QUEUED)?.frame());
+/// homing.sends(&FrameBuf::set(&build::home(), Ctrl::QUEUED)?.frame());
 /// homing.accepted(7);
 /// homing.read_current(6);
 /// homing.read_alarms(AlarmSet::default());
@@ -192,7 +192,7 @@ mod tests {
     use magician_protocol::{Ctrl, FrameBuf, Set};
 
     use super::*;
-    use crate::words;
+    use crate::build;
 
     const LOST_STEP: u8 = Alarm::LoseStepAxis1;
 
@@ -211,7 +211,7 @@ mod tests {
     fn homing_under_way(standing: &[u8]) -> HomingTracker {
         let mut homing = HomingTracker::default();
         homing.read_alarms(alarms(standing));
-        sends(&mut homing, words::home(), Ctrl::QUEUED);
+        sends(&mut homing, build::home(), Ctrl::QUEUED);
         homing.accepted(3);
         homing
     }
@@ -238,7 +238,7 @@ mod tests {
         let ended = |queue_behind: bool| {
             let mut homing = homing_under_way(&[]);
             if queue_behind {
-                let behind = words::move_to(220.0, 0.0, 20.0, 0.0);
+                let behind = build::move_to(220.0, 0.0, 20.0, 0.0);
                 sends(&mut homing, behind, Ctrl::QUEUED);
             }
             homing.read_current(3);
@@ -267,7 +267,7 @@ mod tests {
             QueuedCmdClear {}.into(),
             QueuedCmdForceStopExec {}.into(),
             jog.into(),
-            words::move_to(220.0, 0.0, 20.0, 0.0),
+            build::move_to(220.0, 0.0, 20.0, 0.0),
         ];
         for command in breaks {
             let mut homing = homing_under_way(&[]);
@@ -278,7 +278,7 @@ mod tests {
         sends(&mut homing, QueuedCmdStopExec {}, Ctrl::SET);
         sends(
             &mut homing,
-            words::move_to(220.0, 0.0, 20.0, 0.0),
+            build::move_to(220.0, 0.0, 20.0, 0.0),
             Ctrl::QUEUED,
         );
         assert!(ends(homing, &[]).is_homed(), "what waits behind it");
@@ -287,7 +287,7 @@ mod tests {
     #[test]
     fn homed_arm_that_homes_again_is_not_homed_meanwhile() {
         let mut homing = ends(homing_under_way(&[]), &[]);
-        sends(&mut homing, words::home(), Ctrl::QUEUED);
+        sends(&mut homing, build::home(), Ctrl::QUEUED);
         assert!(!homing.is_homed());
         sends(&mut homing, QueuedCmdForceStopExec {}, Ctrl::SET);
         assert!(!homing.is_homed());
@@ -296,7 +296,7 @@ mod tests {
     #[test]
     fn immediate_homing_never_counts() {
         let mut homing = HomingTracker::default();
-        sends(&mut homing, words::home(), Ctrl::SET);
+        sends(&mut homing, build::home(), Ctrl::SET);
         homing.read_current(9);
         homing.read_alarms(alarms(&[]));
         homing.stood_at_home(true);

@@ -3,7 +3,7 @@
 //! * [`connection`] sends requests and tells which answer is whose; [`stream`] keeps any number of queued commands flowing over
 //!   it; [`proxy`] gives several programs one arm.
 //! * [`admission`] decides which connection gives way when a listener has more than it can keep.
-//! * [`words`] makes commands of intentions, and checks them before a byte is sent.
+//! * [`build`] makes commands of intentions; [`preflight`] checks them before a byte is sent.
 //! * [`gate`] decides when a jog may begin, and knows which motors run: what moves without an end of its own.
 //! * [`faults`] (feature) is what a bad line does, from a seed; [`pair`] (feature) a host and a virtual arm on one virtual clock.
 //!
@@ -15,6 +15,7 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod admission;
+pub mod build;
 mod burning;
 pub mod connection;
 mod error;
@@ -25,12 +26,11 @@ mod homing;
 #[cfg(any(test, feature = "pair"))]
 pub mod pair;
 mod picture;
-mod preflight;
+pub mod preflight;
 pub mod proxy;
 mod remedy;
 mod rest;
 pub mod stream;
-pub mod words;
 
 pub use burning::{
     LASER_POWER, LASER_SUPPLY, burns, frame_burns, frame_releases_queue, raises_laser_pin,

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 use std::time::Duration;
 
-use magician_host::words;
+use magician_host::build;
 use magician_protocol::commands::{ColorSensor, IoAdc, IoDi, IrSwitch};
 use magician_protocol::{Ctrl, FrameBuf, Readable};
 use serde_json::Value;
@@ -56,63 +56,63 @@ impl Args<'_> {
 fn built(name: &str, args: Args<'_>) -> FrameBuf {
     let n = |at| args.number(at);
     let set = match name {
-        "move_to" => words::move_to(n(0), n(1), n(2), n(3)),
-        "line_to" => words::line_to(n(0), n(1), n(2), n(3)),
-        "jump_to" => words::jump_to(n(0), n(1), n(2), n(3)),
-        "jump_line_to" => words::jump_line_to(n(0), n(1), n(2), n(3)),
-        "move_joints" => words::move_joints(n(0), n(1), n(2), n(3)),
-        "line_joints" => words::line_joints(n(0), n(1), n(2), n(3)),
-        "jump_joints" => words::jump_joints(n(0), n(1), n(2), n(3)),
-        "move_by" => words::move_by(n(0), n(1), n(2), n(3)),
-        "line_by" => words::line_by(n(0), n(1), n(2), n(3)),
-        "move_joints_by" => words::move_joints_by(n(0), n(1), n(2), n(3)),
-        "arc_to" => words::arc_to(args.four(0), args.four(1)),
-        "circle" => words::circle(args.four(0), args.four(1), args.whole(2)),
-        "path_to" => words::path_to(n(0), n(1), n(2)),
-        "path_by" => words::path_by(n(0), n(1), n(2)),
-        "engrave_to" => words::engrave_to(n(0), n(1), n(2), n(3)),
-        "engrave_by" => words::engrave_by(n(0), n(1), n(2), n(3)),
-        "home" => words::home(),
-        "home_at" => words::home_at(n(0), n(1), n(2), n(3)),
-        "check_lost_steps" => words::check_lost_steps(),
-        "lost_step_threshold" => words::lost_step_threshold(n(0)),
-        "speed" => words::speed(n(0), n(1)),
-        "joint_speed" => words::joint_speed(args.four(0), args.four(1)),
-        "line_speed" => words::line_speed(n(0), n(1)),
-        "path_speed" => words::path_speed(n(0), n(1)),
-        "arc_speed" => words::arc_speed(n(0), n(1)),
-        "jump_height" => words::jump_height(n(0), n(1)),
-        "jump_heights" => words::jump_heights(n(0), n(1), n(2)),
-        "jog_speed" => words::jog_speed(n(0), n(1)),
-        "jog_joint_speed" => words::jog_joint_speed(args.four(0), args.four(1)),
-        "jog_axis_speed" => words::jog_axis_speed(args.four(0), args.four(1)),
-        "jog_rail_speed" => words::jog_rail_speed(n(0), n(1)),
-        "tool_named" => words::tool_named(args.0[0].as_str().expect("a name")).expect("a tool"),
-        "suction" => words::suction(args.flag(0)),
-        "grip" => words::grip(),
-        "release" => words::release(),
-        "pump_off" => words::pump_off(),
-        "laser" => words::laser(args.flag(0)),
-        "wait" => words::wait(Duration::from_secs_f32(n(0))),
-        "wait_for_level" => words::wait_for_level(args.whole(0), args.flag(1)),
-        "wait_below" => words::wait_below(args.whole(0), args.whole(1)),
-        "wait_at_most" => words::wait_at_most(args.whole(0), args.whole(1)),
-        "wait_at_least" => words::wait_at_least(args.whole(0), args.whole(1)),
-        "wait_above" => words::wait_above(args.whole(0), args.whole(1)),
-        "multiplex" => words::multiplex(args.whole(0), args.named(1)),
-        "output" => words::output(args.whole(0), args.flag(1)),
-        "pwm" => words::pwm(args.whole(0), n(1), n(2)),
-        "servo" => words::servo(args.whole(0), n(1)),
-        "rail" => words::rail(args.flag(0), args.named(1)),
-        "move_with_rail" => words::move_with_rail(n(0), n(1), n(2), n(3), n(4)),
-        "rail_by" => words::rail_by(n(0)),
-        "rail_speed" => words::rail_speed(n(0), n(1)),
-        "motor" => words::motor(args.named(0), args.whole(1)),
-        "motor_by" => words::motor_by(args.named(0), args.whole(1), args.whole(2)),
-        "conveyor" => words::conveyor(args.named(0), n(1)),
-        "conveyor_by" => words::conveyor_by(args.named(0), n(1), n(2)),
-        "color_sensor" => words::color_sensor(args.named(0), args.flag(1), args.named(2)),
-        "infrared" => words::infrared(args.named(0), args.flag(1), args.named(2)),
+        "move_to" => build::move_to(n(0), n(1), n(2), n(3)),
+        "line_to" => build::line_to(n(0), n(1), n(2), n(3)),
+        "jump_to" => build::jump_to(n(0), n(1), n(2), n(3)),
+        "jump_line_to" => build::jump_line_to(n(0), n(1), n(2), n(3)),
+        "move_joints" => build::move_joints(n(0), n(1), n(2), n(3)),
+        "line_joints" => build::line_joints(n(0), n(1), n(2), n(3)),
+        "jump_joints" => build::jump_joints(n(0), n(1), n(2), n(3)),
+        "move_by" => build::move_by(n(0), n(1), n(2), n(3)),
+        "line_by" => build::line_by(n(0), n(1), n(2), n(3)),
+        "move_joints_by" => build::move_joints_by(n(0), n(1), n(2), n(3)),
+        "arc_to" => build::arc_to(args.four(0), args.four(1)),
+        "circle" => build::circle(args.four(0), args.four(1), args.whole(2)),
+        "path_to" => build::path_to(n(0), n(1), n(2)),
+        "path_by" => build::path_by(n(0), n(1), n(2)),
+        "engrave_to" => build::engrave_to(n(0), n(1), n(2), n(3)),
+        "engrave_by" => build::engrave_by(n(0), n(1), n(2), n(3)),
+        "home" => build::home(),
+        "home_at" => build::home_at(n(0), n(1), n(2), n(3)),
+        "check_lost_steps" => build::check_lost_steps(),
+        "lost_step_threshold" => build::lost_step_threshold(n(0)),
+        "speed" => build::speed(n(0), n(1)),
+        "joint_speed" => build::joint_speed(args.four(0), args.four(1)),
+        "line_speed" => build::line_speed(n(0), n(1)),
+        "path_speed" => build::path_speed(n(0), n(1)),
+        "arc_speed" => build::arc_speed(n(0), n(1)),
+        "jump_height" => build::jump_height(n(0), n(1)),
+        "jump_heights" => build::jump_heights(n(0), n(1), n(2)),
+        "jog_speed" => build::jog_speed(n(0), n(1)),
+        "jog_joint_speed" => build::jog_joint_speed(args.four(0), args.four(1)),
+        "jog_axis_speed" => build::jog_axis_speed(args.four(0), args.four(1)),
+        "jog_rail_speed" => build::jog_rail_speed(n(0), n(1)),
+        "tool_named" => build::tool_named(args.0[0].as_str().expect("a name")).expect("a tool"),
+        "suction" => build::suction(args.flag(0)),
+        "grip" => build::grip(),
+        "release" => build::release(),
+        "pump_off" => build::pump_off(),
+        "laser" => build::laser(args.flag(0)),
+        "wait" => build::wait(Duration::from_secs_f32(n(0))),
+        "wait_for_level" => build::wait_for_level(args.whole(0), args.flag(1)),
+        "wait_below" => build::wait_below(args.whole(0), args.whole(1)),
+        "wait_at_most" => build::wait_at_most(args.whole(0), args.whole(1)),
+        "wait_at_least" => build::wait_at_least(args.whole(0), args.whole(1)),
+        "wait_above" => build::wait_above(args.whole(0), args.whole(1)),
+        "multiplex" => build::multiplex(args.whole(0), args.named(1)),
+        "output" => build::output(args.whole(0), args.flag(1)),
+        "pwm" => build::pwm(args.whole(0), n(1), n(2)),
+        "servo" => build::servo(args.whole(0), n(1)),
+        "rail" => build::rail(args.flag(0), args.named(1)),
+        "move_with_rail" => build::move_with_rail(n(0), n(1), n(2), n(3), n(4)),
+        "rail_by" => build::rail_by(n(0)),
+        "rail_speed" => build::rail_speed(n(0), n(1)),
+        "motor" => build::motor(args.named(0), args.whole(1)),
+        "motor_by" => build::motor_by(args.named(0), args.whole(1), args.whole(2)),
+        "conveyor" => build::conveyor(args.named(0), n(1)),
+        "conveyor_by" => build::conveyor_by(args.named(0), n(1), n(2)),
+        "color_sensor" => build::color_sensor(args.named(0), args.flag(1), args.named(2)),
+        "infrared" => build::infrared(args.named(0), args.flag(1), args.named(2)),
         _ => return query(name, args),
     };
     FrameBuf::set(&set, Ctrl::QUEUED).expect("a frame")
@@ -120,10 +120,10 @@ fn built(name: &str, args: Args<'_>) -> FrameBuf {
 
 fn query(name: &str, args: Args<'_>) -> FrameBuf {
     let query = match name {
-        "color_at" => FrameBuf::get(&words::color_at(args.named(0)), ColorSensor::ROW),
-        "infrared_at" => FrameBuf::get(&words::infrared_at(args.named(0)), IrSwitch::ROW),
-        "level_at" => FrameBuf::get(&words::level_at(args.whole(0)), IoDi::ROW),
-        "analog_at" => FrameBuf::get(&words::analog_at(args.whole(0)), IoAdc::ROW),
+        "color_at" => FrameBuf::get(&build::color_at(args.named(0)), ColorSensor::ROW),
+        "infrared_at" => FrameBuf::get(&build::infrared_at(args.named(0)), IrSwitch::ROW),
+        "level_at" => FrameBuf::get(&build::level_at(args.whole(0)), IoDi::ROW),
+        "analog_at" => FrameBuf::get(&build::analog_at(args.whole(0)), IoAdc::ROW),
         _ => panic!("{name} is no builder"),
     };
     query.expect("a frame")
@@ -153,7 +153,7 @@ fn each_builder_is_in_the_table() {
     let mut known: BTreeSet<_> = names.map(|name| name.expect("a name").to_owned()).collect();
     known.extend(ELSEWHERE.map(str::to_owned));
     let mut there = BTreeSet::new();
-    let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/words");
+    let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/build");
     for file in fs::read_dir(sources).expect("the builders") {
         let source = fs::read_to_string(file.expect("a file").path()).expect("a source");
         let functions = source

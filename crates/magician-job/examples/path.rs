@@ -3,14 +3,14 @@
 //! `cargo run -p magician-job --example path -- PORT`: `sim`, `/dev/ttyUSB0`, `COM3`, `udp:192.168.1.5`. The arm
 //! moves: keep clear of it. The tip stays at z = 20 mm and above.
 
-use magician::{Arm, words};
+use magician::{Arm, build};
 use magician_job::{Job, JobEvent, JobSpec, JobState, NoJournal, PauseReason};
 use magician_program::{Action, Origin, Plan, Program, Travel};
 
 /// A spiral of so many segments.
 fn spiral(segments: u32) -> Plan {
     let mut plan = Plan::new("a spiral");
-    plan.push(words::path_speed(100.0, 100.0), Origin::NONE);
+    plan.push(build::path_speed(100.0, 100.0), Origin::NONE);
     plan.push(
         Action::Move {
             to: [240.0, 0.0, 20.0, 0.0],

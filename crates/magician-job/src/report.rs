@@ -4,8 +4,8 @@
 
 use std::time::Duration;
 
+use magician::preflight::doubt_in_words;
 use magician::report::{ErrorFigures, FenceReport, remedies};
-use magician::words::doubt_in_words;
 use magician::{Action, ArmOutputs, GripperState, Remedy, Voice};
 use magician_program::{
     AppliedPlacement, Diagnostic, DiagnosticCode, Format, PartSummary, PreparedProgram,

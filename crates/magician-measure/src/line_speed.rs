@@ -38,9 +38,10 @@ impl LineSpeed {
         let typical = pose.times.p50()?;
         Some(Self {
             baud: paced.then_some(baud),
-            turnaround: match paced {
-                true => typical.saturating_sub(wire),
-                false => typical,
+            turnaround: if paced {
+                typical.saturating_sub(wire)
+            } else {
+                typical
             },
             jitter: pose.times.p99()?.saturating_sub(typical),
         })

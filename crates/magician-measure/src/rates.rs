@@ -20,9 +20,10 @@ impl Rate {
     /// How many a second; 0 for none.
     #[must_use]
     pub fn per_second(self) -> f64 {
-        match self.took.is_zero() {
-            true => 0.0,
-            false => self.count as f64 / self.took.as_secs_f64(),
+        if self.took.is_zero() {
+            0.0
+        } else {
+            self.count as f64 / self.took.as_secs_f64()
         }
     }
 }

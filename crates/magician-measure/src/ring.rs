@@ -1,6 +1,6 @@
 use std::f64::consts::TAU;
 
-use magician::words::Preflight;
+use magician::preflight::Preflight;
 use magician::{Arm, Result};
 use magician_protocol::commands::{CpCmd, CpParams, Pose};
 use magician_protocol::{CpMode, Flag, Set};

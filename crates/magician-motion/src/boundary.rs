@@ -178,9 +178,10 @@ impl Cut {
         let ([s0, s1, s2], [g0, g1, g2]) = (self.square, self.sum);
         let root = libm::sqrt((s0 + at * (s1 + at * s2)).max(0.0));
         // Where the root vanishes its slope has no bound; its sign is what counts.
-        let root_slope = match self.turns_at(at) {
-            true => 0.0,
-            false => (0.5 * s1 + at * s2) / root.max(1e-12),
+        let root_slope = if self.turns_at(at) {
+            0.0
+        } else {
+            (0.5 * s1 + at * s2) / root.max(1e-12)
         };
         Point {
             at,
@@ -209,9 +210,10 @@ impl Cut {
     fn roots(&self, report: &mut impl FnMut(f64)) {
         let [first, second] = self.inflections();
         let [s0, s1, s2] = self.square;
-        let [enter, leave] = match libm::fabs(self.least) < THROUGH {
-            true => [f64::NAN; 2],
-            false => quadratic(s2, s1, s0),
+        let [enter, leave] = if libm::fabs(self.least) < THROUGH {
+            [f64::NAN; 2]
+        } else {
+            quadratic(s2, s1, s0)
         };
         // Beside the inflections the places where the root may begin, end, or have a kink.
         let mut pieces = [first, second, enter, leave, self.nearest];
@@ -220,9 +222,10 @@ impl Cut {
         for end in pieces {
             if end > from.at && end < 1.0 {
                 let mut to = self.point(end);
-                let turn = match self.turns_at(end) {
-                    true => 2.0 * self.centre * libm::sqrt(s2),
-                    false => 0.0,
+                let turn = if self.turns_at(end) {
+                    2.0 * self.centre * libm::sqrt(s2)
+                } else {
+                    0.0
                 };
                 to.slope += turn;
                 self.piece_roots(from, to, report);

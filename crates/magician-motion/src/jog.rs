@@ -44,9 +44,10 @@ impl Jog {
     /// The axis of this number, from 0: J1 to J4, or x, y, z and r. `None` for any other number.
     #[must_use]
     pub fn numbered(is_joint: bool, number: usize, positive: bool) -> Option<Self> {
-        let axes = match is_joint {
-            true => [JogAxis::J1, JogAxis::J2, JogAxis::J3, JogAxis::J4],
-            false => [JogAxis::X, JogAxis::Y, JogAxis::Z, JogAxis::R],
+        let axes = if is_joint {
+            [JogAxis::J1, JogAxis::J2, JogAxis::J3, JogAxis::J4]
+        } else {
+            [JogAxis::X, JogAxis::Y, JogAxis::Z, JogAxis::R]
         };
         let axis = *axes.get(number)?;
         Some(Self { axis, positive })
@@ -188,9 +189,10 @@ impl Planner {
         }
         let sign = if jog.positive { 1.0 } else { -1.0 };
         let forwards = sign * entry;
-        let (turn, left) = match forwards < 0.0 {
-            true => self.law.turn(-forwards, rates.acceleration),
-            false => (VelocityProfile::default(), -forwards),
+        let (turn, left) = if forwards < 0.0 {
+            self.law.turn(-forwards, rates.acceleration)
+        } else {
+            (VelocityProfile::default(), -forwards)
         };
         let braking =
             (turn.duration() > 0.0).then(|| self.jog_segment(from, jog.axis, -sign, turn));

@@ -100,9 +100,10 @@ impl MotionLaw {
     /// its speed the other way.
     #[must_use]
     pub fn run(self, length: f64, entry: f64, limits: &KinematicLimits) -> VelocityProfile {
-        match self.is_continuous() {
-            true => VelocityProfile::between(length, entry.max(0.0), limits.velocity, limits),
-            false => VelocityProfile::run_in_periods(length, entry, limits, self.period()),
+        if self.is_continuous() {
+            VelocityProfile::between(length, entry.max(0.0), limits.velocity, limits)
+        } else {
+            VelocityProfile::run_in_periods(length, entry, limits, self.period())
         }
     }
 
@@ -121,9 +122,10 @@ impl MotionLaw {
     /// What of a stop passes before the speed changes its sign, and how much of the speed is left then: nothing in
     /// continuous time, less than a period takes off in periods.
     pub(crate) fn turn(self, entry: f64, deceleration: f64) -> (VelocityProfile, f64) {
-        match self.is_continuous() {
-            true => (VelocityProfile::stopping(entry, deceleration), 0.0),
-            false => VelocityProfile::turn_in_periods(entry, deceleration, self.period()),
+        if self.is_continuous() {
+            (VelocityProfile::stopping(entry, deceleration), 0.0)
+        } else {
+            VelocityProfile::turn_in_periods(entry, deceleration, self.period())
         }
     }
 
@@ -142,14 +144,13 @@ impl MotionLaw {
         limits: &KinematicLimits,
     ) -> VelocityProfile {
         let profile = VelocityProfile::between(length, entry, exit, limits);
-        match self.is_continuous() {
-            true => profile,
-            false => {
-                let period = self.period();
-                let rounding = LENGTH_ROUNDING / limits.velocity;
-                let periods = libm::floor((profile.duration() + rounding) / period + 0.5);
-                profile.lasting(periods.max(1.0) * period, limits.acceleration)
-            }
+        if self.is_continuous() {
+            profile
+        } else {
+            let period = self.period();
+            let rounding = LENGTH_ROUNDING / limits.velocity;
+            let periods = libm::floor((profile.duration() + rounding) / period + 0.5);
+            profile.lasting(periods.max(1.0) * period, limits.acceleration)
         }
     }
 }

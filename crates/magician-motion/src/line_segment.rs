@@ -126,9 +126,10 @@ impl ToolPath for LineSegment {
                 .plus(section.swept())
         };
         let way = self.along.length();
-        let share_rate = match way > 0.0 {
-            true => speeds(&self.along, a, b).times(&Interval::over(1.0 / way, 1.0 / way)),
-            false => Interval(0.0, 0.0),
+        let share_rate = if way > 0.0 {
+            speeds(&self.along, a, b).times(&Interval::over(1.0 / way, 1.0 / way))
+        } else {
+            Interval(0.0, 0.0)
         };
         let j1 = turning
             .over_positive(&square.plus(across * across))

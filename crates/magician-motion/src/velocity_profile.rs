@@ -509,9 +509,12 @@ impl VelocityProfile {
         let ramped = ended_periods(self.ramp_in, self.period).min(cruised);
         let [gain_in, gain_out] = self.gains();
         // Half a gain ahead of a speed that is less than that the curve would go back: there it is a straight line.
-        let bent = |is_slow: bool, step: f64, since: f64| match is_slow {
-            true => (step - 1.0).max(since),
-            false => step,
+        let bent = |is_slow: bool, step: f64, since: f64| {
+            if is_slow {
+                (step - 1.0).max(since)
+            } else {
+                step
+            }
         };
         let slow_in = self.entry + gain_in * (ramped + 0.5) < 0.0;
         let slow_out = self.ramp_out_entry(cruised) - gain_out * (last - cruised + 0.5) < 0.0;
@@ -648,9 +651,10 @@ impl VelocityProfile {
     /// This profile of a segment in another time, between the same speeds: in more of it with a lower peak, or slower in its
     /// middle than at its ends, in less of it with a higher peak.
     pub(crate) fn lasting(self, duration: f64, acceleration: f64) -> Self {
-        match duration < self.duration {
-            true => self.hastened_to(duration),
-            false => self.slowed_to(duration, acceleration),
+        if duration < self.duration {
+            self.hastened_to(duration)
+        } else {
+            self.slowed_to(duration, acceleration)
         }
     }
 

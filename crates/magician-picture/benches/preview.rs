@@ -1,7 +1,7 @@
 //! What a picture of a large plan costs, beside its check.
 
 use divan::Bencher;
-use magician::words::Preflight;
+use magician::preflight::Preflight;
 use magician::{JointAngles, ToolBias};
 use magician_picture::{Preview, PreviewOptions};
 use magician_program::{Action, Origin, Plan, Surface, Tool, Travel, check};

@@ -2,7 +2,8 @@
 
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use magician::words::{self, Preflight};
+use magician::build;
+use magician::preflight::Preflight;
 use magician::{JointAngles, ToolBias};
 use magician_program::{Action, Origin, Plan, Tool, Travel, check};
 
@@ -27,7 +28,7 @@ fn drawing(segments: usize) -> Plan {
     let mut chance = Chance(20_260_801);
     let mut plan = Plan::new("a walk");
     plan.tool = Some(Tool::Pen);
-    plan.push(words::path_speed(100.0, 200.0), Origin::NONE);
+    plan.push(build::path_speed(100.0, 200.0), Origin::NONE);
     let (mut at, mut heading) = ([0.0f64; 2], 0.0f64);
     plan.push(
         Action::Move {

@@ -9,7 +9,7 @@ mod would_fit;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use magician_host::words::Preflight;
+use magician_host::preflight::Preflight;
 use magician_host::{Action as Deed, Error, Geometry, Limits, PtpMove, Set};
 use magician_motion::MotionError;
 
@@ -78,7 +78,7 @@ impl From<&RefusedStep> for Diagnostic {
     }
 }
 
-/// The steps that lead beyond what every arm keeps to for certain ([`Step::doubt`](magician_host::words::Step)): this arm may go
+/// The steps that lead beyond what every arm keeps to for certain ([`Step::doubt`](magician_host::preflight::Step)): this arm may go
 /// there, and another one may stop with an alarm.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]

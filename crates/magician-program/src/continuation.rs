@@ -4,7 +4,8 @@ pub(crate) mod lights;
 mod settings;
 pub(crate) mod within;
 
-use magician_host::words::{self, Preflight};
+use magician_host::build;
+use magician_host::preflight::Preflight;
 use magician_host::{Error, JointAngles, MotionSettings, PtpMove, Set};
 use magician_motion::Pose;
 
@@ -47,7 +48,7 @@ impl Continuation {
     /// high as it can be. Homing is not repeated: an arm that has been switched off in between is to be homed before.
     ///
     /// ```
-    /// use magician_host::{JointAngles, ToolBias, words::Preflight};
+    /// use magician_host::{JointAngles, ToolBias, preflight::Preflight};
     /// use magician_program::{Action, Continuation, Origin, Plan, Travel};
     ///
     /// let mut plan = Plan::new("two strokes");
@@ -247,7 +248,7 @@ impl<'p> LeadIn<'p> {
             .steps
             .iter()
             .any(burns)
-            .then_some(words::laser(false));
+            .then_some(build::laser(false));
         for command in dark.into_iter().chain(self.settings.in_force()) {
             arm.check(&command).map_err(refused)?;
             steps.push(command.into());
@@ -361,7 +362,7 @@ fn go(
             continue;
         };
         let command = match l {
-            Some(l) => words::with_rail(command, l)?,
+            Some(l) => build::with_rail(command, l)?,
             None => command,
         };
         match arm.check(&command) {

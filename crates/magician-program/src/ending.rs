@@ -1,6 +1,6 @@
 //! What the arm does when a program has ended, or was stopped.
 
-use magician_host::words::move_to;
+use magician_host::build::move_to;
 use magician_host::{Error, Result};
 
 use crate::{Depths, Plan, RemainingProgram, Surface};

@@ -1,6 +1,7 @@
 //! What was in a file becomes a plan for this arm: where it lies, with which tool, how fast.
 
-use magician_host::words::{self, Preflight};
+use magician_host::build;
+use magician_host::preflight::Preflight;
 use magician_host::{Action, Given, Set, Setting};
 use magician_motion::{ArmModel, Fence, ToolBias};
 
@@ -109,7 +110,7 @@ pub(crate) use work_lines::WorkLines;
 pub fn tip(start: &Preflight, tool: Option<Tool>) -> Option<[f64; 3]> {
     let mut told = start.clone();
     if let Some(tool) = tool {
-        told.check(&words::tool(tool.bias())).ok()?;
+        told.check(&build::tool(tool.bias())).ok()?;
     }
     let pose = told.arm()?.pose;
     Some([pose.x, pose.y, pose.z])

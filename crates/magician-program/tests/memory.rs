@@ -1,7 +1,7 @@
 //! How much memory a large drawing takes. A process of its own: the most that it has taken is counted.
 #![cfg(target_os = "linux")]
 
-use magician::words::Preflight;
+use magician::preflight::Preflight;
 use magician::{JointAngles, ToolBias};
 use magician_program::{Artwork, Content, Format, Origin, Program, Setup, Stroke, Surface};
 

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use magician_measure::{Attendant, Diagnosis, Finding, Measured, NoArm, QueueTrial, try_queue};
 use magician::{Arm, Error, ErrorCode, ErrorKind, LineOptions, Options, RawLine, Target};
+use magician_measure::{Attendant, Diagnosis, Finding, Measured, NoArm, QueueTrial, try_queue};
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

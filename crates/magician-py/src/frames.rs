@@ -1,7 +1,7 @@
 //! Frames as a program made them, for the modules that stand in for other people's libraries (`magician.compat`).
 
+use magician::preflight::Guards;
 use magician::protocol::{Ctrl, Row};
-use magician::words::Guards;
 use magician::{Arm, Error, ErrorKind, FrameBuf, QueueIndex, Result, Set};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;

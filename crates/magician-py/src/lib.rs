@@ -105,7 +105,7 @@ mod _magician {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
-        use magician::words::{CONVEYOR_FARTHEST, CONVEYOR_FASTEST, CONVEYOR_PULSES_PER_MM};
+        use magician::build::{CONVEYOR_FARTHEST, CONVEYOR_FASTEST, CONVEYOR_PULSES_PER_MM};
 
         crate::runtime::first_interpreter(module.py())?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use magician::words::Preflight;
+use magician::preflight::Preflight;
 use magician::{Fence, Voice};
 use magician_job::beside::BesideTurns;
 use magician_job::presets::Presets;

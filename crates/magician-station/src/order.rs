@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use magician::words::{Axis, JogDirection};
+use magician::build::{Axis, JogDirection};
 use magician::{ErrorCode, Fence, Pin, Set, ToolBias};
 use magician_job::{JobProgress, JobState, PauseReason};
 use magician_program::Travel;

@@ -7,11 +7,12 @@
 use std::hint::black_box;
 use std::time::Duration;
 
+use magician::build;
 use magician::commands::{ClearAllAlarmsState, QueuedCmdStartExec};
 use magician::connection::{Connection, Event, Settings};
+use magician::preflight::Preflight;
 use magician::sim::{Controller, LinkId};
 use magician::stream::{Item, Stream, StreamEvent, StreamSettings};
-use magician::words::{self, Preflight};
 use magician::{Arm, Ctrl, FrameBuf, Options, Set, Target, VirtualArm, blocking};
 use rustix::time::{ClockId, clock_gettime};
 
@@ -76,15 +77,15 @@ fn cost(work: impl FnOnce()) -> Duration {
 fn path(count: i32) -> Vec<Set> {
     let segments = (1..=count).map(|at| {
         let y = 50 - (at % 200 - 100).abs();
-        words::path_to(220.0, y as f32, 10.0)
+        build::path_to(220.0, y as f32, 10.0)
     });
     begin().into_iter().chain(segments).collect()
 }
 
 fn begin() -> [Set; 2] {
     [
-        words::path_speed(100.0, 100.0),
-        words::line_to(220.0, -50.0, 10.0, 0.0),
+        build::path_speed(100.0, 100.0),
+        build::line_to(220.0, -50.0, 10.0, 0.0),
     ]
 }
 

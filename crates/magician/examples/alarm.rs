@@ -3,7 +3,7 @@
 //!
 //! `cargo run -p magician --example alarm -- PORT`: `sim`, `/dev/ttyUSB0`, `COM3`, `udp:192.168.1.5`.
 
-use magician::{Alarm, ErrorKind, blocking::Arm, words};
+use magician::{Alarm, ErrorKind, blocking::Arm, build};
 
 fn main() -> magician::Result<()> {
     let port = std::env::args().nth(1).unwrap_or_else(|| "sim".to_owned());
@@ -11,7 +11,7 @@ fn main() -> magician::Result<()> {
     arm.home()?;
 
     // Checked, it does not come to an alarm.
-    let too_far = words::move_to(900.0, 0.0, 0.0, 0.0);
+    let too_far = build::move_to(900.0, 0.0, 0.0, 0.0);
     if let Err(error) = arm.run(&[too_far]) {
         println!("refused before it was sent: {error}");
     }

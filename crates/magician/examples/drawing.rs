@@ -11,8 +11,9 @@ use std::env::args;
 use std::time::Instant;
 
 use magician::commands::{CpCmd, CpParams, Pose};
+use magician::preflight::Preflight;
 use magician::protocol::{CpMode, Flag};
-use magician::{Options, Set, blocking::Arm, words};
+use magician::{Options, Set, blocking::Arm};
 
 /// Radius of the ring and length of a segment, mm.
 const RADIUS: f32 = 10.0;
@@ -44,7 +45,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         real_time_track: Flag::OFF,
     })?;
     let start = arm.get::<Pose>()?;
-    let here: words::Preflight = arm.preflight()?;
+    let here: Preflight = arm.preflight()?;
     let mut check = here.clone();
     for count in 1..=segments {
         check.check(&point(&start, count).into())?;

@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use magician::words::Axis;
+use magician::build::Axis;
 use magician::{JogOptions, blocking::Arm};
 
 /// A key repeats within this once it is held.

@@ -5,7 +5,7 @@
 
 use std::time::Duration;
 
-use magician::{blocking::Arm, words};
+use magician::{blocking::Arm, build};
 
 const PICK: [f32; 3] = [220.0, 80.0, -30.0];
 const PLACE: [f32; 3] = [220.0, -80.0, -30.0];
@@ -16,25 +16,25 @@ fn main() -> magician::Result<()> {
     let arm = Arm::connect(port)?;
     arm.home()?;
     arm.run(&[
-        words::tool_named("suction")?,
-        words::speed(80.0, 80.0),
-        words::jump_height(40.0, 120.0),
+        build::tool_named("suction")?,
+        build::speed(80.0, 80.0),
+        build::jump_height(40.0, 120.0),
     ])?;
-    let grip = words::wait(Duration::from_millis(300));
+    let grip = build::wait(Duration::from_millis(300));
     for cube in 0..3 {
         let shift = APART * cube as f32;
         // Checked as a whole before a byte is sent: a cube out of reach is not even lifted.
         let ran = arm.run(&[
-            words::jump_to(PICK[0] + shift, PICK[1], PICK[2], 0.0),
-            words::suction(true),
+            build::jump_to(PICK[0] + shift, PICK[1], PICK[2], 0.0),
+            build::suction(true),
             grip,
-            words::jump_to(PLACE[0] + shift, PLACE[1], PLACE[2], 0.0),
-            words::suction(false),
+            build::jump_to(PLACE[0] + shift, PLACE[1], PLACE[2], 0.0),
+            build::suction(false),
             grip,
         ])?;
         println!("cube {}: {} commands", cube + 1, ran.commands);
     }
-    arm.run(&[words::line_by(0.0, 0.0, 50.0, 0.0), words::pump_off()])?;
+    arm.run(&[build::line_by(0.0, 0.0, 50.0, 0.0), build::pump_off()])?;
     let pose = arm.pose()?;
     println!("there: x {:.1} y {:.1} z {:.1}", pose.x, pose.y, pose.z);
     Ok(())

@@ -6,7 +6,7 @@
 //! The arm moves 60 mm backwards from where it stands: keep clear of it.
 
 use magician::faults::Faults;
-use magician::{ErrorKind, Options, blocking::Arm, words};
+use magician::{ErrorKind, Options, blocking::Arm, build};
 
 fn main() -> magician::Result<()> {
     let port = std::env::args().nth(1).unwrap_or_else(|| "sim".to_owned());
@@ -17,7 +17,7 @@ fn main() -> magician::Result<()> {
     let arm = Arm::connect_with(port, Options::default().faults(faults))?;
     let start = arm.pose()?;
 
-    let path = (1..=300).map(|step| words::path_to(start.x - 0.2 * step as f32, start.y, start.z));
+    let path = (1..=300).map(|step| build::path_to(start.x - 0.2 * step as f32, start.y, start.z));
     let mut run = arm.start(path);
     while let Err(error) = run.wait(|_| {}) {
         if error.kind() != ErrorKind::Port || !run.is_interrupted() {

@@ -5,20 +5,20 @@
 
 use std::time::Duration;
 
-use magician::{blocking::Arm, words};
+use magician::{blocking::Arm, build};
 
 /// Puts the cube at (220, 80) onto the block at (220, -80).
 fn stack(arm: &Arm) -> magician::Result<()> {
-    let breathe = words::wait(Duration::from_millis(500));
+    let breathe = build::wait(Duration::from_millis(500));
     arm.run(&[
-        words::tool_named("suction")?,
-        words::jump_to(220.0, 80.0, -40.0, 0.0),
-        words::suction(true),
+        build::tool_named("suction")?,
+        build::jump_to(220.0, 80.0, -40.0, 0.0),
+        build::suction(true),
         breathe,
-        words::jump_to(220.0, -80.0, -10.0, 0.0),
-        words::suction(false),
+        build::jump_to(220.0, -80.0, -10.0, 0.0),
+        build::suction(false),
         breathe,
-        words::line_by(0.0, 0.0, 40.0, 0.0),
+        build::line_by(0.0, 0.0, 40.0, 0.0),
     ])?;
     Ok(())
 }

@@ -3,10 +3,10 @@
 //! `cargo run -p magician --example sensor -- PORT`. With `sim` the cell below stands around the arm; on a real one
 //! the infrared sensor is at GP4, the colour sensor at GP2, the button at EIO 19.
 
+use magician::build::{self, Sensed};
 use magician::commands::{ColorSensor, IrSwitch};
 use magician::protocol::{IoFunction, Port, SensorVersion};
 use magician::sim::Scenario;
-use magician::words::{self, Sensed};
 use magician::{Options, VirtualArm, blocking::Arm};
 
 const CELL: &str = r#"
@@ -31,12 +31,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Arm::connect(port)?
     };
     arm.run(&[
-        words::color_sensor(Port::Gp2, true, SensorVersion::V2),
-        words::infrared(Port::Gp4, true, SensorVersion::V2),
-        words::multiplex(BUTTON, IoFunction::DigitalInput),
+        build::color_sensor(Port::Gp2, true, SensorVersion::V2),
+        build::infrared(Port::Gp4, true, SensorVersion::V2),
+        build::multiplex(BUTTON, IoFunction::DigitalInput),
     ])?;
 
-    let color = arm.get_with::<ColorSensor>(&words::color_at(Port::Gp2))?;
+    let color = arm.get_with::<ColorSensor>(&build::color_at(Port::Gp2))?;
     println!(
         "colour: {:?} (red {}, green {}, blue {})",
         color.sensed(),
@@ -45,7 +45,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         color.b
     );
     let there = arm
-        .get_with::<IrSwitch>(&words::infrared_at(Port::Gp4))?
+        .get_with::<IrSwitch>(&build::infrared_at(Port::Gp4))?
         .sensed();
     println!(
         "infrared: {}",

@@ -14,7 +14,7 @@ use std::time::Duration;
 use magician::commands::{ColorSensor, GetColorSensor, GetIrSwitch, IrSwitch};
 use magician::protocol::{IoFunction, Port, SensorVersion, Stepper};
 use magician::sim::Scenario;
-use magician::{Options, Set, VirtualArm, blocking::Arm, words};
+use magician::{Options, Set, VirtualArm, blocking::Arm, build};
 
 /// The cell, as it is in the scenario.
 const CELL: &str = Scenario::PICK_AND_SORT;
@@ -44,9 +44,9 @@ const PLACES: [(&str, [f32; 3]); 3] = [
 fn carry(to: [f32; 3], hold: bool) -> [Set; 3] {
     let [x, y, z] = to;
     [
-        words::jump_to(x, y, z, 0.0),
-        words::suction(hold),
-        words::wait(Duration::from_millis(500)),
+        build::jump_to(x, y, z, 0.0),
+        build::suction(hold),
+        build::wait(Duration::from_millis(500)),
     ]
 }
 
@@ -54,7 +54,7 @@ fn carry(to: [f32; 3], hold: bool) -> [Set; 3] {
 fn cube_comes(arm: &Arm) -> magician::Result<bool> {
     let port = Some(AT_THE_BELT);
     let mut seen = false;
-    arm.run(&[words::motor(BELT, BELT_SPEED)])?;
+    arm.run(&[build::motor(BELT, BELT_SPEED)])?;
     for _ in 0..PATIENCE {
         seen = arm
             .get_with::<IrSwitch>(&GetIrSwitch { port })?
@@ -64,9 +64,9 @@ fn cube_comes(arm: &Arm) -> magician::Result<bool> {
             break;
         }
         // The arm waits, not the program: a virtual arm at full speed is then as far as a real one after 20 ms.
-        arm.run(&[words::wait(LOOK)])?;
+        arm.run(&[build::wait(LOOK)])?;
     }
-    arm.run(&[words::motor(BELT, 0)])?;
+    arm.run(&[build::motor(BELT, 0)])?;
     Ok(seen)
 }
 
@@ -85,12 +85,12 @@ fn place_for(color: ColorSensor) -> (&'static str, [f32; 3]) {
 fn sort(arm: &Arm) -> magician::Result<Vec<&'static str>> {
     arm.home()?;
     arm.run(&[
-        words::tool_named("suction")?,
-        words::jump_height(40.0, 100.0),
-        words::infrared(AT_THE_BELT, true, SensorVersion::V2),
-        words::color_sensor(ON_THE_TABLE, true, SensorVersion::V2),
-        words::multiplex(BUTTON, IoFunction::DigitalInput),
-        words::wait_for_level(BUTTON, true),
+        build::tool_named("suction")?,
+        build::jump_height(40.0, 100.0),
+        build::infrared(AT_THE_BELT, true, SensorVersion::V2),
+        build::color_sensor(ON_THE_TABLE, true, SensorVersion::V2),
+        build::multiplex(BUTTON, IoFunction::DigitalInput),
+        build::wait_for_level(BUTTON, true),
     ])?;
     let mut sorted = Vec::new();
     while cube_comes(arm)? {

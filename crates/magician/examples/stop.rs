@@ -7,7 +7,7 @@ use std::io::{IsTerminal, stdin};
 use std::sync::mpsc;
 use std::thread;
 
-use magician::{ErrorCode, blocking::Arm, words};
+use magician::{ErrorCode, blocking::Arm, build};
 
 fn main() -> magician::Result<()> {
     let port = std::env::args().nth(1).unwrap_or_else(|| "sim".to_owned());
@@ -28,7 +28,7 @@ fn main() -> magician::Result<()> {
 
     let to_and_fro = (0..).map(|turn| {
         let y = if turn % 2 == 0 { 60.0 } else { -60.0 };
-        words::line_to(220.0, y, 30.0, 0.0)
+        build::line_to(220.0, y, 30.0, 0.0)
     });
     let mut run = arm.start(to_and_fro);
     let ended = run.wait(|progress| {

@@ -3,13 +3,13 @@
 //! `cargo run -p magician --example two_arms -- PORT [PORT]`. `sim` is a virtual arm of its own each time.
 //! The arm moves: keep clear of it.
 
-use magician::{Arm, words};
+use magician::{Arm, build};
 
 /// To a place and back again; where the arm was then.
 async fn visit(arm: &Arm, y: f32) -> magician::Result<f32> {
     arm.run(&[
-        words::line_to(220.0, y, 20.0, 0.0),
-        words::line_by(0.0, 0.0, 30.0, 0.0),
+        build::line_to(220.0, y, 20.0, 0.0),
+        build::line_by(0.0, 0.0, 30.0, 0.0),
     ])
     .await?;
     Ok(arm.pose().await?.y)

@@ -3,7 +3,7 @@
 //!
 //! * [`Arm`] is a connected arm for programs on tokio, [`blocking::Arm`] the same for all others.
 //! * [`Target`] says where the arm is; [`ports`](fn@ports) lists where it could be.
-//! * [`words`] makes commands of intentions; [`commands`] has every command of the protocol.
+//! * [`build`] makes commands of intentions, [`preflight`] checks them; [`commands`] has every command of the protocol.
 //! * [`connection`] is the engine under both handles, without I/O and without a clock.
 //! * [`proxy`] lets several programs share one arm.
 //! * `serve` (feature `serve`) has listening ends for other programs: pseudo-terminals, TCP, UDP, discovery.
@@ -15,17 +15,17 @@
 //! dies without a word finishes what is in its queue.
 //!
 //! ```
-//! use magician::{blocking::Arm, words};
+//! use magician::{blocking::Arm, build};
 //!
 //! # fn main() -> magician::Result<()> {
 //! let arm = Arm::connect("sim")?; // or "/dev/ttyUSB0", "COM3", "udp:192.168.1.5"
 //! arm.home()?;
 //! arm.run(&[
-//!     words::tool_named("suction")?,
-//!     words::jump_to(220.0, 60.0, -20.0, 0.0),
-//!     words::suction(true),
-//!     words::jump_to(220.0, -60.0, -20.0, 0.0),
-//!     words::suction(false),
+//!     build::tool_named("suction")?,
+//!     build::jump_to(220.0, 60.0, -20.0, 0.0),
+//!     build::suction(true),
+//!     build::jump_to(220.0, -60.0, -20.0, 0.0),
+//!     build::suction(false),
 //! ])?;
 //! # Ok(())
 //! # }
@@ -92,8 +92,8 @@ pub use magician_host::gate;
 pub use magician_host::pair;
 pub use magician_host::{
     Act, Action, ArmOutputs, Error, ErrorCode, ErrorKind, Given, GripperState, PinUse,
-    REST_READ_INTERVAL, REST_TIME, Remedy, RestDetector, Result, Setting, Voice, burns, connection,
-    proxy, stream, words,
+    REST_READ_INTERVAL, REST_TIME, Remedy, RestDetector, Result, Setting, Voice, build, burns,
+    connection, preflight, proxy, stream,
 };
 pub use magician_motion::{
     ArmModel, ArmState, Breach, Cuboid, Fence, FenceError, FencePart, Geometry, JointAngles,

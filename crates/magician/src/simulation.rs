@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use magician_host::words::{Preflight, Readings};
+use magician_host::preflight::{Preflight, Readings};
 use magician_protocol::commands::{
     ClearAllAlarmsState, PtpCmd, QueuedCmdClear, QueuedCmdForceStopExec, QueuedCmdStartExec,
 };
@@ -10,7 +10,7 @@ use magician_protocol::{Ctrl, FrameBuf, NoArgs, PtpMode, Readable, Set};
 use magician_sim::scenario::ToolKind;
 use magician_sim::{ArmInstant, Controller, LinkId};
 
-use crate::{Error, Result, words};
+use crate::{Error, Result, build};
 
 /// The arm's only host.
 const LINK: LinkId = LinkId(0);
@@ -20,19 +20,19 @@ const LONGEST: Duration = Duration::from_secs(60);
 /// The meaning of an action's four numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ActionKind {
-    /// A pose, all joints together: [`words::move_to`].
+    /// A pose, all joints together: [`build::move_to`].
     MoveTo,
-    /// A pose on a straight line: [`words::line_to`].
+    /// A pose on a straight line: [`build::line_to`].
     LineTo,
-    /// A pose over obstacles: [`words::jump_to`].
+    /// A pose over obstacles: [`build::jump_to`].
     JumpTo,
-    /// Joint angles: [`words::move_joints`].
+    /// Joint angles: [`build::move_joints`].
     MoveJoints,
-    /// An offset of the pose, all joints together: [`words::move_by`].
+    /// An offset of the pose, all joints together: [`build::move_by`].
     MoveBy,
-    /// An offset of the pose, on a straight line: [`words::line_by`].
+    /// An offset of the pose, on a straight line: [`build::line_by`].
     LineBy,
-    /// An offset of the joint angles: [`words::move_joints_by`].
+    /// An offset of the joint angles: [`build::move_joints_by`].
     MoveJointsBy,
 }
 
@@ -168,7 +168,7 @@ impl Simulation {
         simulation.send(&QueuedCmdClear {}.into(), Ctrl::SET);
         simulation.send(&QueuedCmdStartExec {}.into(), Ctrl::SET);
         if let Some(percent) = speed {
-            let speed = words::speed(percent as f32, percent as f32);
+            let speed = build::speed(percent as f32, percent as f32);
             Preflight::new(&Readings::default()).check(&speed)?;
             simulation.send(&speed, Ctrl::SET);
         }
@@ -187,9 +187,9 @@ impl Simulation {
         if let Some(on) = action.tool.filter(|on| self.tool != Some(*on)) {
             self.tool = Some(on);
             let command = match (self.grips, on) {
-                (false, on) => words::suction(on),
-                (true, true) => words::grip(),
-                (true, false) => words::release(),
+                (false, on) => build::suction(on),
+                (true, true) => build::grip(),
+                (true, false) => build::release(),
             };
             self.send(&command, Ctrl::SET);
         }
@@ -319,7 +319,7 @@ mod tests {
         let mut arm = arm();
         let from = arm.observe().time;
         let check = Preflight::at(arm.arm.state().joints, arm.arm.state().tool);
-        let there = words::line_to(220.0, 80.0, 20.0, 0.0);
+        let there = build::line_to(220.0, 80.0, 20.0, 0.0);
         let seen = arm.step(ActionKind::LineTo, to([220.0, 80.0, 20.0, 0.0]), None);
         let time = check.estimate(&[there]).unwrap();
         assert_eq!(seen.time - from, time.as_secs_f64());

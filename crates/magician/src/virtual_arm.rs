@@ -25,7 +25,7 @@ pub(crate) use cell::Cell;
 /// A cell with a cube and a belt, and a program that puts one on the other:
 ///
 /// ```
-/// use magician::{Options, VirtualArm, blocking::Arm, sim::Scenario, words};
+/// use magician::{Options, VirtualArm, blocking::Arm, sim::Scenario, build};
 ///
 /// let scenario = Scenario::from_toml(r#"
 ///     tool = { kind = "suction" }
@@ -36,12 +36,12 @@ pub(crate) use cell::Cell;
 /// let cell = VirtualArm::in_scenario(&scenario);
 /// let arm = Arm::simulated(cell.clone(), Options::default())?;
 /// arm.run(&[
-///     words::jump_to(220.0, 80.0, -40.0, 0.0),
-///     words::suction(true),
-///     words::wait(std::time::Duration::from_millis(500)),
-///     words::jump_to(200.0, -100.0, -20.0, 0.0),
-///     words::suction(false),
-///     words::wait(std::time::Duration::from_millis(500)),
+///     build::jump_to(220.0, 80.0, -40.0, 0.0),
+///     build::suction(true),
+///     build::wait(std::time::Duration::from_millis(500)),
+///     build::jump_to(200.0, -100.0, -20.0, 0.0),
+///     build::suction(false),
+///     build::wait(std::time::Duration::from_millis(500)),
 /// ])?;
 /// assert!(cell.with(|arm| arm.look().object("red cube").unwrap().on_belt()));
 /// # Ok::<(), Box<dyn std::error::Error>>(())

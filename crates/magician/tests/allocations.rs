@@ -13,7 +13,7 @@ use magician::commands::{CpCmd, DeviceTime, QueuedCmdCurrentIndex, QueuedCmdLeft
 use magician::connection::{Connection, Event, Request, Settings};
 use magician::protocol::{CpMode, NoArgs, Writable};
 use magician::stream::{Item, Stream, StreamEvent, StreamSettings};
-use magician::{Arm, Ctrl, FrameBuf, Options, VirtualArm, words};
+use magician::{Arm, Ctrl, FrameBuf, Options, VirtualArm, build};
 
 thread_local! {
     static COUNT: Cell<u64> = const { Cell::new(0) };
@@ -238,7 +238,7 @@ fn a_segment_through_the_driver_allocates_nothing() {
                 29_000 => seen.set([seen.get()[0], COUNT.get()]),
                 _ => {}
             }
-            words::path_to(200.0 + (nth % 100) as f32 * 0.5, 0.0, 20.0)
+            build::path_to(200.0 + (nth % 100) as f32 * 0.5, 0.0, 20.0)
         });
         runtime.block_on(async {
             let options = Options::default().window(window);

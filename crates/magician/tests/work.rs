@@ -3,7 +3,7 @@
 
 use std::sync::atomic::Ordering::Relaxed;
 
-use magician::{Arm, Fence, Options, Set, words};
+use magician::{Arm, Fence, Options, Set, build};
 use magician_host::PLANNED;
 use magician_protocol::ENCODED;
 
@@ -20,15 +20,15 @@ async fn counted(arm: &Arm, commands: &[Set]) -> [usize; 2] {
 
 #[tokio::test]
 async fn checked_command_is_planned_and_encoded_once() {
-    let there = words::line_to(220.0, 10.0, 20.0, 0.0);
-    let corner = |nth: i32| words::path_to(220.0 + (nth % 2) as f32, nth as f32, 20.0);
+    let there = build::line_to(220.0, 10.0, 20.0, 0.0);
+    let corner = |nth: i32| build::path_to(220.0 + (nth % 2) as f32, nth as f32, 20.0);
     let path: Vec<Set> = (0..300).map(corner).collect();
     let fence = Fence::default().with_floor(-60.0).unwrap();
     for (fence, plans) in [(None, 1), (Some(fence), 2)] {
         let arm = Arm::connect_with("sim", Options::default().fence(fence))
             .await
             .unwrap();
-        arm.run(&[words::home()]).await.unwrap();
+        arm.run(&[build::home()]).await.unwrap();
         assert_eq!(counted(&arm, &[there]).await, [plans, 1], "{fence:?}");
         let count = path.len();
         assert_eq!(

@@ -3,7 +3,7 @@
 
 use std::error::Error;
 
-use magician_host::words::Preflight;
+use magician_host::preflight::Preflight;
 use magician_motion::{JointAngles, ToolBias};
 use magician_picture::{DrawingOptions, drawing_svg};
 use magician_program::rehearse::{RehearseOptions, rehearse};

@@ -1,8 +1,8 @@
 //! `conveyor`: the belt that one of the arm's motor outputs drives.
 
 use clap::{Args, Subcommand};
-use magician::words::{CONVEYOR_FARTHEST, conveyor_speed};
-use magician::{Set, words};
+use magician::build::{CONVEYOR_FARTHEST, conveyor_speed};
+use magician::{Set, build};
 use magician_protocol::Stepper;
 use serde::Serialize;
 
@@ -78,7 +78,7 @@ impl Conveyor {
                     let message = format!("the speed is {speed} mm/s, it must be above 0");
                     return Err(Failure::invalid(message));
                 }
-                let command = words::conveyor_by(output, within(distance)?, speed);
+                let command = build::conveyor_by(output, within(distance)?, speed);
                 let quiet = context.global.json;
                 context.arm(StopPolicy::Move, async |arm, _| {
                     advance(arm, command, quiet).await
@@ -119,7 +119,7 @@ fn turn(
     output: Stepper,
     speed: f32,
 ) -> Result<BeltReport, Failure> {
-    let command = words::conveyor(output, speed);
+    let command = build::conveyor(output, speed);
     context.arm(StopPolicy::Order, async |arm, _| {
         Ok(arm.set_any(&command).await?)
     })?;

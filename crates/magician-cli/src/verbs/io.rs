@@ -3,7 +3,7 @@ use magician::commands::{
     GetIoAdc, GetIoDi, GetIoDo, GetIoMultiplexing, GetIoPwm, IoAdc, IoDi, IoDo, IoMultiplexing,
     IoPwm,
 };
-use magician::{Arm, Set, words};
+use magician::{Arm, Set, build};
 use magician_protocol::IoFunction;
 use serde::Serialize;
 
@@ -214,12 +214,12 @@ impl Action {
     /// What it tells an output, if it does.
     fn command(self) -> Option<Set> {
         match self {
-            Self::Set { pin, level } => Some(words::output(pin, level)),
+            Self::Set { pin, level } => Some(build::output(pin, level)),
             Self::Pwm {
                 pin,
                 hertz,
                 percent,
-            } => Some(words::pwm(pin, hertz, percent)),
+            } => Some(build::pwm(pin, hertz, percent)),
             _ => None,
         }
     }
@@ -334,7 +334,7 @@ pub(super) fn state(pin: &Pin) -> String {
     match (pin.level, pin.frequency, pin.duty_cycle, pin.value) {
         (Some(level), ..) => if level == 0 { "low" } else { "high" }.to_owned(),
         (_, Some(hertz), Some(percent), _) => format!("{hertz} Hz, {percent} %"),
-        (.., Some(value)) => format!("{value} of {}", words::ANALOG_COUNTS),
+        (.., Some(value)) => format!("{value} of {}", build::ANALOG_COUNTS),
         _ => String::new(),
     }
 }

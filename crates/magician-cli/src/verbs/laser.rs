@@ -6,7 +6,7 @@ use std::pin::Pin;
 use std::time::Duration;
 
 use clap::Args;
-use magician::{Arm, Link, words};
+use magician::{Arm, Link, build};
 use tokio::sync::oneshot;
 use tokio::time::{sleep, timeout};
 
@@ -66,7 +66,7 @@ impl Laser {
             Burns::WhileConnected
         };
         context.arm(StopPolicy::Light(burns), async |arm, _| {
-            Ok(arm.set_any(&words::laser(true)).await?)
+            Ok(arm.set_any(&build::laser(true)).await?)
         })?;
         show(context, "laser", Switch::On)
     }
@@ -83,7 +83,7 @@ impl Laser {
     fn burn(self, context: &mut Context) -> Result<(), Failure> {
         let quiet = context.global.json;
         context.until_told(AT_SIGHT, ToldPolicy::Burn, async |arm, out, told| {
-            arm.set_any(&words::laser(true)).await?;
+            arm.set_any(&build::laser(true)).await?;
             said(quiet, out, "on")?;
             let end = self.end(arm, quiet, told).await;
             let dark = arm.darken().await;

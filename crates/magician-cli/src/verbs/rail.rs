@@ -2,7 +2,7 @@
 
 use clap::{Args, Subcommand};
 use magician::commands::{DeviceWithL, Pose, PoseL, PtpLParams};
-use magician::{Arm, RunOptions, Set, words};
+use magician::{Arm, RunOptions, Set, build};
 use magician_protocol::RailVersion;
 use serde::Serialize;
 
@@ -78,11 +78,11 @@ impl Rail {
             Some(Action::Off) => tell(context, false, 2)?,
             Some(Action::To { place, how }) => context.arm(StopPolicy::Move, async |arm, _| {
                 let pose = arm.get::<Pose>().await?;
-                go(arm, words::rail_to(place, &pose), how, quiet, &saved).await
+                go(arm, build::rail_to(place, &pose), how, quiet, &saved).await
             })?,
             Some(Action::By { distance, how }) => context
                 .arm(StopPolicy::Move, async |arm, _| {
-                    go(arm, words::rail_by(distance), how, quiet, &saved).await
+                    go(arm, build::rail_by(distance), how, quiet, &saved).await
                 })?,
         };
         context.show(&answer, |out| match answer.l {
@@ -93,7 +93,7 @@ impl Rail {
 }
 
 fn tell(context: &mut Context, on: bool, version: u8) -> Result<RailReport, Failure> {
-    let command = words::rail(on, RailVersion::from(version.saturating_sub(1)));
+    let command = build::rail(on, RailVersion::from(version.saturating_sub(1)));
     context.arm(StopPolicy::Order, async |arm, _| {
         arm.set_any(&command).await?;
         look(arm).await
@@ -132,7 +132,7 @@ async fn go(
     let mut commands = vec![travel];
     if let Some(speed) = how.speed {
         let before = arm.get::<PtpLParams>().await?;
-        commands.insert(0, words::rail_speed(speed, before.acceleration));
+        commands.insert(0, build::rail_speed(speed, before.acceleration));
         commands.push(before.into());
         saved.save(arm, before).await;
     }

@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 use magician::Arm;
+use magician::build::{self, Color, Sensed};
 use magician::commands::{ColorSensor, IrSwitch};
-use magician::words::{self, Color, Sensed};
 use magician_protocol::{Port, SensorVersion};
 use serde::Serialize;
 use tokio::time::{MissedTickBehavior, interval};
@@ -122,8 +122,8 @@ impl Sensor {
         let version = SensorVersion::from(self.version.saturating_sub(1));
         let (port, on) = (self.connector.into(), !self.off);
         let command = match self.kind {
-            Kind::Color => words::color_sensor(port, on, version),
-            Kind::Infrared => words::infrared(port, on, version),
+            Kind::Color => build::color_sensor(port, on, version),
+            Kind::Infrared => build::infrared(port, on, version),
         };
         Ok(arm.set_any(&command).await?)
     }
@@ -135,7 +135,7 @@ impl Sensor {
         }
         Ok(match self.kind {
             Kind::Color => {
-                let query = words::color_at(port.into());
+                let query = build::color_at(port.into());
                 let seen = arm.get_with::<ColorSensor>(&query).await?;
                 let color = seen.sensed().map(|color| match color {
                     Color::Red => "red",
@@ -152,7 +152,7 @@ impl Sensor {
                 }
             }
             Kind::Infrared => {
-                let query = words::infrared_at(port.into());
+                let query = build::infrared_at(port.into());
                 let blocked = arm.get_with::<IrSwitch>(&query).await?.sensed();
                 Seen::Infrared { port, blocked }
             }

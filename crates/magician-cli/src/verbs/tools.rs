@@ -1,7 +1,7 @@
 //! `suction`, `gripper`: the tools, at once.
 
 use clap::{Args, ValueEnum};
-use magician::{Set, words};
+use magician::{Set, build};
 use serde::Serialize;
 
 use crate::context::{Context, StopPolicy};
@@ -46,7 +46,7 @@ struct SwitchReport<T> {
 
 impl Suction {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        let command = words::suction(self.state == Switch::On);
+        let command = build::suction(self.state == Switch::On);
         switch(context, "suction", self.state, command)
     }
 }
@@ -54,9 +54,9 @@ impl Suction {
 impl Gripper {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let command = match self.state {
-            Grip::Open => words::release(),
-            Grip::Close => words::grip(),
-            Grip::Off => words::pump_off(),
+            Grip::Open => build::release(),
+            Grip::Close => build::grip(),
+            Grip::Off => build::pump_off(),
         };
         switch(context, "gripper", self.state, command)
     }

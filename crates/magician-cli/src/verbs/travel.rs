@@ -3,9 +3,9 @@
 use std::cell::Cell;
 
 use clap::Args;
+use magician::preflight::CheckedProgram;
 use magician::report::PoseReport;
-use magician::words::CheckedProgram;
-use magician::{Arm, QueueIndex, RunOptions, Set, ToolBias, commands, words};
+use magician::{Arm, QueueIndex, RunOptions, Set, ToolBias, build, commands};
 use magician_program::Travel;
 use serde::Serialize;
 use tokio::sync::Notify;
@@ -163,7 +163,7 @@ impl Move {
         let pose = arm.known_pose().await?;
         let mut commands = Vec::new();
         if let Some(bias) = self.tool {
-            commands.push(words::tool(bias));
+            commands.push(build::tool(bias));
         }
         let travel = self.travel(&pose);
         let before = match self.speed_ratio {
@@ -172,7 +172,7 @@ impl Move {
         };
         match (self.speed_ratio, before) {
             (Some(ratio), Some(before)) => {
-                commands.extend([words::speed(ratio, ratio), travel, before.into()]);
+                commands.extend([build::speed(ratio, ratio), travel, before.into()]);
             }
             _ => commands.push(travel),
         }
@@ -205,14 +205,14 @@ impl Move {
             (false, true) => {
                 let [x, y, z, r] = to;
                 if self.linear {
-                    words::line_by(x, y, z, r)
+                    build::line_by(x, y, z, r)
                 } else {
-                    words::move_by(x, y, z, r)
+                    build::move_by(x, y, z, r)
                 }
             }
             (true, true) => {
                 let [j1, j2, j3, j4] = to;
-                words::move_joints_by(j1, j2, j3, j4)
+                build::move_joints_by(j1, j2, j3, j4)
             }
         }
     }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use magician::words::Preflight;
+use magician::preflight::Preflight;
 use magician::{Ctrl, FrameBuf};
 use magician_program::rehearse::{RehearseOptions, tool_of};
 use magician_program::wire::{answer, answer_from};

@@ -1,6 +1,6 @@
 //! How a drawing becomes what the arm does: with a pen that is put down and lifted, or a laser that is lit and darkened.
 
-use magician_host::words;
+use magician_host::build;
 use magician_motion::Fence;
 
 use super::{DrawingPart, PartPen, PlacedArtwork, Stroke, distance};
@@ -92,11 +92,11 @@ impl PlacedArtwork {
         plan.surface = Some(self.highest());
         plan.names.clone_from(&self.artwork.names);
         plan.push(
-            words::line_speed(marking.travel, marking.travel),
+            build::line_speed(marking.travel, marking.travel),
             Origin::NONE,
         );
         plan.push(
-            words::path_speed(marking.speed, marking.acceleration),
+            build::path_speed(marking.speed, marking.acceleration),
             Origin::NONE,
         );
         let mut writer = StepWriter {
@@ -124,7 +124,7 @@ impl PlacedArtwork {
         writer.leave();
         let (mut plan, travel) = (writer.plan, [marking.travel; 4]);
         if writer.by_joints {
-            let told = words::joint_speed(travel, travel);
+            let told = build::joint_speed(travel, travel);
             plan.steps.insert(0, Step::new(told, Origin::NONE));
         }
         plan
@@ -201,7 +201,7 @@ impl StepWriter<'_> {
             *above += before.height - self.surface.height;
         }
         if self.marking.speed != speed {
-            let told = words::path_speed(self.marking.speed, self.marking.acceleration);
+            let told = build::path_speed(self.marking.speed, self.marking.acceleration);
             self.plan.push(told, origin);
         }
     }

@@ -1,6 +1,6 @@
 //! Taught points that say where the carriage of a sliding rail is.
 
-use magician_host::{Action as Deed, words};
+use magician_host::{Action as Deed, build};
 
 use crate::{Action, Diagnostic, DiagnosticCode};
 
@@ -50,7 +50,7 @@ impl RailCourse {
                 ))
             };
         }
-        let along = motion.command().map(|command| words::with_rail(command, l));
+        let along = motion.command().map(|command| build::with_rail(command, l));
         Ok(match along {
             Some(Ok(along)) => Action::from(along),
             _ => motion,

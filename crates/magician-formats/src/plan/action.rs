@@ -1,4 +1,4 @@
-use magician_host::words;
+use magician_host::build;
 use magician_protocol::{MAX_PARAMS, PtpMode, Set, Writer};
 
 use super::{Part, Pause};
@@ -30,13 +30,13 @@ impl Travel {
     /// The command that goes to a pose in this way: x, y, z, r.
     #[must_use]
     pub fn to_pose(self, to: [f32; 4]) -> Set {
-        ptp(self, [words::move_to, words::line_to, words::jump_to], to)
+        ptp(self, [build::move_to, build::line_to, build::jump_to], to)
     }
 
     /// The command that goes to joint angles in this way: J1 to J4.
     #[must_use]
     pub fn to_joints(self, to: [f32; 4]) -> Set {
-        let words = [words::move_joints, words::line_joints, words::jump_joints];
+        let words = [build::move_joints, build::line_joints, build::jump_joints];
         ptp(self, words, to)
     }
 }
@@ -156,23 +156,23 @@ impl Action {
         Some(match *self {
             Self::Move { to, by } => by.to_pose(to),
             Self::Joints { to, by } => by.to_joints(to),
-            Self::Shift { by, line: false } => each(words::move_by, by),
-            Self::Shift { by, line: true } => each(words::line_by, by),
-            Self::Arc { via, to } => words::arc_to(via, to),
-            Self::Path { to: [x, y, z] } => words::path_to(x, y, z),
+            Self::Shift { by, line: false } => each(build::move_by, by),
+            Self::Shift { by, line: true } => each(build::line_by, by),
+            Self::Arc { via, to } => build::arc_to(via, to),
+            Self::Path { to: [x, y, z] } => build::path_to(x, y, z),
             Self::Burn {
                 to: [x, y, z],
                 power,
-            } => words::engrave_to(x, y, z, power),
-            Self::Suction(on) => words::suction(on),
-            Self::Gripper(Grip::Off) => words::pump_off(),
-            Self::Gripper(Grip::Open) => words::release(),
-            Self::Gripper(Grip::Close) => words::grip(),
-            Self::Laser(on) => words::laser(on),
+            } => build::engrave_to(x, y, z, power),
+            Self::Suction(on) => build::suction(on),
+            Self::Gripper(Grip::Off) => build::pump_off(),
+            Self::Gripper(Grip::Open) => build::release(),
+            Self::Gripper(Grip::Close) => build::grip(),
+            Self::Laser(on) => build::laser(on),
             Self::Wait(milliseconds) => {
-                words::wait(std::time::Duration::from_millis(milliseconds.into()))
+                build::wait(std::time::Duration::from_millis(milliseconds.into()))
             }
-            Self::Home => words::home(),
+            Self::Home => build::home(),
             Self::Command(ref command) => **command,
             Self::Part(_) | Self::Pause(_) => return None,
         })

@@ -31,7 +31,7 @@ impl Plan {
 
 #[cfg(test)]
 mod tests {
-    use magician_host::words;
+    use magician_host::build;
 
     use super::*;
     use crate::{Action, Surface, Tool};
@@ -53,7 +53,7 @@ mod tests {
         assert_eq!((both.title.as_str(), both.tool), ("one", Some(Tool::Pen)));
         assert_eq!(both.surface, None);
         assert_eq!(both.steps.len(), 2 + 1 + 2);
-        let told = words::tool(Tool::Laser.bias());
+        let told = build::tool(Tool::Laser.bias());
         assert_eq!(both.steps[2].action.command(), Some(told));
         let named = |at: usize| both.name_of(&both.steps[at].origin);
         assert_eq!([named(0), named(1)], [Some("one"), None]);

@@ -15,7 +15,7 @@ mod transform;
 
 use std::collections::BTreeMap;
 
-use magician_host::words;
+use magician_host::build;
 use magician_protocol::Set;
 
 pub use action::{Action, Grip, Travel};
@@ -87,7 +87,7 @@ impl Plan {
     /// What the arm is told first: the tool that the plan is made for.
     #[must_use]
     pub fn preamble(&self) -> Option<Set> {
-        self.tool.map(|tool| words::tool(tool.bias()))
+        self.tool.map(|tool| build::tool(tool.bias()))
     }
 
     /// Everything the arm is told, in order: the preamble, and the command of each step that has one.
@@ -173,17 +173,17 @@ mod tests {
     #[test]
     fn what_lights_the_laser_burns_in_whatever_form() {
         for lit in [
-            words::laser(true),
+            build::laser(true),
             burn(CpMode::Absolute, 1.0),
             burn(CpMode::Relative, 1.0),
         ] {
             assert!(
-                of([words::path_to(200.0, 0.0, 0.0), lit]).burns(),
+                of([build::path_to(200.0, 0.0, 0.0), lit]).burns(),
                 "{lit:?}"
             );
         }
         let dark = [
-            words::laser(false),
+            build::laser(false),
             burn(CpMode::Absolute, 0.0),
             burn(CpMode::Relative, 0.0),
         ];
@@ -192,11 +192,11 @@ mod tests {
 
     #[test]
     fn kinds_are_one_of_each() {
-        let path = |x| words::path_to(x, 0.0, 0.0);
-        let mut plan = of([path(200.0), path(210.0), words::laser(false)]);
+        let path = |x| build::path_to(x, 0.0, 0.0);
+        let mut plan = of([path(200.0), path(210.0), build::laser(false)]);
         plan.tool = Some(Tool::Laser);
         let kinds = plan.kinds();
         assert_eq!(kinds.len(), 3);
-        assert!(kinds.contains(&words::tool(Tool::Laser.bias())));
+        assert!(kinds.contains(&build::tool(Tool::Laser.bias())));
     }
 }

@@ -1,6 +1,6 @@
 //! Speeds that a person asks for, instead of a plan's own.
 
-use magician_host::words;
+use magician_host::build;
 use magician_protocol::Set;
 
 use crate::{Action, Plan, Step};
@@ -9,7 +9,7 @@ impl Plan {
     /// Has all moves use this share of the set speeds, percent, wherever its steps say another. Gives what the arm has to be
     /// told first.
     pub fn moves_at(&mut self, percent: f32) -> Set {
-        let ratio = words::speed(percent, percent);
+        let ratio = build::speed(percent, percent);
         self.steps.iter_mut().for_each(|step| {
             if let Some(Set::PtpCommonParams(_)) = command_of(step) {
                 step.action = Action::Command(Box::new(ratio));
@@ -49,15 +49,15 @@ mod tests {
     #[test]
     fn the_plans_own_speeds_give_way() {
         let mut plan = Plan::new("p");
-        plan.push(words::speed(80.0, 80.0), Origin::NONE);
-        plan.push(words::path_speed(60.0, 100.0), Origin::NONE);
-        plan.push(words::path_to(200.0, 0.0, 0.0), Origin::NONE);
+        plan.push(build::speed(80.0, 80.0), Origin::NONE);
+        plan.push(build::path_speed(60.0, 100.0), Origin::NONE);
+        plan.push(build::path_to(200.0, 0.0, 0.0), Origin::NONE);
         let first = plan.moves_at(20.0);
         plan.path_at(10.0);
         let wanted = [
-            words::speed(20.0, 20.0),
-            words::path_speed(10.0, 100.0),
-            words::path_to(200.0, 0.0, 0.0),
+            build::speed(20.0, 20.0),
+            build::path_speed(10.0, 100.0),
+            build::path_to(200.0, 0.0, 0.0),
         ];
         assert_eq!(first, wanted[0]);
         assert!(plan.commands().eq(wanted));

@@ -92,7 +92,7 @@ fn draws_along(action: &Action) -> bool {
 mod tests {
     use std::slice;
 
-    use magician_host::words;
+    use magician_host::build;
 
     use super::*;
     use crate::Origin;
@@ -133,7 +133,7 @@ mod tests {
         // A path that a program makes for a tool that it does not name may be of any.
         assert!(!of(None, &line).draws(false));
         assert!(!of(None, &line[..1]).draws(true));
-        assert!(!of(Some(Tool::Pen), &[words::speed(10.0, 10.0).into()]).draws(true));
+        assert!(!of(Some(Tool::Pen), &[build::speed(10.0, 10.0).into()]).draws(true));
         let burnt = [line.as_slice(), &[Action::Laser(true)]].concat();
         assert!(!of(None, &burnt).draws(true) && !of(Some(Tool::Pen), &burnt).draws(true));
     }

@@ -1,6 +1,6 @@
 //! The powers of a plan's burns: in proportion to speed (M4), and as a person wants them.
 
-use magician_host::words::PathProfiles;
+use magician_host::preflight::PathProfiles;
 use magician_host::{Given, Set, Setting, VelocityProfile};
 use magician_motion::ArmModel;
 
@@ -281,7 +281,7 @@ fn unreached(steps: &[Step], profiles: &[Option<VelocityProfile>]) -> Option<Dia
 
 #[cfg(test)]
 mod tests {
-    use magician_host::words;
+    use magician_host::build;
 
     use super::*;
     use crate::Origin;
@@ -289,10 +289,10 @@ mod tests {
     /// Lines of 60 % through these points, at a speed that is a share of the feed.
     fn plan(points: &[[f32; 2]], speed: f32, feed: f32) -> Plan {
         let mut plan = Plan::new("M4");
-        plan.push(words::path_speed(speed, 100.0), Origin::NONE);
+        plan.push(build::path_speed(speed, 100.0), Origin::NONE);
         let mut points = points.iter().map(|[x, y]| [*x, *y, 0.0]);
         let [x, y, z] = points.next().expect("a point");
-        plan.push(words::line_to(x, y, z, 0.0), Origin::NONE);
+        plan.push(build::line_to(x, y, z, 0.0), Origin::NONE);
         for to in points {
             plan.push(Action::Burn { to, power: 60.0 }, Origin::NONE);
         }

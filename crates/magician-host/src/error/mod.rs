@@ -20,9 +20,9 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 /// Why something could not be done: a sentence for people, and the parts of it for programs.
 ///
 /// ```
-/// use magician_host::{ErrorKind, words};
+/// use magician_host::{ErrorKind, build};
 ///
-/// let error = words::tool_named("hammer").unwrap_err();
+/// let error = build::tool_named("hammer").unwrap_err();
 /// assert_eq!(error.kind(), ErrorKind::InvalidInput);
 /// assert!(error.to_string().contains("suction"));
 /// ```
@@ -56,9 +56,9 @@ impl Error {
     /// Which error it is.
     ///
     /// ```
-    /// use magician_host::{ErrorCode, words};
+    /// use magician_host::{ErrorCode, build};
     ///
-    /// let error = words::with_rail(words::suction(true), 600.0).unwrap_err();
+    /// let error = build::with_rail(build::suction(true), 600.0).unwrap_err();
     /// assert_eq!(error.code(), ErrorCode::WrongCommand);
     /// ```
     #[must_use]
@@ -139,15 +139,16 @@ impl Error {
         self.0.alarms.as_ref()
     }
 
-    /// The check of a program that has refused it, by its name in [`Guards`](crate::words::Guards), if it is one that can be
+    /// The check of a program that has refused it, by its name in [`Guards`](crate::preflight::Guards), if it is one that can be
     /// switched off.
     ///
     /// ```
-    /// use magician_host::words::{self, Preflight};
+    /// use magician_host::build;
+    /// use magician_host::preflight::Preflight;
     /// use magician_host::{JointAngles, ToolBias};
     ///
     /// let start = Preflight::at(JointAngles::HOME, ToolBias::NONE);
-    /// let error = start.program(&[words::laser(true)]).unwrap_err();
+    /// let error = start.program(&[build::laser(true)]).unwrap_err();
     /// assert_eq!(error.guard(), Some("laser"));
     /// ```
     #[must_use]
@@ -533,7 +534,8 @@ mod tests {
 
     use super::*;
     use crate::ToolBias;
-    use crate::words::{self, Preflight};
+    use crate::build;
+    use crate::preflight::Preflight;
 
     #[test]
     fn an_alarm_names_cause_and_cure_and_what_clears_it() {
@@ -581,8 +583,8 @@ mod tests {
         assert_eq!(format!("{error:?}"), whole);
         let start = Preflight::at(magician_motion::JointAngles::HOME, ToolBias::NONE);
         let program = [
-            words::line_by(0.0, 1.0, 0.0, 0.0),
-            words::line_to(f32::NAN, 0.0, 0.0, 0.0),
+            build::line_by(0.0, 1.0, 0.0, 0.0),
+            build::line_to(f32::NAN, 0.0, 0.0, 0.0),
         ];
         let error = start.clone().program(&program).unwrap_err();
         assert_eq!(

@@ -24,8 +24,8 @@ use std::collections::VecDeque;
 
 use magician_protocol::Frame;
 
+use crate::build::JogDirection;
 use crate::connection::Micros;
-use crate::words::JogDirection;
 use crate::{Action, Error, ErrorCode, Result};
 
 use self::motors::Motors;
@@ -116,7 +116,7 @@ enum Motion {
 ///
 /// ```
 /// use magician_host::gate::{Gate, GateEffect, Holder, JogId, JogRequest};
-/// use magician_host::words::Axis;
+/// use magician_host::build::Axis;
 ///
 /// let mut gate = Gate::new();
 /// let jog = |id, direction| JogRequest { id: JogId(id), holder: Holder(0), direction };

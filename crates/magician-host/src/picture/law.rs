@@ -11,7 +11,7 @@ use super::*;
 use crate::connection::{Request, Settings};
 use crate::faults::{Dice, Faults};
 use crate::pair::Pair;
-use crate::{ToolBias, words};
+use crate::{ToolBias, build};
 
 /// Longer than a request takes that is answered.
 const PATIENCE: Micros = 2_000_000;
@@ -139,26 +139,26 @@ impl PictureRig {
 /// What a program may switch, by chance.
 fn any_output(dice: &mut Dice) -> Set {
     match dice.below(9) {
-        0 => words::suction(dice.chance(0.5)),
-        1 => words::grip(),
-        2 => words::release(),
-        3 => words::pump_off(),
-        4 => words::laser(true),
-        5 => words::laser(false),
-        6 => words::tool(if dice.chance(0.5) {
+        0 => build::suction(dice.chance(0.5)),
+        1 => build::grip(),
+        2 => build::release(),
+        3 => build::pump_off(),
+        4 => build::laser(true),
+        5 => build::laser(false),
+        6 => build::tool(if dice.chance(0.5) {
             ToolBias::PEN
         } else {
             ToolBias::LASER
         }),
-        7 => words::speed(1.0 + dice.below(99) as f32, 50.0),
-        _ => words::output(3, true),
+        7 => build::speed(1.0 + dice.below(99) as f32, 50.0),
+        _ => build::output(3, true),
     }
 }
 
 fn any_segment(dice: &mut Dice) -> Set {
     let power = if dice.chance(0.6) { 60.0 } else { 0.0 };
     let (x, y) = (dice.below(20) as f32, dice.below(20) as f32);
-    words::engrave_to(210.0 + x, y - 10.0, 0.0, power)
+    build::engrave_to(210.0 + x, y - 10.0, 0.0, power)
 }
 
 fn stop(bench: &mut PictureRig) {
@@ -191,7 +191,7 @@ fn step(bench: &mut PictureRig, dice: &mut Dice) {
                 bench.read_all();
                 bench.read::<Pose>();
             }
-            _ => bench.queue(words::move_to(220.0, 10.0, 20.0, 0.0)),
+            _ => bench.queue(build::move_to(220.0, 10.0, 20.0, 0.0)),
         },
     }
 }
@@ -201,7 +201,7 @@ fn program(seed: u64, lossy: bool) -> u32 {
     let mut bench = PictureRig::new(seed);
     bench.set(ClearAllAlarmsState {});
     bench.set(QueuedCmdStartExec {});
-    bench.queue(words::move_to(220.0, 0.0, 20.0, 0.0));
+    bench.queue(build::move_to(220.0, 0.0, 20.0, 0.0));
     bench.wait(3_000_000);
     bench.read_all();
     for _ in 0..40 {
@@ -222,7 +222,7 @@ fn program(seed: u64, lossy: bool) -> u32 {
         // Nothing else tells that a command which was not answered is not in the queue.
         stop(&mut bench);
     } else {
-        bench.set(words::laser(false));
+        bench.set(build::laser(false));
     }
     // An arm that turns round shows each pose twice, and none a third time.
     for _ in 0..3 {

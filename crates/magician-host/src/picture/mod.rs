@@ -42,10 +42,10 @@ use crate::connection::{Failure, Micros};
 ///
 /// ```
 /// use magician_host::protocol::{EncodeError, Readable};
-/// use magician_host::{ArmPicture, Ctrl, FrameBuf, commands::PtpCommonParams, words};
+/// use magician_host::{ArmPicture, Ctrl, FrameBuf, commands::PtpCommonParams, build};
 ///
 /// let mut picture = ArmPicture::default();
-/// let request = FrameBuf::set(&words::speed(80.0, 60.0), Ctrl::SET)?;
+/// let request = FrameBuf::set(&build::speed(80.0, 60.0), Ctrl::SET)?;
 /// let reply = FrameBuf::new(PtpCommonParams::ROW.id, Ctrl::SET, &[])?;
 /// picture.sent(&request.frame());
 /// assert_eq!(picture.get::<PtpCommonParams>(0), None);
@@ -371,7 +371,7 @@ mod tests {
     };
 
     use super::*;
-    use crate::words;
+    use crate::build;
 
     const JUMP: PtpJumpParams = PtpJumpParams {
         jump_height: 20.0,
@@ -494,13 +494,13 @@ mod tests {
             is_ctrl_enabled: Flag::OFF,
             is_on: Flag::OFF,
         };
-        for light in [words::laser(true), words::output(2, true)] {
+        for light in [build::laser(true), build::output(2, true)] {
             rig.reads(&dark);
             assert_eq!(rig.0.get::<EndEffectorLaser>(0), Some(dark));
             rig.sets(light);
             assert_eq!(rig.0.get::<EndEffectorLaser>(0), None, "{light:?}");
         }
-        rig.queues(9, words::laser(true));
+        rig.queues(9, build::laser(true));
         rig.reads(&dark);
         assert_eq!(
             rig.0.get::<EndEffectorLaser>(0),
@@ -514,7 +514,7 @@ mod tests {
         let mut rig = Rig::default();
         rig.sets(ratio(40.0));
         rig.sets(QueuedCmdStartExec {});
-        rig.queues(1, words::move_to(220.0, 0.0, 0.0, 0.0));
+        rig.queues(1, build::move_to(220.0, 0.0, 0.0, 0.0));
         assert_eq!(rig.ratio(), Some(40.0));
         rig.sets(ratio(f32::NAN));
         assert_eq!(rig.ratio(), None, "what an arm makes of that is unknown");

@@ -18,14 +18,15 @@ impl Preflight {
     /// are the arm's own.
     ///
     /// ```
-    /// use magician_host::words::{self, Preflight};
+    /// use magician_host::build;
+    /// use magician_host::preflight::Preflight;
     /// use magician_host::{Fence, FencePart, JointAngles, ToolBias};
     ///
     /// let fence = Fence::default().with_floor(-60.0)?;
     /// let mut check = Preflight::at(JointAngles::HOME, ToolBias::PEN).fence(fence);
-    /// check.check(&words::line_to(250.0, 0.0, -60.0, 0.0))?;
+    /// check.check(&build::line_to(250.0, 0.0, -60.0, 0.0))?;
     ///
-    /// let error = check.check(&words::line_to(250.0, 0.0, -71.2, 0.0)).unwrap_err();
+    /// let error = check.check(&build::line_to(250.0, 0.0, -71.2, 0.0)).unwrap_err();
     /// assert_eq!((error.value(), error.limit()), (Some(f64::from(-71.2_f32)), Some(-60.0)));
     /// assert_eq!(error.breach().map(|breach| breach.part), Some(FencePart::Floor));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -130,12 +131,13 @@ impl Preflight {
 
     /// Refuses a motion that begins at an unknown position.
     pub(super) fn known_start(&self) -> Result<()> {
-        match self.fence.as_ref().is_some_and(Fence::bounds_motion) {
-            true => Err(unchecked(
+        if self.fence.as_ref().is_some_and(Fence::bounds_motion) {
+            Err(unchecked(
                 "the position of the arm by then is unknown; wait until it has stopped, or go on \
                     in a separate program",
-            )),
-            false => Ok(()),
+            ))
+        } else {
+            Ok(())
         }
     }
 
@@ -193,12 +195,13 @@ mod tests {
     use magician_motion::{Cuboid, Fence, FencePart, ToolBias};
 
     use super::*;
-    use crate::words::{self, Guards};
+    use crate::build;
+    use crate::preflight::Guards;
     use crate::{ErrorKind, commands};
 
     fn at(x: f32, y: f32, z: f32, fence: Fence) -> Preflight {
         let mut arm = Preflight::at(JointAngles::HOME, ToolBias::PEN);
-        arm.check(&words::move_to(x, y, z, 0.0)).unwrap();
+        arm.check(&build::move_to(x, y, z, 0.0)).unwrap();
         arm.fence(fence).guards(Guards::NONE)
     }
 
@@ -206,7 +209,7 @@ mod tests {
         Fence::default().with_floor(-60.0).unwrap()
     }
 
-    fn part_of(checked: crate::Result<crate::words::Step>) -> Option<FencePart> {
+    fn part_of(checked: crate::Result<crate::preflight::Step>) -> Option<FencePart> {
         checked.unwrap_err().breach().map(|breach| breach.part)
     }
 
@@ -218,12 +221,12 @@ mod tests {
             to_point: [220.0, 60.0, -50.0, 0.0],
         });
         let crossing = [
-            words::line_to(220.0, 0.0, -61.0, 0.0),
-            words::move_to(220.0, 0.0, -61.0, 0.0),
-            words::jump_to(220.0, 0.0, -61.0, 0.0),
-            words::line_by(0.0, 0.0, -11.0, 0.0),
-            words::path_to(220.0, 0.0, -61.0),
-            words::engrave_to(220.0, 0.0, -61.0, 10.0),
+            build::line_to(220.0, 0.0, -61.0, 0.0),
+            build::move_to(220.0, 0.0, -61.0, 0.0),
+            build::jump_to(220.0, 0.0, -61.0, 0.0),
+            build::line_by(0.0, 0.0, -11.0, 0.0),
+            build::path_to(220.0, 0.0, -61.0),
+            build::engrave_to(220.0, 0.0, -61.0, 10.0),
             across,
         ];
         for command in crossing {
@@ -239,7 +242,7 @@ mod tests {
         assert!(
             start
                 .clone()
-                .check(&words::line_to(220.0, 0.0, -60.0, 0.0))
+                .check(&build::line_to(220.0, 0.0, -60.0, 0.0))
                 .is_ok()
         );
     }
@@ -249,9 +252,9 @@ mod tests {
         let mut lost = at(220.0, 0.0, 0.0, floor());
         lost.at = None;
         for command in [
-            words::move_to(220.0, 0.0, 0.0, 0.0),
-            words::home(),
-            words::path_to(220.0, 0.0, 0.0),
+            build::move_to(220.0, 0.0, 0.0, 0.0),
+            build::home(),
+            build::path_to(220.0, 0.0, 0.0),
         ] {
             let error = lost.clone().check(&command).unwrap_err();
             assert_eq!(error.guard(), Some("fence"), "{command:?} {error}");
@@ -262,7 +265,7 @@ mod tests {
             rear_arm_angle: 0.0,
             front_arm_angle: 0.0,
         };
-        for command in [words::Axis::J1.plus().into(), Set::from(pose)] {
+        for command in [build::Axis::J1.plus().into(), Set::from(pose)] {
             assert!(start.clone().check(&command).is_err(), "{command:?}");
         }
     }
@@ -290,25 +293,25 @@ mod tests {
         };
         let fence = Fence::default().with_keep_out(behind).unwrap();
         assert_eq!(
-            part_of(at(220.0, 0.0, 0.0, fence).check(&words::home())),
+            part_of(at(220.0, 0.0, 0.0, fence).check(&build::home())),
             Some(FencePart::KeepOut(0))
         );
-        assert!(at(220.0, 0.0, 0.0, floor()).check(&words::home()).is_ok());
+        assert!(at(220.0, 0.0, 0.0, floor()).check(&build::home()).is_ok());
     }
 
     #[test]
     fn speeds_count_where_they_are_reached() {
         let slow = Fence::default().with_top_speed(50.0).unwrap();
         let mut arm = at(220.0, -60.0, 0.0, slow);
-        let line = words::line_to(220.0, 60.0, 0.0, 0.0);
+        let line = build::line_to(220.0, 60.0, 0.0, 0.0);
         let error = arm.check(&line).unwrap_err();
         assert_eq!(
             (error.value(), error.limit(), error.unit()),
             (Some(100.0), Some(50.0), Some("mm/s"))
         );
-        assert!(arm.check(&words::path_to(220.0, 60.0, 0.0)).is_err());
-        assert!(arm.check(&words::move_to(220.0, 60.0, 0.0, 0.0)).is_err());
-        arm.check(&words::speed(25.0, 50.0)).unwrap();
+        assert!(arm.check(&build::path_to(220.0, 60.0, 0.0)).is_err());
+        assert!(arm.check(&build::move_to(220.0, 60.0, 0.0, 0.0)).is_err());
+        arm.check(&build::speed(25.0, 50.0)).unwrap();
         assert!(arm.check(&line).is_ok());
         // A pen goes up all the same, at a speed that is allowed.
         let lift = at(220.0, 0.0, 0.0, slow).lift(50.0).unwrap();
@@ -321,15 +324,15 @@ mod tests {
     fn a_laser_burns_as_strongly_as_it_may() {
         let dim = Fence::default().with_strongest_laser(60.0).unwrap();
         let mut arm = at(220.0, 0.0, 0.0, dim);
-        assert!(arm.check(&words::engrave_to(230.0, 0.0, 0.0, 60.0)).is_ok());
+        assert!(arm.check(&build::engrave_to(230.0, 0.0, 0.0, 60.0)).is_ok());
         let error = arm
-            .check(&words::engrave_to(220.0, 0.0, 0.0, 61.0))
+            .check(&build::engrave_to(220.0, 0.0, 0.0, 61.0))
             .unwrap_err();
         assert_eq!((error.value(), error.limit()), (Some(61.0), Some(60.0)));
         for full in [
-            words::laser(true),
-            words::output(4, true),
-            words::pwm(4, 1000.0, 61.0),
+            build::laser(true),
+            build::output(4, true),
+            build::pwm(4, 1000.0, 61.0),
         ] {
             assert_eq!(
                 part_of(arm.clone().check(&full)),
@@ -337,8 +340,8 @@ mod tests {
                 "{full:?}"
             );
         }
-        assert!(arm.clone().check(&words::laser(false)).is_ok());
+        assert!(arm.clone().check(&build::laser(false)).is_ok());
         let mut without = arm.laser_pins(false);
-        assert!(without.check(&words::output(4, true)).is_ok());
+        assert!(without.check(&build::output(4, true)).is_ok());
     }
 }

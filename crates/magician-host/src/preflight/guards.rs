@@ -7,7 +7,7 @@ use crate::{Error, Result};
 /// refused whatever is switched off here.
 ///
 /// ```
-/// use magician_host::words::Guards;
+/// use magician_host::preflight::Guards;
 ///
 /// // A program that pierces: the laser burns while the arm waits.
 /// let guards = Guards::default().laser(false);
@@ -31,7 +31,7 @@ pub struct Guards {
     /// left burning at the end. It may burn along lines, arcs and continuous paths.
     ///
     /// The power of a path counts until a segment without power or
-    /// [`laser(false)`](crate::words::laser): that the arm darkens the laser by itself where it comes
+    /// [`laser(false)`](crate::build::laser): that the arm darkens the laser by itself where it comes
     /// to rest is likely (model section 8) and not certain.
     pub laser: bool,
     /// An alarm that holds the queue when the program begins. Homing runs all the same.

@@ -53,14 +53,15 @@ impl Preflight {
     /// ```
     /// use std::time::Duration;
     ///
-    /// use magician_host::words::{self, MovingTarget, Preflight};
+    /// use magician_host::build;
+    /// use magician_host::preflight::{MovingTarget, Preflight};
     /// use magician_host::{JointAngles, ToolBias};
     ///
     /// let check = Preflight::at(JointAngles::HOME, ToolBias::SUCTION);
     /// let cube = MovingTarget { position: [220.0, -150.0, 0.0], velocity: [0.0, 40.0, 0.0] };
     /// let meeting = check.meet(&cube, Duration::ZERO, |[x, y, z]| {
     ///     let [x, y, z] = [x, y, z].map(|number| number as f32);
-    ///     vec![words::move_to(x, y, z + 40.0, 0.0), words::line_to(x, y, z, 0.0)]
+    ///     vec![build::move_to(x, y, z + 40.0, 0.0), build::line_to(x, y, z, 0.0)]
     /// })?;
     /// let [_, y, _] = cube.after(meeting.after.as_secs_f64());
     /// assert!((meeting.position[1] - y).abs() < 1e-6);
@@ -150,7 +151,7 @@ mod tests {
     use magician_motion::{JointAngles, ToolBias};
 
     use super::*;
-    use crate::words;
+    use crate::build;
 
     fn check() -> Preflight {
         Preflight::at(JointAngles::HOME, ToolBias::SUCTION)
@@ -159,8 +160,8 @@ mod tests {
     fn way(place: [f64; 3]) -> Vec<Set> {
         let [x, y, z] = place.map(|number| number as f32);
         vec![
-            words::move_to(x, y, z + 40.0, 0.0),
-            words::line_to(x, y, z, 0.0),
+            build::move_to(x, y, z + 40.0, 0.0),
+            build::line_to(x, y, z, 0.0),
         ]
     }
 

@@ -54,14 +54,15 @@ pub static PLANNED: std::sync::atomic::AtomicUsize = std::sync::atomic::AtomicUs
 /// the tool in force by then.
 ///
 /// ```
-/// use magician_host::words::{self, Preflight};
+/// use magician_host::build;
+/// use magician_host::preflight::Preflight;
 /// use magician_host::{ErrorKind, JointAngles, ToolBias};
 ///
 /// let mut check = Preflight::at(JointAngles::HOME, ToolBias::SUCTION);
-/// let step = check.check(&words::line_to(250.0, 50.0, 20.0, 0.0))?;
+/// let step = check.check(&build::line_to(250.0, 50.0, 20.0, 0.0))?;
 /// assert_eq!(step.time.as_millis(), 1540);
 ///
-/// let error = check.check(&words::line_to(400.0, 0.0, 0.0, 0.0)).unwrap_err();
+/// let error = check.check(&build::line_to(400.0, 0.0, 0.0, 0.0)).unwrap_err();
 /// assert_eq!(error.kind(), ErrorKind::Unreachable);
 /// assert!(error.value() > error.limit());
 /// # Ok::<(), magician_host::Error>(())
@@ -254,9 +255,10 @@ impl Preflight {
             let named = self
                 .told_by_place(command, error)
                 .with_command(command.row().set_name);
-            match self.now.settings.tool.is_zero() && depends_on_tool(command) {
-                true => named.of_unknown_tool(),
-                false => named,
+            if self.now.settings.tool.is_zero() && depends_on_tool(command) {
+                named.of_unknown_tool()
+            } else {
+                named
             }
         })?;
         self.laser = self.laser.after(command);
@@ -296,14 +298,15 @@ impl Preflight {
     ///
     /// ```
     /// use std::time::Duration;
-    /// use magician_host::words::{self, Preflight};
+    /// use magician_host::build;
+    /// use magician_host::preflight::Preflight;
     /// use magician_host::{JointAngles, ToolBias};
     ///
     /// let check = Preflight::at(JointAngles::HOME, ToolBias::NONE);
     /// let there_and_back = [
-    ///     words::line_by(0.0, 100.0, 0.0, 0.0),
-    ///     words::wait(Duration::from_millis(500)),
-    ///     words::line_by(0.0, -100.0, 0.0, 0.0),
+    ///     build::line_by(0.0, 100.0, 0.0, 0.0),
+    ///     build::wait(Duration::from_millis(500)),
+    ///     build::line_by(0.0, -100.0, 0.0, 0.0),
     /// ];
     /// let time = check.estimate(&there_and_back)?;
     /// assert_eq!(time, Duration::from_millis(2000 + 500 + 2000));
@@ -336,11 +339,11 @@ mod tests {
     use magician_protocol::Alarm;
 
     use super::*;
-    use crate::{Act, ErrorKind, Setting, words};
+    use crate::{Act, ErrorKind, Setting, build};
 
     #[test]
     fn lowest_j2_passes_with_a_doubt_and_below_the_limit_is_refused() {
-        let at = |j2: f32| words::move_joints(0.0, j2, 30.0, 0.0);
+        let at = |j2: f32| build::move_joints(0.0, j2, 30.0, 0.0);
         let mut check = Preflight::at(JointAngles::HOME, ToolBias::SUCTION);
         assert_eq!(check.check(&at(-4.0)).unwrap().doubt, None);
         let doubt = check.check(&at(-9.0)).unwrap().doubt.expect("below -5");
@@ -354,7 +357,7 @@ mod tests {
             .arm()
             .map(|arm| [arm.pose.x, arm.pose.y, arm.pose.z])
             .unwrap();
-        let path = words::path_to(x as f32 - 1.0, y as f32, z as f32);
+        let path = build::path_to(x as f32 - 1.0, y as f32, z as f32);
         assert!(check.clone().check(&path).unwrap().doubt.is_some());
         assert_eq!(
             check.check(&at(0.0)).unwrap().doubt,
@@ -375,10 +378,10 @@ mod tests {
         for (tool, told) in [(ToolBias::NONE, true), (ToolBias::SUCTION, false)] {
             let mut check = Preflight::at(JointAngles::HOME, tool);
             for command in [
-                words::move_to(400.0, 0.0, 20.0, 0.0),
-                words::line_to(400.0, 0.0, 20.0, 0.0),
-                words::jump_to(400.0, 0.0, 20.0, 0.0),
-                words::path_to(400.0, 0.0, 20.0),
+                build::move_to(400.0, 0.0, 20.0, 0.0),
+                build::line_to(400.0, 0.0, 20.0, 0.0),
+                build::jump_to(400.0, 0.0, 20.0, 0.0),
+                build::path_to(400.0, 0.0, 20.0),
             ] {
                 let error = check.check(&command).unwrap_err();
                 assert_eq!(error.kind(), ErrorKind::Unreachable);
@@ -392,7 +395,7 @@ mod tests {
                 assert_eq!(named, told, "{error}");
             }
             let error = check
-                .check(&words::move_joints(200.0, 0.0, 0.0, 0.0))
+                .check(&build::move_joints(200.0, 0.0, 0.0, 0.0))
                 .unwrap_err();
             assert!(!error.message().contains(Alarm::TOOL_UNKNOWN), "{error}");
         }

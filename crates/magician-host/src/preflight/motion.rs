@@ -95,15 +95,15 @@ impl Preflight {
 
     fn ptp(&mut self, ptp: &PtpMove) -> Result<u64> {
         let request = self.request(ptp)?;
-        let course = self.course(ptp)?;
+        let rail = self.rail_move(ptp)?;
         let Some(from) = self.at else {
             self.known_start()?;
             self.arrive(&request)?;
-            self.rail = course.to;
+            self.rail = rail.to;
             return Ok(FOREVER);
         };
         let planner = self.planner(self.now.settings.speeds());
-        let least = course.time.unwrap_or(0);
+        let least = rail.time.unwrap_or(0);
         let plan = planner.plan_with_min_duration(&from, &request, least);
         self.note_doubt(&plan);
         if let Ok(Plan {
@@ -113,8 +113,8 @@ impl Preflight {
             self.say_end(&from, &request)?;
         }
         let arm = self.arrive_in_time(plan)?;
-        self.rail = course.to;
-        Ok(course.time.map_or(FOREVER, |rail| arm.max(rail)))
+        self.rail = rail.to;
+        Ok(rail.time.map_or(FOREVER, |time| arm.max(time)))
     }
 
     /// The request for the planner (errata E28).

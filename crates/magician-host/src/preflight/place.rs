@@ -47,9 +47,10 @@ impl Preflight {
             ));
         };
         let is_too_near = libm::hypot(nearest[0], nearest[1]) > libm::hypot(x, y);
-        let why = match is_too_near {
-            true => "too close to the base of the arm",
-            false => "out of reach",
+        let why = if is_too_near {
+            "too close to the base of the arm"
+        } else {
+            "out of reach"
         };
         let nearest = told(nearest);
         error.in_place(format!(
@@ -110,9 +111,10 @@ fn nearest(geometry: &Geometry, limits: &Limits, [x, y, z]: [f64; 3]) -> Option<
     let (mut within, mut beyond) = (first, first - way * STEP);
     for _ in 0..BISECTIONS {
         let middle = f64::midpoint(within, beyond);
-        match is_reached(middle) {
-            true => within = middle,
-            false => beyond = middle,
+        if is_reached(middle) {
+            within = middle;
+        } else {
+            beyond = middle;
         }
     }
     // As it is told, it is in reach as well.
@@ -134,7 +136,7 @@ mod tests {
     use magician_motion::{JointAngles, ToolBias};
 
     use super::*;
-    use crate::words;
+    use crate::build;
 
     fn refused(command: &Set) -> Error {
         let mut check = Preflight::at(JointAngles::HOME, ToolBias::SUCTION);
@@ -150,7 +152,7 @@ mod tests {
             ([0.0, 300.0, 140.0], "out of reach"),
         ] {
             let [x, y, z] = at;
-            let error = refused(&words::line_to(x, y, z, 0.0));
+            let error = refused(&build::line_to(x, y, z, 0.0));
             let said = error.to_string();
             let begin = format!("x {x}, y {y}, z {z} is {why}; the nearest place in reach is ");
             let numbers = said.strip_prefix(&begin);
@@ -173,14 +175,14 @@ mod tests {
     fn way_that_leaves_the_reach_is_told_without_joints() {
         let mut check = Preflight::at(JointAngles::HOME, ToolBias::SUCTION);
         check
-            .check(&words::move_joints(80.0, 0.0, 45.0, 0.0))
+            .check(&build::move_joints(80.0, 0.0, 45.0, 0.0))
             .unwrap();
         let [x, y, z] = check
             .arm()
             .map(|at| [at.pose.x, at.pose.y, at.pose.z])
             .unwrap();
         let error = check
-            .check(&words::line_to(x as f32, -y as f32, z as f32, 0.0))
+            .check(&build::line_to(x as f32, -y as f32, z as f32, 0.0))
             .unwrap_err();
         let said = error.to_string();
         assert!(
@@ -196,7 +198,7 @@ mod tests {
 
     #[test]
     fn joints_that_were_given_are_told_as_joints() {
-        let error = refused(&words::move_joints(0.0, 95.0, 45.0, 0.0));
+        let error = refused(&build::move_joints(0.0, 95.0, 45.0, 0.0));
         assert_eq!(
             error.to_string(),
             "joint 2 would be at 95.0 deg, limit 90.0 deg"

@@ -13,10 +13,11 @@ use crate::stream::Item;
 /// them again.
 ///
 /// ```
-/// use magician_host::words::{self, Preflight};
+/// use magician_host::build;
+/// use magician_host::preflight::Preflight;
 /// use magician_host::{JointAngles, ToolBias};
 ///
-/// let there_and_back = [words::line_by(0.0, 100.0, 0.0, 0.0), words::line_by(0.0, -100.0, 0.0, 0.0)];
+/// let there_and_back = [build::line_by(0.0, 100.0, 0.0, 0.0), build::line_by(0.0, -100.0, 0.0, 0.0)];
 /// let check = Preflight::at(JointAngles::HOME, ToolBias::SUCTION);
 /// let program = check.program(&there_and_back)?;
 /// assert_eq!(program.time().as_millis(), 2 * 2000);

@@ -11,7 +11,7 @@ const SHORTEST: f64 = 1e-4;
 
 /// What a command does on the rail.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Course {
+pub(super) struct RailMove {
     /// Where the carriage is then, if that is known.
     pub(super) to: Option<f64>,
     /// How long it takes at least, us; nothing if that is not known.
@@ -20,8 +20,8 @@ pub(super) struct Course {
 
 impl Preflight {
     /// The way on the rail of a move. Without a rail the arm ignores it.
-    pub(super) fn course(&self, ptp: &PtpMove) -> Result<Course> {
-        let stays = Course {
+    pub(super) fn rail_move(&self, ptp: &PtpMove) -> Result<RailMove> {
+        let stays = RailMove {
             to: self.rail,
             time: Some(0),
         };
@@ -34,7 +34,7 @@ impl Preflight {
             (true, Some(from)) => from + l,
             (true, None) => {
                 self.unknown_way("how far the carriage on the rail may go")?;
-                return Ok(Course {
+                return Ok(RailMove {
                     to: None,
                     time: None,
                 });
@@ -58,6 +58,6 @@ impl Preflight {
                 Some(microseconds(profile.duration()))
             }
         };
-        Ok(Course { to: Some(to), time })
+        Ok(RailMove { to: Some(to), time })
     }
 }

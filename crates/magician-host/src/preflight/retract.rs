@@ -6,7 +6,7 @@ use magician_motion::{ArmState, Pose};
 use magician_protocol::Set;
 
 use super::Preflight;
-use crate::words::{line_speed, line_to, move_to, speed};
+use crate::build::{line_speed, line_to, move_to, speed};
 use crate::{Error, ErrorCode, Result};
 
 /// A lift at the speeds in force may take this long; a slower one is done at speeds of its own, so that a pen is up within
@@ -38,12 +38,13 @@ impl Preflight {
     /// for heights up to 150 mm, whatever speeds are in force.
     ///
     /// ```
-    /// use magician_host::words::{self, Preflight};
+    /// use magician_host::build;
+    /// use magician_host::preflight::Preflight;
     /// use magician_host::{JointAngles, ToolBias};
     ///
     /// let mut arm = Preflight::at(JointAngles::HOME, ToolBias::NONE);
-    /// arm.check(&words::line_to(250.0, 0.0, -40.0, 0.0))?;
-    /// assert_eq!(arm.lift(10.0)?.commands, [words::line_to(250.0, 0.0, -30.0, 0.0)]);
+    /// arm.check(&build::line_to(250.0, 0.0, -40.0, 0.0))?;
+    /// assert_eq!(arm.lift(10.0)?.commands, [build::line_to(250.0, 0.0, -30.0, 0.0)]);
     /// // Higher than the arm reaches there.
     /// let lift = arm.lift(500.0)?;
     /// assert!((139.0..140.0).contains(&lift.by), "{lift:?}");

@@ -11,14 +11,15 @@ use super::path::Path;
 /// [`Preflight`](super::Preflight) tells their times, without a check of what can be reached.
 ///
 /// ```
-/// use magician_host::words::{self, PathProfiles};
+/// use magician_host::build;
+/// use magician_host::preflight::PathProfiles;
 ///
 /// let commands = [
-///     words::path_speed(20.0, 100.0),
-///     words::line_to(220.0, 0.0, 0.0, 0.0),
-///     words::engrave_to(240.0, 0.0, 0.0, 50.0),
-///     words::engrave_to(260.0, 0.0, 0.0, 50.0),
-///     words::laser(false),
+///     build::path_speed(20.0, 100.0),
+///     build::line_to(220.0, 0.0, 0.0, 0.0),
+///     build::engrave_to(240.0, 0.0, 0.0, 50.0),
+///     build::engrave_to(260.0, 0.0, 0.0, 50.0),
+///     build::laser(false),
 /// ];
 /// let profiles = PathProfiles::of(&commands);
 /// let speeds: Vec<_> = profiles.iter().map(|profile| profile.map(|profile| profile.length() / profile.duration())).collect();
@@ -124,25 +125,25 @@ mod tests {
     use super::super::Preflight;
     use super::super::path::microseconds;
     use super::*;
-    use crate::words;
+    use crate::build;
 
     #[test]
     fn laws_take_the_time_that_a_preflight_tells() {
         let mut commands = vec![
-            words::path_speed(80.0, 100.0),
-            words::line_to(220.0, 0.0, 20.0, 0.0),
+            build::path_speed(80.0, 100.0),
+            build::line_to(220.0, 0.0, 20.0, 0.0),
         ];
         // A spiral of short segments, more than the queue holds, with corners and a point that comes twice.
         for nth in 0..150_u8 {
             let (sin, cos) = libm::sincosf(f32::from(nth) * 0.3);
             let far = 5.0 + f32::from(nth) * 0.2;
             let power = f32::from(nth % 7);
-            commands.push(words::engrave_to(220.0 + far * cos, far * sin, 20.0, power));
+            commands.push(build::engrave_to(220.0 + far * cos, far * sin, 20.0, power));
             if nth == 90 {
-                commands.push(words::engrave_to(220.0 + far * cos, far * sin, 20.0, power));
+                commands.push(build::engrave_to(220.0 + far * cos, far * sin, 20.0, power));
             }
         }
-        commands.push(words::laser(false));
+        commands.push(build::laser(false));
         let check = Preflight::at(JointAngles::HOME, ToolBias::NONE);
         let [all, first] =
             [&commands[..], &commands[..2]].map(|some| check.estimate(some).expect("within reach"));

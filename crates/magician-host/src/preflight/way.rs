@@ -26,13 +26,14 @@ impl Preflight {
     /// arm's place is not known.
     ///
     /// ```
-    /// use magician_host::words::{self, Preflight};
+    /// use magician_host::build;
+    /// use magician_host::preflight::Preflight;
     /// use magician_host::{JointAngles, ToolBias};
     ///
     /// let mut course = Preflight::at(JointAngles::HOME, ToolBias::LASER);
-    /// course.check(&words::path_speed(60.0, 100.0))?;
-    /// course.check(&words::line_to(220.0, -40.0, 0.0, 0.0))?;
-    /// let stopping = course.stopping(&words::engrave_to(220.0, 40.0, 0.0, 50.0)).unwrap();
+    /// course.check(&build::path_speed(60.0, 100.0))?;
+    /// course.check(&build::line_to(220.0, -40.0, 0.0, 0.0))?;
+    /// let stopping = course.stopping(&build::engrave_to(220.0, 40.0, 0.0, 50.0)).unwrap();
     /// assert_eq!(stopping.speed, 60.0);
     /// assert!((1.0..4.0).contains(&stopping.braking));
     /// # Ok::<(), magician_host::Error>(())
@@ -99,12 +100,13 @@ impl Preflight {
     /// for a motion that cannot be planned.
     ///
     /// ```
-    /// use magician_host::words::{self, Preflight};
+    /// use magician_host::build;
+    /// use magician_host::preflight::Preflight;
     /// use magician_host::{ArmState, JointAngles, ToolBias};
     ///
     /// let course = Preflight::at(JointAngles::HOME, ToolBias::NONE);
     /// let from = ArmState::at_joints(&course.geometry(), &JointAngles::HOME);
-    /// let way = course.way(&from, &words::jump_to(200.0, 100.0, 0.0, 0.0)).unwrap();
+    /// let way = course.way(&from, &build::jump_to(200.0, 100.0, 0.0, 0.0)).unwrap();
     /// assert_eq!(way.end().pose.x, 200.0);
     /// // Halfway it is up.
     /// assert!(way.sample(way.duration_us() / 2).pose.z > 10.0);

@@ -3,7 +3,7 @@ use magician_protocol::{CpMode, Set};
 
 use super::Stream;
 use super::item::{Entry, Item, dark, path_power, switched};
-use crate::words;
+use crate::build;
 
 /// Chunks: what is put in whole, so that no queue lights the laser and does not put it out.
 impl Stream {
@@ -119,7 +119,7 @@ impl Stream {
             return;
         };
         if entry.lit && switched(&entry.item.command).is_none() {
-            let light = words::laser(true);
+            let light = build::laser(true);
             self.entries
                 .insert(next, Entry::inserted(light, self.stood, true));
         }

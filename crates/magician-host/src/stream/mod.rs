@@ -125,12 +125,12 @@ const SPARE: usize = 8;
 /// ```
 /// use magician_host::connection::{Connection, Settings};
 /// use magician_host::stream::{Item, Stream, StreamSettings};
-/// use magician_host::words;
+/// use magician_host::build;
 ///
 /// let mut connection = Connection::new(Settings::ORDERED);
 /// let mut stream = Stream::new(StreamSettings::default());
 /// stream.offer(Item {
-///     command: words::line_to(220.0, 0.0, 20.0, 0.0),
+///     command: build::line_to(220.0, 0.0, 20.0, 0.0),
 ///     time: 800_000,
 ///     end: Some([220.0, 0.0, 20.0, 0.0]),
 ///     laser: false,

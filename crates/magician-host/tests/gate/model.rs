@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
+use magician_host::build::{Axis, JogDirection};
 use magician_host::connection::Micros;
 use magician_host::gate::{GateEffect, Holder, JogId, JogRequest, OUTPUTS};
-use magician_host::words::{Axis, JogDirection};
 use magician_protocol::commands::{EMotor, EMotorS, JogCmd};
 use magician_protocol::{Ctrl, Flag, FrameBuf, Stepper, Writable};
 

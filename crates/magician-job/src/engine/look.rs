@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use magician::commands::{DeviceSn, DeviceTime, Pose};
-use magician::words::{Guards, Preflight};
+use magician::preflight::{Guards, Preflight};
 use magician::{Arm, Error, Set};
 use magician_program::resume::{DoubtReason, ObservedProgress, ResumePoint, StepRange};
 use magician_program::turns::Turns;

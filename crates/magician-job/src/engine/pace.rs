@@ -9,7 +9,7 @@ use std::mem::{Discriminant, discriminant};
 use std::time::Duration;
 
 use magician::commands::{ArcParams, CpLeCmd, CpParams, PtpCommonParams};
-use magician::{Arm, Error, Set, SettingsBackup, words};
+use magician::{Arm, Error, Set, SettingsBackup, build};
 use magician_program::Timetable;
 use magician_protocol::{CpMode, Effect, PtpMode};
 
@@ -302,9 +302,9 @@ impl Work {
     async fn takes_pace(&self, segment: &Segment, percent: u8) -> Result<(), Error> {
         // What they say is no matter: these settings are read.
         let kinds = [
-            words::speed(FULL.into(), FULL.into()),
-            words::path_speed(1.0, 1.0),
-            words::arc_speed(1.0, 1.0),
+            build::speed(FULL.into(), FULL.into()),
+            build::path_speed(1.0, 1.0),
+            build::arc_speed(1.0, 1.0),
         ];
         let found = SettingsBackup::read(&self.arm, &kinds).await?;
         let mut own = Speeds::default();

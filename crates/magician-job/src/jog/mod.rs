@@ -11,7 +11,7 @@ mod tools;
 mod worker;
 
 pub use hold::{HoldAction, HoldToRun};
-pub use magician::words::{Axis, JogDirection, UnknownAxis};
+pub use magician::build::{Axis, JogDirection, UnknownAxis};
 pub use order::{Activity, OrderDone, OrderError, PendantOrder, ToolOrder};
 pub use pendant::{JogFrame, JogMode, Pendant};
 pub use session::{PendantEvent, PendantSession, device_name, rail_position};

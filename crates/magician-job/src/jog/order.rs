@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 
-use magician::words;
+use magician::build;
 use magician::{Error, Set, ToolBias};
 use magician_program::{Grip, Plan};
 
@@ -71,12 +71,12 @@ pub enum ToolOrder {
 impl ToolOrder {
     pub(super) fn command(self) -> Set {
         match self {
-            Self::Suction(on) => words::suction(on),
-            Self::Gripper(Grip::Close) => words::grip(),
-            Self::Gripper(Grip::Open) => words::release(),
-            Self::Gripper(Grip::Off) => words::pump_off(),
-            Self::Laser(on) => words::laser(on),
-            Self::Tip(bias) => words::tool(bias),
+            Self::Suction(on) => build::suction(on),
+            Self::Gripper(Grip::Close) => build::grip(),
+            Self::Gripper(Grip::Open) => build::release(),
+            Self::Gripper(Grip::Off) => build::pump_off(),
+            Self::Laser(on) => build::laser(on),
+            Self::Tip(bias) => build::tool(bias),
         }
     }
 }

@@ -8,7 +8,7 @@ use std::task::Poll;
 use std::time::Duration;
 
 use magician::commands::{JogCommonParams, PtpCommonParams};
-use magician::words::Guards;
+use magician::preflight::Guards;
 use magician::{Arm, ErrorCode, Jog, JogOptions, RunOptions, SettingsBackup};
 use magician_program::{Ending, Plan, Program};
 use tokio::runtime::Handle;

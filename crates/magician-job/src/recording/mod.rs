@@ -117,7 +117,7 @@ pub struct Summary {
 /// ```
 /// use std::time::SystemTime;
 ///
-/// use magician::{Arm, words};
+/// use magician::{Arm, build};
 /// use magician_job::recording::{Options, Recorder};
 ///
 /// # #[tokio::main(flavor = "current_thread")]
@@ -126,7 +126,7 @@ pub struct Summary {
 /// # let path = place.path().join("day.csv");
 /// let arm = Arm::connect("sim").await?;
 /// let recorder = Recorder::begin(&arm, &path, Options::new(SystemTime::now(), 20.0)).await?;
-/// arm.run(&[words::move_to(220.0, 40.0, 20.0, 0.0)]).await?;
+/// arm.run(&[build::move_to(220.0, 40.0, 20.0, 0.0)]).await?;
 /// let summary = recorder.finish().await?;
 /// assert!(summary.readings >= 1);
 /// # Ok(())

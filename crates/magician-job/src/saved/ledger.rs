@@ -232,7 +232,7 @@ fn plain(serial: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use magician::words;
+    use magician::build;
 
     use super::*;
 
@@ -254,7 +254,7 @@ mod tests {
         let dir = tempfile::tempdir().expect("directory");
         let ledger = Ledger::at(dir.path().join("debts"));
         assert!(ledger.is_empty());
-        let (slow, fast) = (words::speed(20.0, 20.0), words::path_speed(90.0, 100.0));
+        let (slow, fast) = (build::speed(20.0, 20.0), build::path_speed(90.0, 100.0));
         let entry = ledger.keep("A1", &saved(&[slow]), None).expect("kept");
         let entry = ledger.keep("A1", &saved(&[slow, fast]), Some(entry));
         let entry = entry.expect("kept again");
@@ -279,8 +279,8 @@ mod tests {
     fn who_comes_second_keeps_what_was_before_the_first() {
         let dir = tempfile::tempdir().expect("directory");
         let ledger = Ledger::at(dir.path().into());
-        let (first, second) = (words::speed(50.0, 50.0), words::speed(20.0, 20.0));
-        let line = words::path_speed(90.0, 100.0);
+        let (first, second) = (build::speed(50.0, 50.0), build::speed(20.0, 20.0));
+        let line = build::path_speed(90.0, 100.0);
         let one = ledger.keep("A1", &saved(&[first]), None).expect("kept");
         let two = ledger
             .keep("A1", &saved(&[second, line]), None)
@@ -294,7 +294,7 @@ mod tests {
     fn a_damaged_file_owes_nothing() {
         let dir = tempfile::tempdir().expect("directory");
         let ledger = Ledger::at(dir.path().into());
-        let speed = words::speed(50.0, 50.0);
+        let speed = build::speed(50.0, 50.0);
         let entry = ledger.keep("A1", &saved(&[speed]), None).expect("kept");
         let (path, whole) = (entry.path.clone(), fs::read(&entry.path).expect("read"));
         drop(entry);

@@ -20,7 +20,7 @@ use self::ledger::{Entry, Ledger, Left};
 ///
 /// ```
 /// use magician::commands::PtpCommonParams;
-/// use magician::{Arm, words};
+/// use magician::{Arm, build};
 /// use magician_job::SavedSettings;
 ///
 /// # #[tokio::main(flavor = "current_thread")]
@@ -28,7 +28,7 @@ use self::ledger::{Entry, Ledger, Left};
 /// # let arm = Arm::connect("sim").await?;
 /// let saved = SavedSettings::default();
 /// saved.save(&arm, arm.get::<PtpCommonParams>().await?).await;
-/// arm.set_any(&words::speed(80.0, 80.0)).await?;
+/// arm.set_any(&build::speed(80.0, 80.0)).await?;
 /// saved.restore(&arm).await?;
 /// assert_eq!(arm.get::<PtpCommonParams>().await?.velocity_ratio, 50.0);
 /// # Ok(())

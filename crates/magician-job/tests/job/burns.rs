@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use magician::sim::ExternalEvent;
-use magician::{Alarm, Arm, Options, SimSpeed, VirtualArm, words};
+use magician::{Alarm, Arm, Options, SimSpeed, VirtualArm, build};
 use magician_job::{Fault, Job, JobEvent, JobSpec, Journal, JournalError, Left, Start};
 use magician_program::{Action, Origin, Plan, Program, Tool, Travel};
 use tokio::time::sleep;
@@ -76,7 +76,7 @@ fn along(place: [f64; 2]) -> f64 {
 fn burn(speed: f32) -> Program {
     let mut plan = Plan::new("a burn");
     plan.tool = Some(Tool::Laser);
-    plan.push(words::path_speed(speed, 100.0), Origin::NONE);
+    plan.push(build::path_speed(speed, 100.0), Origin::NONE);
     let [x, y] = CORNERS[0].map(|number| number as f32);
     let by = Travel::Line;
     plan.push(
@@ -370,7 +370,7 @@ async fn stopped_burn_tells_at_its_end_how_much_is_burnt_twice_at_most() {
 async fn burn_that_is_stopped_by_a_station_again_and_again_repeats_only_what_it_says() {
     let mut plan = Plan::new("a line");
     plan.tool = Some(Tool::Laser);
-    plan.push(words::path_speed(20.0, 100.0), Origin::NONE);
+    plan.push(build::path_speed(20.0, 100.0), Origin::NONE);
     let to = [205.0, -40.0, 0.0, 0.0];
     let by = Travel::Line;
     plan.push(Action::Move { to, by }, Origin::NONE);

@@ -67,7 +67,7 @@ fn burn() -> Plan {
     let mut plan = Plan::new("a burn");
     plan.tool = Some(Tool::Laser);
     let mut push = |action: Action| plan.push(action, Origin::NONE);
-    push(magician::words::path_speed(30.0, 100.0).into());
+    push(magician::build::path_speed(30.0, 100.0).into());
     let line = |to: [f32; 4]| Action::Move {
         to,
         by: Travel::Line,
@@ -257,7 +257,7 @@ async fn line_that_ends_before_a_job_has_sent_anything_stops_nobody_else() {
     let program = Program::new(plan(KINDS[0]), Some(1));
     let (_cell, arm) = place(&program).await;
     // Somebody else's pen goes up.
-    let lift = magician::words::line_by(0.0, 0.0, 30.0, 0.0);
+    let lift = magician::build::line_by(0.0, 0.0, 30.0, 0.0);
     let run = arm.start(vec![lift]);
     arm.end_notice().set(true);
     let before = arm.stops();

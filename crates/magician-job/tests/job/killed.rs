@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use magician::sim::Controller;
-use magician::{Arm, Options, SimSpeed, VirtualArm, words};
+use magician::{Arm, Options, SimSpeed, VirtualArm, build};
 use magician_job::{
     Fault, Job, JobError, JobEvent, JobSpec, JobState, Journal, JournalError, JournalKey, Start,
 };
@@ -88,7 +88,7 @@ impl Journal for Watched {
 /// An arm that has done something before, and its index at rest.
 async fn used(program: &Program) -> (VirtualArm, Arm, u64) {
     let (cell, arm) = place(program).await;
-    let waits = [words::wait(Duration::from_millis(5)); 13];
+    let waits = [build::wait(Duration::from_millis(5)); 13];
     arm.run(&waits).await.expect("it waits");
     let rest = arm.current_index().await.expect("an index").0;
     (cell, arm, rest)
@@ -293,7 +293,7 @@ async fn killed_job_whose_arm_was_reset_or_used_says_so() {
         .await
         .expect("an arm");
     sleep(Duration::from_secs(60)).await;
-    let waits = vec![words::wait(Duration::from_millis(1)); 200];
+    let waits = vec![build::wait(Duration::from_millis(1)); 200];
     arm.run(&waits).await.expect("another program");
     drop(arm);
     one.arm = cell.with(|arm| arm.clone());

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use magician::commands::{Pose, PtpCommonParams};
-use magician::{Arm, VirtualArm, words};
+use magician::{Arm, VirtualArm, build};
 use magician_job::{Job, JobHandle, JobSpec, JobState, NoJournal, PauseReason};
 use magician_picture::compare::{compare, lines_of};
 use magician_program::Program;
@@ -32,7 +32,7 @@ async fn is_at_rest(cell: &VirtualArm, arm: &Arm, drawn: bool) {
 /// Another program moves the arm away.
 async fn jog_away(arm: &Arm, nth: u32) {
     let y = if nth.is_multiple_of(2) { 12.0 } else { -12.0 };
-    let away = [words::line_by(8.0, y, 6.0, 0.0)];
+    let away = [build::line_by(8.0, y, 6.0, 0.0)];
     arm.run(&away).await.expect("it moves");
 }
 

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use magician::commands::{CpParams, DeviceTime, Pose, PtpCommonParams};
-use magician::{Arm, words};
+use magician::{Arm, build};
 use magician_job::{
     Job, JobEvent, JobHandle, JobSpec, JobState, Journal, JournalError, JournalKey, NoJournal,
     PauseReason, SpeedError,
@@ -30,8 +30,8 @@ fn plan() -> Plan {
         to: [220.0, FROM + STEP * nth as f32, 40.0, 0.0],
         by: Travel::Line,
     };
-    plan.push(Action::from(words::line_speed(16.0, 2000.0)), Origin::NONE);
-    plan.push(Action::from(words::speed(100.0, 100.0)), Origin::NONE);
+    plan.push(Action::from(build::line_speed(16.0, 2000.0)), Origin::NONE);
+    plan.push(Action::from(build::speed(100.0, 100.0)), Origin::NONE);
     (0..=STEPS).for_each(|nth| plan.push(line(nth), Origin::NONE));
     plan
 }
@@ -272,7 +272,7 @@ async fn settings_between_the_steps_are_no_steps_for_the_journal() {
 fn proportional() -> Plan {
     let mut plan = Plan::new("M4");
     plan.tool = Some(Tool::Laser);
-    plan.push(Action::from(words::path_speed(20.0, 100.0)), Origin::NONE);
+    plan.push(Action::from(build::path_speed(20.0, 100.0)), Origin::NONE);
     let to = [200.0, -60.0, 40.0, 0.0];
     let by = Travel::Line;
     plan.push(Action::Move { to, by }, Origin::NONE);

@@ -150,13 +150,14 @@ fn losses<A: Attendant>(
     let damaged = both(|timed| timed.noise);
     let foreign = both(|timed| timed.unsolicited);
     let clean = pose.clean() && index.clean();
-    let text = match clean {
-        true => format!("{} requests, all answered in time and undamaged", 2 * count),
-        false => format!(
+    let text = if clean {
+        format!("{} requests, all answered in time and undamaged", 2 * count)
+    } else {
+        format!(
             "{} requests: {lost} sent again; {late} replies late, {damaged} damaged, {foreign} \
                 unexpected",
             2 * count
-        ),
+        )
     };
     let finding = Finding::judged("losses", clean, text).value(lost + late + damaged + foreign);
     let cure = "use a shorter cable, another USB socket and no hub, away from motors; on Wi-Fi go nearer \
@@ -178,9 +179,10 @@ async fn alarms<A: Attendant>(
         let name = known.map_or("unknown to this program", |alarm| alarm.name);
         let cause = known.map_or(String::new(), |alarm| format!(": {}", alarm.cause));
         let text = format!("{code:#04x} {name}{cause}");
-        let finding = match Alarm::blocks(code) {
-            true => Finding::bad("alarms", format!("{text}; it holds the queue")),
-            false => Finding::note("alarms", text),
+        let finding = if Alarm::blocks(code) {
+            Finding::bad("alarms", format!("{text}; it holds the queue"))
+        } else {
+            Finding::note("alarms", text)
         };
         let cure = known.map_or("", |alarm| alarm.remedy);
         let finding = finding.value(u64::from(code));
@@ -238,9 +240,10 @@ async fn queue<A: Attendant>(
         1 => "1 command is in it".to_owned(),
         more => format!("{more} commands are in it"),
     };
-    let finding = match watched.await? {
-        true => Finding::note("queue", format!("{commands}, and it runs")),
-        false => Finding::bad(
+    let finding = if watched.await? {
+        Finding::note("queue", format!("{commands}, and it runs"))
+    } else {
+        Finding::bad(
             "queue",
             format!(
                 "{commands}; in {} s none finished and the arm did not move: the queue is \
@@ -253,7 +256,7 @@ async fn queue<A: Attendant>(
             " drops what an earlier program left, ".into(),
             Action::StartQueue.into(),
             " runs it: the arm may move".into(),
-        ]),
+        ])
     };
     report.add(finding.value(waiting).unit("commands"), to)
 }

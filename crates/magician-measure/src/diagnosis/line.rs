@@ -211,13 +211,10 @@ impl Diagnosis {
             to,
         )?;
         let [before, _, after] = trial.current;
-        let text = match trial.current_stands() {
-            true => format!("the current index stays at {before} while nothing runs"),
-            false => {
-                format!(
-                    "the current index went from {before} to {after} while the queue was stopped"
-                )
-            }
+        let text = if trial.current_stands() {
+            format!("the current index stays at {before} while nothing runs")
+        } else {
+            format!("the current index went from {before} to {after} while the queue was stopped")
         };
         let current = Finding::judged("current_index", trial.current_stands(), text);
         self.add(

@@ -275,9 +275,10 @@ impl Fence {
             FencePart::Floor => self.floor.map_or(f64::NEG_INFINITY, |floor| floor - tip[2]),
             FencePart::Box { axis, upper } => self.within.map_or(f64::NEG_INFINITY, |within| {
                 let at = axis.min(2);
-                match upper {
-                    true => tip[at] - within.max[at],
-                    false => within.min[at] - tip[at],
+                if upper {
+                    tip[at] - within.max[at]
+                } else {
+                    within.min[at] - tip[at]
                 }
             }),
             FencePart::KeepOut(nth) => {

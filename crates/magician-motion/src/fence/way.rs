@@ -29,17 +29,19 @@ const BETWEEN: f64 = 1.002;
 
 /// How deep the tip may be on its way that begins at this depth.
 fn limit(start: f64) -> f64 {
-    match start > TOLERANCE {
-        true => start + EXACT,
-        false => TOLERANCE,
+    if start > TOLERANCE {
+        start + EXACT
+    } else {
+        TOLERANCE
     }
 }
 
 /// How deep it may be at the end: no number of motions leads further out.
 pub(super) fn end_limit(start: f64) -> f64 {
-    match start > TOLERANCE {
-        true => start + ROUNDING,
-        false => TOLERANCE,
+    if start > TOLERANCE {
+        start + ROUNDING
+    } else {
+        TOLERANCE
     }
 }
 
@@ -121,9 +123,10 @@ impl Fence {
         } = stretch;
         let lasting = to_us.saturating_sub(from_us);
         let seconds = lasting as f64 / 1e6;
-        let off = match bend > 0.0 {
-            true => bend * seconds * seconds / 8.0,
-            false => 0.0,
+        let off = if bend > 0.0 {
+            bend * seconds * seconds / 8.0
+        } else {
+            0.0
         };
         if !self.reaches(part, from, to, limit - off) {
             return None;

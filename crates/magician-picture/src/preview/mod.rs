@@ -11,7 +11,7 @@ mod locator;
 mod side;
 
 use magician_host::Geometry;
-use magician_host::words::Preflight;
+use magician_host::preflight::Preflight;
 use magician_motion::Fence;
 use magician_program::toolpath::Toolpath;
 use magician_program::{Plan, Reach, Report};
@@ -70,7 +70,7 @@ impl PreviewOptions {
 /// The picture of a plan.
 ///
 /// ```
-/// use magician_host::{JointAngles, ToolBias, words::Preflight};
+/// use magician_host::{JointAngles, ToolBias, preflight::Preflight};
 /// use magician_picture::{Preview, PreviewOptions};
 /// use magician_program::{Action, Origin, Plan, Surface, Tool, Travel, check};
 ///

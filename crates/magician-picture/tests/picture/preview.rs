@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use magician::words;
+use magician::build;
 use magician_picture::compare::compare;
 use magician_picture::{PictureError, Preview, PreviewOptions};
 use magician_program::rehearse::{RehearseOptions, rehearse, stage, start_of};
@@ -52,7 +52,7 @@ fn ways() -> Plan {
     go(&mut plan, [240.0, -80.0, -30.0], Travel::Jump);
     plan.push(Action::Suction(false), Origin::NONE);
     plan.push(
-        words::joint_speed([30.0, 200.0, 90.0, 50.0], [100.0; 4]),
+        build::joint_speed([30.0, 200.0, 90.0, 50.0], [100.0; 4]),
         Origin::NONE,
     );
     go(&mut plan, [180.0, 60.0, 60.0], Travel::Joints);
@@ -65,11 +65,11 @@ fn ways() -> Plan {
         let by = [10.0, -20.0, 5.0, 3.0];
         plan.push(Action::Shift { by, line }, Origin::NONE);
     }
-    let jump = words::jump_line_to(210.0, 0.0, 10.0, 0.0);
+    let jump = build::jump_line_to(210.0, 0.0, 10.0, 0.0);
     plan.push(jump, Origin::NONE);
-    plan.push(words::path_by(10.0, 5.0, -10.0), Origin::NONE);
+    plan.push(build::path_by(10.0, 5.0, -10.0), Origin::NONE);
     plan.push(
-        words::circle([230.0, 20.0, 0.0, 0.0], [240.0, 0.0, 0.0, 0.0], 1),
+        build::circle([230.0, 20.0, 0.0, 0.0], [240.0, 0.0, 0.0, 0.0], 1),
         Origin::NONE,
     );
     plan
@@ -179,7 +179,7 @@ fn pen_that_stands_on_the_sheet_at_the_start_leaves_no_dot_in_the_picture() {
     for place in [[150.0, -150.0, PAPER], [180.0, 150.0, PAPER - 0.4]] {
         let mut on_sheet = above.clone();
         let [x, y, z] = place;
-        on_sheet.check(&words::line_to(x, y, z, 0.0)).unwrap();
+        on_sheet.check(&build::line_to(x, y, z, 0.0)).unwrap();
         let lines = |start| DrawnLine::of(&plan, start);
         assert_eq!(lines(&on_sheet), lines(&above), "{place:?}");
         let drawn = |start| {

@@ -1,7 +1,7 @@
 //! In which size, or where, a plan would be within reach that is not.
 
 use magician_host::Geometry;
-use magician_host::words::Preflight;
+use magician_host::preflight::Preflight;
 
 use super::check;
 use crate::artwork::{WouldFit, rounded};

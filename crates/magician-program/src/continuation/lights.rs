@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use magician_host::commands::Pose;
-use magician_host::words::{Preflight, Stopping};
+use magician_host::preflight::{Preflight, Stopping};
 use magician_host::{Set, VelocityProfile, commands::CpLeCmd};
 use magician_motion::MotionLaw;
 

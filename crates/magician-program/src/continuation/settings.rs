@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use magician_host::{Set, words};
+use magician_host::{Set, build};
 use magician_protocol::commands::EMotor;
 use magician_protocol::{PoList, PtpMode, Row, Writable};
 
@@ -70,7 +70,7 @@ impl Settings {
         outputs.sort_by_key(|output| output.ratio);
         for output in outputs {
             if let Ok(address) = u8::try_from(output.address) {
-                let command = words::output(address, output.level != 0);
+                let command = build::output(address, output.level != 0);
                 self.keep((command.row().id, address), command);
             }
         }

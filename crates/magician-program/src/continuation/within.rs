@@ -2,7 +2,8 @@
 
 use std::collections::VecDeque;
 
-use magician_host::words::{self, Preflight};
+use magician_host::build;
+use magician_host::preflight::Preflight;
 use magician_host::{ArmState, Set, commands};
 use magician_motion::Pose;
 use magician_protocol::{CpMode, PtpMode};
@@ -207,22 +208,22 @@ pub(super) fn from_there(
                 let [x, y, z] = left;
                 Set::from(commands::CpCmd { x, y, z, ..segment })
             });
-            (words::path_to(x, y, z), rest)
+            (build::path_to(x, y, z), rest)
         }
         Set::CpLeCmd(segment) => {
             let rest = (segment.cp_mode == CpMode::Relative).then(|| {
                 let [x, y, z] = left;
                 Set::from(commands::CpLeCmd { x, y, z, ..segment })
             });
-            (words::path_to(x, y, z), rest)
+            (build::path_to(x, y, z), rest)
         }
         Set::PtpCmd(ptp) => {
             let rest = (ptp.ptp_mode == PtpMode::MovlXyzInc).then(|| {
                 let ([x, y, z], r) = (left, (1.0 - share) * turn);
-                words::line_by(x, y, z, r as f32)
+                build::line_by(x, y, z, r as f32)
             });
             (
-                words::line_to(x, y, z, (line.from.r + share * turn) as f32),
+                build::line_to(x, y, z, (line.from.r + share * turn) as f32),
                 rest,
             )
         }

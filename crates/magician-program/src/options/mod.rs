@@ -11,7 +11,7 @@ mod value;
 
 pub use fields::OptionError;
 pub use grid::Grid;
-use magician_host::{Set, words};
+use magician_host::{Set, build};
 pub use pens::{PenMatch, PenOptions};
 pub use spec::{DefaultValue, Need, OptionGroup, OptionKind, OptionSpec};
 pub use table::SetupOptions;
@@ -353,7 +353,7 @@ impl SetupOptions {
         if let Some(speed) = self.speed.filter(|_| taught)
             && plan.steps.iter().any(|step| path(&step.action))
         {
-            settings.push(words::path_speed(speed as f32, ACCELERATION));
+            settings.push(build::path_speed(speed as f32, ACCELERATION));
         }
         settings
     }

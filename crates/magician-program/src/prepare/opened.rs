@@ -1,6 +1,6 @@
 //! A file that is read, and what it becomes before an arm.
 
-use magician_host::words::Preflight;
+use magician_host::preflight::Preflight;
 use magician_host::{Error, JointAngles};
 
 use super::{

@@ -1,6 +1,6 @@
 //! What a check makes of all iterations of a program.
 
-use magician_host::words::Preflight;
+use magician_host::preflight::Preflight;
 
 use super::RemainingProgram;
 use crate::check::{check_in_turns, widen};

@@ -17,7 +17,7 @@ mod timetable;
 
 use std::sync::Arc;
 
-use magician_host::words::Preflight;
+use magician_host::preflight::Preflight;
 use magician_host::{Ctrl, FrameBuf, Set, burns};
 
 pub use numbering::StepNumbering;
@@ -33,7 +33,7 @@ const MOST_STEPS: u64 = i64::MAX.unsigned_abs();
 /// What is run: a plan, once, several times or for ever.
 ///
 /// ```
-/// use magician_host::{JointAngles, ToolBias, words::Preflight};
+/// use magician_host::{JointAngles, ToolBias, preflight::Preflight};
 /// use magician_program::{Action, Origin, Plan, Program, Travel};
 ///
 /// let mut plan = Plan::new("to and fro");

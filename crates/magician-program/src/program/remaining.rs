@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use magician_host::Set;
 use magician_host::commands::Pose;
-use magician_host::words::{Guards, Preflight};
+use magician_host::preflight::{Guards, Preflight};
 
 use super::{Program, StepNumbering, Timetable};
 use crate::continuation::{Continuation, lights, within};

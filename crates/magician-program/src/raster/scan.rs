@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use magician_host::words;
+use magician_host::build;
 
 use super::tone::Powers;
 use super::{Engrave, Grid};
@@ -83,8 +83,8 @@ impl<'e> Scan<'e> {
         rates: ScanSpeeds,
     ) -> Self {
         let travel = engrave.travel as f32;
-        plan.push(words::line_speed(travel, travel), Origin::NONE);
-        let path = words::path_speed(engrave.speed as f32, engrave.acceleration as f32);
+        plan.push(build::line_speed(travel, travel), Origin::NONE);
+        let path = build::path_speed(engrave.speed as f32, engrave.acceleration as f32);
         plan.push(path, Origin::NONE);
         Self {
             plan,

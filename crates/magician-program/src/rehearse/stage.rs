@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use magician_host::words::{self, Preflight};
+use magician_host::build;
+use magician_host::preflight::Preflight;
 use magician_host::{Error, FrameBuf, Geometry, JointAngles, Set};
 use magician_motion::{ArmModel, Pose};
 use magician_protocol::commands::ClearAllAlarmsState;
@@ -91,9 +92,9 @@ pub fn stage(plan: &Plan, options: &RehearseOptions) -> Result<Controller, Error
     }
     let told = [
         Set::ClearAllAlarmsState(ClearAllAlarmsState {}),
-        words::tool(tool.bias()),
+        build::tool(tool.bias()),
     ];
-    let rail = { plan.uses_rail() }.then(|| words::rail(true, RailVersion::V2));
+    let rail = { plan.uses_rail() }.then(|| build::rail(true, RailVersion::V2));
     for command in told.iter().chain(&rail) {
         tell(&mut arm, command, Ctrl::SET)?;
     }

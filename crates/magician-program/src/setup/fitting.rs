@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use magician_host::words::{Guards, Preflight};
+use magician_host::preflight::{Guards, Preflight};
 use magician_host::{Given, JointAngles, Setting};
 use magician_motion::Fence;
 use serde::Serialize;

@@ -293,7 +293,7 @@ fn target(action: &Action) -> Option<Place> {
 
 #[cfg(test)]
 mod tests {
-    use magician_host::words;
+    use magician_host::build;
     use proptest::prelude::*;
 
     use super::*;
@@ -404,7 +404,7 @@ mod tests {
             Action::Path {
                 to: [200.0, 0.0, -50.00005],
             },
-            words::line_by(0.1, 0.2, 0.3, 0.0).into(),
+            build::line_by(0.1, 0.2, 0.3, 0.0).into(),
         ]);
         let before = held.clone();
         assert_eq!(hold_above(&mut held, Surface::level(-50.0)).unwrap(), None);
@@ -413,7 +413,7 @@ mod tests {
 
     #[test]
     fn joint_angles_below_the_surface_are_refused() {
-        let mut held = plan([words::move_joints(0.0, 60.0, 60.0, 0.0).into()]);
+        let mut held = plan([build::move_joints(0.0, 60.0, 60.0, 0.0).into()]);
         let refused = hold_above(&mut held, Surface::level(100.0)).unwrap_err();
         assert!(refused.message.contains("by joint angles"), "{refused}");
     }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use magician_host::JointAngles;
-use magician_host::words::{Guards, Preflight};
+use magician_host::preflight::{Guards, Preflight};
 use serde::Serialize;
 
 use super::{PartMode, PartRule, Setup, UNSAID};

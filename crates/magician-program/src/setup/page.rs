@@ -1,7 +1,7 @@
 //! A page of paper before the arm, which a drawing lies on with its middle on the middle of the page, or as its file has it on a
 //! page of that size.
 
-use magician_host::words::Preflight;
+use magician_host::preflight::Preflight;
 use magician_host::{Given, JointAngles, Setting};
 
 use super::placed::middle_of_sheet;

@@ -1,6 +1,6 @@
 //! How what a person says becomes a plan.
 
-use magician_host::words::Preflight;
+use magician_host::preflight::Preflight;
 use magician_host::{Act, Given, JointAngles, Setting};
 use magician_protocol::Set;
 

@@ -1,6 +1,6 @@
 //! What a plan leaves, step by step: to show its progress.
 
-use magician_host::words::Preflight;
+use magician_host::preflight::Preflight;
 
 use super::tracer::PathTracer;
 use crate::{Plan, Report};
@@ -24,7 +24,7 @@ impl DrawnLine {
     /// too short to be seen are taken together.
     ///
     /// ```
-    /// use magician_host::{JointAngles, ToolBias, words::Preflight};
+    /// use magician_host::{JointAngles, ToolBias, preflight::Preflight};
     /// use magician_program::toolpath::DrawnLine;
     /// use magician_program::{Action, Origin, Plan, Surface, Tool, Travel};
     ///

@@ -10,7 +10,7 @@ mod purpose;
 mod tracer;
 mod track;
 
-use magician_host::words::Preflight;
+use magician_host::preflight::Preflight;
 
 pub use drawn_line::DrawnLine;
 pub use markers::{Marker, MarkerKind};

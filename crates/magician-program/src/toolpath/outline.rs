@@ -1,6 +1,6 @@
 //! What a plan leaves, as few lines as a picture elsewhere needs.
 
-use magician_host::words::Preflight;
+use magician_host::preflight::Preflight;
 
 use super::tracer::PathTracer;
 use super::track::Track;
@@ -15,7 +15,7 @@ const COARSEST: f64 = 5.0;
 /// A line that a pen or a laser leaves without being lifted or switched off, seen from above.
 ///
 /// ```
-/// use magician_host::{JointAngles, ToolBias, words::Preflight};
+/// use magician_host::{JointAngles, ToolBias, preflight::Preflight};
 /// use magician_program::toolpath::Outline;
 /// use magician_program::{Action, Origin, Plan, Surface, Tool, Travel};
 ///

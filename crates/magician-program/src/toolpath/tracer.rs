@@ -1,6 +1,6 @@
 //! Step by step through a plan, as the tool would go.
 
-use magician_host::words::Preflight;
+use magician_host::preflight::Preflight;
 use magician_host::{ArmState, JointAngles, Set};
 use magician_motion::Pose;
 use magician_protocol::{CpMode, PtpMode};

@@ -1,8 +1,8 @@
 //! From an SVG to what the pen or the laser of a virtual arm has really left.
 
 use magician::blocking::Arm;
+use magician::preflight::Preflight;
 use magician::sim::Scenario;
-use magician::words::Preflight;
 use magician::{JointAngles, Options, ToolBias, VirtualArm};
 use magician_program::artwork::{Layout, Marking, Order};
 use magician_program::{Artwork, Content, Format, Plan, ReadOptions, Surface, check, read};

@@ -5,7 +5,7 @@ use std::time::Duration;
 use magician::commands::Pose;
 use magician::sim::ExternalEvent;
 use magician::sim::world::{Drawing, Stroke};
-use magician::{Arm, words};
+use magician::{Arm, build};
 use magician_program::resume::ResumePoint;
 use magician_program::{Ending, Format, Program, ReadOptions, Setup, Surface, read};
 use tokio::time::sleep;
@@ -135,7 +135,7 @@ async fn a_stop_at_any_instant_lifts_the_pen_and_resuming_leaves_no_trace() {
         if lifted.by < LIFT {
             let check = arm.preflight().await.expect("read");
             let [x, y, z] = up.map(|at| at as f32);
-            let higher = words::line_to(x, y, z + 0.2, lifted.pose.r);
+            let higher = build::line_to(x, y, z + 0.2, lifted.pose.r);
             assert!(check.clone().check(&higher).is_err(), "{lifted:?}");
         }
         assert_eq!(lines(&cell.with(|arm| arm.drawing())), drawn, "{stop:?}");

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use magician_host::JointAngles;
-use magician_host::words::Preflight;
+use magician_host::preflight::Preflight;
 use magician_motion::ToolBias;
 use magician_program::fill::FillMode;
 use magician_program::{FontChoice, Format, SetupDefaults, SetupOptions, Surface, check, read};

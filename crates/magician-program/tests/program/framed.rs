@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use magician_host::commands::PtpCmd;
-use magician_host::words::Preflight;
+use magician_host::preflight::Preflight;
 use magician_host::{JointAngles, Set, ToolBias};
 use magician_program::rehearse::{RehearseOptions, rehearse};
 use magician_program::{

@@ -1,7 +1,7 @@
 //! A pen never goes below the surface in force, whatever the file and the options say; only kept depths take it there.
 
 use magician::Set;
-use magician::words::Preflight;
+use magician::preflight::Preflight;
 use magician::{JointAngles, ToolBias};
 use magician_program::artwork::Sheet;
 use magician_program::{

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use magician_host::words::Preflight;
+use magician_host::preflight::Preflight;
 use magician_host::{JointAngles, ToolBias};
 use magician_motion::{Cuboid, Fence};
 use magician_program::artwork::{Layout, Marking, Order};

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use magician_host::words::{Guards, Preflight};
+use magician_host::preflight::{Guards, Preflight};
 use magician_host::{Act, Action, JointAngles, Setting};
 use magician_motion::ToolBias;
 use magician_program::{

@@ -1,6 +1,6 @@
 //! A page of paper that a drawing lies on.
 
-use magician_host::words::{Guards, Preflight};
+use magician_host::preflight::{Guards, Preflight};
 use magician_host::{Act, Given, JointAngles, Setting};
 use magician_motion::ToolBias;
 use magician_program::artwork::Sheet;

@@ -1,6 +1,6 @@
 //! How drawings are laid before the arm, and what the arm does to draw them.
 
-use magician::words::Preflight;
+use magician::preflight::Preflight;
 use magician::{Act, Given, JointAngles, Setting, ToolBias};
 use magician_motion::{
     ArmModel, ArmState, Ceilings, Geometry, Move, MoveKind, Planner, Pose, Target,

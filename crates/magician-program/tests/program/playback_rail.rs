@@ -1,6 +1,6 @@
 //! Rail positions of taught points: the arm goes there, or is refused; they are never dropped.
 
-use magician_host::words::Preflight;
+use magician_host::preflight::Preflight;
 use magician_host::{Action, JointAngles, Set, ToolBias};
 use magician_program::formats::playback::Playback;
 use magician_program::rehearse::{RehearseOptions, rehearse, stage, start_of};

@@ -1,6 +1,6 @@
 //! Plans on the virtual arm.
 
-use magician::{Options, VirtualArm, blocking::Arm, words};
+use magician::{Options, VirtualArm, blocking::Arm, build};
 use magician_program::rehearse::{RehearseOptions, rehearse, stage, stands, start_of};
 use magician_program::{
     Action, Format, Grip, Origin, Plan, Preparation, PrepareRequest, StartPosition, Surface, Tool,
@@ -36,7 +36,7 @@ fn drawing() -> Plan {
     let mut plan = Plan::new("circle");
     plan.tool = Some(Tool::Pen);
     plan.surface = Some(Surface::level(PAPER.into()));
-    plan.push(words::path_speed(40.0, 80.0), Origin::NONE);
+    plan.push(build::path_speed(40.0, 80.0), Origin::NONE);
     let circle: Vec<[f32; 2]> = (0..=300)
         .map(|nth| {
             let angle = nth as f32 / 300.0 * std::f32::consts::TAU;
@@ -93,7 +93,7 @@ fn what_is_out_of_reach_is_an_alarm() {
 #[test]
 fn a_wait_without_an_end_ends_the_rehearsal() {
     let mut plan = Plan::new("waits");
-    plan.push(words::wait_for_level(1, true), Origin::NONE);
+    plan.push(build::wait_for_level(1, true), Origin::NONE);
     travel(&mut plan, 220.0, 0.0, 0.0);
     let done = rehearse(&plan, &RehearseOptions::default()).unwrap();
     assert_eq!(done.steps, 0);

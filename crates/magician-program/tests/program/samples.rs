@@ -4,8 +4,8 @@ use std::path::Path;
 use std::time::Duration;
 
 use magician::blocking::Arm;
+use magician::preflight::Preflight;
 use magician::sim::world::StrokeKind;
-use magician::words::Preflight;
 use magician::{Options, Set};
 use magician_picture::compare::{Match, Tones, compare, lines_of};
 use magician_picture::{Preview, PreviewOptions};

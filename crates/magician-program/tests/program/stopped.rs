@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use magician::commands::CpCmd;
 use magician::sim::world::{Drawing, Stroke};
-use magician::{Arm, VirtualArm, words};
+use magician::{Arm, VirtualArm, build};
 use magician_program::{Action, Origin, Plan, Program, Surface, Tool, Travel};
 use magician_protocol::CpMode;
 
@@ -59,7 +59,7 @@ fn plan(kind: Kind) -> Plan {
     let corners = corners();
     let at = |[x, y]: Point, z: f32| [x as f32, y as f32, z, 0.0];
     let mut push = |action: Action| plan.push(action, Origin::NONE);
-    push(words::path_speed(50.0, 100.0).into());
+    push(build::path_speed(50.0, 100.0).into());
     let [first, last] = [corners[0], corners[corners.len() - 1]];
     let line = |to| Action::Move {
         to,

@@ -2,8 +2,9 @@
 
 use std::time::Duration;
 
+use magician::build;
 use magician::commands::DeviceTime;
-use magician::words::{self, MovingTarget};
+use magician::preflight::MovingTarget;
 use magician::{Arm, Set};
 use pyo3::prelude::*;
 
@@ -26,8 +27,8 @@ impl Way {
     fn to(&self, [x, y, z]: [f64; 3]) -> Vec<Set> {
         let [x, y, z, r] = [x, y, z, self.r].map(|number| number as f32);
         let mut way = self.before.clone();
-        way.push(words::move_to(x, y, z + self.approach as f32, r));
-        way.push(words::line_to(x, y, z, r));
+        way.push(build::move_to(x, y, z + self.approach as f32, r));
+        way.push(build::line_to(x, y, z, r));
         way
     }
 }

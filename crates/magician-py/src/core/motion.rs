@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use magician::words::{Guards, Preflight};
+use magician::preflight::{Guards, Preflight};
 use magician::{Error, ErrorCode, Progress, QueueIndex, Ran, RunOptions, Set};
 use magician_job::{keep_surface, touch_off};
 use magician_program::Tool;

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex as Lock, PoisonError};
 
-use magician::words::JogDirection;
+use magician::build::JogDirection;
 use magician::{Error, Event, JogOptions, Pin, StateOptions, Status};
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;

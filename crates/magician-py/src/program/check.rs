@@ -1,7 +1,7 @@
 //! What a check has found, as Python has it, and as the error that keeps a run from beginning.
 
 use magician::blocking::Arm;
-use magician::words::Preflight;
+use magician::preflight::Preflight;
 use magician::{Error, Options};
 use magician_picture::{Preview, PreviewOptions};
 use magician_program::rehearse::{RehearseOptions, rehearse, stage};

@@ -1,6 +1,6 @@
 //! Plans of arrays of points.
 
-use magician::{Error, words};
+use magician::{Error, build};
 use magician_program::{Action, Diagnostic, Origin, Plan, Travel};
 use pyo3::prelude::*;
 
@@ -160,7 +160,7 @@ fn paths(
 ) -> Result<(), Diagnostic> {
     if let Some(speed) = way.speed {
         plan.push(
-            words::path_speed(speed as f32, way.acceleration as f32),
+            build::path_speed(speed as f32, way.acceleration as f32),
             Origin::NONE,
         );
     }

@@ -1,6 +1,6 @@
 //! What pupils draw: a stroke for each letter of their name.
 
-use magician::words;
+use magician::build;
 use magician_program::{Action, Origin, Plan, Surface, Tool, Travel};
 
 pub(crate) const PAPER: f64 = -60.0;
@@ -30,7 +30,7 @@ pub(crate) fn plan(title: &str, strokes: &Strokes) -> String {
     plan.surface = Some(Surface::level(PAPER));
     let paper = PAPER as f32;
     let mut push = |action: Action| plan.push(action, Origin::NONE);
-    push(words::speed(8.0, 30.0).into());
+    push(build::speed(8.0, 30.0).into());
     let line = |[x, y]: [f64; 2], z| Action::Move {
         to: [x as f32, y as f32, z, 0.0],
         by: Travel::Line,

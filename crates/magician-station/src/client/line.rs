@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::{Context, Poll};
 use std::time::Duration;
 
-use magician::words::JogDirection;
+use magician::build::JogDirection;
 use magician_protocol::{Deframer, Direction, Event, FrameBuf, JogCommand, Row, Set, describe};
 use serde_json::{Map, Value, json};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, DuplexStream, ReadBuf};

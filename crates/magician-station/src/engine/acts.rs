@@ -1,7 +1,7 @@
 //! What an arm does.
 
+use magician::build::{self, Axis};
 use magician::commands::{JogCommonParams, Pose, PtpCommonParams};
-use magician::words::{self, Axis};
 use magician::{Arm, Ctrl, Set};
 use magician_program::{Tool, Travel};
 use serde_json::{Value, json};
@@ -136,10 +136,10 @@ async fn act(
         }
         ArmAct::ForgetSurface => surface.forget().await.map(Outcome::Value),
         ArmAct::Tip(bias) => {
-            arm.set_any(&words::tool(bias)).await?;
+            arm.set_any(&build::tool(bias)).await?;
             Ok(Outcome::State)
         }
-        ArmAct::Tool(set) if set == words::laser(false) => {
+        ArmAct::Tool(set) if set == build::laser(false) => {
             // With its pins.
             arm.darken().await?;
             Ok(Outcome::State)
@@ -211,7 +211,7 @@ async fn turned_step(arm: &Arm, axis: Axis, by: f32) -> Result<Set, RpcError> {
         Axis::X => (by * r.cos(), by * r.sin()),
         _ => (-by * r.sin(), by * r.cos()),
     };
-    Ok(words::line_by(x as f32, y as f32, 0.0, 0.0))
+    Ok(build::line_by(x as f32, y as f32, 0.0, 0.0))
 }
 
 async fn speed(arm: &Arm, percent: f32) -> Result<(), RpcError> {
@@ -247,13 +247,13 @@ fn command(
         }
         (_, true, true) => {
             let [j1, j2, j3, j4] = to;
-            words::move_joints_by(j1, j2, j3, j4)
+            build::move_joints_by(j1, j2, j3, j4)
         }
         (by, false, true) => {
             let [x, y, z, r] = to;
             match by {
-                Travel::Line => words::line_by(x, y, z, r),
-                _ => words::move_by(x, y, z, r),
+                Travel::Line => build::line_by(x, y, z, r),
+                _ => build::move_by(x, y, z, r),
             }
         }
         (by, false, false) => by.to_pose(to),
@@ -262,6 +262,6 @@ fn command(
     match rail {
         None => Ok(command),
         Some(_) if !on_rail => no("to", "a fifth number is for an arm on a rail"),
-        Some(rail) => Ok(words::with_rail(command, rail)?),
+        Some(rail) => Ok(build::with_rail(command, rail)?),
     }
 }

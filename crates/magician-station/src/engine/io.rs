@@ -1,7 +1,7 @@
 //! Pins, sensors and steppers by the protocol's table, so that a page needs to know no command.
 
 use magician::commands::{GetIoDo, GetIoMultiplexing, GetIoPwm, IoDo, IoMultiplexing, IoPwm};
-use magician::{Arm, words};
+use magician::{Arm, build};
 use magician_protocol::{
     Chapter, Effect, Field, FieldType, IoFunction, LayoutInfo, Port, Row, TABLE, Writable,
 };
@@ -76,7 +76,7 @@ pub(super) async fn io(arm: &Arm) -> Result<Value, RpcError> {
         })
     });
     Ok(json!({
-        "analog": {"counts": words::ANALOG_COUNTS, "volts": short(words::ANALOG_VOLTS)},
+        "analog": {"counts": build::ANALOG_COUNTS, "volts": short(build::ANALOG_VOLTS)},
         "functions": functions.collect::<Vec<_>>(),
         "pins": pins,
         "rows": rows.collect::<Vec<_>>(),

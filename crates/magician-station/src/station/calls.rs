@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use magician::words::{Axis, JogDirection};
+use magician::build::{Axis, JogDirection};
 use magician::{Set, burns, gate};
 use magician_program::Travel;
 use magician_protocol::Row;

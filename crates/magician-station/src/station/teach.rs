@@ -87,7 +87,7 @@ fn rows(params: &Params) -> Result<Value, RpcError> {
 /// A step that sets an output.
 fn output(params: &Params) -> Result<Value, RpcError> {
     let address = params.integer("address").unwrap_or_default() as u8;
-    let set = magician::words::output(address, params.is_on("high"));
+    let set = magician::build::output(address, params.is_on("high"));
     let step = TeachStep {
         motion: Some(Action::from(set)),
         ..TeachStep::default()

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeSet;
 
+use magician::build;
 use magician::commands::{
     ArcParams, CpParams, JogCommonParams, JogCoordinateParams, JogJointParams, JogLParams,
     PtpCommonParams, PtpCoordinateParams, PtpJointParams, PtpLParams,
 };
-use magician::words;
 use magician::{ErrorKind, ToolBias};
 use magician_protocol::Writable;
 use serde_json::{Map, Value};
@@ -42,13 +42,13 @@ pub(super) fn tool(call: &Call<'_>) -> Result<ArmAct, RpcError> {
         return Err(RpcError::param("tool", why));
     }
     if let Some(on) = params.switch("suction") {
-        return Ok(ArmAct::Tool(words::suction(on)));
+        return Ok(ArmAct::Tool(build::suction(on)));
     }
     if let Some(gripper) = params.text("gripper") {
         return Ok(ArmAct::Tool(match gripper {
-            "closed" => words::grip(),
-            "open" => words::release(),
-            _ => words::pump_off(),
+            "closed" => build::grip(),
+            "open" => build::release(),
+            _ => build::pump_off(),
         }));
     }
     if let Some(laser) = params.object("laser") {
@@ -86,7 +86,7 @@ fn laser_of(laser: &Map<String, Value>) -> Result<ArmAct, RpcError> {
         let why = "a standing laser burns at full power or not at all: power below 100 is for paths (cple_cmd)";
         return Err(RpcError::arm(ErrorKind::Unsupported, why));
     }
-    Ok(ArmAct::Tool(words::laser(on)))
+    Ok(ArmAct::Tool(build::laser(on)))
 }
 
 /// The speed that `arm.speed` sets: of all moves and jogs, or one setting of the protocol.

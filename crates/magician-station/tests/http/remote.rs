@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
+use magician::build::{self, Axis};
 use magician::commands::{Pose, PtpCommonParams};
-use magician::words::{self, Axis};
 use magician::{Arm, ErrorKind, Options};
 use magician_station::client::{ClientError, Connection, StationClient, StationLine, Trust};
 use magician_station::{FRAME_FIELDS, SOCKETS};
@@ -39,8 +39,8 @@ async fn an_arm_over_a_station_does_what_one_of_its_own_does() {
         "who reads needs no lease"
     );
     over.run(&[
-        words::line_to(220.0, 40.0, 50.0, 0.0),
-        words::jump_to(220.0, 0.0, 50.0, 0.0),
+        build::line_to(220.0, 40.0, 50.0, 0.0),
+        build::jump_to(220.0, 0.0, 50.0, 0.0),
     ])
     .await
     .unwrap();
@@ -53,7 +53,7 @@ async fn an_arm_over_a_station_does_what_one_of_its_own_does() {
     over.set(&faster).await.unwrap();
     assert_eq!(over.get::<PtpCommonParams>().await.unwrap(), faster);
     let refused = over
-        .run(&[words::move_to(600.0, 0.0, 0.0, 0.0)])
+        .run(&[build::move_to(600.0, 0.0, 0.0, 0.0)])
         .await
         .unwrap_err();
     assert_eq!(refused.kind(), ErrorKind::Unreachable);
@@ -88,7 +88,7 @@ async fn who_has_no_lease_is_told_whose_it_is_and_may_stop() {
     let over = arm(&anna).await;
     over.stop().await.unwrap();
     let refused = over
-        .run(&[words::move_to(220.0, 0.0, 50.0, 0.0)])
+        .run(&[build::move_to(220.0, 0.0, 50.0, 0.0)])
         .await
         .unwrap_err();
     assert_eq!(refused.kind(), ErrorKind::Port, "{refused:?}");
@@ -119,7 +119,7 @@ async fn running(
     over.set(&slow).await.unwrap();
     let runner = over.clone();
     // To and fro, for longer than the station waits.
-    let moves = [150.0, -150.0].map(|y| words::move_to(200.0, y, 50.0, 0.0));
+    let moves = [150.0, -150.0].map(|y| build::move_to(200.0, y, 50.0, 0.0));
     let run = tokio::spawn(async move { runner.run(&moves.repeat(10)).await });
     while !bench.arm.state().moving {
         tokio::task::yield_now().await;

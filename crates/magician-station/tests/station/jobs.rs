@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use magician::words;
+use magician::build;
 use magician_program::{Action, Origin, Plan, Surface, Tool, Travel};
 use magician_station::Role;
 use serde_json::{Value, json};
@@ -18,7 +18,7 @@ pub(crate) fn drawing() -> String {
     plan.surface = Some(Surface::level(PAPER));
     let paper = PAPER as f32;
     let mut push = |action: Action| plan.push(action, Origin::NONE);
-    push(words::speed(20.0, 50.0).into());
+    push(build::speed(20.0, 50.0).into());
     let line = |x, y, z| Action::Move {
         to: [x, y, z, 0.0],
         by: Travel::Line,
@@ -352,8 +352,8 @@ async fn the_last_fifty_jobs_are_kept() {
 #[tokio::test(start_paused = true)]
 async fn a_job_that_burns_needs_a_teacher_who_means_it() {
     let mut burns = Plan::new("burns");
-    burns.push(Action::from(words::laser(true)), Origin::NONE);
-    burns.push(Action::from(words::laser(false)), Origin::NONE);
+    burns.push(Action::from(build::laser(true)), Origin::NONE);
+    burns.push(Action::from(build::laser(false)), Origin::NONE);
     let bench = LocalStation::real(1).await;
     let program = json!({"text": burns.to_json()});
     let mut pupil = bench.join("Pupil").await;
@@ -385,7 +385,7 @@ async fn a_job_that_burns_ends_at_once_with_the_socket_of_its_holder() {
     let by = Travel::Line;
     let to = [200.0, 0.0, 0.0, 0.0];
     burns.push(Action::Move { to, by }, Origin::NONE);
-    burns.push(Action::from(words::path_speed(5.0, 100.0)), Origin::NONE);
+    burns.push(Action::from(build::path_speed(5.0, 100.0)), Origin::NONE);
     let to = [200.0, 100.0, 0.0];
     burns.push(Action::Burn { to, power: 60.0 }, Origin::NONE);
     burns.push(Action::Laser(false), Origin::NONE);
@@ -441,7 +441,7 @@ async fn burnt_again(overlap: Value) -> f64 {
     let by = Travel::Line;
     let to = [200.0, 0.0, 0.0, 0.0];
     burns.push(Action::Move { to, by }, Origin::NONE);
-    burns.push(Action::from(words::path_speed(20.0, 100.0)), Origin::NONE);
+    burns.push(Action::from(build::path_speed(20.0, 100.0)), Origin::NONE);
     let to = [200.0, 100.0, 0.0];
     burns.push(Action::Burn { to, power: 60.0 }, Origin::NONE);
     burns.push(Action::Laser(false), Origin::NONE);

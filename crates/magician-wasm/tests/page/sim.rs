@@ -1,7 +1,7 @@
 //! Virtual arms in the page.
 
 use arm::table;
-use magician::words;
+use magician::build;
 use magician_program::{Action, Origin, Plan, Surface, Tool, Travel};
 use serde_json::{Value, json};
 
@@ -184,7 +184,7 @@ fn drawing() -> String {
     plan.tool = Some(Tool::Pen);
     plan.surface = Some(Surface::level(-60.0));
     let mut push = |action: Action| plan.push(action, Origin::NONE);
-    push(words::speed(20.0, 50.0).into());
+    push(build::speed(20.0, 50.0).into());
     let line = |x, y, z| Action::Move {
         to: [x, y, z, 0.0],
         by: Travel::Line,

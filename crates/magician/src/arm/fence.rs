@@ -22,21 +22,21 @@ use tokio::time::{Instant, sleep, timeout_at};
 use super::Arm;
 use super::halt::APART;
 use super::known::{is_near, place};
-use crate::words::{Guards, Needs, Preflight, Readings, governs_motion};
+use crate::preflight::{Guards, Needs, Preflight, Readings, governs_motion};
 use crate::{Action, Error, ErrorCode, Result};
 
 /// The fence of a connection, if it has one, and what it has let pass.
 #[derive(Debug)]
 pub(super) struct Held {
     fence: RwLock<Option<Fence>>,
-    course: Mutex<Course>,
+    prediction: Mutex<QueuePrediction>,
     /// How often what was followed came to an end that it was not to.
     breaks: AtomicU64,
 }
 
 /// Where the arm will be when what it has was carried out.
 #[derive(Debug, Default)]
-pub(super) struct Course {
+pub(super) struct QueuePrediction {
     end: Option<Preflight>,
     /// [`Held::breaks`] of then.
     breaks: u64,
@@ -49,7 +49,7 @@ pub(super) struct Course {
 /// The right to send what was checked. Nothing else is checked meanwhile.
 pub(super) struct Turn<'a> {
     held: &'a Held,
-    course: MutexGuard<'a, Course>,
+    prediction: MutexGuard<'a, QueuePrediction>,
     /// What is known after it, if it goes into the queue.
     then: Option<Preflight>,
     /// The queue is empty: its next index may be any.
@@ -57,7 +57,7 @@ pub(super) struct Turn<'a> {
     breaks: u64,
 }
 
-impl Course {
+impl QueuePrediction {
     /// How many commands wait, or run, that were followed.
     fn waiting(&self, current: u64) -> u64 {
         let stations = self.stations.iter();
@@ -121,7 +121,7 @@ impl Held {
     pub(super) fn new(fence: Option<Fence>) -> Self {
         Self {
             fence: RwLock::new(fence.filter(|fence| !fence.is_empty())),
-            course: Mutex::default(),
+            prediction: Mutex::default(),
             breaks: AtomicU64::new(0),
         }
     }
@@ -163,26 +163,26 @@ impl Turn<'_> {
     }
 
     fn accepted(&mut self, index: u64, then: Preflight) {
-        let next = self.course.last.saturating_add(1);
+        let next = self.prediction.last.saturating_add(1);
         if !(index == next || self.first && index > next) {
             // Another program has queued a command in between.
             return self.held.forget();
         }
         let end = then.arm().map(|end| end.pose.to_array());
-        self.course.stations.push_back((index, end));
+        self.prediction.stations.push_back((index, end));
         // More than a queue holds.
-        if self.course.stations.len() > 64 {
-            self.course.stations.pop_front();
+        if self.prediction.stations.len() > 64 {
+            self.prediction.stations.pop_front();
         }
-        self.course.end = Some(then);
-        self.course.last = index;
-        self.course.breaks = self.breaks;
+        self.prediction.end = Some(then);
+        self.prediction.last = index;
+        self.prediction.breaks = self.breaks;
     }
 
     /// Where a run begins.
     pub(super) fn start(&mut self) -> Option<Preflight> {
         // A run that was dropped leaves an unknown position.
-        self.course.end = None;
+        self.prediction.end = None;
         self.then.take()
     }
 }
@@ -199,13 +199,13 @@ impl Arm {
     /// under way then was checked against the earlier one: the future stops the arm, unless the fence bounds nothing new.
     ///
     /// ```
-    /// use magician::{Arm, Fence, words};
+    /// use magician::{Arm, Fence, build};
     ///
     /// # #[tokio::main(flavor = "current_thread")]
     /// # async fn main() -> Result<(), Box<dyn std::error::Error>> {
     /// let arm = Arm::connect("sim").await?;
     /// arm.set_fence(Some(Fence::default().with_floor(-20.0)?)).await?;
-    /// assert!(arm.run(&[words::line_to(220.0, 0.0, -30.0, 0.0)]).await.is_err());
+    /// assert!(arm.run(&[build::line_to(220.0, 0.0, -30.0, 0.0)]).await.is_err());
     /// # Ok(())
     /// # }
     /// ```
@@ -312,15 +312,15 @@ impl Arm {
     }
 
     async fn take_fence<'a>(&self, held: &'a Held, deadline: Instant) -> Result<Turn<'a>> {
-        let course = timeout_at(deadline, held.course.lock()).await;
-        let course = course.map_err(|_| {
+        let prediction = timeout_at(deadline, held.prediction.lock()).await;
+        let prediction = prediction.map_err(|_| {
             let message =
                 "a run is under way, or another call is being checked against the arm's fence";
             Error::new(ErrorCode::NotSent, message)
         })?;
         Ok(Turn {
             held,
-            course,
+            prediction,
             then: None,
             first: false,
             breaks: self.breaks(held),
@@ -353,8 +353,8 @@ impl Arm {
 
     /// Where the arm is when all that waits was done.
     async fn course_end(&self, turn: &mut Turn<'_>) -> Result<Preflight> {
-        if turn.course.breaks == turn.breaks
-            && let Some(end) = turn.course.end.clone()
+        if turn.prediction.breaks == turn.breaks
+            && let Some(end) = turn.prediction.end.clone()
             && self.waits_in_order(turn).await?
         {
             return Ok(end);
@@ -365,7 +365,7 @@ impl Arm {
     /// Whether what was followed still waits, or runs, and nothing else does.
     async fn waits_in_order(&self, turn: &mut Turn<'_>) -> Result<bool> {
         let waiting = u64::from(self.waiting().await?);
-        let ours = turn.course.waiting(self.current_index().await?.0);
+        let ours = turn.prediction.waiting(self.current_index().await?.0);
         // The command under way may count as waiting or not.
         Ok(ours > 0 && waiting <= ours)
     }
@@ -393,10 +393,12 @@ impl Arm {
             return Err(refused("it moves; wait until it has stopped"));
         };
         turn.first = true;
-        turn.course.end = None;
-        turn.course.last = look.current;
-        turn.course.stations.clear();
-        turn.course.stations.push_back((look.current, Some(start)));
+        turn.prediction.end = None;
+        turn.prediction.last = look.current;
+        turn.prediction.stations.clear();
+        turn.prediction
+            .stations
+            .push_back((look.current, Some(start)));
         Ok(check.guards(Guards::NONE.reach(true).unknown_start(true)))
     }
 
@@ -416,8 +418,8 @@ impl Arm {
             return Ok(turn);
         }
         let current = self.current_index().await?.0;
-        let known = turn.course.breaks == turn.breaks && turn.course.end.is_some();
-        let ours = turn.course.waiting(current);
+        let known = turn.prediction.breaks == turn.breaks && turn.prediction.end.is_some();
+        let ours = turn.prediction.waiting(current);
         if !known || u64::from(waiting) > ours {
             let (commands, were) = match waiting {
                 1 => ("1 command waits", "was"),
@@ -451,7 +453,7 @@ impl Arm {
 
     /// A queue at rest: the arm was not moved meanwhile.
     async fn stands_at_station(&self, turn: &Turn<'_>, current: u64) -> Result<()> {
-        let mut stations = turn.course.stations.iter().rev();
+        let mut stations = turn.prediction.stations.iter().rev();
         let station = stations.find(|(index, _)| *index <= current);
         let station = station.and_then(|(_, pose)| *pose);
         let stands = place(&self.get().await?);

@@ -9,7 +9,7 @@ use super::Arm;
 use super::driver::micros;
 use super::fence::Turn;
 use crate::connection::Micros;
-use crate::words::{Preflight, state_at};
+use crate::preflight::{Preflight, state_at};
 use crate::{Error, Result};
 
 /// What may pass between the instant at which a stop is due and the arm that obeys it, besides the line's own time.

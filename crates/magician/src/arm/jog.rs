@@ -13,9 +13,9 @@ use tokio::time::{Instant, timeout_at};
 use super::driver::{JogStart, Message, micros};
 use super::fenced_jog::FencedJog;
 use super::{Arm, Shared};
+use crate::build::JogDirection;
 use crate::connection::{Micros, Request};
 use crate::gate::{JogEnd, JogId};
-use crate::words::JogDirection;
 use crate::{Error, ErrorCode, Result};
 
 /// How a [`Jog`] behaves.
@@ -190,7 +190,7 @@ impl Life {
 /// one in pieces ([`Options::bounded_jogs`](super::Options::bounded_jogs)). This is a convenience, not a safety function.
 ///
 /// ```no_run
-/// use magician::{blocking::Arm, words::Axis};
+/// use magician::{blocking::Arm, build::Axis};
 ///
 /// # fn main() -> magician::Result<()> {
 /// # let button_is_pressed = || true;

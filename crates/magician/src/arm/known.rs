@@ -17,8 +17,8 @@ use super::driver::micros;
 use super::laser::answered;
 use super::lights_out::Darkness;
 use crate::connection::{Failure, Micros};
+use crate::preflight::state_at;
 use crate::stream::ArmPace;
-use crate::words::state_at;
 use crate::{RestDetector, Result};
 
 /// How long the pose of an arm at rest, and the absence of alarms, stay valid: a hand may have moved it since.

@@ -7,8 +7,8 @@ use magician_protocol::{Flag, Frame, IoFunction, Row, Set};
 
 use super::known::QueueLook;
 use super::{Arm, Shared};
+use crate::build;
 use crate::connection::Request;
-use crate::words;
 use crate::{Action, Error, ErrorCode, ErrorKind, Result};
 use magician_host::{
     LASER_POWER, LASER_SUPPLY, burns, check_power, frame_burns, frame_releases_queue,
@@ -274,7 +274,7 @@ impl Arm {
     /// # Errors
     /// As [`set`](Self::set).
     pub async fn darken(&self) -> Result<()> {
-        self.set_any(&words::laser(false)).await?;
+        self.set_any(&build::laser(false)).await?;
         if self.inner.options.laser_pins {
             for address in PINS {
                 match self.function_of(address).await? {
@@ -283,7 +283,7 @@ impl Arm {
                         self.set(&IoDo { address, level }).await?;
                     }
                     Some(IoFunction::Pwm) => {
-                        self.set_any(&words::pwm(address, FREQUENCY, 0.0)).await?;
+                        self.set_any(&build::pwm(address, FREQUENCY, 0.0)).await?;
                     }
                     _ => {}
                 }

@@ -60,7 +60,7 @@ pub use watch::Progress;
 /// programs without.
 ///
 /// The three verbs are [`get`](Self::get), [`set`](Self::set) and [`enqueue`](Self::enqueue). They
-/// send what they are given. [`words`](crate::words) makes commands from intentions, and
+/// send what they are given. [`build`](crate::build) makes commands from intentions, and
 /// [`run`](Self::run) and [`start`](Self::start) keep any number of them flowing.
 ///
 /// Every call ends: by its answer, or with an error by its deadline. All methods take `&self`;
@@ -76,13 +76,13 @@ pub use watch::Progress;
 ///
 /// ```
 /// use magician::commands::{Pose, PtpCommonParams};
-/// use magician::{Arm, words};
+/// use magician::{Arm, build};
 ///
 /// # #[tokio::main(flavor = "current_thread")]
 /// # async fn main() -> magician::Result<()> {
 /// let arm = Arm::connect("sim").await?;
 /// arm.set(&PtpCommonParams { velocity_ratio: 80.0, acceleration_ratio: 80.0 }).await?;
-/// arm.run(&[words::move_to(200.0, 50.0, 20.0, 0.0)]).await?;
+/// arm.run(&[build::move_to(200.0, 50.0, 20.0, 0.0)]).await?;
 /// let pose: Pose = arm.get().await?;
 /// assert_eq!((pose.x, pose.y, pose.z), (200.0, 50.0, 20.0));
 /// # Ok(())

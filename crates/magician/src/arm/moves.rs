@@ -1,11 +1,11 @@
-//! What is asked for most often, as methods: the same as a [word](crate::words) given to [`Arm::run`].
+//! What is asked for most often, as methods: the same as a [builder](crate::build) given to [`Arm::run`].
 
 use magician_protocol::commands::{GetIoDi, IoDi, Pose};
 
 use super::{Arm, Ran};
-use crate::{Result, words};
+use crate::{Result, build};
 
-/// Robot words as methods.
+/// Builders as methods.
 impl Arm {
     /// Where the arm is: x, y, z of the tool's tip in mm and r in degrees, and the four joint angles in degrees
     /// ([`joint_angle`](Pose::joint_angle); document 1.4.1).
@@ -33,7 +33,7 @@ impl Arm {
     /// # Errors
     /// As [`run`](Self::run): it is checked before a byte of it is sent.
     pub async fn move_to(&self, x: f32, y: f32, z: f32, r: f32) -> Result<Ran> {
-        self.run(&[words::move_to(x, y, z, r)]).await
+        self.run(&[build::move_to(x, y, z, r)]).await
     }
 
     /// Moves to a pose (mm, degrees) on a straight line, and waits until the arm is there.
@@ -41,7 +41,7 @@ impl Arm {
     /// # Errors
     /// As [`move_to`](Self::move_to).
     pub async fn line_to(&self, x: f32, y: f32, z: f32, r: f32) -> Result<Ran> {
-        self.run(&[words::line_to(x, y, z, r)]).await
+        self.run(&[build::line_to(x, y, z, r)]).await
     }
 
     /// Moves to a pose (mm, degrees) over obstacles, up, across and down, and waits until the arm is there. How high is a setting:
@@ -50,11 +50,11 @@ impl Arm {
     /// # Errors
     /// As [`move_to`](Self::move_to).
     pub async fn jump_to(&self, x: f32, y: f32, z: f32, r: f32) -> Result<Ran> {
-        self.run(&[words::jump_to(x, y, z, r)]).await
+        self.run(&[build::jump_to(x, y, z, r)]).await
     }
 
     /// Whether a digital input (EIO address 1 to 20, document 1.15.4) is high. The pin has to be set up as an input before:
-    /// [`words::multiplex`].
+    /// [`build::multiplex`].
     ///
     /// # Errors
     /// As [`get`](Self::get); [`ErrorKind::Timeout`](crate::ErrorKind::Timeout) where the arm has no such pin.
@@ -70,6 +70,6 @@ impl Arm {
     /// # Errors
     /// As [`move_to`](Self::move_to).
     pub async fn wait_for_input(&self, address: u8, high: bool) -> Result<Ran> {
-        self.run(&[words::wait_for_level(address, high)]).await
+        self.run(&[build::wait_for_level(address, high)]).await
     }
 }

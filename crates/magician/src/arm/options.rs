@@ -53,7 +53,7 @@ pub struct Options {
     /// own ([`Arm::simulated`](crate::Arm::simulated)) brings its own.
     pub model: ArmModel,
     /// The fence of the arm: everything over this connection is checked against it before it is sent, as
-    /// [`Preflight::fence`](crate::words::Preflight::fence) does, from where the arm will be by then. What cannot be checked is
+    /// [`Preflight::fence`](crate::preflight::Preflight::fence) does, from where the arm will be by then. What cannot be checked is
     /// refused: commands of other programs in the queue, what is downloaded into the arm. It costs reads before
     /// each motion; without a fence there are none.
     ///

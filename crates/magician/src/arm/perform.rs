@@ -10,7 +10,9 @@ use super::known::QueueLook;
 use super::run::{Ran, RunOptions};
 use super::watch::Progress;
 use crate::connection::Request;
-use crate::words::{CheckedProgram, Guards, Needs, Preflight, Readings, doubt_in_words, refuse};
+use crate::preflight::{
+    CheckedProgram, Guards, Needs, Preflight, Readings, doubt_in_words, refuse,
+};
 use crate::{Action, ErrorKind, RestDetector, Result};
 
 /// So many commands are checked before other tasks get their turn.
@@ -41,13 +43,13 @@ impl Arm {
     /// What is not to be checked, or comes while it runs, is [started](Self::start) instead.
     ///
     /// ```
-    /// use magician::{Arm, ErrorKind, words};
+    /// use magician::{Arm, ErrorKind, build};
     ///
     /// # #[tokio::main(flavor = "current_thread")]
     /// # async fn main() -> magician::Result<()> {
     /// # let arm = Arm::connect("sim").await?;
-    /// let (near, far) = (words::move_to(220.0, 40.0, 30.0, 0.0), words::move_to(900.0, 0.0, 0.0, 0.0));
-    /// let ran = arm.run(&[near, words::suction(true)]).await?;
+    /// let (near, far) = (build::move_to(220.0, 40.0, 30.0, 0.0), build::move_to(900.0, 0.0, 0.0, 0.0));
+    /// let ran = arm.run(&[near, build::suction(true)]).await?;
     /// assert_eq!(ran.commands, 2);
     /// let error = arm.run(&[near, far]).await.unwrap_err(); // nothing was sent
     /// assert_eq!((error.kind(), error.step()), (ErrorKind::Unreachable, Some(1)));

@@ -8,8 +8,8 @@ use super::laser::answered;
 use crate::{Act, Error, PinUse, Result};
 
 impl Arm {
-    /// Drives a pin: [`words::output`](crate::words::output), [`words::pwm`](crate::words::pwm) or
-    /// [`words::servo`](crate::words::servo), as [`set_any`](Self::set_any) does, but refused unless the
+    /// Drives a pin: [`build::output`](crate::build::output), [`build::pwm`](crate::build::pwm) or
+    /// [`build::servo`](crate::build::servo), as [`set_any`](Self::set_any) does, but refused unless the
     /// pin has the function for it: otherwise the arm takes the command and nothing happens.
     ///
     /// # Errors

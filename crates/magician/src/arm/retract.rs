@@ -6,7 +6,8 @@ use magician_protocol::Set;
 use magician_protocol::commands::Pose;
 
 use super::{Arm, RunOptions, SettingsBackup};
-use crate::words::{Preflight, line_to, move_to};
+use crate::build::{line_to, move_to};
+use crate::preflight::Preflight;
 use crate::{Error, ErrorCode, Result};
 
 /// What came of a [`lift`](Arm::lift).
@@ -30,12 +31,12 @@ impl Arm {
     /// which are given back.
     ///
     /// ```
-    /// use magician::{Arm, words};
+    /// use magician::{Arm, build};
     ///
     /// # #[tokio::main(flavor = "current_thread")]
     /// # async fn main() -> magician::Result<()> {
     /// # let arm = Arm::connect("sim").await?;
-    /// arm.run(&[words::line_to(220.0, 0.0, -40.0, 0.0)]).await?;
+    /// arm.run(&[build::line_to(220.0, 0.0, -40.0, 0.0)]).await?;
     /// let lifted = arm.lift(10.0).await?;
     /// assert_eq!((lifted.by, lifted.pose.z), (10.0, -30.0));
     /// # Ok(())

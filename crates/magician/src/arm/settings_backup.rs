@@ -8,19 +8,19 @@ use magician_protocol::commands::{
 
 use super::Arm;
 use crate::Result;
-use crate::words::{Preflight, Readings};
+use crate::preflight::{Preflight, Readings};
 
 /// Settings of an arm that a program changes for its own time, as they were before: what the arm gets back however the
 /// program ends.
 ///
 /// ```
 /// use magician::commands::PtpCommonParams;
-/// use magician::{Arm, SettingsBackup, words};
+/// use magician::{Arm, SettingsBackup, build};
 ///
 /// # #[tokio::main(flavor = "current_thread")]
 /// # async fn main() -> magician::Result<()> {
 /// # let arm = Arm::connect("sim").await?;
-/// let program = [words::speed(80.0, 80.0), words::line_to(220.0, 0.0, 50.0, 0.0)];
+/// let program = [build::speed(80.0, 80.0), build::line_to(220.0, 0.0, 50.0, 0.0)];
 /// let mut saved = SettingsBackup::read(&arm, &program).await?;
 /// let ran = arm.run(&program).await;
 /// if ran.is_err() {
@@ -138,7 +138,7 @@ mod tests {
     use magician_sim::{Controller, Profile};
 
     use super::*;
-    use crate::{Options, SimSpeed, VirtualArm, words};
+    use crate::{Options, SimSpeed, VirtualArm, build};
 
     async fn arm() -> Arm {
         let arm = VirtualArm::new(Controller::new(Profile::default()), SimSpeed::Max);
@@ -161,11 +161,11 @@ mod tests {
             z_limit: 90.0,
         };
         vec![
-            words::speed(11.0, 12.0),
+            build::speed(11.0, 12.0),
             jump.into(),
-            words::path_speed(13.0, 14.0),
-            words::speed(15.0, 16.0),
-            words::line_to(220.0, 0.0, 50.0, 0.0),
+            build::path_speed(13.0, 14.0),
+            build::speed(15.0, 16.0),
+            build::line_to(220.0, 0.0, 50.0, 0.0),
         ]
     }
 
@@ -176,10 +176,10 @@ mod tests {
         let kept = SettingsBackup::from_saved(saved.settings().to_vec()).expect("sound");
         assert_eq!(kept.settings(), saved.settings());
         for foreign in [
-            words::laser(true),
-            words::line_to(220.0, 0.0, 50.0, 0.0),
-            words::speed(f32::NAN, 50.0),
-            words::path_speed(-1.0, 50.0),
+            build::laser(true),
+            build::line_to(220.0, 0.0, 50.0, 0.0),
+            build::speed(f32::NAN, 50.0),
+            build::path_speed(-1.0, 50.0),
         ] {
             let mut settings = saved.settings().to_vec();
             settings.push(foreign);

@@ -50,7 +50,7 @@ impl Status {
     }
 }
 
-/// A pin to watch: its EIO address, 1 to 20. It must have been given its function (`words::multiplex`).
+/// A pin to watch: its EIO address, 1 to 20. It must have been given its function (`build::multiplex`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Pin {

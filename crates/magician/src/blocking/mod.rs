@@ -1,11 +1,11 @@
 //! The arm for programs without async: the same handle, each call waits for its answer.
 //!
 //! ```
-//! use magician::{blocking, words};
+//! use magician::{blocking, build};
 //!
 //! # fn main() -> magician::Result<()> {
 //! let arm = blocking::Arm::connect("sim")?;
-//! arm.run(&[words::move_to(220.0, 0.0, 50.0, 0.0)])?;
+//! arm.run(&[build::move_to(220.0, 0.0, 50.0, 0.0)])?;
 //! assert_eq!(arm.get::<magician::commands::Pose>()?.x, 220.0);
 //! # Ok(())
 //! # }
@@ -25,7 +25,7 @@ use magician_protocol::{AlarmSet, Ctrl, FrameBuf, NoArgs, Queueable, Readable, S
 use tokio::io::{AsyncRead, AsyncWrite};
 
 use crate::connection::Stats;
-use crate::words::Preflight;
+use crate::preflight::Preflight;
 use crate::{
     IntoTarget, Lifted, Link, Options, Progress, QueueIndex, Ran, Result, RunOptions, Stopper,
 };

@@ -1,5 +1,5 @@
 use super::Arm;
-use crate::words::Preflight;
+use crate::preflight::Preflight;
 use crate::{CommandSource, Progress, Ran, Result};
 
 /// See [`crate::Run`].

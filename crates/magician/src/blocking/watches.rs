@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use super::Arm;
 use super::owner::{Owner, Server};
-use crate::words::JogDirection;
+use crate::build::JogDirection;
 use crate::{Error, Event, JogOptions, Result, StateOptions, Status};
 
 /// See [`crate::StateWatch`]. As an iterator it gives every reading, each waited for, until the connection ends.

@@ -168,10 +168,10 @@ mod tests {
     use magician_motion::JointAngles;
 
     use super::*;
-    use crate::{Arm, Options, SimSpeed, words};
+    use crate::{Arm, Options, SimSpeed, build};
 
     async fn moved(arm: &Arm) {
-        let there = words::move_to(220.0, 60.0, 20.0, 0.0);
+        let there = build::move_to(220.0, 60.0, 20.0, 0.0);
         arm.run(&[there]).await.expect("within reach");
     }
 

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use magician::commands::{AlarmsState, Pose, PtpCommonParams};
 use magician::protocol::FrameBuf;
-use magician::{Ctrl, ErrorKind, Options, Target, words};
+use magician::{Ctrl, ErrorKind, Options, Target, build};
 
 use crate::bench::pose_at;
 
@@ -45,7 +45,7 @@ fn the_blocking_handle_works_from_several_threads() {
     };
     arm.set(&ratio).unwrap();
     assert_eq!(arm.get::<PtpCommonParams>().unwrap(), ratio);
-    arm.run(&[words::move_to(210.0, 10.0, 30.0, 0.0)]).unwrap();
+    arm.run(&[build::move_to(210.0, 10.0, 30.0, 0.0)]).unwrap();
 }
 
 /// Far beyond what a call takes, so that no deadline comes into it.

@@ -3,12 +3,12 @@
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use magician::build::{self, Axis};
 use magician::commands::{
     CpParams, JogCmd, PtpCommonParams, PtpJointParams, SetDeviceWithL, SetEndEffectorLaser,
 };
 use magician::protocol::{Flag, Frame, JogCommand, RailVersion};
 use magician::sim::{Controller, ExternalEvent, LinkId};
-use magician::words::{self, Axis};
 use magician::{Arm, Ctrl, ErrorCode, ErrorKind, Fence, Jog, JogOptions, Options, Set};
 use tokio::time::{Instant, sleep};
 
@@ -79,7 +79,7 @@ async fn on_rail(arm: &Arm) {
     };
     arm.set(&rail).await.unwrap();
     // In the middle of it.
-    arm.run(&[words::rail_by(300.0)]).await.unwrap();
+    arm.run(&[build::rail_by(300.0)]).await.unwrap();
 }
 
 fn place(arm: &Controller, axis: Axis) -> f64 {
@@ -284,7 +284,7 @@ async fn it_ends_before_a_limit_and_before_the_fence() {
             let desk = Desk::new();
             let fence = fence.then(|| Fence::default().with_floor(-20.0).unwrap());
             let arm = desk.connect(bounded().fence(fence)).await;
-            let direction = words::JogDirection { axis, forward };
+            let direction = build::JogDirection { axis, forward };
             let options = JogOptions::default().ratio(100.0);
             let jog = arm.jog_with(direction, options).await.unwrap();
             let error = loop {
@@ -308,7 +308,7 @@ async fn it_ends_before_a_limit_and_before_the_fence() {
             // At the limit it does not begin, and away from it it does.
             let error = arm.jog_with(direction, options).await.unwrap_err();
             assert_eq!(error.kind(), ErrorKind::Unreachable, "{what}: {error}");
-            let back = words::JogDirection {
+            let back = build::JogDirection {
                 forward: !forward,
                 axis,
             };
@@ -387,7 +387,7 @@ async fn what_does_not_begin_sends_no_piece() {
     refused(ErrorCode::LaserOn).await;
     arm.darken().await.unwrap();
     // What another program has left there would run first.
-    let foreign: Set = words::move_to(220.0, 0.0, 0.0, 0.0);
+    let foreign: Set = build::move_to(220.0, 0.0, 0.0, 0.0);
     let frame = magician::protocol::FrameBuf::set(&foreign, Ctrl::QUEUED).unwrap();
     desk.with(|arm| arm.receive(LinkId(5), frame.bytes()));
     refused(ErrorCode::ForeignCommands).await;

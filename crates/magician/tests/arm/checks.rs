@@ -3,10 +3,10 @@
 use std::time::Duration;
 
 use magician::commands::{EndEffectorParams, JogCmd};
+use magician::preflight::Guards;
 use magician::protocol::{CpMode, Flag, FrameBuf, JogCommand};
 use magician::sim::LinkId;
-use magician::words::Guards;
-use magician::{Act, Action, Ctrl, ErrorKind, Options, RunOptions, Set, words};
+use magician::{Act, Action, Ctrl, ErrorKind, Options, RunOptions, Set, build};
 use magician_motion::ArmModel;
 use tokio::time::sleep;
 
@@ -18,8 +18,8 @@ async fn checks_before_a_byte_is_sent() {
     let arm = fast().await;
     let (before, _) = arm.stats().await.unwrap();
     let bad = [
-        words::line_to(250.0, 0.0, 20.0, 0.0),
-        words::move_to(500.0, 0.0, 0.0, 0.0),
+        build::line_to(250.0, 0.0, 20.0, 0.0),
+        build::move_to(500.0, 0.0, 0.0, 0.0),
     ];
     let error = arm.run(&bad).await.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Unreachable);
@@ -29,7 +29,7 @@ async fn checks_before_a_byte_is_sent() {
     );
     assert!(error.value() > error.limit() && error.unit() == Some("mm"));
     let nan = arm
-        .run(&[words::move_to(f32::NAN, 0.0, 0.0, 0.0)])
+        .run(&[build::move_to(f32::NAN, 0.0, 0.0, 0.0)])
         .await
         .unwrap_err();
     assert_eq!((nan.kind(), nan.step()), (ErrorKind::InvalidInput, None));
@@ -40,24 +40,24 @@ async fn checks_before_a_byte_is_sent() {
 
 #[test]
 fn the_check_follows_the_arm() {
-    use magician::{JointAngles, ToolBias, words::Preflight};
+    use magician::{JointAngles, ToolBias, preflight::Preflight};
 
     let mut check = Preflight::at(JointAngles::HOME, ToolBias::NONE);
-    check.check(&words::line_by(0.0, 50.0, 0.0, 0.0)).unwrap();
+    check.check(&build::line_by(0.0, 50.0, 0.0, 0.0)).unwrap();
     assert!((check.arm().unwrap().pose.y - 50.0).abs() < 1e-9);
-    check.check(&words::tool(ToolBias::SUCTION)).unwrap();
+    check.check(&build::tool(ToolBias::SUCTION)).unwrap();
     assert!(
         check.arm().unwrap().pose.x > 250.0,
         "the tool point is further out now"
     );
     // Both ends are reachable, the straight way between them leads through the base.
-    check.check(&words::move_to(0.0, 200.0, 50.0, 0.0)).unwrap();
+    check.check(&build::move_to(0.0, 200.0, 50.0, 0.0)).unwrap();
     let through = check
-        .check(&words::line_to(0.0, -200.0, 50.0, 0.0))
+        .check(&build::line_to(0.0, -200.0, 50.0, 0.0))
         .unwrap_err();
     assert_eq!(through.kind(), ErrorKind::Unreachable);
     check
-        .check(&words::move_to(0.0, -200.0, 50.0, 0.0))
+        .check(&build::move_to(0.0, -200.0, 50.0, 0.0))
         .unwrap();
     let relative = CpMode::Relative;
     let segment = magician::commands::CpCmd {
@@ -71,10 +71,10 @@ fn the_check_follows_the_arm() {
     let strict = Preflight::at(JointAngles::HOME, ToolBias::NONE);
     let mut strict = strict.limits(ArmModel::MAGICIAN.guaranteed);
     let error = strict
-        .check(&words::move_joints(100.0, 45.0, 45.0, 0.0))
+        .check(&build::move_joints(100.0, 45.0, 45.0, 0.0))
         .unwrap_err();
     assert_eq!((error.value(), error.limit()), (Some(100.0), Some(90.0)));
-    let slow = strict.check(&words::speed(0.0, 50.0)).unwrap_err();
+    let slow = strict.check(&build::speed(0.0, 50.0)).unwrap_err();
     assert_eq!(slow.kind(), ErrorKind::InvalidInput);
     let tool = EndEffectorParams {
         x_bias: f32::INFINITY,
@@ -87,16 +87,16 @@ fn the_check_follows_the_arm() {
 #[tokio::test(start_paused = true)]
 async fn nothing_begins_under_an_alarm_but_homing() {
     let arm = fast().await;
-    arm.enqueue_set(&words::line_to(500.0, 0.0, 0.0, 0.0))
+    arm.enqueue_set(&build::line_to(500.0, 0.0, 0.0, 0.0))
         .await
         .unwrap();
     arm.start_queue().await.unwrap();
-    let near = [words::move_to(200.0, 50.0, 20.0, 0.0)];
+    let near = [build::move_to(200.0, 50.0, 20.0, 0.0)];
     let error = arm.run(&near).await.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Alarm);
     assert_eq!(error.remedies()[0].act, Act::Do(Action::ClearAlarms));
     assert!(error.alarms().is_some_and(|alarms| alarms.contains(0x11)));
-    arm.run(&[words::home()]).await.unwrap();
+    arm.run(&[build::home()]).await.unwrap();
     arm.clear_alarms().await.unwrap();
     arm.run(&near).await.unwrap();
 }
@@ -104,7 +104,7 @@ async fn nothing_begins_under_an_alarm_but_homing() {
 #[tokio::test(start_paused = true)]
 async fn an_arm_that_was_not_homed_is_refused_on_request() {
     let arm = fast().await;
-    let near = [words::move_to(200.0, 50.0, 20.0, 0.0)];
+    let near = [build::move_to(200.0, 50.0, 20.0, 0.0)];
     let strict = Guards::ALL;
     let error = arm
         .run_with(&near, RunOptions::default().guards(strict), |_| {})
@@ -123,13 +123,13 @@ async fn a_moving_arm_is_at_an_unknown_start() {
     let arm = real_time().await;
     assert!(arm.preflight().await.unwrap().arm().is_some());
     let index = arm
-        .enqueue_set(&words::move_to(200.0, 100.0, 20.0, 0.0))
+        .enqueue_set(&build::move_to(200.0, 100.0, 20.0, 0.0))
         .await
         .unwrap();
     let waiting = arm.preflight().await.unwrap();
     assert!(waiting.arm().is_none(), "a command waits in the queue");
     arm.start_queue().await.unwrap();
-    let line = [words::line_to(200.0, 0.0, 20.0, 0.0)];
+    let line = [build::line_to(200.0, 0.0, 20.0, 0.0)];
     let error = arm.run(&line).await.unwrap_err();
     assert_eq!(error.guard(), Some("unknown_start"), "{error}");
     arm.wait(index).await.unwrap();
@@ -174,7 +174,7 @@ async fn an_arm_that_moves_or_turns_round_is_at_an_unknown_start_however_fast_it
 #[tokio::test(start_paused = true)]
 async fn the_speeds_in_force_are_read() {
     let arm = fast().await;
-    let line = words::line_by(0.0, 100.0, 0.0, 0.0);
+    let line = build::line_by(0.0, 100.0, 0.0, 0.0);
     let slow = arm.preflight().await.unwrap().estimate(&[line]).unwrap();
     arm.set(&magician::commands::PtpCommonParams {
         velocity_ratio: 100.0,

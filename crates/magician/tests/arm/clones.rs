@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use magician::commands::{JogCmd, Pose, WaitCmd};
-use magician::{Arm, ErrorKind, Link, Options, words};
+use magician::{Arm, ErrorKind, Link, Options, build};
 
 use crate::bench::real_time;
 use crate::desk::Desk;
@@ -23,7 +23,7 @@ async fn the_last_clone_that_goes_stops_the_arm() {
     let first = desk.connect(Options::default()).await;
     let second = first.clone();
     // As a program of another library has it: nothing of this one holds it.
-    let jog = JogCmd::from(words::Axis::J1.plus());
+    let jog = JogCmd::from(build::Axis::J1.plus());
     first.passing_jogs().set(&jog).await.unwrap();
     assert!(second.moving(), "what one sets going, all have");
     drop(first);
@@ -54,7 +54,7 @@ async fn closing_ends_it_for_all_clones() {
     let waiting = {
         let arm = arm.clone();
         tokio::spawn(async move {
-            arm.start([words::wait(Duration::from_secs(60))])
+            arm.start([build::wait(Duration::from_secs(60))])
                 .wait(|_| {})
                 .await
         })
@@ -100,7 +100,7 @@ async fn a_thread_without_a_runtime_stops_a_run() {
     let stopper = arm.stopper();
     let running = {
         let arm = arm.clone();
-        let moves = [100.0, -100.0].map(|y| words::move_to(200.0, y, 50.0, 0.0));
+        let moves = [100.0, -100.0].map(|y| build::move_to(200.0, y, 50.0, 0.0));
         let moves = moves.into_iter().cycle().take(100);
         tokio::spawn(async move { arm.start(moves).wait(|_| {}).await })
     };
@@ -130,7 +130,7 @@ fn blocking_calls_are_stopped_from_another_thread() {
     let (begun, began) = std::sync::mpsc::channel();
     let other = arm.clone();
     let running = std::thread::spawn(move || {
-        let waits = [words::wait(Duration::from_secs(3600)); 3];
+        let waits = [build::wait(Duration::from_secs(3600)); 3];
         other.start(waits).wait(|progress| {
             let _ = begun.send(progress.last);
         })

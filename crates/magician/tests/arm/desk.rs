@@ -9,7 +9,7 @@ use std::time::Duration;
 use magician::commands::DeviceSn;
 use magician::protocol::{FrameBuf, Text};
 use magician::sim::{ArmInstant, Controller, ControllerState, Event, LinkId, Profile};
-use magician::{Arm, Ctrl, Options, words};
+use magician::{Arm, Ctrl, Options, build};
 use tokio::io::{AsyncWriteExt, DuplexStream, duplex};
 use tokio::task::JoinHandle;
 use tokio::time::{Instant, sleep};
@@ -18,7 +18,7 @@ use crate::bench::request;
 
 /// Sends a motion outside the queue, and returns while the arm is on its way.
 pub(crate) async fn begin_immediate_motion(arm: &Arm) {
-    let motion = words::line_to(220.0, 60.0, 20.0, 0.0);
+    let motion = build::line_to(220.0, 60.0, 20.0, 0.0);
     arm.set_any(&motion).await.unwrap();
     sleep(Duration::from_millis(300)).await;
 }

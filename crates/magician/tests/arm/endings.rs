@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use magician::commands::{JogCmd, WaitCmd};
 use magician::protocol::FrameBuf;
-use magician::{Arm, Ctrl, Options, Set, words};
+use magician::{Arm, Ctrl, Options, Set, build};
 use tokio::io::{AsyncReadExt, duplex};
 
 use crate::desk::Desk;
@@ -13,14 +13,14 @@ use crate::desk::Desk;
 async fn a_dropped_handle_stops_what_it_started_and_puts_the_laser_out() {
     let desk = Desk::new();
     let arm = desk.connect(Options::default().allow_laser(true)).await;
-    let Set::SetEndEffectorLaser(burn) = words::laser(true) else {
+    let Set::SetEndEffectorLaser(burn) = build::laser(true) else {
         panic!()
     };
     arm.set(&burn).await.unwrap();
     assert!(desk.with(|arm| arm.state().laser), "it does burn");
     arm.start_queue().await.unwrap();
     for y in [100.0, -100.0, 100.0] {
-        let Set::PtpCmd(go) = words::move_to(200.0, y, 50.0, 0.0) else {
+        let Set::PtpCmd(go) = build::move_to(200.0, y, 50.0, 0.0) else {
             panic!()
         };
         arm.enqueue(&go).await.unwrap();
@@ -44,7 +44,7 @@ async fn a_detached_handle_and_one_that_is_done_leave_the_arm_alone() {
             arm.enqueue(&WaitCmd { timeout: 60_000 }).await.unwrap();
             arm.detach();
         } else {
-            arm.start([words::wait(Duration::from_millis(1))])
+            arm.start([build::wait(Duration::from_millis(1))])
                 .wait(|_| {})
                 .await
                 .unwrap();
@@ -86,7 +86,7 @@ async fn a_handle_that_goes_while_its_program_fills_the_queue_leaves_nothing_in_
     for patience in (10..80).step_by(2) {
         let desk = Desk::new();
         let arm = desk.connect(Options::default()).await;
-        let program = vec![words::wait(Duration::from_secs(1)); 20];
+        let program = vec![build::wait(Duration::from_secs(1)); 20];
         let mut run = arm.start(program);
         let patience = Duration::from_millis(patience);
         assert!(
@@ -114,7 +114,7 @@ fn a_runtime_that_goes_first_still_lets_the_stop_out() {
             .probe(false)
             .timeout(Duration::from_millis(1));
         let arm = Arm::over(near, options).await.unwrap();
-        let jog = JogCmd::from(words::Axis::J1.plus());
+        let jog = JogCmd::from(build::Axis::J1.plus());
         let _ = arm.passing_jogs().set(&jog).await;
     });
     drop(runtime);

@@ -3,13 +3,14 @@
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use magician::build::{self, Axis, JogDirection};
 use magician::commands::{
     ArcCmd, ArcParams, CircleCmd, CpParams, EndEffectorParams, JogCommonParams, PtpCmd,
     PtpCoordinateParams, PtpJointParams, QueuedCmdStartDownload, QueuedCmdStartExec,
 };
+use magician::preflight::Guards;
 use magician::protocol::{Flag, FrameBuf, PtpMode};
 use magician::sim::{ArmInstant, ControllerState};
-use magician::words::{self, Axis, Guards, JogDirection};
 use magician::{
     Act, Action, Arm, Ctrl, Cuboid, ErrorKind, Fence, FencePart, Options, RunOptions, Set,
     VirtualArm,
@@ -75,9 +76,9 @@ async fn no_door_lets_a_motion_through() {
     assert!(only_reads(&desk.heard()));
     // Within it passes, one by one, and relative to where the queue will lead.
     arm.enqueue(&line(220.0, 0.0, -50.0)).await.unwrap();
-    let down = words::line_by(0.0, 0.0, -11.0, 0.0);
+    let down = build::line_by(0.0, 0.0, -11.0, 0.0);
     assert!(arm.enqueue_set(&down).await.is_err());
-    let down = words::line_by(0.0, 0.0, -10.0, 0.0);
+    let down = build::line_by(0.0, 0.0, -10.0, 0.0);
     let last = arm.enqueue_set(&down).await.unwrap();
     arm.start_queue().await.unwrap();
     arm.wait(last).await.unwrap();
@@ -92,7 +93,7 @@ async fn what_cannot_be_checked_says_what_to_do() {
         .connect(Options::default().fence(floor()).allow_laser(true))
         .await;
     let free = desk.connect(Options::default()).await;
-    let jog = Set::from(words::Axis::J1.plus());
+    let jog = Set::from(build::Axis::J1.plus());
     let error = arm.set_any(&jog).await.unwrap_err();
     assert_eq!(error.remedies()[0].act, Act::Do(Action::Jog), "{error}");
     let store = QueuedCmdStartDownload {
@@ -157,7 +158,7 @@ async fn a_queue_does_not_go_on_from_where_it_was_not_checked() {
     let desk = Desk::new();
     let arm = fenced(&desk, floor()).await;
     arm.enqueue(&line(220.0, 0.0, 20.0)).await.unwrap();
-    arm.enqueue_set(&words::line_by(0.0, 0.0, -70.0, 0.0))
+    arm.enqueue_set(&build::line_by(0.0, 0.0, -70.0, 0.0))
         .await
         .unwrap();
     arm.start_queue().await.unwrap();
@@ -234,7 +235,7 @@ async fn a_jog_stops_before_the_fence() {
         assert!((low..low + 5.0).contains(&lowest), "{lowest} after {ends}");
         assert!(ends >= 1);
         // Away from it nothing holds it.
-        let up = words::Axis::Z.plus();
+        let up = build::Axis::Z.plus();
         let jog = arm.jog(up).await.unwrap();
         sleep(Duration::from_millis(200)).await;
         jog.keep().unwrap();
@@ -353,8 +354,8 @@ impl Dice {
                 count: 1 + self.one_of(2),
             }
             .into(),
-            13..=15 => words::path_to(x, y, z),
-            16 => words::path_by(
+            13..=15 => build::path_to(x, y, z),
+            16 => build::path_by(
                 self.within(-30.0, 30.0),
                 self.within(-30.0, 30.0),
                 self.within(-20.0, 20.0),
@@ -365,7 +366,7 @@ impl Dice {
                 z_bias: self.within(-20.0, 20.0),
             }
             .into(),
-            18 => words::speed(self.within(20.0, 100.0), self.within(20.0, 100.0)),
+            18 => build::speed(self.within(20.0, 100.0), self.within(20.0, 100.0)),
             19 => match self.one_of(3) {
                 0 => PtpJointParams {
                     velocity: [self.within(40.0, 300.0); 4],
@@ -387,8 +388,8 @@ impl Dice {
                 }
                 .into(),
             },
-            20 => words::jump_height(self.within(5.0, 50.0), self.within(50.0, 120.0)),
-            _ => words::home(),
+            20 => build::jump_height(self.within(5.0, 50.0), self.within(50.0, 120.0)),
+            _ => build::home(),
         }
     }
 
@@ -606,11 +607,11 @@ async fn a_virtual_arm_in_this_process_is_held_as_well() {
         .await
         .unwrap();
     assert!(
-        arm.run(&[words::line_to(220.0, 0.0, -70.0, 0.0)])
+        arm.run(&[build::line_to(220.0, 0.0, -70.0, 0.0)])
             .await
             .is_err()
     );
-    arm.run(&[words::line_to(220.0, 0.0, -60.0, 0.0)])
+    arm.run(&[build::line_to(220.0, 0.0, -60.0, 0.0)])
         .await
         .unwrap();
     arm.home().await.unwrap();

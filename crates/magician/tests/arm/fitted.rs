@@ -2,7 +2,7 @@
 
 use magician::commands::{DeviceTime, Pose};
 use magician::faults::Faults;
-use magician::{Arm, ErrorKind, Event, Options, VirtualArm, words};
+use magician::{Arm, ErrorKind, Event, Options, VirtualArm, build};
 
 use crate::desk::Desk;
 
@@ -29,7 +29,7 @@ async fn each_of_many_steps_is_made_once_on_a_lossy_line() {
     let before = driver.get::<Pose>().await.unwrap().z;
     for _ in 0..30 {
         driver
-            .run(&[words::move_by(0.0, 0.0, 1.0, 0.0)])
+            .run(&[build::move_by(0.0, 0.0, 1.0, 0.0)])
             .await
             .unwrap();
     }

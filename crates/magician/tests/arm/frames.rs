@@ -3,9 +3,10 @@
 use std::time::Duration;
 
 use magician::commands::{Pose, PtpCommonParams};
+use magician::preflight::Preflight;
 use magician::protocol::{IoFunction, Stepper};
 use magician::sim::Controller;
-use magician::{Arm, Options, Set, SimSpeed, ToolBias, VirtualArm, words};
+use magician::{Arm, Options, Set, SimSpeed, ToolBias, VirtualArm, build};
 use tokio::time::sleep;
 
 use crate::bench::fast;
@@ -23,52 +24,52 @@ fn all() -> Vec<(&'static str, Set)> {
     };
     let second = Duration::from_secs(1);
     vec![
-        ("move_to", words::move_to(220.0, 10.0, 20.0, 0.0)),
-        ("line_to", words::line_to(220.0, 10.0, 20.0, 0.0)),
-        ("jump_to", words::jump_to(220.0, 10.0, 20.0, 0.0)),
-        ("jump_line_to", words::jump_line_to(220.0, 10.0, 20.0, 0.0)),
-        ("move_joints", words::move_joints(5.0, 30.0, 30.0, 0.0)),
-        ("line_joints", words::line_joints(5.0, 30.0, 30.0, 0.0)),
-        ("jump_joints", words::jump_joints(5.0, 30.0, 30.0, 0.0)),
-        ("move_by", words::move_by(0.0, 10.0, 0.0, 0.0)),
-        ("line_by", words::line_by(0.0, 10.0, 0.0, 0.0)),
-        ("move_joints_by", words::move_joints_by(3.0, 0.0, 0.0, 0.0)),
+        ("move_to", build::move_to(220.0, 10.0, 20.0, 0.0)),
+        ("line_to", build::line_to(220.0, 10.0, 20.0, 0.0)),
+        ("jump_to", build::jump_to(220.0, 10.0, 20.0, 0.0)),
+        ("jump_line_to", build::jump_line_to(220.0, 10.0, 20.0, 0.0)),
+        ("move_joints", build::move_joints(5.0, 30.0, 30.0, 0.0)),
+        ("line_joints", build::line_joints(5.0, 30.0, 30.0, 0.0)),
+        ("jump_joints", build::jump_joints(5.0, 30.0, 30.0, 0.0)),
+        ("move_by", build::move_by(0.0, 10.0, 0.0, 0.0)),
+        ("line_by", build::line_by(0.0, 10.0, 0.0, 0.0)),
+        ("move_joints_by", build::move_joints_by(3.0, 0.0, 0.0, 0.0)),
         (
             "arc_to",
-            words::arc_to([230.0, 10.0, 20.0, 0.0], [220.0, 20.0, 20.0, 0.0]),
+            build::arc_to([230.0, 10.0, 20.0, 0.0], [220.0, 20.0, 20.0, 0.0]),
         ),
         (
             "circle",
-            words::circle([230.0, 10.0, 20.0, 0.0], [220.0, 20.0, 20.0, 0.0], 1),
+            build::circle([230.0, 10.0, 20.0, 0.0], [220.0, 20.0, 20.0, 0.0], 1),
         ),
-        ("path_to", words::path_to(220.0, 10.0, 20.0)),
-        ("path_by", words::path_by(0.0, 10.0, 0.0)),
-        ("home_at", words::home_at(220.0, 0.0, 20.0, 0.0)),
-        ("wait", words::wait(second)),
-        ("multiplex", words::multiplex(5, IoFunction::DigitalOutput)),
-        ("output", words::output(5, true)),
-        ("pwm", words::pwm(6, 1000.0, 10.0)),
-        ("servo", words::servo(6, 1.5)),
-        ("motor_by", words::motor_by(Stepper::Stepper1, 1000, 100)),
-        ("suction", words::suction(true)),
-        ("grip", words::grip()),
-        ("release", words::release()),
-        ("pump_off", words::pump_off()),
-        ("laser off", words::laser(false)),
-        ("tool", words::tool(ToolBias::PEN)),
-        ("speed", words::speed(60.0, 60.0)),
-        ("joint_speed", words::joint_speed([100.0; 4], [100.0; 4])),
-        ("line_speed", words::line_speed(100.0, 100.0)),
-        ("path_speed", words::path_speed(50.0, 50.0)),
-        ("arc_speed", words::arc_speed(50.0, 50.0)),
-        ("jump_height", words::jump_height(20.0, 100.0)),
-        ("jump_heights", words::jump_heights(20.0, 10.0, 100.0)),
-        ("jog_speed", words::jog_speed(50.0, 50.0)),
-        ("rail_speed", words::rail_speed(50.0, 50.0)),
-        ("rail_to", words::rail_to(50.0, &pose)),
+        ("path_to", build::path_to(220.0, 10.0, 20.0)),
+        ("path_by", build::path_by(0.0, 10.0, 0.0)),
+        ("home_at", build::home_at(220.0, 0.0, 20.0, 0.0)),
+        ("wait", build::wait(second)),
+        ("multiplex", build::multiplex(5, IoFunction::DigitalOutput)),
+        ("output", build::output(5, true)),
+        ("pwm", build::pwm(6, 1000.0, 10.0)),
+        ("servo", build::servo(6, 1.5)),
+        ("motor_by", build::motor_by(Stepper::Stepper1, 1000, 100)),
+        ("suction", build::suction(true)),
+        ("grip", build::grip()),
+        ("release", build::release()),
+        ("pump_off", build::pump_off()),
+        ("laser off", build::laser(false)),
+        ("tool", build::tool(ToolBias::PEN)),
+        ("speed", build::speed(60.0, 60.0)),
+        ("joint_speed", build::joint_speed([100.0; 4], [100.0; 4])),
+        ("line_speed", build::line_speed(100.0, 100.0)),
+        ("path_speed", build::path_speed(50.0, 50.0)),
+        ("arc_speed", build::arc_speed(50.0, 50.0)),
+        ("jump_height", build::jump_height(20.0, 100.0)),
+        ("jump_heights", build::jump_heights(20.0, 10.0, 100.0)),
+        ("jog_speed", build::jog_speed(50.0, 50.0)),
+        ("rail_speed", build::rail_speed(50.0, 50.0)),
+        ("rail_to", build::rail_to(50.0, &pose)),
         (
             "move_with_rail",
-            words::move_with_rail(220.0, 10.0, 20.0, 0.0, 50.0),
+            build::move_with_rail(220.0, 10.0, 20.0, 0.0, 50.0),
         ),
     ]
 }
@@ -85,7 +86,7 @@ async fn frames(arm: Arm, word: &Set) -> [u64; 2] {
     let perform = async |commands: &[Set]| {
         arm.run(commands).await.unwrap();
     };
-    let before = words::move_to(220.0, 0.0, 20.0, 0.0);
+    let before = build::move_to(220.0, 0.0, 20.0, 0.0);
     // It is told once that it was not homed; later nothing of that is believed.
     perform(&[]).await;
     sleep(Duration::from_secs(2)).await;
@@ -125,8 +126,8 @@ async fn the_table_of_the_docs_is_what_is_counted() {
 #[tokio::test(start_paused = true)]
 async fn a_checked_move_is_five_frames() {
     let arm = fast().await;
-    let there = words::move_to(220.0, 0.0, 20.0, 0.0);
-    let back = words::line_to(220.0, 30.0, 20.0, 0.0);
+    let there = build::move_to(220.0, 0.0, 20.0, 0.0);
+    let back = build::line_to(220.0, 30.0, 20.0, 0.0);
     arm.run(&[there]).await.unwrap();
     let moves = async || {
         arm.run(&[back]).await.unwrap();
@@ -157,16 +158,16 @@ async fn what_is_known_is_what_the_arm_has() {
     let other = Arm::simulated(virtual_arm, Options::default())
         .await
         .unwrap();
-    let there = words::line_to(220.0, 0.0, 20.0, 0.0);
+    let there = build::line_to(220.0, 0.0, 20.0, 0.0);
     arm.run(&[there]).await.unwrap();
     // Another program moves the arm: the index tells, and all is read anew.
-    let away = words::line_to(250.0, 60.0, 40.0, 0.0);
-    let speeds = words::speed(20.0, 20.0);
+    let away = build::line_to(250.0, 60.0, 40.0, 0.0);
+    let speeds = build::speed(20.0, 20.0);
     other.run(&[speeds, away]).await.unwrap();
     let seen = arm.preflight_for(&[there]).await.unwrap();
     let at = seen.arm().unwrap().pose;
     assert!((at.x - 250.0).abs() < 1e-3 && (at.y - 60.0).abs() < 1e-3);
     let read = other.preflight().await.unwrap();
-    let time = |check: &words::Preflight| check.estimate(&[there]).unwrap();
+    let time = |check: &Preflight| check.estimate(&[there]).unwrap();
     assert_eq!(time(&seen), time(&read));
 }

@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
+use magician::build::{self, Axis, JogDirection};
 use magician::commands::{EMotor, EMotorS, JogCmd};
 use magician::protocol::{Flag, FrameBuf, JogCommand, Stepper};
 use magician::sim::LinkId;
-use magician::words::{self, Axis, JogDirection};
 use magician::{
     Act, Action, Arm, Ctrl, ErrorCode, ErrorKind, Jog, Options, RunOptions, Set, VirtualArm,
 };
@@ -38,7 +38,7 @@ fn turning(desk: &Desk) -> [bool; 2] {
 }
 
 fn belt(speed: f32) -> Set {
-    words::conveyor(Stepper::Stepper1, speed)
+    build::conveyor(Stepper::Stepper1, speed)
 }
 
 #[tokio::test(start_paused = true)]
@@ -207,7 +207,7 @@ async fn jog_that_nothing_holds_is_refused_before_anything_is_sent() {
     }
     assert!(only_reads(&desk.heard()), "nothing was sent");
     // In the middle of a list: what came before it was sent.
-    let list = [words::wait(Duration::ZERO), command];
+    let list = [build::wait(Duration::ZERO), command];
     let error = arm.start(list).wait(|_| {}).await.unwrap_err();
     assert_eq!(error.code(), ErrorCode::Guarded, "{error}");
     assert_eq!(desk.count(JOG), 0);
@@ -341,7 +341,7 @@ async fn motor_ends_with_the_last_handle_unless_detached() {
 async fn motor_that_the_queue_is_to_stop_ends_with_a_handle_that_goes_before() {
     let desk = Desk::new();
     let arm = desk.connect(Options::default()).await;
-    let program = [belt(50.0), words::wait(Duration::from_secs(60)), belt(0.0)];
+    let program = [belt(50.0), build::wait(Duration::from_secs(60)), belt(0.0)];
     let ran = arm.clone();
     let running = tokio::spawn(async move { ran.start(program).wait(|_| {}).await });
     sleep(Duration::from_secs(2)).await;
@@ -387,7 +387,7 @@ async fn jog_begins_at_rest(desk: &Desk, arm: &Arm) {
 
 #[tokio::test(start_paused = true)]
 async fn jog_behind_a_forced_stop_begins_when_the_arm_stands() {
-    let far = words::line_to(220.0, 120.0, 20.0, 0.0);
+    let far = build::line_to(220.0, 120.0, 20.0, 0.0);
     let desk = Desk::new();
     let arm = desk.connect(Options::default()).await;
     let mut moving = arm.start([far]);

@@ -5,7 +5,7 @@ use std::time::Duration;
 use magician::commands::{Pose, PtpCmd, WaitCmd};
 use magician::protocol::FrameBuf;
 use magician::sim::{ArmInstant, Controller, LineTiming, Profile, Runner, Speed};
-use magician::{Act, Action, Arm, Ctrl, ErrorCode, ErrorKind, Options, RunOptions, Set, words};
+use magician::{Act, Action, Arm, Ctrl, ErrorCode, ErrorKind, Options, RunOptions, Set, build};
 use tokio::io::{AsyncWriteExt, duplex};
 use tokio::time::Instant;
 
@@ -39,8 +39,8 @@ async fn fails_on_the_first_blocking_alarm_and_names_the_cure() {
 #[tokio::test(start_paused = true)]
 async fn a_run_whose_last_motion_is_refused_has_failed() {
     let arm = real_time().await;
-    let near = words::move_to(220.0, 0.0, 0.0, 0.0);
-    let far = words::move_to(900.0, 0.0, 0.0, 0.0);
+    let near = build::move_to(220.0, 0.0, 0.0, 0.0);
+    let far = build::move_to(900.0, 0.0, 0.0, 0.0);
     for program in [vec![far], vec![near, far]] {
         let error = arm.start(program).wait(|_| {}).await.unwrap_err();
         assert_eq!(error.kind(), ErrorKind::Alarm);
@@ -55,19 +55,19 @@ async fn a_hold_without_an_alarm_is_found_out() {
     let arm = real_time().await;
     arm.start_queue().await.unwrap();
     // Into a limit, and out again without the queue: the bit drops, the hold stays.
-    let Set::PtpCmd(out) = words::move_joints(0.0, 95.0, 45.0, 0.0) else {
+    let Set::PtpCmd(out) = build::move_joints(0.0, 95.0, 45.0, 0.0) else {
         panic!()
     };
     arm.set(&out).await.unwrap();
     arm.wait_still().await.unwrap();
     assert!(arm.alarms().await.unwrap().contains(0x42));
-    let Set::PtpCmd(back) = words::move_joints(0.0, 50.0, 45.0, 0.0) else {
+    let Set::PtpCmd(back) = build::move_joints(0.0, 50.0, 45.0, 0.0) else {
         panic!()
     };
     arm.set(&back).await.unwrap();
     arm.wait_still().await.unwrap();
     assert!(!arm.alarms().await.unwrap().blocking());
-    let Set::PtpCmd(back) = words::move_joints(0.0, 45.0, 45.0, 0.0) else {
+    let Set::PtpCmd(back) = build::move_joints(0.0, 45.0, 45.0, 0.0) else {
         panic!()
     };
     let index = arm.enqueue(&back).await.unwrap();
@@ -116,7 +116,7 @@ async fn a_move_of_the_rail_alone_is_no_hold() {
     });
     let arm = Arm::over(near, Options::default()).await.unwrap();
     let here: Pose = arm.get().await.unwrap();
-    let along = words::move_with_rail(here.x, here.y, here.z, here.r, 800.0);
+    let along = build::move_with_rail(here.x, here.y, here.z, here.r, 800.0);
     let begun = Instant::now();
     arm.start([along]).wait(|_| {}).await.unwrap();
     assert!(begun.elapsed() > Duration::from_secs(7));
@@ -132,7 +132,7 @@ async fn a_wait_of_another_program_before_ours_is_no_hold() {
     let runner = Runner::new(controller, Speed::Times(1.0), LineTiming::default());
     let arm = Arm::simulated(runner, Options::default()).await.unwrap();
     let options = RunOptions::default().keep(true);
-    arm.start_with([words::move_to(200.0, 50.0, 20.0, 0.0)], options)
+    arm.start_with([build::move_to(200.0, 50.0, 20.0, 0.0)], options)
         .wait(|_| {})
         .await
         .unwrap();
@@ -152,8 +152,8 @@ async fn a_wait_in_a_queue_that_this_handle_stopped_ends_soon() {
     arm.start_queue().await.unwrap();
     arm.stop_gentle().await.unwrap();
     for command in [
-        words::wait(Duration::from_secs(3600)),
-        words::move_by(0.0, 5.0, 0.0, 0.0),
+        build::wait(Duration::from_secs(3600)),
+        build::move_by(0.0, 5.0, 0.0, 0.0),
     ] {
         let (after, error) = given_up(&arm, command).await;
         assert_eq!(error.kind(), ErrorKind::Timeout, "{error}");
@@ -168,7 +168,7 @@ async fn a_wait_in_a_queue_that_this_handle_stopped_ends_soon() {
 #[tokio::test(start_paused = true)]
 async fn a_queue_that_nobody_of_this_program_started_is_given_time() {
     let arm = real_time().await;
-    let (after, error) = given_up(&arm, words::move_by(0.0, 5.0, 0.0, 0.0)).await;
+    let (after, error) = given_up(&arm, build::move_by(0.0, 5.0, 0.0, 0.0)).await;
     assert_eq!(error.kind(), ErrorKind::Timeout, "{error}");
     let secs = after.as_secs_f64();
     assert!((5.0..5.5).contains(&secs), "{secs}");
@@ -205,7 +205,7 @@ async fn another_program_that_starts_the_queue_soon_is_waited_for() {
 async fn a_motor_that_runs_for_long_is_no_hold() {
     let arm = real_time().await;
     let begun = Instant::now();
-    let belt = words::conveyor_by(magician::protocol::Stepper::Stepper1, 800.0, 20.0);
+    let belt = build::conveyor_by(magician::protocol::Stepper::Stepper1, 800.0, 20.0);
     arm.start([belt]).wait(|_| {}).await.unwrap();
     assert!(begun.elapsed() > Duration::from_secs(39));
 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use magician::commands::HomeCmd;
 use magician::{
     Act, Action, Arm, ArmIdentity, ClockRate, ErrorCode, HomingRecord, Options, RunOptions, Set,
-    Setting, words,
+    Setting, build,
 };
 use tokio::time::sleep;
 
@@ -43,7 +43,7 @@ impl HomingRecord for Memory {
 }
 
 fn homing() -> Set {
-    words::home()
+    build::home()
 }
 
 async fn is_refused(arm: &Arm) -> bool {
@@ -93,7 +93,7 @@ async fn homing_counts_however_it_was_asked_for() {
             1 => assert_eq!(arm.run(&[homing()]).await.unwrap().commands, 1),
             // Within a program, with the reset alarm standing all along.
             2 => {
-                let after = words::move_to(220.0, 0.0, 40.0, 0.0);
+                let after = build::move_to(220.0, 0.0, 40.0, 0.0);
                 arm.run(&[homing(), after]).await.unwrap();
                 assert!(!arm.alarms().await.unwrap().is_empty());
             }

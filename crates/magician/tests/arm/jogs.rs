@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use magician::commands::JogCommonParams;
-use magician::{Arm, ErrorKind, JogOptions, Options, words};
+use magician::{Arm, ErrorKind, JogOptions, Options, build};
 use tokio::io::duplex;
 use tokio::time::{Instant, sleep};
 
@@ -11,8 +11,8 @@ use crate::desk::Desk;
 
 const JOG: u8 = 73;
 
-fn turn() -> words::JogDirection {
-    words::Axis::J1.plus()
+fn turn() -> build::JogDirection {
+    build::Axis::J1.plus()
 }
 
 #[tokio::test(start_paused = true)]
@@ -46,7 +46,7 @@ async fn a_guard_that_is_dropped_and_one_that_stops() {
     drop(jog);
     sleep(Duration::from_secs(1)).await;
     assert!(!desk.moves());
-    let jog = arm.jog(words::Axis::Z.plus()).await.unwrap();
+    let jog = arm.jog(build::Axis::Z.plus()).await.unwrap();
     sleep(Duration::from_millis(200)).await;
     assert!(desk.moves());
     jog.stop().await.unwrap();
@@ -136,7 +136,7 @@ async fn a_stop_ends_a_jog_and_a_new_jog_takes_its_place() {
     assert_eq!(jog.keep().unwrap_err().kind(), ErrorKind::Closed);
     assert!(!desk.moves());
     let first = arm.jog(turn()).await.unwrap();
-    let second = arm.jog(words::Axis::J1.minus()).await.unwrap();
+    let second = arm.jog(build::Axis::J1.minus()).await.unwrap();
     assert_eq!(first.keep().unwrap_err().kind(), ErrorKind::Closed);
     first.stop().await.unwrap();
     sleep(Duration::from_millis(200)).await;
@@ -163,7 +163,7 @@ async fn a_jog_that_waits_for_an_end_that_does_not_come_never_begins() {
     drop(first);
     sleep(Duration::from_millis(10)).await;
     let begun = Instant::now();
-    let error = arm.jog(words::Axis::J2.plus()).await.unwrap_err();
+    let error = arm.jog(build::Axis::J2.plus()).await.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Timeout, "{error}");
     assert!(begun.elapsed() <= Duration::from_millis(3010));
     desk.swallow(&[]);
@@ -205,7 +205,7 @@ async fn every_call_returns_by_its_deadline_on_a_line_that_takes_no_bytes() {
         // Something is stuck already.
         let _ = tokio::time::timeout(Duration::from_millis(1), arm.alarms()).await;
         let begun = Instant::now();
-        let wait = words::wait(Duration::from_millis(1));
+        let wait = build::wait(Duration::from_millis(1));
         let ended = match call {
             0 => arm.get::<magician::commands::Pose>().await.map(drop),
             1 => arm.enqueue_set(&wait).await.map(drop),

@@ -2,13 +2,14 @@
 
 use std::time::Duration;
 
+use magician::build;
 use magician::commands::{
     ClearAlarmsState, CpParams, IoMultiplexing, IoPwm, QueuedCmdStartExec, SetEndEffectorLaser,
     WaitCmd,
 };
+use magician::preflight::Guards;
 use magician::protocol::{Flag, FrameBuf, IoFunction};
 use magician::sim::Controller;
-use magician::words::{self, Guards};
 use magician::{
     Act, Action, Arm, Ctrl, ErrorCode, ErrorKind, Options, RunOptions, Set, SimSpeed, VirtualArm,
 };
@@ -29,7 +30,7 @@ fn on() -> SetEndEffectorLaser {
 }
 
 fn burn(x: f32, y: f32) -> Set {
-    words::engrave_to(x, y, 0.0, 60.0)
+    build::engrave_to(x, y, 0.0, 60.0)
 }
 
 fn allowed() -> Options {
@@ -38,18 +39,18 @@ fn allowed() -> Options {
 
 /// What lights the laser, one of each kind.
 fn burning() -> [Set; 6] {
-    let outputs = [words::Output {
+    let outputs = [build::Output {
         percent: 50,
         address: 4,
         high: true,
     }];
     [
-        words::laser(true),
+        build::laser(true),
         burn(200.0, 10.0),
-        words::output(2, true),
-        words::output(4, true),
-        words::pwm(4, 1000.0, 20.0),
-        words::with_outputs(words::move_to(200.0, 0.0, 0.0, 0.0), &outputs).unwrap(),
+        build::output(2, true),
+        build::output(4, true),
+        build::pwm(4, 1000.0, 20.0),
+        build::with_outputs(build::move_to(200.0, 0.0, 0.0, 0.0), &outputs).unwrap(),
     ]
 }
 
@@ -73,7 +74,7 @@ async fn nothing_burns_on_a_real_arm_that_nobody_has_allowed_it_on() {
             )
             .await
             .err(),
-            arm.start([words::wait(Duration::from_millis(1)), command])
+            arm.start([build::wait(Duration::from_millis(1)), command])
                 .wait(|_| {})
                 .await
                 .err(),
@@ -92,14 +93,14 @@ async fn nothing_burns_on_a_real_arm_that_nobody_has_allowed_it_on() {
             );
         }
         assert!(only_reads(&desk.heard()), "{command:?}");
-        assert!(!arm.burns(&words::laser(false)) && arm.burns(&command));
+        assert!(!arm.burns(&build::laser(false)) && arm.burns(&command));
         // Allowed, it goes out.
         arm.allowing_laser().set_any(&command).await.unwrap();
         assert!(!only_reads(&desk.heard()), "{command:?}");
     }
     // A long program ends before what burns.
-    let waits = std::iter::repeat_n(words::wait(Duration::from_millis(1)), 60);
-    let program = waits.chain([words::laser(true)]);
+    let waits = std::iter::repeat_n(build::wait(Duration::from_millis(1)), 60);
+    let program = waits.chain([build::laser(true)]);
     let error = arm.start(program).wait(|_| {}).await.unwrap_err();
     assert_eq!(error.code(), ErrorCode::LaserNotAllowed, "{error}");
     assert!(!desk.heard().contains(&(LASER, true)));
@@ -136,7 +137,7 @@ async fn a_queue_with_commands_of_another_program_is_not_let_run() {
     let arm = desk.connect(Options::default()).await;
     desk.heard();
     let keep = || RunOptions::default().keep(true);
-    let wait = words::wait(Duration::from_millis(1));
+    let wait = build::wait(Duration::from_millis(1));
     for (door, outcome) in [
         arm.start_queue().await,
         arm.clear_alarms().await,
@@ -176,7 +177,7 @@ async fn begin_to_burn(arm: &Arm, length: f32) {
         real_time_track: Flag::OFF,
     };
     arm.set(&speeds).await.unwrap();
-    arm.run(&[words::path_to(200.0, 0.0, 0.0)]).await.unwrap();
+    arm.run(&[build::path_to(200.0, 0.0, 0.0)]).await.unwrap();
     let arm = arm.clone();
     tokio::spawn(async move {
         let guards = Guards::default().laser(false);
@@ -337,7 +338,7 @@ async fn a_pin_that_was_raised_is_lowered_on_a_line_that_is_found_again() {
         arm.set(&IoMultiplexing { address, multiplex })
             .await
             .unwrap();
-        arm.set_any(&words::output(address, true)).await.unwrap();
+        arm.set_any(&build::output(address, true)).await.unwrap();
     }
     assert!(desk.with(|arm| arm.state().laser));
     assert_eq!(arm.laser().await.unwrap(), Some(true));
@@ -361,7 +362,7 @@ async fn a_burning_run_goes_on_after_the_line_was_lost_with_every_segment_done()
     begin_to_burn(&arm, 0.5).await;
     sleep(Duration::from_secs(2)).await;
     let path = (1..=40).map(|step| burn(200.0, 0.5 + step as f32));
-    let end = words::path_to(200.0, 45.0, 0.0);
+    let end = build::path_to(200.0, 45.0, 0.0);
     let mut run = arm.start(path.chain([end]));
     let other = desk.clone();
     tokio::spawn(async move {
@@ -443,8 +444,8 @@ async fn homing_puts_a_laser_out_first_and_a_program_does_not_begin_with_one() {
 
 #[tokio::test(start_paused = true)]
 async fn a_pin_that_was_lowered_again_is_left_alone_at_the_end() {
-    let (high, low) = (words::output(4, true), words::output(4, false));
-    let (fast, off) = (words::pwm(4, 1000.0, 20.0), words::pwm(4, 1000.0, 0.0));
+    let (high, low) = (build::output(4, true), build::output(4, false));
+    let (fast, off) = (build::pwm(4, 1000.0, 20.0), build::pwm(4, 1000.0, 0.0));
     for (raised, lowered, left) in [
         (vec![high], vec![low], false),
         (vec![fast], vec![off], false),
@@ -452,13 +453,13 @@ async fn a_pin_that_was_lowered_again_is_left_alone_at_the_end() {
         (vec![high], vec![], true),
         // Another pin, another form of the same, and a beam are other ways to light it.
         (
-            vec![high, words::output(2, true)],
-            vec![words::output(4, false)],
+            vec![high, build::output(2, true)],
+            vec![build::output(4, false)],
             true,
         ),
         (vec![high, fast], vec![low], true),
-        (vec![high], vec![words::laser(false)], true),
-        (vec![words::laser(true), high], vec![low], true),
+        (vec![high], vec![build::laser(false)], true),
+        (vec![build::laser(true), high], vec![low], true),
     ] {
         let desk = Desk::new();
         let arm = desk.connect(allowed()).await;
@@ -500,7 +501,7 @@ fn no_power() -> Vec<Set> {
             frequency: 100.0,
             duty_cycle: share,
         };
-        [words::engrave_to(220.0, 0.0, 20.0, share), pulses.into()]
+        [build::engrave_to(220.0, 0.0, 20.0, share), pulses.into()]
     };
     shares.into_iter().flat_map(both).collect()
 }

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use magician::commands::Pose;
-use magician::{Arm, ErrorKind, Options, words};
+use magician::{Arm, ErrorKind, Options, build};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, duplex};
 use tokio::time::Instant;
 
@@ -65,7 +65,7 @@ async fn a_line_that_takes_no_more_bytes_holds_nobody_up() {
     assert_eq!(error.kind(), ErrorKind::Timeout);
     assert!(begun.elapsed() <= Duration::from_millis(3010));
     let _ = arm
-        .enqueue_set(&words::move_to(200.0, 0.0, 50.0, 0.0))
+        .enqueue_set(&build::move_to(200.0, 0.0, 50.0, 0.0))
         .await;
     let begun = Instant::now();
     arm.close().await;

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use magician::commands::{PtpCmd, WaitCmd};
 use magician::protocol::PtpMode;
-use magician::{Arm, ErrorKind, Event, Link, Options, Pin, StateOptions, words};
+use magician::{Arm, ErrorKind, Event, Link, Options, Pin, StateOptions, build};
 use tokio::io::duplex;
 use tokio::time::{Instant, sleep};
 
@@ -100,7 +100,7 @@ async fn a_watch_sees_the_arm_move() {
     assert_eq!(before.level(Pin::Input(2)), None, "nobody watches it");
     assert_eq!((before.current.0, &before.link), (0, &Link::Up));
     assert!(before.alarms.contains(0));
-    arm.start([words::move_to(200.0, 50.0, 20.0, 0.0)])
+    arm.start([build::move_to(200.0, 50.0, 20.0, 0.0)])
         .wait(|_| {})
         .await
         .unwrap();
@@ -183,7 +183,7 @@ async fn what_happens_is_told_and_costs_nothing() {
     desk.heard();
     sleep(Duration::from_secs(10)).await;
     assert_eq!(desk.heard(), [], "no reads for events");
-    let wait = words::wait(Duration::from_millis(200));
+    let wait = build::wait(Duration::from_millis(200));
     arm.start([wait, wait, wait]).wait(|_| {}).await.unwrap();
     let mut next = 2;
     while next <= 4 {
@@ -258,7 +258,7 @@ async fn moving_errs_towards_yes_and_ends() {
         .await
         .unwrap();
     assert!(!arm.moving());
-    let jog = arm.jog(words::Axis::J2.plus()).await.unwrap();
+    let jog = arm.jog(build::Axis::J2.plus()).await.unwrap();
     assert!(arm.moving());
     jog.stop().await.unwrap();
     assert!(!arm.moving());
@@ -271,7 +271,7 @@ fn blocking_onlookers() {
     let mut watch = arm.state(200.0).unwrap();
     let seen = watch.next().unwrap();
     assert_eq!(seen.left_space, 32);
-    arm.run(&[words::move_to(200.0, 50.0, 20.0, 0.0)]).unwrap();
+    arm.run(&[build::move_to(200.0, 50.0, 20.0, 0.0)]).unwrap();
     while watch.changed().unwrap().pose.y != 50.0 {}
     arm.close();
     assert!(watch.changed().is_err());

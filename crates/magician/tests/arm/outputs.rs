@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use magician::sim::Controller;
-use magician::{Arm, GripperState, Options, SimSpeed, VirtualArm, words};
+use magician::{Arm, GripperState, Options, SimSpeed, VirtualArm, build};
 use tokio::time::sleep;
 
 fn virtual_arm() -> VirtualArm {
@@ -24,9 +24,9 @@ async fn frames(arm: &Arm) -> u64 {
 async fn outputs_are_unknown_until_they_were_read_and_cost_no_frame() {
     let virtual_arm = virtual_arm();
     let first = connect(&virtual_arm).await;
-    first.set_any(&words::suction(true)).await.unwrap();
+    first.set_any(&build::suction(true)).await.unwrap();
     first
-        .run(&[words::move_to(220.0, 0.0, 20.0, 0.0)])
+        .run(&[build::move_to(220.0, 0.0, 20.0, 0.0)])
         .await
         .unwrap();
     drop(first);
@@ -51,18 +51,18 @@ async fn outputs_of_a_run_are_told_while_it_runs() {
     arm.clear_alarms().await.unwrap();
     arm.read_outputs().await.unwrap();
     let mut watch = arm.state(20.0).unwrap();
-    let mut program = vec![words::move_to(220.0, 0.0, 20.0, 0.0)];
+    let mut program = vec![build::move_to(220.0, 0.0, 20.0, 0.0)];
     for round in 0..4_u8 {
         let y = f32::from(round) * 10.0;
         program.extend([
-            words::suction(round % 2 == 0),
-            words::engrave_to(240.0, y, 20.0, 50.0),
-            words::engrave_to(220.0, y, 20.0, 50.0),
-            words::engrave_to(220.0, y + 10.0, 20.0, 0.0),
-            words::wait(Duration::from_millis(400)),
+            build::suction(round % 2 == 0),
+            build::engrave_to(240.0, y, 20.0, 50.0),
+            build::engrave_to(220.0, y, 20.0, 50.0),
+            build::engrave_to(220.0, y + 10.0, 20.0, 0.0),
+            build::wait(Duration::from_millis(400)),
         ]);
     }
-    program.push(words::laser(false));
+    program.push(build::laser(false));
     let running = tokio::spawn({
         let arm = arm.clone();
         async move { arm.run(&program).await.map(drop) }
@@ -88,15 +88,15 @@ async fn outputs_are_unknown_after_commands_of_another_program() {
     let virtual_arm = virtual_arm();
     let arm = connect(&virtual_arm).await;
     arm.clear_alarms().await.unwrap();
-    arm.run(&[words::suction(false)]).await.unwrap();
+    arm.run(&[build::suction(false)]).await.unwrap();
     arm.read_outputs().await.unwrap();
     let other = connect(&virtual_arm).await;
-    other.run(&[words::suction(true)]).await.unwrap();
+    other.run(&[build::suction(true)]).await.unwrap();
     let lapses = arm.output_lapses();
     // The steps of one call share a look at the queue for a while.
     sleep(Duration::from_millis(200)).await;
     // It says that others were there, or goes on.
-    let _ = arm.run(&[words::wait(Duration::from_millis(10))]).await;
+    let _ = arm.run(&[build::wait(Duration::from_millis(10))]).await;
     assert!(arm.output_lapses() > lapses);
     assert_eq!(arm.outputs().suction, None);
     assert_eq!(arm.read_outputs().await.unwrap().suction, Some(true));
@@ -108,7 +108,7 @@ async fn laser_is_told_dark_as_soon_as_a_stop_was_answered() {
     let arm = connect(&virtual_arm).await;
     arm.clear_alarms().await.unwrap();
     arm.read_outputs().await.unwrap();
-    arm.enqueue_set(&words::engrave_to(240.0, 20.0, 20.0, 50.0))
+    arm.enqueue_set(&build::engrave_to(240.0, 20.0, 20.0, 50.0))
         .await
         .unwrap();
     arm.start_queue().await.unwrap();

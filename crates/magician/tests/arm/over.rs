@@ -5,7 +5,7 @@ use std::time::Duration;
 use magician::commands::{Pose, WaitCmd};
 use magician::protocol::{FrameBuf, PtpMode};
 use magician::sim::LinkId;
-use magician::{Arm, Ctrl, ErrorKind, Options, RunOptions, Set, commands, words};
+use magician::{Arm, Ctrl, ErrorKind, Options, RunOptions, Set, build, commands};
 use tokio::time::{Instant, sleep, timeout};
 
 use crate::desk::{Desk, acquainted, only_reads};
@@ -15,7 +15,7 @@ const ALARMS: u8 = 20;
 const STOP_EXEC: u8 = 241;
 
 fn waits(count: usize, ms: u64) -> Vec<Set> {
-    vec![words::wait(Duration::from_millis(ms)); count]
+    vec![build::wait(Duration::from_millis(ms)); count]
 }
 
 /// Until the arm has this many commands in a queue that does not run.
@@ -137,9 +137,9 @@ async fn it_does_not_go_on_behind_what_was_cleared() {
 async fn a_jog_and_a_run_keep_out_of_each_others_way() {
     let desk = Desk::new();
     let arm = acquainted(&desk).await;
-    let turn = words::Axis::J1.plus();
+    let turn = build::Axis::J1.plus();
     let moves: Vec<_> = [60.0, -60.0, 60.0, -60.0]
-        .map(|y| words::move_to(200.0, y, 30.0, 0.0))
+        .map(|y| build::move_to(200.0, y, 30.0, 0.0))
         .into();
     let jog = arm.jog(turn).await.unwrap();
     let error = arm.start(moves.clone()).wait(|_| {}).await.unwrap_err();
@@ -299,13 +299,13 @@ async fn what_a_stop_has_dropped_is_not_taken_for_what_others_queued() {
 /// caller is gone as well, as of a motion that is cancelled.
 async fn stopped_in_motion(desk: &Desk, after: u64, given_up: bool) -> Arm {
     let arm = acquainted(desk).await;
-    arm.run(&[words::move_to(220.0, -60.0, 20.0, 0.0)])
+    arm.run(&[build::move_to(220.0, -60.0, 20.0, 0.0)])
         .await
         .unwrap();
     let other = arm.clone();
     let far = [
-        words::move_to(220.0, 60.0, 20.0, 0.0),
-        words::move_to(220.0, 80.0, 20.0, 0.0),
+        build::move_to(220.0, 60.0, 20.0, 0.0),
+        build::move_to(220.0, 80.0, 20.0, 0.0),
     ];
     let running = tokio::spawn(async move { other.run(&far).await });
     sleep(Duration::from_millis(after)).await;
@@ -321,9 +321,9 @@ async fn stopped_in_motion(desk: &Desk, after: u64, given_up: bool) -> Arm {
 #[tokio::test(start_paused = true)]
 async fn motion_after_a_requested_stop_waits_until_the_arm_stands() {
     let moves: [fn() -> Set; 3] = [
-        || words::move_to(220.0, -20.0, 20.0, 0.0),
-        || words::line_to(220.0, -20.0, 20.0, 0.0),
-        || words::path_to(220.0, -20.0, 20.0),
+        || build::move_to(220.0, -20.0, 20.0, 0.0),
+        || build::line_to(220.0, -20.0, 20.0, 0.0),
+        || build::path_to(220.0, -20.0, 20.0),
     ];
     for after in [1, 20, 100, 300, 600, 900] {
         for given_up in [true, false] {
@@ -356,7 +356,7 @@ async fn motion_after_a_forced_stop_sent_as_a_command_waits_until_the_arm_stands
     let desk = Desk::new();
     let arm = acquainted(&desk).await;
     arm.start_queue().await.unwrap();
-    arm.enqueue_set(&words::move_to(220.0, 60.0, 20.0, 0.0))
+    arm.enqueue_set(&build::move_to(220.0, 60.0, 20.0, 0.0))
         .await
         .unwrap();
     sleep(Duration::from_millis(300)).await;
@@ -364,7 +364,7 @@ async fn motion_after_a_forced_stop_sent_as_a_command_waits_until_the_arm_stands
     arm.clear_queue().await.unwrap();
     assert!(desk.moves(), "it brakes");
     desk.heard();
-    arm.run(&[words::line_to(220.0, -20.0, 20.0, 0.0)])
+    arm.run(&[build::line_to(220.0, -20.0, 20.0, 0.0)])
         .await
         .unwrap();
     let moves = desk.frames(84);
@@ -409,7 +409,7 @@ async fn any_number_of_commands() {
         for count in [0, 1, 2, 3, 31, 32, 33, 34, 64, 65, 104, 105, 106, 1000] {
             let desk = Desk::new();
             let arm = desk.connect(Options::default().window(window)).await;
-            let places = |at: usize| words::path_to(200.0 + (at % 40) as f32, 5.0, 20.0);
+            let places = |at: usize| build::path_to(200.0 + (at % 40) as f32, 5.0, 20.0);
             let mut sent = 0;
             let ran = arm
                 .start((0..count).map(places))

@@ -4,7 +4,7 @@ use std::io;
 use std::time::Duration;
 
 use magician::commands::{Pose, WaitCmd};
-use magician::{Arm, ErrorKind, Event, Link, Options, Set, words};
+use magician::{Arm, ErrorKind, Event, Link, Options, Set, build};
 use tokio::io::DuplexStream;
 use tokio::time::{Instant, sleep};
 
@@ -93,7 +93,7 @@ async fn a_cable_pulled_during_a_run() {
     let arm = acquainted(&desk).await;
     let other = arm.clone();
     let running = tokio::spawn(async move {
-        let wait = words::wait(Duration::from_millis(300));
+        let wait = build::wait(Duration::from_millis(300));
         let mut run = other.start(std::iter::repeat_n(wait, 30));
         let error = run.wait(|_| {}).await.unwrap_err();
         (run, error)
@@ -159,7 +159,7 @@ async fn a_handle_that_goes_while_the_line_is_lost_waits_for_nothing() {
 async fn an_arm_that_was_reset_meanwhile() {
     let desk = Desk::new();
     let arm = acquainted(&desk).await;
-    let wait = words::wait(Duration::from_millis(1));
+    let wait = build::wait(Duration::from_millis(1));
     arm.start([wait, wait]).wait(|_| {}).await.unwrap();
     for _ in 0..3 {
         arm.enqueue(&WaitCmd { timeout: 5_000 }).await.unwrap();
@@ -303,7 +303,7 @@ async fn a_stop_from_a_thread_waits_for_the_line_too() {
 async fn a_jog_whose_line_breaks_is_ended_over_the_next() {
     let desk = Desk::new();
     let arm = acquainted(&desk).await;
-    let jog = arm.jog(words::Axis::J1.plus()).await.unwrap();
+    let jog = arm.jog(build::Axis::J1.plus()).await.unwrap();
     sleep(Duration::from_millis(200)).await;
     desk.unplug();
     sleep(Duration::from_millis(10)).await;
@@ -351,7 +351,7 @@ async fn while_the_line_is_looked_for_every_call_ends_at_once() {
     sleep(Duration::from_secs(5)).await;
     let begun = Instant::now();
     let port = |error: magician::Error| assert_eq!(error.kind(), ErrorKind::Port, "{error}");
-    let wait = words::wait(Duration::from_millis(1));
+    let wait = build::wait(Duration::from_millis(1));
     let Set::WaitCmd(queued) = wait else { panic!() };
     port(arm.get::<Pose>().await.unwrap_err());
     port(arm.enqueue(&queued).await.unwrap_err());
@@ -359,7 +359,7 @@ async fn while_the_line_is_looked_for_every_call_ends_at_once() {
     port(arm.start([wait]).wait(|_| {}).await.unwrap_err());
     port(arm.stop().await.unwrap_err());
     port(arm.stop_jog().await.unwrap_err());
-    port(arm.jog(words::Axis::J1.plus()).await.unwrap_err());
+    port(arm.jog(build::Axis::J1.plus()).await.unwrap_err());
     arm.stats().await.unwrap();
     arm.close().await;
     assert_eq!(begun.elapsed(), Duration::ZERO);

@@ -6,7 +6,7 @@ use magician::commands::{Pose, WaitCmd};
 use magician::protocol::FrameBuf;
 use magician::sim::{Controller, LineTiming, Profile, Runner, Speed};
 use magician::{
-    Action, Arm, Ctrl, ErrorCode, ErrorKind, Given, Options, Remedy, RunOptions, Setting, words,
+    Action, Arm, Ctrl, ErrorCode, ErrorKind, Given, Options, Remedy, RunOptions, Setting, build,
 };
 use tokio::time::{Instant, sleep};
 
@@ -20,7 +20,7 @@ async fn a_queue_longer_than_the_arms_flows_and_never_overruns() {
         let arm = Arm::simulated(runner(Speed::Times(1.0)), options)
             .await
             .unwrap();
-        let wait = words::wait(Duration::from_millis(20));
+        let wait = build::wait(Duration::from_millis(20));
         let mut seen = 0;
         let begun = Instant::now();
         let ran = arm
@@ -54,7 +54,7 @@ async fn a_stop_while_a_program_is_checked_ends_it() {
     let check = arm.preflight().await.unwrap();
     arm.stop().await.unwrap();
     let options = RunOptions::default().unless_stopped_since(stops);
-    let run = arm.start_with([words::move_by(0.0, 40.0, 0.0, 0.0)], options);
+    let run = arm.start_with([build::move_by(0.0, 40.0, 0.0, 0.0)], options);
     let mut run = run.along(check);
     let error = run.wait(|_| {}).await.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Closed);
@@ -69,8 +69,8 @@ async fn a_stop_from_another_task_ends_a_run() {
     let running = {
         let arm = std::sync::Arc::clone(&arm);
         let moves = (0..100).map(|at| match at % 2 {
-            0 => words::move_to(200.0, 100.0, 50.0, 0.0),
-            _ => words::move_to(200.0, -100.0, 50.0, 0.0),
+            0 => build::move_to(200.0, 100.0, 50.0, 0.0),
+            _ => build::move_to(200.0, -100.0, 50.0, 0.0),
         });
         tokio::spawn(async move { arm.start(moves.collect::<Vec<_>>()).wait(|_| {}).await })
     };
@@ -85,7 +85,7 @@ async fn a_stop_from_another_task_ends_a_run() {
     let outcome = outcome.expect("it ends").unwrap();
     assert_eq!(outcome.unwrap_err().kind(), ErrorKind::Closed);
     // And it works again.
-    arm.start([words::move_to(200.0, 0.0, 50.0, 0.0)])
+    arm.start([build::move_to(200.0, 0.0, 50.0, 0.0)])
         .wait(|_| {})
         .await
         .unwrap();
@@ -98,7 +98,7 @@ async fn will_not_start_what_others_left_behind() {
     controller.receive(magician::sim::LinkId(7), left.bytes());
     let runner = Runner::new(controller, Speed::Max, LineTiming::default());
     let arm = Arm::simulated(runner, Options::default()).await.unwrap();
-    let mine = [words::wait(Duration::from_millis(1))];
+    let mine = [build::wait(Duration::from_millis(1))];
     let error = arm.start(mine).wait(|_| {}).await.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::InvalidInput);
     assert_eq!(error.code(), ErrorCode::ForeignCommands);
@@ -137,7 +137,7 @@ async fn queue_that_runs_a_motion_is_not_started_again() {
     let desk = Desk::new();
     let arm = desk.connect(Options::default()).await;
     arm.start_queue().await.unwrap();
-    let there = words::line_to(220.0, 60.0, 20.0, 0.0);
+    let there = build::line_to(220.0, 60.0, 20.0, 0.0);
     let index = arm.enqueue_set(&there).await.unwrap();
     sleep(Duration::from_millis(300)).await;
     desk.heard();
@@ -166,7 +166,7 @@ async fn an_index_that_was_cleared_will_not_come() {
 async fn an_arm_that_is_reset_ends_a_wait_and_says_what_is_gone() {
     let desk = Desk::new();
     let arm = desk.connect(Options::default()).await;
-    let wait = words::wait(Duration::from_millis(500));
+    let wait = build::wait(Duration::from_millis(500));
     let mut run = arm.start(std::iter::repeat_n(wait, 30));
     let resetting = async {
         sleep(Duration::from_secs(2)).await;
@@ -205,7 +205,7 @@ async fn held_now_and_then(seconds: u64, rate: f64) -> Arm {
 async fn a_line_that_is_held_does_not_end_a_run() {
     for (seconds, rate) in [(1, 0.03), (3, 0.03), (8, 0.03), (20, 0.01)] {
         let arm = held_now_and_then(seconds, rate).await;
-        let wait = words::wait(Duration::from_millis(20));
+        let wait = build::wait(Duration::from_millis(20));
         let mut silent = Duration::ZERO;
         let told = |progress: magician::Progress| silent = silent.max(progress.silent);
         let ran = arm.start(std::iter::repeat_n(wait, 200)).wait(told).await;
@@ -244,7 +244,7 @@ async fn a_line_that_is_held_for_longer_than_a_runs_patience_ends_it_and_calls_e
         let begun = Instant::now();
         let patience = Duration::from_secs(seconds);
         let options = RunOptions::default().patience(patience);
-        let wait = words::wait(Duration::from_millis(20));
+        let wait = build::wait(Duration::from_millis(20));
         let mut run = arm.start_with(std::iter::repeat_n(wait, 20), options);
         let error = run.wait(|_| {}).await.unwrap_err();
         assert_eq!(error.kind(), ErrorKind::Timeout, "{error}");

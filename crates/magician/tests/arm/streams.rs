@@ -6,7 +6,7 @@ use std::time::Duration;
 use magician::protocol::Set;
 use magician::sim::{ArmInstant, Controller, ExternalEvent};
 use magician::{
-    Arm, ErrorKind, Feeder, Options, Ran, Result, RunOptions, SimSpeed, VirtualArm, words,
+    Arm, ErrorKind, Feeder, Options, Ran, Result, RunOptions, SimSpeed, VirtualArm, build,
 };
 use tokio::task::yield_now;
 use tokio::time::sleep;
@@ -22,12 +22,12 @@ async fn arm() -> (VirtualArm, Arm) {
 /// A curve in short pieces.
 fn curve(pieces: u16) -> Vec<Set> {
     let mut program = vec![
-        words::path_speed(100.0, 100.0),
-        words::move_to(255.0, 0.0, 20.0, 0.0),
+        build::path_speed(100.0, 100.0),
+        build::move_to(255.0, 0.0, 20.0, 0.0),
     ];
     program.extend((1..=pieces).map(|nth| {
         let (sin, cos) = (f32::from(nth) * 0.02).sin_cos();
-        words::path_to(225.0 + 30.0 * cos, 30.0 * sin, 20.0)
+        build::path_to(225.0 + 30.0 * cos, 30.0 * sin, 20.0)
     }));
     program
 }
@@ -121,7 +121,7 @@ async fn the_source_is_no_more_before_the_arm_than_was_allowed() {
             let mut most = 0;
             for told in 1..=200_u64 {
                 assert!(feeder.has_room().await);
-                feeder.push(words::wait(Duration::from_millis(20)));
+                feeder.push(build::wait(Duration::from_millis(20)));
                 let done = cell.state().queue.current_index - begun;
                 most = most.max(told - done);
             }
@@ -139,7 +139,7 @@ async fn the_source_is_no_more_before_the_arm_than_was_allowed() {
 async fn a_refused_command_ends_the_program_after_those_before_it() {
     let (_, arm) = arm().await;
     let mut program = curve(10);
-    program.push(words::move_to(900.0, 0.0, 0.0, 0.0));
+    program.push(build::move_to(900.0, 0.0, 0.0, 0.0));
     program.extend(curve(100));
     let (ran, told) = stream(&arm, 5, &program, Duration::ZERO).await;
     let error = ran.unwrap_err();
@@ -150,7 +150,7 @@ async fn a_refused_command_ends_the_program_after_those_before_it() {
     assert!((13..=18).contains(&told), "{told}");
     assert_eq!(arm.current_index().await.unwrap().0, 13);
     // The first one, and none.
-    let far = [words::line_to(400.0, 0.0, 0.0, 0.0)];
+    let far = [build::line_to(400.0, 0.0, 0.0, 0.0)];
     let (ran, _) = stream(&arm, 5, &far, Duration::ZERO).await;
     assert_eq!(ran.unwrap_err().step(), Some(0));
     let (ran, _) = stream(&arm, 5, &[], Duration::ZERO).await;
@@ -183,7 +183,7 @@ async fn a_source_that_has_nothing_for_now_lets_time_pass() {
     let (cell, arm) = arm().await;
     let (feeder, run) = arm.stream(8, RunOptions::default());
     let told = async {
-        feeder.push(words::wait(Duration::from_secs(60)));
+        feeder.push(build::wait(Duration::from_secs(60)));
         while cell.state().queue.current_index < 1 {
             feeder.rest().await;
         }
@@ -191,7 +191,7 @@ async fn a_source_that_has_nothing_for_now_lets_time_pass() {
         while clock(&cell) < until {
             feeder.rest().await;
         }
-        feeder.push(words::wait(Duration::from_secs(1)));
+        feeder.push(build::wait(Duration::from_secs(1)));
         feeder.end();
     };
     let begun = tokio::time::Instant::now();
@@ -214,11 +214,11 @@ async fn a_laser_is_dark_while_the_source_has_nothing() {
     arm.clear_alarms().await.unwrap();
     let (feeder, run) = arm.stream(8, RunOptions::default());
     let told = async {
-        feeder.push(words::line_to(220.0, 0.0, 20.0, 0.0));
-        feeder.push(words::laser(true));
+        feeder.push(build::line_to(220.0, 0.0, 20.0, 0.0));
+        feeder.push(build::laser(true));
         for [x, y] in [[220.0, 20.0], [220.0, 60.0], [240.0, 60.0], [240.0, 0.0]] {
             assert!(feeder.has_room().await);
-            feeder.push(words::line_to(x, y, 20.0, 0.0));
+            feeder.push(build::line_to(x, y, 20.0, 0.0));
             let (mut lit, mut burnt_in) = (0, 0);
             for _ in 0..400 {
                 sleep(Duration::from_millis(10)).await;
@@ -232,7 +232,7 @@ async fn a_laser_is_dark_while_the_source_has_nothing() {
                 "lit {lit}, {burnt_in} at rest: {x}, {y}"
             );
         }
-        feeder.push(words::laser(false));
+        feeder.push(build::laser(false));
         feeder.end();
     };
     let (ran, ()) = tokio::join!(run.wait(|_| {}), told);
@@ -245,8 +245,8 @@ async fn a_laser_that_no_gap_would_put_out_is_refused() {
     let (cell, arm) = arm().await;
     let arm = arm.allowing_laser();
     let program = [
-        words::line_to(220.0, 0.0, 20.0, 0.0),
-        words::output(4, true),
+        build::line_to(220.0, 0.0, 20.0, 0.0),
+        build::output(4, true),
     ];
     let (ran, _) = stream(&arm, 8, &program, Duration::ZERO).await;
     let error = ran.unwrap_err();
@@ -254,7 +254,7 @@ async fn a_laser_that_no_gap_would_put_out_is_refused() {
         (error.kind(), error.step()),
         (ErrorKind::InvalidInput, Some(1))
     );
-    arm.set_any(&words::laser(true)).await.unwrap();
+    arm.set_any(&build::laser(true)).await.unwrap();
     let (ran, _) = stream(&arm, 8, &program[..1], Duration::ZERO).await;
     assert_eq!(ran.unwrap_err().kind(), ErrorKind::InvalidInput);
     assert_eq!(cell.state().queue.current_index, 2);
@@ -282,7 +282,7 @@ async fn an_iterator_is_not_asked_after_its_end() {
         let mut asked = 0;
         let source = std::iter::from_fn(|| {
             asked += 1;
-            (asked != end).then(|| words::wait(Duration::from_millis(1)))
+            (asked != end).then(|| build::wait(Duration::from_millis(1)))
         });
         let ran = arm.start(source).wait(|_| {}).await.unwrap();
         assert_eq!(ran.commands, end - 1);

@@ -5,7 +5,7 @@ use std::time::Duration;
 use magician::commands::{AlarmsState, DeviceName, Pose, WaitCmd};
 use magician::protocol::{FrameBuf, Layout, Text};
 use magician::sim::Speed;
-use magician::{Arm, Ctrl, ErrorKind, Options, words};
+use magician::{Arm, Ctrl, ErrorKind, Options, build};
 use tokio::io::{AsyncWriteExt, duplex};
 use tokio::time::Instant;
 
@@ -64,7 +64,7 @@ async fn moves_in_the_time_it_takes_and_arrives_exactly() {
     let arm = real_time().await;
     let begun = Instant::now();
     let ran = arm
-        .run(&[words::line_to(259.104, 100.0, -8.485, 0.0)])
+        .run(&[build::line_to(259.104, 100.0, -8.485, 0.0)])
         .await
         .unwrap();
     assert_eq!(ran.commands, 1);
@@ -130,7 +130,7 @@ async fn a_call_that_is_given_up_is_withdrawn_and_leaves_no_wrong_count() {
 async fn any_timeout_can_be_asked_for() {
     let options = Options::default().timeout(Duration::MAX);
     let arm = Arm::simulated(runner(Speed::Max), options).await.unwrap();
-    arm.start([words::wait(Duration::from_millis(1))])
+    arm.start([build::wait(Duration::from_millis(1))])
         .wait(|_| {})
         .await
         .unwrap();

@@ -8,7 +8,7 @@ use magician::faults::Faults;
 use magician::protocol::Set;
 use magician::protocol::commands::{DeviceTime, Pose};
 use magician::sim::{ArmInstant, ControllerState, ExternalEvent, Scenario};
-use magician::{Arm, ErrorKind, Options, RunOptions, VirtualArm, blocking, words};
+use magician::{Arm, ErrorKind, Options, RunOptions, VirtualArm, blocking, build};
 use tokio::task::yield_now;
 use tokio::time::Instant;
 
@@ -30,12 +30,12 @@ async fn another(cell: &VirtualArm, window: usize) -> Arm {
 /// A curve in pieces so short that the arm has to know all that its queue can hold to keep its speed.
 fn curve(pieces: u16) -> Vec<Set> {
     let mut program = vec![
-        words::path_speed(100.0, 100.0),
-        words::move_to(255.0, 0.0, 20.0, 0.0),
+        build::path_speed(100.0, 100.0),
+        build::move_to(255.0, 0.0, 20.0, 0.0),
     ];
     program.extend((1..=pieces).map(|nth| {
         let (sin, cos) = (f32::from(nth) * 0.01).sin_cos();
-        words::path_to(225.0 + 30.0 * cos, 30.0 * sin, 20.0)
+        build::path_to(225.0 + 30.0 * cos, 30.0 * sin, 20.0)
     }));
     program
 }
@@ -79,7 +79,7 @@ async fn a_path_takes_the_time_that_its_estimate_says() {
 #[tokio::test(start_paused = true)]
 async fn waits_and_moves_take_their_time_and_none_of_the_walls() {
     let (cell, arm) = arm(1).await;
-    let day = words::wait(Duration::from_secs(24 * 3600));
+    let day = build::wait(Duration::from_secs(24 * 3600));
     for program in [vec![day], vec![day, day, day]] {
         let (ran, arms, walls) = takes(&cell, arm.start(program.clone()).wait(|_| {})).await;
         ran.unwrap();
@@ -87,7 +87,7 @@ async fn waits_and_moves_take_their_time_and_none_of_the_walls() {
         assert_eq!(arms, days * Duration::from_secs(24 * 3600));
         assert_eq!(walls, Duration::ZERO);
     }
-    let there = [words::line_to(220.0, 40.0, 20.0, 0.0)];
+    let there = [build::line_to(220.0, 40.0, 20.0, 0.0)];
     let estimate = arm.preflight().await.unwrap().estimate(&there).unwrap();
     let (ran, arms, walls) = takes(&cell, arm.run(&there)).await;
     assert_eq!(
@@ -169,7 +169,7 @@ async fn a_stop_finds_the_arm_under_way() {
         "{found:?} {stood:?}"
     );
     // And the next run finds everything as it should be.
-    let home = [words::move_to(200.0, 0.0, 20.0, 0.0)];
+    let home = [build::move_to(200.0, 0.0, 20.0, 0.0)];
     let estimate = arm.preflight().await.unwrap().estimate(&home).unwrap();
     let (ran, arms, _) = takes(&cell, arm.run(&home)).await;
     assert_eq!((ran.unwrap().commands, arms), (1, estimate));
@@ -189,7 +189,7 @@ async fn whoever_lets_go_of_a_run_leaves_the_clock_to_the_arm() {
     let left = cell.state().queue.current_index;
     assert!((101..200).contains(&left), "{left}");
     arm.stop().await.unwrap();
-    arm.run(&[words::move_to(200.0, 0.0, 20.0, 0.0)])
+    arm.run(&[build::move_to(200.0, 0.0, 20.0, 0.0)])
         .await
         .unwrap();
 }
@@ -211,7 +211,7 @@ async fn an_alarm_ends_a_run() {
 async fn an_arm_that_answers_late_goes_on_by_the_wall() {
     let (cell, arm) = arm(1).await;
     cell.with(|arm| arm.inject(ExternalEvent::Delay(Duration::from_millis(30))));
-    let wait = words::wait(Duration::from_millis(100));
+    let wait = build::wait(Duration::from_millis(100));
     let late = async {
         cell.advance(Duration::from_millis(30));
         yield_now().await;
@@ -280,7 +280,7 @@ async fn a_run_goes_on_when_a_scenario_puts_the_cable_in_again() {
 fn a_program_may_wait_for_the_arm() {
     let cell = VirtualArm::default().in_virtual_time();
     let arm = blocking::Arm::simulated(cell.clone(), Options::default()).unwrap();
-    let wait = words::wait(Duration::from_millis(10));
+    let wait = build::wait(Duration::from_millis(10));
     let commands = (0..40).map(|nth| {
         while nth == 39 && cell.state().queue.current_index < 40 {
             std::thread::yield_now();
@@ -297,7 +297,7 @@ fn a_program_may_wait_for_the_arm() {
 async fn of_two_programs_at_once_none_waits_for_the_other() {
     let (cell, arm) = arm(1).await;
     let other = another(&cell, 1).await;
-    let wait = words::wait(Duration::from_millis(500));
+    let wait = build::wait(Duration::from_millis(500));
     let keep = RunOptions::default().keep(true);
     for count in [1, 3, 60] {
         let begun = Instant::now();
@@ -330,7 +330,7 @@ async fn on_a_line_that_loses_answers_every_command_is_done_once() {
             .faults(faults);
         let arm = Arm::simulated(cell.clone(), options).await.unwrap();
         arm.clear_alarms().await.unwrap();
-        let wait = words::wait(Duration::from_millis(50));
+        let wait = build::wait(Duration::from_millis(50));
         match arm.start(vec![wait; 60]).wait(|_| {}).await {
             Ok(ran) => {
                 assert_eq!(ran.commands, 60);
@@ -373,12 +373,12 @@ async fn who_goes_in_the_middle_of_a_program_stops_the_arm() {
 #[tokio::test(start_paused = true)]
 async fn a_jog_that_is_being_ended_brakes_before_a_program_begins() {
     let (cell, arm) = arm(1).await;
-    let jog = arm.jog(words::Axis::J1.plus()).await.unwrap();
+    let jog = arm.jog(build::Axis::J1.plus()).await.unwrap();
     cell.advance(Duration::from_millis(400));
     assert!(cell.state().moving);
     let begun = Instant::now();
     drop(jog);
-    let wait = words::wait(Duration::from_millis(100));
+    let wait = build::wait(Duration::from_millis(100));
     let mut run = arm.start([wait]);
     let (ran, ()) = tokio::join!(run.wait(|_| {}), async {
         while !cell.state().queue.started {
@@ -399,7 +399,7 @@ async fn a_jog_that_is_being_ended_brakes_before_a_program_begins() {
 async fn single_moves(arm: &Arm, count: u16) {
     for nth in 0..count {
         let x = 200.0 + f32::from(nth % 40);
-        arm.run(&[words::line_to(x, 0.0, 20.0, 0.0)]).await.unwrap();
+        arm.run(&[build::line_to(x, 0.0, 20.0, 0.0)]).await.unwrap();
     }
 }
 

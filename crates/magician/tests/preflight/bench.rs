@@ -1,8 +1,8 @@
 //! An arm in virtual time, and chance from a seed.
 
+use magician::preflight::Readings;
 use magician::protocol::{FrameBuf, NoArgs, Readable, Writable};
 use magician::sim::{ArmInstant, Controller, LinkId, Profile};
-use magician::words::Readings;
 use magician::{Ctrl, Set};
 
 const LINK: LinkId = LinkId(0);

@@ -1,13 +1,14 @@
 //! Programs on arms of random firmware: the check and the virtual arm have the same model, and come to the same end.
 
+use magician::build;
 use magician::commands::{ArcCmd, CpParams};
+use magician::preflight::{Guards, Preflight};
 use magician::protocol::{Flag, RailVersion};
 use magician::sim::Profile;
-use magician::words::{self, Guards, Preflight};
 use magician::{Set, ToolBias};
 use magician_motion::{ArmModel, Range};
 
-use crate::bench::{LoneArm, Dice};
+use crate::bench::{Dice, LoneArm};
 
 const PROFILES: usize = 600;
 const LENGTH: u64 = 14;
@@ -84,16 +85,16 @@ fn near(dice: &mut Dice, [x, y, z, r]: [f64; 4], by: f32) -> [f32; 4] {
 fn setting(dice: &mut Dice) -> Set {
     let speed = |dice: &mut Dice| dice.number(20.0, 500.0);
     match dice.roll(7) {
-        0 => words::speed(dice.number(10.0, 100.0), dice.number(10.0, 100.0)),
-        1 => words::line_speed(speed(dice), speed(dice)),
-        2 => words::joint_speed([0; 4].map(|_| speed(dice)), [0; 4].map(|_| speed(dice))),
-        3 => words::jump_height(dice.number(0.0, 60.0), dice.number(0.0, 150.0)),
-        4 => words::jump_heights(
+        0 => build::speed(dice.number(10.0, 100.0), dice.number(10.0, 100.0)),
+        1 => build::line_speed(speed(dice), speed(dice)),
+        2 => build::joint_speed([0; 4].map(|_| speed(dice)), [0; 4].map(|_| speed(dice))),
+        3 => build::jump_height(dice.number(0.0, 60.0), dice.number(0.0, 150.0)),
+        4 => build::jump_heights(
             dice.number(0.0, 60.0),
             dice.number(0.0, 60.0),
             dice.number(0.0, 150.0),
         ),
-        5 => words::rail_speed(speed(dice), speed(dice)),
+        5 => build::rail_speed(speed(dice), speed(dice)),
         _ => CpParams {
             plan_acc: speed(dice),
             junction_vel: speed(dice),
@@ -110,27 +111,27 @@ fn motion(dice: &mut Dice, check: &Preflight, model: &ArmModel) -> Set {
     let [dx, dy, dz, dr] = dice.numbers([(-15.0, 15.0); 4]);
     let place = dice.number(0.0, 1.05 * model.rail.length as f32);
     match dice.roll(16) {
-        0 => words::move_to(x, y, z, r),
-        1 => words::line_to(x, y, z, r),
-        2 => words::jump_to(x, y, z, r),
-        3 => words::jump_line_to(x, y, z, r),
-        4 => words::move_by(dx, dy, dz, dr),
-        5 => words::line_by(dx, dy, dz, dr),
-        6 => words::move_joints_by(dx, dy, dz, dr),
+        0 => build::move_to(x, y, z, r),
+        1 => build::line_to(x, y, z, r),
+        2 => build::jump_to(x, y, z, r),
+        3 => build::jump_line_to(x, y, z, r),
+        4 => build::move_by(dx, dy, dz, dr),
+        5 => build::line_by(dx, dy, dz, dr),
+        6 => build::move_joints_by(dx, dy, dz, dr),
         7 => {
             let ends = dice.numbers([(-90.0, 90.0), (0.0, 70.0), (0.0, 70.0), (-90.0, 90.0)]);
             let [j1, j2, j3, j4] = ends;
-            words::move_joints(j1, j2, j3, j4)
+            build::move_joints(j1, j2, j3, j4)
         }
         8 => ArcCmd {
             cir_point: near(dice, pose, 10.0),
             to_point: [x, y, z, r],
         }
         .into(),
-        9 => words::wait(std::time::Duration::from_millis(dice.roll(100))),
-        10 | 11 => words::move_with_rail(x, y, z, r, place),
-        12 => words::with_rail(words::line_by(dx, dy, dz, dr), 5.0 * dx).unwrap(),
-        _ => words::path_by(dx, dy, dz),
+        9 => build::wait(std::time::Duration::from_millis(dice.roll(100))),
+        10 | 11 => build::move_with_rail(x, y, z, r, place),
+        12 => build::with_rail(build::line_by(dx, dy, dz, dr), 5.0 * dx).unwrap(),
+        _ => build::path_by(dx, dy, dz),
     }
 }
 
@@ -145,14 +146,13 @@ struct Tally {
 /// Checks a program and runs it. Both do it, in the same time to the microsecond and to the same joints, or neither does.
 fn hold(profile: &Profile, program: &[Set], check: &Preflight, tally: &mut Tally) {
     let mut bench = LoneArm::with(profile.clone());
-    let mut check = check.clone();
     let told = format!("{program:#?}\nof {:#?}", profile.arm_model());
-    let error = match check.program(program) {
+    let error = match check.clone().program(program) {
         Ok(checked) => {
             let took = bench.run_all(program);
             let state = bench.arm.state();
             assert!(!bench.alarmed(), "{} by {told}", state.alarms);
-            let end = check.arm().expect("it is known");
+            let end = checked.end().expect("it is known");
             assert_eq!(checked.time().as_micros(), u128::from(took), "{told}");
             assert_eq!(state.joints, end.joints, "{told}");
             tally.done += 1;
@@ -191,7 +191,7 @@ fn check_and_run_agree_on_arms_of_any_firmware() {
             continue;
         }
         let start = start.on_rail(0.0);
-        let mut program = vec![words::rail(true, RailVersion::V1)];
+        let mut program = vec![build::rail(true, RailVersion::V1)];
         let mut course = start.clone();
         course.check(&program[0]).expect("a rail");
         for _ in 0..LENGTH {

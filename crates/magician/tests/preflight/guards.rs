@@ -2,9 +2,10 @@
 
 use std::time::Duration;
 
+use magician::build::{self, Output};
 use magician::commands::{HomeParams, JogCmd};
+use magician::preflight::{Guards, Preflight, Readings};
 use magician::protocol::{Flag, JogCommand, RailVersion, Stepper};
-use magician::words::{self, Guards, Output, Preflight, Readings};
 use magician::{ErrorKind, JointAngles, Set, ToolBias};
 
 fn at_home() -> Preflight {
@@ -28,31 +29,31 @@ fn refused(start: &Preflight, program: &[Set], guard: &str, off: Guards) {
 fn a_laser_does_not_burn_where_the_arm_stands_or_travels() {
     let start = at_home();
     let off = Guards::default().laser(false);
-    let on = words::laser(true);
+    let on = build::laser(true);
     let second = Duration::from_secs(1);
-    let burn = words::engrave_to(210.0, 0.0, 50.0, 80.0);
+    let burn = build::engrave_to(210.0, 0.0, 50.0, 80.0);
     let cases: [&[Set]; 9] = [
         &[on],
-        &[on, words::wait(second), words::laser(false)],
-        &[on, words::wait_for_level(19, true), words::laser(false)],
-        &[on, words::home(), words::laser(false)],
+        &[on, build::wait(second), build::laser(false)],
+        &[on, build::wait_for_level(19, true), build::laser(false)],
+        &[on, build::home(), build::laser(false)],
         &[
             on,
-            words::move_to(200.0, 20.0, 50.0, 0.0),
-            words::laser(false),
+            build::move_to(200.0, 20.0, 50.0, 0.0),
+            build::laser(false),
         ],
         &[
             on,
-            words::jump_to(200.0, 20.0, 50.0, 0.0),
-            words::laser(false),
+            build::jump_to(200.0, 20.0, 50.0, 0.0),
+            build::laser(false),
         ],
         &[
             on,
-            words::conveyor_by(Stepper::Stepper1, 50.0, 20.0),
-            words::laser(false),
+            build::conveyor_by(Stepper::Stepper1, 50.0, 20.0),
+            build::laser(false),
         ],
         &[burn],
-        &[burn, words::wait(second), words::laser(false)],
+        &[burn, build::wait(second), build::laser(false)],
     ];
     for program in cases {
         refused(&start, program, "laser", off);
@@ -62,7 +63,7 @@ fn a_laser_does_not_burn_where_the_arm_stands_or_travels() {
     let lit = Preflight::new(&lit);
     refused(
         &lit,
-        &[words::move_joints(0.0, 45.0, 45.0, 0.0)],
+        &[build::move_joints(0.0, 45.0, 45.0, 0.0)],
         "laser",
         off.unknown_start(false),
     );
@@ -71,15 +72,15 @@ fn a_laser_does_not_burn_where_the_arm_stands_or_travels() {
 #[test]
 fn a_laser_burns_along_lines_and_paths_and_ends_dark() {
     let program = [
-        words::move_to(200.0, 0.0, 50.0, 0.0),
-        words::laser(true),
-        words::line_to(220.0, 0.0, 50.0, 0.0),
-        words::arc_to([230.0, 10.0, 50.0, 0.0], [220.0, 20.0, 50.0, 0.0]),
-        words::laser(false),
-        words::wait(Duration::from_millis(5)),
-        words::engrave_to(200.0, 20.0, 50.0, 60.0),
-        words::engrave_to(200.0, 0.0, 50.0, 0.0),
-        words::move_to(200.0, -20.0, 50.0, 0.0),
+        build::move_to(200.0, 0.0, 50.0, 0.0),
+        build::laser(true),
+        build::line_to(220.0, 0.0, 50.0, 0.0),
+        build::arc_to([230.0, 10.0, 50.0, 0.0], [220.0, 20.0, 50.0, 0.0]),
+        build::laser(false),
+        build::wait(Duration::from_millis(5)),
+        build::engrave_to(200.0, 20.0, 50.0, 60.0),
+        build::engrave_to(200.0, 0.0, 50.0, 0.0),
+        build::move_to(200.0, -20.0, 50.0, 0.0),
     ];
     let mut check = at_home();
     let lasers = program.map(|command| check.check(&command).unwrap().laser);
@@ -92,26 +93,26 @@ fn a_laser_burns_along_lines_and_paths_and_ends_dark() {
 fn an_unknown_start_is_left_by_all_joints_together() {
     let off = Guards::default().unknown_start(false);
     let refusals = [
-        words::line_to(200.0, 0.0, 50.0, 0.0),
-        words::jump_to(200.0, 0.0, 50.0, 0.0),
-        words::move_by(1.0, 0.0, 0.0, 0.0),
-        words::move_joints_by(1.0, 0.0, 0.0, 0.0),
-        words::path_to(200.0, 0.0, 50.0),
-        words::path_by(1.0, 0.0, 0.0),
-        words::arc_to([200.0, 10.0, 50.0, 0.0], [200.0, 0.0, 60.0, 0.0]),
-        words::circle([200.0, 10.0, 50.0, 0.0], [200.0, 0.0, 60.0, 0.0], 1),
+        build::line_to(200.0, 0.0, 50.0, 0.0),
+        build::jump_to(200.0, 0.0, 50.0, 0.0),
+        build::move_by(1.0, 0.0, 0.0, 0.0),
+        build::move_joints_by(1.0, 0.0, 0.0, 0.0),
+        build::path_to(200.0, 0.0, 50.0),
+        build::path_by(1.0, 0.0, 0.0),
+        build::arc_to([200.0, 10.0, 50.0, 0.0], [200.0, 0.0, 60.0, 0.0]),
+        build::circle([200.0, 10.0, 50.0, 0.0], [200.0, 0.0, 60.0, 0.0], 1),
     ];
     for command in refusals {
         refused(&somewhere(), &[command], "unknown_start", off);
     }
     let mut check = somewhere();
-    let first = check.check(&words::move_to(200.0, 0.0, 50.0, 0.0)).unwrap();
+    let first = check.check(&build::move_to(200.0, 0.0, 50.0, 0.0)).unwrap();
     assert_eq!(first.time, Duration::MAX);
     assert!(first.end.is_some());
-    let then = check.check(&words::line_by(10.0, 0.0, 0.0, 0.0)).unwrap();
+    let then = check.check(&build::line_by(10.0, 0.0, 0.0, 0.0)).unwrap();
     assert!(then.time < Duration::from_secs(1));
     let far = somewhere()
-        .check(&words::move_joints(0.0, 95.0, 45.0, 0.0))
+        .check(&build::move_joints(0.0, 95.0, 45.0, 0.0))
         .unwrap_err();
     assert_eq!((far.value(), far.limit()), (Some(95.0), Some(90.0)));
 }
@@ -122,24 +123,24 @@ fn homing_leads_to_where_it_was_told() {
     let (x, y, z, r) = (259.104, 0.0, -8.485, 0.0);
     readings.home = Some(HomeParams { x, y, z, r });
     let mut check = Preflight::new(&readings);
-    let homed = check.check(&words::home()).unwrap();
+    let homed = check.check(&build::home()).unwrap();
     assert_eq!(homed.time, Duration::MAX);
     assert!((homed.end.unwrap().joints.j2 - 45.0).abs() < 1e-3);
-    check.check(&words::line_by(10.0, 0.0, 0.0, 0.0)).unwrap();
+    check.check(&build::line_by(10.0, 0.0, 0.0, 0.0)).unwrap();
     // With another tool it does not show whether a home was ever set.
-    check.check(&words::tool(ToolBias::PEN)).unwrap();
-    assert_eq!(check.check(&words::home()).unwrap().end, None);
-    assert!(check.check(&words::line_by(10.0, 0.0, 0.0, 0.0)).is_err());
-    check.check(&words::home_at(250.0, 0.0, 20.0, 0.0)).unwrap();
-    check.check(&words::home()).unwrap();
-    check.check(&words::line_by(10.0, 0.0, 0.0, 0.0)).unwrap();
-    assert!(check.check(&words::home_at(400.0, 0.0, 20.0, 0.0)).is_err());
+    check.check(&build::tool(ToolBias::PEN)).unwrap();
+    assert_eq!(check.check(&build::home()).unwrap().end, None);
+    assert!(check.check(&build::line_by(10.0, 0.0, 0.0, 0.0)).is_err());
+    check.check(&build::home_at(250.0, 0.0, 20.0, 0.0)).unwrap();
+    check.check(&build::home()).unwrap();
+    check.check(&build::line_by(10.0, 0.0, 0.0, 0.0)).unwrap();
+    assert!(check.check(&build::home_at(400.0, 0.0, 20.0, 0.0)).is_err());
 }
 
 #[test]
 fn a_jog_is_no_part_of_a_program() {
     let off = Guards::default().jog(false);
-    refused(&at_home(), &[words::Axis::J1.plus().into()], "jog", off);
+    refused(&at_home(), &[build::Axis::J1.plus().into()], "jog", off);
     let stop = JogCmd {
         is_joint: Flag::OFF,
         cmd: JogCommand::Stop,
@@ -149,32 +150,32 @@ fn a_jog_is_no_part_of_a_program() {
 
 #[test]
 fn reach_can_be_left_to_the_arm() {
-    let out = words::line_to(500.0, 0.0, 0.0, 0.0);
+    let out = build::line_to(500.0, 0.0, 0.0, 0.0);
     let mut check = at_home().guards(Guards::default().reach(false));
     let before = *check.arm().unwrap();
     let step = check.check(&out).unwrap();
     assert_eq!((step.time, step.end), (Duration::ZERO, Some(before)));
-    let through = words::line_to(-190.0, 0.0, 50.0, 0.0);
+    let through = build::line_to(-190.0, 0.0, 50.0, 0.0);
     assert!(at_home().check(&through).is_err());
     check.check(&through).unwrap();
-    let nan = words::line_to(f32::NAN, 0.0, 0.0, 0.0);
+    let nan = build::line_to(f32::NAN, 0.0, 0.0, 0.0);
     assert!(check.guards(Guards::NONE).check(&nan).is_err());
 }
 
 #[test]
 fn a_command_that_is_refused_changes_nothing() {
     let mut check = at_home();
-    let line = words::line_by(0.0, 10.0, 0.0, 0.0);
+    let line = build::line_by(0.0, 10.0, 0.0, 0.0);
     let alone = check.clone().check(&line).unwrap();
     check
-        .check(&words::line_by(500.0, 0.0, 0.0, 0.0))
+        .check(&build::line_by(500.0, 0.0, 0.0, 0.0))
         .unwrap_err();
-    check.check(&words::speed(-1.0, 50.0)).unwrap_err();
+    check.check(&build::speed(-1.0, 50.0)).unwrap_err();
     check
-        .check(&words::tool(ToolBias::new(f64::NAN, 0.0, 0.0)))
+        .check(&build::tool(ToolBias::new(f64::NAN, 0.0, 0.0)))
         .unwrap_err();
     assert_eq!(check.check(&line).unwrap(), alone);
-    let refused = [line, words::line_by(500.0, 0.0, 0.0, 0.0)];
+    let refused = [line, build::line_by(500.0, 0.0, 0.0, 0.0)];
     let error = at_home().program(&refused).unwrap_err();
     assert_eq!(error.step(), Some(1));
 }
@@ -186,14 +187,14 @@ fn values_that_the_protocol_does_not_have_are_refused() {
         address,
         high: true,
     };
-    let switching = |output| words::with_outputs(words::move_by(1.0, 0.0, 0.0, 0.0), &[output]);
+    let switching = |output| build::with_outputs(build::move_by(1.0, 0.0, 0.0, 0.0), &[output]);
     let bad = [
-        (words::output(21, true), 20.0),
-        (words::output(0, true), 1.0),
-        (words::pwm(4, 5.0, 50.0), 10.0),
-        (words::pwm(4, 50.0, 101.0), 100.0),
-        (words::wait_for_level(0, true), 1.0),
-        (words::engrave_to(200.0, 0.0, 0.0, 120.0), 100.0),
+        (build::output(21, true), 20.0),
+        (build::output(0, true), 1.0),
+        (build::pwm(4, 5.0, 50.0), 10.0),
+        (build::pwm(4, 50.0, 101.0), 100.0),
+        (build::wait_for_level(0, true), 1.0),
+        (build::engrave_to(200.0, 0.0, 0.0, 120.0), 100.0),
         (switching(output(101, 4)).unwrap(), 100.0),
         (switching(output(50, 21)).unwrap(), 20.0),
     ];
@@ -212,15 +213,15 @@ fn the_rail_ends_where_it_ends() {
     let mut check = Preflight::new(&readings).guards(Guards::default().unknown_start(false));
     // Without a rail its number means nothing.
     check
-        .check(&words::move_with_rail(200.0, 0.0, 20.0, 0.0, 2000.0))
+        .check(&build::move_with_rail(200.0, 0.0, 20.0, 0.0, 2000.0))
         .unwrap();
-    check.check(&words::rail(true, RailVersion::V2)).unwrap();
-    let error = check.check(&words::rail_by(700.0)).unwrap_err();
+    check.check(&build::rail(true, RailVersion::V2)).unwrap();
+    let error = check.check(&build::rail_by(700.0)).unwrap_err();
     assert_eq!((error.value(), error.limit()), (Some(1100.0), Some(1000.0)));
     // 200 mm at 50 mm/s and 50 mm/s2.
-    let step = check.check(&words::rail_by(200.0)).unwrap();
+    let step = check.check(&build::rail_by(200.0)).unwrap();
     assert_eq!(step.time, Duration::from_secs(5));
-    let negative = words::with_rail(words::line_to(200.0, 0.0, 20.0, 0.0), -1.0).unwrap();
+    let negative = build::with_rail(build::line_to(200.0, 0.0, 20.0, 0.0), -1.0).unwrap();
     let error = check.check(&negative).unwrap_err();
     assert_eq!((error.value(), error.limit()), (Some(-1.0), Some(0.0)));
 }

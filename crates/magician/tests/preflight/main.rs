@@ -6,4 +6,3 @@ mod guards;
 mod moves;
 mod programs;
 mod times;
-mod words;

@@ -2,8 +2,8 @@
 //! refuses would have raised one. From random places, with random tools and jump heights, to random targets.
 
 use magician::commands::{ClearAlarmsState, EndEffectorParams, Pose, PtpCmd, PtpJump2Params};
+use magician::preflight::{Preflight, Readings};
 use magician::protocol::PtpMode;
-use magician::words::{Preflight, Readings};
 use magician::{Limits, Set};
 use magician_motion::ArmModel;
 use proptest::prelude::*;

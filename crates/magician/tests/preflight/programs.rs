@@ -1,10 +1,11 @@
 //! Random programs of everything that moves, with the settings that decide how: what passes raises no alarm, takes as long as
 //! it was said to, and ends where it was said to; what is refused would have raised one.
 
+use magician::build::{self, Output};
 use magician::commands::{ArcCmd, CircleCmd, CpCmd, CpLeCmd, PtpCmd};
+use magician::preflight::{Guards, Preflight, Readings};
 use magician::protocol::{CpMode, PtpMode, RailVersion};
 use magician::sim::Profile;
-use magician::words::{self, Guards, Output, Preflight};
 use magician::{Geometry, JointAngles, Set, ToolBias};
 use magician_motion::ArmModel;
 
@@ -62,20 +63,20 @@ fn setting(dice: &mut Dice) -> Set {
     let ratio = |dice: &mut Dice| dice.number(1.0, 120.0);
     let speed = |dice: &mut Dice| dice.number(5.0, 600.0);
     match dice.roll(9) {
-        0 => words::speed(ratio(dice), ratio(dice)),
-        1 => words::line_speed(speed(dice), speed(dice)),
-        2 => words::joint_speed([0; 4].map(|_| speed(dice)), [0; 4].map(|_| speed(dice))),
-        3 => words::jump_height(dice.number(0.0, 60.0), dice.number(-50.0, 170.0)),
-        4 => words::jump_heights(
+        0 => build::speed(ratio(dice), ratio(dice)),
+        1 => build::line_speed(speed(dice), speed(dice)),
+        2 => build::joint_speed([0; 4].map(|_| speed(dice)), [0; 4].map(|_| speed(dice))),
+        3 => build::jump_height(dice.number(0.0, 60.0), dice.number(-50.0, 170.0)),
+        4 => build::jump_heights(
             dice.number(0.0, 60.0),
             dice.number(0.0, 60.0),
             dice.number(-50.0, 170.0),
         ),
-        5 => words::arc_speed(speed(dice), speed(dice)),
-        6 => words::path_speed(speed(dice), speed(dice)),
-        7 => words::rail_speed(speed(dice), speed(dice)),
+        5 => build::arc_speed(speed(dice), speed(dice)),
+        6 => build::path_speed(speed(dice), speed(dice)),
+        7 => build::rail_speed(speed(dice), speed(dice)),
         // Speeds that are none, which are refused.
-        _ => words::speed(0.0, dice.number(-5.0, 1.0)),
+        _ => build::speed(0.0, dice.number(-5.0, 1.0)),
     }
 }
 
@@ -83,21 +84,21 @@ fn setting(dice: &mut Dice) -> Set {
 fn command(dice: &mut Dice, from: [f32; 4], geometry: &Geometry) -> Set {
     match dice.roll(20) {
         0 => setting(dice),
-        1 => words::wait(std::time::Duration::from_millis(dice.roll(2000))),
-        2 if dice.roll(4) == 0 => words::home(),
-        2 => words::home_at(200.0, dice.number(-50.0, 50.0), dice.number(0.0, 60.0), 0.0),
+        1 => build::wait(std::time::Duration::from_millis(dice.roll(2000))),
+        2 if dice.roll(4) == 0 => build::home(),
+        2 => build::home_at(200.0, dice.number(-50.0, 50.0), dice.number(0.0, 60.0), 0.0),
         3 => {
             let x = [0.0, 59.7, 70.0, dice.between(-20.0, 80.0)][dice.roll(4) as usize];
             let (y, z) = (dice.between(-30.0, 30.0), dice.between(-40.0, 60.0));
-            words::tool(match dice.roll(2) {
+            build::tool(match dice.roll(2) {
                 0 => ToolBias::new(x, 0.0, 0.0),
                 _ => ToolBias::new(x, y, z),
             })
         }
-        4 => words::rail(dice.roll(3) > 0, RailVersion::V1),
+        4 => build::rail(dice.roll(3) > 0, RailVersion::V1),
         5 => match dice.roll(2) {
-            0 => words::rail_by(dice.number(-300.0, 300.0)),
-            _ => words::conveyor_by(
+            0 => build::rail_by(dice.number(-300.0, 300.0)),
+            _ => build::conveyor_by(
                 magician::protocol::Stepper::Stepper1,
                 dice.number(-200.0, 200.0),
                 dice.number(1.0, 100.0),
@@ -195,14 +196,14 @@ fn travel(dice: &mut Dice, from: [f32; 4], geometry: &Geometry) -> Set {
             address: 17,
             high: dice.roll(2) == 0,
         };
-        command = words::with_outputs(command, &[output]).unwrap();
+        command = build::with_outputs(command, &[output]).unwrap();
     }
     if dice.roll(3) == 0 {
         let l = match mode {
             6..9 => dice.number(-200.0, 200.0),
             _ => dice.number(0.0, 1000.0),
         };
-        command = words::with_rail(command, l).unwrap();
+        command = build::with_rail(command, l).unwrap();
     }
     command
 }
@@ -232,7 +233,7 @@ impl Tally {
                 other.run(&command);
                 if matches!(command, Set::HomeParams(_)) {
                     // Stored without a look, and found out when the arm homes.
-                    other.run(&words::home());
+                    other.run(&build::home());
                 }
                 // The rail ends where it ends, without an alarm, and a speed that is none is stored.
                 let silently = matches!(
@@ -326,7 +327,7 @@ fn what_passes_raises_no_alarm_and_what_is_refused_would() {
             }
         }
         let [a, b, c, d] = posture(&mut dice);
-        bench.run(&words::move_joints(a, b, c, d));
+        bench.run(&build::move_joints(a, b, c, d));
         if bench.alarmed() {
             continue;
         }
@@ -378,18 +379,18 @@ fn what_passes_from_an_unknown_start_hardly_ever_raises_an_alarm() {
         let mut bench = LoneArm::new();
         bench.start();
         let speeds = [0; 4].map(|_| dice.number(20.0, 320.0));
-        bench.run(&words::joint_speed(
+        bench.run(&build::joint_speed(
             speeds,
             [0; 4].map(|_| dice.number(20.0, 300.0)),
         ));
         let [a, b, c, d] = posture(&mut dice);
-        bench.run(&words::move_joints(a, b, c, d));
+        bench.run(&build::move_joints(a, b, c, d));
         if bench.alarmed() {
             continue;
         }
         let [a, b, c, d] = posture(&mut dice);
-        let command = words::move_joints(a, b, c, d);
-        let mut check = Preflight::new(&words::Readings::default());
+        let command = build::move_joints(a, b, c, d);
+        let mut check = Preflight::new(&Readings::default());
         if check.check(&command).is_ok() {
             passed += 1;
             bench.run(&command);
@@ -406,11 +407,11 @@ fn what_passes_from_an_unknown_start_hardly_ever_raises_an_alarm() {
 #[test]
 fn the_figures_are_those_of_the_virtual_arm() {
     let power_up = LoneArm::new().readings();
-    let mut default = words::Readings::default();
+    let mut default = Readings::default();
     (default.pose, default.home, default.rail) = (power_up.pose, power_up.home, power_up.rail);
     assert_eq!(default, power_up);
     assert_eq!(
-        words::CONVEYOR_PULSES_PER_MM,
+        build::CONVEYOR_PULSES_PER_MM,
         magician::sim::CONVEYOR_PULSES_PER_MM
     );
     assert_eq!(Profile::default().home.switch, -135.0);

@@ -2,10 +2,11 @@
 
 use std::time::Duration;
 
+use magician::build;
 use magician::commands::CpParams;
+use magician::preflight::Preflight;
 use magician::protocol::Flag;
 use magician::sim::Profile;
-use magician::words::{self, Preflight};
 use magician::{JointAngles, Set, ToolBias};
 
 use crate::bench::{Dice, LoneArm};
@@ -46,7 +47,7 @@ fn drawing(dice: &mut Dice, segments: usize) -> Vec<[f32; 2]> {
 fn path(dice: &mut Dice, segments: usize) -> Vec<Set> {
     let points = drawing(dice, segments);
     (points.iter())
-        .map(|[x, y]| words::path_to(200.0 + x, *y, 20.0))
+        .map(|[x, y]| build::path_to(200.0 + x, *y, 20.0))
         .collect()
 }
 
@@ -61,33 +62,33 @@ fn path_params(dice: &mut Dice) -> Set {
             real_time_track: Flag::ON,
         }
         .into(),
-        _ => words::path_speed(velocity, acceleration),
+        _ => build::path_speed(velocity, acceleration),
     }
 }
 
 fn mix(dice: &mut Dice) -> Vec<Set> {
-    let mut program = vec![words::move_to(200.0, 0.0, 20.0, 0.0)];
+    let mut program = vec![build::move_to(200.0, 0.0, 20.0, 0.0)];
     for _ in 0..6 {
         let [x, y, z] = dice.numbers([(180.0, 230.0), (-60.0, 60.0), (-10.0, 50.0)]);
         match dice.roll(8) {
-            0 => program.push(words::move_to(x, y, z, 0.0)),
-            1 => program.push(words::line_to(x, y, z, 10.0)),
-            2 => program.push(words::jump_to(x, y, z, -10.0)),
-            3 => program.push(words::wait(Duration::from_millis(dice.roll(900)))),
-            4 => program.push(words::speed(
+            0 => program.push(build::move_to(x, y, z, 0.0)),
+            1 => program.push(build::line_to(x, y, z, 10.0)),
+            2 => program.push(build::jump_to(x, y, z, -10.0)),
+            3 => program.push(build::wait(Duration::from_millis(dice.roll(900)))),
+            4 => program.push(build::speed(
                 dice.number(10.0, 100.0),
                 dice.number(10.0, 100.0),
             )),
             5 => program.push(path_params(dice)),
             6 => {
-                program.push(words::move_to(200.0, 0.0, 20.0, 0.0));
-                program.push(words::arc_to([210.0, 20.0, 20.0, 0.0], [x, 40.0, z, 0.0]));
+                program.push(build::move_to(200.0, 0.0, 20.0, 0.0));
+                program.push(build::arc_to([210.0, 20.0, 20.0, 0.0], [x, 40.0, z, 0.0]));
             }
             _ => {
-                program.push(words::move_to(200.0, 0.0, 20.0, 0.0));
+                program.push(build::move_to(200.0, 0.0, 20.0, 0.0));
                 let segments = 1 + dice.roll(120) as usize;
                 program.extend(path(dice, segments));
-                program.push(words::suction(dice.roll(2) == 0));
+                program.push(build::suction(dice.roll(2) == 0));
             }
         }
     }
@@ -154,8 +155,8 @@ fn the_times_of_segments_add_up_to_what_a_queue_holds() {
     let mut ahead = f64::INFINITY;
     for _ in 0..PATHS {
         let mut program = vec![
-            words::path_speed(dice.number(10.0, 150.0), dice.number(50.0, 300.0)),
-            words::move_to(200.0, 0.0, 20.0, 0.0),
+            build::path_speed(dice.number(10.0, 150.0), dice.number(50.0, 300.0)),
+            build::move_to(200.0, 0.0, 20.0, 0.0),
         ];
         program.extend(path(&mut dice, 400));
         let mut bench = LoneArm::new();
@@ -197,19 +198,19 @@ fn the_closed_forms() {
         (&continuous, [2000, 1414, 1897]),
     ] {
         let line = check
-            .estimate(&[words::line_by(0.0, 100.0, 0.0, 0.0)])
+            .estimate(&[build::line_by(0.0, 100.0, 0.0, 0.0)])
             .unwrap();
         let full = [
-            words::speed(100.0, 100.0),
-            words::line_by(0.0, 100.0, 0.0, 0.0),
+            build::speed(100.0, 100.0),
+            build::line_by(0.0, 100.0, 0.0, 0.0),
         ];
         let full = check.estimate(&full).unwrap();
         let turn = check
-            .estimate(&[words::move_joints_by(90.0, 0.0, 0.0, 0.0)])
+            .estimate(&[build::move_joints_by(90.0, 0.0, 0.0, 0.0)])
             .unwrap();
         assert_eq!([line, full, turn].map(|time| time.as_millis()), times);
     }
-    for endless in [words::home(), words::wait_for_level(19, true)] {
+    for endless in [build::home(), build::wait_for_level(19, true)] {
         assert_eq!(check.estimate(&[endless]).unwrap(), Duration::MAX);
     }
 }
@@ -223,9 +224,9 @@ fn the_slowest_paths_take_for_ever_and_no_sum_overflows() {
         acc_or_period: 1.0,
         real_time_track: Flag::OFF,
     };
-    let mut program = vec![words::move_to(200.0, 0.0, 20.0, 0.0), slow.into()];
+    let mut program = vec![build::move_to(200.0, 0.0, 20.0, 0.0), slow.into()];
     for step in 0..100u8 {
-        program.push(words::path_to(200.0 + f32::from(step) / 10.0, 1.0, 20.0));
+        program.push(build::path_to(200.0 + f32::from(step) / 10.0, 1.0, 20.0));
     }
     let check = Preflight::at(JointAngles::HOME, ToolBias::NONE);
     assert_eq!(check.estimate(&program).unwrap(), Duration::MAX);
@@ -238,9 +239,9 @@ fn the_slowest_paths_take_for_ever_and_no_sum_overflows() {
 #[test]
 fn what_is_told_in_sum_is_told_in_parts() {
     let mut dice = Dice::new(9);
-    let mut program = vec![words::move_to(200.0, 0.0, 20.0, 0.0)];
+    let mut program = vec![build::move_to(200.0, 0.0, 20.0, 0.0)];
     program.extend(path(&mut dice, 200));
-    program.push(words::wait(Duration::from_millis(30)));
+    program.push(build::wait(Duration::from_millis(30)));
     program.extend(path(&mut dice, 20));
     let check = Preflight::at(JointAngles::HOME, ToolBias::NONE);
     let sum = |mut check: Preflight| {

@@ -9,7 +9,7 @@ use std::thread::JoinHandle;
 use magician::proxy::{Event, Settings};
 use magician::serve::{Endpoint, Endpoints, ProxyNotice, ProxyServer, ServeError, ServedArm};
 use magician::sim::ExternalEvent;
-use magician::{ErrorKind, LineOptions, Options, RawLine, VirtualArm, blocking, words};
+use magician::{ErrorKind, LineOptions, Options, RawLine, VirtualArm, blocking, build};
 use tokio::sync::oneshot;
 
 use super::served::{DEADLINE, ask, get_pose, set_name};
@@ -90,7 +90,7 @@ fn other_programs_talk_to_the_arm_that_this_one_looks_at() {
         let mut other = shared.connect();
         let own = blocking::Arm::simulated(cell.clone(), Options::default()).unwrap();
         own.clear_alarms().unwrap();
-        own.run(&[words::move_to(220.0, 40.0, 30.0, 0.0)]).unwrap();
+        own.run(&[build::move_to(220.0, 40.0, 30.0, 0.0)]).unwrap();
         let pose = ask(&mut other, &get_pose());
         let x = f32::from_le_bytes(pose[5..9].try_into().unwrap());
         assert!((f64::from(x) - cell.state().pose.x).abs() < 1e-3, "{x}");

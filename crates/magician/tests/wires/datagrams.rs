@@ -7,7 +7,7 @@ use std::time::Duration;
 use magician::discovery::Search;
 use magician::faults::{Faults, Injector, Passed};
 use magician::serve::{Discovery, Endpoint};
-use magician::{Arm, ErrorKind, QueueIndex, RawLine, Set, Target, words};
+use magician::{Arm, ErrorKind, QueueIndex, RawLine, Set, Target, build};
 use tokio::time::Instant;
 
 use crate::replug::answers;
@@ -148,7 +148,7 @@ async fn stored(address: SocketAddr) -> u64 {
 }
 
 fn go() -> magician::commands::PtpCmd {
-    match words::move_to(200.0, 10.0, 20.0, 0.0) {
+    match build::move_to(200.0, 10.0, 20.0, 0.0) {
         Set::PtpCmd(go) => go,
         other => panic!("{other:?}"),
     }

@@ -15,7 +15,7 @@ use magician::commands::{DeviceName, Pose};
 use magician::protocol::Text;
 use magician::serve::{Endpoint, Handle, ServeError, Server};
 use magician::sim::{Controller, Profile, Speed};
-use magician::{ErrorKind, Set, Target, blocking, words};
+use magician::{ErrorKind, Set, Target, blocking, build};
 use tokio::sync::oneshot;
 
 /// A virtual arm behind endpoints, on a thread of its own.
@@ -68,13 +68,13 @@ fn works(target: &Target) {
     arm.set(&name).unwrap();
     assert_eq!(arm.get::<DeviceName>().unwrap(), name);
     arm.run(&[
-        words::move_to(210.0, 30.0, 40.0, 0.0),
-        words::line_by(0.0, -60.0, 0.0, 0.0),
+        build::move_to(210.0, 30.0, 40.0, 0.0),
+        build::line_by(0.0, -60.0, 0.0, 0.0),
     ])
     .unwrap();
     let pose: Pose = arm.get().unwrap();
     assert_eq!((pose.x, pose.y, pose.z), (210.0, -30.0, 40.0));
-    arm.start(vec![words::wait(Duration::from_millis(2)); 100])
+    arm.start(vec![build::wait(Duration::from_millis(2)); 100])
         .wait(|_| {})
         .unwrap();
     arm.stop().unwrap();
@@ -156,7 +156,7 @@ fn a_runtime_that_goes_first_stops_the_arm_over_a_pseudo_terminal() {
         let arm = magician::Arm::connect(serial(&path)).await.unwrap();
         arm.start_queue().await.unwrap();
         for y in [100.0, -100.0, 100.0, -100.0] {
-            let Set::PtpCmd(go) = words::move_to(200.0, y, 40.0, 0.0) else {
+            let Set::PtpCmd(go) = build::move_to(200.0, y, 40.0, 0.0) else {
                 panic!()
             };
             arm.enqueue(&go).await.unwrap();

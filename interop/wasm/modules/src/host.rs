@@ -3,8 +3,8 @@
 use std::cell::RefCell;
 
 use magician_host::connection::{Connection, Event, Settings};
+use magician_host::preflight::Preflight;
 use magician_host::stream::{Item, Stream, StreamSettings};
-use magician_host::words::Preflight;
 use magician_host::{JointAngles, ToolBias};
 use magician_protocol::{ArmInstant, Set};
 use magician_sim::{Controller, LinkId, Profile};

@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 
-use magician_host::words::Preflight;
+use magician_host::preflight::Preflight;
 use magician_host::{JointAngles, ToolBias};
 use magician_picture::{DrawingOptions, Preview, PreviewOptions, drawing_svg};
 use magician_program::rehearse::{RehearseOptions, rehearse};

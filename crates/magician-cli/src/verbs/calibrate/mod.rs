@@ -12,7 +12,7 @@ use std::io::{self, IsTerminal, Write};
 
 use clap::{Args, Subcommand};
 use magician::commands::EndEffectorParams;
-use magician::{Arm, words};
+use magician::{Arm, build};
 use magician_program::{Diagnostic, Tool};
 use serde::Serialize;
 
@@ -174,7 +174,7 @@ fn find(
         answer.file = config.path().map(|path| path.display().to_string());
     }
     if let (Found::Tip(tip), true) = (&found, tell) {
-        let command = words::tool(tip.bias);
+        let command = build::tool(tip.bias);
         context.arm(StopPolicy::Order, async |arm, _| {
             Ok(arm.set_any(&command).await?)
         })?;
@@ -268,7 +268,7 @@ async fn tool_in_force(
     usual: Option<Tool>,
 ) -> Result<Tool, Failure> {
     if let Some(tool) = mounted.tool {
-        arm.set_any(&words::tool(tool.bias())).await?;
+        arm.set_any(&build::tool(tool.bias())).await?;
     }
     let tool = Tool::from(&arm.get::<EndEffectorParams>().await?);
     let draws = usual.unwrap_or(Tool::Pen);

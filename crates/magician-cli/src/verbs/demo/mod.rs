@@ -14,7 +14,7 @@ use std::time::Instant;
 use clap::Args;
 use magician::commands::{DeviceTime, DeviceVersion, EndEffectorParams, Pose};
 use magician::sim::Controller;
-use magician::{Arm, SimSpeed, Target, VirtualArm, words};
+use magician::{Arm, SimSpeed, Target, VirtualArm, build};
 use magician_job::{Job, JobSpec, NoJournal};
 use serde::Serialize;
 
@@ -123,7 +123,7 @@ impl Demo {
         let spec = JobSpec::new(program::program(&commands)).saved(saved.clone());
         let job = Job::start(arm, spec, NoJournal);
         let ran = recorder.watch(arm, &job, &mut display).await?.ran;
-        arm.set_any(&words::pump_off()).await?;
+        arm.set_any(&build::pump_off()).await?;
         display.finish();
         let summary = Summary {
             port: arm.name().to_owned(),

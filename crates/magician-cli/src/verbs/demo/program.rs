@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use magician::commands::Pose;
-use magician::{Arm, Ran, Set, words};
+use magician::{Arm, Ran, Set, build};
 use magician_program::{Origin, Plan, Program};
 
 use super::scene::{self, CUBES, Errand, LIFT, TOOL, TOP};
@@ -19,16 +19,16 @@ const REACHED: f32 = 0.01;
 /// The whole program, from the settings it needs to the way back home.
 pub(super) fn commands() -> Vec<Set> {
     let mut commands = vec![
-        words::tool(TOOL),
-        words::jump_height(LIFT as f32, (TOP + LIFT) as f32),
-        words::speed(SPEED_RATIO, SPEED_RATIO),
-        words::suction(false),
+        build::tool(TOOL),
+        build::jump_height(LIFT as f32, (TOP + LIFT) as f32),
+        build::speed(SPEED_RATIO, SPEED_RATIO),
+        build::suction(false),
     ];
     for errand in CUBES {
         commands.extend(carry(errand));
     }
     let home = scene::home();
-    commands.push(words::jump_to(
+    commands.push(build::jump_to(
         home.x as f32,
         home.y as f32,
         home.z as f32,
@@ -39,14 +39,14 @@ pub(super) fn commands() -> Vec<Set> {
 
 /// Picks a cube and places it.
 fn carry(Errand { from, to }: Errand) -> [Set; 6] {
-    let above = |(x, y): (f64, f64)| words::jump_to(x as f32, y as f32, TOP as f32, 0.0);
+    let above = |(x, y): (f64, f64)| build::jump_to(x as f32, y as f32, TOP as f32, 0.0);
     [
         above(from),
-        words::suction(true),
-        words::wait(GRIP),
+        build::suction(true),
+        build::wait(GRIP),
         above(to),
-        words::suction(false),
-        words::wait(GRIP),
+        build::suction(false),
+        build::wait(GRIP),
     ]
 }
 

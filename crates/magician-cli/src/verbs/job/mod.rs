@@ -21,8 +21,8 @@ mod wording;
 use std::io::{self, Write};
 use std::path::Path;
 
+use magician::preflight::Preflight;
 use magician::sim::Controller;
-use magician::words::Preflight;
 use magician::{Options, SimSpeed, Target, VirtualArm, blocking, burns};
 use magician_job::report::advised;
 use magician_picture::DrawingOptions;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use magician::commands::Pose;
-use magician::words::Preflight;
+use magician::preflight::Preflight;
 use magician::{Ctrl, FrameBuf};
 use magician_job::End;
 use magician_job::files::write_whole;

@@ -1,6 +1,6 @@
 //! Jobs that are probably a mistake: a drawing scaled below a tenth or placed beside the arm, or more than two hours of work.
 
-use magician::words::Preflight;
+use magician::preflight::Preflight;
 use magician::{JointAngles, ToolBias};
 use magician_job::report::warnings;
 

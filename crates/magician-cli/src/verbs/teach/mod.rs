@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use clap::Args;
 use magician::commands::{EndEffectorParams, Pose};
-use magician::{Arm, ToolBias, words};
+use magician::{Arm, ToolBias, build};
 use magician_job::Polled;
 use magician_job::jog::{Activity, PendantOrder};
 use magician_job::teach::{ProgramModel, TeachStep, guided_points};
@@ -109,7 +109,7 @@ impl Session {
         let mut console = Console::open(arm, saved).await?;
         let wanted = tool.or(known.as_ref().and_then(|plan| plan.tool.map(Tool::bias)));
         if let Some(bias) = wanted {
-            arm.set_any(&words::tool(bias)).await?;
+            arm.set_any(&build::tool(bias)).await?;
         }
         let tool = Tool::from(&arm.get::<EndEffectorParams>().await?);
         let named = path.as_deref().unwrap_or(Path::new(UNNAMED));

@@ -1,6 +1,6 @@
 //! What the robot's own blocks set and switch: speeds, tools, pins, motors, sensors.
 
-use magician_host::words;
+use magician_host::build;
 use magician_motion::ToolBias;
 use magician_protocol::commands::{LostStepParams, PtpCoordinateParams, SetDeviceWithL};
 use magician_protocol::{Flag, IoFunction, Port, RailVersion, SensorVersion, Set, Stepper};
@@ -24,15 +24,15 @@ impl Call<'_, '_> {
                 return self.fit_tool(ToolBias::new(x, y, z));
             }
             "dobot_setjumpheight" => {
-                words::jump_height(self.single(&["height"], 20.0)?, 100.0).into()
+                build::jump_height(self.single(&["height"], 20.0)?, 100.0).into()
             }
             "dobot_setlinearspeed" => {
                 let [velocity, acceleration] = self.rates()?;
-                words::speed(velocity, acceleration).into()
+                build::speed(velocity, acceleration).into()
             }
             "dobot_setptpjointparams" => {
                 let [velocity, acceleration] = self.rates()?;
-                words::joint_speed([velocity; 4], [acceleration; 4]).into()
+                build::joint_speed([velocity; 4], [acceleration; 4]).into()
             }
             // The studio has it with this spelling.
             "dobot_setptpoordinateparams" | "dobot_setptpcoordinateparams" => {
@@ -47,7 +47,7 @@ impl Call<'_, '_> {
             }
             "dobot_setptplparams" => {
                 let [velocity, acceleration] = self.rates()?;
-                words::rail_speed(velocity, acceleration).into()
+                build::rail_speed(velocity, acceleration).into()
             }
             "dobot_pump" => Action::Suction(self.choice("io", 0..=1)? == 1),
             "dobot_gripper" => Action::Gripper(match self.choice("io", 0..=2)? {
@@ -90,7 +90,7 @@ impl Call<'_, '_> {
 
     fn fit_tool(&mut self, bias: ToolBias) -> Result<(), Diagnostic> {
         self.machine.course.fit(bias);
-        self.push(words::tool(bias));
+        self.push(build::tool(bias));
         Ok(())
     }
 
@@ -123,20 +123,20 @@ impl Call<'_, '_> {
                         return Err(self.block.diagnostic(message));
                     }
                 };
-                words::multiplex(self.choice("io", 1..=20)?, function).into()
+                build::multiplex(self.choice("io", 1..=20)?, function).into()
             }
             "dobot_set_output" => {
                 let pin = self.choice("io", 1..=20)?;
-                words::output(pin, self.choice("value", 0..=1)? == 1).into()
+                build::output(pin, self.choice("value", 0..=1)? == 1).into()
             }
             "dobot_set_output5V" | "dobot_set_output12V" => {
                 let pin = self.choice("io", 1..=20)?;
-                words::output(pin, self.choice("enable", 0..=1)? == 1).into()
+                build::output(pin, self.choice("enable", 0..=1)? == 1).into()
             }
             "dobot_setiopwm" => {
                 let pin = self.choice("io", 1..=20)?;
                 let frequency = self.single(&["frequency"], 1.0)?;
-                words::pwm(pin, frequency, self.single(&["dutyCycle"], 40.0)?).into()
+                build::pwm(pin, frequency, self.single(&["dutyCycle"], 40.0)?).into()
             }
             "dobot_conveyor" | "dobot_setemotor" | "dobot_setemotors" => self.motor()?.into(),
             "dobot_set_colorseneor" | "dobot_SetInfraredSensor" => self.sensor()?.into(),
@@ -148,7 +148,7 @@ impl Call<'_, '_> {
                 }),
             })
             .into(),
-            "dobot_SetLostStepCmd" => words::check_lost_steps().into(),
+            "dobot_SetLostStepCmd" => build::check_lost_steps().into(),
             "dobot_SetLostStepParams" => return self.lost_steps(),
             _ => return Err(refused::diagnostic(self.block)),
         };
@@ -177,7 +177,7 @@ impl Call<'_, '_> {
         }
         let rate = pulses.trunc() as i32;
         if self.block.kind != "dobot_setemotors" {
-            return Ok(words::motor(stepper, rate));
+            return Ok(build::motor(stepper, rate));
         }
         let distance = self.number(&["distance"], 10_000.0)?;
         if distance > f64::from(u32::MAX) {
@@ -188,9 +188,9 @@ impl Call<'_, '_> {
             return Err(self.block.diagnostic(message));
         }
         if rate == 0 || distance < 1.0 {
-            return Ok(words::motor(stepper, 0));
+            return Ok(build::motor(stepper, 0));
         }
-        Ok(words::motor_by(stepper, rate, distance as u32))
+        Ok(build::motor_by(stepper, rate, distance as u32))
     }
 
     fn sensor(&mut self) -> Result<Set, Diagnostic> {
@@ -206,8 +206,8 @@ impl Call<'_, '_> {
             _ => Port::Gp5,
         };
         Ok(match self.block.kind.as_str() {
-            "dobot_SetInfraredSensor" => words::infrared(port, on, version),
-            _ => words::color_sensor(port, on, version),
+            "dobot_SetInfraredSensor" => build::infrared(port, on, version),
+            _ => build::color_sensor(port, on, version),
         })
     }
 

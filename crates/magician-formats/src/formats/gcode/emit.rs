@@ -1,6 +1,6 @@
 //! The steps that a program's motions become.
 
-use magician_host::words;
+use magician_host::build;
 use magician_protocol::Set;
 
 use super::arc::Arc;
@@ -98,7 +98,7 @@ impl<'o> Emitter<'o> {
         let wanted = Some([speed, acceleration]);
         if self.line_speed != wanted {
             self.line_speed = wanted;
-            self.set(words::line_speed(speed as f32, acceleration as f32), origin);
+            self.set(build::line_speed(speed as f32, acceleration as f32), origin);
         }
     }
 
@@ -171,7 +171,7 @@ impl<'o> Emitter<'o> {
         if let Some(speed) = feed.filter(|_| feed != self.path_feed) {
             self.path_feed = feed;
             let acceleration = self.options.acceleration as f32;
-            self.set(words::path_speed(speed as f32, acceleration), origin);
+            self.set(build::path_speed(speed as f32, acceleration), origin);
         }
     }
 
@@ -180,7 +180,7 @@ impl<'o> Emitter<'o> {
         let acceleration = self.options.acceleration;
         if feed != self.arc_feed {
             self.arc_feed = feed;
-            self.set(words::arc_speed(speed as f32, acceleration as f32), origin);
+            self.set(build::arc_speed(speed as f32, acceleration as f32), origin);
         }
         // The document has arcs obey the first, the vendor's code for the sibling arm the second (model section 9).
         self.line_speed(speed, acceleration, origin);

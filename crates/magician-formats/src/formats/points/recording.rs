@@ -72,8 +72,8 @@ pub(super) fn plan(rows: &[Sample], resample: Option<f64>) -> Result<Parsed<Plan
         Some(thinned) => (thinned.as_slice(), Interpolation::Straight),
         None => (timed.as_slice(), Interpolation::Smooth),
     };
-    let course = Course::through(rows_left, between);
-    let even = course.evenly(period)?;
+    let path = TimedPath::through(rows_left, between);
+    let even = path.evenly(period)?;
     let mut replay = Replay::at(first, period);
     let mut at = 0;
     while at + 1 < even.len() {
@@ -83,7 +83,7 @@ pub(super) fn plan(rows: &[Sample], resample: Option<f64>) -> Result<Parsed<Plan
                 let stands = |(nth, _): &(usize, &Sample)| standing(&even[at + nth..]) > 0;
                 let end = moving.take_while(|each| !stands(each)).count() + 1;
                 let end = (at + end).min(even.len() - 1);
-                replay.follow(&course, &even[at], &even[end]);
+                replay.follow(&path, &even[at], &even[end]);
                 at = end;
             }
             periods => at += periods,
@@ -188,13 +188,13 @@ fn thinned(rows: &[Sample], nearer: f64) -> Vec<Sample> {
 }
 
 /// The way through rows of rising times.
-struct Course {
+struct TimedPath {
     rows: Vec<Sample>,
     slopes: Vec<[f64; 4]>,
     between: Interpolation,
 }
 
-impl Course {
+impl TimedPath {
     /// Through these. Of two rows at the same time the first counts.
     fn through(rows: &[Sample], between: Interpolation) -> Self {
         let mut rows = rows.to_vec();
@@ -395,7 +395,7 @@ impl Replay {
     }
 
     /// Along a way, a period from each place to the next.
-    fn follow(&mut self, course: &Course, from: &Sample, last: &Sample) {
+    fn follow(&mut self, path: &TimedPath, from: &Sample, last: &Sample) {
         self.set_period(last.origin);
         let turned = self
             .j4
@@ -414,7 +414,7 @@ impl Replay {
             if last.t - t < IN_TIME {
                 t = last.t;
             }
-            let Some(to) = course.at(t) else { break };
+            let Some(to) = path.at(t) else { break };
             let length = here.apart(&to);
             if length >= NO_WAY {
                 if here.t > self.t + IN_TIME {

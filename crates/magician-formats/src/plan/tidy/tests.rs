@@ -1,4 +1,4 @@
-use magician_host::words;
+use magician_host::build;
 use proptest::prelude::*;
 
 use super::*;
@@ -18,9 +18,9 @@ fn pen(lines: &[&[[f32; 3]]]) -> Plan {
 fn draw(plan: &mut Plan, line: &[[f32; 3]], speed: f32) {
     let [from, to] = [line[0], line[line.len() - 1]];
     rapid(plan, [from[0], from[1], UP]);
-    plan.push(words::path_speed(5.0, 100.0), Origin::NONE);
+    plan.push(build::path_speed(5.0, 100.0), Origin::NONE);
     plan.push(Action::Path { to: from }, Origin::NONE);
-    plan.push(words::path_speed(speed, 100.0), Origin::NONE);
+    plan.push(build::path_speed(speed, 100.0), Origin::NONE);
     for place in &line[1..] {
         plan.push(Action::Path { to: *place }, Origin::NONE);
     }
@@ -35,7 +35,7 @@ fn rapid(plan: &mut Plan, [x, y, z]: [f32; 3]) {
 /// As M3 and M4 burn one: dark to its beginning, then along it.
 fn burn(plan: &mut Plan, line: &[[f32; 3]], power: f32, speed: f32) {
     let from = line[0];
-    plan.push(words::path_speed(speed, 100.0), Origin::NONE);
+    plan.push(build::path_speed(speed, 100.0), Origin::NONE);
     plan.push(
         Action::Burn {
             to: from,

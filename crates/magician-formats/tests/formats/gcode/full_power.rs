@@ -212,16 +212,16 @@ fn a_mill_burns_nothing() {
 
 #[test]
 fn a_laser_without_a_speed_has_one() {
-    use magician::words;
+    use magician::build;
     let text = "G0 X220 Y0 Z0\nM3 S100\nG1 X221\nG1 X222 F600\nM5\n";
     let speeds: Vec<_> = actions(text)
         .into_iter()
         .filter(|action| matches!(action, Action::Command(_)))
         .collect();
     let wanted = [
-        words::line_speed(200.0, 200.0).into(),
-        words::path_speed(20.0, 100.0).into(),
-        words::path_speed(10.0, 100.0).into(),
+        build::line_speed(200.0, 200.0).into(),
+        build::path_speed(20.0, 100.0).into(),
+        build::path_speed(10.0, 100.0).into(),
     ];
     assert_eq!(speeds, wanted);
     assert!(

@@ -1,6 +1,7 @@
 //! The laser's power, and that the guards have nothing against it.
 
-use magician::words::{self, Preflight};
+use magician::build;
+use magician::preflight::Preflight;
 use magician::{JointAngles, ToolBias};
 use magician_formats::Action;
 use magician_formats::formats::{Dialect, GcodeOptions};
@@ -134,9 +135,9 @@ fn a_burn_begins_where_it_is_known_to() {
     assert_eq!(
         known,
         [
-            words::line_speed(200.0, 200.0).into(),
+            build::line_speed(200.0, 200.0).into(),
             travel(200.0, 0.0, 0.0),
-            words::path_speed(10.0, 100.0).into(),
+            build::path_speed(10.0, 100.0).into(),
             burn(220.0, 0.0, 0.0, 100.0),
             Action::Laser(false)
         ]

@@ -1,4 +1,4 @@
-use magician::words;
+use magician::build;
 use magician_formats::Action;
 use magician_formats::formats::GcodeOptions;
 
@@ -10,21 +10,21 @@ fn the_pen_sample_step_by_step() {
     let root = 20.0 * 0.5_f64.sqrt();
     let middle = [(240.0 - root) as f32, (20.0 - root) as f32, 0.0];
     let expected = [
-        words::line_speed(200.0, 200.0).into(),
+        build::line_speed(200.0, 200.0).into(),
         // Up first, where the arm stands.
         travel(200.0, 0.0, 10.0),
         travel(220.0, -20.0, 10.0),
-        words::path_speed(25.0, 100.0).into(),
+        build::path_speed(25.0, 100.0).into(),
         path(220.0, -20.0, 0.0),
         path(260.0, -20.0, 0.0),
         path(260.0, 20.0, 0.0),
-        words::arc_speed(25.0, 100.0).into(),
-        words::line_speed(25.0, 100.0).into(),
+        build::arc_speed(25.0, 100.0).into(),
+        build::line_speed(25.0, 100.0).into(),
         arc(middle, [240.0, 40.0, 0.0]),
         path(220.0, 40.0, 0.0),
         // About (220, 10) with a radius of 30, counter-clockwise from 90 to -90 degrees.
         arc([190.0, 10.0, 0.0], [220.0, -20.0, 0.0]),
-        words::line_speed(200.0, 200.0).into(),
+        build::line_speed(200.0, 200.0).into(),
         travel(220.0, -20.0, 10.0),
         Action::Wait(200),
         travel(200.0, 0.0, 10.0),
@@ -40,9 +40,9 @@ fn the_pen_sample_step_by_step() {
 fn the_laser_sample_step_by_step() {
     let all = actions(LASER);
     let mut expected: Vec<Action> = vec![
-        words::line_speed(200.0, 200.0).into(),
+        build::line_speed(200.0, 200.0).into(),
         travel(220.0, 0.0, 0.0),
-        words::path_speed((1000.0 / 60.0) as f32, 100.0).into(),
+        build::path_speed((1000.0 / 60.0) as f32, 100.0).into(),
     ];
     for row in 0..10_u8 {
         let y = f32::from(row) / 2.0;

@@ -1,6 +1,6 @@
 //! What words mean, one by one.
 
-use magician::words;
+use magician::build;
 use magician_formats::{Action, Surface, Travel};
 
 use super::{actions, actions_with, motions, notes, path, travel, try_read, try_with};
@@ -69,15 +69,15 @@ fn the_speed_is_set_when_it_changes() {
         .filter(|action| matches!(action, Action::Command(_)))
         .collect();
     let expected = [
-        words::line_speed(200.0, 200.0),
-        words::path_speed(10.0, 100.0),
-        words::path_speed(20.0, 100.0),
-        words::path_speed(25.4, 100.0),
+        build::line_speed(200.0, 200.0),
+        build::path_speed(10.0, 100.0),
+        build::path_speed(20.0, 100.0),
+        build::path_speed(25.4, 100.0),
     ];
     assert_eq!(speeds, expected.map(Action::from));
 
     let fast = "G0 X220 Y0 Z0\nG1 X221 F30000\nG1 X222 F60000\n";
-    assert!(actions(fast).contains(&words::path_speed(300.0, 100.0).into()));
+    assert!(actions(fast).contains(&build::path_speed(300.0, 100.0).into()));
     assert_eq!(
         notes(fast),
         [
@@ -89,8 +89,8 @@ fn the_speed_is_set_when_it_changes() {
         (options.travel_speed, options.travel_acceleration) = (150.0, 120.0);
         options.acceleration = 80.0;
     });
-    assert_eq!(set[0], words::line_speed(150.0, 120.0).into());
-    assert_eq!(set[2], words::path_speed(10.0, 80.0).into());
+    assert_eq!(set[0], build::line_speed(150.0, 120.0).into());
+    assert_eq!(set[2], build::path_speed(10.0, 80.0).into());
 }
 
 #[test]
@@ -221,14 +221,14 @@ fn a_servo_lifts_the_pen_to_the_heights_of_the_surface() {
     let all: Vec<_> = plan.steps.into_iter().map(|step| step.action).collect();
     let expected = [
         Action::Wait(150),
-        words::line_speed(200.0, 200.0).into(),
+        build::line_speed(200.0, 200.0).into(),
         Action::Move {
             to: [220.0, 0.0, -37.0, 0.0],
             by: Travel::Joints,
         },
         travel(220.0, 0.0, -45.0),
         Action::Wait(150),
-        words::path_speed((3500.0 / 60.0) as f32, 100.0).into(),
+        build::path_speed((3500.0 / 60.0) as f32, 100.0).into(),
         path(240.0, 0.0, -40.0),
         travel(240.0, 0.0, -32.0),
         path(220.0, 0.0, -37.0),

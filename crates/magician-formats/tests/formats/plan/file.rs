@@ -1,6 +1,6 @@
 //! Plan files: written, read back, and refused with a place and a reason.
 
-use magician::words;
+use magician::build;
 use magician_formats::{
     Action, Content, Format, Origin, Plan, ReadOptions, Surface, Tool, Travel, read,
 };
@@ -66,7 +66,7 @@ fn it_reads_like_this() {
         name: 0,
     }
     .named(outline);
-    plan.push(words::line_speed(100.0, 50.0), Origin::NONE);
+    plan.push(build::line_speed(100.0, 50.0), Origin::NONE);
     plan.push(
         Action::Move {
             to: [220.0, 0.1, -40.0, 0.0],
@@ -96,9 +96,9 @@ fn it_reads_like_this() {
         Origin { name: 0, ..place },
     );
     plan.push(
-        words::with_outputs(
-            words::jump_to(220.0, 0.0, 20.0, 0.0),
-            &[words::Output {
+        build::with_outputs(
+            build::jump_to(220.0, 0.0, 20.0, 0.0),
+            &[build::Output {
                 percent: 50,
                 address: 17,
                 high: true,
@@ -129,10 +129,10 @@ fn people_may_write_it_their_way() {
     let plan = Plan::from_json(text.as_bytes()).unwrap();
     let commands: Vec<_> = plan.commands().collect();
     let expected = [
-        words::move_to(220.0, 0.0, 5.0, 0.0),
-        words::speed(50.0, 20.0),
-        words::output(3, true),
-        words::home(),
+        build::move_to(220.0, 0.0, 5.0, 0.0),
+        build::speed(50.0, 20.0),
+        build::output(3, true),
+        build::home(),
     ];
     assert_eq!(commands, expected);
     let options = ReadOptions::default();

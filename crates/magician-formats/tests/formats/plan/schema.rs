@@ -2,7 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use magician::words::{self, Preflight};
+use magician::build;
+use magician::preflight::Preflight;
 use magician::{JointAngles, ToolBias};
 use magician_formats::{
     Action, Color, Grip, Origin, PLAN_SCHEMA, Part, Pause, PauseCause, Plan, Tool, Travel,
@@ -198,7 +199,7 @@ fn one_of_each() -> Vec<Action> {
         Action::Laser(false),
         Action::Wait(20),
         Action::Home,
-        Action::Command(Box::new(words::output(3, true))),
+        Action::Command(Box::new(build::output(3, true))),
         Action::Part(Box::new(Part {
             n: 1,
             name: Some("outline".to_owned()),

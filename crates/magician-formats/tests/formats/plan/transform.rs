@@ -1,8 +1,9 @@
 //! Plans moved, scaled and turned do the same elsewhere: told by following them as the arm would.
 
+use magician::build::{self, Output};
 use magician::commands::{CircleCmd, CpCmd, CpLeCmd, HomeParams, JogCmd, PtpCmd};
+use magician::preflight::{Guards, Preflight};
 use magician::protocol::{CpMode, Flag, JogCommand, PtpMode};
-use magician::words::{self, Guards, Output, Preflight};
 use magician::{JointAngles, ToolBias};
 use magician_formats::{Action, Origin, Pallet, Plan, Surface, Travel};
 use proptest::prelude::*;
@@ -73,13 +74,13 @@ fn step() -> impl Strategy<Value = Action> {
                 address: 17,
                 high: true,
             };
-            Action::from(words::with_outputs(words::line_to(x, y, z, r), &[output]).unwrap())
+            Action::from(build::with_outputs(build::line_to(x, y, z, r), &[output]).unwrap())
         }),
         short().prop_map(|[x, y, z]| Action::from(
-            words::with_rail(words::line_by(x, y, z, 0.0), 100.0).unwrap()
+            build::with_rail(build::line_by(x, y, z, 0.0), 100.0).unwrap()
         )),
         Just(Action::Wait(10)),
-        Just(Action::from(words::jump_height(10.0, 90.0))),
+        Just(Action::from(build::jump_height(10.0, 90.0))),
     ]
 }
 
@@ -251,7 +252,7 @@ fn what_has_no_place_is_refused_by_its_number() {
         "joint angles",
     );
     refused(
-        Action::from(words::move_joints_by(1.0, 0.0, 0.0, 0.0)),
+        Action::from(build::move_joints_by(1.0, 0.0, 0.0, 0.0)),
         "joint angles",
     );
     refused(
@@ -360,15 +361,15 @@ fn relative_programs_turn_and_grow_where_they_stand() {
 #[test]
 fn heights_of_jumps_go_along() {
     let mut plan = Plan::new("p");
-    plan.push(words::jump_height(20.0, 80.0), Origin::NONE);
-    plan.push(words::jump_heights(20.0, 10.0, 80.0), Origin::NONE);
+    plan.push(build::jump_height(20.0, 80.0), Origin::NONE);
+    plan.push(build::jump_heights(20.0, 10.0, 80.0), Origin::NONE);
     let up = plan.moved([0.0, 0.0, 15.0]).unwrap();
     let commands: Vec<_> = up.commands().collect();
     assert_eq!(
         commands,
         [
-            words::jump_height(20.0, 95.0),
-            words::jump_heights(20.0, 10.0, 95.0)
+            build::jump_height(20.0, 95.0),
+            build::jump_heights(20.0, 10.0, 95.0)
         ]
     );
     let half = plan.scaled(0.5, [0.0; 3]).unwrap();
@@ -376,8 +377,8 @@ fn heights_of_jumps_go_along() {
     assert_eq!(
         commands,
         [
-            words::jump_height(10.0, 40.0),
-            words::jump_heights(10.0, 5.0, 40.0)
+            build::jump_height(10.0, 40.0),
+            build::jump_heights(10.0, 5.0, 40.0)
         ]
     );
 }

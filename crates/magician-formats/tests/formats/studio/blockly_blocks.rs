@@ -1,7 +1,7 @@
 //! The robot's own blocks: what each has the arm do.
 
+use magician::build;
 use magician::protocol::{IoFunction, Port, SensorVersion, Stepper};
-use magician::words;
 use magician_formats::{Action, Format, Tool};
 use magician_motion::{Geometry, JointAngles, ToolBias};
 
@@ -125,7 +125,7 @@ fn the_place_of_the_arm_can_be_read_where_it_is_known() {
             300_000
         ]
     );
-    let rail = words::move_with_rail(200.0, 200.0, 55.0, 0.0, 300.0);
+    let rail = build::move_with_rail(200.0, 200.0, 55.0, 0.0, 300.0);
     assert!(
         plan.steps
             .iter()
@@ -171,7 +171,7 @@ fn tools_are_selected_by_how_far_they_stand_out() {
         assert_eq!(plan.tool, Some(tool));
         assert_eq!(
             plan.steps[0].action.command(),
-            Some(words::tool(tool.bias()))
+            Some(build::tool(tool.bias()))
         );
     }
 }
@@ -185,12 +185,12 @@ fn grippers_cups_and_lasers_do_what_the_blocks_say() {
             "{kind} {body:?}"
         );
     };
-    is("dobot_pump", &[("io", "1")], words::suction(true));
-    is("dobot_pump", &[("io", "0")], words::suction(false));
-    is("dobot_gripper", &[("io", "1")], words::grip());
-    is("dobot_gripper", &[("io", "2")], words::release());
-    is("dobot_gripper", &[("io", "0")], words::pump_off());
-    is("dobot_laser", &[("enable", "0")], words::laser(false));
+    is("dobot_pump", &[("io", "1")], build::suction(true));
+    is("dobot_pump", &[("io", "0")], build::suction(false));
+    is("dobot_gripper", &[("io", "1")], build::grip());
+    is("dobot_gripper", &[("io", "2")], build::release());
+    is("dobot_gripper", &[("io", "0")], build::pump_off());
+    is("dobot_laser", &[("enable", "0")], build::laser(false));
     let (actions, notes) = one(
         "dobot_laser",
         &[field("enable", "1"), number("power", 40.0)].concat(),
@@ -210,19 +210,19 @@ fn speeds_and_heights_are_set() {
         assert_eq!(actions, [Action::from(word)], "{kind}");
         assert!(notes.is_empty(), "{notes:?}");
     };
-    is("dobot_setlinearspeed", &rates, words::speed(40.0, 60.0));
+    is("dobot_setlinearspeed", &rates, build::speed(40.0, 60.0));
     is(
         "dobot_setptpjointparams",
         &rates,
-        words::joint_speed([40.0; 4], [60.0; 4]),
+        build::joint_speed([40.0; 4], [60.0; 4]),
     );
-    is("dobot_setptplparams", &rates, words::rail_speed(40.0, 60.0));
+    is("dobot_setptplparams", &rates, build::rail_speed(40.0, 60.0));
     let rail = [number("lVelocity", 40.0), number("lAcceleration", 60.0)].concat();
-    is("dobot_setptplparams", &rail, words::rail_speed(40.0, 60.0));
+    is("dobot_setptplparams", &rail, build::rail_speed(40.0, 60.0));
     is(
         "dobot_setjumpheight",
         &number("height", 30.0),
-        words::jump_height(30.0, 100.0),
+        build::jump_height(30.0, 100.0),
     );
     let (actions, _) = one("dobot_setptpoordinateparams", &rates);
     let magician::Set::PtpCoordinateParams(params) = actions[0].command().expect("it has one")
@@ -240,7 +240,7 @@ fn speeds_and_heights_are_set() {
     is(
         "dobot_SetEndEffectorParams",
         &bias,
-        words::tool(ToolBias::new(10.0, -5.0, 2.5)),
+        build::tool(ToolBias::new(10.0, -5.0, 2.5)),
     );
 }
 
@@ -261,23 +261,23 @@ fn pins_motors_and_sensors_are_driven() {
         is(
             "dobot_setiomultiplexing",
             &body,
-            words::multiplex(14, function),
+            build::multiplex(14, function),
         );
     }
     is(
         "dobot_set_output",
         &fields(&[("io", "18"), ("value", "1")]),
-        words::output(18, true),
+        build::output(18, true),
     );
     is(
         "dobot_set_output5V",
         &fields(&[("io", "10"), ("enable", "1")]),
-        words::output(10, true),
+        build::output(10, true),
     );
     is(
         "dobot_set_output12V",
         &fields(&[("io", "17"), ("enable", "0")]),
-        words::output(17, false),
+        build::output(17, false),
     );
     let pwm = [
         field("io", "4"),
@@ -285,12 +285,12 @@ fn pins_motors_and_sensors_are_driven() {
         number("dutyCycle", 7.5),
     ]
     .concat();
-    is("dobot_setiopwm", &pwm, words::pwm(4, 50.0, 7.5));
+    is("dobot_setiopwm", &pwm, build::pwm(4, 50.0, 7.5));
     let motor = [field("io", "1"), number("speed", -500.0)].concat();
     is(
         "dobot_setemotor",
         &motor,
-        words::motor(Stepper::Stepper2, -500),
+        build::motor(Stepper::Stepper2, -500),
     );
     let far = [
         field("io", "0"),
@@ -301,26 +301,26 @@ fn pins_motors_and_sensors_are_driven() {
     is(
         "dobot_setemotors",
         &far,
-        words::motor_by(Stepper::Stepper1, 500, 2000),
+        build::motor_by(Stepper::Stepper1, 500, 2000),
     );
     let belt = [field("io", "0"), number("speed", 50.0)].concat();
     is(
         "dobot_conveyor",
         &belt,
-        words::motor(Stepper::Stepper1, 14_147),
+        build::motor(Stepper::Stepper1, 14_147),
     );
     let sensor = fields(&[("io", "1"), ("version", "1"), ("port", "2")]);
     is(
         "dobot_set_colorseneor",
         &sensor,
-        words::color_sensor(Port::Gp4, true, SensorVersion::V2),
+        build::color_sensor(Port::Gp4, true, SensorVersion::V2),
     );
     is(
         "dobot_SetInfraredSensor",
         &sensor,
-        words::infrared(Port::Gp4, true, SensorVersion::V2),
+        build::infrared(Port::Gp4, true, SensorVersion::V2),
     );
-    is("dobot_SetLostStepCmd", "", words::check_lost_steps());
+    is("dobot_SetLostStepCmd", "", build::check_lost_steps());
     let (actions, notes) = one("dobot_SetLostStepParams", &number("threshold", 3.0));
     assert!(actions.is_empty());
     assert_eq!(

@@ -1,7 +1,7 @@
 //! A virtual arm at full speed, and what it did.
 
 use magician::commands::Pose;
-use magician::{Options, VirtualArm, blocking::Arm, words};
+use magician::{Options, VirtualArm, blocking::Arm, build};
 use magician_formats::{Action, Content, Format, Plan, ReadOptions, Step, Tool, Travel, read};
 
 /// A sample as the crate has it.
@@ -28,7 +28,7 @@ pub(crate) fn plan(format: Format, bytes: &[u8]) -> (Plan, Vec<String>) {
 pub(crate) fn run(plan: &Plan, tool: Tool) -> [f32; 4] {
     let arm = Arm::simulated(VirtualArm::default(), Options::default()).unwrap();
     arm.home().unwrap();
-    arm.run(&[words::tool(plan.tool.unwrap_or(tool).bias())])
+    arm.run(&[build::tool(plan.tool.unwrap_or(tool).bias())])
         .unwrap();
     let commands: Vec<_> = plan.commands().collect();
     arm.run(&commands).unwrap();

@@ -1,6 +1,6 @@
 //! Files written again, and plans written as files.
 
-use magician::words;
+use magician::build;
 use magician_formats::formats::playback::Playback;
 use magician_formats::{Action, Format, Grip, Origin, Plan, Tool, Travel};
 use proptest::prelude::*;
@@ -98,9 +98,9 @@ fn a_tool_after_a_pause_has_a_row_of_its_own() {
 fn what_a_file_has_no_place_for_is_noted_or_refused() {
     let command = |set| Action::Command(Box::new(set));
     let settings = [
-        command(words::speed(50.0, 50.0)),
-        command(words::line_speed(100.0, 100.0)),
-        command(words::jump_height(20.0, 100.0)),
+        command(build::speed(50.0, 50.0)),
+        command(build::line_speed(100.0, 100.0)),
+        command(build::jump_height(20.0, 100.0)),
     ];
     let mut plan = of(settings.into_iter().chain([HERE]));
     plan.tool = Some(Tool::Pen);

@@ -2,17 +2,17 @@
 
 use magician_protocol::Set;
 
+use crate::build;
 use crate::connection::{Connection, Request, Settings, Ticket};
 use crate::pair::Dice;
 use crate::stream::entries::Entries;
 use crate::stream::item::{Entry, Fate, Item};
-use crate::words;
 
 fn entry(dice: &mut Dice) -> Entry {
     let commands: [Set; 3] = [
-        words::path_to(220.0, 0.0, 20.0),
-        words::engrave_to(220.0, 0.0, 20.0, 50.0),
-        words::laser(true),
+        build::path_to(220.0, 0.0, 20.0),
+        build::engrave_to(220.0, 0.0, 20.0, 50.0),
+        build::laser(true),
     ];
     let times = [0, 20_000, u64::MAX];
     let item = Item {

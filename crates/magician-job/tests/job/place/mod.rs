@@ -3,7 +3,7 @@
 
 use magician::commands::PtpCmd;
 use magician::sim::world::Drawing;
-use magician::{Arm, Options, SimSpeed, VirtualArm, words};
+use magician::{Arm, Options, SimSpeed, VirtualArm, build};
 use magician_program::rehearse::{RehearseOptions, stage};
 use magician_program::{Action, Origin, Plan, Program, Surface, Tool, Travel};
 use magician_protocol::PtpMode;
@@ -52,8 +52,8 @@ pub(crate) fn plan(kind: Kind) -> Plan {
     };
     let corners = corners();
     let mut push = |action: Action| plan.push(action, Origin::NONE);
-    push(words::path_speed(40.0, 100.0).into());
-    push(words::speed(35.0, 60.0).into());
+    push(build::path_speed(40.0, 100.0).into());
+    push(build::speed(35.0, 60.0).into());
     match kind {
         Kind::Paths | Kind::Lines => {
             let last = corners[corners.len() - 1];
@@ -73,12 +73,12 @@ pub(crate) fn plan(kind: Kind) -> Plan {
             push(line(at([205.0, -20.0], paper)));
             for y in [0.0, 20.0] {
                 let via = at([215.0, y - 10.0], paper);
-                push(words::arc_to(via, at([205.0, y], paper)).into());
+                push(build::arc_to(via, at([205.0, y], paper)).into());
             }
             push(line(at([205.0, 20.0], UP)));
         }
         Kind::Jumps => {
-            push(words::jump_height(12.0, 0.0).into());
+            push(build::jump_height(12.0, 0.0).into());
             for nth in 0..5 {
                 let [x, y, z, r] = at([205.0, -20.0 + 10.0 * f64::from(nth)], paper);
                 let jump = PtpCmd {

@@ -1,4 +1,4 @@
-use magician_host::{JointAngles, ToolBias, words};
+use magician_host::{JointAngles, ToolBias, build};
 
 use super::*;
 use crate::{Action, Origin, Tool, Travel};
@@ -28,21 +28,21 @@ pub(in crate::program) fn rest(iterations: Option<u64>, from: u64) -> RemainingP
 fn all_rounds_are_sent_and_the_tool_is_told_once() {
     let mut plan = plan();
     plan.tool = Some(Tool::Pen);
-    let ratio = words::speed(80.0, 80.0);
+    let ratio = build::speed(80.0, 80.0);
     let program = Program::new(plan, Some(3)).with_settings(vec![ratio]);
     let rest = program.remaining(0, start()).expect("within reach");
     assert_eq!((rest.lead(), rest.offset()), (2, 0));
     let sent: Vec<Set> = rest.commands().collect();
     assert_eq!(sent.len(), 2 + 3 * 3);
     assert_eq!(sent[0], ratio);
-    assert_eq!(sent[1], words::tool(ToolBias::PEN));
+    assert_eq!(sent[1], build::tool(ToolBias::PEN));
     assert_eq!(sent[2..5], sent[8..11]);
     assert_eq!(rest.first_commands().count(), 2 + 3);
 }
 
 #[test]
 fn what_is_still_to_be_changed_is_known() {
-    let (slow, fast) = (words::speed(10.0, 10.0), words::speed(90.0, 90.0));
+    let (slow, fast) = (build::speed(10.0, 10.0), build::speed(90.0, 90.0));
     let mut plan = plan();
     plan.push(slow, Origin::NONE);
     plan.push(Action::Wait(1), Origin::NONE);
@@ -66,7 +66,7 @@ fn an_arm_that_is_back_where_it_began_has_moved() {
         let by = Travel::Line;
         plan.push(Action::Move { to, by }, Origin::NONE);
     }
-    let setting = vec![words::speed(10.0, 10.0)];
+    let setting = vec![build::speed(10.0, 10.0)];
     let program = Program::new(plan, Some(1)).with_settings(setting);
     let rest = program.remaining(0, start()).expect("within reach");
     let joint_angle = JointAngles::HOME.to_array().map(|angle| angle as f32);
@@ -161,7 +161,7 @@ fn what_is_left_of_slower_commands_is_known_as_well() {
         let rest = rest(Some(iterations), from);
         let table = rest.timetable(&rest.check());
         let same = at_once(rest.timetable_with(&table, &[], |command| command, &AtOnce));
-        let slow = words::speed(5.0, 50.0);
+        let slow = build::speed(5.0, 50.0);
         let slower = at_once(rest.timetable_with(&table, &[slow], |command| command, &AtOnce));
         for done in 0..=3 * iterations - from {
             let left = |table: &Timetable| table.left(done).expect("known").as_secs_f64();

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use magician_host::JointAngles;
-use magician_host::words::Preflight;
+use magician_host::preflight::Preflight;
 use magician_protocol::commands::{ClearAllAlarmsState, QueuedCmdStartExec};
 use magician_protocol::{Ctrl, FrameBuf, Set};
 use magician_sim::world::{Stroke, StrokeKind};

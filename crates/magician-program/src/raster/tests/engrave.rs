@@ -1,7 +1,7 @@
 //! What the laser of a virtual arm leaves of an image.
 
 use magician_host::JointAngles;
-use magician_host::words::Preflight;
+use magician_host::preflight::Preflight;
 use magician_sim::ControllerState;
 
 use super::bench::{

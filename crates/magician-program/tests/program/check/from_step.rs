@@ -1,7 +1,8 @@
 //! A plan from one of its steps on comes to the same end as the whole, with the same settings.
 
+use magician::build;
+use magician::preflight::{Guards, Preflight, Readings};
 use magician::protocol::{PtpMode, RailVersion};
-use magician::words::{self, Guards, Preflight};
 use magician::{JointAngles, Set, ToolBias, commands};
 use magician_program::{Action, Continuation, Plan, Tool, Travel, check};
 use proptest::prelude::*;
@@ -76,7 +77,7 @@ fn it_goes_up_across_and_down_and_paths_begin_at_their_segment() {
         line([230.0, 10.0, 20.0]),
     ]);
     let mut arm = at_home();
-    arm.check(&words::line_to(200.0, -30.0, -20.0, 0.0))
+    arm.check(&build::line_to(200.0, -30.0, -20.0, 0.0))
         .unwrap();
     let rest = Continuation::from_step(&plan, 3, &arm).unwrap();
     let expected = [
@@ -107,7 +108,7 @@ fn jumps_count_by_how_high_they_are() {
         by: Travel::Jump,
     };
     let plan = plan_of([
-        Action::from(words::jump_height(60.0, 30.0)),
+        Action::from(build::jump_height(60.0, 30.0)),
         jump(220.0, 0.0),
         jump(220.0, 50.0),
         jump(220.0, 0.0),
@@ -165,31 +166,31 @@ fn the_laser_is_dark_on_the_way_and_lit_again_there() {
 
 #[test]
 fn only_the_last_of_each_setting_is_told_again() {
-    let output = words::Output {
+    let output = build::Output {
         percent: 90,
         address: 17,
         high: true,
     };
-    let early = words::Output {
+    let early = build::Output {
         percent: 10,
         address: 17,
         high: false,
     };
     let switching =
-        words::with_outputs(words::line_to(220.0, 0.0, 0.0, 0.0), &[output, early]).unwrap();
+        build::with_outputs(build::line_to(220.0, 0.0, 0.0, 0.0), &[output, early]).unwrap();
     let stepper = magician::protocol::Stepper::Stepper1;
     let other = magician::protocol::Stepper::Stepper2;
     let mut plan = plan_of([
-        Action::from(words::speed(10.0, 10.0)),
-        Action::from(words::output(3, true)),
-        Action::from(words::output(4, true)),
-        Action::from(words::speed(50.0, 50.0)),
+        Action::from(build::speed(10.0, 10.0)),
+        Action::from(build::output(3, true)),
+        Action::from(build::output(4, true)),
+        Action::from(build::speed(50.0, 50.0)),
         Action::Suction(true),
-        Action::from(words::output(3, false)),
+        Action::from(build::output(3, false)),
         Action::from(switching),
         Action::Wait(1000),
-        Action::from(words::conveyor(stepper, 20.0)),
-        Action::from(words::conveyor_by(other, 20.0, 10.0)),
+        Action::from(build::conveyor(stepper, 20.0)),
+        Action::from(build::conveyor_by(other, 20.0, 10.0)),
         line([230.0, 0.0, 0.0]),
     ]);
     plan.tool = Some(Tool::Suction);
@@ -201,12 +202,12 @@ fn only_the_last_of_each_setting_is_told_again() {
         .filter_map(|step| step.action.command())
         .collect();
     let expected = [
-        words::output(4, true),
-        words::speed(50.0, 50.0),
-        words::suction(true),
-        words::output(3, false),
-        words::output(17, true),
-        words::conveyor(stepper, 20.0),
+        build::output(4, true),
+        build::speed(50.0, 50.0),
+        build::suction(true),
+        build::output(3, false),
+        build::output(17, true),
+        build::conveyor(stepper, 20.0),
     ];
     assert_eq!(told[..6], expected);
     assert_eq!(rest.plan.tool, plan.tool);
@@ -215,11 +216,11 @@ fn only_the_last_of_each_setting_is_told_again() {
 #[test]
 fn the_rail_goes_to_its_place_or_nobody_knows_it() {
     let on_rail =
-        |l: f32| Action::from(words::with_rail(words::line_to(220.0, 0.0, 20.0, 0.0), l).unwrap());
+        |l: f32| Action::from(build::with_rail(build::line_to(220.0, 0.0, 20.0, 0.0), l).unwrap());
     let plan = plan_of([
-        Action::from(words::rail(true, RailVersion::V1)),
+        Action::from(build::rail(true, RailVersion::V1)),
         on_rail(300.0),
-        Action::from(words::rail_by(50.0)),
+        Action::from(build::rail_by(50.0)),
         line([230.0, 0.0, 0.0]),
     ]);
     let mut readings = LoneArm::new().readings();
@@ -236,8 +237,8 @@ fn the_rail_goes_to_its_place_or_nobody_knows_it() {
         .collect();
     assert_eq!(carried, [350.0]);
     let lost = plan_of([
-        Action::from(words::rail(true, RailVersion::V1)),
-        Action::from(words::rail_by(50.0)),
+        Action::from(build::rail(true, RailVersion::V1)),
+        Action::from(build::rail_by(50.0)),
         line([230.0, 0.0, 0.0]),
     ]);
     let diagnostic = Continuation::from_step(&lost, 2, &arm).unwrap_err();
@@ -293,8 +294,7 @@ fn from_a_start_that_nobody_knows_it_comes_from_above() {
         line([230.0, 0.0, 0.0]),
         line([240.0, 0.0, 0.0]),
     ]);
-    let rest =
-        Continuation::from_step(&plan, 2, &Preflight::new(&words::Readings::default())).unwrap();
+    let rest = Continuation::from_step(&plan, 2, &Preflight::new(&Readings::default())).unwrap();
     assert_eq!(
         targets(&rest),
         [[230.0, 0.0, 30.0], [230.0, 0.0, 0.0], [240.0, 0.0, 0.0]]
@@ -310,8 +310,8 @@ fn from_a_start_that_nobody_knows_it_comes_from_above() {
 #[test]
 fn it_does_not_look_for_ever_for_a_way() {
     let plan = plan_of([
-        Action::from(words::jump_height(1e30, 1e30)),
-        Action::from(words::tool(ToolBias::new(1e34, 0.0, 1e33))),
+        Action::from(build::jump_height(1e30, 1e30)),
+        Action::from(build::tool(ToolBias::new(1e34, 0.0, 1e33))),
         Action::Shift {
             by: [1.0, 0.0, 0.0, 0.0],
             line: true,

@@ -1,7 +1,8 @@
 //! Plans of chance: no check panics, and what a check accepts raises no alarm.
 
+use magician::build;
+use magician::preflight::{Guards, Preflight};
 use magician::protocol::{CpMode, PtpMode, RailVersion, Row, TABLE};
-use magician::words::{self, Guards, Preflight};
 use magician::{Set, ToolBias, commands};
 use magician_program::{Action, Grip, Origin, Plan, Tool, Travel, check};
 use proptest::prelude::*;
@@ -60,16 +61,16 @@ fn shift() -> impl Strategy<Value = [f32; 4]> {
 fn setting() -> impl Strategy<Value = Set> {
     let speed = || 5.0f32..500.0;
     prop_oneof![
-        (1.0f32..120.0, 1.0f32..120.0).prop_map(|(a, b)| words::speed(a, b)),
-        (speed(), speed()).prop_map(|(a, b)| words::line_speed(a, b)),
-        (speed(), speed()).prop_map(|(a, b)| words::path_speed(a, b)),
-        (speed(), speed()).prop_map(|(a, b)| words::arc_speed(a, b)),
-        (speed(), speed()).prop_map(|(a, b)| words::joint_speed([a; 4], [b; 4])),
-        (0.0f32..60.0, -50.0f32..170.0).prop_map(|(a, b)| words::jump_height(a, b)),
+        (1.0f32..120.0, 1.0f32..120.0).prop_map(|(a, b)| build::speed(a, b)),
+        (speed(), speed()).prop_map(|(a, b)| build::line_speed(a, b)),
+        (speed(), speed()).prop_map(|(a, b)| build::path_speed(a, b)),
+        (speed(), speed()).prop_map(|(a, b)| build::arc_speed(a, b)),
+        (speed(), speed()).prop_map(|(a, b)| build::joint_speed([a; 4], [b; 4])),
+        (0.0f32..60.0, -50.0f32..170.0).prop_map(|(a, b)| build::jump_height(a, b)),
         (0.0f64..80.0, -20.0f64..20.0, -20.0f64..40.0)
-            .prop_map(|(x, y, z)| words::tool(ToolBias::new(x, y, z))),
-        any::<bool>().prop_map(|on| words::rail(on, RailVersion::V1)),
-        (-200.0f32..200.0).prop_map(words::rail_by),
+            .prop_map(|(x, y, z)| build::tool(ToolBias::new(x, y, z))),
+        any::<bool>().prop_map(|on| build::rail(on, RailVersion::V1)),
+        (-200.0f32..200.0).prop_map(build::rail_by),
     ]
 }
 

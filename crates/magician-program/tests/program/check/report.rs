@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use magician::words::{self, Preflight};
+use magician::build;
+use magician::preflight::Preflight;
 use magician::{ErrorKind, JointAngles, ToolBias};
 use magician_program::{Action, Diagnostic, Origin, Surface, Tool, Travel, check};
 
@@ -56,7 +57,7 @@ fn a_drawing_with_a_pen() {
 
 #[test]
 fn arcs_and_circles_have_their_true_length_and_draw_on_the_surface() {
-    let circle = words::circle([230.0, 10.0, 0.0, 0.0], [240.0, 0.0, 0.0, 0.0], 2);
+    let circle = build::circle([230.0, 10.0, 0.0, 0.0], [240.0, 0.0, 0.0, 0.0], 2);
     let mut plan = plan_of([
         Action::Move {
             to: [220.0, 0.0, 0.0, 0.0],
@@ -170,7 +171,7 @@ fn complaints_beyond_the_first_hundred_are_counted() {
 
 #[test]
 fn what_has_no_end_has_no_time() {
-    for action in [Action::Home, Action::from(words::wait_for_level(19, true))] {
+    for action in [Action::Home, Action::from(build::wait_for_level(19, true))] {
         let report = check(
             &plan_of([Action::Wait(100), action, Action::Wait(100)]),
             &start(),

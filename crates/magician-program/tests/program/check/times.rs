@@ -1,7 +1,8 @@
 //! How long plans take: as they are told, and as the virtual arm takes them.
 
 use magician::Set;
-use magician::words::{self, Preflight};
+use magician::build;
+use magician::preflight::Preflight;
 use magician_program::{Action, Origin, Plan, Tool, Travel, check};
 
 use super::bench::LoneArm;
@@ -32,10 +33,10 @@ fn plan(tool: Tool, actions: impl IntoIterator<Item = Action>) -> Plan {
 
 /// Strokes of a rose, each at another speed, lifted in between.
 fn rose() -> Plan {
-    let mut actions = vec![Action::from(words::line_speed(150.0, 150.0))];
+    let mut actions = vec![Action::from(build::line_speed(150.0, 150.0))];
     for petal in 0..6 {
         let speed = 20.0 + 40.0 * petal as f32;
-        actions.push(Action::from(words::path_speed(speed, 100.0 + speed)));
+        actions.push(Action::from(build::path_speed(speed, 100.0 + speed)));
         let angle = |step: i32| f64::from(petal) * 60.0 + f64::from(step) * 0.4;
         let at = |step: i32| {
             let radius = 40.0 * (f64::from(step) * 1.2).to_radians().sin();
@@ -60,8 +61,8 @@ fn rose() -> Plan {
 /// Picks and places with jumps, waits and the suction cup.
 fn pick_and_place() -> Plan {
     let mut actions = vec![
-        Action::from(words::speed(80.0, 60.0)),
-        Action::from(words::jump_height(30.0, 90.0)),
+        Action::from(build::speed(80.0, 60.0)),
+        Action::from(build::jump_height(30.0, 90.0)),
     ];
     for row in 0..5 {
         let y = f64::from(row) * 25.0 - 50.0;
@@ -91,14 +92,14 @@ fn rounds() -> Plan {
             to: pose(end),
         }
     };
-    let circle: Set = words::circle([240.0, 10.0, 0.0, 0.0], [250.0, 0.0, 0.0, 0.0], 2);
+    let circle: Set = build::circle([240.0, 10.0, 0.0, 0.0], [250.0, 0.0, 0.0, 0.0], 2);
     plan(
         Tool::Gripper,
         [
             travel(230.0, 0.0, 0.0, Travel::Joints),
             arc([240.0, 10.0, 0.0], [250.0, 0.0, 0.0]),
             arc([240.0, -10.0, 5.0], [230.0, 0.0, 0.0]),
-            Action::from(words::arc_speed(40.0, 300.0)),
+            Action::from(build::arc_speed(40.0, 300.0)),
             Action::from(circle),
             arc([200.0, 100.0, 20.0], [150.0, 150.0, 30.0]),
         ],
@@ -108,7 +109,7 @@ fn rounds() -> Plan {
 /// Rows of a picture: power changes within a path, which goes on.
 fn engraving() -> Plan {
     let mut actions = vec![
-        Action::from(words::path_speed(60.0, 200.0)),
+        Action::from(build::path_speed(60.0, 200.0)),
         travel(220.0, -10.0, -30.0, Travel::Line),
     ];
     for row in 0..12 {

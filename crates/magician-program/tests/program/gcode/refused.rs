@@ -1,7 +1,7 @@
 //! What is refused, and that what is not stays within limits.
 
 use magician::blocking::Arm;
-use magician::words::Preflight;
+use magician::preflight::Preflight;
 use magician::{ErrorKind, JointAngles, Options, ToolBias, VirtualArm};
 use magician_program::{Format, Lines, ReadOptions, check, read};
 use magician_protocol::Set;

@@ -8,9 +8,9 @@ use std::time::Duration;
 
 use magician::commands::DeviceTime;
 use magician::faults::Faults;
+use magician::preflight::{Guards, Preflight};
 use magician::sim::world::Drawing;
 use magician::sim::{LineTiming, Runner, Speed};
-use magician::words::{Guards, Preflight};
 use magician::{Arm, Error, ErrorKind, Options, Ran, Run, Set, VirtualArm};
 use magician_program::StepNumbering;
 use magician_program::rehearse::{RehearseOptions, stage, start_of};

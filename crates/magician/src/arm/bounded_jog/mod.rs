@@ -23,8 +23,9 @@ use super::halt::APART;
 use super::jog::{Life, Phase, Stands};
 use super::shared::held;
 use super::{Arm, Jog, JogOptions};
+use crate::build::{Axis, JogDirection};
 use crate::gate::JogEnd;
-use crate::words::{Axis, Guards, JogDirection, state_at};
+use crate::preflight::{Guards, state_at};
 use crate::{Error, ErrorCode, ErrorKind, Result};
 use pieces::{Pieces, piece};
 

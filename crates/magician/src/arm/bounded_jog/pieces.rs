@@ -12,7 +12,8 @@ use super::pace::{Joins, Pace, Piece};
 use crate::arm::fenced_jog::jog_of;
 use crate::arm::shared::held;
 use crate::arm::{Arm, SettingsBackup};
-use crate::words::{self, Axis, JogDirection, Preflight};
+use crate::build::{self, Axis, JogDirection};
+use crate::preflight::Preflight;
 use crate::{Error, Result};
 
 /// A piece that would cross a limit is cut to this share of it, again and again, but not below the least, mm or degrees.
@@ -92,11 +93,11 @@ impl Pieces {
 pub(super) fn piece(direction: JogDirection, length: f32) -> Set {
     let by = direction.signed(length);
     match direction.axis {
-        Axis::X => words::path_by(by, 0.0, 0.0),
-        Axis::Y => words::path_by(0.0, by, 0.0),
-        Axis::Z => words::path_by(0.0, 0.0, by),
+        Axis::X => build::path_by(by, 0.0, 0.0),
+        Axis::Y => build::path_by(0.0, by, 0.0),
+        Axis::Z => build::path_by(0.0, 0.0, by),
         // A jog of r turns joint 4 alone.
-        Axis::R => words::move_joints_by(0.0, 0.0, 0.0, by),
+        Axis::R => build::move_joints_by(0.0, 0.0, 0.0, by),
         axis => axis.step(by),
     }
 }
@@ -118,7 +119,7 @@ impl Arm {
                 let jog = self.jog_rates(axis).await?;
                 let pace = Pace::new(Joins::Through, jog, ceilings.of_axis(axis), within, law);
                 let speed =
-                    words::path_speed(pace.rates.velocity as f32, pace.rates.acceleration as f32);
+                    build::path_speed(pace.rates.velocity as f32, pace.rates.acceleration as f32);
                 (pace, vec![speed])
             }
             Some(axis) => {
@@ -146,7 +147,7 @@ impl Arm {
                 // How fast a rail may be is not known: never more than what was set for its jogs.
                 let pace = Pace::new(Joins::AtRest, jog, jog, within, law);
                 let speed =
-                    words::rail_speed(pace.rates.velocity as f32, pace.rates.acceleration as f32);
+                    build::rail_speed(pace.rates.velocity as f32, pace.rates.acceleration as f32);
                 (pace, vec![speed, whole])
             }
         };

@@ -13,9 +13,9 @@ use tokio::time::Instant;
 use super::explain::explain;
 use super::{Driver, To};
 use crate::arm::jog::{Life, Phase, Stands};
+use crate::build::{Axis, JogDirection};
 use crate::connection::{Failure, Micros, Priority, Request};
 use crate::gate::{GateEffect, Holder, JogEnd, JogId, JogRequest};
-use crate::words::{Axis, JogDirection};
 use crate::{Error, ErrorCode, REST_READ_INTERVAL, RestDetector, Result};
 
 /// How long an answer to the stop, or to a look at the pose, may take before it is said again.

@@ -11,7 +11,7 @@ use magician_protocol::Set;
 
 use crate::connection::Settings;
 use crate::transport::{Leap, LeapTo, Line, Sim, Transport};
-use crate::{Arm, Options, VirtualArm, words};
+use crate::{Arm, Options, VirtualArm, build};
 
 /// A line to a virtual arm that counts what is done with it.
 struct Counted {
@@ -81,7 +81,7 @@ async fn work(window: usize, segments: u16) -> Work {
     let arm = Arm::greet(line, None, options).await.unwrap();
     arm.clear_alarms().await.unwrap();
     let path: Vec<Set> = (0..segments)
-        .map(|nth| words::path_to(200.0 + f32::from(nth % 100) * 0.5, 0.0, 20.0))
+        .map(|nth| build::path_to(200.0 + f32::from(nth % 100) * 0.5, 0.0, 20.0))
         .collect();
     let mut run = arm.start(path);
     let (mut polls, mut run) = (0, pin!(run.wait(|_| {})));

@@ -16,9 +16,10 @@ use super::Arm;
 use super::driver::Reached;
 use super::known::QueueLook;
 use super::watch::{Progress, Watch};
+use crate::build;
 use crate::connection::Micros;
+use crate::preflight::{CheckedProgram, Preflight};
 use crate::stream::Leftover;
-use crate::words::{self, CheckedProgram, Preflight};
 use crate::{Action, Error, ErrorCode, Given, Result, Setting};
 pub use options::{Ran, RunOptions};
 use plan::{Ahead, Light, Planned, Route};
@@ -38,13 +39,13 @@ pub use streaming::Streaming;
 /// after an alarm, and when the future of `wait` was dropped before its end, because its progress is then unknown.
 ///
 /// ```
-/// use magician::{Arm, ErrorKind, words};
+/// use magician::{Arm, ErrorKind, build};
 ///
 /// # #[tokio::main(flavor = "current_thread")]
 /// # async fn main() -> magician::Result<()> {
 /// # let arm = Arm::connect("sim").await?;
 /// let square = [(200.0, 0.0), (200.0, 40.0), (240.0, 40.0), (240.0, 0.0)];
-/// let path = square.map(|(x, y)| words::path_to(x, y, 0.0));
+/// let path = square.map(|(x, y)| build::path_to(x, y, 0.0));
 /// let mut run = arm.start(path);
 /// while let Err(error) = run.wait(|_| {}).await {
 ///     if error.kind() != ErrorKind::Port || !run.is_interrupted() {
@@ -273,7 +274,7 @@ impl<C: CommandSource> Run<C> {
         progress(watch.at_its_end());
         // That the laser of a path goes out by itself where the arm comes to rest is likely and not certain.
         if self.light.goes_out() {
-            arm.set_any(&words::laser(false)).await?;
+            arm.set_any(&build::laser(false)).await?;
         }
         if let Some(error) = self.refused.take() {
             return Err(error);

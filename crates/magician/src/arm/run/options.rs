@@ -1,7 +1,7 @@
 use std::time::Duration;
 
 use crate::QueueIndex;
-use crate::words::Guards;
+use crate::preflight::Guards;
 
 /// How [`Arm::run_with`](crate::Arm::run_with) checks and runs commands, and [`Arm::start_with`](crate::Arm::start_with) runs them.
 #[derive(Clone, Copy, Debug)]

@@ -14,8 +14,8 @@ use crate::arm::driver::micros;
 use crate::arm::fence::Turn as FenceTurn;
 use crate::arm::known::place;
 use crate::connection::Micros;
+use crate::preflight::{CheckedProgram, Guards, Preflight, pose_of};
 use crate::stream::{Beginning, Item};
-use crate::words::{CheckedProgram, Guards, Preflight, pose_of};
 use crate::{Error, ErrorCode, Result};
 use magician_host::raises_laser_pin;
 

@@ -3,7 +3,7 @@
 use super::source::Fed;
 use super::{Feeder, Ran, Run, RunOptions};
 use crate::arm::Arm;
-use crate::words::Guards;
+use crate::preflight::Guards;
 use crate::{Progress, Result};
 
 /// Commands that a [`Feeder`] tells while they run, from [`Arm::stream`].
@@ -25,7 +25,7 @@ impl Arm {
     /// its pins, would burn on: that is refused.
     ///
     /// ```
-    /// use magician::{Arm, RunOptions, words};
+    /// use magician::{Arm, RunOptions, build};
     ///
     /// # #[tokio::main(flavor = "current_thread")]
     /// # async fn main() -> magician::Result<()> {
@@ -36,7 +36,7 @@ impl Arm {
     ///         if !feeder.has_room().await {
     ///             break;
     ///         }
-    ///         feeder.push(words::path_to(220.0, nth as f32, 20.0));
+    ///         feeder.push(build::path_to(220.0, nth as f32, 20.0));
     ///     }
     ///     feeder.end();
     /// };

@@ -2,7 +2,7 @@
 
 use std::iter;
 
-use magician::words::Preflight;
+use magician::preflight::Preflight;
 use magician_motion::TopView;
 use magician_program::Program;
 use magician_program::toolpath::DrawnLine;

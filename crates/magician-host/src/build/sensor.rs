@@ -12,7 +12,7 @@ pub const ANALOG_COUNTS: u16 = 4095;
 pub const ANALOG_VOLTS: f32 = 3.3;
 
 /// Switches the colour sensor on a port (document 1.15.7, errata E42). Ask
-/// `arm.get_with::<ColorSensor>(&words::color_at(port))` for what it sees.
+/// `arm.get_with::<ColorSensor>(&build::color_at(port))` for what it sees.
 #[must_use]
 pub fn color_sensor(port: Port, on: bool, version: SensorVersion) -> Set {
     SetColorSensor {
@@ -24,7 +24,7 @@ pub fn color_sensor(port: Port, on: bool, version: SensorVersion) -> Set {
 }
 
 /// Switches the infrared sensor on a port (document 1.15.8, errata E43). Ask
-/// `arm.get_with::<IrSwitch>(&words::infrared_at(port))` for what it sees.
+/// `arm.get_with::<IrSwitch>(&build::infrared_at(port))` for what it sees.
 #[must_use]
 pub fn infrared(port: Port, on: bool, version: SensorVersion) -> Set {
     SetIrSwitch {
@@ -47,7 +47,7 @@ pub fn infrared_at(port: Port) -> GetIrSwitch {
     GetIrSwitch { port: Some(port) }
 }
 
-/// What to ask a digital input by (EIO address 1 to 20): `arm.get_with::<IoDi>(&words::level_at(19))`.
+/// What to ask a digital input by (EIO address 1 to 20): `arm.get_with::<IoDi>(&build::level_at(19))`.
 #[must_use]
 pub fn level_at(address: u8) -> GetIoDi {
     GetIoDi {
@@ -55,7 +55,7 @@ pub fn level_at(address: u8) -> GetIoDi {
     }
 }
 
-/// What to ask an analog input by (EIO address 1 to 20): `arm.get_with::<IoAdc>(&words::analog_at(12))`.
+/// What to ask an analog input by (EIO address 1 to 20): `arm.get_with::<IoAdc>(&build::analog_at(12))`.
 #[must_use]
 pub fn analog_at(address: u8) -> GetIoAdc {
     GetIoAdc {
@@ -83,7 +83,7 @@ pub trait Sensed {
     ///
     /// ```
     /// use magician_host::commands::{ColorSensor, IoAdc};
-    /// use magician_host::words::{Color, Sensed};
+    /// use magician_host::build::{Color, Sensed};
     ///
     /// assert_eq!(ColorSensor { r: 10, g: 200, b: 12 }.sensed(), Some(Color::Green));
     /// assert_eq!(ColorSensor { r: 0, g: 0, b: 0 }.sensed(), None);

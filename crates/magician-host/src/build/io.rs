@@ -109,10 +109,10 @@ pub fn pwm(address: u8, frequency: f32, duty_cycle: f32) -> Set {
 ///
 /// ```
 /// use magician_host::protocol::IoFunction;
-/// use magician_host::words;
+/// use magician_host::build;
 ///
-/// let middle = [words::multiplex(8, IoFunction::Pwm), words::servo(8, 1.5)];
-/// assert_eq!(middle[1], words::pwm(8, 50.0, 7.5));
+/// let middle = [build::multiplex(8, IoFunction::Pwm), build::servo(8, 1.5)];
+/// assert_eq!(middle[1], build::pwm(8, 50.0, 7.5));
 /// ```
 #[must_use]
 pub fn servo(address: u8, pulse_ms: f32) -> Set {
@@ -122,10 +122,10 @@ pub fn servo(address: u8, pulse_ms: f32) -> Set {
 /// An output that a move switches on its way.
 ///
 /// ```
-/// use magician_host::words::{self, Output};
+/// use magician_host::build::{self, Output};
 ///
 /// let at_the_top = Output { percent: 50, address: 17, high: true };
-/// let jump = words::with_outputs(words::jump_to(220.0, 0.0, 20.0, 0.0), &[at_the_top])?;
+/// let jump = build::with_outputs(build::jump_to(220.0, 0.0, 20.0, 0.0), &[at_the_top])?;
 /// # Ok::<(), magician_host::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

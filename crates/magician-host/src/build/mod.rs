@@ -1,19 +1,19 @@
-//! What people say to a robot arm, as commands.
+//! Builders of commands: functions named for the arm's motions, tools and settings.
 //!
-//! A word returns a command as a value and does nothing else: the driver's `Arm::run` checks a list and runs it, `Arm::start`
+//! Each returns a command as a value and does nothing else: the driver's `Arm::run` checks a list and runs it, `Arm::start`
 //! runs any number as they come, `Arm::enqueue_set` takes one, and programs may keep them in lists, each as often as they like: a
 //! command is `Copy`. Lengths are mm, angles degrees; the frame is the arm's: origin where the base axis meets the
 //! shoulder axis, X forward, Y to the arm's left, Z up. The table is below z = 0.
 //!
 //! ```
-//! use magician_host::words;
+//! use magician_host::build;
 //!
 //! let pick = [
-//!     words::jump_to(220.0, 40.0, -30.0, 0.0),
-//!     words::suction(true),
-//!     words::wait(std::time::Duration::from_millis(300)),
-//!     words::jump_to(220.0, -40.0, -30.0, 0.0),
-//!     words::suction(false),
+//!     build::jump_to(220.0, 40.0, -30.0, 0.0),
+//!     build::suction(true),
+//!     build::wait(std::time::Duration::from_millis(300)),
+//!     build::jump_to(220.0, -40.0, -30.0, 0.0),
+//!     build::suction(false),
 //! ];
 //! assert_eq!(pick.len(), 5);
 //! ```
@@ -27,10 +27,6 @@ mod sensor;
 mod speed;
 mod tool;
 
-pub use crate::preflight::{
-    CheckedProgram, Guards, Lift, Meeting, MovingTarget, Needs, PathProfiles, Preflight, Readings,
-    Step, Stopping, doubt_in_words, governs_motion, pose_of, refuse, state_at,
-};
 pub use conveyor::*;
 pub use io::*;
 pub use jog::{Axis, JogDirection, UnknownAxis};

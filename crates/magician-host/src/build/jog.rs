@@ -38,9 +38,9 @@ pub enum Axis {
 /// over the line is a [`JogCmd`].
 ///
 /// ```
-/// use magician_host::words::{Axis, JogDirection};
+/// use magician_host::build::{Axis, JogDirection};
 ///
-/// # fn main() -> Result<(), magician_host::words::UnknownAxis> {
+/// # fn main() -> Result<(), magician_host::build::UnknownAxis> {
 /// let up: JogDirection = "z+".parse()?;
 /// assert_eq!(up, Axis::Z.plus());
 /// assert_eq!(Axis::J1.minus().to_string(), "j1-");
@@ -277,7 +277,7 @@ mod tests {
             })
         };
         for command in [
-            crate::words::home(),
+            crate::build::home(),
             jog(JogCommand::Stop),
             jog(JogCommand::from(11)),
         ] {

@@ -39,10 +39,10 @@ pub fn move_with_rail(x: f32, y: f32, z: f32, r: f32, l: f32) -> Set {
 /// the move switches stay.
 ///
 /// ```
-/// use magician_host::words;
+/// use magician_host::build;
 ///
-/// let over_there = words::with_rail(words::jump_to(220.0, 0.0, -20.0, 0.0), 600.0)?;
-/// assert!(words::with_rail(words::suction(true), 600.0).is_err());
+/// let over_there = build::with_rail(build::jump_to(220.0, 0.0, -20.0, 0.0), 600.0)?;
+/// assert!(build::with_rail(build::suction(true), 600.0).is_err());
 /// # Ok::<(), magician_host::Error>(())
 /// ```
 ///

@@ -50,12 +50,12 @@ pub fn motor_by(index: Stepper, speed: i32, distance: u32) -> Set {
 ///
 /// ```
 /// use magician_host::protocol::Stepper;
-/// use magician_host::words;
+/// use magician_host::build;
 ///
 /// let feed = [
-///     words::conveyor(Stepper::Stepper1, 50.0),
-///     words::wait_for_level(19, true),
-///     words::conveyor(Stepper::Stepper1, 0.0),
+///     build::conveyor(Stepper::Stepper1, 50.0),
+///     build::wait_for_level(19, true),
+///     build::conveyor(Stepper::Stepper1, 0.0),
 /// ];
 /// # assert_eq!(feed.len(), 3);
 /// ```
