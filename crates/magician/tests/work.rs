@@ -21,7 +21,7 @@ async fn counted(arm: &Arm, commands: &[Set]) -> [usize; 2] {
 #[tokio::test]
 async fn checked_command_is_planned_and_encoded_once() {
     let there = build::line_to(220.0, 10.0, 20.0, 0.0);
-    let corner = |nth: i32| build::path_to(220.0 + (nth % 2) as f32, nth as f32, 20.0);
+    let corner = |nth: i32| build::path_to(220.0 + (nth % 2) as f32, nth as f32 * 0.1, 20.0);
     let path: Vec<Set> = (0..300).map(corner).collect();
     let fence = Fence::default().with_floor(-60.0).unwrap();
     for (fence, plans) in [(None, 1), (Some(fence), 2)] {
