@@ -127,7 +127,8 @@ class SetupOptions(TypedDict, total=False):
     at: tuple[float, float] | None
     """Position of its centre: two numbers, X and Y, each from -10000 to 10000 mm."""
     scale: float | None
-    """Scale factor; 1 is the true size: a number above 0 and at most 10000; 1 if left out."""
+    """Scale factor; 1 is the true size: a number above 0 and at most 10000; 1 if left out. With a width or a height
+    it multiplies that size."""
     width: float | None
     """Width that it is scaled to: a number above 0 and at most 10000 mm."""
     rotate: float | None
