@@ -75,7 +75,7 @@ pub fn pump_off() -> Set {
 }
 
 /// Switches the laser, full on or off (document 1.8.2). A program that leaves it on, or stands or travels with it, is
-/// refused by the guard [`laser`](field@super::Guards::laser). Off ends the power of a path, too.
+/// refused by the guard [`laser`](field@crate::preflight::Guards::laser). Off ends the power of a path, too.
 #[must_use]
 pub fn laser(on: bool) -> Set {
     SetEndEffectorLaser {
