@@ -35,10 +35,7 @@ pub(super) fn guards(py: Python<'_>, skip: &[String], require_homed: bool) -> Py
 }
 
 /// Checks commands and tells how long they take. Many take a while, and others have connections to be served.
-async fn checked(
-    check: Preflight,
-    commands: Vec<Set>,
-) -> magician::Result<(Vec<Set>, Duration)> {
+async fn checked(check: Preflight, commands: Vec<Set>) -> magician::Result<(Vec<Set>, Duration)> {
     let checked = tokio::task::spawn_blocking(move || {
         let time = check.program(&commands)?.time();
         Ok((commands, time))
