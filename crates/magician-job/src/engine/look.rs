@@ -254,13 +254,13 @@ impl Work {
             dark.and_then(|dark| goes_on_dark(whole, span, &dark, &pose))
                 .or_else(|| whole.before_braking(resume_point, standing, &pose))
         });
-        let (steps, within, kept_twice) = match (resume_point, standing) {
-            _ if let Some(place) = burn => (place.steps, place.within, place.twice),
-            (_, Some((steps, place))) => (steps, Some(place), 0.0),
-            (ResumePoint::After(steps) | ResumePoint::Again(steps), _) => {
+        let (steps, within, kept_twice) = match (resume_point, standing, burn) {
+            (_, _, Some(place)) => (place.steps, place.within, place.twice),
+            (_, Some((steps, place)), None) => (steps, Some(place), 0.0),
+            (ResumePoint::After(steps) | ResumePoint::Again(steps), None, None) => {
                 (steps, checkpoint.place_after(steps), checkpoint.twice)
             }
-            (ResumePoint::Doubt(span), _) => {
+            (ResumePoint::Doubt(span), None, None) => {
                 let why = doubt.map_or(DoubtReason::Mixed, |doubt| doubt.why);
                 return Err(Fault::Doubt { span, why }.into());
             }
