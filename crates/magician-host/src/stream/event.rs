@@ -176,6 +176,8 @@ pub enum Refused {
     Full,
     /// The command cannot be queued.
     NotQueueable,
+    /// The command does not fit in a frame.
+    TooLong,
     /// The stream was told that no more comes, or it has failed.
     Over,
 }
@@ -185,6 +187,7 @@ impl fmt::Display for Refused {
         f.write_str(match self {
             Self::Full => "the stream is full",
             Self::NotQueueable => "the command cannot be queued",
+            Self::TooLong => "the command does not fit in a frame",
             Self::Over => "the stream takes no more commands",
         })
     }

@@ -96,7 +96,7 @@ mod tests;
 
 use std::time::Duration;
 
-use magician_protocol::{ArmInstant, Ctrl, FrameBuf};
+use magician_protocol::{ArmInstant, Ctrl, Field, FrameBuf, Range};
 
 use crate::connection::{Connection, Micros, Priority, Request, Ticket};
 use clock::Clock;
@@ -368,6 +368,12 @@ impl Stream {
         }
         if !item.command.row().queueable {
             return Err(Refused::NotQueueable);
+        }
+        // Lists alone have a length: the frame itself is made when the command goes out.
+        let is_list = |field: &Field| matches!(field.range, Range::AtMost(..));
+        let checked = item.command.check_fields(is_list);
+        if checked.is_err_and(|error| matches!(error.range, Range::AtMost(..))) {
+            return Err(Refused::TooLong);
         }
         self.lit = switched(&item.command).unwrap_or(self.lit);
         self.entries.push(Entry::new(item, self.lit));

@@ -1,3 +1,6 @@
+use magician_protocol::commands::PtpPoWithLCmd;
+use magician_protocol::{Ctrl, FrameBuf, PoCmd, PoList, PtpMode};
+
 use super::rig::{Rig, SECOND, increment, jump, laser, mixed, path, segment, started, wait};
 use crate::connection::{Failure, Settings};
 use crate::pair::Faults;
@@ -194,6 +197,27 @@ fn what_cannot_be_queued_is_refused_and_so_is_what_has_no_room() {
         ..laser(false, [0.0; 3])
     };
     assert_eq!(stream.offer(item), Err(Refused::NotQueueable));
+    // A frame has room for 57 outputs, but not beside a place on the rail.
+    let outputs = |count: usize| Item {
+        command: PtpPoWithLCmd {
+            ptp_mode: PtpMode::MovlXyz,
+            x: 220.0,
+            y: 0.0,
+            z: 20.0,
+            r: 0.0,
+            l: 0.0,
+            po: PoList::new(&vec![PoCmd::default(); count]).expect("a list"),
+        }
+        .into(),
+        ..laser(false, [0.0; 3])
+    };
+    let mut other = Stream::new(StreamSettings::default());
+    assert_eq!(other.offer(outputs(57)), Err(Refused::TooLong));
+    for count in [0, 56] {
+        let item = outputs(count);
+        assert_eq!(other.offer(item), Ok(()));
+        assert!(FrameBuf::set(&item.command, Ctrl::QUEUED).is_ok());
+    }
     let step = increment([0.0; 3], [1.0, 0.0, 0.0], 1000);
     for left in (0..WAITING).rev() {
         assert_eq!(stream.offer(step), Ok(()));
