@@ -14,6 +14,9 @@ use crate::simplify::off_chord;
 /// Corners sharper than this are cut off when an edge is moved, radians.
 const SHARPEST: f64 = 0.5;
 
+/// A longer edge is not compared with itself: that takes its square in time.
+const LONGEST_COMPARED: usize = 2_000;
+
 /// Shapes: of each first its outline, counter-clockwise, then its holes.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Region(Vec<Vec<Vec<[f64; 2]>>>);
@@ -170,7 +173,7 @@ impl Region {
             let edges = there_only.windows(2);
             { edges }.any(|edge| off_chord(*point, edge[0], edge[1]) <= width / 2.0)
         };
-        if back.iter().all(covered) {
+        if ring.len() <= LONGEST_COMPARED && back.iter().all(covered) {
             there_only.to_vec()
         } else {
             there
