@@ -1,8 +1,9 @@
 //! The tool at the end of the arm.
 
+use magician_model::tool_to_wire;
 use magician_motion::ToolBias;
 use magician_protocol::commands::{
-    EndEffectorParams, SetEndEffectorGripper, SetEndEffectorLaser, SetEndEffectorSuctionCup,
+    SetEndEffectorGripper, SetEndEffectorLaser, SetEndEffectorSuctionCup,
 };
 use magician_protocol::{Flag, Set};
 
@@ -11,12 +12,7 @@ use crate::{Error, Result};
 /// Tells the arm where the tool sits; poses count from there on.
 #[must_use]
 pub fn tool(bias: ToolBias) -> Set {
-    EndEffectorParams {
-        x_bias: bias.x as f32,
-        y_bias: bias.y as f32,
-        z_bias: bias.z as f32,
-    }
-    .into()
+    tool_to_wire(bias).into()
 }
 
 /// As [`tool`], by name: `none`, `suction`, `gripper`, `pen`, `laser`.
