@@ -91,12 +91,12 @@ impl Preset {
             error
         })?;
         let unused: Vec<_> = own.not_of(given.work).iter().map(|row| row.name).collect();
-        let unused = match (unused.as_slice(), given.work) {
-            ([], _) => None,
-            (names, Some(WorkOption::Draw)) => Some((names.join(", "), "for a laser")),
-            (names, _) => Some((names.join(", "), "for a pen")),
+        let tool = match given.work {
+            Some(WorkOption::Draw) => "laser",
+            _ => "pen",
         };
-        let unused = unused.map(|(names, tool)| format!("not used, {tool}: {names}"));
+        let unused = (!unused.is_empty())
+            .then(|| format!("left out as options of a {tool}: {}", unused.join(", ")));
         let told: Vec<_> = self.note.iter().cloned().chain(unused).collect();
         let told = (!told.is_empty()).then(|| {
             let told = format!("preset {}: {}", self.name, told.join("; "));

@@ -155,7 +155,7 @@ impl SetupOptions {
         let given = self.to_fields();
         let rows = Self::OPTIONS.iter();
         rows.filter(|row| given.contains_key(row.name))
-            .filter(|row| row.work.is_some_and(|own| own.is_excluded_by(work)))
+            .filter(|row| row.work.and_then(|own| own.excluded_by(work)).is_some())
             .collect()
     }
 
@@ -181,7 +181,7 @@ impl SetupOptions {
                     Some(value) => !need.is_met_by(value),
                     None => gone.contains(&need.name),
                 });
-                let other_work = row.work.is_some_and(|own| own.is_excluded_by(work));
+                let other_work = row.work.and_then(|own| own.excluded_by(work)).is_some();
                 other_work || partner || over.iter().any(|other| contradict(row, other))
             });
             let Some(row) = replaced else {
@@ -212,14 +212,8 @@ impl SetupOptions {
                     ..OptionError::new(name, format!("{name} needs {need}"))
                 });
             }
-            if let Some(work) = row.work.filter(|work| work.is_excluded_by(self.work)) {
-                let other = match work {
-                    WorkOption::Engrave => "draw",
-                    _ => "engrave",
-                };
-                let condition = work.as_condition();
-                let message = format!("{name} counts where {condition}: work is {other}");
-                return Err(OptionError::new(name, message));
+            if let Some(why) = row.work.and_then(|work| work.excluded_by(self.work)) {
+                return Err(OptionError::new(name, format!("{name} counts where {why}")));
             }
         }
         if let Some(problem) = self.placed_page().and_then(|page| page.problem()) {

@@ -46,20 +46,12 @@ impl WorkOption {
     /// The names of those that can be asked for.
     pub const NAMES: &'static [&'static str] = &["draw", "engrave"];
 
-    /// True if the other of the two was asked for.
-    fn is_excluded_by(self, asked: Option<Self>) -> bool {
-        matches!(
-            (self, asked),
-            (Self::Draw, Some(Self::Engrave)) | (Self::Engrave, Some(Self::Draw))
-        )
-    }
-
-    /// Returns when an option of this work counts, in words.
-    fn as_condition(self) -> &'static str {
-        match self {
-            Self::Draw => "the pen draws",
-            Self::Engrave => "the laser engraves",
-            Self::ByFile => "the file says so",
+    /// Returns why an option of this work does not count, if the other one was asked for.
+    fn excluded_by(self, asked: Option<Self>) -> Option<&'static str> {
+        match (self, asked) {
+            (Self::Engrave, Some(Self::Draw)) => Some("the laser engraves: work is draw"),
+            (Self::Draw, Some(Self::Engrave)) => Some("the pen draws: work is engrave"),
+            _ => None,
         }
     }
 
