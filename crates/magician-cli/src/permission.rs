@@ -22,7 +22,7 @@ pub(crate) async fn homed(arm: &Arm, unhomed: bool) -> Result<Arm, Failure> {
     } else {
         arm.clone()
     };
-    arm.check_homed().await?;
+    arm.homing().check().await?;
     Ok(arm)
 }
 
@@ -70,7 +70,7 @@ impl Context {
             return Ok(());
         }
         let refused = self.arm(StopPolicy::Look, async |arm, _| {
-            match arm.permit_queue().await {
+            match arm.permission().check_queue().await {
                 Err(error) if error.code() == ErrorCode::LaserNotAllowed => Ok(true),
                 other => Ok(other.map(|()| false)?),
             }

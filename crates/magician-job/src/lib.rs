@@ -28,7 +28,7 @@
 //! # What a job does, in this order
 //!
 //! 1. Checking: nothing moves. Of an earlier run that burnt the laser is switched off and the queue emptied, if it is resumed;
-//!    the arm is known to be homed ([`Arm::check_homed`](magician::Arm::check_homed)), ready and dark; settings that ended processes have left changed are restored; the place to begin at is
+//!    the arm is known to be homed ([`Homing::check`](magician::Homing::check)), ready and dark; settings that ended processes have left changed are restored; the place to begin at is
 //!    found; no foreign commands wait; the program is checked from where the arm stands.
 //! 2. Running: the settings that it changes are saved, the journal is written before each step goes out.
 //! 3. Ending: pen up, tool parked, settings restored, the journal removed.

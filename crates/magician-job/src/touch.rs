@@ -41,13 +41,13 @@ impl Touch {
 /// tool that draws later. Moves nothing.
 ///
 /// # Errors
-/// [`NotHomed`](ErrorCode::NotHomed) as [`Arm::check_homed`], [`LaserOn`](ErrorCode::LaserOn) as
-/// [`Arm::check_dark`], [`Busy`](ErrorCode::Busy) if the arm moves,
+/// [`NotHomed`](ErrorCode::NotHomed) as [`Homing::check`], [`LaserOn`](ErrorCode::LaserOn) as
+/// [`Laser::check_off`], [`Busy`](ErrorCode::Busy) if the arm moves,
 /// [`InvalidValue`](ErrorCode::InvalidValue) if the arm counts from the tip of a tool that ends at
 /// another height than the one that draws; else as [`Arm::get`].
 pub async fn touch_off(arm: &Arm, draws: Tool) -> Result<Touch> {
-    arm.check_homed().await?;
-    arm.check_dark().await?;
+    arm.homing().check().await?;
+    arm.laser().check_off().await?;
     // A hand or another program moves it, too: then two poses differ.
     if !arm.stands().await? {
         let why = "the arm moves: its tool touches nothing yet";

@@ -38,7 +38,7 @@ impl Request {
                 Ok(index) => return Ok((self.ctrl.0, index.0.to_le_bytes().to_vec())),
                 Err(error) if error.kind() == ErrorKind::QueueFull && self.patient => {
                     // There is room when the next command has finished; the wait ends if it cannot.
-                    let ended = arm.current_index().await?;
+                    let ended = arm.queue().current_index().await?;
                     arm.wait(QueueIndex(ended.0.saturating_add(1))).await?;
                 }
                 Err(error) => return Err(error),
@@ -78,7 +78,7 @@ impl Core {
     fn start_empty_queue(&self, py: Python<'_>) -> PyResult<Call> {
         let arm = self.arm(py)?;
         Ok(Call::plain(async move {
-            arm.start_empty_queue().await?;
+            arm.queue().start_if_empty().await?;
             Ok(())
         }))
     }
@@ -105,7 +105,7 @@ impl Core {
             .map_err(|error| errors::raise(py, &error))?;
         // What programs for those libraries say is passed on: they have no word for a permission, and none for the holder
         // of a jog.
-        let arm = self.burning(py, true)?.passing_jogs();
+        let arm = self.burning(py, true)?.front_end().passing_jogs();
         let exchange = async move { request.exchange(&arm).await };
         Ok(Call::start(exchange, |py, (ctrl, params)| {
             Ok((ctrl, PyBytes::new(py, &params))
@@ -122,7 +122,7 @@ impl Core {
         Ok(Call::plain(async move {
             arm.wait(QueueIndex(index)).await?;
             if look {
-                arm.check_alarms(&[], Guards::default()).await
+                arm.front_end().check_alarms(&[], Guards::default()).await
             } else {
                 Ok(())
             }

@@ -85,7 +85,7 @@ impl Core {
             let [x, y, z] = [bias.x_bias, bias.y_bias, bias.z_bias].map(f64::from);
             view.tool = ToolBias::new(x, y, z);
             view.alarms = arm.alarms().await?;
-            let index = arm.current_index().await?;
+            let index = arm.queue().current_index().await?;
             view.facts = vec![format!("queue index {} finished", index.0)];
             Ok::<_, magician::Error>(view)
         };

@@ -346,7 +346,7 @@ impl Core {
             .passes_over(true)
             .saved(how.restore.then(SavedSettings::default));
         let started = runtime::within(|| {
-            if arm.is_in_process() {
+            if arm.front_end().is_in_process() {
                 magician_job::Job::start(&arm, spec, NoJournal)
             } else {
                 magician_job::Job::start(&arm, spec, FileJournal::new())

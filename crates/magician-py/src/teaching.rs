@@ -93,7 +93,7 @@ impl Core {
             }
         };
         let begun = async move {
-            arm.check_homed().await?;
+            arm.homing().check().await?;
             let tool = Tool::from(&arm.get::<EndEffectorParams>().await?);
             let saved = SavedSettings::default();
             let hand = guided_points(&arm, &saved).await?;

@@ -265,7 +265,7 @@ async fn segments() {
         let arm = Arm::simulated(arm, Options::default())
             .await
             .expect("an arm");
-        arm.start_queue().await.expect("started");
+        arm.queue().start().await.expect("started");
         arm
     };
     let arm = new_arm().await;

@@ -443,7 +443,7 @@ impl Work {
 
     /// Switches off what runs on without a holder. A queue that is still to set a motor going is dropped with it.
     fn stop_motors(&mut self) {
-        if self.arm.running_motors().is_empty() {
+        if self.arm.motors().running().is_empty() {
             return;
         }
         self.stops += 1;
@@ -452,7 +452,7 @@ impl Work {
             let stopped = if arm.moving() {
                 arm.stop().await
             } else {
-                arm.stop_motors().await
+                arm.motors().stop().await
             };
             if let Err(error) = stopped {
                 tracing::warn!(%error, "a motor may run on after the lease");
@@ -655,9 +655,9 @@ async fn come_to_an_end(arm: &Arm, is_reader: bool) -> magician::Result<()> {
     let (_, places) = arm.stats().await?;
     for stops in 0.. {
         let is_lit = arm.outputs().laser == Some(true);
-        let is_busy = is_lit || arm.moving() || !arm.running_motors().is_empty();
+        let is_busy = is_lit || arm.moving() || !arm.motors().running().is_empty();
         // The driver knows of no commands that it did not send: the arm is asked.
-        if !is_busy && (is_reader || arm.left_space().await? >= places) {
+        if !is_busy && (is_reader || arm.queue().left_space().await? >= places) {
             break;
         }
         if stops == LAST_STOPS {
@@ -666,7 +666,7 @@ async fn come_to_an_end(arm: &Arm, is_reader: bool) -> magician::Result<()> {
         }
         arm.stop().await?;
     }
-    arm.darken_after().await
+    arm.laser().switch_off_after().await
 }
 
 /// What the action under way comes to; never without one.

@@ -27,6 +27,6 @@ fn main() -> magician::Result<()> {
     let [j1, j2, j3, j4] = pose.joint_angle;
     println!("joints  {j1:.1}  {j2:.1}  {j3:.1}  {j4:.1} deg");
     println!("alarms  {}", arm.alarms()?);
-    println!("queue   {} places free", arm.left_space()?);
+    println!("queue   {} places free", arm.queue().left_space()?);
     Ok(())
 }

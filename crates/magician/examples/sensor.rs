@@ -58,17 +58,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     println!(
         "button: {}",
-        if arm.digital_input(BUTTON)? {
+        if arm.pins().input(BUTTON)? {
             "pressed"
         } else {
             "not pressed"
         }
     );
     println!("press it");
-    arm.wait_for_input(BUTTON, true)?;
+    arm.pins().wait_for_input(BUTTON, true)?;
     println!(
         "button: {}",
-        if arm.digital_input(BUTTON)? {
+        if arm.pins().input(BUTTON)? {
             "pressed"
         } else {
             "not pressed"

@@ -79,11 +79,13 @@ mod transport;
 mod virtual_arm;
 
 pub use arm::{
-    Arm, ArmIdentity, ClockRate, CommandSource, EndNotice, Event, Events, Feeder, HomingRecord,
-    Jog, JogOptions, Level, Lifted, LightsOut, Link, Options, Pin, Progress, Ran, Run, RunOptions,
-    Sample, Samples, SettingsBackup, StateOptions, StateWatch, Status, Stopper, Streaming,
-    sets_in_motion,
+    Arm, ArmIdentity, ClockRate, CommandSource, EndNotice, Event, Events, Feeder, Homing,
+    HomingRecord, Jog, JogOptions, Laser, Level, Lifted, LightsOut, Link, Motors, Options, Pin,
+    Pins, Progress, Queue, Ran, Run, RunOptions, Sample, Samples, SettingsBackup, StateOptions,
+    StateWatch, Status, Stopper, Streaming, sets_in_motion,
 };
+#[doc(hidden)]
+pub use arm::{FrontEnd, Permission};
 pub use magician_host::admission;
 #[cfg(feature = "faults")]
 pub use magician_host::faults;

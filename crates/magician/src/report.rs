@@ -153,8 +153,8 @@ impl ArmInfo {
             uptime_ms: arm.get::<DeviceTime>().await?.g_systick,
             with_l: arm.get::<DeviceWithL>().await?.with_l.is_on(),
             alarms: arm.alarms().await?.codes().collect(),
-            queue_current_index: arm.current_index().await?.0,
-            queue_left_space: arm.left_space().await?,
+            queue_current_index: arm.queue().current_index().await?.0,
+            queue_left_space: arm.queue().left_space().await?,
             laser: outputs.laser,
             suction: outputs.suction,
             gripper: outputs.gripper.map(GripperState::name),
@@ -204,7 +204,7 @@ impl AlarmReport {
     /// As [`Arm::get`].
     pub async fn read(arm: &Arm) -> Result<Self> {
         let alarms = arm.alarms().await?;
-        let tool_unknown = arm.tool_is_unknown(&alarms).await?;
+        let tool_unknown = arm.front_end().tool_is_unknown(&alarms).await?;
         let entry = |code| {
             let alarm = Alarm::with_code(code);
             AlarmEntry {

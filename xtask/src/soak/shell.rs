@@ -214,13 +214,13 @@ async fn call(arm: &Arm, which: u64, number: u32) -> Result<(), magician::Error>
     match which {
         0 => arm.get::<Pose>().await.map(drop),
         1 => arm.get::<HomeParams>().await.map(drop),
-        2 => arm.current_index().await.map(drop),
+        2 => arm.queue().current_index().await.map(drop),
         3 => arm.get::<QueuedCmdLeftSpace>().await.map(drop),
         4 => arm.alarms().await.map(drop),
         5 => arm.clear_alarms().await,
         6 => arm.enqueue(&WaitCmd { timeout: number }).await.map(drop),
         7 => arm.set(&RATIOS).await,
-        8 => arm.start_queue().await,
+        8 => arm.queue().start().await,
         _ => arm.enqueue(&RATIOS).await.map(drop),
     }
 }
@@ -379,7 +379,7 @@ async fn pulled(scope: Scope) -> Result<(Plugs, Digest), Box<dyn Error>> {
                 Err(ErrorKind::QueueFull) => {
                     plugs.not_as_told += u64::from(taken > 0);
                     // Nothing runs: the queue is emptied, so that there is room.
-                    if arm.clear_queue().await.is_err() {
+                    if arm.queue().clear().await.is_err() {
                         break;
                     }
                 }

@@ -176,8 +176,8 @@ impl Session {
     /// can be told from the indices.
     fn read_base(&self) -> magician::Result<()> {
         if !self.based.load(Ordering::Relaxed) {
-            self.arm.current_index()?;
-            self.arm.left_space()?;
+            self.arm.queue().current_index()?;
+            self.arm.queue().left_space()?;
             self.based.store(true, Ordering::Relaxed);
         }
         Ok(())

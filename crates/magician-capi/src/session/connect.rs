@@ -246,7 +246,7 @@ impl Registry {
 
 /// Starts an empty queue, as the programs expect that were written on an arm which another one had started.
 fn start(arm: &blocking::Arm) {
-    if let Err(error) = arm.start_empty_queue() {
+    if let Err(error) = arm.queue().start_if_empty() {
         notice::warn(NAME, &format!("the queue was not started: {error}"));
     }
 }

@@ -87,7 +87,7 @@ impl Standstill {
         let (Ok(alarms), Ok(pose)) = (arm.alarms(), arm.get::<Pose>()) else {
             return;
         };
-        let tool_unknown = arm.tool_is_unknown(&alarms).unwrap_or(false);
+        let tool_unknown = arm.front_end().tool_is_unknown(&alarms).unwrap_or(false);
         let mut seen = lock(&self.seen);
         seen.pose = Some(pose);
         let still = before == Some(pose);

@@ -90,14 +90,14 @@ impl Connected {
 
     /// True if a signal has something to stop: a motion, a laser, a motor.
     pub(super) fn needs_stop(&self) -> bool {
-        let moves = self.arm.moving() || !self.arm.running_motors().is_empty();
+        let moves = self.arm.moving() || !self.arm.motors().running().is_empty();
         self.under_way.needs_stop() || moves
     }
 
     /// True if the end of its station has something to stop: what was begun over this connection.
     /// Others may be ending their own runs on the arm.
     pub(super) fn needs_end(&self) -> bool {
-        let moves = self.arm.moving() || !self.arm.running_motors().is_empty();
+        let moves = self.arm.moving() || !self.arm.motors().running().is_empty();
         self.under_way.laser == Some(Burns::WhileConnected) || moves
     }
 

@@ -53,7 +53,7 @@ impl Context {
         let clone = async |arm: &Arm, _: &mut Output| Ok(arm.clone());
         let arm = self.work(Some(sim), begin, Access::Reads, clone)?;
         let done = self.alone(async |out, signals| {
-            let ends = arm.end_notice();
+            let ends = arm.front_end().end_notice();
             let told = async {
                 tokio::select! {
                     _ = signals.next() => {}
@@ -135,8 +135,8 @@ impl Context {
             let dark = match laser {
                 _ if !well => None,
                 Some(Burns::ForGood) => Some(Ok(())),
-                Some(Burns::WhileConnected) => Some(arm.darken().await),
-                None => Some(arm.darken_after().await),
+                Some(Burns::WhileConnected) => Some(arm.laser().switch_off().await),
+                None => Some(arm.laser().switch_off_after().await),
             };
             // What is not answered is said once more at the end of a connection that is not let go of.
             if let Some(Ok(())) = dark {
@@ -179,7 +179,7 @@ impl Context {
                 if access == Access::Sets && !rules.reconnects {
                     self.take_lease().await?;
                 }
-                let ends = arm.end_notice();
+                let ends = arm.front_end().end_notice();
                 let work = async {
                     let settled = SavedSettings::settle(arm, access).await;
                     self.out.settled(&settled, self.global.json);
@@ -298,7 +298,7 @@ impl Context {
 
 /// Says which motors run on after this program, and what stops them.
 fn note_running_motors(arm: &Arm, at_station: bool) {
-    for motor in arm.running_motors() {
+    for motor in arm.motors().running() {
         let output = u8::from(motor) + 1;
         if at_station {
             tell(format_args!(

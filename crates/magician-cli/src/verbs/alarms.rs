@@ -24,7 +24,7 @@ impl Alarms {
             let mut homed = true;
             if self.clear {
                 // Alarm 0x00 tells that it is not homed, and is gone then.
-                homed = arm.is_virtual() || arm.homed().await? != Some(false);
+                homed = arm.is_virtual() || arm.homing().is_homed().await? != Some(false);
                 arm.clear_alarms().await?;
             }
             Ok((AlarmReport::read(arm).await?, homed))

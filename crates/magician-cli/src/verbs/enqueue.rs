@@ -55,11 +55,11 @@ impl Enqueue {
         }
         let index = context.arm(StopPolicy::Order, async |arm, _| {
             if self.start {
-                arm.check_dark().await?;
+                arm.laser().check_off().await?;
             }
             let index = arm.enqueue_set(&command).await?;
             if self.start {
-                arm.start_queue().await?;
+                arm.queue().start().await?;
             }
             Ok(index.0)
         })?;

@@ -237,7 +237,7 @@ async fn act(arm: &Arm, action: Action) -> Result<Vec<Pin>, Failure> {
         Action::Get { pin } => pin,
         Action::Set { pin, .. } | Action::Pwm { pin, .. } => {
             if let Some(command) = action.command() {
-                arm.drive(&command).await?;
+                arm.pins().drive(&command).await?;
             }
             pin
         }

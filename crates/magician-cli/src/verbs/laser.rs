@@ -75,7 +75,9 @@ impl Laser {
         if self.time.is_some() || self.keep_on {
             return Err(Failure::usage("--for and --keep-on are for `laser on`"));
         }
-        context.arm(StopPolicy::Darken, async |arm, _| Ok(arm.darken().await?))?;
+        context.arm(StopPolicy::Darken, async |arm, _| {
+            Ok(arm.laser().switch_off().await?)
+        })?;
         show(context, "laser", Switch::Off)
     }
 
@@ -86,7 +88,7 @@ impl Laser {
             arm.set_any(&build::laser(true)).await?;
             said(quiet, out, "on")?;
             let end = self.end(arm, quiet, told).await;
-            let dark = arm.darken().await;
+            let dark = arm.laser().switch_off().await;
             end?;
             dark?;
             said(quiet, out, "off")

@@ -45,15 +45,15 @@ impl Queue {
             match action {
                 Action::Status => (),
                 Action::Start => {
-                    arm.check_dark().await?;
-                    arm.start_queue().await?;
+                    arm.laser().check_off().await?;
+                    arm.queue().start().await?;
                 }
                 Action::Stop => arm.stop_gentle().await?,
-                Action::Clear => arm.clear_queue().await?,
+                Action::Clear => arm.queue().clear().await?,
             }
             let status = Status {
-                current_index: arm.current_index().await?.0,
-                left_space: arm.left_space().await?,
+                current_index: arm.queue().current_index().await?.0,
+                left_space: arm.queue().left_space().await?,
             };
             let (_, capacity) = arm.stats().await?;
             Ok((status, capacity))

@@ -127,7 +127,7 @@ async fn go(
     quiet: bool,
     saved: &SavedSettings,
 ) -> Result<RailReport, Failure> {
-    arm.check_dark().await?;
+    arm.laser().check_off().await?;
     needs_rail(arm).await?;
     let mut commands = vec![travel];
     if let Some(speed) = how.speed {

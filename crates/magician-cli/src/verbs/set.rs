@@ -47,7 +47,7 @@ impl Set {
         let begins = sets_in_motion(&command);
         context.arm(policy, async |arm, _| {
             if begins {
-                arm.check_dark().await?;
+                arm.laser().check_off().await?;
             }
             Ok(arm.raw(row.id, Ctrl::SET, &params).await?)
         })?;

@@ -159,8 +159,8 @@ impl Move {
 
     /// The commands of the move, checked.
     async fn plan(&self, arm: &Arm, saved: &SavedSettings) -> Result<CheckedProgram, Failure> {
-        arm.check_dark().await?;
-        let pose = arm.known_pose().await?;
+        arm.laser().check_off().await?;
+        let pose = arm.front_end().known_pose().await?;
         let mut commands = Vec::new();
         if let Some(bias) = self.tool {
             commands.push(build::tool(bias));

@@ -176,7 +176,7 @@ impl Work {
     async fn stand(&self) -> Result<(Stood, u32), Error> {
         self.arm.stop().await?;
         let pose = self.arm.get::<Pose>().await?;
-        let index = self.arm.current_index().await?.0;
+        let index = self.arm.queue().current_index().await?.0;
         let clock = self.arm.get::<DeviceTime>().await?.g_systick;
         Ok((Stood { pose, index }, clock))
     }
@@ -265,7 +265,7 @@ impl Work {
         let from = track.from();
         let (least, most) = (from + span.least, from + span.most);
         if let (true, Some(rest)) = (self.burns, &track.rest)
-            && let Some(dark) = self.arm.lights_out()
+            && let Some(dark) = self.arm.laser().lights_out()
             && let Some(place) = goes_on_dark(rest, (least, most), &dark, &stood.pose)
         {
             return track.ends_burning(place);

@@ -49,14 +49,14 @@ impl Work {
                 .iter()
                 .filter_map(|step| step.action.command())
                 .collect();
-            arm.permit(&commands)?;
+            arm.permission().check(&commands)?;
             BesideTurns.give().await;
         }
         let resumes = spec.start == Start::Resume;
         if resumes && program.plan().burns() {
             // A run that died may have left it burning.
             // Where that finds an arm that moves, the burn goes on.
-            let (dark, _) = tokio::join!(arm.darken(), arm.get::<Pose>());
+            let (dark, _) = tokio::join!(arm.laser().switch_off(), arm.get::<Pose>());
             dark?;
             arm.stop_gentle().await?;
             // A Clear may end the piece under way where it is, and the arm would count it as finished.
@@ -67,7 +67,7 @@ impl Work {
                 }
                 self.shared.tell(JobEvent::Waits(Waits::Nothing));
             }
-            arm.clear_queue().await?;
+            arm.queue().clear().await?;
         }
         self.check_ready().await?;
         let key = self.key().await;
@@ -84,9 +84,9 @@ impl Work {
         }
         // A program that homes first needs no homed arm, but what it sees of its own homing is kept.
         if program.homes_first(place.0) {
-            arm.homed().await?;
+            arm.homing().is_homed().await?;
         } else {
-            arm.check_homed().await?;
+            arm.homing().check().await?;
         }
         // A surface is measured with an arm that is homed: that comes first.
         if spec.assumes_surface && !arm.is_virtual() {
@@ -112,7 +112,7 @@ impl Work {
             .filter(|left| left.ended.is_none() && left.handed > 0);
         if let Some(left) = cut_off.filter(|_| self.lasting) {
             let seen = ObservedProgress {
-                current: self.arm.current_index().await?.0,
+                current: self.arm.queue().current_index().await?.0,
                 clock: self.arm.get::<DeviceTime>().await?.g_systick,
             };
             let doubt = left.doubt(Some(seen), self.spec.program.numbering());
@@ -129,7 +129,7 @@ impl Work {
     pub(super) async fn check_ready(&self) -> Result<(), Error> {
         let guards = Guards::default().require_homed(self.spec.require_homed);
         let first: Vec<Set> = self.spec.program.plan().commands().take(1).collect();
-        self.arm.check_ready(&first, guards).await
+        self.arm.front_end().check_ready(&first, guards).await
     }
 
     /// Checks what is left from there, from where the arm stands.
@@ -199,7 +199,11 @@ impl Work {
         };
         let program = self.spec.program.key_in_turns(&BesideTurns).await;
         let mut key = JournalKey::new(program, arm);
-        key.virtual_arm = self.arm.virtual_number().filter(|_| !self.lasting);
+        key.virtual_arm = self
+            .arm
+            .front_end()
+            .virtual_number()
+            .filter(|_| !self.lasting);
         key
     }
 
@@ -215,7 +219,7 @@ impl Work {
             idle?;
         }
         let seen = ObservedProgress {
-            current: arm.current_index().await?.0,
+            current: arm.queue().current_index().await?.0,
             clock: arm.get::<DeviceTime>().await?.g_systick,
         };
         let pose = arm.get::<Pose>().await?;
@@ -250,7 +254,7 @@ impl Work {
                 ResumePoint::Again(steps) => (steps + 1, steps + 1),
                 ResumePoint::Doubt(_) => return None,
             };
-            let dark = arm.lights_out();
+            let dark = arm.laser().lights_out();
             dark.and_then(|dark| goes_on_dark(whole, span, &dark, &pose))
                 .or_else(|| whole.before_braking(resume_point, standing, &pose))
         });
@@ -296,10 +300,10 @@ impl Work {
         let mut before = None;
         let mut changed = Instant::now();
         loop {
-            let left = self.arm.left_space().await?;
+            let left = self.arm.queue().left_space().await?;
             let waiting = places.saturating_sub(left);
             let now = (
-                self.arm.current_index().await?,
+                self.arm.queue().current_index().await?,
                 self.arm.get::<Pose>().await?,
             );
             if waiting == 0 && before == Some(now) {
@@ -331,7 +335,7 @@ async fn checked(
 /// The index that the arm has finished last, if its queue is empty.
 pub(super) async fn at_rest(arm: &Arm) -> Result<Option<u64>, Error> {
     let (_, places) = arm.stats().await?;
-    let empty = arm.left_space().await? >= places;
-    let index = arm.current_index().await?.0;
+    let empty = arm.queue().left_space().await? >= places;
+    let index = arm.queue().current_index().await?.0;
     Ok(empty.then_some(index))
 }

@@ -41,12 +41,14 @@ impl Job {
     /// # Panics
     /// Outside of a tokio runtime.
     pub fn start(arm: &Arm, spec: JobSpec, journal: impl Journal + 'static) -> JobHandle {
-        let lasting = spec.lasting.unwrap_or_else(|| !arm.is_in_process());
+        let lasting = spec
+            .lasting
+            .unwrap_or_else(|| !arm.front_end().is_in_process());
         let burns = spec
             .program
             .plan()
             .commands()
-            .any(|command| arm.burns(&command));
+            .any(|command| arm.laser().burns(&command));
         // What burns at a power of its own needs its speed; so does a laser that is no path's.
         let steps = spec.program.plan().steps.iter();
         let needs_speed = burns && { steps }.any(|step| {
@@ -55,14 +57,16 @@ impl Job {
                 && step
                     .action
                     .command()
-                    .is_some_and(|command| arm.burns(&command))
+                    .is_some_and(|command| arm.laser().burns(&command))
         });
         let fixed = Fixed { burns, needs_speed };
         let (handle, shared, requests) =
             JobHandle::new(spec.name.clone(), spec.origin.clone(), fixed);
         let work = Work {
             stops: arm.stops(),
-            passes_over: spec.passes_over || spec.program.plan().burns() || !arm.keeps_order(),
+            passes_over: spec.passes_over
+                || spec.program.plan().burns()
+                || !arm.front_end().keeps_order(),
             burns,
             needs_speed,
             lasting,
@@ -80,7 +84,7 @@ impl Job {
         let ends = EndsAnyway(shared);
         tokio::spawn(async move {
             let ends = ends;
-            let mut inbox = Inbox::new(requests, work.arm.end_notice());
+            let mut inbox = Inbox::new(requests, work.arm.front_end().end_notice());
             let mut outcome = work.to_the_end(&mut inbox).await;
             if let Err(error) = &mut outcome {
                 error.unkept = work.track().unkept.clone();
@@ -207,7 +211,7 @@ impl Work {
         report: magician_program::Report,
     ) -> Result<Done, JobError> {
         // What follows waits as long as the run did.
-        let arm = &self.arm.patient(RunOptions::default().patience);
+        let arm = &self.arm.front_end().patient(RunOptions::default().patience);
         let ends = async {
             let seconds = begun.seconds(arm).await?;
             self.track().remove();

@@ -238,7 +238,7 @@ impl Work {
         let began = Instant::now();
         let mut before = None;
         let stood = loop {
-            let index = arm.current_index().await?.0;
+            let index = arm.queue().current_index().await?.0;
             let pose = arm.get::<Pose>().await?;
             let now = Stood { pose, index };
             let still = before.replace(now) == Some(now);
@@ -247,12 +247,12 @@ impl Work {
             }
             sleep(LOOKS).await;
         };
-        arm.clear_queue().await?;
+        arm.queue().clear().await?;
         if self.burns {
-            arm.darken().await?;
+            arm.laser().switch_off().await?;
         }
         // What was finished meanwhile counts.
-        let index = arm.current_index().await?.0.max(stood.index);
+        let index = arm.queue().current_index().await?.0.max(stood.index);
         Ok(Stood { index, ..stood })
     }
 
@@ -327,7 +327,8 @@ impl Work {
         };
         // Clearing the alarm of a reset homes nothing.
         if !self.spec.program.homes_first(from) {
-            arm.check_homed()
+            arm.homing()
+                .check()
                 .await
                 .map_err(|error| match error.code() {
                     ErrorCode::NotHomed => ResumeError::Reset,

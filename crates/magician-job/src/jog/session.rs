@@ -72,9 +72,9 @@ impl PendantSession {
     /// Reads what a pendant has to know. `saved` restores the speeds that orders change; clones of it may save more.
     ///
     /// # Errors
-    /// As [`Arm::check_dark`]: not while the laser burns; and as [`Arm::get`].
+    /// As [`Laser::check_off`]: not while the laser burns; and as [`Arm::get`].
     pub async fn open(arm: &Arm, saved: &SavedSettings) -> Result<(Self, Pendant)> {
-        arm.check_dark().await?;
+        arm.laser().check_off().await?;
         let ratios = SpeedRatios {
             jog: arm.get::<JogCommonParams>().await?,
             moves: arm.get::<PtpCommonParams>().await?,
@@ -133,7 +133,7 @@ impl PendantSession {
     pub async fn close(self, pendant: &Pendant) -> Result<()> {
         let finished = self.worker.finish().await;
         if pendant.may_burn() {
-            self.arm.darken().await?;
+            self.arm.laser().switch_off().await?;
         }
         finished
     }

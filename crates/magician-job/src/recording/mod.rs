@@ -359,8 +359,8 @@ impl Work {
         let at = Instant::now();
         let seen = Seen {
             pose: self.arm.get().await?,
-            index: self.arm.current_index().await?.0,
-            left_space: self.arm.left_space().await?,
+            index: self.arm.queue().current_index().await?.0,
+            left_space: self.arm.queue().left_space().await?,
             alarms: self.arm.alarms().await?,
         };
         self.keep(at, seen).await

@@ -288,7 +288,7 @@ impl SavedSettings {
 #[cfg(feature = "files")]
 async fn restore_if_idle(arm: &Arm, mut settings: SettingsBackup) -> Result<bool> {
     let (_, places) = arm.stats().await?;
-    let empty = arm.left_space().await? >= places;
+    let empty = arm.queue().left_space().await? >= places;
     if empty {
         settings.restore(arm).await?;
     }
@@ -310,7 +310,7 @@ fn remove(entry: Option<Entry>) {
 /// one without a serial number.
 #[cfg(feature = "files")]
 async fn of(arm: &Arm) -> Option<(Ledger, String)> {
-    if arm.is_in_process() {
+    if arm.front_end().is_in_process() {
         return None;
     }
     let ledger = Ledger::at(crate::dirs::state()?.join("debts"));
@@ -329,7 +329,7 @@ async fn of(arm: &Arm) -> Option<(Ledger, String)> {
 #[cfg(feature = "files")]
 async fn of_any(arm: &Arm) -> Option<(Ledger, String)> {
     let ledger = Ledger::at(crate::dirs::state()?.join("debts"));
-    if arm.is_in_process() || ledger.is_empty() {
+    if arm.front_end().is_in_process() || ledger.is_empty() {
         return None;
     }
     of(arm).await

@@ -16,9 +16,9 @@ const PERIOD: Duration = Duration::from_millis(100);
 ///
 /// # Errors
 /// When the line is gone, when the arm does not take the settings, and for an arm that is not known to be homed
-/// ([`Arm::check_homed`]).
+/// ([`Homing::check`]).
 pub async fn guided_points(arm: &Arm, saved: &SavedSettings) -> Result<Option<Polled<Pose>>> {
-    arm.check_homed().await?;
+    arm.homing().check().await?;
     let before = async {
         let mode = arm.get::<HhtTrigMode>().await?;
         let enabled = arm.get::<HhtTrigOutputEnabled>().await?;

@@ -172,7 +172,7 @@ async fn runs_that_end_at_200_random_instants_leave_pen_up_laser_dark_and_settin
                 ends.hears(StopSignal::Interrupt);
             }
             How::LineEnds => {
-                arm.end_notice().set(true);
+                arm.front_end().end_notice().set(true);
                 if seeded.below(2) == 1 {
                     sleep(seeded.ms(400)).await;
                     ends.hears(StopSignal::Interrupt);
@@ -239,7 +239,7 @@ async fn second_stop_of_a_person_after_the_end_of_the_line_moves_nothing() {
     ending.lift = 60.0;
     let job = Job::start(&arm, JobSpec::new(program).ending(ending), NoJournal);
     sleep(Duration::from_secs(4)).await;
-    arm.end_notice().set(true);
+    arm.front_end().end_notice().set(true);
     let mut ends = Signals::of(&job);
     ends.hears(StopSignal::Interrupt);
     while height(&arm).await < PAPER + 1.0 {
@@ -259,7 +259,7 @@ async fn line_that_ends_before_a_job_has_sent_anything_stops_nobody_else() {
     // Somebody else's pen goes up.
     let lift = magician::build::line_by(0.0, 0.0, 30.0, 0.0);
     let run = arm.start(vec![lift]);
-    arm.end_notice().set(true);
+    arm.front_end().end_notice().set(true);
     let before = arm.stops();
     let job = Job::start(&arm, JobSpec::new(program), NoJournal);
     let error = job.outcome().await.expect_err("stopped");

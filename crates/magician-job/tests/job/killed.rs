@@ -90,7 +90,7 @@ async fn used(program: &Program) -> (VirtualArm, Arm, u64) {
     let (cell, arm) = place(program).await;
     let waits = [build::wait(Duration::from_millis(5)); 13];
     arm.run(&waits).await.expect("it waits");
-    let rest = arm.current_index().await.expect("an index").0;
+    let rest = arm.queue().current_index().await.expect("an index").0;
     (cell, arm, rest)
 }
 
@@ -162,7 +162,7 @@ async fn is_whole(
     rest: u64,
 ) -> Option<DoubtReason> {
     let (cell, arm, outcome, starts) = resumed(program, killed).await;
-    let taken = arm.current_index().await.expect("an index").0 > rest;
+    let taken = arm.queue().current_index().await.expect("an index").0 > rest;
     let drawn = ink(&cell).1;
     let told = format!("{starts:?} of {:?}, {drawn} of {whole} mm", killed.journal);
     match outcome {

@@ -23,7 +23,7 @@ fn start(arm: &Arm, program: &Program) -> JobHandle {
 /// Nothing of the job is in the arm, and its pen is up.
 async fn is_at_rest(cell: &VirtualArm, arm: &Arm, drawn: bool) {
     let (_, places) = arm.stats().await.expect("read");
-    assert_eq!(arm.left_space().await.expect("read"), places);
+    assert_eq!(arm.queue().left_space().await.expect("read"), places);
     assert!(!cell.with(|arm| arm.state().moving));
     let pose = arm.get::<Pose>().await.expect("a pose");
     assert!(!drawn || f64::from(pose.z) > PAPER + 5.0, "{pose:?}");

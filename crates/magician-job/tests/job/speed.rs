@@ -82,7 +82,7 @@ async fn what_is_not_sent_yet_is_slower_and_what_is_sent_is_not() {
     }
     assert_eq!(job.speed(), 100);
     let (_, places) = arm.stats().await.expect("read");
-    let waiting = places - arm.left_space().await.expect("read");
+    let waiting = places - arm.queue().left_space().await.expect("read");
     let changed = lines_done(&arm).await;
     let sent = changed + waiting as f32;
     assert!(waiting > 4 && sent < 20.0, "{waiting}");
@@ -246,7 +246,7 @@ async fn settings_between_the_steps_are_no_steps_for_the_journal() {
             break;
         };
         let seen = ObservedProgress {
-            current: arm.current_index().await.expect("an index").0,
+            current: arm.queue().current_index().await.expect("an index").0,
             clock: arm.get::<DeviceTime>().await.expect("a time").g_systick,
         };
         let truth = BEFORE as f32 + lines_done(&arm).await;

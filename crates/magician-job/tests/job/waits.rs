@@ -56,7 +56,7 @@ async fn comes_to_pause(job: &JobHandle) -> (PauseReason, Option<u64>) {
 /// Nothing waits in the arm, the pen is up, and for a minute nothing moves.
 async fn stands(cell: &VirtualArm, arm: &Arm) {
     let (_, places) = arm.stats().await.expect("read");
-    assert_eq!(arm.left_space().await.expect("read"), places);
+    assert_eq!(arm.queue().left_space().await.expect("read"), places);
     let before = arm.get::<Pose>().await.expect("a pose");
     assert!(f64::from(before.z) > PAPER + 5.0, "{before:?}");
     sleep(Duration::from_secs(60)).await;

@@ -202,7 +202,7 @@ async fn alarms<A: Attendant>(
         };
         report.add(finding, to)?;
     }
-    let finding = match arm.homed().await? {
+    let finding = match arm.homing().is_homed().await? {
         Some(true) => return report.add(Finding::good("homed", "yes, since power-up"), to),
         Some(false) => "no, not since power-up (alarm 0x00)",
         None => {
@@ -222,8 +222,8 @@ async fn queue<A: Attendant>(
     to: &mut A,
 ) -> Result<(), A::Failure> {
     let (_, capacity) = arm.stats().await?;
-    let waiting = capacity.saturating_sub(arm.left_space().await?);
-    let current = arm.current_index().await?;
+    let waiting = capacity.saturating_sub(arm.queue().left_space().await?);
+    let current = arm.queue().current_index().await?;
     if waiting == 0 {
         let finished = match current.0 {
             0 => "nothing yet".to_owned(),
@@ -267,7 +267,7 @@ async fn runs(arm: &Arm, since: QueueIndex) -> magician::Result<bool> {
     let stood = arm.get::<Pose>().await?;
     while begun.elapsed() < RUNS {
         tokio::time::sleep(LOOK).await;
-        if arm.current_index().await? > since || arm.get::<Pose>().await? != stood {
+        if arm.queue().current_index().await? > since || arm.get::<Pose>().await? != stood {
             return Ok(true);
         }
     }

@@ -211,7 +211,7 @@ impl Core {
                 }
             };
             let _ = tokio::time::timeout(FAREWELL, closing).await;
-            arm.end_trace();
+            arm.front_end().end_trace();
             Ok(())
         }))
     }
@@ -230,17 +230,18 @@ impl Core {
     fn let_go(&self, py: Python<'_>) -> PyResult<Call> {
         let arm = self.arm(py)?;
         Ok(Call::lasting(async move {
-            arm.darken_after().await?;
-            arm.stop_motors().await
+            arm.laser().switch_off_after().await?;
+            arm.motors().stop().await
         }))
     }
 
     /// Whether the laser is on, as far as can be told.
     fn laser(&self, py: Python<'_>) -> PyResult<Call> {
         let arm = self.arm(py)?;
-        Ok(Call::start(async move { arm.laser().await }, |py, on| {
-            Ok(on.into_pyobject(py)?.into_any().unbind())
-        }))
+        Ok(Call::start(
+            async move { arm.laser().is_on().await },
+            |py, on| Ok(on.into_pyobject(py)?.into_any().unbind()),
+        ))
     }
 
     fn name(&self, py: Python<'_>) -> PyResult<String> {

@@ -175,7 +175,7 @@ impl Core {
     /// Lets the queue run, once the arm stands.
     fn start_queue(&self, py: Python<'_>, allow_laser: bool) -> PyResult<Call> {
         let arm = self.burning(py, allow_laser)?;
-        Ok(Call::plain(async move { arm.start_queue().await }))
+        Ok(Call::plain(async move { arm.queue().start().await }))
     }
 
     /// Holds the queue after the command under way.

@@ -68,7 +68,7 @@ impl Core {
     fn known_pose(&self, class: &Bound<'_, PyAny>) -> PyResult<Call> {
         let (arm, class) = (self.arm(class.py())?, class.clone().unbind());
         let ask = async move {
-            let pose = arm.known_pose().await?;
+            let pose = arm.front_end().known_pose().await?;
             let frame = FrameBuf::encode(Pose::ROW.id, Ctrl::GET, &pose)?;
             Ok::<_, magician::Error>(frame)
         };
@@ -95,7 +95,7 @@ impl Core {
     fn drive(&self, command: &Bound<'_, PyAny>, allow_laser: bool) -> PyResult<Call> {
         let arm = self.burning(command.py(), allow_laser)?;
         let command = values::command(command)?;
-        Ok(Call::plain(async move { arm.drive(&command).await }))
+        Ok(Call::plain(async move { arm.pins().drive(&command).await }))
     }
 
     /// Puts a command into the arm's queue and tells its index.

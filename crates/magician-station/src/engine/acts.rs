@@ -62,7 +62,7 @@ pub(super) async fn to_the_end(
 
 /// Waits until the arm stands whose last command has finished: something else may have moved it, a jog that braked.
 async fn come_to_rest(arm: &Arm) -> magician::Result<()> {
-    arm.current_index().await?;
+    arm.queue().current_index().await?;
     if arm.moving() {
         arm.wait_still().await
     } else {
@@ -81,7 +81,7 @@ async fn act(
     match act {
         ArmAct::Set(set) => {
             if magician::sets_in_motion(&set) {
-                arm.check_dark().await?;
+                arm.laser().check_off().await?;
             }
             arm.set_any(&set).await?;
             Ok(Outcome::Value(Value::Null))
@@ -97,7 +97,7 @@ async fn act(
             moves,
         } => raw(&arm, id, &params, queued, moves).await,
         ArmAct::StartEmptyQueue => {
-            arm.start_empty_queue().await?;
+            arm.queue().start_if_empty().await?;
             Ok(Outcome::Value(Value::Null))
         }
         ArmAct::Move {
@@ -109,24 +109,24 @@ async fn act(
             wait,
         } => {
             let command = command(to, rail, by, joints, relative, on_rail)?;
-            arm.check_dark().await?;
+            arm.laser().check_off().await?;
             if wait {
                 arm.run(&[command]).await?;
                 return Ok(Outcome::State);
             }
-            arm.permit(&[command])?;
+            arm.permission().check(&[command])?;
             arm.preflight_for(&[command]).await?.check(&command)?;
             let index = arm.enqueue_set(&command).await?;
-            arm.start_queue().await?;
+            arm.queue().start().await?;
             Ok(Outcome::Value(json!({"index": index.0})))
         }
         ArmAct::Home => {
-            arm.darken().await?;
+            arm.laser().switch_off().await?;
             arm.home().await?;
             Ok(Outcome::State)
         }
         ArmAct::ClearAlarms => {
-            arm.permit_queue().await?;
+            arm.permission().check_queue().await?;
             arm.clear_alarms().await?;
             Ok(Outcome::State)
         }
@@ -141,7 +141,7 @@ async fn act(
         }
         ArmAct::Tool(set) if set == build::laser(false) => {
             // With its pins.
-            arm.darken().await?;
+            arm.laser().switch_off().await?;
             Ok(Outcome::State)
         }
         ArmAct::Tool(set) => {
@@ -158,7 +158,7 @@ async fn act(
             turned,
             percent,
         } => {
-            arm.check_dark().await?;
+            arm.laser().check_off().await?;
             arm.wait_still().await?;
             if let Some(percent) = percent {
                 let before = arm.get::<PtpCommonParams>().await?;
@@ -192,7 +192,7 @@ async fn raw(
         return Err(RpcError::arm(magician::ErrorKind::Unreachable, why));
     }
     if moves {
-        arm.check_dark().await?;
+        arm.laser().check_off().await?;
     }
     let ctrl = if queued { Ctrl::QUEUED } else { Ctrl::SET };
     let reply = arm.raw(id, ctrl, params).await?;

@@ -95,7 +95,7 @@ impl Slot {
 /// Switches motors off that a job has left running, if nobody holds the arm.
 async fn pay_motors(arm: &Arm, owes: &AtomicBool) {
     if owes.load(Ordering::SeqCst)
-        && let Err(error) = arm.stop_motors().await
+        && let Err(error) = arm.motors().stop().await
     {
         tracing::warn!(%error, "a motor may run on after the job");
     }
@@ -103,7 +103,7 @@ async fn pay_motors(arm: &Arm, owes: &AtomicBool) {
 
 /// What the arm has switched on when a job is over: its holder has to know.
 fn left_on(arm: &Arm) -> Vec<Value> {
-    let motors = arm.running_motors().into_iter().map(|motor| {
+    let motors = arm.motors().running().into_iter().map(|motor| {
         let motor = u8::from(motor) + 1;
         let note = format!("motor {motor} runs on until it is stopped, or the lease ends");
         Diagnostic::of_file(note)
@@ -281,7 +281,7 @@ impl Work {
             return Err((**refused).clone());
         }
         if let Err(refused) = &start.laser
-            && { whole.plan().commands() }.any(|command| self.arm.burns(&command))
+            && { whole.plan().commands() }.any(|command| self.arm.laser().burns(&command))
         {
             return Err((**refused).clone());
         }
@@ -539,7 +539,7 @@ async fn read(
             ProgramReading::LacksSurface(error) => {
                 // A surface is measured with an arm that is homed: that comes first.
                 if let Some(arm) = runs_on {
-                    arm.check_homed().await?;
+                    arm.homing().check().await?;
                 }
                 return Err(error);
             }

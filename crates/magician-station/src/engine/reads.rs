@@ -42,7 +42,7 @@ impl Known {
     /// Reads what is not read each time; tools and speed go into the driver's picture of the arm.
     pub(super) async fn read(arm: &Arm) -> Result<Self> {
         // What is remembered of a homing counts from here on.
-        arm.homed().await?;
+        arm.homing().is_homed().await?;
         arm.read_outputs().await?;
         let on_rail = arm.get::<DeviceWithL>().await?.with_l.is_on();
         let rail = if on_rail {
@@ -178,8 +178,8 @@ fn pin(level: &Level) -> (&'static str, u8, u16) {
 
 /// Reads the state once.
 pub(super) async fn reading(arm: &Arm, known: &mut Known) -> Result<ArmReading> {
-    let current = arm.current_index().await?.0;
-    let space = arm.left_space().await?;
+    let current = arm.queue().current_index().await?.0;
+    let space = arm.queue().left_space().await?;
     let alarms = arm.alarms().await?;
     let at = Instant::from(tokio::time::Instant::now());
     let pose = arm.get::<Pose>().await?;
@@ -192,7 +192,7 @@ pub(super) async fn reading(arm: &Arm, known: &mut Known) -> Result<ArmReading> 
         current,
         space,
         &alarms,
-        arm.homed_under(&alarms),
+        arm.homing().is_homed_under(&alarms),
         moving,
         &[],
         Duration::ZERO,
@@ -247,7 +247,7 @@ async fn value(
         }
         ArmRead::Capture { by, unhomed } => {
             if !unhomed {
-                arm.check_homed().await?;
+                arm.homing().check().await?;
             }
             arm.wait_still().await?;
             capture(&arm.get::<Pose>().await?, by)

@@ -134,7 +134,7 @@ async fn rust_program_is_told_that_its_station_ends_and_stops_its_run_in_time() 
     let (over, run) = running(&bench, &anna).await;
     let station = bench.station.clone();
     let ending = tokio::spawn(async move { station.end_runs().await });
-    over.end_notice().given().await;
+    over.front_end().end_notice().given().await;
     over.stop().await.unwrap();
     let stopped = run.await.unwrap().unwrap_err();
     assert_eq!(stopped.kind(), ErrorKind::Closed);

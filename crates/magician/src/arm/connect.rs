@@ -18,16 +18,6 @@ use crate::{Error, ErrorCode, ErrorKind, IntoTarget, Result, Target};
 
 /// Connecting and leaving.
 impl Arm {
-    /// Connects to an arm and makes sure that it answers.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Port`] when the port is not there, not allowed or in use, [`ErrorKind::Timeout`]
-    /// when nothing answers, [`ErrorKind::Unexpected`] when something else does,
-    /// [`ErrorKind::Unsupported`] for Bluetooth in a build without it.
-    pub async fn connect(target: impl IntoTarget) -> Result<Self> {
-        Self::connect_with(target, Options::default()).await
-    }
-
     /// As [`connect`](Self::connect), with other options.
     ///
     /// # Errors
@@ -254,15 +244,6 @@ impl Arm {
         self.ended().await;
     }
 
-    /// Ends the trace of this connection ([`Options::trace`](super::Options::trace)), and of others that have the same:
-    /// for an owner that keeps the handle after its connection.
-    #[cfg(feature = "trace")]
-    pub fn end_trace(&self) {
-        if let Some(tracer) = &self.inner.options.trace {
-            tracer.end();
-        }
-    }
-
     /// Ends when the connection has; it does not keep it.
     pub(crate) fn ended(&self) -> impl Future<Output = ()> + Send + 'static {
         let mut link = self.inner.shared.link.subscribe();
@@ -286,13 +267,6 @@ impl Arm {
     #[must_use]
     pub fn name(&self) -> &str {
         &self.inner.shared.name
-    }
-
-    /// Whether the line keeps the order of what it carries. UDP does not: it may also carry a command twice, and the queue
-    /// then has an index that no command of this connection's was told.
-    #[must_use]
-    pub fn keeps_order(&self) -> bool {
-        self.inner.shared.ordered
     }
 
     /// What went over the line so far, and how many commands the arm's queue holds.

@@ -5,8 +5,6 @@ use std::sync::Arc;
 
 use tokio::sync::watch;
 
-use super::Arm;
-
 /// Notice by the program at the other end of a line that it is about to end, while the line still
 /// carries: a station that ends gives it, and a job that runs over the line then stops as if a
 /// person had stopped it. Clones share it.
@@ -47,13 +45,5 @@ impl EndNotice {
             // The sender lives as long as this does.
             pending::<()>().await;
         }
-    }
-}
-
-impl Arm {
-    /// Notice of the end of its line ([`Options::end_notice`](super::Options::end_notice)).
-    #[must_use]
-    pub fn end_notice(&self) -> EndNotice {
-        self.inner.options.end_notice.clone()
     }
 }

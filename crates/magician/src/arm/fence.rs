@@ -364,8 +364,10 @@ impl Arm {
 
     /// Whether what was followed still waits, or runs, and nothing else does.
     async fn waits_in_order(&self, turn: &mut Turn<'_>) -> Result<bool> {
-        let waiting = u64::from(self.waiting().await?);
-        let ours = turn.prediction.waiting(self.current_index().await?.0);
+        let waiting = u64::from(self.queue().waiting().await?);
+        let ours = turn
+            .prediction
+            .waiting(self.queue().current_index().await?.0);
         // The command under way may count as waiting or not.
         Ok(ours > 0 && waiting <= ours)
     }
@@ -410,14 +412,14 @@ impl Arm {
         deadline: Instant,
     ) -> Result<Turn<'a>> {
         let turn = self.take_fence(held, deadline).await?;
-        let waiting = self.waiting().await?;
+        let waiting = self.queue().waiting().await?;
         if waiting == 0 {
             if frame.id() != QueuedCmdStartExec::ROW.id {
                 held.forget();
             }
             return Ok(turn);
         }
-        let current = self.current_index().await?.0;
+        let current = self.queue().current_index().await?.0;
         let known = turn.prediction.breaks == turn.breaks && turn.prediction.end.is_some();
         let ours = turn.prediction.waiting(current);
         if !known || u64::from(waiting) > ours {

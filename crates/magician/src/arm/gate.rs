@@ -1,65 +1,46 @@
 //! The motion gate of a connection, below all doors: see [`gate`](crate::gate).
 
-use magician_protocol::{Frame, Set, Stepper};
+use magician_protocol::Stepper;
 
 use super::{Arm, Shared};
 use crate::Result;
 use crate::connection::{Priority, Request};
-use crate::gate::{frame_jogs, refuse_unheld, unheld_jog};
 
-impl Arm {
-    /// A handle of the same connection that sends a [`JogCmd`](crate::commands::JogCmd) as it is: see
-    /// [`Options::raw_jogs`](super::Options::raw_jogs).
-    #[must_use]
-    pub fn passing_jogs(&self) -> Self {
-        Self {
-            passes_jogs: true,
-            ..self.clone()
-        }
-    }
+/// The motor outputs of an arm, a belt for one: [`Arm::motors`] hands them out.
+#[derive(Clone, Copy, Debug)]
+pub struct Motors<'a> {
+    arm: &'a Arm,
+}
 
+impl Motors<'_> {
     /// The motor outputs that run because of this connection, a belt for one, and go on until they are switched off:
-    /// [`stop`](Self::stop) does that, and the end of the connection, unless it was [detached](Self::detach).
+    /// [`stop`](Arm::stop) does that, and the end of the connection, unless it was [detached](Arm::detach).
     #[must_use]
-    pub fn running_motors(&self) -> Vec<Stepper> {
-        self.inner.shared.gate().running_motors().collect()
+    pub fn running(self) -> Vec<Stepper> {
+        self.arm.inner.shared.gate().running_motors().collect()
     }
 
-    /// Switches off what [`running_motors`](Self::running_motors) names.
+    /// Switches off what [`running`](Self::running) names.
     ///
     /// # Errors
-    /// As [`set`](Self::set).
-    pub async fn stop_motors(&self) -> Result<()> {
-        let running = self.running_motors();
+    /// As [`set`](Arm::set).
+    pub async fn stop(self) -> Result<()> {
+        let running = self.running();
         for (output, request) in motors_off() {
             if running.contains(&output) {
                 // It is no stop: what others have asked for goes on.
-                self.ask(request.priority(Priority::Stream)).await?;
+                self.arm.ask(request.priority(Priority::Stream)).await?;
             }
         }
         Ok(())
     }
+}
 
-    /// Refuses a jog that nothing holds; nothing is sent.
-    pub(super) fn permit_jog(&self, frame: &Frame<'_>) -> Result<()> {
-        if frame_jogs(frame) && !self.lets_jogs_pass() {
-            Err(unheld_jog())
-        } else {
-            Ok(())
-        }
-    }
-
-    /// Refuses a command that starts a jog that nothing holds.
-    pub(super) fn permit_command(&self, command: &Set) -> Result<()> {
-        if self.lets_jogs_pass() {
-            Ok(())
-        } else {
-            refuse_unheld(command)
-        }
-    }
-
-    fn lets_jogs_pass(&self) -> bool {
-        self.passes_jogs && !self.bounds_jogs()
+impl Arm {
+    /// The motor outputs.
+    #[must_use]
+    pub const fn motors(&self) -> Motors<'_> {
+        Motors { arm: self }
     }
 }
 

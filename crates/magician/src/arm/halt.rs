@@ -147,23 +147,6 @@ impl Arm {
 }
 
 impl Arm {
-    /// Stops the motion, switches the laser off, drops what waits in the queue, switches both motor outputs off (a belt that
-    /// anyone started stands then), and makes sure that
-    /// the arm stands. It overtakes everything; commands that have not gone out
-    /// end with [`ErrorKind::Closed`]. Suction and gripper stay as they are. Any clone may call it while others wait;
-    /// [`stopper`](Self::stopper) does it without a runtime.
-    ///
-    /// This is a convenience, not a safety function: the arm has a power switch.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Timeout`] when the arm does not answer or does not come to a stand.
-    pub async fn stop(&self) -> Result<()> {
-        let deadline = self.deadline();
-        let stops = self.inner.shared.stop();
-        self.halted(deadline, stops).await?;
-        self.come_to_rest().await
-    }
-
     /// Sends what stops the arm; it may still brake when it has answered.
     pub(super) async fn halted(&self, deadline: Instant, stops: u64) -> Result<()> {
         let shared = &self.inner.shared;
@@ -201,23 +184,13 @@ impl Arm {
     }
 
     /// Lets the command under way finish and then holds the queue (document 1.19.2). What waits
-    /// stays; [`start_queue`](Self::start_queue) goes on with it. A run under way ends, so that it does not start the queue.
+    /// stays; [`Queue::start`](super::Queue::start) goes on with it. A run under way ends, so that it does not start the queue.
     ///
     /// # Errors
     /// As [`get`](Self::get).
     pub async fn stop_gentle(&self) -> Result<()> {
         let request = Request::set(&QueuedCmdStopExec {})?;
         self.ask(request.priority(Priority::Stop)).await.map(drop)
-    }
-
-    /// Drops what waits in the queue (document 1.19.6). The motion under way may end where it is (model section 14). A run
-    /// under way ends.
-    ///
-    /// # Errors
-    /// As [`get`](Self::get).
-    pub async fn clear_queue(&self) -> Result<()> {
-        self.set(&magician_protocol::commands::QueuedCmdClear {})
-            .await
     }
 
     /// Ends a jog, at once and for sure: repeated until the arm stands.
@@ -275,7 +248,7 @@ impl Arm {
     /// As [`get`](Self::get).
     pub async fn stands(&self) -> Result<bool> {
         // What has finished counts as under way until the index is read.
-        self.current_index().await?;
+        self.queue().current_index().await?;
         if self.in_flight().runs_queue() {
             return Ok(false);
         }

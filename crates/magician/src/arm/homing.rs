@@ -1,11 +1,12 @@
 //! The arm's homing: what this connection has seen of it, and the record of earlier connections.
 
 use std::fmt;
+use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
 use magician_protocol::commands::{DeviceSn, DeviceTime, HomeCmd, HomeParams, Pose};
-use magician_protocol::{AlarmSet, Frame, Writable};
+use magician_protocol::{Alarm, AlarmSet, Frame, Writable};
 use tokio::time::Instant;
 
 use super::Arm;
@@ -113,54 +114,55 @@ impl ClockReading {
     }
 }
 
+/// The alarms were read for a program that moves nothing.
+pub(super) const ASKED: u8 = 1;
+/// They were read for one that moves the arm, which was warned, or the arm homes.
+pub(super) const WARNED: u8 = 2;
+
 /// True if this request homes the arm.
 pub(super) fn homes(request: &Frame<'_>) -> bool {
     request.ctrl().write() && request.id() == HomeCmd::ROW.id
 }
 
-/// Homing.
-impl Arm {
-    /// A handle of the same connection that takes an arm which is not known to be homed as it is: see
-    /// [`check_homed`](Self::check_homed).
-    #[must_use]
-    pub fn allowing_unhomed(&self) -> Self {
-        Self {
-            allows_unhomed: true,
-            ..self.clone()
-        }
-    }
+/// Homing of an arm: whether it was homed since power-up, which the protocol has no query for. [`Arm::homing`] hands it out;
+/// [`Arm::home`] homes the arm.
+#[derive(Clone, Copy, Debug)]
+pub struct Homing<'a> {
+    arm: &'a Arm,
+}
 
+impl Homing<'_> {
     /// True if the arm is homed. Homing seen over this connection counts, and what
     /// [`Options::homings`](super::Options::homings) remembers of earlier ones; clearing alarm 0x00 does not home an arm. `None`
     /// if it is not known: the protocol has no query for it.
     ///
     /// # Errors
-    /// As [`get`](Self::get), for the alarms.
-    pub async fn homed(&self) -> Result<Option<bool>> {
-        let alarms = self.alarms().await?;
-        if !self.is_virtual() {
+    /// As [`get`](Arm::get), for the alarms.
+    pub async fn is_homed(self) -> Result<Option<bool>> {
+        let alarms = self.arm.alarms().await?;
+        if !self.arm.is_virtual() {
             self.recall().await;
         }
-        self.settle_homing().await;
-        Ok(self.homed_under(&alarms))
+        self.settle().await;
+        Ok(self.is_homed_under(&alarms))
     }
 
-    /// Returns what [`homed`](Self::homed) returns, for alarms that were just read and without asking the arm.
+    /// Returns what [`is_homed`](Self::is_homed) returns, for alarms that were just read and without asking the arm.
     #[must_use]
-    pub fn homed_under(&self, alarms: &AlarmSet) -> Option<bool> {
-        self.inner.shared.known().homed_under(alarms)
+    pub fn is_homed_under(self, alarms: &AlarmSet) -> Option<bool> {
+        self.arm.inner.shared.known().homed_under(alarms)
     }
 
-    /// Refuses a real arm that is not known to be [homed](Self::homed): it would draw, burn, play or be taught in the wrong place.
-    /// A [virtual arm](Self::is_virtual) stands where it believes. [`allowing_unhomed`](Self::allowing_unhomed) goes on.
+    /// Refuses a real arm that is not known to be [homed](Self::is_homed): it would draw, burn, play or be taught in the wrong place.
+    /// A [virtual arm](Arm::is_virtual) stands where it believes. [`allowing_unhomed`](Arm::allowing_unhomed) goes on.
     ///
     /// # Errors
-    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) with [`ErrorCode::NotHomed`]; else as [`get`](Self::get).
-    pub async fn check_homed(&self) -> Result<()> {
-        if self.allows_unhomed || self.is_virtual() {
+    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) with [`ErrorCode::NotHomed`]; else as [`get`](Arm::get).
+    pub async fn check(self) -> Result<()> {
+        if self.arm.allows_unhomed || self.arm.is_virtual() {
             return Ok(());
         }
-        let why = match self.homed().await? {
+        let why = match self.is_homed().await? {
             Some(true) => return Ok(()),
             Some(false) => "the arm was not homed since power-up (alarm 0x00)",
             None => {
@@ -174,30 +176,30 @@ impl Arm {
     }
 
     /// A homing command is about to be sent: reads what is needed to tell whether it counts, and of which arm.
-    pub(super) async fn expect_homing(&self) {
-        if self.is_virtual() || self.inner.options.homings.is_none() {
+    pub(super) async fn expect(self) {
+        if self.arm.is_virtual() || self.arm.inner.options.homings.is_none() {
             return;
         }
         // An arm that answers none of these fails in the homing too, which says it better.
-        let _ = self.alarms().await;
+        let _ = self.arm.alarms().await;
         let _ = self.meet().await;
     }
 
     /// A program has ended: a homing of it that has finished is written down.
-    pub(super) async fn settle_homing(&self) {
-        if self.inner.shared.known().homing.needs_alarms() && self.alarms().await.is_err() {
+    pub(super) async fn settle(self) {
+        if self.arm.inner.shared.known().homing.needs_alarms() && self.arm.alarms().await.is_err() {
             return;
         }
-        if self.inner.shared.known().homing.needs_place() {
+        if self.arm.inner.shared.known().homing.needs_place() {
             let Ok(at_home) = self.stands_at_home().await else {
                 return;
             };
-            self.inner.shared.known().homing.stood_at_home(at_home);
+            self.arm.inner.shared.known().homing.stood_at_home(at_home);
         }
-        if !self.inner.shared.known().homing.take_new() || self.is_virtual() {
+        if !self.arm.inner.shared.known().homing.take_new() || self.arm.is_virtual() {
             return;
         }
-        let Some(record) = &self.inner.options.homings else {
+        let Some(record) = &self.arm.inner.options.homings else {
             return;
         };
         match self.meet().await {
@@ -205,25 +207,25 @@ impl Arm {
             Err(error) => tracing::info!(
                 %error,
                 "{}: the homing cannot be remembered beyond this program",
-                self.name()
+                self.arm.name()
             ),
         }
     }
 
     /// True if the arm stands at its home point: that of the firmware, or the one that was set.
-    async fn stands_at_home(&self) -> Result<bool> {
-        let pose = self.get::<Pose>().await?;
-        if !self.inner.shared.known().homing.needs_place() {
+    async fn stands_at_home(self) -> Result<bool> {
+        let pose = self.arm.get::<Pose>().await?;
+        if !self.arm.inner.shared.known().homing.needs_place() {
             return Ok(true);
         }
-        let home = self.get::<HomeParams>().await?;
+        let home = self.arm.get::<HomeParams>().await?;
         let away = [pose.x - home.x, pose.y - home.y, pose.z - home.z];
         Ok(away.iter().map(|axis| axis * axis).sum::<f32>() <= AT_HOME * AT_HOME)
     }
 
     /// Returns an error if the homing that was just waited for did not end at the home point.
-    pub(super) fn check_homing_ended(&self) -> Result<()> {
-        if self.inner.shared.known().homing.is_homed() {
+    pub(super) fn check_ended(self) -> Result<()> {
+        if self.arm.inner.shared.known().homing.is_homed() {
             return Ok(());
         }
         let message = "the arm did not come to its home point: a stop, or another program, broke the \
@@ -232,34 +234,76 @@ impl Arm {
     }
 
     /// Looks whether the arm was homed before this connection, and whether it was reset since: its clock tells.
-    async fn recall(&self) {
-        let Some(record) = &self.inner.options.homings else {
+    async fn recall(self) {
+        let Some(record) = &self.arm.inner.options.homings else {
             return;
         };
         let Ok((identity, uptime, _)) = self.meet().await else {
             return;
         };
-        let is_homed = self.inner.shared.known().homing.is_homed();
+        let is_homed = self.arm.inner.shared.known().homing.is_homed();
         if !is_homed && record.is_homed(&identity, uptime) {
-            self.inner.shared.known().homing.remembered();
+            self.arm.inner.shared.known().homing.remembered();
         }
     }
 
     /// Reads identity, uptime and clock rate of the arm.
-    async fn meet(&self) -> Result<(ArmIdentity, Duration, ClockRate)> {
-        let serial = self.get::<DeviceSn>().await?.device_sn.to_string();
-        let identity = ArmIdentity::new(serial.trim(), self.name());
+    async fn meet(self) -> Result<(ArmIdentity, Duration, ClockRate)> {
+        let serial = self.arm.get::<DeviceSn>().await?.device_sn.to_string();
+        let identity = ArmIdentity::new(serial.trim(), self.arm.name());
         let asked = Instant::now();
-        let ms = self.get::<DeviceTime>().await?.g_systick;
+        let ms = self.arm.get::<DeviceTime>().await?.g_systick;
         let reading = ClockReading {
             asked,
             heard: Instant::now(),
             uptime: Duration::from_millis(ms.into()),
         };
-        let mut remembered = self.inner.shared.remembered();
+        let mut remembered = self.arm.inner.shared.remembered();
         remembered.identity = Some(identity.clone());
         let first = *remembered.first.get_or_insert(reading);
         Ok((identity, reading.uptime, first.rate_until(&reading)))
+    }
+
+    /// Warns, once, that the arm was not homed since it was switched on, as far as can be told. A virtual arm in the process
+    /// has always just been switched on, and stands where it believes; it is asked all the same, so that it hears the frames
+    /// that a real one does.
+    ///
+    /// A program that moves no joint, a belt for one, reads the alarms as others do and warns of nothing.
+    pub(super) async fn warn_if_not_homed(self, moves: bool) -> Result<()> {
+        let asks = if moves { WARNED } else { ASKED };
+        if self.arm.inner.reset_asked.fetch_max(asks, Ordering::SeqCst) >= asks {
+            return Ok(());
+        }
+        if self.arm.alarms().await?.contains(Alarm::ResetOccurred)
+            && moves
+            && !self.arm.is_virtual()
+            && !self.arm.inner.shared.known().homing.is_homed()
+        {
+            tracing::warn!(
+                "{}: the arm reports a reset that was not cleared since; unless it was homed, its \
+                    positions are wrong: home it",
+                self.arm.name()
+            );
+        }
+        Ok(())
+    }
+}
+
+impl Arm {
+    /// What is known of its homing.
+    #[must_use]
+    pub const fn homing(&self) -> Homing<'_> {
+        Homing { arm: self }
+    }
+
+    /// A handle of the same connection that takes an arm which is not known to be homed as it is: see
+    /// [`Homing::check`].
+    #[must_use]
+    pub fn allowing_unhomed(&self) -> Self {
+        Self {
+            allows_unhomed: true,
+            ..self.clone()
+        }
     }
 }
 

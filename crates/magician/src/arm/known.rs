@@ -276,8 +276,8 @@ impl Arm {
         answered(self.get::<EndEffectorGripper>().await)?;
         answered(self.get::<EndEffectorParams>().await)?;
         answered(self.get::<PtpCommonParams>().await)?;
-        self.laser().await?;
-        self.learn_laser_pins().await?;
+        self.laser().is_on().await?;
+        self.laser().learn_pins().await?;
         Ok(self.outputs())
     }
 
@@ -364,28 +364,8 @@ impl Arm {
         is_it.then_some(standing.pose)
     }
 
-    /// Where the arm is: where its last motion over this connection ended a moment ago, if nothing was put into its queue since,
-    /// and else read. What is relative to it can be checked and sent without a read of its own.
-    ///
-    /// # Errors
-    /// As [`get`](Self::get).
-    pub async fn known_pose(&self) -> Result<Pose> {
-        self.come_to_rest().await?;
-        let look = self.look_at_queue().await?;
-        match self.standing(&look) {
-            Some(pose) => Ok(pose),
-            None => {
-                let pose = self.get().await?;
-                if look.waiting() == 0 && self.was_left_at(&pose, &look) {
-                    self.note_standing(look.current, pose);
-                }
-                Ok(pose)
-            }
-        }
-    }
-
     /// True if the arm stands where its last motion over this connection has left it.
-    fn was_left_at(&self, there: &Pose, look: &QueueLook) -> bool {
+    pub(super) fn was_left_at(&self, there: &Pose, look: &QueueLook) -> bool {
         let left_there = self.inner.shared.known().standing;
         left_there
             .filter(|standing| standing.index == look.current)

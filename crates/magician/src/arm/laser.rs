@@ -3,22 +3,39 @@
 use magician_protocol::commands::{
     EndEffectorLaser, GetIoDo, GetIoMultiplexing, GetIoPwm, IoDo, IoMultiplexing, IoPwm,
 };
-use magician_protocol::{Flag, Frame, IoFunction, Row, Set};
+use magician_protocol::{Flag, IoFunction, Set};
 
-use super::known::QueueLook;
 use super::{Arm, Shared};
 use crate::build;
 use crate::connection::Request;
 use crate::{Action, Error, ErrorCode, ErrorKind, Result};
-use magician_host::{
-    LASER_POWER, LASER_SUPPLY, burns, check_power, frame_burns, frame_releases_queue,
-};
+use magician_host::{LASER_POWER, LASER_SUPPLY, burns};
 
 /// The laser's pins.
 const PINS: [u8; 2] = [LASER_SUPPLY, LASER_POWER];
 
-/// Permission to light it.
+/// The laser of an arm: whether it may burn, whether it is on, and switching it off. [`Arm::laser`] hands it out.
+#[derive(Clone, Copy, Debug)]
+pub struct Laser<'a> {
+    pub(super) arm: &'a Arm,
+}
+
 impl Arm {
+    /// The laser.
+    ///
+    /// ```
+    /// # #[tokio::main(flavor = "current_thread")]
+    /// # async fn main() -> magician::Result<()> {
+    /// let arm = magician::Arm::connect("sim").await?;
+    /// assert_eq!(arm.laser().is_on().await?, Some(false));
+    /// # Ok(())
+    /// # }
+    /// ```
+    #[must_use]
+    pub const fn laser(&self) -> Laser<'_> {
+        Laser { arm: self }
+    }
+
     /// A handle of the same connection whose calls may light the laser: see
     /// [`Options::allow_laser`](super::Options::allow_laser). Ask a person before.
     #[must_use]
@@ -35,137 +52,43 @@ impl Arm {
     pub fn is_virtual(&self) -> bool {
         self.inner.in_process || self.inner.options.virtual_arm
     }
+}
 
-    /// Whether it is a virtual arm in this process, which ends with it.
-    #[must_use]
-    pub fn is_in_process(&self) -> bool {
-        self.inner.in_process
-    }
-
-    /// Number that tells a virtual arm in this process from all others that this process has had; `None` for any other arm.
-    #[must_use]
-    pub fn virtual_number(&self) -> Option<u64> {
-        #[cfg(feature = "sim")]
-        return { self.inner.virtual_arm.as_ref() }.map(crate::VirtualArm::number);
-        #[cfg(not(feature = "sim"))]
-        None
-    }
-
+impl Laser<'_> {
     /// Whether calls of this handle may light the laser, or there is none.
     #[must_use]
-    pub fn may_burn(&self) -> bool {
-        self.allows_laser || self.is_virtual()
+    pub fn may_burn(self) -> bool {
+        self.arm.allows_laser || self.arm.is_virtual()
     }
 
     /// Whether this command may light the laser of this arm: [`burns`](fn@crate::burns) for the pins of
     /// [`Options::laser_pins`](super::Options::laser_pins).
     #[must_use]
-    pub fn burns(&self, command: &Set) -> bool {
-        burns(command, self.inner.options.laser_pins)
-    }
-
-    /// Refuses commands of which one would start a jog that nothing holds, would burn where that is not allowed, or has a duty or a
-    /// laser power out of its range; nothing is sent.
-    ///
-    /// # Errors
-    /// [`ErrorKind::InvalidInput`], with [`ErrorCode::LaserNotAllowed`] or [`ErrorCode::Guarded`] for what is not allowed.
-    pub fn permit<'a>(&self, commands: impl IntoIterator<Item = &'a Set>) -> Result<()> {
-        let may_burn = self.may_burn();
-        commands.into_iter().try_for_each(|command| {
-            check_power(command)?;
-            self.permit_command(command)?;
-            if !may_burn && self.burns(command) {
-                Err(self.refusal().with_command(command.row().set_name))
-            } else {
-                Ok(())
-            }
-        })
-    }
-
-    /// The same for a frame: the net below all doors.
-    pub(super) fn permit_frame(&self, frame: &Frame<'_>) -> Result<()> {
-        let ctrl = frame.ctrl();
-        let may = Row::with_id(frame.id()).is_some_and(|row| row.may_burn);
-        if may
-            && (ctrl.write() || ctrl.queued())
-            && let Ok(command) = Set::decode(frame.id(), frame.params())
-        {
-            check_power(&command)?;
-        }
-        if !self.may_burn() && frame_burns(frame, self.inner.options.laser_pins) {
-            Err(self.refusal())
-        } else {
-            Ok(())
-        }
-    }
-
-    /// Refuses to let a queue run in which commands of another program wait, where the laser may not burn: it is
-    /// impossible to read
-    /// them there.
-    ///
-    /// # Errors
-    /// [`ErrorKind::InvalidInput`] with [`ErrorCode::LaserNotAllowed`], else as [`get`](Self::get).
-    pub async fn permit_queue(&self) -> Result<()> {
-        if self.may_burn() {
-            return Ok(());
-        }
-        match self.foreign_commands(&self.look_at_queue().await?) {
-            0 => Ok(()),
-            count => {
-                let commands = if count == 1 { "command" } else { "commands" };
-                let name = self.name();
-                Err(Error::burning(format!(
-                    "{count} {commands} in the queue of the arm at {name} that this program did not put there could \
-                     light its laser; nothing was sent"
-                )))
-            }
-        }
-    }
-
-    /// As [`permit_queue`](Self::permit_queue), for a frame that lets the queue run.
-    pub(super) async fn permit_release(&self, frame: &Frame<'_>) -> Result<()> {
-        if frame_releases_queue(frame) {
-            self.permit_queue().await
-        } else {
-            Ok(())
-        }
-    }
-
-    fn refusal(&self) -> Error {
-        let name = self.name();
-        Error::burning(format!(
-            "this lights the laser of the arm at {name}; nothing was sent"
-        ))
-    }
-
-    /// How many commands wait in the queue that this connection did not put there.
-    pub(super) fn foreign_commands(&self, look: &QueueLook) -> u32 {
-        let waiting = look.waiting();
-        let running = self.in_flight().started() == Some(true);
-        let ours = self.own().waiting(look.current, running);
-        if ours >= u64::from(waiting) {
-            0
-        } else {
-            waiting
-        }
+    pub fn burns(self, command: &Set) -> bool {
+        burns(command, self.arm.inner.options.laser_pins)
     }
 }
 
 /// Whether it burns.
-impl Arm {
+impl Laser<'_> {
     /// Whether the laser is on, as far as can be told: while commands of this connection that light it may be under way, and
     /// where the arm says so of the laser or of its pins. `None` where the arm does not say, and while commands of another
     /// program are in the queue: they may burn, and cannot be read there.
     ///
     /// # Errors
-    /// As [`get`](Self::get), but for answers that some arms do not give.
-    pub async fn laser(&self) -> Result<Option<bool>> {
-        let told = self.laser_told().await?;
+    /// As [`get`](Arm::get), but for answers that some arms do not give.
+    pub async fn is_on(self) -> Result<Option<bool>> {
+        let told = self.told().await?;
         if told != Some(false) {
             return Ok(told);
         }
-        let foreign = self.foreign_commands(&self.look_at_queue().await?) > 0;
-        self.inner
+        let foreign = self
+            .arm
+            .queue()
+            .foreign_commands(&self.arm.look_at_queue().await?)
+            > 0;
+        self.arm
+            .inner
             .shared
             .known()
             .picture
@@ -174,38 +97,38 @@ impl Arm {
     }
 
     /// The same without a look at the queue.
-    pub(super) async fn laser_told(&self) -> Result<Option<bool>> {
-        if self.may_have_lit() && self.moving() {
+    pub(super) async fn told(self) -> Result<Option<bool>> {
+        if self.may_have_lit() && self.arm.moving() {
             return Ok(Some(true));
         }
-        let told = answered(self.setting::<EndEffectorLaser>().await)?;
+        let told = answered(self.arm.setting::<EndEffectorLaser>().await)?;
         let told = told.map(|laser| laser.is_ctrl_enabled.is_on() && laser.is_on.is_on());
-        if told == Some(true) || !self.inner.options.laser_pins {
+        if told == Some(true) || !self.arm.inner.options.laser_pins {
             return Ok(told);
         }
-        Ok(match self.read_laser_pins().await? {
+        Ok(match self.read_pins().await? {
             Some(false) => told,
             high => high,
         })
     }
 
     /// Reads the laser's pins if their levels are not known: a laser that is on leaves them unread.
-    pub(super) async fn learn_laser_pins(&self) -> Result<()> {
-        let unknown = !self.inner.shared.known().picture.knows_laser_pins();
-        if unknown && self.inner.options.laser_pins {
-            self.read_laser_pins().await?;
+    pub(super) async fn learn_pins(self) -> Result<()> {
+        let unknown = !self.arm.inner.shared.known().picture.knows_laser_pins();
+        if unknown && self.arm.inner.options.laser_pins {
+            self.read_pins().await?;
         }
         Ok(())
     }
 
-    async fn read_laser_pins(&self) -> Result<Option<bool>> {
-        let high = self.laser_pin_is_high().await?;
-        self.inner.shared.known().picture.note_laser_pins(high);
+    async fn read_pins(self) -> Result<Option<bool>> {
+        let high = self.any_pin_is_high().await?;
+        self.arm.inner.shared.known().picture.note_laser_pins(high);
         Ok(high)
     }
 
     /// Whether one of the laser's pins is an output and high.
-    async fn laser_pin_is_high(&self) -> Result<Option<bool>> {
+    async fn any_pin_is_high(self) -> Result<Option<bool>> {
         let mut state = Some(false);
         for address in PINS {
             match self.pin_is_high(address).await? {
@@ -218,45 +141,45 @@ impl Arm {
     }
 
     /// True if commands of this connection may have lit the laser.
-    fn may_have_lit(&self) -> bool {
-        self.inner.shared.known().picture.may_be_lit()
+    fn may_have_lit(self) -> bool {
+        self.arm.inner.shared.known().picture.may_be_lit()
     }
 
     /// Whether this pin is an output and high.
-    async fn pin_is_high(&self, address: u8) -> Result<Option<bool>> {
+    async fn pin_is_high(self, address: u8) -> Result<Option<bool>> {
         let high = match self.function_of(address).await? {
             None => None,
             Some(IoFunction::DigitalOutput) => {
                 let query = GetIoDo {
                     address: Some(address),
                 };
-                answered(self.get_with::<IoDo>(&query).await)?.map(|pin| pin.level.is_on())
+                answered(self.arm.get_with::<IoDo>(&query).await)?.map(|pin| pin.level.is_on())
             }
             Some(IoFunction::Pwm) => {
                 let query = GetIoPwm {
                     address: Some(address),
                 };
-                answered(self.get_with::<IoPwm>(&query).await)?.map(|pin| pin.duty_cycle > 0.0)
+                answered(self.arm.get_with::<IoPwm>(&query).await)?.map(|pin| pin.duty_cycle > 0.0)
             }
             Some(_) => Some(false),
         };
         Ok(high)
     }
 
-    async fn function_of(&self, address: u8) -> Result<Option<IoFunction>> {
+    async fn function_of(self, address: u8) -> Result<Option<IoFunction>> {
         let query = GetIoMultiplexing {
             address: Some(address),
         };
-        let read = answered(self.setting_with::<IoMultiplexing>(&query).await)?;
+        let read = answered(self.arm.setting_with::<IoMultiplexing>(&query).await)?;
         Ok(read.map(|read| read.multiplex))
     }
 
     /// Refuses to go on while the laser is on: whatever moves then would burn along its way.
     ///
     /// # Errors
-    /// [`ErrorKind::InvalidInput`] when it is on, else as [`laser`](Self::laser).
-    pub async fn check_dark(&self) -> Result<()> {
-        match self.laser_told().await? {
+    /// [`ErrorKind::InvalidInput`] when it is on, else as [`is_on`](Self::is_on).
+    pub async fn check_off(self) -> Result<()> {
+        match self.told().await? {
             Some(true) => Err(Error::new(
                 ErrorCode::LaserOn,
                 "the laser is on, and the arm would burn along its path; nothing was sent",
@@ -268,38 +191,40 @@ impl Arm {
 }
 
 /// How it is put out.
-impl Arm {
+impl Laser<'_> {
     /// Switches the laser off at once, and lowers its pins where they are outputs.
     ///
     /// # Errors
-    /// As [`set`](Self::set).
-    pub async fn darken(&self) -> Result<()> {
-        self.set_any(&build::laser(false)).await?;
-        if self.inner.options.laser_pins {
+    /// As [`set`](Arm::set).
+    pub async fn switch_off(self) -> Result<()> {
+        self.arm.set_any(&build::laser(false)).await?;
+        if self.arm.inner.options.laser_pins {
             for address in PINS {
                 match self.function_of(address).await? {
                     Some(IoFunction::DigitalOutput) => {
                         let level = Flag::OFF;
-                        self.set(&IoDo { address, level }).await?;
+                        self.arm.set(&IoDo { address, level }).await?;
                     }
                     Some(IoFunction::Pwm) => {
-                        self.set_any(&build::pwm(address, FREQUENCY, 0.0)).await?;
+                        self.arm
+                            .set_any(&build::pwm(address, FREQUENCY, 0.0))
+                            .await?;
                     }
                     _ => {}
                 }
             }
         }
-        self.inner.shared.known().picture.darkened();
+        self.arm.inner.shared.known().picture.darkened();
         Ok(())
     }
 
-    /// As [`darken`](Self::darken), if this connection may have lit the laser and nothing of it is under way any more.
+    /// As [`switch_off`](Self::switch_off), if this connection may have lit the laser and nothing of it is under way any more.
     ///
     /// # Errors
-    /// As [`set`](Self::set).
-    pub async fn darken_after(&self) -> Result<()> {
-        if self.may_have_lit() && !self.moving() {
-            self.darken().await
+    /// As [`set`](Arm::set).
+    pub async fn switch_off_after(self) -> Result<()> {
+        if self.may_have_lit() && !self.arm.moving() {
+            self.switch_off().await
         } else {
             Ok(())
         }

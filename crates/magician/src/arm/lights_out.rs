@@ -5,7 +5,7 @@ use std::time::Duration;
 use magician_protocol::commands::{EndEffectorLaser, Pose, QueuedCmdForceStopExec};
 use magician_protocol::{Frame, Readable, Set, Writable};
 
-use super::Arm;
+use super::Laser;
 use crate::connection::Micros;
 
 /// The first pose that the arm told after the frame that put its laser out, or stopped it.
@@ -103,12 +103,12 @@ fn puts_out(request: &Frame<'_>) -> Option<bool> {
     }
 }
 
-impl Arm {
+impl Laser<'_> {
     /// Returns where the arm was when this connection put its laser out, if no command was queued since and the arm has told
     /// its pose. A stop of an arm that may burn asks for the pose as soon as it goes out; no frame is sent here.
     #[must_use]
-    pub fn lights_out(&self) -> Option<LightsOut> {
-        let darkness = self.inner.shared.known().darkness;
+    pub fn lights_out(self) -> Option<LightsOut> {
+        let darkness = self.arm.inner.shared.known().darkness;
         darkness.and_then(|darkness| darkness.seen())
     }
 }

@@ -1,3 +1,6 @@
+// First, so that its methods come first on the page of `Arm`.
+mod first_program;
+
 mod bounded_jog;
 mod connect;
 mod driver;
@@ -6,6 +9,7 @@ mod events;
 mod fence;
 mod fenced_jog;
 mod flow;
+mod front_end;
 mod gate;
 mod halt;
 mod homing;
@@ -15,9 +19,9 @@ mod known;
 mod laser;
 mod lights_out;
 mod link;
-mod moves;
 mod options;
 mod perform;
+mod permission;
 mod pins;
 mod queue;
 mod request;
@@ -41,13 +45,21 @@ pub(crate) use driver::SHUTDOWN;
 pub use end_notice::EndNotice;
 pub use events::{Event, Events};
 use flow::Flow;
+#[doc(hidden)]
+pub use front_end::FrontEnd;
+pub use gate::Motors;
 pub use halt::Stopper;
-pub use homing::{ArmIdentity, ClockRate, HomingRecord};
+pub use homing::{ArmIdentity, ClockRate, Homing, HomingRecord};
 pub use in_flight::sets_in_motion;
 pub use jog::{Jog, JogOptions};
+pub use laser::Laser;
 pub use lights_out::LightsOut;
 pub use link::Link;
 pub use options::Options;
+#[doc(hidden)]
+pub use permission::Permission;
+pub use pins::Pins;
+pub use queue::Queue;
 pub use retract::Lifted;
 pub use run::{CommandSource, Feeder, Ran, Run, RunOptions, Streaming};
 pub use samples::{Sample, Samples};
@@ -117,7 +129,7 @@ struct Inner {
     virtual_arm: Option<crate::VirtualArm>,
     /// [`Options::timeout`] as it is now, in microseconds.
     timeout: AtomicU64,
-    /// For which programs the alarms were read before the first of them: [`request::ASKED`] for one that moves nothing,
-    /// [`request::WARNED`] for all.
+    /// For which programs the alarms were read before the first of them: [`homing::ASKED`] for one that moves nothing,
+    /// [`homing::WARNED`] for all.
     reset_asked: AtomicU8,
 }

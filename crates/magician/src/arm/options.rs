@@ -41,7 +41,7 @@ pub struct Options {
     /// True if a [`JogCmd`](crate::commands::JogCmd) is sent as it is: for doors that carry what programs for other libraries say. The
     /// arm then does what that library's programs have it do: the jog goes on to the end of its axis, a change of axis first
     /// moves the new one the wrong way. Without it only the end of a jog is sent so, and anything else is refused: use
-    /// [`Arm::jog`](crate::Arm::jog). [`Arm::passing_jogs`](crate::Arm::passing_jogs) allows it for single calls. Off at first.
+    /// [`Arm::jog`](crate::Arm::jog). Off at first.
     pub raw_jogs: bool,
     /// Whether the arm at the far end is a virtual one, as the program says that has it: a station. Nothing of it burns, and it
     /// stands where it believes. Without that word an arm in another process counts as real.
@@ -65,7 +65,7 @@ pub struct Options {
     /// as fast and even as a jog of the arm's own ([`JogCmd`](crate::commands::JogCmd)), which is refused then, also with
     /// [`raw_jogs`](Self::raw_jogs); along y, r goes with joint 1. Off at first.
     pub bounded_jogs: bool,
-    /// Memory of homings beyond this connection ([`Arm::homed`](crate::Arm::homed)). Without one only homings that this connection
+    /// Memory of homings beyond this connection ([`Homing::is_homed`](crate::Homing::is_homed)). Without one only homings that this connection
     /// sees count. It costs a read of the serial number and of the arm's clock at each homing and each look.
     pub homings: Option<Arc<dyn HomingRecord>>,
     /// Notice of the end of the line by the program at its other end, where that gives one: a

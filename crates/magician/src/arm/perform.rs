@@ -37,35 +37,6 @@ async fn check_all(check: Preflight, commands: &[Set]) -> Result<CheckedProgram>
 }
 
 impl Arm {
-    /// Checks commands as the arm stands now, before any of them is sent, runs them through the queue, and returns when the last has
-    /// finished.
-    ///
-    /// What is not to be checked, or comes while it runs, is [started](Self::start) instead.
-    ///
-    /// ```
-    /// use magician::{Arm, ErrorKind, build};
-    ///
-    /// # #[tokio::main(flavor = "current_thread")]
-    /// # async fn main() -> magician::Result<()> {
-    /// # let arm = Arm::connect("sim").await?;
-    /// let (near, far) = (build::move_to(220.0, 40.0, 30.0, 0.0), build::move_to(900.0, 0.0, 0.0, 0.0));
-    /// let ran = arm.run(&[near, build::suction(true)]).await?;
-    /// assert_eq!(ran.commands, 2);
-    /// let error = arm.run(&[near, far]).await.unwrap_err(); // nothing was sent
-    /// assert_eq!((error.kind(), error.step()), (ErrorKind::Unreachable, Some(1)));
-    /// # Ok(())
-    /// # }
-    /// ```
-    ///
-    /// # Errors
-    /// [`ErrorKind::Unreachable`] with value and limit and
-    /// [`ErrorKind::InvalidInput`] from the check, with the [step](crate::Error::step),
-    /// [`ErrorKind::Alarm`] when one holds the queue already, else as
-    /// [`Run::wait`](super::Run::wait).
-    pub async fn run(&self, commands: &[Set]) -> Result<Ran> {
-        self.run_with(commands, RunOptions::default(), |_| {}).await
-    }
-
     /// As [`run`](Self::run), with options; `progress` is called now and then.
     ///
     /// # Errors
@@ -78,13 +49,13 @@ impl Arm {
     ) -> Result<Ran> {
         let stops = options.stops.unwrap_or_else(|| self.stops());
         let guards = options.guards;
-        self.permit(commands)?;
+        self.permission().check(commands)?;
         if guards.alarms || guards.require_homed {
             let alarms = self.known_alarms().await?;
             self.refuse_alarms(alarms, commands, guards).await?;
         }
         if (commands.iter()).any(|command| matches!(command, Set::HomeCmd(_))) {
-            self.expect_homing().await;
+            self.homing().expect().await;
         }
         let check = self.preflight_for(commands).await?;
         let program = check_all(check.guards(guards), commands).await?;
@@ -96,18 +67,7 @@ impl Arm {
         self.start_checked(program, options).wait(progress).await
     }
 
-    /// Whether the arm is ready for these commands, as far as its alarms tell and these guards ask: what
-    /// [`run`](Self::run) looks at first. An alarm that holds the queue lets nothing run but homing.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Alarm`] for the guard `alarms`, [`ErrorKind::InvalidInput`] for `require_homed`; else as
-    /// [`get`](Self::get).
-    pub async fn check_alarms(&self, commands: &[Set], guards: Guards) -> Result<()> {
-        let alarms = self.alarms().await?;
-        self.refuse_alarms(alarms, commands, guards).await
-    }
-
-    async fn refuse_alarms(
+    pub(super) async fn refuse_alarms(
         &self,
         alarms: AlarmSet,
         commands: &[Set],
@@ -125,16 +85,6 @@ impl Arm {
             why,
         );
         refused.map_err(|error| error.remedy(Action::Home, "homes it"))
-    }
-
-    /// Whether the arm is ready for a program of many steps: as [`check_alarms`](Self::check_alarms), and with the laser dark,
-    /// as every program begins. Whether commands of others wait in its queue, a run of nothing tells.
-    ///
-    /// # Errors
-    /// [`ErrorKind::InvalidInput`] when the laser is on, else as [`check_alarms`](Self::check_alarms).
-    pub async fn check_ready(&self, commands: &[Set], guards: Guards) -> Result<()> {
-        self.check_alarms(commands, guards).await?;
-        self.check_dark().await
     }
 
     /// What commands from here would meet: reads where the arm stands, its tool, and all speeds.
@@ -217,15 +167,6 @@ impl Arm {
         Ok(self.fenced(Preflight::new(&read).model(*self.model())))
     }
 
-    /// Homes the arm, waits until it is done, and clears the alarms (document 1.6.2). It takes up to
-    /// half a minute. A laser that is on goes out first.
-    ///
-    /// # Errors
-    /// As [`Run::wait`](super::Run::wait).
-    pub async fn home(&self) -> Result<()> {
-        self.home_with(RunOptions::default()).await
-    }
-
     /// As [`home`](Self::home), with options for what waits in the queue.
     ///
     /// # Errors
@@ -233,14 +174,14 @@ impl Arm {
     pub async fn home_with(&self, options: RunOptions) -> Result<()> {
         self.inner
             .reset_asked
-            .store(super::request::WARNED, Ordering::SeqCst);
-        if self.laser_told().await? == Some(true) {
-            self.darken().await?;
+            .store(super::homing::WARNED, Ordering::SeqCst);
+        if self.laser().told().await? == Some(true) {
+            self.laser().switch_off().await?;
         }
-        self.expect_homing().await;
+        self.homing().expect().await;
         let home = Set::from(HomeCmd { reserved: 0 });
         self.start_with([home], options).wait(|_| {}).await?;
-        self.check_homing_ended()?;
+        self.homing().check_ended()?;
         // Nothing waits that this could let run.
         self.ask(Request::set(&ClearAlarmsState {})?)
             .await

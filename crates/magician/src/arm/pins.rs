@@ -1,40 +1,66 @@
-//! Pins that are driven as what they are.
+//! The EIO pins: read, waited for, and driven as what they are.
 
-use magician_protocol::commands::{GetIoMultiplexing, IoMultiplexing};
+use magician_protocol::commands::{GetIoDi, GetIoMultiplexing, IoDi, IoMultiplexing};
 use magician_protocol::{IoFunction, Set};
 
-use super::Arm;
 use super::laser::answered;
-use crate::{Act, Error, PinUse, Result};
+use super::{Arm, Ran};
+use crate::{Act, Error, PinUse, Result, build};
 
-impl Arm {
+/// The EIO pins of an arm: [`Arm::pins`] hands them out.
+#[derive(Clone, Copy, Debug)]
+pub struct Pins<'a> {
+    arm: &'a Arm,
+}
+
+impl Pins<'_> {
+    /// Whether a digital input (EIO address 1 to 20, document 1.15.4) is high. The pin has to be set up as an input before:
+    /// [`build::multiplex`].
+    ///
+    /// # Errors
+    /// As [`get`](Arm::get); [`ErrorKind::Timeout`](crate::ErrorKind::Timeout) where the arm has no such pin.
+    pub async fn input(self, address: u8) -> Result<bool> {
+        let address = Some(address);
+        let read: IoDi = self.arm.get_with(&GetIoDi { address }).await?;
+        Ok(read.level.is_on())
+    }
+
+    /// Waits until a digital input (EIO address 1 to 20) has this level, in the arm's queue and for ever if need be (document
+    /// 1.14.1): a [`stop`](Arm::stop) ends it.
+    ///
+    /// # Errors
+    /// As [`move_to`](Arm::move_to).
+    pub async fn wait_for_input(self, address: u8, high: bool) -> Result<Ran> {
+        self.arm.run(&[build::wait_for_level(address, high)]).await
+    }
+
     /// Drives a pin: [`build::output`](crate::build::output), [`build::pwm`](crate::build::pwm) or
-    /// [`build::servo`](crate::build::servo), as [`set_any`](Self::set_any) does, but refused unless the
+    /// [`build::servo`](crate::build::servo), as [`set_any`](Arm::set_any) does, but refused unless the
     /// pin has the function for it: otherwise the arm takes the command and nothing happens.
     ///
     /// # Errors
     /// [`InvalidInput`](crate::ErrorKind::InvalidInput) for a pin without that function; else as `set_any`.
-    pub async fn drive(&self, command: &Set) -> Result<()> {
+    pub async fn drive(self, command: &Set) -> Result<()> {
         let wanted = match command {
             Set::IoDo(output) => Some((output.address, PinUse::DigitalOutput)),
             Set::IoPwm(output) => Some((output.address, PinUse::Pwm)),
             _ => None,
         };
         if let Some((address, wanted)) = wanted {
-            self.permit([command])?;
-            self.check_pin(address, wanted)
+            self.arm.permission().check([command])?;
+            self.check(address, wanted)
                 .await
                 .map_err(|error| error.with_command(command.row().set_name))?;
         }
-        self.set_any(command).await
+        self.arm.set_any(command).await
     }
 
-    async fn check_pin(&self, address: u8, wanted: PinUse) -> Result<()> {
+    async fn check(self, address: u8, wanted: PinUse) -> Result<()> {
         let address_of = GetIoMultiplexing {
             address: Some(address),
         };
         // An arm that does not tell is taken at its word.
-        let Some(pin) = answered(self.get_with::<IoMultiplexing>(&address_of).await)? else {
+        let Some(pin) = answered(self.arm.get_with::<IoMultiplexing>(&address_of).await)? else {
             return Ok(());
         };
         let (needed, is) = match wanted {
@@ -51,5 +77,13 @@ impl Arm {
         let message = format!("EIO {address} {has}, it has to be {is}; nothing was sent");
         let give = Act::SetPin(address, wanted);
         Err(Error::invalid(message).remedy(give, "gives it that function"))
+    }
+}
+
+impl Arm {
+    /// The EIO pins.
+    #[must_use]
+    pub const fn pins(&self) -> Pins<'_> {
+        Pins { arm: self }
     }
 }

@@ -1,8 +1,7 @@
 use std::sync::MutexGuard;
-use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use magician_protocol::{Alarm, FrameBuf};
+use magician_protocol::FrameBuf;
 use tokio::sync::oneshot;
 use tokio::time::{Instant, timeout, timeout_at};
 
@@ -13,11 +12,6 @@ use super::in_flight::InFlightMotion;
 use super::watch::Own;
 use crate::connection::{Request, is_once};
 use crate::{Error, ErrorCode, Result};
-
-/// The alarms were read for a program that moves nothing.
-pub(super) const ASKED: u8 = 1;
-/// They were read for one that moves the arm, which was warned, or the arm homes.
-pub(super) const WARNED: u8 = 2;
 
 /// Longer than anybody waits, and short enough to be added to any instant.
 const FOREVER: Duration = Duration::from_secs(30 * 365 * 24 * 3600);
@@ -40,19 +34,6 @@ impl Arm {
         Instant::now() + timeout.min(FOREVER)
     }
 
-    /// A handle of the same connection whose calls wait for an answer for so long at least, where [`Options::timeout`] is
-    /// shorter: for what belongs to a long job, which a line that is held for some seconds must not end. Runs have their own:
-    /// [`RunOptions::patience`](crate::RunOptions::patience).
-    ///
-    /// [`Options::timeout`]: super::Options::timeout
-    #[must_use]
-    pub fn patient(&self, patience: Duration) -> Self {
-        Self {
-            patience,
-            ..self.clone()
-        }
-    }
-
     /// Returns a fault of the queue, to a call that began after `since` and asks first.
     pub(super) fn queue_fault(&self, since: Option<u64>) -> Result<()> {
         match self.inner.shared.queue_fault(since) {
@@ -68,7 +49,7 @@ impl Arm {
     pub(super) async fn ask_until(&self, request: Request, deadline: Instant) -> Result<FrameBuf> {
         let stops = self.stops();
         if homes(&request.frame().frame()) {
-            Box::pin(self.expect_homing()).await;
+            Box::pin(self.homing().expect()).await;
         }
         let held = &self.inner.held;
         if held.fence().is_none() {
@@ -109,8 +90,9 @@ impl Arm {
         deadline: Instant,
         stops: u64,
     ) -> Result<oneshot::Receiver<Result<FrameBuf>>> {
-        self.permit_frame(&request.frame().frame())
-            .and_then(|()| self.permit_jog(&request.frame().frame()))
+        self.permission()
+            .check_frame(&request.frame().frame())
+            .and_then(|()| self.permission().check_jog(&request.frame().frame()))
             .map_err(|error| error.with_command(command_name(&request.frame().frame())))?;
         let (reply, answer) = oneshot::channel();
         let message = Message::Submit {
@@ -183,30 +165,6 @@ impl Arm {
             answer = &mut *answer => answer.ok(),
             () = self.ended() => answer.try_recv().ok(),
         }
-    }
-
-    /// Warns, once, that the arm was not homed since it was switched on, as far as can be told. A virtual arm in the process
-    /// has always just been switched on, and stands where it believes; it is asked all the same, so that it hears the frames
-    /// that a real one does.
-    ///
-    /// A program that moves no joint, a belt for one, reads the alarms as others do and warns of nothing.
-    pub(super) async fn warn_if_not_homed(&self, moves: bool) -> Result<()> {
-        let asks = if moves { WARNED } else { ASKED };
-        if self.inner.reset_asked.fetch_max(asks, Ordering::SeqCst) >= asks {
-            return Ok(());
-        }
-        if self.alarms().await?.contains(Alarm::ResetOccurred)
-            && moves
-            && !self.is_virtual()
-            && !self.inner.shared.known().homing.is_homed()
-        {
-            tracing::warn!(
-                "{}: the arm reports a reset that was not cleared since; unless it was homed, its \
-                    positions are wrong: home it",
-                self.name()
-            );
-        }
-        Ok(())
     }
 
     pub(super) fn own(&self) -> MutexGuard<'_, Own> {

@@ -30,7 +30,7 @@ pub struct Status {
     pub left_space: u32,
     /// The alarms that stand.
     pub alarms: AlarmSet,
-    /// Whether the arm is homed: [`Arm::homed`], by what was seen so far.
+    /// Whether the arm is homed: [`Homing::is_homed`](super::Homing::is_homed), by what was seen so far.
     pub homed: Option<bool>,
     /// Levels of the watched pins, in no order.
     pub pins: Arc<[Level]>,

@@ -1,25 +1,20 @@
-use std::sync::atomic::Ordering;
-
-use magician_protocol::commands::QueuedCmdLeftSpace;
 use magician_protocol::{
     Ctrl, FrameBuf, Layout, NoArgs, Queueable, QueuedCmdIndex, Readable, Set, Writable,
 };
-use tokio::sync::MutexGuard;
-use tokio::time::{Instant, timeout_at};
 
 use super::Arm;
-use super::flow::{self, Flow};
+use super::flow::{self};
 use super::watch::By;
 use crate::connection::Request;
-use crate::{Error, ErrorCode, ErrorKind, QueueIndex, Result};
+use crate::{Error, QueueIndex, Result};
 
 /// The verbs.
 impl Arm {
     /// Asks for a value.
     ///
     /// # Errors
-    /// [`ErrorKind::Timeout`], [`ErrorKind::Unexpected`] when the answer cannot be read,
-    /// [`ErrorKind::Port`] when the line broke.
+    /// [`ErrorKind::Timeout`](crate::ErrorKind::Timeout), [`ErrorKind::Unexpected`](crate::ErrorKind::Unexpected) when the answer cannot be read,
+    /// [`ErrorKind::Port`](crate::ErrorKind::Port) when the line broke.
     pub async fn get<T: Readable<Query = NoArgs>>(&self) -> Result<T> {
         self.get_with(&NoArgs).await
     }
@@ -36,11 +31,11 @@ impl Arm {
     }
 
     /// Sets a value or orders an action, at once. QueuedCmdForceStopExec overtakes whatever waits, and what has not gone out
-    /// when it does fails with [`ErrorKind::Closed`].
+    /// when it does fails with [`ErrorKind::Closed`](crate::ErrorKind::Closed).
     ///
     /// # Errors
-    /// As [`get`](Self::get); [`ErrorKind::Uncertain`] when an action that must not be repeated was
-    /// not answered, [`ErrorKind::InvalidInput`] for what burns where that is not allowed
+    /// As [`get`](Self::get); [`ErrorKind::Uncertain`](crate::ErrorKind::Uncertain) when an action that must not be repeated was
+    /// not answered, [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for what burns where that is not allowed
     /// ([`Options::allow_laser`](super::Options::allow_laser)).
     pub async fn set<T: Writable>(&self, value: &T) -> Result<()> {
         self.order(Request::set(value)?).await.map(drop)
@@ -48,7 +43,9 @@ impl Arm {
 
     /// What is not queued, where a queue that it lets run may run.
     async fn order(&self, request: Request) -> Result<FrameBuf> {
-        self.permit_release(&request.frame().frame()).await?;
+        self.permission()
+            .check_release(&request.frame().frame())
+            .await?;
         self.ask(request).await
     }
 
@@ -64,8 +61,8 @@ impl Arm {
     /// Puts a command into the arm's queue and tells its index. It does not start the queue.
     ///
     /// # Errors
-    /// [`ErrorKind::QueueFull`] when there is no room, or not yet: after a Clear the command under way has to finish first;
-    /// [`ErrorKind::Uncertain`] when it cannot be told whether the arm took it; [`ErrorKind::Closed`] when that befell
+    /// [`ErrorKind::QueueFull`](crate::ErrorKind::QueueFull) when there is no room, or not yet: after a Clear the command under way has to finish first;
+    /// [`ErrorKind::Uncertain`](crate::ErrorKind::Uncertain) when it cannot be told whether the arm took it; [`ErrorKind::Closed`](crate::ErrorKind::Closed) when that befell
     /// another task's command while this one waited for its turn; else as [`get`](Self::get).
     pub async fn enqueue<T>(&self, value: &T) -> Result<QueueIndex>
     where
@@ -77,106 +74,28 @@ impl Arm {
     /// As [`enqueue`](Self::enqueue), for a command chosen at run time.
     ///
     /// # Errors
-    /// As [`enqueue`](Self::enqueue); [`ErrorKind::InvalidInput`] for a command that cannot be queued.
+    /// As [`enqueue`](Self::enqueue); [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for a command that cannot be queued.
     pub async fn enqueue_set(&self, command: &Set) -> Result<QueueIndex> {
-        self.fill(flow::queued(command)?, command).await
+        self.queue().fill(flow::queued(command)?, command).await
     }
 
     /// As [`enqueue_set`](Self::enqueue_set), for parameters in any form that arms take (errata E11): they are sent as
     /// they are.
     ///
     /// # Errors
-    /// As [`enqueue_set`](Self::enqueue_set); [`ErrorKind::Unexpected`] for what is no form of the command.
+    /// As [`enqueue_set`](Self::enqueue_set); [`ErrorKind::Unexpected`](crate::ErrorKind::Unexpected) for what is no form of the command.
     pub async fn enqueue_form(&self, id: u8, params: &[u8]) -> Result<QueueIndex> {
         let command = Set::decode(id, params)?;
         flow::queued(&command)?;
         let request = Request::raw(id, Ctrl::QUEUED, params)?;
-        self.fill(request, &command).await
-    }
-
-    /// Puts a request into the queue, when there is room for its command.
-    async fn fill(&self, request: Request, command: &Set) -> Result<QueueIndex> {
-        self.permit([command])?;
-        let deadline = self.deadline();
-        let doubts = self.doubts();
-        let mut flow = self.take_turn(deadline, command.row().set_name).await?;
-        if self.doubts() != doubts {
-            let message = "it was not sent: an earlier command is uncertain";
-            let error = Error::new(ErrorCode::AfterUncertain, message);
-            return Err(error.with_command(command.row().set_name));
-        }
-        if flow.room == 0 {
-            let request = Request::get::<QueuedCmdLeftSpace>(&NoArgs)?;
-            let reply = self.ask_until(request, deadline).await?;
-            let read = QueuedCmdLeftSpace::decode(reply.frame().params())?;
-            flow.room = read.left_space;
-            self.note_room(flow.room).await?;
-        }
-        if flow.room == 0 {
-            let error = Error::new(ErrorCode::QueueFull, "the arm's queue is full");
-            return Err(error.with_command(command.row().set_name));
-        }
-        // A caller that goes away meanwhile leaves behind what has to be counted anew.
-        let mut room = std::mem::take(&mut flow.room);
-        let reply = self.ask_until(request, deadline).await;
-        let index = self.accepted(&mut room, command, reply)?;
-        flow.room = room;
-        Ok(index)
-    }
-
-    /// Queued commands so far that became uncertain.
-    fn doubts(&self) -> u64 {
-        self.inner.shared.doubts.load(Ordering::SeqCst)
-    }
-
-    /// An empty queue is noted: what is put into it next runs next.
-    async fn note_room(&self, room: u32) -> Result<()> {
-        let (_, capacity) = self.stats().await?;
-        if room >= capacity {
-            self.own().nothing_before();
-        }
-        Ok(())
-    }
-
-    /// The queue is filled by one at a time.
-    pub(super) async fn take_turn(
-        &self,
-        deadline: Instant,
-        name: &str,
-    ) -> Result<MutexGuard<'_, Flow>> {
-        let turn = timeout_at(deadline, self.inner.flow.lock()).await;
-        turn.map_err(|_| {
-            let message = "another task is filling the queue";
-            Error::new(ErrorCode::NotSent, message).with_command(name)
-        })
-    }
-
-    /// Accounts for the answer to a queued command.
-    pub(super) fn accepted(
-        &self,
-        room: &mut u32,
-        command: &Set,
-        reply: Result<FrameBuf>,
-    ) -> Result<QueueIndex> {
-        let reply = reply.inspect_err(|error| {
-            *room = 0;
-            let unknown = [ErrorKind::Uncertain, ErrorKind::Unexpected].contains(&error.kind());
-            self.inner
-                .shared
-                .doubts
-                .fetch_add(unknown.into(), Ordering::SeqCst);
-        })?;
-        let index = QueuedCmdIndex::decode(reply.frame().params())?;
-        *room = room.saturating_sub(1);
-        self.own().accepted(index, command, By::Caller);
-        Ok(index)
+        self.queue().fill(request, &command).await
     }
 
     /// Sends any frame and returns the frame that answers it. With Ctrl bit 1 set it is a queued
     /// command like any other, but for the room in the queue, which is not looked at.
     ///
     /// # Errors
-    /// [`ErrorKind::InvalidInput`] when the parameters do not fit a frame, else as
+    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) when the parameters do not fit a frame, else as
     /// [`get`](Self::get) and [`enqueue`](Self::enqueue).
     pub async fn raw(&self, id: u8, ctrl: Ctrl, params: &[u8]) -> Result<FrameBuf> {
         let request = Request::raw(id, ctrl, params)?;
@@ -184,7 +103,7 @@ impl Arm {
             return self.order(request).await;
         }
         let deadline = self.deadline();
-        let mut flow = self.take_turn(deadline, "a raw command").await?;
+        let mut flow = self.queue().take_turn(deadline, "a raw command").await?;
         flow.room = 0;
         let reply = self.ask_until(request, deadline).await?;
         let index = QueuedCmdIndex::decode(reply.frame().params());

@@ -257,7 +257,7 @@ impl Arm {
         let mut watch = Watch::new(None, self.stops());
         watch.sent(0, Some(index));
         self.watch_until(index, &mut watch, &mut progress).await?;
-        self.settle_homing().await;
+        self.homing().settle().await;
         Ok(())
     }
 
@@ -297,7 +297,7 @@ impl Arm {
         let alarms = self.alarms().await?;
         if alarms.blocking() && pace != Some(Pace::Home) {
             // The command may have finished before the alarm was raised.
-            let again = self.current_index().await?;
+            let again = self.queue().current_index().await?;
             if again >= progress.last {
                 watch.progress.current = again;
                 return Ok(watch.progress);
@@ -370,8 +370,8 @@ impl Arm {
     /// An empty queue whose index has not come to what is waited for: it was dropped.
     async fn still_queued(&self, watch: &Watch) -> Result<()> {
         let (_, capacity) = self.stats().await?;
-        if self.left_space().await? < capacity
-            || self.current_index().await? != watch.progress.current
+        if self.queue().left_space().await? < capacity
+            || self.queue().current_index().await? != watch.progress.current
         {
             return Ok(());
         }
@@ -386,7 +386,7 @@ impl Arm {
     /// Two equal poses and a motion that does not run: the hold of an alarm, unless the index moved
     /// in this very moment.
     async fn confirm_hold(&self, watch: &Watch) -> Result<()> {
-        if self.current_index().await? == watch.progress.current {
+        if self.queue().current_index().await? == watch.progress.current {
             return Err(Error::held());
         }
         Ok(())

@@ -11,6 +11,10 @@
 //! # }
 //! ```
 
+// First, so that its methods come first on the page of `Arm`.
+mod first_program;
+
+mod handles;
 mod owner;
 mod run;
 mod watches;
@@ -29,6 +33,8 @@ use crate::preflight::Preflight;
 use crate::{
     IntoTarget, Lifted, Link, Options, Progress, QueueIndex, Ran, Result, RunOptions, Stopper,
 };
+use first_program::same;
+pub use handles::{FrontEnd, Homing, Laser, Motors, Pins, Queue};
 use owner::Owner;
 pub use run::Run;
 pub use watches::{Events, Jog, StateWatch};
@@ -45,14 +51,6 @@ pub struct Arm {
 }
 
 impl Arm {
-    /// See [`crate::Arm::connect`].
-    ///
-    /// # Errors
-    /// As there, and when it is called inside an async runtime.
-    pub fn connect(target: impl IntoTarget) -> Result<Self> {
-        Self::connect_with(target, Options::default())
-    }
-
     /// See [`crate::Arm::connect_with`].
     ///
     /// # Errors
@@ -151,12 +149,6 @@ impl Arm {
         self.owner.arm.moving()
     }
 
-    /// See [`crate::Arm::running_motors`].
-    #[must_use]
-    pub fn running_motors(&self) -> Vec<magician_protocol::Stepper> {
-        self.owner.arm.running_motors()
-    }
-
     /// See [`crate::Arm::is_virtual`].
     #[must_use]
     pub fn is_virtual(&self) -> bool {
@@ -201,14 +193,6 @@ impl Arm {
         self.block(|arm| arm.set_any(command))
     }
 
-    /// See [`crate::Arm::drive`].
-    ///
-    /// # Errors
-    /// As there.
-    pub fn drive(&self, command: &Set) -> Result<()> {
-        self.block(|arm| arm.drive(command))
-    }
-
     /// See [`crate::Arm::enqueue`].
     ///
     /// # Errors
@@ -223,14 +207,6 @@ impl Arm {
     /// As there.
     pub fn raw(&self, id: u8, ctrl: Ctrl, params: &[u8]) -> Result<FrameBuf> {
         self.block(|arm| async move { arm.raw(id, ctrl, params).await })
-    }
-
-    /// See [`crate::Arm::run`].
-    ///
-    /// # Errors
-    /// As there.
-    pub fn run(&self, commands: &[Set]) -> Result<Ran> {
-        self.block(|arm| async move { arm.run(commands).await })
     }
 
     /// See [`crate::Arm::run_with`].
@@ -279,53 +255,17 @@ impl Arm {
     }
 }
 
-/// Methods that hand over what they are given and wait.
-macro_rules! same {
-    ($( $name:ident ( $( $arg:ident : $type:ty ),* ) -> $returns:ty; )+) => {
-        impl Arm {
-            $(
-                #[doc = concat!("See [`crate::Arm::", stringify!($name), "`].")]
-                ///
-                /// # Errors
-                /// As there.
-                pub fn $name(&self $(, $arg: $type)*) -> Result<$returns> {
-                    self.block(|arm| arm.$name($($arg),*))
-                }
-            )+
-        }
-    };
-}
-
 same! {
-    pose() -> Pose;
-    move_to(x: f32, y: f32, z: f32, r: f32) -> Ran;
-    line_to(x: f32, y: f32, z: f32, r: f32) -> Ran;
-    jump_to(x: f32, y: f32, z: f32, r: f32) -> Ran;
-    digital_input(address: u8) -> bool;
-    wait_for_input(address: u8, high: bool) -> Ran;
     enqueue_set(command: &Set) -> QueueIndex;
     wait(index: QueueIndex) -> ();
     wait_still() -> ();
     reconnected() -> ();
-    stop() -> ();
     stop_gentle() -> ();
     stop_jog() -> ();
-    start_queue() -> ();
-    start_empty_queue() -> bool;
-    clear_queue() -> ();
-    home() -> ();
     lift(height: f64) -> Lifted;
     park(place: [f64; 3]) -> Pose;
-    check_homed() -> ();
-    homed() -> Option<bool>;
-    laser() -> Option<bool>;
-    check_dark() -> ();
-    darken() -> ();
     alarms() -> AlarmSet;
-    tool_is_unknown(alarms: &AlarmSet) -> bool;
     clear_alarms() -> ();
-    current_index() -> QueueIndex;
-    left_space() -> u32;
     preflight() -> Preflight;
     stats() -> (Stats, u32);
 }

@@ -385,7 +385,7 @@ async fn what_does_not_begin_sends_no_piece() {
     };
     arm.set(&lit).await.unwrap();
     refused(ErrorCode::LaserOn).await;
-    arm.darken().await.unwrap();
+    arm.laser().switch_off().await.unwrap();
     // What another program has left there would run first.
     let foreign: Set = build::move_to(220.0, 0.0, 0.0, 0.0);
     let frame = magician::protocol::FrameBuf::set(&foreign, Ctrl::QUEUED).unwrap();

@@ -35,7 +35,7 @@ async fn checks_before_a_byte_is_sent() {
     assert_eq!((nan.kind(), nan.step()), (ErrorKind::InvalidInput, None));
     let (after, _) = arm.stats().await.unwrap();
     assert_eq!(after.sent - before.sent, 17, "only reads");
-    assert_eq!(arm.current_index().await.unwrap().0, 0);
+    assert_eq!(arm.queue().current_index().await.unwrap().0, 0);
 }
 
 #[test]
@@ -90,7 +90,7 @@ async fn nothing_begins_under_an_alarm_but_homing() {
     arm.enqueue_set(&build::line_to(500.0, 0.0, 0.0, 0.0))
         .await
         .unwrap();
-    arm.start_queue().await.unwrap();
+    arm.queue().start().await.unwrap();
     let near = [build::move_to(200.0, 50.0, 20.0, 0.0)];
     let error = arm.run(&near).await.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Alarm);
@@ -128,7 +128,7 @@ async fn a_moving_arm_is_at_an_unknown_start() {
         .unwrap();
     let waiting = arm.preflight().await.unwrap();
     assert!(waiting.arm().is_none(), "a command waits in the queue");
-    arm.start_queue().await.unwrap();
+    arm.queue().start().await.unwrap();
     let line = [build::line_to(200.0, 0.0, 20.0, 0.0)];
     let error = arm.run(&line).await.unwrap_err();
     assert_eq!(error.guard(), Some("unknown_start"), "{error}");

@@ -24,7 +24,7 @@ async fn the_last_clone_that_goes_stops_the_arm() {
     let second = first.clone();
     // As a program of another library has it: nothing of this one holds it.
     let jog = JogCmd::from(build::Axis::J1.plus());
-    first.passing_jogs().set(&jog).await.unwrap();
+    first.front_end().passing_jogs().set(&jog).await.unwrap();
     assert!(second.moving(), "what one sets going, all have");
     drop(first);
     tokio::time::sleep(Duration::from_millis(500)).await;
@@ -39,7 +39,7 @@ async fn the_last_clone_that_goes_stops_the_arm() {
 async fn any_clone_may_detach() {
     let desk = Desk::new();
     let arm = desk.connect(Options::default()).await;
-    arm.start_queue().await.unwrap();
+    arm.queue().start().await.unwrap();
     arm.enqueue(&WaitCmd { timeout: 60_000 }).await.unwrap();
     arm.clone().detach();
     drop(arm);
@@ -110,7 +110,7 @@ async fn a_thread_without_a_runtime_stops_a_run() {
     let error = running.await.unwrap().unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Closed, "{error}");
     arm.wait_still().await.unwrap();
-    assert_eq!(arm.left_space().await.unwrap(), 32);
+    assert_eq!(arm.queue().left_space().await.unwrap(), 32);
     assert!(!arm.moving());
 }
 
@@ -139,5 +139,5 @@ fn blocking_calls_are_stopped_from_another_thread() {
     stopper.stop_blocking().unwrap();
     let error = running.join().unwrap().unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Closed, "{error}");
-    assert_eq!(arm.left_space().unwrap(), 32);
+    assert_eq!(arm.queue().left_space().unwrap(), 32);
 }

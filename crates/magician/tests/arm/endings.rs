@@ -18,7 +18,7 @@ async fn a_dropped_handle_stops_what_it_started_and_puts_the_laser_out() {
     };
     arm.set(&burn).await.unwrap();
     assert!(desk.with(|arm| arm.state().laser), "it does burn");
-    arm.start_queue().await.unwrap();
+    arm.queue().start().await.unwrap();
     for y in [100.0, -100.0, 100.0] {
         let Set::PtpCmd(go) = build::move_to(200.0, y, 50.0, 0.0) else {
             panic!()
@@ -40,7 +40,7 @@ async fn a_detached_handle_and_one_that_is_done_leave_the_arm_alone() {
         let desk = Desk::new();
         let arm = desk.connect(Options::default()).await;
         if detach {
-            arm.start_queue().await.unwrap();
+            arm.queue().start().await.unwrap();
             arm.enqueue(&WaitCmd { timeout: 60_000 }).await.unwrap();
             arm.detach();
         } else {
@@ -62,7 +62,7 @@ async fn a_stop_that_was_asked_for_is_said_to_its_end_also_by_a_detached_handle(
     for passed in [0, 1, 2, 5, 10, 20] {
         let desk = Desk::new();
         let arm = desk.connect(Options::default()).await;
-        arm.start_queue().await.unwrap();
+        arm.queue().start().await.unwrap();
         for _ in 0..10 {
             arm.enqueue(&WaitCmd { timeout: 60_000 }).await.unwrap();
         }
@@ -115,7 +115,7 @@ fn a_runtime_that_goes_first_still_lets_the_stop_out() {
             .timeout(Duration::from_millis(1));
         let arm = Arm::over(near, options).await.unwrap();
         let jog = JogCmd::from(build::Axis::J1.plus());
-        let _ = arm.passing_jogs().set(&jog).await;
+        let _ = arm.front_end().passing_jogs().set(&jog).await;
     });
     drop(runtime);
     let runtime = tokio::runtime::Builder::new_current_thread()

@@ -80,7 +80,7 @@ async fn no_door_lets_a_motion_through() {
     assert!(arm.enqueue_set(&down).await.is_err());
     let down = build::line_by(0.0, 0.0, -10.0, 0.0);
     let last = arm.enqueue_set(&down).await.unwrap();
-    arm.start_queue().await.unwrap();
+    arm.queue().start().await.unwrap();
     arm.wait(last).await.unwrap();
     let z = desk.with(|arm| arm.state().pose.z);
     assert!((z + 60.0).abs() < 1e-3, "{z}");
@@ -161,17 +161,17 @@ async fn a_queue_does_not_go_on_from_where_it_was_not_checked() {
     arm.enqueue_set(&build::line_by(0.0, 0.0, -70.0, 0.0))
         .await
         .unwrap();
-    arm.start_queue().await.unwrap();
+    arm.queue().start().await.unwrap();
     sleep(Duration::from_millis(300)).await;
     arm.set(&magician::commands::QueuedCmdForceStopExec {})
         .await
         .unwrap();
     arm.wait_still().await.unwrap();
-    let error = arm.start_queue().await.unwrap_err();
+    let error = arm.queue().start().await.unwrap_err();
     assert_eq!(error.guard(), Some("fence"), "{error}");
     arm.stop().await.unwrap();
     arm.enqueue(&line(220.0, 0.0, 20.0)).await.unwrap();
-    arm.start_queue().await.unwrap();
+    arm.queue().start().await.unwrap();
 }
 
 #[tokio::test(start_paused = true)]
@@ -181,7 +181,7 @@ async fn without_a_fence_no_frame_is_added() {
         let arm = desk.connect(options).await;
         desk.heard();
         arm.enqueue(&line(220.0, 0.0, 0.0)).await.unwrap();
-        arm.start_queue().await.unwrap();
+        arm.queue().start().await.unwrap();
         desk.heard().len()
     };
     assert_eq!(
@@ -485,7 +485,7 @@ async fn through(door: u32, arm: &Arm, program: &[Set]) -> [u64; 2] {
                 };
                 count(passed);
             }
-            arm.start_queue().await.ok();
+            arm.queue().start().await.ok();
             sleep(Duration::from_secs(40)).await;
             arm.wait_still().await.ok();
         }
@@ -503,7 +503,7 @@ async fn through(door: u32, arm: &Arm, program: &[Set]) -> [u64; 2] {
                 for command in commands {
                     let passed = arm.enqueue_set(command).await.is_ok();
                     told[usize::from(!passed)] += 1;
-                    arm.start_queue().await.ok();
+                    arm.queue().start().await.ok();
                 }
                 told
             };

@@ -224,7 +224,7 @@ async fn jog_that_nothing_holds_is_refused_before_anything_is_sent() {
 async fn jog_of_another_program_ends_before_one_of_ours_begins() {
     let desk = Desk::new();
     let arm = desk.connect(Options::default()).await;
-    let passed = arm.passing_jogs();
+    let passed = arm.front_end().passing_jogs();
     passed.set(&JogCmd::from(Axis::X.plus())).await.unwrap();
     sleep(Duration::from_millis(500)).await;
     desk.heard();
@@ -289,7 +289,7 @@ async fn stop_switches_both_motor_outputs_off_behind_its_own_frames() {
         // Another program started the other one.
         desk.with(|arm| arm.receive(LinkId(5), foreign.bytes()));
         assert_eq!(turning(&desk), [true, true]);
-        assert_eq!(arm.running_motors(), [Stepper::Stepper1]);
+        assert_eq!(arm.motors().running(), [Stepper::Stepper1]);
         acts();
         if by_stopper {
             arm.stopper().request_stop().unwrap();
@@ -299,7 +299,7 @@ async fn stop_switches_both_motor_outputs_off_behind_its_own_frames() {
         }
         assert_eq!(turning(&desk), [false, false]);
         assert_eq!(acts(), [242, 61, 245, MOTOR, MOTOR]);
-        assert_eq!(arm.running_motors(), []);
+        assert_eq!(arm.motors().running(), []);
     }
     // That an arm does not know of motors does not make its stop fail.
     desk.swallow(&[MOTOR]);
@@ -355,10 +355,10 @@ async fn motor_that_the_queue_is_to_stop_ends_with_a_handle_that_goes_before() {
 async fn motors_are_switched_off_alone() {
     let desk = Desk::new();
     let arm = desk.connect(Options::default()).await;
-    arm.stop_motors().await.unwrap();
+    arm.motors().stop().await.unwrap();
     desk.heard();
     arm.set_any(&belt(50.0)).await.unwrap();
-    arm.stop_motors().await.unwrap();
+    arm.motors().stop().await.unwrap();
     assert_eq!(desk.count(MOTOR), 2, "one on, one off");
     assert_eq!(turning(&desk), [false, false]);
 }

@@ -21,7 +21,7 @@ async fn fails_on_the_first_blocking_alarm_and_names_the_cure() {
         z: 0.0,
         r: 0.0,
     };
-    arm.start_queue().await.unwrap();
+    arm.queue().start().await.unwrap();
     arm.enqueue(&WaitCmd { timeout: 500 }).await.unwrap();
     arm.enqueue(&far).await.unwrap();
     let last = arm.enqueue(&WaitCmd { timeout: 500 }).await.unwrap();
@@ -53,7 +53,7 @@ async fn a_run_whose_last_motion_is_refused_has_failed() {
 #[tokio::test(start_paused = true)]
 async fn a_hold_without_an_alarm_is_found_out() {
     let arm = real_time().await;
-    arm.start_queue().await.unwrap();
+    arm.queue().start().await.unwrap();
     // Into a limit, and out again without the queue: the bit drops, the hold stays.
     let Set::PtpCmd(out) = build::move_joints(0.0, 95.0, 45.0, 0.0) else {
         panic!()
@@ -149,7 +149,7 @@ async fn given_up(arm: &Arm, command: impl Into<Set>) -> (Duration, magician::Er
 #[tokio::test(start_paused = true)]
 async fn a_wait_in_a_queue_that_this_handle_stopped_ends_soon() {
     let arm = real_time().await;
-    arm.start_queue().await.unwrap();
+    arm.queue().start().await.unwrap();
     arm.stop_gentle().await.unwrap();
     for command in [
         build::wait(Duration::from_secs(3600)),
@@ -161,7 +161,7 @@ async fn a_wait_in_a_queue_that_this_handle_stopped_ends_soon() {
         assert_eq!(error.code(), ErrorCode::QueueStopped);
         assert_eq!(error.remedies()[0].act, Act::Do(Action::StartQueue));
     }
-    arm.start_queue().await.unwrap();
+    arm.queue().start().await.unwrap();
     arm.stop().await.unwrap();
 }
 
@@ -175,7 +175,7 @@ async fn a_queue_that_nobody_of_this_program_started_is_given_time() {
     assert!(error.to_string().contains("not started, or is stopped"));
     assert_eq!(error.code(), ErrorCode::QueueStopped);
     // It is not dropped.
-    arm.start_queue().await.unwrap();
+    arm.queue().start().await.unwrap();
     let last = arm.enqueue(&WaitCmd { timeout: 0 }).await.unwrap();
     arm.wait(last).await.unwrap();
 }
@@ -196,7 +196,7 @@ async fn another_program_that_starts_the_queue_soon_is_waited_for() {
     let index = arm.enqueue(&WaitCmd { timeout: 100 }).await.unwrap();
     let (waited, started) = tokio::join!(arm.wait(index), async {
         tokio::time::sleep(Duration::from_secs(1)).await;
-        arm.start_queue().await
+        arm.queue().start().await
     });
     waited.and(started).unwrap();
 }

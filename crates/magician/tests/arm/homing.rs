@@ -47,7 +47,7 @@ fn homing() -> Set {
 }
 
 async fn is_refused(arm: &Arm) -> bool {
-    match arm.check_homed().await {
+    match arm.homing().check().await {
         Ok(()) => false,
         Err(error) => {
             assert_eq!(error.code(), ErrorCode::NotHomed, "{error}");
@@ -63,24 +63,24 @@ async fn is_refused(arm: &Arm) -> bool {
 async fn cleared_reset_alarm_leaves_the_arm_unhomed() {
     let desk = Desk::new();
     let arm = desk.connect(Options::default()).await;
-    assert_eq!(arm.homed().await.unwrap(), Some(false));
+    assert_eq!(arm.homing().is_homed().await.unwrap(), Some(false));
     desk.heard();
     assert!(is_refused(&arm).await);
     arm.clear_alarms().await.unwrap();
-    assert_eq!(arm.homed().await.unwrap(), None);
+    assert_eq!(arm.homing().is_homed().await.unwrap(), None);
     desk.heard();
     assert!(is_refused(&arm).await);
     assert!(only_reads(&desk.heard()));
-    arm.allowing_unhomed().check_homed().await.unwrap();
+    arm.allowing_unhomed().homing().check().await.unwrap();
 }
 
 #[tokio::test(start_paused = true)]
 async fn virtual_arm_is_never_refused() {
     let arm = Arm::connect("sim").await.unwrap();
-    arm.check_homed().await.unwrap();
+    arm.homing().check().await.unwrap();
     let desk = Desk::new();
     let station = desk.connect(Options::default().virtual_arm(true)).await;
-    station.check_homed().await.unwrap();
+    station.homing().check().await.unwrap();
 }
 
 #[tokio::test(start_paused = true)]
@@ -99,11 +99,15 @@ async fn homing_counts_however_it_was_asked_for() {
             }
             _ => {
                 let index = arm.enqueue(&HomeCmd { reserved: 0 }).await.unwrap();
-                arm.start_queue().await.unwrap();
+                arm.queue().start().await.unwrap();
                 arm.wait(index).await.unwrap();
             }
         }
-        assert_eq!(arm.homed().await.unwrap(), Some(true), "way {way}");
+        assert_eq!(
+            arm.homing().is_homed().await.unwrap(),
+            Some(true),
+            "way {way}"
+        );
         assert!(!is_refused(&arm).await, "way {way}");
     }
 }
@@ -158,7 +162,7 @@ async fn record_carries_homing_to_the_next_connection() {
     arm.close().await;
     let next = desk.connect(memory.options()).await;
     assert!(!is_refused(&next).await);
-    assert_eq!(next.homed().await.unwrap(), Some(true));
+    assert_eq!(next.homing().is_homed().await.unwrap(), Some(true));
     next.close().await;
     let without = desk.connect(Options::default()).await;
     assert!(is_refused(&without).await, "nothing remembers");
@@ -217,5 +221,5 @@ async fn homing_that_another_program_breaks_off_is_an_error_and_does_not_count()
     assert!(is_refused(&arm).await);
     assert_eq!(memory.kept(), None);
     // The alarm of the reset still says so.
-    assert_eq!(arm.homed().await.unwrap(), Some(false));
+    assert_eq!(arm.homing().is_homed().await.unwrap(), Some(false));
 }

@@ -93,7 +93,7 @@ async fn nothing_burns_on_a_real_arm_that_nobody_has_allowed_it_on() {
             );
         }
         assert!(only_reads(&desk.heard()), "{command:?}");
-        assert!(!arm.burns(&build::laser(false)) && arm.burns(&command));
+        assert!(!arm.laser().burns(&build::laser(false)) && arm.laser().burns(&command));
         // Allowed, it goes out.
         arm.allowing_laser().set_any(&command).await.unwrap();
         assert!(!only_reads(&desk.heard()), "{command:?}");
@@ -121,7 +121,7 @@ async fn an_arm_without_a_laser_has_its_pins_for_itself() {
 async fn a_virtual_arm_in_this_process_is_never_refused() {
     let arm = Arm::simulated(VirtualArm::default(), Options::default()).await;
     let arm = arm.unwrap();
-    assert!(arm.is_virtual() && arm.may_burn());
+    assert!(arm.is_virtual() && arm.laser().may_burn());
     for command in burning() {
         arm.set_any(&command).await.unwrap();
     }
@@ -139,7 +139,7 @@ async fn a_queue_with_commands_of_another_program_is_not_let_run() {
     let keep = || RunOptions::default().keep(true);
     let wait = build::wait(Duration::from_millis(1));
     for (door, outcome) in [
-        arm.start_queue().await,
+        arm.queue().start().await,
         arm.clear_alarms().await,
         arm.set(&QueuedCmdStartExec {}).await,
         arm.set_any(&Set::ClearAlarmsState(ClearAlarmsState {}))
@@ -159,12 +159,12 @@ async fn a_queue_with_commands_of_another_program_is_not_let_run() {
         );
     }
     assert!(only_reads(&desk.heard()));
-    arm.allowing_laser().start_queue().await.unwrap();
+    arm.allowing_laser().queue().start().await.unwrap();
     sleep(Duration::from_secs(1)).await;
     // What this connection has put there it knows.
     arm.stop_gentle().await.unwrap();
     arm.enqueue(&WaitCmd { timeout: 10 }).await.unwrap();
-    arm.start_queue().await.unwrap();
+    arm.queue().start().await.unwrap();
     arm.clear_alarms().await.unwrap();
 }
 
@@ -248,7 +248,7 @@ async fn long_burn_is_found_again(desk: &Desk) -> Arm {
     begin_to_burn(&arm, 0.5).await;
     sleep(Duration::from_secs(2)).await;
     arm.enqueue_set(&burn(200.0, 100.0)).await.unwrap();
-    arm.start_queue().await.unwrap();
+    arm.queue().start().await.unwrap();
     sleep(Duration::from_secs(4)).await;
     desk.unplug();
     sleep(Duration::from_millis(150)).await;
@@ -341,7 +341,7 @@ async fn a_pin_that_was_raised_is_lowered_on_a_line_that_is_found_again() {
         arm.set_any(&build::output(address, true)).await.unwrap();
     }
     assert!(desk.with(|arm| arm.state().laser));
-    assert_eq!(arm.laser().await.unwrap(), Some(true));
+    assert_eq!(arm.laser().is_on().await.unwrap(), Some(true));
     desk.unplug();
     sleep(Duration::from_millis(150)).await;
     desk.heard();
@@ -351,7 +351,7 @@ async fn a_pin_that_was_raised_is_lowered_on_a_line_that_is_found_again() {
     assert_eq!(heard[..2], [LASER, STOP]);
     assert!(heard.contains(&CLEAR), "{heard:?}");
     assert!(!desk.with(|arm| arm.state().laser));
-    assert_eq!(arm.laser().await.unwrap(), Some(false));
+    assert_eq!(arm.laser().is_on().await.unwrap(), Some(false));
 }
 
 #[tokio::test(start_paused = true)]
@@ -383,7 +383,7 @@ async fn a_burning_run_goes_on_after_the_line_was_lost_with_every_segment_done()
     assert_eq!(run.ran().commands, 41);
     let pose = arm.get::<magician::commands::Pose>().await.unwrap();
     assert_eq!((pose.x, pose.y), (200.0, 45.0));
-    assert_eq!(arm.laser().await.unwrap(), Some(false));
+    assert_eq!(arm.laser().is_on().await.unwrap(), Some(false));
     let clears = desk.frames(CLEAR);
     let stood = clears.iter().all(|(_, moved)| !moved);
     assert!(stood && clears.len() >= 2, "{clears:?}");
@@ -406,7 +406,7 @@ async fn every_end_of_a_run_leaves_the_laser_off() {
     begin_to_burn(&arm, 40.0).await;
     sleep(Duration::from_secs(4)).await;
     assert!(desk.with(|arm| arm.state().laser));
-    assert_eq!(arm.laser().await.unwrap(), Some(true));
+    assert_eq!(arm.laser().is_on().await.unwrap(), Some(true));
     arm.stop().await.unwrap();
     assert!(!desk.with(|arm| arm.state().laser));
     // The handle goes.
@@ -422,8 +422,12 @@ async fn homing_puts_a_laser_out_first_and_a_program_does_not_begin_with_one() {
     let desk = Desk::new();
     let arm = desk.connect(allowed()).await;
     arm.set(&on()).await.unwrap();
-    assert_eq!(arm.laser().await.unwrap(), Some(true));
-    let error = arm.check_ready(&[], Guards::default()).await.unwrap_err();
+    assert_eq!(arm.laser().is_on().await.unwrap(), Some(true));
+    let error = arm
+        .front_end()
+        .check_ready(&[], Guards::default())
+        .await
+        .unwrap_err();
     assert_eq!(error.code(), ErrorCode::LaserOn);
     assert_eq!(error.remedies()[0].act, Act::Do(Action::LaserOff));
     desk.heard();
@@ -479,17 +483,17 @@ async fn a_laser_is_not_said_to_be_off_while_commands_of_another_program_are_in_
     let cell = VirtualArm::new(Controller::default(), SimSpeed::Times(1.0));
     let [arm, other] = [cell.clone(), cell.clone()].map(|cell| Arm::simulated(cell, allowed()));
     let (arm, other) = (arm.await.unwrap(), other.await.unwrap());
-    assert_eq!(other.laser().await.unwrap(), Some(false));
+    assert_eq!(other.laser().is_on().await.unwrap(), Some(false));
     arm.set(&ClearAlarmsState {}).await.unwrap();
     begin_to_burn(&arm, 40.0).await;
     sleep(Duration::from_secs(4)).await;
     assert!(cell.state().laser, "{:?}", cell.state());
-    assert_eq!(arm.laser().await.unwrap(), Some(true));
-    assert_eq!(other.laser().await.unwrap(), None);
+    assert_eq!(arm.laser().is_on().await.unwrap(), Some(true));
+    assert_eq!(other.laser().is_on().await.unwrap(), None);
     arm.stop().await.unwrap();
     // What was read of the queue is believed for a moment.
     sleep(Duration::from_secs(1)).await;
-    assert_eq!(other.laser().await.unwrap(), Some(false));
+    assert_eq!(other.laser().is_on().await.unwrap(), Some(false));
 }
 
 /// Shares of power that are none, each of the commands that have one.

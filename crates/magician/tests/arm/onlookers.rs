@@ -231,7 +231,7 @@ async fn who_does_not_listen_hears_how_much_was_missed() {
     let desk = Desk::new();
     let arm = desk.connect(Options::default()).await;
     let mut events = arm.events();
-    arm.start_queue().await.unwrap();
+    arm.queue().start().await.unwrap();
     for _ in 0..300 {
         let index = arm.enqueue(&WaitCmd { timeout: 1 }).await.unwrap();
         arm.wait(index).await.unwrap();
@@ -253,7 +253,7 @@ async fn moving_errs_towards_yes_and_ends() {
     assert!(!arm.moving());
     arm.enqueue(&WaitCmd { timeout: 10 }).await.unwrap();
     assert!(arm.moving(), "nobody has said that the queue stands");
-    arm.start_queue().await.unwrap();
+    arm.queue().start().await.unwrap();
     arm.wait(magician::protocol::QueuedCmdIndex(2))
         .await
         .unwrap();

@@ -111,7 +111,7 @@ async fn laser_is_told_dark_as_soon_as_a_stop_was_answered() {
     arm.enqueue_set(&build::engrave_to(240.0, 20.0, 20.0, 50.0))
         .await
         .unwrap();
-    arm.start_queue().await.unwrap();
+    arm.queue().start().await.unwrap();
     sleep(Duration::from_millis(300)).await;
     assert!(virtual_arm.state().laser);
     assert_eq!(arm.outputs().laser, Some(true));

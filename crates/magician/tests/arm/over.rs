@@ -55,7 +55,7 @@ async fn a_load_that_was_given_up_is_not_the_next_ones_to_start() {
         running.abort();
         let _ = running.await;
         sleep(Duration::from_millis(100)).await;
-        let left = arm.left_space().await.unwrap();
+        let left = arm.queue().left_space().await.unwrap();
         assert!(left < 32);
         desk.heard();
         let error = arm.start(waits(20, 10)).wait(|_| {}).await.unwrap_err();
@@ -125,7 +125,7 @@ async fn it_does_not_go_on_behind_what_was_cleared() {
     let other = arm.clone();
     let running = tokio::spawn(async move { other.start(waits(300, 200)).wait(|_| {}).await });
     sleep(Duration::from_secs(3)).await;
-    arm.clear_queue().await.unwrap();
+    arm.queue().clear().await.unwrap();
     desk.heard();
     let error = running.await.unwrap().unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Closed, "{error}");
@@ -344,7 +344,7 @@ async fn pose_known_after_a_requested_stop_is_where_the_arm_stands() {
     for after in [100, 300, 600] {
         let desk = Desk::new();
         let arm = stopped_in_motion(&desk, after, true).await;
-        let known = arm.known_pose().await.unwrap();
+        let known = arm.front_end().known_pose().await.unwrap();
         sleep(Duration::from_secs(2)).await;
         assert_eq!(known, arm.get::<Pose>().await.unwrap(), "{after} ms");
         arm.lift(5.0).await.unwrap();
@@ -355,13 +355,13 @@ async fn pose_known_after_a_requested_stop_is_where_the_arm_stands() {
 async fn motion_after_a_forced_stop_sent_as_a_command_waits_until_the_arm_stands() {
     let desk = Desk::new();
     let arm = acquainted(&desk).await;
-    arm.start_queue().await.unwrap();
+    arm.queue().start().await.unwrap();
     arm.enqueue_set(&build::move_to(220.0, 60.0, 20.0, 0.0))
         .await
         .unwrap();
     sleep(Duration::from_millis(300)).await;
     arm.set(&commands::QueuedCmdForceStopExec {}).await.unwrap();
-    arm.clear_queue().await.unwrap();
+    arm.queue().clear().await.unwrap();
     assert!(desk.moves(), "it brakes");
     desk.heard();
     arm.run(&[build::line_to(220.0, -20.0, 20.0, 0.0)])
@@ -375,7 +375,7 @@ async fn motion_after_a_forced_stop_sent_as_a_command_waits_until_the_arm_stands
 async fn a_stop_does_not_wait_for_a_line_to_settle() {
     let desk = Desk::new();
     let arm = acquainted(&desk).await;
-    arm.start_queue().await.unwrap();
+    arm.queue().start().await.unwrap();
     arm.enqueue(&WaitCmd { timeout: 60_000 }).await.unwrap();
     desk.unplug();
     sleep(Duration::from_millis(10)).await;

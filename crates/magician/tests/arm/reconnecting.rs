@@ -82,8 +82,8 @@ async fn a_cable_pulled_while_a_command_is_queued() {
         Err(error) => assert_eq!(error.kind(), ErrorKind::Uncertain, "{error}"),
     }
     assert!(only_reads(&desk.heard()), "it is not sent again");
-    assert_eq!(arm.left_space().await.unwrap(), 31);
-    arm.allowing_laser().start_queue().await.unwrap();
+    assert_eq!(arm.queue().left_space().await.unwrap(), 31);
+    arm.allowing_laser().queue().start().await.unwrap();
     assert!(arm.moving(), "it counts as set going");
 }
 
@@ -128,7 +128,7 @@ async fn a_cable_pulled_during_a_run() {
 async fn what_goes_on_behind_a_lost_line_is_stopped_when_it_is_back_and_the_last_handle_goes() {
     let desk = Desk::new();
     let arm = acquainted(&desk).await;
-    arm.start_queue().await.unwrap();
+    arm.queue().start().await.unwrap();
     arm.enqueue(&WaitCmd { timeout: 60_000 }).await.unwrap();
     desk.unplug();
     sleep(Duration::from_secs(1)).await;
@@ -142,7 +142,7 @@ async fn what_goes_on_behind_a_lost_line_is_stopped_when_it_is_back_and_the_last
 async fn a_handle_that_goes_while_the_line_is_lost_waits_for_nothing() {
     let desk = Desk::new();
     let arm = acquainted(&desk).await;
-    arm.start_queue().await.unwrap();
+    arm.queue().start().await.unwrap();
     arm.enqueue(&WaitCmd { timeout: 60_000 }).await.unwrap();
     desk.unplug();
     sleep(Duration::from_millis(50)).await;
@@ -191,7 +191,7 @@ async fn an_arm_that_was_reset_meanwhile() {
 async fn every_wait_hears_of_a_reset() {
     let desk = Desk::new();
     let arm = acquainted(&desk).await;
-    arm.start_queue().await.unwrap();
+    arm.queue().start().await.unwrap();
     let waits: Vec<_> = [100, 60_000].map(|timeout| WaitCmd { timeout }).into();
     let mut last = None;
     for wait in &waits {
@@ -265,7 +265,7 @@ async fn an_arm_that_is_still_starting_up_is_waited_for() {
 async fn a_stop_that_there_was_no_line_for_comes_first() {
     let desk = Desk::new();
     let arm = acquainted(&desk).await;
-    arm.start_queue().await.unwrap();
+    arm.queue().start().await.unwrap();
     arm.enqueue(&WaitCmd { timeout: 60_000 }).await.unwrap();
     desk.unplug();
     sleep(Duration::from_millis(50)).await;
@@ -285,7 +285,7 @@ async fn a_stop_that_there_was_no_line_for_comes_first() {
 async fn a_stop_from_a_thread_waits_for_the_line_too() {
     let desk = Desk::new();
     let arm = acquainted(&desk).await;
-    arm.start_queue().await.unwrap();
+    arm.queue().start().await.unwrap();
     arm.enqueue(&WaitCmd { timeout: 60_000 }).await.unwrap();
     desk.unplug();
     sleep(Duration::from_millis(50)).await;
@@ -355,7 +355,7 @@ async fn while_the_line_is_looked_for_every_call_ends_at_once() {
     let Set::WaitCmd(queued) = wait else { panic!() };
     port(arm.get::<Pose>().await.unwrap_err());
     port(arm.enqueue(&queued).await.unwrap_err());
-    port(arm.start_queue().await.unwrap_err());
+    port(arm.queue().start().await.unwrap_err());
     port(arm.start([wait]).wait(|_| {}).await.unwrap_err());
     port(arm.stop().await.unwrap_err());
     port(arm.stop_jog().await.unwrap_err());

@@ -58,7 +58,7 @@ async fn a_stop_while_a_program_is_checked_ends_it() {
     let mut run = run.along(check);
     let error = run.wait(|_| {}).await.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Closed);
-    assert_eq!(arm.current_index().await.unwrap().0, 0);
+    assert_eq!(arm.queue().current_index().await.unwrap().0, 0);
     assert!(!arm.moving());
     assert_eq!(arm.get::<Pose>().await.unwrap(), before);
 }
@@ -80,7 +80,7 @@ async fn a_stop_from_another_task_ends_a_run() {
     tokio::time::sleep(Duration::from_secs(5)).await;
     let after: Pose = arm.get().await.unwrap();
     assert_eq!(before, after);
-    assert_eq!(arm.left_space().await.unwrap(), 32);
+    assert_eq!(arm.queue().left_space().await.unwrap(), 32);
     let outcome = tokio::time::timeout(Duration::from_secs(120), running).await;
     let outcome = outcome.expect("it ends").unwrap();
     assert_eq!(outcome.unwrap_err().kind(), ErrorKind::Closed);
@@ -107,7 +107,11 @@ async fn will_not_start_what_others_left_behind() {
         Remedy::new((Setting::Keep, Given::On), "runs it"),
     ];
     assert_eq!(error.remedies(), ways);
-    assert_eq!(arm.left_space().await.unwrap(), 31, "nothing was sent");
+    assert_eq!(
+        arm.queue().left_space().await.unwrap(),
+        31,
+        "nothing was sent"
+    );
     arm.start_with(mine, RunOptions::default().keep(true))
         .wait(|_| {})
         .await
@@ -122,9 +126,9 @@ async fn queue_of_an_arm_that_moves_is_started_when_the_arm_stands() {
         let arm = desk.connect(Options::default()).await;
         begin_immediate_motion(&arm).await;
         if empty {
-            assert!(arm.start_empty_queue().await.unwrap());
+            assert!(arm.queue().start_if_empty().await.unwrap());
         } else {
-            arm.start_queue().await.unwrap();
+            arm.queue().start().await.unwrap();
         }
         let Pose { x, y, z, .. } = arm.get().await.unwrap();
         assert_eq!([x, y, z], [220.0, 60.0, 20.0]);
@@ -136,12 +140,12 @@ async fn queue_of_an_arm_that_moves_is_started_when_the_arm_stands() {
 async fn queue_that_runs_a_motion_is_not_started_again() {
     let desk = Desk::new();
     let arm = desk.connect(Options::default()).await;
-    arm.start_queue().await.unwrap();
+    arm.queue().start().await.unwrap();
     let there = build::line_to(220.0, 60.0, 20.0, 0.0);
     let index = arm.enqueue_set(&there).await.unwrap();
     sleep(Duration::from_millis(300)).await;
     desk.heard();
-    arm.start_queue().await.unwrap();
+    arm.queue().start().await.unwrap();
     assert_eq!(desk.count(240), 0);
     arm.wait(index).await.unwrap();
     let Pose { x, y, z, .. } = arm.get().await.unwrap();
@@ -151,10 +155,10 @@ async fn queue_that_runs_a_motion_is_not_started_again() {
 #[tokio::test(start_paused = true)]
 async fn an_index_that_was_cleared_will_not_come() {
     let arm = std::sync::Arc::new(real_time().await);
-    arm.start_queue().await.unwrap();
+    arm.queue().start().await.unwrap();
     arm.enqueue(&WaitCmd { timeout: 1_000 }).await.unwrap();
     let dropped = arm.enqueue(&WaitCmd { timeout: 1_000 }).await.unwrap();
-    arm.clear_queue().await.unwrap();
+    arm.queue().clear().await.unwrap();
     let begun = Instant::now();
     let error = arm.wait(dropped).await.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Closed, "{error}");
@@ -183,7 +187,7 @@ async fn an_arm_that_is_reset_ends_a_wait_and_says_what_is_gone() {
         "no more than two seconds were queued: {error}"
     );
     assert_eq!(
-        arm.left_space().await.unwrap(),
+        arm.queue().left_space().await.unwrap(),
         32,
         "nothing was sent again"
     );
@@ -224,7 +228,7 @@ async fn a_patient_handle_waits_for_a_line_that_is_held() {
     let (mut hasty, mut patient) = (0, 0);
     for (patience, failed) in [(0, &mut hasty), (30, &mut patient)] {
         let arm = held_now_and_then(8, 0.1).await;
-        let arm = arm.patient(Duration::from_secs(patience));
+        let arm = arm.front_end().patient(Duration::from_secs(patience));
         for _ in 0..20 {
             *failed += u32::from(arm.get::<Pose>().await.is_err());
         }

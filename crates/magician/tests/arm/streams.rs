@@ -148,7 +148,7 @@ async fn a_refused_command_ends_the_program_after_those_before_it() {
         (ErrorKind::Unreachable, Some(12))
     );
     assert!((13..=18).contains(&told), "{told}");
-    assert_eq!(arm.current_index().await.unwrap().0, 13);
+    assert_eq!(arm.queue().current_index().await.unwrap().0, 13);
     // The first one, and none.
     let far = [build::line_to(400.0, 0.0, 0.0, 0.0)];
     let (ran, _) = stream(&arm, 5, &far, Duration::ZERO).await;

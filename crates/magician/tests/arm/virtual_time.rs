@@ -99,10 +99,10 @@ async fn waits_and_moves_take_their_time_and_none_of_the_walls() {
 #[tokio::test(start_paused = true)]
 async fn what_no_run_waits_for_is_done_at_once() {
     let (cell, arm) = arm(1).await;
-    arm.start_queue().await.unwrap();
+    arm.queue().start().await.unwrap();
     let wait = magician::commands::WaitCmd { timeout: 5000 };
     let index = arm.enqueue(&wait).await.unwrap();
-    assert_eq!(arm.current_index().await.unwrap(), index);
+    assert_eq!(arm.queue().current_index().await.unwrap(), index);
     assert_eq!(clock(&cell), Duration::from_secs(5));
 }
 
@@ -135,7 +135,7 @@ async fn everybody_hears_his_own_answers() {
         let mut poses: Vec<Pose> = Vec::new();
         while cell.state().queue.current_index < 2001 {
             poses.push(other.get().await.unwrap());
-            assert!(other.current_index().await.unwrap().0 <= 2003);
+            assert!(other.queue().current_index().await.unwrap().0 <= 2003);
             yield_now().await;
         }
         poses.dedup();

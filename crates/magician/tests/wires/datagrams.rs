@@ -144,7 +144,7 @@ async fn behind(faults: [String; 2]) -> (Served, Arm, SocketAddr) {
 /// What the arm has in its queue, by a line without faults.
 async fn stored(address: SocketAddr) -> u64 {
     let clean = Arm::connect(&target(address)).await.unwrap();
-    u64::from(32 - clean.left_space().await.unwrap())
+    u64::from(32 - clean.queue().left_space().await.unwrap())
 }
 
 fn go() -> magician::commands::PtpCmd {

@@ -154,7 +154,7 @@ fn a_runtime_that_goes_first_stops_the_arm_over_a_pseudo_terminal() {
         .unwrap();
     runtime.block_on(async {
         let arm = magician::Arm::connect(serial(&path)).await.unwrap();
-        arm.start_queue().await.unwrap();
+        arm.queue().start().await.unwrap();
         for y in [100.0, -100.0, 100.0, -100.0] {
             let Set::PtpCmd(go) = build::move_to(200.0, y, 40.0, 0.0) else {
                 panic!()
@@ -168,7 +168,7 @@ fn a_runtime_that_goes_first_stops_the_arm_over_a_pseudo_terminal() {
     let arm = blocking::Arm::connect(serial(&path)).unwrap();
     drop(no_children);
     arm.wait_still().unwrap();
-    assert_eq!(arm.left_space().unwrap(), 32);
+    assert_eq!(arm.queue().left_space().unwrap(), 32);
 }
 
 #[test]

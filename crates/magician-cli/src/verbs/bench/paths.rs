@@ -52,7 +52,7 @@ pub(super) async fn measure(
     figures: &mut Figures,
 ) -> Result<(Ring, CpParams), Failure> {
     let (_, capacity) = arm.stats().await?;
-    if arm.left_space().await? < capacity {
+    if arm.queue().left_space().await? < capacity {
         let message = "commands of another program are in the arm's queue";
         return Err(Failure::invalid(message).hint(
             "let them finish, or drop them with `magician stop`; without --yes only reads \

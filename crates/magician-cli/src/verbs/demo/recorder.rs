@@ -73,14 +73,14 @@ impl Recorder {
         display: &mut Display<'_>,
     ) -> Result<(), Failure> {
         let pose = arm.get::<Pose>().await?;
-        let index = arm.current_index().await?.0;
+        let index = arm.queue().current_index().await?.0;
         self.readings.push((pose, index));
         if !display.due() {
             return Ok(());
         }
         let done = job.progress().step;
         let placed = self.placed(usize::try_from(done).unwrap_or(usize::MAX));
-        let left = arm.left_space().await?;
+        let left = arm.queue().left_space().await?;
         display.show(&DisplayState {
             placed,
             pose,

@@ -70,7 +70,7 @@ impl Jog {
 fn step(axis: Axis, by: f32, context: &mut Context) -> Result<(), Failure> {
     let quiet = context.global.json;
     let pose = context.arm(StopPolicy::Move, async |arm, _| {
-        arm.check_dark().await?;
+        arm.laser().check_off().await?;
         if axis == Axis::L {
             needs_rail(arm).await?;
         }

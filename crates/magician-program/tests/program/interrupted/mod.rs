@@ -43,7 +43,7 @@ pub(crate) async fn run_until(
     }
     arm.stop().await.expect("it stands");
     let pose: Pose = arm.get().await.expect("a pose");
-    let index = arm.current_index().await.expect("an index").0;
+    let index = arm.queue().current_index().await.expect("an index").0;
     let span = counter.finished(index);
     assert_eq!(span.least, span.most);
     let resume_point = resume_point_at(from + span.least, |steps| {

@@ -248,7 +248,7 @@ impl<'p> Ride<'p> {
         outcome: &mut Outcome,
     ) -> Result<(), Error> {
         let seen = ObservedProgress {
-            current: arm.current_index().await?.0,
+            current: arm.queue().current_index().await?.0,
             clock: arm.get::<DeviceTime>().await?.g_systick,
         };
         arm.stop().await?;

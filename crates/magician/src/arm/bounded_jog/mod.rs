@@ -125,7 +125,7 @@ impl Arm {
         (direction, stops, deadline): (JogDirection, u64, Instant),
         begun: oneshot::Sender<Result<()>>,
     ) {
-        let Ok(mut flow) = self.take_turn(deadline, "a jog").await else {
+        let Ok(mut flow) = self.queue().take_turn(deadline, "a jog").await else {
             let message = "a program runs, or another task is filling the queue";
             let _ = begun.send(Err(Error::new(ErrorCode::Busy, message)));
             return life.over(JogEnd::Failed, Stands::Unknown);
@@ -163,7 +163,9 @@ impl Arm {
     ) -> Result<JogEnd> {
         self.restore_after_jog().await?;
         let sample = piece(direction, 1.0);
-        self.check_ready(&[sample], Guards::default()).await?;
+        self.front_end()
+            .check_ready(&[sample], Guards::default())
+            .await?;
         self.come_to_rest().await?;
         let look = self.read_queue().await?;
         self.refuse_foreign_commands(&look)?;
@@ -180,7 +182,7 @@ impl Arm {
             None => self.place_on(direction.axis).await?,
         };
         // It is empty.
-        self.start_standing().await?;
+        self.queue().start_standing().await?;
         let within = (Duration::from_micros(life.keep) + AFTER - SPARE).as_secs_f64();
         let (pace, settings) = self.pace(direction, within).await?;
         for setting in &settings {
@@ -300,7 +302,7 @@ impl Arm {
         life.sends();
         let answer = self.submit(request, deadline, stops).await?;
         let reply = self.answer(answer, &frame, deadline).await;
-        self.accepted(&mut 0, command, reply).map(drop)
+        self.queue().accepted(&mut 0, command, reply).map(drop)
     }
 
     /// Waits for two equal poses, and for a rail that stands.

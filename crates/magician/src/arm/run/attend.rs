@@ -218,7 +218,7 @@ impl<C: CommandSource> Run<C> {
             };
             return seen.map(Some);
         }
-        if begun.elapsed() >= STANDING && self.arm.left_space().await? == 0 {
+        if begun.elapsed() >= STANDING && self.arm.queue().left_space().await? == 0 {
             let alarms = self.arm.alarms().await?;
             if alarms.blocking() {
                 return Err(self.arm.stopped_by(alarms).await);

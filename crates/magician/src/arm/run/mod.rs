@@ -136,7 +136,7 @@ impl Arm {
     fn run_of<C: CommandSource>(&self, commands: C, options: RunOptions) -> Run<C> {
         let total = commands.total();
         Run {
-            arm: self.patient(options.patience),
+            arm: self.front_end().patient(options.patience),
             commands,
             ended: false,
             supply: None,
@@ -177,7 +177,7 @@ impl Arm {
 
     /// Commands that other programs left in the queue are not run by accident.
     pub(in crate::arm) fn refuse_foreign_commands(&self, look: &QueueLook) -> Result<()> {
-        let waiting = self.foreign_commands(look);
+        let waiting = self.queue().foreign_commands(look);
         let (commands, them) = match waiting {
             0 => return Ok(()),
             1 => ("1 command of an earlier program waits".to_owned(), "it"),
@@ -221,7 +221,7 @@ impl<C: CommandSource> Run<C> {
         let stops = self.stops.take().unwrap_or_else(|| arm.stops());
         self.may_go_on()?;
         self.come().await;
-        let mut flow = arm.take_turn(arm.call_deadline(), "a run").await?;
+        let mut flow = arm.queue().take_turn(arm.call_deadline(), "a run").await?;
         // A run that is dropped half-way leaves a queue that has to be counted again.
         flow.room = 0;
         arm.queue_fault(None)?;
@@ -233,12 +233,12 @@ impl<C: CommandSource> Run<C> {
                 arm.own().nothing_before();
             }
             if self.options.keep {
-                arm.permit_queue().await?;
+                arm.permission().check_queue().await?;
             } else {
                 arm.refuse_foreign_commands(&look)?;
             }
             let moves = self.may_move_arm();
-            arm.warn_if_not_homed(moves).await?;
+            arm.homing().warn_if_not_homed(moves).await?;
             // Where commands of others may run, the stream looks for itself.
             self.look = Some(look).filter(|_| !self.options.keep);
         }
@@ -281,7 +281,7 @@ impl<C: CommandSource> Run<C> {
         }
         arm.refused_none(self.ran.last).await?;
         self.note_end(handed.elapsed());
-        arm.settle_homing().await;
+        arm.homing().settle().await;
         Ok(self.ran)
     }
 

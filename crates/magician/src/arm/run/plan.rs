@@ -186,9 +186,9 @@ impl<C: CommandSource> Run<C> {
         let ahead: Vec<Set> = { self.pending.iter() }
             .map(|planned| planned.command)
             .collect();
-        self.arm.permit(&ahead)?;
+        self.arm.permission().check(&ahead)?;
         // What burns is cut by its time, however few there are.
-        let burns = ahead.iter().any(|command| self.arm.burns(command));
+        let burns = ahead.iter().any(|command| self.arm.laser().burns(command));
         if self.pending.len() <= ALWAYS && !burns {
             return Ok(());
         }
@@ -333,7 +333,7 @@ impl<C: CommandSource> Run<C> {
             return Poll::Ready(None);
         }
         let command = &planned.command;
-        self.light.note(command, self.arm.burns(command));
+        self.light.note(command, self.arm.laser().burns(command));
         let item = planned.item.unwrap_or_else(|| self.route.item(command));
         if !planned.given_back {
             self.lasts = self.lasts.saturating_add(item.time);
@@ -346,14 +346,14 @@ impl<C: CommandSource> Run<C> {
 
     fn permits(&mut self, planned: &Planned) -> Result<()> {
         let command = &planned.command;
-        self.arm.permit([command])?;
+        self.arm.permission().check([command])?;
         if planned.given_back {
             return Ok(());
         }
         if let Some(checks) = &mut self.checks {
             let step = self.checked;
             self.checked += 1;
-            let pins = self.arm.burns(command) && raises_laser_pin(command);
+            let pins = self.arm.laser().burns(command) && raises_laser_pin(command);
             let refused = if pins {
                 Err(Error::invalid(
                     "a laser that is lit through its pins would burn on while the program has nothing to do",

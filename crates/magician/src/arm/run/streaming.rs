@@ -67,11 +67,11 @@ impl Streaming {
         run.come().await;
         if let Some(first) = run.pending.front() {
             let (arm, first) = (run.arm.clone(), [*first.command()]);
-            arm.permit(&first)?;
+            arm.permission().check(&first)?;
             // One that burns already would burn on while the feeder has nothing.
-            arm.check_dark().await?;
+            arm.laser().check_off().await?;
             if self.guards.alarms || self.guards.require_homed {
-                arm.check_alarms(&first, self.guards).await?;
+                arm.front_end().check_alarms(&first, self.guards).await?;
             }
             let check = arm.preflight().await?;
             run.checks = Some(check.clone().guards(self.guards));

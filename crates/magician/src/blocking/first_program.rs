@@ -1,0 +1,45 @@
+//! What a first program needs: connect, home, move, stop.
+
+use magician_protocol::Set;
+use magician_protocol::commands::Pose;
+
+use super::Arm;
+use crate::{IntoTarget, Options, Ran, Result};
+
+/// Methods that hand over what they are given and wait.
+macro_rules! same {
+    ($( $name:ident ( $( $arg:ident : $type:ty ),* ) -> $returns:ty; )+) => {
+        impl Arm {
+            $(
+                #[doc = concat!("See [`crate::Arm::", stringify!($name), "`].")]
+                ///
+                /// # Errors
+                /// As there.
+                pub fn $name(&self $(, $arg: $type)*) -> Result<$returns> {
+                    self.block(|arm| arm.$name($($arg),*))
+                }
+            )+
+        }
+    };
+}
+pub(super) use same;
+
+impl Arm {
+    /// See [`crate::Arm::connect`].
+    ///
+    /// # Errors
+    /// As there, and when it is called inside an async runtime.
+    pub fn connect(target: impl IntoTarget) -> Result<Self> {
+        Self::connect_with(target, Options::default())
+    }
+}
+
+same! {
+    home() -> ();
+    pose() -> Pose;
+    move_to(x: f32, y: f32, z: f32, r: f32) -> Ran;
+    line_to(x: f32, y: f32, z: f32, r: f32) -> Ran;
+    jump_to(x: f32, y: f32, z: f32, r: f32) -> Ran;
+    run(commands: &[Set]) -> Ran;
+    stop() -> ();
+}
