@@ -117,6 +117,6 @@ mod tests {
         let found = "0003cdd2-0000-1000-8000-00805f9b0131 (read)";
         assert!(message.contains(found), "{message}");
         let foreign = settle("watch", &BTreeSet::new()).unwrap_err();
-        assert!(foreign.to_string().contains("no Magician"), "{foreign}");
+        assert!(foreign.to_string().contains("not a Magician"), "{foreign}");
     }
 }

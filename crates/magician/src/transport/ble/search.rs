@@ -258,9 +258,13 @@ mod tests {
         all[1].arm = true;
         all[2].present = false;
         let message = not_found("Dobot", &all).to_string();
-        let heard = format!("heard: Magician ({A}, an arm), Pulse ({B}).");
-        assert!(message.contains("called Dobot"), "{message}");
+        let heard = format!("found: Magician ({A}, an arm), Pulse ({B}).");
+        assert!(message.contains("name or address Dobot"), "{message}");
         assert!(message.contains(&heard), "{message}");
-        assert!(not_found("Dobot", &[]).to_string().contains("nothing"));
+        assert!(
+            not_found("Dobot", &[])
+                .to_string()
+                .contains("no devices were found")
+        );
     }
 }
