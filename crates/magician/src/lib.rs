@@ -20,13 +20,15 @@
 //! # fn main() -> magician::Result<()> {
 //! let arm = Arm::connect("sim")?; // or "/dev/ttyUSB0", "COM3", "udp:192.168.1.5"
 //! arm.home()?;
+//! arm.move_to(220.0, 0.0, 50.0, 0.0)?; // x, y, z in mm, r in degrees
+//! assert_eq!(arm.pose()?.z, 50.0);
 //! arm.run(&[
-//!     build::tool_named("suction")?,
 //!     build::jump_to(220.0, 60.0, -20.0, 0.0),
 //!     build::suction(true),
 //!     build::jump_to(220.0, -60.0, -20.0, 0.0),
 //!     build::suction(false),
-//! ])?;
+//! ])?; // checked as a whole before a byte of it is sent
+//! arm.stop()?; // from any thread
 //! # Ok(())
 //! # }
 //! ```

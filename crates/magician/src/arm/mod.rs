@@ -71,9 +71,16 @@ pub use watch::Progress;
 /// An arm, for async programs on tokio. [`blocking::Arm`](crate::blocking::Arm) is the same for
 /// programs without.
 ///
-/// The three verbs are [`get`](Self::get), [`set`](Self::set) and [`enqueue`](Self::enqueue). They
-/// send what they are given. [`build`](crate::build) makes commands from intentions, and
-/// [`run`](Self::run) and [`start`](Self::start) keep any number of them flowing.
+/// | to | call |
+/// |---|---|
+/// | move it, and wait until it is there | [`home`](Self::home), [`move_to`](Self::move_to), [`line_to`](Self::line_to), [`run`](Self::run) |
+/// | begin without waiting | [`start`](Self::start), [`stream`](Self::stream), [`jog`](Self::jog) |
+/// | stop it | [`stop`](Self::stop), [`stopper`](Self::stopper) |
+/// | look | [`pose`](Self::pose), [`alarms`](Self::alarms), [`outputs`](Self::outputs), [`state`](Self::state), [`events`](Self::events) |
+/// | reach its parts | [`queue`](Self::queue), [`laser`](Self::laser), [`homing`](Self::homing), [`pins`](Self::pins), [`motors`](Self::motors) |
+/// | send one command of the protocol as it is | [`get`](Self::get), [`set`](Self::set), [`enqueue`](Self::enqueue) |
+///
+/// [`build`](crate::build) makes commands of intentions, for [`run`](Self::run) and [`enqueue`](Self::enqueue).
 ///
 /// Every call ends: by its answer, or with an error by its deadline. All methods take `&self`;
 /// a [`stop`](Self::stop) from another task overtakes whatever is going on.
