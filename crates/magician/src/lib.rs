@@ -80,9 +80,8 @@ mod virtual_arm;
 
 pub use arm::{
     Arm, ArmIdentity, ClockRate, CommandSource, EndNotice, Event, Events, Feeder, HomingRecord,
-    Jog, JogOptions, Level, Lifted, LightsOut, Link, Options, Pin, Progress, Ran, Run, RunOptions,
-    Sample, Samples, SettingsBackup, StateOptions, StateWatch, Status, Stopper, Streaming,
-    sets_in_motion,
+    Jog, JogOptions, Lifted, Link, Options, Progress, Ran, Run, RunOptions, Sample, Samples,
+    SettingsBackup, StateOptions, StateWatch, Status, Stopper, Streaming,
 };
 pub use magician_host::admission;
 #[cfg(feature = "faults")]
@@ -90,6 +89,9 @@ pub use magician_host::faults;
 pub use magician_host::gate;
 #[cfg(any(test, feature = "pair"))]
 pub use magician_host::pair;
+pub use magician_host::picture::{
+    ArmSnapshot, Level, LightsOut, Pin, StateReadings, sets_in_motion,
+};
 pub use magician_host::{
     Act, Action, ArmOutputs, Error, ErrorCode, ErrorKind, Given, GripperState, PinUse,
     REST_READ_INTERVAL, REST_TIME, Remedy, RestDetector, Result, Setting, Voice, build, burns,

@@ -10,6 +10,7 @@ use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{PoisonError, RwLock};
 
+use magician_host::picture::{is_near, place};
 use magician_motion::Fence;
 use magician_protocol::commands::{
     ClearAlarmsState, ClearAllAlarmsState, Pose, QueuedCmdClear, QueuedCmdForceStopExec,
@@ -21,7 +22,6 @@ use tokio::time::{Instant, sleep, timeout_at};
 
 use super::Arm;
 use super::halt::APART;
-use super::known::{is_near, place};
 use crate::preflight::{Guards, Needs, Preflight, Readings, governs_motion};
 use crate::{Action, Error, ErrorCode, Result};
 
@@ -431,7 +431,7 @@ impl Arm {
             .remedy(Action::Stop, DROPS));
         }
         if frame.id() == QueuedCmdStartExec::ROW.id {
-            if self.in_flight().stopped() {
+            if self.picture().motion().stopped() {
                 self.stands_at_station(&turn, current).await?;
             }
             return Ok(turn);

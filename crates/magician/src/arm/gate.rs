@@ -22,7 +22,7 @@ impl Arm {
     /// [`stop`](Self::stop) does that, and the end of the connection, unless it was [detached](Self::detach).
     #[must_use]
     pub fn running_motors(&self) -> Vec<Stepper> {
-        self.inner.shared.gate().running_motors().collect()
+        self.picture().motors().running().collect()
     }
 
     /// Switches off what [`running_motors`](Self::running_motors) names.
@@ -64,9 +64,9 @@ impl Arm {
 }
 
 impl Shared {
-    /// The motors that this connection may have to switch off: [`Gate::held_motors`](crate::gate::Gate::held_motors).
+    /// The motors that this connection may have to switch off: [`Motors::held`](crate::gate::Motors::held).
     pub(super) fn held_motors(&self, moving: bool) -> Vec<Stepper> {
-        self.gate().held_motors(moving).collect()
+        self.picture().motors().held(moving).collect()
     }
 
     /// Returns the requests of a stop behind [`Request::halt`], in their order: the pins of a laser that was lit through them go

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
 use magician_protocol::commands::{DeviceSn, DeviceTime, HomeCmd, HomeParams, Pose};
-use magician_protocol::{AlarmSet, Frame, Writable};
+use magician_protocol::{Frame, Writable};
 use tokio::time::Instant;
 
 use super::Arm;
@@ -137,18 +137,12 @@ impl Arm {
     /// # Errors
     /// As [`get`](Self::get), for the alarms.
     pub async fn homed(&self) -> Result<Option<bool>> {
-        let alarms = self.alarms().await?;
+        self.alarms().await?;
         if !self.is_virtual() {
             self.recall().await;
         }
         self.settle_homing().await;
-        Ok(self.homed_under(&alarms))
-    }
-
-    /// Returns what [`homed`](Self::homed) returns, for alarms that were just read and without asking the arm.
-    #[must_use]
-    pub fn homed_under(&self, alarms: &AlarmSet) -> Option<bool> {
-        self.inner.shared.known().homed_under(alarms)
+        Ok(self.picture().homed())
     }
 
     /// Refuses a real arm that is not known to be [homed](Self::homed): it would draw, burn, play or be taught in the wrong place.
@@ -185,16 +179,17 @@ impl Arm {
 
     /// A program has ended: a homing of it that has finished is written down.
     pub(super) async fn settle_homing(&self) {
-        if self.inner.shared.known().homing.needs_alarms() && self.alarms().await.is_err() {
+        let needs_alarms = self.picture().homing().needs_alarms();
+        if needs_alarms && self.alarms().await.is_err() {
             return;
         }
-        if self.inner.shared.known().homing.needs_place() {
+        if self.picture().homing().needs_place() {
             let Ok(at_home) = self.stands_at_home().await else {
                 return;
             };
-            self.inner.shared.known().homing.stood_at_home(at_home);
+            self.picture().stood_at_home(at_home);
         }
-        if !self.inner.shared.known().homing.take_new() || self.is_virtual() {
+        if !self.picture().take_new_homing() || self.is_virtual() {
             return;
         }
         let Some(record) = &self.inner.options.homings else {
@@ -213,7 +208,7 @@ impl Arm {
     /// True if the arm stands at its home point: that of the firmware, or the one that was set.
     async fn stands_at_home(&self) -> Result<bool> {
         let pose = self.get::<Pose>().await?;
-        if !self.inner.shared.known().homing.needs_place() {
+        if !self.picture().homing().needs_place() {
             return Ok(true);
         }
         let home = self.get::<HomeParams>().await?;
@@ -223,7 +218,7 @@ impl Arm {
 
     /// Returns an error if the homing that was just waited for did not end at the home point.
     pub(super) fn check_homing_ended(&self) -> Result<()> {
-        if self.inner.shared.known().homing.is_homed() {
+        if self.picture().homing().is_homed() {
             return Ok(());
         }
         let message = "the arm did not come to its home point: a stop, or another program, broke the \
@@ -239,9 +234,9 @@ impl Arm {
         let Ok((identity, uptime, _)) = self.meet().await else {
             return;
         };
-        let is_homed = self.inner.shared.known().homing.is_homed();
+        let is_homed = self.picture().homing().is_homed();
         if !is_homed && record.is_homed(&identity, uptime) {
-            self.inner.shared.known().homing.remembered();
+            self.picture().remember_homing();
         }
     }
 

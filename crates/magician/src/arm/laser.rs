@@ -5,11 +5,11 @@ use magician_protocol::commands::{
 };
 use magician_protocol::{Flag, Frame, IoFunction, Row, Set};
 
-use super::known::QueueLook;
 use super::{Arm, Shared};
 use crate::build;
 use crate::connection::Request;
 use crate::{Action, Error, ErrorCode, ErrorKind, Result};
+use magician_host::picture::QueueLook;
 use magician_host::{
     LASER_POWER, LASER_SUPPLY, burns, check_power, frame_burns, frame_releases_queue,
 };
@@ -141,8 +141,9 @@ impl Arm {
     /// How many commands wait in the queue that this connection did not put there.
     pub(super) fn foreign_commands(&self, look: &QueueLook) -> u32 {
         let waiting = look.waiting();
-        let running = self.in_flight().started() == Some(true);
-        let ours = self.own().waiting(look.current, running);
+        let picture = self.picture();
+        let running = picture.motion().started() == Some(true);
+        let ours = picture.own().waiting(look.current, running);
         if ours >= u64::from(waiting) {
             0
         } else {
@@ -165,11 +166,7 @@ impl Arm {
             return Ok(told);
         }
         let foreign = self.foreign_commands(&self.look_at_queue().await?) > 0;
-        self.inner
-            .shared
-            .known()
-            .picture
-            .note_foreign_commands(foreign);
+        self.picture().note_foreign_commands(foreign);
         Ok(told.filter(|_| !foreign))
     }
 
@@ -191,7 +188,7 @@ impl Arm {
 
     /// Reads the laser's pins if their levels are not known: a laser that is on leaves them unread.
     pub(super) async fn learn_laser_pins(&self) -> Result<()> {
-        let unknown = !self.inner.shared.known().picture.knows_laser_pins();
+        let unknown = !self.picture().knows_laser_pins();
         if unknown && self.inner.options.laser_pins {
             self.read_laser_pins().await?;
         }
@@ -200,7 +197,7 @@ impl Arm {
 
     async fn read_laser_pins(&self) -> Result<Option<bool>> {
         let high = self.laser_pin_is_high().await?;
-        self.inner.shared.known().picture.note_laser_pins(high);
+        self.picture().note_laser_pins(high);
         Ok(high)
     }
 
@@ -219,7 +216,7 @@ impl Arm {
 
     /// True if commands of this connection may have lit the laser.
     fn may_have_lit(&self) -> bool {
-        self.inner.shared.known().picture.may_be_lit()
+        self.picture().may_be_lit()
     }
 
     /// Whether this pin is an output and high.
@@ -289,7 +286,7 @@ impl Arm {
                 }
             }
         }
-        self.inner.shared.known().picture.darkened();
+        self.picture().darkened();
         Ok(())
     }
 
@@ -312,7 +309,7 @@ const FREQUENCY: f32 = 1000.0;
 impl Shared {
     /// What has to be said besides to put a laser out whose pins were raised over this connection.
     pub(super) fn lowered_pins(&self) -> Vec<Request> {
-        if self.known().picture.pins_may_be_high() {
+        if self.picture().pins_may_be_high() {
             lowered_pins()
         } else {
             Vec::new()

@@ -2,11 +2,11 @@
 
 use std::sync::atomic::Ordering;
 
+use magician_host::picture::QueueLook;
 use magician_protocol::commands::{ClearAlarmsState, DeviceWithL, HomeCmd, Pose, PoseL};
 use magician_protocol::{Alarm, AlarmSet, Set};
 
 use super::Arm;
-use super::known::QueueLook;
 use super::run::{Ran, RunOptions};
 use super::watch::Progress;
 use crate::connection::Request;
@@ -177,7 +177,8 @@ impl Arm {
         look: &QueueLook,
     ) -> Result<Preflight> {
         // A fence asks the arm itself: a hand may have moved it.
-        let known = self.standing(look).filter(|_| self.fence().is_none());
+        let known = self.picture().standing(self.clock(), look);
+        let known = known.filter(|_| self.fence().is_none());
         let mut rest = RestDetector::default();
         let before = match known {
             Some(pose) => pose,

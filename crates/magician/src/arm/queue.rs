@@ -17,7 +17,7 @@ impl Arm {
     /// [`ErrorKind::Timeout`](crate::ErrorKind::Timeout) the queue may run: nothing is sent twice.
     pub async fn start_queue(&self) -> Result<()> {
         if !self.stands().await? {
-            if self.in_flight().started() == Some(true) {
+            if self.picture().motion().started() == Some(true) {
                 return Ok(());
             }
             self.wait_still()

@@ -2,6 +2,7 @@ use std::sync::MutexGuard;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
+use magician_host::ArmPicture;
 use magician_protocol::{Alarm, FrameBuf};
 use tokio::sync::oneshot;
 use tokio::time::{Instant, timeout, timeout_at};
@@ -9,8 +10,6 @@ use tokio::time::{Instant, timeout, timeout_at};
 use super::Arm;
 use super::driver::{Message, command_name};
 use super::homing::homes;
-use super::in_flight::InFlightMotion;
-use super::watch::Own;
 use crate::connection::{Request, is_once};
 use crate::{Error, ErrorCode, Result};
 
@@ -198,7 +197,7 @@ impl Arm {
         if self.alarms().await?.contains(Alarm::ResetOccurred)
             && moves
             && !self.is_virtual()
-            && !self.inner.shared.known().homing.is_homed()
+            && !self.picture().homing().is_homed()
         {
             tracing::warn!(
                 "{}: the arm reports a reset that was not cleared since; unless it was homed, its \
@@ -209,12 +208,8 @@ impl Arm {
         Ok(())
     }
 
-    pub(super) fn own(&self) -> MutexGuard<'_, Own> {
-        self.inner.shared.own()
-    }
-
-    pub(super) fn in_flight(&self) -> MutexGuard<'_, InFlightMotion> {
-        self.inner.shared.in_flight()
+    pub(super) fn picture(&self) -> MutexGuard<'_, ArmPicture> {
+        self.inner.shared.picture()
     }
 }
 

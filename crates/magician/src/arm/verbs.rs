@@ -9,7 +9,6 @@ use tokio::time::{Instant, timeout_at};
 
 use super::Arm;
 use super::flow::{self, Flow};
-use super::watch::By;
 use crate::connection::Request;
 use crate::{Error, ErrorCode, ErrorKind, QueueIndex, Result};
 
@@ -119,7 +118,7 @@ impl Arm {
         // A caller that goes away meanwhile leaves behind what has to be counted anew.
         let mut room = std::mem::take(&mut flow.room);
         let reply = self.ask_until(request, deadline).await;
-        let index = self.accepted(&mut room, command, reply)?;
+        let index = self.accepted(&mut room, reply)?;
         flow.room = room;
         Ok(index)
     }
@@ -133,7 +132,7 @@ impl Arm {
     async fn note_room(&self, room: u32) -> Result<()> {
         let (_, capacity) = self.stats().await?;
         if room >= capacity {
-            self.own().nothing_before();
+            self.picture().queue_is_empty();
         }
         Ok(())
     }
@@ -152,12 +151,7 @@ impl Arm {
     }
 
     /// Accounts for the answer to a queued command.
-    pub(super) fn accepted(
-        &self,
-        room: &mut u32,
-        command: &Set,
-        reply: Result<FrameBuf>,
-    ) -> Result<QueueIndex> {
+    pub(super) fn accepted(&self, room: &mut u32, reply: Result<FrameBuf>) -> Result<QueueIndex> {
         let reply = reply.inspect_err(|error| {
             *room = 0;
             let unknown = [ErrorKind::Uncertain, ErrorKind::Unexpected].contains(&error.kind());
@@ -168,7 +162,6 @@ impl Arm {
         })?;
         let index = QueuedCmdIndex::decode(reply.frame().params())?;
         *room = room.saturating_sub(1);
-        self.own().accepted(index, command, By::Caller);
         Ok(index)
     }
 
@@ -186,11 +179,6 @@ impl Arm {
         let deadline = self.deadline();
         let mut flow = self.take_turn(deadline, "a raw command").await?;
         flow.room = 0;
-        let reply = self.ask_until(request, deadline).await?;
-        let index = QueuedCmdIndex::decode(reply.frame().params());
-        if let (Ok(index), Ok(command)) = (index, Set::decode(id, params)) {
-            self.own().accepted(index, &command, By::Caller);
-        }
-        Ok(reply)
+        self.ask_until(request, deadline).await
     }
 }

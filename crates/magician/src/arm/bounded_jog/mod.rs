@@ -300,7 +300,7 @@ impl Arm {
         life.sends();
         let answer = self.submit(request, deadline, stops).await?;
         let reply = self.answer(answer, &frame, deadline).await;
-        self.accepted(&mut 0, command, reply).map(drop)
+        self.accepted(&mut 0, reply).map(drop)
     }
 
     /// Waits for two equal poses, and for a rail that stands.

@@ -5,6 +5,8 @@ use std::future::poll_fn;
 use std::task::{Context, Poll, Waker, ready};
 use std::time::Duration;
 
+use magician_host::picture::place;
+use magician_host::raises_laser_pin;
 use magician_motion::{ArmState, Fence};
 use magician_protocol::Set;
 
@@ -12,12 +14,10 @@ use super::{CommandSource, Run};
 use crate::arm::Arm;
 use crate::arm::driver::micros;
 use crate::arm::fence::Turn as FenceTurn;
-use crate::arm::known::place;
 use crate::connection::Micros;
 use crate::preflight::{CheckedProgram, Guards, Preflight, pose_of};
 use crate::stream::{Beginning, Item};
 use crate::{Error, ErrorCode, Result};
-use magician_host::raises_laser_pin;
 
 /// So few are in the arm whatever they take: their times are of no use.
 const ALWAYS: usize = 2;
@@ -207,11 +207,15 @@ impl<C: CommandSource> Run<C> {
             return Ok(None);
         };
         // What waits there changes until it is begun.
-        if look.waiting() > 0 || !look.is_fresh() {
+        if look.waiting() > 0 || !look.is_fresh(self.arm.clock()) {
             return Ok(None);
         }
         let planned = self.route.start().map(|at| at.pose.to_array());
-        let known = || self.arm.standing(&look).as_ref().map(place);
+        let now = self.arm.clock();
+        let known = || {
+            let standing = self.arm.picture().standing(now, &look);
+            standing.as_ref().map(place)
+        };
         let pose = match planned.or_else(known) {
             Some(pose) => pose,
             None => place(&self.arm.get().await?),
@@ -230,7 +234,7 @@ impl<C: CommandSource> Run<C> {
         }
         if self.lasts < Micros::MAX {
             let should = Duration::from_micros(self.lasts);
-            self.arm.note_pace(should, took);
+            self.arm.picture().note_pace(should, took);
         }
     }
 
