@@ -18,6 +18,11 @@ use crate::connection::Micros;
 use crate::{ArmSnapshot, LightsOut, RestDetector, Result};
 
 impl Arm {
+    /// Reads that are spared where the picture has the answer.
+    pub(super) fn known(&self) -> Known<'_> {
+        Known { arm: self }
+    }
+
     pub(super) fn clock(&self) -> Micros {
         micros(self.inner.shared.begun.elapsed())
     }
@@ -39,7 +44,7 @@ impl Arm {
     /// As [`get`](Self::get), but for answers that some arms do not give.
     pub async fn read_outputs(&self) -> Result<ArmOutputs> {
         // Commands of other programs that have finished void what was read before they were seen.
-        self.look_at_queue().await?;
+        self.known().look_at_queue().await?;
         answered(self.get::<EndEffectorSuctionCup>().await)?;
         answered(self.get::<EndEffectorGripper>().await)?;
         answered(self.get::<EndEffectorParams>().await)?;
@@ -55,54 +60,6 @@ impl Arm {
         self.picture().snapshot()
     }
 
-    /// A setting: as it is known, or read.
-    pub(super) async fn setting<T: Readable<Query = NoArgs>>(&self) -> Result<T> {
-        self.setting_with(&NoArgs).await
-    }
-
-    /// As [`setting`](Self::setting), of what depends on something.
-    pub(super) async fn setting_with<T: Readable>(&self, query: &T::Query) -> Result<T> {
-        let known = self.picture().setting(self.clock(), query);
-        match known {
-            Some(value) => Ok(value),
-            None => self.get_with(query).await,
-        }
-    }
-
-    /// The alarms, as they were read lately, or are read now.
-    pub(super) async fn known_alarms(&self) -> Result<AlarmSet> {
-        let known = self.picture().harmless_alarms(self.clock());
-        match known {
-            Some(alarms) => Ok(alarms),
-            None => self.alarms().await,
-        }
-    }
-
-    /// A look at the queue, left space before index. The steps of one call share it as long as nothing goes out but reads.
-    pub(super) async fn look_at_queue(&self) -> Result<QueueLook> {
-        let known = self.picture().fresh_look(self.clock());
-        match known {
-            Some(look) => Ok(look),
-            None => self.read_queue().await,
-        }
-    }
-
-    pub(super) async fn read_queue(&self) -> Result<QueueLook> {
-        let orders = self.picture().orders();
-        let left = self.get::<QueuedCmdLeftSpace>().await?.left_space;
-        let read = self.get::<QueuedCmdCurrentIndex>().await?;
-        let current = read.queued_cmd_current_index;
-        let (_, places) = self.stats().await?;
-        let look = QueueLook {
-            left,
-            current,
-            places,
-            at: self.clock(),
-        };
-        self.picture().note_look(look, orders);
-        Ok(look)
-    }
-
     /// Where the arm is: where its last motion over this connection ended a moment ago, if nothing was put into its queue since,
     /// and else read. What is relative to it can be checked and sent without a read of its own.
     ///
@@ -110,24 +67,87 @@ impl Arm {
     /// As [`get`](Self::get).
     pub async fn known_pose(&self) -> Result<Pose> {
         self.come_to_rest().await?;
-        let look = self.look_at_queue().await?;
+        let look = self.known().look_at_queue().await?;
         let known = self.picture().standing(self.clock(), &look);
         match known {
             Some(pose) => Ok(pose),
             None => {
                 let pose = self.get().await?;
                 if look.waiting() == 0 && self.picture().was_left_at(&pose, &look) {
-                    self.note_standing(look.current, pose);
+                    self.known().note_standing(look.current, pose);
                 }
                 Ok(pose)
             }
         }
     }
 
+    /// Returns where the arm was when this connection put its laser out, if no command was queued since and the arm has told
+    /// its pose. A stop of an arm that may burn asks for the pose as soon as it goes out; no frame is sent here.
+    #[must_use]
+    pub fn lights_out(&self) -> Option<LightsOut> {
+        self.picture().lights_out()
+    }
+}
+
+/// The arm, as far as it need not be read again.
+#[derive(Clone, Copy)]
+pub(super) struct Known<'a> {
+    arm: &'a Arm,
+}
+
+impl Known<'_> {
+    /// A setting: as it is known, or read.
+    pub(super) async fn setting<T: Readable<Query = NoArgs>>(self) -> Result<T> {
+        self.setting_with(&NoArgs).await
+    }
+
+    /// As [`setting`](Self::setting), of what depends on something.
+    pub(super) async fn setting_with<T: Readable>(self, query: &T::Query) -> Result<T> {
+        let known = self.arm.picture().setting(self.arm.clock(), query);
+        match known {
+            Some(value) => Ok(value),
+            None => self.arm.get_with(query).await,
+        }
+    }
+
+    /// The alarms, as they were read lately, or are read now.
+    pub(super) async fn alarms(self) -> Result<AlarmSet> {
+        let known = self.arm.picture().harmless_alarms(self.arm.clock());
+        match known {
+            Some(alarms) => Ok(alarms),
+            None => self.arm.alarms().await,
+        }
+    }
+
+    /// A look at the queue, left space before index. The steps of one call share it as long as nothing goes out but reads.
+    pub(super) async fn look_at_queue(self) -> Result<QueueLook> {
+        let known = self.arm.picture().fresh_look(self.arm.clock());
+        match known {
+            Some(look) => Ok(look),
+            None => self.read_queue().await,
+        }
+    }
+
+    pub(super) async fn read_queue(self) -> Result<QueueLook> {
+        let orders = self.arm.picture().orders();
+        let left = self.arm.get::<QueuedCmdLeftSpace>().await?.left_space;
+        let read = self.arm.get::<QueuedCmdCurrentIndex>().await?;
+        let current = read.queued_cmd_current_index;
+        let (_, places) = self.arm.stats().await?;
+        let look = QueueLook {
+            left,
+            current,
+            places,
+            at: self.arm.clock(),
+        };
+        self.arm.picture().note_look(look, orders);
+        Ok(look)
+    }
+
     /// Where the arm stands that was seen at `there`, by this look at its queue: unknown while commands wait in it, or while it
     /// moves. `rest` has seen that pose.
     pub(super) async fn stands_at(
-        &self,
+        self,
         there: Pose,
         rest: RestDetector,
         look: &QueueLook,
@@ -135,7 +155,7 @@ impl Arm {
         if look.waiting() > 0 {
             return Ok(None);
         }
-        let was_left_there = self.picture().was_left_at(&there, look);
+        let was_left_there = self.arm.picture().was_left_at(&there, look);
         if !was_left_there && !self.is_still_at(there, rest).await? {
             return Ok(None);
         }
@@ -145,35 +165,32 @@ impl Arm {
 
     /// True if the arm is at rest at `there`, where `rest` has seen it. What was read since then took some time, and no line says
     /// how much: the clock does.
-    async fn is_still_at(&self, there: Pose, mut rest: RestDetector) -> Result<bool> {
+    async fn is_still_at(self, there: Pose, mut rest: RestDetector) -> Result<bool> {
         #[cfg(feature = "sim")]
-        if let Some(arm) = self.virtual_arm().filter(|arm| arm.passes_time_itself()) {
+        if let Some(arm) = self
+            .arm
+            .virtual_arm()
+            .filter(|arm| arm.passes_time_itself())
+        {
             // No wait of this clock is one of its own.
-            return Ok(self.get::<Pose>().await? == there && !arm.state().moving);
+            return Ok(self.arm.get::<Pose>().await? == there && !arm.state().moving);
         }
         while !rest.is_at_rest() {
-            let now = self.clock();
+            let now = self.arm.clock();
             let next = rest.next_read().unwrap_or(now);
             sleep(Duration::from_micros(next.saturating_sub(now))).await;
-            let pose = self.get::<Pose>().await?;
+            let pose = self.arm.get::<Pose>().await?;
             if pose != there {
                 return Ok(false);
             }
-            rest.see(self.clock(), pose);
+            rest.see(self.arm.clock(), pose);
         }
         Ok(true)
     }
 
     /// All that it had is finished, the last of it under this index, and it stands there.
-    pub(super) fn note_standing(&self, index: u64, pose: Pose) {
-        let now = self.clock();
-        self.picture().note_left_at(now, index, pose);
-    }
-
-    /// Returns where the arm was when this connection put its laser out, if no command was queued since and the arm has told
-    /// its pose. A stop of an arm that may burn asks for the pose as soon as it goes out; no frame is sent here.
-    #[must_use]
-    pub fn lights_out(&self) -> Option<LightsOut> {
-        self.picture().lights_out()
+    pub(super) fn note_standing(self, index: u64, pose: Pose) {
+        let now = self.arm.clock();
+        self.arm.picture().note_left_at(now, index, pose);
     }
 }

@@ -109,7 +109,7 @@ impl Arm {
         if self.may_burn() {
             return Ok(());
         }
-        match self.foreign_commands(&self.look_at_queue().await?) {
+        match self.foreign_commands(&self.known().look_at_queue().await?) {
             0 => Ok(()),
             count => {
                 let commands = if count == 1 { "command" } else { "commands" };
@@ -165,7 +165,7 @@ impl Arm {
         if told != Some(false) {
             return Ok(told);
         }
-        let foreign = self.foreign_commands(&self.look_at_queue().await?) > 0;
+        let foreign = self.foreign_commands(&self.known().look_at_queue().await?) > 0;
         self.picture().note_foreign_commands(foreign);
         Ok(told.filter(|_| !foreign))
     }
@@ -175,7 +175,7 @@ impl Arm {
         if self.may_have_lit() && self.moving() {
             return Ok(Some(true));
         }
-        let told = answered(self.setting::<EndEffectorLaser>().await)?;
+        let told = answered(self.known().setting::<EndEffectorLaser>().await)?;
         let told = told.map(|laser| laser.is_ctrl_enabled.is_on() && laser.is_on.is_on());
         if told == Some(true) || !self.inner.options.laser_pins {
             return Ok(told);
@@ -244,7 +244,7 @@ impl Arm {
         let query = GetIoMultiplexing {
             address: Some(address),
         };
-        let read = answered(self.setting_with::<IoMultiplexing>(&query).await)?;
+        let read = answered(self.known().setting_with::<IoMultiplexing>(&query).await)?;
         Ok(read.map(|read| read.multiplex))
     }
 

@@ -1,5 +1,6 @@
 mod bounded_jog;
 mod connect;
+mod disruptions;
 mod driver;
 mod end_notice;
 mod events;

@@ -69,12 +69,11 @@ impl Arm {
         if homes(&request.frame().frame()) {
             Box::pin(self.expect_homing()).await;
         }
-        let held = &self.inner.held;
-        if held.fence().is_none() {
+        if self.fence().is_none() {
             return self.asked(request, deadline, stops).await;
         }
         let frame = *request.frame();
-        let turn = Box::pin(self.hold_fence(held, &frame.frame(), deadline)).await?;
+        let turn = Box::pin(self.fence_check().hold_frame(&frame.frame(), deadline)).await?;
         let answer = self.asked(request, deadline, stops).await;
         if let Some(turn) = turn {
             turn.ends(&answer);

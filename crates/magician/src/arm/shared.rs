@@ -9,6 +9,7 @@ use tokio::sync::{broadcast, watch};
 use tokio::time::Instant;
 
 use super::SettingsBackup;
+use super::disruptions::Disruptions;
 use super::events::Event;
 use super::halt::Halts;
 use super::homing::{HomingRecord, Homings, Remembered};
@@ -31,12 +32,7 @@ pub(super) struct Shared {
     pub(super) ordered: bool,
     /// What was set going goes on when the connection ends.
     pub(super) detached: AtomicBool,
-    /// Stops so far. What was begun before the last one is over.
-    stops: AtomicU64,
-    /// How often the queue was emptied on a line that was found again, because the laser may have burnt.
-    clears: AtomicU64,
-    /// Queued commands so far that the arm may or may not have taken.
-    pub(super) doubts: AtomicU64,
+    pub(super) disruptions: Disruptions,
     /// What is known of the arm without asking it.
     picture: Mutex<ArmPicture>,
     gate: Mutex<Gate>,
@@ -92,9 +88,7 @@ impl Shared {
             name: line.name.clone(),
             ordered: line.settings.ordered,
             detached: AtomicBool::new(false),
-            stops: AtomicU64::new(0),
-            clears: AtomicU64::new(0),
-            doubts: AtomicU64::new(0),
+            disruptions: Disruptions::default(),
             picture: Mutex::new(picture),
             gate: Mutex::default(),
             jogs: AtomicU64::new(0),
@@ -135,22 +129,18 @@ impl Shared {
 
     /// Stops so far.
     pub(super) fn stops(&self) -> u64 {
-        self.stops.load(Ordering::SeqCst)
-    }
-
-    pub(super) fn clears(&self) -> u64 {
-        self.clears.load(Ordering::SeqCst)
+        self.disruptions.stops()
     }
 
     /// The queue was emptied, and the laser put out, on a line that was found again.
     pub(super) fn cleared(&self) {
-        self.clears.fetch_add(1, Ordering::SeqCst);
+        self.disruptions.clear();
         self.picture().cleared();
     }
 
     /// Ends what is going on; the number of the stop.
     pub(super) fn stop(&self) -> u64 {
-        1 + self.stops.fetch_add(1, Ordering::SeqCst)
+        self.disruptions.stop()
     }
 
     /// Ends what is going on as a stop does; the next wait or run tells why.

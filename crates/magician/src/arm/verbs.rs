@@ -1,5 +1,3 @@
-use std::sync::atomic::Ordering;
-
 use magician_protocol::commands::QueuedCmdLeftSpace;
 use magician_protocol::{
     Ctrl, FrameBuf, Layout, NoArgs, Queueable, QueuedCmdIndex, Readable, Set, Writable,
@@ -125,7 +123,7 @@ impl Arm {
 
     /// Queued commands so far that became uncertain.
     fn doubts(&self) -> u64 {
-        self.inner.shared.doubts.load(Ordering::SeqCst)
+        self.inner.shared.disruptions.doubts()
     }
 
     /// An empty queue is noted: what is put into it next runs next.
@@ -154,11 +152,9 @@ impl Arm {
     pub(super) fn accepted(&self, room: &mut u32, reply: Result<FrameBuf>) -> Result<QueueIndex> {
         let reply = reply.inspect_err(|error| {
             *room = 0;
-            let unknown = [ErrorKind::Uncertain, ErrorKind::Unexpected].contains(&error.kind());
-            self.inner
-                .shared
-                .doubts
-                .fetch_add(unknown.into(), Ordering::SeqCst);
+            if [ErrorKind::Uncertain, ErrorKind::Unexpected].contains(&error.kind()) {
+                self.inner.shared.disruptions.doubt();
+            }
         })?;
         let index = QueuedCmdIndex::decode(reply.frame().params())?;
         *room = room.saturating_sub(1);

@@ -165,7 +165,7 @@ impl Arm {
         let sample = piece(direction, 1.0);
         self.check_ready(&[sample], Guards::default()).await?;
         self.come_to_rest().await?;
-        let look = self.read_queue().await?;
+        let look = self.known().read_queue().await?;
         self.refuse_foreign_commands(&look)?;
         if look.waiting() > 0 {
             let message = "commands wait in the arm's queue";
@@ -187,7 +187,7 @@ impl Arm {
             course.check(setting)?;
         }
         // From here on what is sent is checked against the fence by this task alone.
-        let mut turn = self.hold_run(true).await?;
+        let mut turn = self.fence_check().hold_run(true).await?;
         let _ = turn.as_mut().map(super::fence::Turn::start);
         let mut pieces = Pieces::new(direction, pace, course, from);
         life.kept(self.inner.shared.now());

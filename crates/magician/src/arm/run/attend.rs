@@ -65,7 +65,7 @@ impl<C: CommandSource> Run<C> {
         let place = place.map_err(|_| Error::stuck())?;
         let place = place.map_err(|_| Error::closed())?;
         // From here on there is no await: a dropped call has handed it over, or not.
-        let clears = arm.inner.shared.clears();
+        let clears = arm.inner.shared.disruptions.clears();
         let cleared = std::mem::replace(&mut self.clears, clears) != clears;
         if self.leftover.is_some() {
             // What is given back is handed on once more, and was counted before.

@@ -228,7 +228,7 @@ impl<C: CommandSource> Run<C> {
         let begins = (self.leftover.as_ref()).is_none_or(|leftover| !leftover.has_begun());
         if begins {
             arm.come_to_rest().await?;
-            let look = arm.look_at_queue().await?;
+            let look = arm.known().look_at_queue().await?;
             if look.waiting() == 0 {
                 arm.picture().queue_is_empty();
             }

@@ -230,7 +230,7 @@ impl<C: CommandSource> Run<C> {
     /// All of it is done, and nothing holds the arm: it stands where it was led.
     pub(super) fn note_end(&self, took: Duration) {
         if let (Some(end), Some(last)) = (self.route.end(), self.ran.last) {
-            self.arm.note_standing(last.0, pose_of(end));
+            self.arm.known().note_standing(last.0, pose_of(end));
         }
         if self.lasts < Micros::MAX {
             let should = Duration::from_micros(self.lasts);
@@ -244,7 +244,7 @@ impl<C: CommandSource> Run<C> {
         arm: &'a Arm,
         begins: bool,
     ) -> Result<Option<FenceTurn<'a>>> {
-        let Some(mut turn) = arm.hold_run(begins).await? else {
+        let Some(mut turn) = arm.fence_check().hold_run(begins).await? else {
             return Ok(None);
         };
         let start = turn.start();
