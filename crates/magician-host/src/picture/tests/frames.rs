@@ -2,12 +2,12 @@
 
 use magician_protocol::commands::{
     EndEffectorLaser, IoMultiplexing, PtpCommonParams, PtpJump2Params, PtpJumpParams,
-    QueuedCmdStartExec,
+    QueuedCmdCurrentIndex, QueuedCmdStartExec,
 };
-use magician_protocol::{Ctrl, Flag, FrameBuf};
+use magician_protocol::{Ctrl, Flag, FrameBuf, NoArgs, Readable, Set};
 
 use crate::build;
-use crate::picture::*;
+use crate::picture::{ArmPicture, Origin, settings};
 
 const JUMP: PtpJumpParams = PtpJumpParams {
     jump_height: 20.0,
