@@ -1,7 +1,7 @@
 //! Homing since power-up, as the traffic of one connection shows it.
 
 use magician_protocol::commands::{HomeCmd, Pose, QueuedCmdClear, QueuedCmdForceStopExec};
-use magician_protocol::{Alarm, AlarmSet, Frame, Row, Writable};
+use magician_protocol::{Alarm, AlarmSet, Frame, Row, Set, Writable};
 
 /// The firmware's home point: J1 to J3, deg (model section 11). J4 is the tool's, which an arm may lack.
 const HOME_JOINTS: [f32; 3] = [0.0, 45.0, 45.0];
@@ -66,9 +66,9 @@ impl HomingTracker {
         self.followed |= moves && ctrl.queued();
     }
 
-    /// The arm took a queued homing command under this index.
-    pub(super) fn accepted(&mut self, index: u64) {
-        if self.stage == Stage::Sent {
+    /// The arm took a queued command under this index.
+    pub(super) fn accepted(&mut self, index: u64, command: &Set) {
+        if self.stage == Stage::Sent && matches!(command, Set::HomeCmd(_)) {
             self.stage = Stage::Queued(index);
         }
     }
@@ -169,7 +169,7 @@ impl HomingTracker {
 
 #[cfg(test)]
 mod tests {
-    use magician_protocol::{Ctrl, FrameBuf, Set};
+    use magician_protocol::{Ctrl, FrameBuf};
 
     use super::*;
     use crate::build;
@@ -192,7 +192,7 @@ mod tests {
         let mut homing = HomingTracker::default();
         homing.read_alarms(alarms(standing));
         sends(&mut homing, build::home(), Ctrl::QUEUED);
-        homing.accepted(3);
+        homing.accepted(3, &build::home());
         homing
     }
 

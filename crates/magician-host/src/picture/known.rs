@@ -1,11 +1,10 @@
 //! What a picture tells.
 
-use magician_protocol::commands::Pose;
-use magician_protocol::{Alarm, AlarmSet, NoArgs, Readable};
+use magician_protocol::{Alarm, AlarmSet, Readable};
 
 use super::standing::VALIDITY;
 use super::{
-    ArmOutputs, ArmPicture, HomingTracker, LightsOut, MotionInFlight, OwnCommands, QueueLook,
+    ArmOutputs, ArmPicture, HomingTracker, LightsOut, MotionInFlight, OwnCommands, Standing,
     StateReadings,
 };
 use crate::connection::Micros;
@@ -29,12 +28,6 @@ pub struct ArmSnapshot {
 }
 
 impl ArmPicture {
-    /// A value, if it is known and was so at `since` (us) or later.
-    #[must_use]
-    pub fn get<T: Readable<Query = NoArgs>>(&self, since: Micros) -> Option<T> {
-        self.values.get_with(&NoArgs, since)
-    }
-
     /// A value that counts at `now`, us. `None` as well if the arm may have been switched off and on without that being
     /// seen, and a second after it was read on a line that others use.
     #[must_use]
@@ -44,13 +37,7 @@ impl ArmPicture {
             (true, false) => 0,
             (true, true) => now.saturating_sub(VALIDITY),
         };
-        self.values.get_with(query, since)
-    }
-
-    /// Tool, laser, suction cup, gripper and speed.
-    #[must_use]
-    pub fn outputs(&self) -> ArmOutputs {
-        self.values.outputs(self.laser_pins)
+        self.values.settings.get_with(query, since)
     }
 
     /// All of it that is shown.
@@ -61,26 +48,8 @@ impl ArmPicture {
             homed: self.homed(),
             moving: self.motion.is_moving(),
             outputs: self.outputs(),
-            lapses: self.values.lapses(),
+            lapses: self.values.lapses,
         }
-    }
-
-    /// True if commands of this connection may have lit the laser, by its pins or otherwise.
-    #[must_use]
-    pub fn may_be_lit(&self) -> bool {
-        self.values.may_be_lit()
-    }
-
-    /// True if commands of this connection may have raised one of the laser's pins.
-    #[must_use]
-    pub fn pins_may_be_high(&self) -> bool {
-        self.values.pins_may_be_high()
-    }
-
-    /// True if the levels of the laser's pins are known.
-    #[must_use]
-    pub const fn knows_laser_pins(&self) -> bool {
-        self.values.knows_laser_pins()
     }
 
     /// Motion that was set going and not seen finished.
@@ -120,28 +89,10 @@ impl ArmPicture {
         self.pace
     }
 
-    /// Number of frames so far that were no reads.
+    /// Where the arm was left, and the last look at its queue.
     #[must_use]
-    pub const fn orders(&self) -> u64 {
-        self.standing.orders()
-    }
-
-    /// The last look at the queue, if it is fresh and nothing but reads was sent since.
-    #[must_use]
-    pub fn fresh_look(&self, now: Micros) -> Option<QueueLook> {
-        self.standing.fresh_look(now)
-    }
-
-    /// Pose of an arm by its last motion, if this look at its queue fits and nothing has moved it since.
-    #[must_use]
-    pub fn standing(&self, now: Micros, look: &QueueLook) -> Option<Pose> {
-        self.standing.pose(now, look)
-    }
-
-    /// True if an arm at this pose is where its last motion over this connection has left it.
-    #[must_use]
-    pub fn was_left_at(&self, there: &Pose, look: &QueueLook) -> bool {
-        self.standing.was_left_at(there, look)
+    pub const fn standing(&self) -> &Standing {
+        &self.standing
     }
 
     /// Alarms that were read within the last second, if none of them holds the queue and nothing was sent since that
@@ -163,13 +114,13 @@ impl ArmPicture {
     /// Current index that was read last.
     #[must_use]
     pub const fn current_index(&self) -> Option<u64> {
-        self.readings.current()
+        self.readings.current
     }
 
     /// Serial number of the arm, once it has told it.
     #[must_use]
     pub fn serial(&self) -> Option<&str> {
-        self.readings.serial()
+        self.readings.serial.as_deref()
     }
 
     /// True if the arm was seen to be homed since power-up, false while its alarms say that it was not.
@@ -178,8 +129,8 @@ impl ArmPicture {
         if self.homing.is_homed() {
             return Some(true);
         }
-        let alarms = self.readings.alarms();
-        let reset = alarms.is_some_and(|alarms| alarms.contains(Alarm::ResetOccurred));
+        let reset =
+            (self.readings.alarms).is_some_and(|alarms| alarms.contains(Alarm::ResetOccurred));
         reset.then_some(false)
     }
 }

@@ -23,9 +23,7 @@ mod values;
 
 use std::time::Duration;
 
-use magician_protocol::commands::{
-    AlarmsState, DeviceSn, HomeCmd, Pose, QueuedCmdClear, QueuedCmdCurrentIndex,
-};
+use magician_protocol::commands::{DeviceSn, Pose, QueuedCmdClear};
 use magician_protocol::{Frame, QueuedCmdIndex, Readable, Set, Writable};
 
 pub use self::darkness::{Darkness, LightsOut};
@@ -33,10 +31,9 @@ pub use self::homing::HomingTracker;
 pub use self::known::ArmSnapshot;
 pub use self::motion::{MotionInFlight, sets_in_motion};
 pub use self::queued::{Origin, OwnCommands, QueuedPace};
-use self::readings::LastReadings;
+use self::readings::{LastReadings, Reading};
 pub use self::readings::{Level, PictureEvent, Pin, StateReadings, serial_number};
-use self::standing::Standing;
-pub use self::standing::{QueueLook, is_near, place};
+pub use self::standing::{QueueLook, Standing, is_near, place};
 pub use self::tools::{ArmOutputs, GripperState};
 use self::values::Values;
 use crate::connection::{Failure, Micros};
@@ -135,79 +132,75 @@ impl ArmPicture {
         request: &Frame<'_>,
         reply: &Frame<'_>,
     ) {
-        self.values.answered(now, request, reply);
-        self.motion.answered(request, reply);
-        self.motors.answered(request);
         let (ctrl, id) = (request.ctrl(), request.id());
+        if !ctrl.queued() && !ctrl.write() {
+            return self.read(now, request, reply);
+        }
+        self.values.answered(now, request, reply);
+        self.motion.answered(request);
+        self.motors.answered(request);
         if ctrl.queued() {
             if let Ok(QueuedCmdIndex(index)) = reply.read() {
-                self.standing.accepted(index);
-                if id == HomeCmd::ROW.id {
-                    self.homing.accepted(index);
-                }
-                if let Ok(command) = Set::decode(id, request.params()) {
-                    self.own.accepted(index, &command, origin);
-                }
+                let command = Set::decode(id, request.params()).ok();
+                self.follow(index, command.as_ref(), origin);
             }
-            return;
+        } else if id == QueuedCmdClear::ROW.id {
+            self.own.clear();
+        } else if id == <DeviceSn as Readable>::ROW.id {
+            self.readings.serial = serial_number(request.params());
         }
-        if ctrl.write() {
-            if id == QueuedCmdClear::ROW.id {
-                self.own.clear();
-            } else if id == <DeviceSn as Readable>::ROW.id {
-                self.readings.named(request);
-            }
-            return;
-        }
-        self.read(now, reply);
-        self.readings.read(now, reply);
     }
 
     /// Returns the next event that answers have shown, oldest first.
     pub fn poll_event(&mut self) -> Option<PictureEvent> {
-        self.readings.poll_event()
-    }
-
-    fn read(&mut self, now: Micros, reply: &Frame<'_>) {
-        match reply.id() {
-            id if id == <QueuedCmdCurrentIndex as Readable>::ROW.id => {
-                if let Ok(read) = reply.read::<QueuedCmdCurrentIndex>() {
-                    self.homing.read_current(read.queued_cmd_current_index);
-                }
-            }
-            id if id == <Pose as Readable>::ROW.id => {
-                if let Ok(pose) = reply.read::<Pose>() {
-                    self.homing.read_pose(&pose);
-                    if let Some(darkness) = &mut self.darkness {
-                        darkness.see(now, pose);
-                    }
-                }
-            }
-            id if id == <AlarmsState as Readable>::ROW.id => {
-                if let Ok(read) = reply.read::<AlarmsState>() {
-                    if read.alarms_state.blocking() {
-                        self.standing.held_by_alarm();
-                    }
-                    self.homing.read_alarms(read.alarms_state);
-                }
-            }
-            _ => {}
-        }
+        self.readings.events.pop_front()
     }
 
     /// The arm has taken a command of a program into its queue under this index. It stands for [`answered`](Self::answered)
     /// where the frame of the request is not at hand; `command` is `None` if it is not known which one that was.
     pub fn accepted(&mut self, index: u64, command: Option<&Set>) {
+        if let Some(command) = command {
+            self.values.accepted(index, command);
+        }
+        self.follow(index, command, Origin::Run);
+    }
+
+    fn follow(&mut self, index: u64, command: Option<&Set>, origin: Origin) {
         self.motion.accepted(index);
         self.standing.accepted(index);
-        let Some(command) = command else {
-            return;
-        };
-        self.values.accepted(index, command);
-        if matches!(command, Set::HomeCmd(_)) {
-            self.homing.accepted(index);
+        if let Some(command) = command {
+            self.homing.accepted(index, command);
+            self.own.accepted(index, command, origin);
         }
-        self.own.accepted(index, command, Origin::Run);
+    }
+
+    fn read(&mut self, now: Micros, request: &Frame<'_>, reply: &Frame<'_>) {
+        self.values.read(now, request, reply);
+        match Reading::of(reply) {
+            Reading::Current(current) => {
+                self.values.finished(now, current);
+                self.motion.read_current(current);
+                self.homing.read_current(current);
+                self.readings.read_current(current);
+            }
+            Reading::Pose(pose) => {
+                self.values.read_pose(now, pose);
+                self.homing.read_pose(&pose);
+                if let Some(darkness) = &mut self.darkness {
+                    darkness.see(now, pose);
+                }
+                self.readings.pose = Some((pose, now));
+            }
+            Reading::Alarms(alarms) => {
+                self.standing.read_alarms(alarms);
+                self.homing.read_alarms(alarms);
+                self.readings.read_alarms(now, alarms);
+            }
+            Reading::LeftSpace(left) => self.readings.left_space = Some(left),
+            Reading::Level(level) => self.readings.read_level(level),
+            Reading::Serial(serial) => self.readings.serial = serial,
+            Reading::Other => {}
+        }
     }
 
     /// A request was not answered. `request` is `None` for one of a program, which finds out itself what became of it.
@@ -309,7 +302,7 @@ impl ArmPicture {
         self.own.queue_is_empty();
     }
 
-    /// Takes a look at the queue that began when [`orders`](Self::orders) were `before`.
+    /// Takes a look at the queue that began when [`Standing::orders`] were `before`.
     pub fn note_look(&mut self, look: QueueLook, before: u64) {
         if self.standing.account(look.current) {
             // Another program has used the arm.
@@ -337,16 +330,6 @@ impl ArmPicture {
     /// The laser was switched off, and its pins are low.
     pub fn darkened(&mut self) {
         self.values.darkened();
-    }
-
-    /// The laser's pins were read; `None` where the arm does not say.
-    pub fn note_laser_pins(&mut self, high: Option<bool>) {
-        self.values.note_laser_pins(high);
-    }
-
-    /// Notes whether commands of other programs wait in the queue, which may light the laser and cannot be read.
-    pub fn note_foreign_commands(&mut self, foreign: bool) {
-        self.values.note_foreign_commands(foreign);
     }
 
     /// The arm was seen to stand at its home point behind the homing command, or elsewhere.

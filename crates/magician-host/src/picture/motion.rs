@@ -1,10 +1,9 @@
 //! Motion that this connection has set going and not seen finished: what a stop has to end when its holder goes.
 
 use magician_protocol::commands::{
-    JogCmd, QueuedCmdClear, QueuedCmdCurrentIndex, QueuedCmdForceStopExec, QueuedCmdStartExec,
-    QueuedCmdStopExec,
+    JogCmd, QueuedCmdClear, QueuedCmdForceStopExec, QueuedCmdStartExec, QueuedCmdStopExec,
 };
-use magician_protocol::{Frame, JogCommand, QueuedCmdIndex, Readable, Row, Set, Writable};
+use magician_protocol::{Frame, JogCommand, Row, Set, Writable};
 
 use crate::connection::Failure;
 
@@ -83,7 +82,7 @@ impl MotionInFlight {
         }
     }
 
-    pub(super) fn answered(&mut self, request: &Frame<'_>, reply: &Frame<'_>) {
+    pub(super) fn answered(&mut self, request: &Frame<'_>) {
         match request.id() {
             id if id == QueuedCmdStartExec::ROW.id => self.started = Some(true),
             id if id == QueuedCmdStopExec::ROW.id => self.started = Some(false),
@@ -92,18 +91,12 @@ impl MotionInFlight {
                 self.free = false;
             }
             id if id == QueuedCmdClear::ROW.id => self.drop_waiting(),
-            id if id == <QueuedCmdCurrentIndex as Readable>::ROW.id => {
-                if let Ok(read) = reply.read::<QueuedCmdCurrentIndex>() {
-                    self.current = read.queued_cmd_current_index;
-                }
-            }
-            _ if request.ctrl().queued() => {
-                if let Ok(QueuedCmdIndex(index)) = reply.read() {
-                    self.accepted(index);
-                }
-            }
             _ => {}
         }
+    }
+
+    pub(super) fn read_current(&mut self, current: u64) {
+        self.current = current;
     }
 
     pub(super) fn accepted(&mut self, index: u64) {

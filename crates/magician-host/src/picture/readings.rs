@@ -77,57 +77,65 @@ pub struct StateReadings {
     pub pins: Vec<Level>,
 }
 
+/// An answer to a get, for the parts that follow it.
+pub(super) enum Reading {
+    Pose(Pose),
+    Current(u64),
+    LeftSpace(u32),
+    Alarms(AlarmSet),
+    Level(Level),
+    Serial(Option<String>),
+    /// A setting, or an answer that cannot be read.
+    Other,
+}
+
+impl Reading {
+    pub(super) fn of(reply: &Frame<'_>) -> Self {
+        let params = reply.params();
+        let level = |pin, value| Self::Level(Level { pin, value });
+        let reading = match reply.id() {
+            id if id == <Pose as Readable>::ROW.id => Pose::decode(params).map(Self::Pose),
+            id if id == <QueuedCmdCurrentIndex as Readable>::ROW.id => {
+                QueuedCmdCurrentIndex::decode(params)
+                    .map(|read| Self::Current(read.queued_cmd_current_index))
+            }
+            id if id == <QueuedCmdLeftSpace as Readable>::ROW.id => {
+                QueuedCmdLeftSpace::decode(params).map(|read| Self::LeftSpace(read.left_space))
+            }
+            id if id == <AlarmsState as Readable>::ROW.id => {
+                AlarmsState::decode(params).map(|read| Self::Alarms(read.alarms_state))
+            }
+            id if id == <IoDi as Readable>::ROW.id => IoDi::decode(params)
+                .map(|read| level(Pin::Input(read.address), read.level.is_on().into())),
+            id if id == <IoDo as Readable>::ROW.id => IoDo::decode(params)
+                .map(|read| level(Pin::Output(read.address), read.level.is_on().into())),
+            id if id == <IoAdc as Readable>::ROW.id => {
+                IoAdc::decode(params).map(|read| level(Pin::Analog(read.address), read.value))
+            }
+            id if id == <DeviceSn as Readable>::ROW.id => Ok(Self::Serial(serial_number(params))),
+            _ => return Self::Other,
+        };
+        reading.unwrap_or(Self::Other)
+    }
+}
+
 /// What was read last.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LastReadings {
-    pose: Option<(Pose, Micros)>,
-    current: Option<u64>,
+    pub(super) pose: Option<(Pose, Micros)>,
+    pub(super) current: Option<u64>,
     /// Index up to which the end of commands was told.
     finished: Option<u64>,
-    left_space: Option<u32>,
-    alarms: Option<AlarmSet>,
+    pub(super) left_space: Option<u32>,
+    pub(super) alarms: Option<AlarmSet>,
     /// When the alarms were read; `None` as soon as they may have changed by a command of this connection.
     alarms_at: Option<Micros>,
     pins: Vec<Level>,
-    serial: Option<String>,
-    events: VecDeque<PictureEvent>,
+    pub(super) serial: Option<String>,
+    pub(super) events: VecDeque<PictureEvent>,
 }
 
 impl LastReadings {
-    /// The answer to a get.
-    pub(super) fn read(&mut self, now: Micros, reply: &Frame<'_>) {
-        match reply.id() {
-            id if id == <DeviceSn as Readable>::ROW.id => {
-                self.serial = serial_number(reply.params());
-            }
-            id if id == <Pose as Readable>::ROW.id => {
-                if let Ok(pose) = reply.read() {
-                    self.pose = Some((pose, now));
-                }
-            }
-            id if id == <QueuedCmdCurrentIndex as Readable>::ROW.id => {
-                if let Ok(read) = reply.read::<QueuedCmdCurrentIndex>() {
-                    self.read_current(read.queued_cmd_current_index);
-                }
-            }
-            id if id == <QueuedCmdLeftSpace as Readable>::ROW.id => {
-                if let Ok(read) = reply.read::<QueuedCmdLeftSpace>() {
-                    self.left_space = Some(read.left_space);
-                }
-            }
-            id if id == <AlarmsState as Readable>::ROW.id => {
-                if let Ok(read) = reply.read::<AlarmsState>() {
-                    self.read_alarms(now, read.alarms_state);
-                }
-            }
-            _ => self.read_pin(reply),
-        }
-    }
-
-    pub(super) fn poll_event(&mut self) -> Option<PictureEvent> {
-        self.events.pop_front()
-    }
-
     fn happens(&mut self, event: PictureEvent) {
         if self.events.len() >= MOST_EVENTS {
             self.events.pop_front();
@@ -135,12 +143,7 @@ impl LastReadings {
         self.events.push_back(event);
     }
 
-    /// The arm was given a serial number.
-    pub(super) fn named(&mut self, request: &Frame<'_>) {
-        self.serial = serial_number(request.params());
-    }
-
-    fn read_current(&mut self, current: u64) {
+    pub(super) fn read_current(&mut self, current: u64) {
         self.current = Some(current);
         match self.finished {
             Some(before) if before < current => {
@@ -158,7 +161,7 @@ impl LastReadings {
         }
     }
 
-    fn read_alarms(&mut self, now: Micros, alarms: AlarmSet) {
+    pub(super) fn read_alarms(&mut self, now: Micros, alarms: AlarmSet) {
         self.alarms_at = Some(now);
         if let Some(before) = self.alarms.replace(alarms) {
             for code in alarms.codes().filter(|code| !before.contains(*code)) {
@@ -170,23 +173,10 @@ impl LastReadings {
         }
     }
 
-    fn read_pin(&mut self, reply: &Frame<'_>) {
-        let level = match reply.id() {
-            id if id == <IoDi as Readable>::ROW.id => { reply.read().ok() }
-                .map(|read: IoDi| (Pin::Input(read.address), read.level.is_on().into())),
-            id if id == <IoDo as Readable>::ROW.id => { reply.read().ok() }
-                .map(|read: IoDo| (Pin::Output(read.address), read.level.is_on().into())),
-            id if id == <IoAdc as Readable>::ROW.id => {
-                { reply.read().ok() }.map(|read: IoAdc| (Pin::Analog(read.address), read.value))
-            }
-            _ => None,
-        };
-        let Some((pin, value)) = level else {
-            return;
-        };
-        match self.pins.iter_mut().find(|level| level.pin == pin) {
-            Some(level) => level.value = value,
-            None => self.pins.push(Level { pin, value }),
+    pub(super) fn read_level(&mut self, level: Level) {
+        match self.pins.iter_mut().find(|known| known.pin == level.pin) {
+            Some(known) => *known = level,
+            None => self.pins.push(level),
         }
     }
 
@@ -204,18 +194,6 @@ impl LastReadings {
     /// The alarms, if they were read at `since` or later and nothing changed them after that.
     pub(super) fn alarms_since(&self, since: Micros) -> Option<AlarmSet> {
         self.alarms_at.filter(|at| *at >= since).and(self.alarms)
-    }
-
-    pub(super) const fn alarms(&self) -> Option<&AlarmSet> {
-        self.alarms.as_ref()
-    }
-
-    pub(super) const fn current(&self) -> Option<u64> {
-        self.current
-    }
-
-    pub(super) fn serial(&self) -> Option<&str> {
-        self.serial.as_deref()
     }
 
     /// `None` before all of it was read.

@@ -1,7 +1,7 @@
 //! Where an arm was left, and the last look at its queue: valid until something is sent that changes them.
 
 use magician_protocol::commands::{Pose, QueuedCmdStartExec};
-use magician_protocol::{Effect, Frame, Row, Writable};
+use magician_protocol::{AlarmSet, Effect, Frame, Row, Writable};
 
 use crate::connection::Micros;
 use crate::preflight::state_at;
@@ -50,9 +50,9 @@ struct LeftAt {
     at: Option<Micros>,
 }
 
-/// See the [module](self).
+/// Where an arm was left, and the last look at its queue.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Standing {
+pub struct Standing {
     left: Option<LeftAt>,
     look: Option<QueueLook>,
     /// Number of frames so far that were no reads.
@@ -98,9 +98,8 @@ impl Standing {
         self.accounted = self.accounted.max(index);
     }
 
-    /// An alarm was seen to hold the queue.
-    pub(super) fn held_by_alarm(&mut self) {
-        self.runs = false;
+    pub(super) fn read_alarms(&mut self, alarms: AlarmSet) {
+        self.runs &= !alarms.blocking();
     }
 
     /// The line was lost, or others have used the arm.
@@ -132,7 +131,9 @@ impl Standing {
         self.left = Some(LeftAt { pose, index, at });
     }
 
-    pub(super) const fn orders(&self) -> u64 {
+    /// Number of frames so far that were no reads.
+    #[must_use]
+    pub const fn orders(&self) -> u64 {
         self.orders
     }
 
@@ -145,20 +146,24 @@ impl Standing {
         self.accounted > 0
     }
 
-    pub(super) fn fresh_look(&self, now: Micros) -> Option<QueueLook> {
+    /// The last look at the queue, if it is fresh and nothing but reads was sent since.
+    #[must_use]
+    pub fn fresh_look(&self, now: Micros) -> Option<QueueLook> {
         self.look.filter(|look| look.is_fresh(now))
     }
 
-    /// Pose of the arm by its last motion, if the look at its queue fits and nothing has moved it since.
-    pub(super) fn pose(&self, now: Micros, look: &QueueLook) -> Option<Pose> {
+    /// Pose of the arm by its last motion, if this look at its queue fits and nothing has moved it since.
+    #[must_use]
+    pub fn pose(&self, now: Micros, look: &QueueLook) -> Option<Pose> {
         let since = now.saturating_sub(VALIDITY);
         let left = self.left?;
         let fits = look.waiting() == 0 && look.current == left.index && left.at >= Some(since);
         fits.then_some(left.pose)
     }
 
-    /// True if an arm at this pose is where its last motion has left it.
-    pub(super) fn was_left_at(&self, there: &Pose, look: &QueueLook) -> bool {
+    /// True if an arm at this pose is where its last motion over this connection has left it.
+    #[must_use]
+    pub fn was_left_at(&self, there: &Pose, look: &QueueLook) -> bool {
         self.left
             .filter(|left| left.index == look.current)
             .is_some_and(|left| is_near(place(&left.pose), place(there)))

@@ -1,13 +1,13 @@
 //! Settings and outputs, as they follow from the commands that were sent and from what the arm has answered.
 
 use magician_protocol::commands::{
-    Pose, QueuedCmdClear, QueuedCmdCurrentIndex, QueuedCmdForceStopExec, QueuedCmdStartDownload,
-    QueuedCmdStopExec,
+    Pose, QueuedCmdClear, QueuedCmdForceStopExec, QueuedCmdStartDownload, QueuedCmdStopExec,
 };
 use magician_protocol::{
-    Ctrl, Effect, Frame, FrameBuf, QueuedCmdIndex, Readable, Row, Set, Writable,
+    Ctrl, Effect, Frame, FrameBuf, NoArgs, QueuedCmdIndex, Readable, Row, Set, Writable,
 };
 
+use super::ArmPicture;
 use super::laser::{Channels, LaserPicture, Light};
 use super::pending::{Pending, PendingQueue};
 use super::settings::{SettingValues, as_value, changes, reaches};
@@ -28,7 +28,7 @@ pub(super) struct Values {
     /// Poses since anything but a read was sent.
     rest: RestDetector,
     /// Number of times that a known value became unknown.
-    lapses: u64,
+    pub(super) lapses: u64,
 }
 
 /// State of the queue, as far as stops over this connection tell.
@@ -43,7 +43,6 @@ enum QueueHold {
     Held,
 }
 
-/// Hear.
 impl Values {
     /// A request goes out: the settings that it may change are not known any more.
     pub(super) fn sent(&mut self, request: &Frame<'_>) {
@@ -93,8 +92,6 @@ impl Values {
             if let (true, Ok(QueuedCmdIndex(index))) = (changes(row), reply.read()) {
                 self.pending.accepted(index, row, request);
             }
-        } else if !ctrl.write() {
-            self.read(now, row, request, reply);
         } else if row.id == QueuedCmdClear::ROW.id {
             self.pending.cleared();
         } else if row.id == QueuedCmdForceStopExec::ROW.id {
@@ -197,34 +194,19 @@ impl Values {
         self.darkened();
     }
 
-    /// The laser's pins were read; `None` where the arm does not say.
-    pub(super) fn note_laser_pins(&mut self, high: Option<bool>) {
-        self.laser.note_pins(high);
+    /// The answer to a get.
+    pub(super) fn read(&mut self, now: Micros, request: &Frame<'_>, reply: &Frame<'_>) {
+        let row = Row::with_id(request.id());
+        let Some(row) = row.filter(|row| matches!(row.effect, Effect::Setting | Effect::Laser))
+        else {
+            return;
+        };
+        self.keep(now, row, request.params(), reply.params());
+        self.tools.read(reply);
+        self.laser.read(reply);
     }
 
-    /// Notes whether commands of other programs wait in the queue, which may light the laser and cannot be read.
-    pub(super) fn note_foreign_commands(&mut self, foreign: bool) {
-        self.laser.note_foreign(foreign);
-    }
-
-    fn read(&mut self, now: Micros, row: &'static Row, request: &Frame<'_>, reply: &Frame<'_>) {
-        if row.id == <QueuedCmdCurrentIndex as Readable>::ROW.id {
-            if let Ok(read) = reply.read::<QueuedCmdCurrentIndex>() {
-                self.finished(now, read.queued_cmd_current_index);
-            }
-        } else if row.id == <Pose as Readable>::ROW.id {
-            if let Ok(pose) = reply.read::<Pose>() {
-                self.see(now, pose);
-            }
-        } else if matches!(row.effect, Effect::Setting | Effect::Laser) {
-            self.keep(now, row, request.params(), reply.params());
-            self.tools.read(reply);
-            self.laser.read(reply);
-        }
-    }
-
-    /// The arm is there.
-    fn see(&mut self, now: Micros, pose: Pose) {
+    pub(super) fn read_pose(&mut self, now: Micros, pose: Pose) {
         if self.rest.see(now, pose) {
             if self.queue == QueueHold::Stopping {
                 self.queue = QueueHold::Held;
@@ -234,7 +216,7 @@ impl Values {
     }
 
     /// The arm has finished the commands of its queue up to this index.
-    fn finished(&mut self, now: Micros, current: u64) {
+    pub(super) fn finished(&mut self, now: Micros, current: u64) {
         while let Some(one) = self.pending.pop_finished(current) {
             self.finish(now, &one);
         }
@@ -262,6 +244,10 @@ impl Values {
         self.tools.set(one.row, &request);
     }
 
+    fn may_be_lit(&self, channels: Channels) -> bool {
+        self.laser.may_be_lit(channels) || self.pending.may_light(channels)
+    }
+
     fn doubt(&mut self, row: &Row) {
         self.lapses += u64::from(self.tools.doubt(row));
     }
@@ -273,41 +259,53 @@ impl Values {
     }
 }
 
-/// Look.
-impl Values {
+/// Settings and outputs.
+impl ArmPicture {
     /// A value, if it is known and was so at `since` (us) or later.
-    pub(super) fn get_with<T: Readable>(&self, query: &T::Query, since: Micros) -> Option<T> {
-        self.settings.get_with(query, since)
+    #[must_use]
+    pub fn get<T: Readable<Query = NoArgs>>(&self, since: Micros) -> Option<T> {
+        self.values.settings.get_with(&NoArgs, since)
     }
 
-    /// Tool, laser, suction cup, gripper and speed. `laser_pins`: a laser may be wired to EIO 2 and 4.
-    pub(super) fn outputs(&self, laser_pins: bool) -> ArmOutputs {
-        let of_interest = if laser_pins {
+    /// Tool, laser, suction cup, gripper and speed.
+    #[must_use]
+    pub fn outputs(&self) -> ArmOutputs {
+        let Values { laser, pending, .. } = &self.values;
+        let of_interest = if self.laser_pins {
             Channels::ALL
         } else {
             Channels::BEAM | Channels::PATH
         };
-        let waiting = self.pending.may_light(of_interest);
-        self.tools.outputs(self.laser.told(waiting, laser_pins))
+        let waiting = pending.may_light(of_interest);
+        let laser = laser.told(waiting, self.laser_pins);
+        self.values.tools.outputs(laser)
     }
 
     /// True if commands of this connection may have lit the laser, by its pins or otherwise.
-    pub(super) fn may_be_lit(&self) -> bool {
-        self.laser.may_be_lit(Channels::ALL) || self.pending.may_light(Channels::ALL)
+    #[must_use]
+    pub fn may_be_lit(&self) -> bool {
+        self.values.may_be_lit(Channels::ALL)
     }
 
     /// True if commands of this connection may have raised one of the laser's pins.
-    pub(super) fn pins_may_be_high(&self) -> bool {
-        self.laser.may_be_lit(Channels::PINS) || self.pending.may_light(Channels::PINS)
+    #[must_use]
+    pub fn pins_may_be_high(&self) -> bool {
+        self.values.may_be_lit(Channels::PINS)
     }
 
     /// True if the levels of the laser's pins are known.
-    pub(super) const fn knows_laser_pins(&self) -> bool {
-        self.laser.knows_pins()
+    #[must_use]
+    pub const fn knows_laser_pins(&self) -> bool {
+        self.values.laser.knows_pins()
     }
 
-    /// Number of times that a known value became unknown, so that it has to be read again.
-    pub(super) const fn lapses(&self) -> u64 {
-        self.lapses
+    /// The laser's pins were read; `None` where the arm does not say.
+    pub fn note_laser_pins(&mut self, high: Option<bool>) {
+        self.values.laser.note_pins(high);
+    }
+
+    /// Notes whether commands of other programs wait in the queue, which may light the laser and cannot be read.
+    pub fn note_foreign_commands(&mut self, foreign: bool) {
+        self.values.laser.note_foreign(foreign);
     }
 }

@@ -68,12 +68,12 @@ impl Arm {
     pub async fn known_pose(&self) -> Result<Pose> {
         self.come_to_rest().await?;
         let look = self.known().look_at_queue().await?;
-        let known = self.picture().standing(self.clock(), &look);
+        let known = self.picture().standing().pose(self.clock(), &look);
         match known {
             Some(pose) => Ok(pose),
             None => {
                 let pose = self.get().await?;
-                if look.waiting() == 0 && self.picture().was_left_at(&pose, &look) {
+                if look.waiting() == 0 && self.picture().standing().was_left_at(&pose, &look) {
                     self.known().note_standing(look.current, pose);
                 }
                 Ok(pose)
@@ -121,7 +121,7 @@ impl Known<'_> {
 
     /// A look at the queue, left space before index. The steps of one call share it as long as nothing goes out but reads.
     pub(super) async fn look_at_queue(self) -> Result<QueueLook> {
-        let known = self.arm.picture().fresh_look(self.arm.clock());
+        let known = self.arm.picture().standing().fresh_look(self.arm.clock());
         match known {
             Some(look) => Ok(look),
             None => self.read_queue().await,
@@ -129,7 +129,7 @@ impl Known<'_> {
     }
 
     pub(super) async fn read_queue(self) -> Result<QueueLook> {
-        let orders = self.arm.picture().orders();
+        let orders = self.arm.picture().standing().orders();
         let left = self.arm.get::<QueuedCmdLeftSpace>().await?.left_space;
         let read = self.arm.get::<QueuedCmdCurrentIndex>().await?;
         let current = read.queued_cmd_current_index;
@@ -155,7 +155,7 @@ impl Known<'_> {
         if look.waiting() > 0 {
             return Ok(None);
         }
-        let was_left_there = self.arm.picture().was_left_at(&there, look);
+        let was_left_there = self.arm.picture().standing().was_left_at(&there, look);
         if !was_left_there && !self.is_still_at(there, rest).await? {
             return Ok(None);
         }

@@ -177,7 +177,7 @@ impl Arm {
         look: &QueueLook,
     ) -> Result<Preflight> {
         // A fence asks the arm itself: a hand may have moved it.
-        let known = self.picture().standing(self.clock(), look);
+        let known = self.picture().standing().pose(self.clock(), look);
         let known = known.filter(|_| self.fence().is_none());
         let mut rest = RestDetector::default();
         let before = match known {

@@ -5,6 +5,7 @@ use std::time::Duration;
 use magician_protocol::commands::{
     AlarmsState, ClearAllAlarmsState, DeviceSn, Pose, PtpCommonParams, QueuedCmdClear,
     QueuedCmdCurrentIndex, QueuedCmdForceStopExec, QueuedCmdLeftSpace, QueuedCmdStartExec,
+    QueuedCmdStopExec,
 };
 use magician_protocol::{Alarm, Ctrl, FrameBuf, NoArgs, QueuedCmdIndex, Set, Stepper};
 
@@ -37,7 +38,7 @@ fn current(rig: &PictureRig) -> u64 {
 
 /// A look at the queue, as the driver reads it.
 fn look(rig: &mut PictureRig) -> QueueLook {
-    let before = rig.picture.orders();
+    let before = rig.picture.standing().orders();
     rig.read::<QueuedCmdLeftSpace>();
     rig.read::<QueuedCmdCurrentIndex>();
     let queue = rig.pair.arm.state().queue;
@@ -72,6 +73,18 @@ fn command_that_waits_to_be_sent_and_program_under_way_are_in_flight() {
     assert!(!rig.picture.motion().is_moving());
     rig.picture.program_runs(true);
     assert!(rig.picture.motion().is_moving() && !rig.picture.motion().stopped());
+}
+
+#[test]
+fn queue_runs_from_where_its_start_goes_out_whether_that_is_answered_or_not() {
+    let mut rig = running();
+    rig.set(QueuedCmdStopExec {});
+    rig.queue(away());
+    assert!(!rig.picture.motion().is_moving() && rig.picture.motion().stopped());
+    let start = FrameBuf::set(&QueuedCmdStartExec {}.into(), Ctrl::SET).unwrap();
+    rig.picture.sent(rig.pair.now, &start.frame());
+    assert!(rig.picture.motion().is_moving());
+    assert_eq!(rig.picture.motion().started(), None);
 }
 
 #[test]
@@ -195,7 +208,7 @@ fn command_of_another_program_that_has_finished_ends_what_is_believed() {
         rig.picture.setting(rig.pair.now, &NoArgs)
     };
     assert!(setting(&rig).is_some());
-    let before = rig.picture.orders();
+    let before = rig.picture.standing().orders();
     let foreign = QueueLook {
         current: seen.current + 1,
         ..seen
@@ -229,7 +242,12 @@ fn setting_is_believed_of_an_arm_that_shows_resets_and_for_a_second_on_a_shared_
 fn look_at_the_queue_holds_for_a_moment_and_until_something_is_sent() {
     let mut rig = running();
     look(&mut rig);
-    let fresh = |rig: &PictureRig, after| rig.picture.fresh_look(rig.pair.now + after).is_some();
+    let fresh = |rig: &PictureRig, after| {
+        rig.picture
+            .standing()
+            .fresh_look(rig.pair.now + after)
+            .is_some()
+    };
     assert!(fresh(&rig, SECOND / 20) && !fresh(&rig, SECOND / 5));
     rig.queue(away());
     assert!(!fresh(&rig, 0));
@@ -250,8 +268,11 @@ fn place_where_the_arm_was_left_holds_until_it_may_have_moved() {
         rig.picture.note_left_at(now, seen.current, pose);
     };
     let stands = |rig: &PictureRig, after: Micros| {
-        let standing = rig.picture.standing(rig.pair.now + after, &seen);
-        (standing.is_some(), rig.picture.was_left_at(&pose, &seen))
+        let standing = rig.picture.standing().pose(rig.pair.now + after, &seen);
+        (
+            standing.is_some(),
+            rig.picture.standing().was_left_at(&pose, &seen),
+        )
     };
     left(&mut rig);
     assert_eq!(stands(&rig, 0), (true, true));
@@ -264,7 +285,7 @@ fn place_where_the_arm_was_left_holds_until_it_may_have_moved() {
         current: seen.current + 1,
         ..seen
     };
-    assert!(rig.picture.standing(rig.pair.now, &later).is_none());
+    assert!(rig.picture.standing().pose(rig.pair.now, &later).is_none());
     // The tip is elsewhere with another tool, and a look tells where.
     rig.set(build::tool(crate::ToolBias::PEN));
     assert_eq!(stands(&rig, 0), (false, true));

@@ -213,7 +213,7 @@ impl<C: CommandSource> Run<C> {
         let planned = self.route.start().map(|at| at.pose.to_array());
         let now = self.arm.clock();
         let known = || {
-            let standing = self.arm.picture().standing(now, &look);
+            let standing = self.arm.picture().standing().pose(now, &look);
             standing.as_ref().map(place)
         };
         let pose = match planned.or_else(known) {
