@@ -73,8 +73,16 @@ impl Driver {
         let done = at.map(|at| self.waiting.swap_remove(at));
         // A program that goes on takes up what was left under way by it when it was interrupted.
         let is_program = self.program_answered(ticket, &result);
-        self.note_end(done.as_ref(), is_program, &result);
-        let Some(done) = done.filter(|_| !is_program) else {
+        if let Some(done) = &done {
+            self.shared.picture().returned(&done.request.frame());
+        }
+        let done = done.filter(|_| !is_program);
+        if done.is_none() && !is_program {
+            // Nothing waits for it any more: the connection ends.
+            return;
+        }
+        self.note_end(done.as_ref(), &result);
+        let Some(done) = done else {
             return;
         };
         let request = done.request.frame();
@@ -98,19 +106,12 @@ impl Driver {
         }
     }
 
-    /// Tells the picture how a request has ended, and the listeners what that shows. Answers reach the picture here only.
-    fn note_end(
-        &self,
-        done: Option<&Waiting>,
-        is_program: bool,
-        result: &Result<FrameBuf, Failure>,
-    ) {
+    /// Tells the picture how a request has ended, a program's without `done`, and the listeners what that shows. Answers reach
+    /// the picture here only.
+    fn note_end(&self, done: Option<&Waiting>, result: &Result<FrameBuf, Failure>) {
         let now = self.now();
         let mut picture = self.shared.picture();
-        if let Some(done) = done {
-            picture.returned(&done.request.frame());
-        }
-        match (done.filter(|_| !is_program), result) {
+        match (done, result) {
             (Some(done), Ok(reply)) => {
                 let origin = match done.to {
                     To::Caller(_) => Origin::Caller,
