@@ -16,7 +16,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use magician::{
-    Arm, ArmOutputs, ErrorCode, Event, Jog, JogOptions, Link, StateOptions, StateWatch,
+    Arm, ArmOutputs, ArmSnapshot, ErrorCode, Event, Jog, JogOptions, Link, StateOptions, StateWatch,
 };
 use magician_job::{Access, Journal, SavedSettings, Settled};
 use magician_program::PreparedProgram;
@@ -509,13 +509,15 @@ impl Work {
 
     /// Tells of tools and speed where they have changed, and reads them where they are not known any more.
     fn tell_outputs(&mut self) {
-        let outputs = self.arm.outputs();
+        let ArmSnapshot {
+            outputs, lapses, ..
+        } = self.arm.snapshot();
         if self.told.replace(outputs) != Some(outputs) {
             let tool = reads::tool(&outputs);
             let speed = outputs.speed;
             (self.report)(ArmReport::Outputs { tool, speed });
         }
-        if self.arm.output_lapses() != self.lapses {
+        if lapses != self.lapses {
             self.learn();
         }
     }
@@ -588,7 +590,7 @@ impl Work {
 
     /// Reads what is not read each time, beside.
     fn learn(&mut self) {
-        self.lapses = self.arm.output_lapses();
+        self.lapses = self.arm.snapshot().lapses;
         let arm = self.arm.clone();
         let before = self.known.rail;
         self.side.spawn(async move {

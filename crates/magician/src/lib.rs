@@ -82,9 +82,9 @@ mod virtual_arm;
 
 pub use arm::{
     Arm, ArmIdentity, ClockRate, CommandSource, EndNotice, Event, Events, Feeder, Homing,
-    HomingRecord, Jog, JogOptions, Laser, Level, Lifted, LightsOut, Link, Motors, Options, Pin,
-    Pins, Progress, Queue, Ran, Run, RunOptions, Sample, Samples, SettingsBackup, StateOptions,
-    StateWatch, Status, Stopper, Streaming, sets_in_motion,
+    HomingRecord, Jog, JogOptions, Laser, Lifted, Link, Motors, Options, Pins, Progress, Queue,
+    Ran, Run, RunOptions, Sample, Samples, SettingsBackup, StateOptions, StateWatch, Status,
+    Stopper, Streaming,
 };
 #[doc(hidden)]
 pub use arm::{FrontEnd, Permission};
@@ -94,6 +94,9 @@ pub use magician_host::faults;
 pub use magician_host::gate;
 #[cfg(any(test, feature = "pair"))]
 pub use magician_host::pair;
+pub use magician_host::picture::{
+    ArmSnapshot, Level, LightsOut, Pin, StateReadings, sets_in_motion,
+};
 pub use magician_host::{
     Act, Action, ArmOutputs, Error, ErrorCode, ErrorKind, Given, GripperState, PinUse,
     REST_READ_INTERVAL, REST_TIME, Remedy, RestDetector, Result, Setting, Voice, build, burns,

@@ -12,7 +12,7 @@
 //! * **Released is released.** A jog that was let go of while the arm still came to rest starts nothing.
 //!
 //! The laser has a machinery of its own for the same purpose: what may burn needs a permission, and every end switches it off
-//! (see [`burns`](fn@crate::burns) and the driver's `in_flight`). It does not pass through here, because a burning path is queued
+//! (see [`burns`](fn@crate::burns) and [`ArmPicture::may_be_lit`](crate::ArmPicture::may_be_lit)). It does not pass through here, because a burning path is queued
 //! together with its end.
 //!
 //! Without clock and I/O: time is what the caller says, and what follows from a decision comes out as [`GateEffect`]s, in their order.
@@ -28,9 +28,8 @@ use crate::build::JogDirection;
 use crate::connection::Micros;
 use crate::{Action, Error, ErrorCode, Result};
 
-use self::motors::Motors;
 pub(crate) use self::motors::switches_off;
-pub use self::motors::{OUTPUTS, turns_motor};
+pub use self::motors::{Motors, OUTPUTS, turns_motor};
 
 /// Number of a jog; each that is asked for has another one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -135,7 +134,6 @@ pub struct Gate {
     motion: Motion,
     /// The jog that begins when the arm has come to rest.
     waiting: Option<JogRequest>,
-    motors: Motors,
     effects: VecDeque<GateEffect>,
 }
 
@@ -353,7 +351,7 @@ impl Gate {
     }
 }
 
-/// Jogs of other programs, and motors.
+/// Jogs of other programs.
 impl Gate {
     /// The command of a jog of another program is passed on as it came. What that means is the program's; here it ends with
     /// the connection, and a jog of our own waits for its end.
@@ -367,34 +365,6 @@ impl Gate {
             self.effects.push_back(GateEffect::Over(jog, why, false));
         }
         self.motion = Motion::Unheld;
-    }
-
-    /// A frame goes out.
-    pub fn sends(&mut self, frame: &Frame<'_>) {
-        self.motors.sends(frame);
-    }
-
-    /// A frame was answered.
-    pub fn answered(&mut self, frame: &Frame<'_>) {
-        self.motors.answered(frame);
-    }
-
-    /// The arm was switched off and on: nothing of it moves.
-    pub fn reset(&mut self) {
-        self.motors = Motors::default();
-    }
-
-    /// The motor outputs that run because of this connection, and go on until they are switched off.
-    pub fn running_motors(&self) -> impl Iterator<Item = magician_protocol::Stepper> + '_ {
-        self.motors.running()
-    }
-
-    /// The motor outputs that have to be switched off when the holder goes. `moving`: the arm has not done all that it was given.
-    pub fn held_motors(
-        &self,
-        moving: bool,
-    ) -> impl Iterator<Item = magician_protocol::Stepper> + '_ {
-        self.motors.held(moving)
     }
 }
 

@@ -276,8 +276,8 @@ impl Model {
         }
         if turn != Turn::Foreign {
             let frame = motor_frame(output, turn);
-            self.gate.gate.sends(&frame.frame());
-            self.gate.gate.answered(&frame.frame());
+            self.gate.motors.sent(&frame.frame());
+            self.gate.motors.answered(&frame.frame());
         }
     }
 

@@ -1,7 +1,7 @@
 //! The gate with a bug planted in it.
 
 use magician_host::connection::Micros;
-use magician_host::gate::{Gate, GateEffect, JogId, JogRequest, OUTPUTS, frame_jogs};
+use magician_host::gate::{Gate, GateEffect, JogId, JogRequest, Motors, OUTPUTS, frame_jogs};
 use magician_protocol::{Frame, Stepper};
 
 /// Planted bug.
@@ -53,6 +53,7 @@ pub(crate) const BUGS: [(Bug, &str); 11] = [
 #[derive(Clone, Hash)]
 pub(crate) struct Mutant {
     pub(crate) gate: Gate,
+    pub(crate) motors: Motors,
     bug: Option<Bug>,
     waiting: Option<JogRequest>,
 }
@@ -61,6 +62,7 @@ impl Mutant {
     pub(crate) fn new(bug: Option<Bug>) -> Self {
         Self {
             gate: Gate::new(),
+            motors: Motors::default(),
             bug,
             waiting: None,
         }
@@ -131,7 +133,7 @@ impl Mutant {
         if self.has(Bug::BeltOutlivesHolder) {
             Vec::new()
         } else {
-            self.gate.held_motors(moving).collect()
+            self.motors.held(moving).collect()
         }
     }
 

@@ -150,7 +150,12 @@ impl Arm {
         }
         let (messages, inbox) = mpsc::channel(64);
         let (events, _) = broadcast::channel(KEPT);
-        let shared = Arc::new(Shared::new(&line, &events, options.homings.clone()));
+        let shared = Arc::new(Shared::new(
+            &line,
+            &events,
+            options.homings.clone(),
+            options.laser_pins,
+        ));
         let (tried, in_process) = (line.tried, line.in_process);
         #[cfg(feature = "sim")]
         let virtual_arm = line.arm.clone();

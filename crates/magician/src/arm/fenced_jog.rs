@@ -69,7 +69,10 @@ impl Arm {
         command: &JogCmd,
         deadline: Instant,
     ) -> Result<Option<(Turn<'_>, Option<FencedJog>)>> {
-        let (Some(turn), Some(jog)) = (self.hold_jog(deadline).await?, jog_of(command)) else {
+        let (Some(turn), Some(jog)) = (
+            self.fence_check().hold_jog(deadline).await?,
+            jog_of(command),
+        ) else {
             return Ok(None);
         };
         let (turn, check) = turn;
@@ -85,9 +88,9 @@ impl Arm {
     /// How fast the arm jogs along an axis, as it is set.
     pub(super) async fn jog_rates(&self, axis: JogAxis) -> Result<KinematicLimits> {
         let mut settings = MotionSettings::at_power_up(self.model());
-        settings.jog_joint = self.setting().await?;
-        settings.jog_coordinate = self.setting().await?;
-        settings.jog_common = self.setting().await?;
+        settings.jog_joint = self.known().setting().await?;
+        settings.jog_coordinate = self.known().setting().await?;
+        settings.jog_common = self.known().setting().await?;
         Ok(settings.jog(axis, &self.model().ceilings)?)
     }
 }

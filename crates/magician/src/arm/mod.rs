@@ -3,6 +3,7 @@ mod first_program;
 
 mod bounded_jog;
 mod connect;
+mod disruptions;
 mod driver;
 mod end_notice;
 mod events;
@@ -13,11 +14,9 @@ mod front_end;
 mod gate;
 mod halt;
 mod homing;
-mod in_flight;
 mod jog;
 mod known;
 mod laser;
-mod lights_out;
 mod link;
 mod options;
 mod perform;
@@ -50,10 +49,8 @@ pub use front_end::FrontEnd;
 pub use gate::Motors;
 pub use halt::Stopper;
 pub use homing::{ArmIdentity, ClockRate, Homing, HomingRecord};
-pub use in_flight::sets_in_motion;
 pub use jog::{Jog, JogOptions};
 pub use laser::Laser;
-pub use lights_out::LightsOut;
 pub use link::Link;
 pub use options::Options;
 #[doc(hidden)]
@@ -65,7 +62,7 @@ pub use run::{CommandSource, Feeder, Ran, Run, RunOptions, Streaming};
 pub use samples::{Sample, Samples};
 pub use settings_backup::SettingsBackup;
 use shared::Shared;
-pub use state::{Level, Pin, StateOptions, StateWatch, Status};
+pub use state::{StateOptions, StateWatch, Status};
 pub use watch::Progress;
 
 /// An arm, for async programs on tokio. [`blocking::Arm`](crate::blocking::Arm) is the same for

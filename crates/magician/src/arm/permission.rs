@@ -54,7 +54,7 @@ impl Permission<'_> {
         match self
             .arm
             .queue()
-            .foreign_commands(&self.arm.look_at_queue().await?)
+            .foreign_commands(&self.arm.known().look_at_queue().await?)
         {
             0 => Ok(()),
             count => {

@@ -1,6 +1,7 @@
 use std::sync::MutexGuard;
 use std::time::Duration;
 
+use magician_host::ArmPicture;
 use magician_protocol::FrameBuf;
 use tokio::sync::oneshot;
 use tokio::time::{Instant, timeout, timeout_at};
@@ -8,8 +9,6 @@ use tokio::time::{Instant, timeout, timeout_at};
 use super::Arm;
 use super::driver::{Message, command_name};
 use super::homing::homes;
-use super::in_flight::InFlightMotion;
-use super::watch::Own;
 use crate::connection::{Request, is_once};
 use crate::{Error, ErrorCode, Result};
 
@@ -51,12 +50,11 @@ impl Arm {
         if homes(&request.frame().frame()) {
             Box::pin(self.homing().expect()).await;
         }
-        let held = &self.inner.held;
-        if held.fence().is_none() {
+        if self.fence().is_none() {
             return self.asked(request, deadline, stops).await;
         }
         let frame = *request.frame();
-        let turn = Box::pin(self.hold_fence(held, &frame.frame(), deadline)).await?;
+        let turn = Box::pin(self.fence_check().hold_frame(&frame.frame(), deadline)).await?;
         let answer = self.asked(request, deadline, stops).await;
         if let Some(turn) = turn {
             turn.ends(&answer);
@@ -167,12 +165,8 @@ impl Arm {
         }
     }
 
-    pub(super) fn own(&self) -> MutexGuard<'_, Own> {
-        self.inner.shared.own()
-    }
-
-    pub(super) fn in_flight(&self) -> MutexGuard<'_, InFlightMotion> {
-        self.inner.shared.in_flight()
+    pub(super) fn picture(&self) -> MutexGuard<'_, ArmPicture> {
+        self.inner.shared.picture()
     }
 }
 

@@ -1,9 +1,8 @@
 //! Waiting: by index, with an eye on alarms and on an arm that stands still.
 
-use std::collections::VecDeque;
 use std::time::Duration;
 
-use magician_protocol::Set;
+use magician_host::picture::QueuedPace;
 use magician_protocol::commands::{Pose, PoseL, QueuedCmdCurrentIndex};
 use tokio::time::{Instant, sleep};
 
@@ -22,8 +21,6 @@ const STUCK: Duration = Duration::from_secs(15);
 const GRACE: Duration = Duration::from_secs(5);
 /// Longest homing, and longest command of another program's (model section 11: 25 s).
 const LONG: Duration = Duration::from_secs(60);
-/// Own commands remembered: more than any queue holds.
-const REMEMBERED: usize = 512;
 
 /// How far a wait or a run has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,107 +37,6 @@ pub struct Progress {
     /// How long the arm has not answered while a run waits for it; zero as long as it answers. It grows up to
     /// [`RunOptions::patience`](crate::RunOptions::patience).
     pub silent: Duration,
-}
-
-/// What a queued command does to the time it takes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Pace {
-    /// Moves the arm.
-    Motion,
-    /// Moves the arm and the rail, or the rail alone.
-    Rail,
-    /// Homes it; runs even when an alarm holds the queue.
-    Home,
-    /// Waits so long.
-    Pause(Duration),
-    /// Runs a motor beside the arm for so long.
-    Motor(Duration),
-    /// Waits for an input, for ever if need be.
-    Trigger,
-    /// Takes effect at once.
-    Moment,
-}
-
-impl Pace {
-    fn of(command: &Set) -> Self {
-        match command {
-            Set::WaitCmd(wait) => Self::Pause(Duration::from_millis(wait.timeout.into())),
-            Set::EMotorS(motor) => {
-                let seconds = f64::from(motor.distance) / f64::from(motor.speed).abs();
-                Self::Motor(Duration::try_from_secs_f64(seconds).unwrap_or_default())
-            }
-            Set::HomeCmd(_) => Self::Home,
-            Set::TrigCmd(_) => Self::Trigger,
-            Set::PtpWithLCmd(_) | Set::PtpPoWithLCmd(_) => Self::Rail,
-            other if other.row().effect.moves_arm() => Self::Motion,
-            _ => Self::Moment,
-        }
-    }
-}
-
-/// The origin of a queued command.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum By {
-    /// A caller, one by one, to run it with what follows.
-    Caller,
-    /// A run. What one that failed or was given up has left in a queue that does not run is not the next one's to start.
-    Run,
-}
-
-/// The commands this handle has put into the queue lately.
-#[derive(Debug, Default)]
-pub(super) struct Own {
-    commands: VecDeque<(u64, Pace, By)>,
-    /// The queue is empty: nothing will run before the next one accepted.
-    empty: bool,
-    /// The index before which nothing waits any more.
-    base: u64,
-}
-
-impl Own {
-    pub(super) fn accepted(&mut self, index: QueueIndex, command: &Set, by: By) {
-        if self.commands.len() >= REMEMBERED {
-            self.commands.pop_front();
-        }
-        self.commands.push_back((index.0, Pace::of(command), by));
-        if std::mem::take(&mut self.empty) {
-            self.base = index.0.saturating_sub(1);
-        }
-    }
-
-    /// The queue was seen empty.
-    pub(super) fn nothing_before(&mut self) {
-        self.empty = true;
-    }
-
-    /// How many of them have not finished and may be run with what follows. `running`: the queue runs them anyway.
-    pub(super) fn waiting(&self, current: u64, running: bool) -> u64 {
-        let waiting = self.commands.iter();
-        let waiting = waiting.filter(|(index, ..)| *index > current);
-        waiting
-            .filter(|(.., by)| running || *by == By::Caller)
-            .count() as u64
-    }
-
-    /// Whether this one homes the arm.
-    pub(super) fn homes(&self, command: QueueIndex) -> bool {
-        let mut latest = self.commands.iter().rev();
-        latest.any(|(index, pace, _)| *index == command.0 && *pace == Pace::Home)
-    }
-
-    /// They were dropped.
-    pub(super) fn clear(&mut self) {
-        *self = Self::default();
-    }
-
-    /// The one that runs, if it is one of them; `None` as well when it may be another program's.
-    fn running(&self, current: u64) -> Option<Pace> {
-        let mut commands = self.commands.iter();
-        let (index, pace, _) = commands.find(|(index, ..)| *index > current)?;
-        // After a Clear the current index stands over numbers that will not come.
-        let before = current.max(self.base);
-        (before.checked_add(1) == Some(*index)).then_some(*pace)
-    }
 }
 
 /// What a wait has seen so far.
@@ -293,9 +189,9 @@ impl Arm {
             return Ok(progress);
         }
         watch.not_stopped(self)?;
-        let pace = self.own().running(current);
+        let pace = self.picture().own().running(current);
         let alarms = self.alarms().await?;
-        if alarms.blocking() && pace != Some(Pace::Home) {
+        if alarms.blocking() && pace != Some(QueuedPace::Home) {
             // The command may have finished before the alarm was raised.
             let again = self.queue().current_index().await?;
             if again >= progress.last {
@@ -311,12 +207,12 @@ impl Arm {
     }
 
     /// The index stands: does the arm?
-    async fn look_closer(&self, watch: &mut Watch, pace: Option<Pace>) -> Result<()> {
+    async fn look_closer(&self, watch: &mut Watch, pace: Option<QueuedPace>) -> Result<()> {
         if !watch.counted {
             self.still_queued(watch).await?;
         }
         let rail = match pace {
-            Some(Pace::Rail) => Some(self.get::<PoseL>().await?),
+            Some(QueuedPace::Rail) => Some(self.get::<PoseL>().await?),
             _ => None,
         };
         let pose = (self.get::<Pose>().await?, rail);
@@ -328,8 +224,9 @@ impl Arm {
             return Ok(());
         }
         let (started, stopped) = {
-            let in_flight = self.in_flight();
-            (in_flight.started() == Some(true), in_flight.stopped())
+            let picture = self.picture();
+            let motion = picture.motion();
+            (motion.started() == Some(true), motion.stopped())
         };
         // What a stream puts into a queue that stands is started by it.
         let grace = if started || watch.counted {
@@ -338,14 +235,16 @@ impl Arm {
             GRACE
         };
         let patience = match pace {
-            Some(Pace::Home) => LONG,
-            Some(Pace::Motor(time)) if stopped => time,
+            Some(QueuedPace::Home) => LONG,
+            Some(QueuedPace::Motor(time)) if stopped => time,
             // Waits and triggers are cut short by a stop.
             _ if stopped => STANDING,
-            Some(Pace::Trigger) => return Ok(()),
-            Some(Pace::Motion | Pace::Rail) if started => return self.confirm_hold(watch).await,
-            Some(Pace::Motion | Pace::Rail | Pace::Moment) => grace,
-            Some(Pace::Pause(time) | Pace::Motor(time)) => time.saturating_add(grace),
+            Some(QueuedPace::Trigger) => return Ok(()),
+            Some(QueuedPace::Motion | QueuedPace::Rail) if started => {
+                return self.confirm_hold(watch).await;
+            }
+            Some(QueuedPace::Motion | QueuedPace::Rail | QueuedPace::Moment) => grace,
+            Some(QueuedPace::Pause(time) | QueuedPace::Motor(time)) => time.saturating_add(grace),
             None => LONG,
         };
         if watch.changed.elapsed() < patience {

@@ -167,7 +167,7 @@ impl Arm {
             .check_ready(&[sample], Guards::default())
             .await?;
         self.come_to_rest().await?;
-        let look = self.read_queue().await?;
+        let look = self.known().read_queue().await?;
         self.refuse_foreign_commands(&look)?;
         if look.waiting() > 0 {
             let message = "commands wait in the arm's queue";
@@ -189,7 +189,7 @@ impl Arm {
             course.check(setting)?;
         }
         // From here on what is sent is checked against the fence by this task alone.
-        let mut turn = self.hold_run(true).await?;
+        let mut turn = self.fence_check().hold_run(true).await?;
         let _ = turn.as_mut().map(super::fence::Turn::start);
         let mut pieces = Pieces::new(direction, pace, course, from);
         life.kept(self.inner.shared.now());
@@ -302,7 +302,7 @@ impl Arm {
         life.sends();
         let answer = self.submit(request, deadline, stops).await?;
         let reply = self.answer(answer, &frame, deadline).await;
-        self.queue().accepted(&mut 0, command, reply).map(drop)
+        self.queue().accepted(&mut 0, reply).map(drop)
     }
 
     /// Waits for two equal poses, and for a rail that stands.

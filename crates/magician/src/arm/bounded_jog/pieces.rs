@@ -132,15 +132,15 @@ impl Arm {
                 };
                 let jog = self.jog_rates(axis).await?;
                 let pace = Pace::new(Joins::AtRest, jog, ceilings.of_axis(turning), within, law);
-                let mut speeds: PtpJointParams = self.setting().await?;
+                let mut speeds: PtpJointParams = self.known().setting().await?;
                 speeds.velocity[joint] = pace.rates.velocity as f32;
                 speeds.acceleration[joint] = pace.rates.acceleration as f32;
                 (pace, vec![speeds.into(), whole])
             }
             None => {
                 let mut settings = MotionSettings::at_power_up(self.model());
-                settings.jog_rail = self.setting().await?;
-                settings.jog_common = self.setting().await?;
+                settings.jog_rail = self.known().setting().await?;
+                settings.jog_common = self.known().setting().await?;
                 let jog = settings.rail_jog().ok_or_else(|| {
                     Error::invalid("speeds on the rail and their ratios must be above 0")
                 })?;

@@ -171,8 +171,8 @@ impl Driver {
         });
         // The speed of whatever moves the arm would go over to the axis of the jog.
         let moves = {
-            let in_flight = self.in_flight();
-            in_flight.moving() || in_flight.is_braking()
+            let picture = self.shared.picture();
+            picture.motion().is_moving() || picture.motion().is_braking()
         };
         if moves {
             self.shared.gate().moves();
@@ -506,7 +506,7 @@ impl Driver {
 
     fn jog_is_over(&mut self, seen: bool) {
         if seen {
-            let stops = self.in_flight().stops();
+            let stops = self.shared.picture().motion().stops();
             self.shared.stood_after(stops);
         }
         self.shared.gate().rested(seen);

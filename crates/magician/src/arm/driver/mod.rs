@@ -14,8 +14,8 @@ mod jog;
 mod lead;
 mod line;
 mod messages;
-mod observed;
 mod polls;
+mod publish;
 mod search;
 mod shutdown;
 mod streaming;
@@ -25,7 +25,7 @@ mod work;
 
 use std::future::{Future, poll_fn};
 use std::pin::Pin;
-use std::sync::{Arc, MutexGuard};
+use std::sync::Arc;
 use std::task::{Context, Poll};
 use std::time::Duration;
 
@@ -36,7 +36,6 @@ use tokio::time::{Instant, Sleep, sleep_until};
 
 use super::Shared;
 use super::events::Event;
-use super::in_flight::InFlightMotion;
 use super::jog::Life;
 use crate::Result;
 use crate::connection::{Connection, Micros, Settings, Ticket};
@@ -50,7 +49,6 @@ use lead::VirtualTimeDriver;
 pub(super) use line::Opener;
 use line::State;
 pub(super) use messages::Message;
-use observed::ObservedState;
 use polls::Polls;
 pub(crate) use shutdown::SHUTDOWN;
 pub(super) use streaming::{End, Program, Reached};
@@ -121,8 +119,6 @@ pub(super) struct Driver {
     halts: u64,
     /// A stop was asked for while there was no line: it is the first thing to be said over the next one.
     owes_halt: bool,
-    /// The arm's serial number, once it has told it.
-    serial: Option<String>,
     /// When the arm is to be asked for it.
     introduction: Option<Micros>,
     /// The stop of handles that have gone is under way.
@@ -130,7 +126,6 @@ pub(super) struct Driver {
     polls: Polls,
     jogging: Jogging,
     leading: VirtualTimeDriver,
-    observed: ObservedState,
     events: broadcast::Sender<Event>,
     /// When the task was served last.
     served: Micros,
@@ -173,13 +168,11 @@ impl Driver {
             halting: Vec::new(),
             halts: 0,
             owes_halt: false,
-            serial: None,
             introduction: introduce.then_some(search::INTRODUCTION),
             leaving: false,
             polls: Polls::default(),
             jogging: Jogging::default(),
             leading: VirtualTimeDriver::default(),
-            observed: ObservedState::default(),
             events,
             served: 0,
             looked: false,
@@ -339,10 +332,6 @@ impl Driver {
                 .reset(self.begun + Duration::from_micros(at));
         }
         self.timer.as_mut().poll(cx)
-    }
-
-    fn in_flight(&self) -> MutexGuard<'_, InFlightMotion> {
-        self.shared.in_flight()
     }
 
     fn look_at_clock(&mut self) {

@@ -9,12 +9,12 @@ mod streaming;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+use magician_host::picture::QueueLook;
 use magician_protocol::{QueuedCmdIndex, Set};
 use tokio::time::Instant;
 
 use super::Arm;
 use super::driver::Reached;
-use super::known::QueueLook;
 use super::watch::{Progress, Watch};
 use crate::build;
 use crate::connection::Micros;
@@ -165,7 +165,7 @@ impl Arm {
     /// A motion that the arm refuses, or breaks off, counts as finished: of the last one only the alarm tells. Homing may
     /// end under one.
     async fn refused_none(&self, last: Option<QueuedCmdIndex>) -> Result<()> {
-        if last.is_some_and(|last| self.own().homes(last)) {
+        if last.is_some_and(|last| self.picture().own().homes(last)) {
             return Ok(());
         }
         let alarms = self.alarms().await?;
@@ -228,9 +228,9 @@ impl<C: CommandSource> Run<C> {
         let begins = (self.leftover.as_ref()).is_none_or(|leftover| !leftover.has_begun());
         if begins {
             arm.come_to_rest().await?;
-            let look = arm.look_at_queue().await?;
+            let look = arm.known().look_at_queue().await?;
             if look.waiting() == 0 {
-                arm.own().nothing_before();
+                arm.picture().queue_is_empty();
             }
             if self.options.keep {
                 arm.permission().check_queue().await?;
