@@ -59,7 +59,7 @@ impl Arm {
     }
 
     fn lets_jogs_pass(&self) -> bool {
-        self.passes_jogs && !self.bounds_jogs()
+        self.passes_jogs && !self.inner.options.bounded_jogs
     }
 }
 

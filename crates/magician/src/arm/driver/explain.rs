@@ -37,7 +37,7 @@ pub(super) fn holds(request: &Frame<'_>) -> bool {
 }
 
 /// Whether a request is a movement, or lets the queue make one.
-pub(super) fn sets_going(request: &Frame<'_>) -> bool {
+pub(in crate::arm) fn sets_going(request: &Frame<'_>) -> bool {
     let immediate = moves(request.id()) && request.ctrl().write() && !halts(request);
     request.ctrl().queued() || immediate || request.id() == QueuedCmdStartExec::ROW.id
 }
