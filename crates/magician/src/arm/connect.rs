@@ -184,6 +184,7 @@ impl Arm {
         let arm = Self {
             allows_laser: inner.options.allow_laser,
             passes_jogs: inner.options.raw_jogs,
+            leads: false,
             allows_unhomed: false,
             inner: Arc::new(inner),
             patience: Duration::ZERO,

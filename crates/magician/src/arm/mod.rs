@@ -111,6 +111,8 @@ pub struct Arm {
     allows_laser: bool,
     /// True if calls of this handle may send a jog that nothing holds.
     passes_jogs: bool,
+    /// True for the handle of a jog in pieces: its calls do not wait for the end of that jog.
+    leads: bool,
     /// Whether calls of this handle take an arm that is not known to be homed.
     allows_unhomed: bool,
     /// How long calls of this handle may take, if that is longer than [`Options::timeout`].

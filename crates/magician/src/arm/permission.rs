@@ -120,6 +120,6 @@ impl Permission<'_> {
     }
 
     fn lets_jogs_pass(self) -> bool {
-        self.arm.passes_jogs && !self.arm.bounds_jogs()
+        self.arm.passes_jogs && !self.arm.inner.options.bounded_jogs
     }
 }

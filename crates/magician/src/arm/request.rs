@@ -46,6 +46,9 @@ impl Arm {
     }
 
     pub(super) async fn ask_until(&self, request: Request, deadline: Instant) -> Result<FrameBuf> {
+        if self.waits_for_jog(&request) {
+            return self.ask_behind_jog(request, deadline).await;
+        }
         let stops = self.stops();
         if homes(&request.frame().frame()) {
             Box::pin(self.homing().expect()).await;
@@ -64,7 +67,11 @@ impl Arm {
 
     /// A read: no fence is asked for it.
     pub(super) async fn ask_for(&self, request: Request) -> Result<FrameBuf> {
-        self.asked(request, self.deadline(), self.stops()).await
+        let (deadline, stops) = (self.deadline(), self.stops());
+        if self.waits_for_jog(&request) {
+            return self.ask_behind_jog(request, deadline).await;
+        }
+        self.asked(request, deadline, stops).await
     }
 
     async fn asked(&self, request: Request, deadline: Instant, stops: u64) -> Result<FrameBuf> {
@@ -122,13 +129,13 @@ impl Arm {
     }
 
     /// As [`answer`](Self::answer), with the error of a task that is kept from its work.
-    pub(super) async fn answer_or(
+    pub(super) async fn answer_or<T>(
         &self,
         silent: Error,
-        mut answer: oneshot::Receiver<Result<FrameBuf>>,
+        mut answer: oneshot::Receiver<Result<T>>,
         request: &FrameBuf,
         deadline: Instant,
-    ) -> Result<FrameBuf> {
+    ) -> Result<T> {
         let before = self.inner.shared.slept();
         let mut late = deadline + GRACE;
         loop {

@@ -9,11 +9,11 @@ use tokio::sync::{broadcast, watch};
 use tokio::time::Instant;
 
 use super::SettingsBackup;
+use super::bounded_jog::BoundedJogs;
 use super::disruptions::Disruptions;
 use super::events::Event;
 use super::halt::Halts;
 use super::homing::{HomingRecord, Homings, Remembered};
-use super::jog::Life;
 use super::link::Link;
 use super::state::{Status, Watches};
 use crate::connection::Micros;
@@ -41,8 +41,8 @@ pub(super) struct Shared {
     pub(super) homings: Homings,
     queue_fault: Mutex<Option<LastFault>>,
     pub(super) halts: Mutex<Halts>,
-    /// The last jog in pieces, and what such a jog has changed of the arm's settings and not given back.
-    pub(super) bounded_jog: Mutex<Option<Arc<Life>>>,
+    /// The jogs in pieces, and what such a jog has changed of the arm's settings and not given back.
+    pub(super) bounded: watch::Sender<BoundedJogs>,
     pub(super) owed: Mutex<SettingsBackup>,
     pub(super) link: watch::Sender<Link>,
     pub(super) status: watch::Sender<Option<Status>>,
@@ -95,7 +95,7 @@ impl Shared {
             homings: Homings::new(homings),
             queue_fault: Mutex::default(),
             halts: Mutex::default(),
-            bounded_jog: Mutex::default(),
+            bounded: watch::Sender::default(),
             owed: Mutex::default(),
             link: watch::Sender::new(Link::Up),
             status: watch::Sender::new(None),

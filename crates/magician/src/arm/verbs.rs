@@ -1,4 +1,4 @@
-use magician_protocol::{Ctrl, FrameBuf, Layout, NoArgs, Queueable, Readable, Set, Writable};
+use magician_protocol::{Ctrl, FrameBuf, NoArgs, Queueable, Readable, Set, Writable};
 
 use super::Arm;
 use super::flow::{self};

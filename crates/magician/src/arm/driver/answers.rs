@@ -98,7 +98,7 @@ impl Driver {
             To::Halt(number) => self.halt_answered(number, result.map(drop)),
             To::Settling => self.settles(result.map(drop)),
             To::Poll => self.polled(),
-            To::Jog(reply, life) => self.jog_began(result, reply, &life),
+            To::Jog(reply, jog) => self.jog_began(result.map(drop), reply, jog),
             To::JogStop => self.jog_stopped(result),
             To::JogPose => self.jog_pose(result),
             To::JogLook(jog, asked) => self.jog_seen(result, jog, asked),

@@ -36,7 +36,7 @@ pub(super) fn holds(request: &Frame<'_>) -> bool {
 }
 
 /// Whether a request is a movement, or lets the queue make one.
-pub(super) fn sets_going(request: &Frame<'_>) -> bool {
+pub(in crate::arm) fn sets_going(request: &Frame<'_>) -> bool {
     let moves = Row::with_id(request.id()).is_some_and(|row| row.effect.moves_arm());
     let immediate = moves && request.ctrl().write() && !halts(request);
     request.ctrl().queued() || immediate || request.id() == QueuedCmdStartExec::ROW.id

@@ -28,7 +28,8 @@ pub(in crate::arm) enum Message {
     /// Runs a program.
     Run(Box<Program>),
     Stats(oneshot::Sender<(Stats, u32)>),
-    Jog(JogStart),
+    /// Boxed: with a fence it holds the whole trajectory of the jog.
+    Jog(Box<JogStart>),
     /// Something that both know has changed; look at it.
     Wake,
     /// Ends the connection, even if there are other handles.

@@ -36,15 +36,14 @@ use tokio::time::{Instant, Sleep, sleep_until};
 
 use super::Shared;
 use super::events::Event;
-use super::jog::Life;
 use crate::Result;
 use crate::connection::{Connection, Micros, Settings, Ticket};
 use crate::gate::JogId;
 use crate::transport::Line;
-pub(super) use explain::command_name;
+pub(super) use explain::{command_name, sets_going};
 use halt::Halting;
-pub(super) use jog::JogStart;
 use jog::Jogging;
+pub(super) use jog::{JogStart, OwnJog};
 use lead::VirtualTimeDriver;
 pub(super) use line::Opener;
 use line::State;
@@ -82,7 +81,7 @@ enum To {
     /// The onlookers.
     Poll,
     /// The starter of a jog.
-    Jog(oneshot::Sender<Result<FrameBuf>>, Arc<Life>),
+    Jog(oneshot::Sender<Result<()>>, JogId),
     /// The end of a jog.
     JogStop,
     JogPose,
