@@ -44,9 +44,8 @@ impl Connection {
     }
 
     /// The next frame at window 1 while one is in flight: a read beside a queued command, or the
-    /// command beside the read, so that neither waits for the other's reply. `admitted`: the line is free
-    /// enough for any frame.
-    pub(super) fn transmit_beside(&mut self, now: Micros, admitted: bool) -> Option<FrameBuf> {
+    /// command beside the read, so that neither waits for the other's reply.
+    pub(super) fn transmit_beside(&mut self, now: Micros) -> Option<FrameBuf> {
         if !self.may_pair() {
             return None;
         }
@@ -54,9 +53,6 @@ impl Connection {
         let (Some(only), None) = (flying.next(), flying.next()) else {
             return None;
         };
-        if only.due {
-            return None;
-        }
         let lane = if only.queued() {
             Priority::Poll
         } else {
@@ -67,8 +63,10 @@ impl Connection {
         let waits = lane == Priority::Stream && self.wants_drain();
         // Right behind the command the read is on the line while the controller answers the command.
         let [before, bytes] = [only, &job].map(|job| job.frame.bytes().len());
-        let waits = waits || !admitted && !self.pace.admits_behind(now, before, bytes);
         if !pairs || waits || !self.may_join(&job) || self.haunted(&job) {
+            return None;
+        }
+        if !self.pace.admits_behind(now, before, bytes) && !self.pace.admits(now) {
             return None;
         }
         Some(self.send_front(lane, job, now))

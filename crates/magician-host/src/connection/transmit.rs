@@ -40,19 +40,21 @@ impl Connection {
         if self.outstanding.is_full() {
             return None;
         }
-        if !self.pace.admits(now) {
-            return self.transmit_beside(now, false);
+        let due = self.flight.iter().position(|job| job.due);
+        let busy = self.flight.iter().filter(|job| job.in_window()).count();
+        // The line's pace is asked only for a frame that would go, because it wakes for one that may not yet.
+        if due.is_none() && busy >= self.window() {
+            return self.transmit_beside(now);
         }
-        if let Some(at) = self.flight.iter().position(|job| job.due) {
+        if !self.pace.admits(now) {
+            return None;
+        }
+        if let Some(at) = due {
             if (self.flight.get(at)).is_some_and(|job| self.waits_alone(job)) {
                 return None;
             }
             let job = self.flight.remove(at);
             return Some(self.send(job, now));
-        }
-        let busy = self.flight.iter().filter(|job| job.in_window()).count();
-        if busy >= self.window() {
-            return self.transmit_beside(now, true);
         }
         if let Some(purpose) = self.next_reading(now) {
             return self.send_reading(purpose, now);
