@@ -10,7 +10,7 @@ use tokio::time::{Instant, timeout_at};
 use super::Arm;
 use super::flow::Flow;
 use crate::connection::Request;
-use crate::{Error, ErrorCode, ErrorKind, QueueIndex, Result};
+use crate::{Action, Error, ErrorCode, ErrorKind, Given, QueueIndex, Result, Setting};
 
 /// The queue of an arm: [`Arm::queue`] hands it out. [`Arm::enqueue`] and [`Arm::run`] put commands into it.
 #[derive(Clone, Copy, Debug)]
@@ -98,6 +98,25 @@ impl Queue<'_> {
 
 /// Filling it.
 impl<'a> Queue<'a> {
+    /// Commands that other programs left in the queue are not run by accident.
+    pub(super) fn refuse_foreign(self, look: &QueueLook) -> Result<()> {
+        let waiting = self.foreign_commands(look);
+        let (commands, them) = match waiting {
+            0 => return Ok(()),
+            1 => ("1 command of an earlier program waits".to_owned(), "it"),
+            more => (
+                format!("{more} commands of an earlier program wait"),
+                "them",
+            ),
+        };
+        Err(Error::new(
+            ErrorCode::ForeignCommands,
+            format!("{commands} in the arm's queue and would run first"),
+        )
+        .remedy(Action::Stop, format!("drops {them}"))
+        .remedy((Setting::Keep, Given::On), format!("runs {them}")))
+    }
+
     /// How many commands wait in the queue that this connection did not put there.
     pub(super) fn foreign_commands(self, look: &QueueLook) -> u32 {
         let waiting = look.waiting();

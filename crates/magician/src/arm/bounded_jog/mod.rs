@@ -174,7 +174,7 @@ impl BoundedJog {
             .await?;
         arm.come_to_rest().await?;
         let look = arm.known().read_queue().await?;
-        arm.refuse_foreign_commands(&look)?;
+        arm.queue().refuse_foreign(&look)?;
         if look.waiting() > 0 {
             let message = "commands wait in the arm's queue";
             return Err(Error::new(ErrorCode::Busy, message));

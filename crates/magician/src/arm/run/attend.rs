@@ -217,8 +217,8 @@ impl<C: CommandSource> Run<C> {
     ) -> Result<Option<Progress>> {
         if self.ran.last.is_some() {
             let seen = match current {
-                Some(current) => self.arm.look_from(watch, current).await,
-                None => self.arm.look(watch).await,
+                Some(current) => watch.look_from(&self.arm, current).await,
+                None => watch.look(&self.arm).await,
             };
             return seen.map(Some);
         }
