@@ -1,8 +1,10 @@
 use super::{Micros, Settings};
 
-/// How long an answer takes on this link, and from when on it counts as lost (after RFC 6298:
-/// smoothed round trip plus four times its deviation, doubled with every loss, never sampled from
-/// a request that went out twice).
+/// Retransmission timeout of a connection, after RFC 6298: the smoothed round trip plus four times its
+/// deviation, at least [`Settings::floor`] and at most [`Settings::ceiling`]. Each loss doubles it, an
+/// answer ends the doubling; a request that was retransmitted is no sample. A request whose answer did
+/// not come in this time is retransmitted until its deadline; a queued command only once it is certain
+/// that the controller has not taken it.
 #[derive(Clone, Debug)]
 pub(crate) struct Estimator {
     smoothed: Option<Micros>,
