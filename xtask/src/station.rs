@@ -84,7 +84,11 @@ fn section(method: &Method) -> String {
     for param in method.params {
         let (name, about) = (param.name, param.about);
         let must = if param.required { ", required" } else { "" };
-        let kind = param.kind.describe();
+        let kind = match param.kind {
+            Kind::Object(name) => format!("an object: {}", linked(name)),
+            Kind::Objects(name) => format!("an array of objects: {}", linked(name)),
+            kind => kind.describe(),
+        };
         let _ = writeln!(text, "* `{name}` ({kind}{must}): {about}");
     }
     let gap = if method.params.is_empty() { "" } else { "\n" };

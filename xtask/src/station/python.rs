@@ -24,7 +24,12 @@ from typing import Any, Literal, TypedDict, Union
 "#;
 
 /// Words that cannot be names of members in a class.
-const KEYWORDS: [&str; 7] = ["class", "from", "with", "in", "is", "not", "for"];
+const KEYWORDS: [&str; 35] = [
+    "False", "None", "True", "and", "as", "assert", "async", "await", "break", "class", "continue",
+    "def", "del", "elif", "else", "except", "finally", "for", "from", "global", "if", "import",
+    "in", "is", "lambda", "nonlocal", "not", "or", "pass", "raise", "return", "try", "while",
+    "with", "yield",
+];
 
 /// Writes the module.
 pub(super) fn write(root: &Path) -> Result<(), Box<dyn Error>> {
@@ -88,6 +93,19 @@ fn camel(name: &str) -> String {
         .collect()
 }
 
+/// With a capital letter and a stop.
+fn sentence(text: &str) -> String {
+    let text = text
+        .trim_end_matches('.')
+        .replace('\\', "\\\\")
+        .replace('"', "'");
+    let mut letters = text.chars();
+    match letters.next() {
+        Some(first) => format!("{}{}.", first.to_uppercase(), letters.as_str()),
+        None => text,
+    }
+}
+
 impl Module {
     /// A schema under a name.
     fn named(&mut self, name: &str, schema: &Value) {
@@ -96,7 +114,7 @@ impl Module {
             self.class(name, schema);
             return;
         }
-        let kind = self.type_of(schema, name);
+        let kind = self.type_of(schema, &format!("{name}Item"));
         let _ = writeln!(self.aliases, "{name} = {kind}");
     }
 
@@ -108,7 +126,7 @@ impl Module {
         let mut parts: [Vec<(String, String, String)>; 2] = Default::default();
         for (member, of) in schema["properties"].as_object().into_iter().flatten() {
             let kind = self.type_of(of, &format!("{name}{}", camel(member)));
-            let about = of["description"].as_str().unwrap_or_default().to_owned();
+            let about = sentence(of["description"].as_str().unwrap_or_default());
             let is_there = required.contains(&member.as_str());
             parts[usize::from(!is_there)].push((member.clone(), kind, about));
         }
@@ -134,7 +152,11 @@ impl Module {
         let base = if odd.is_empty() {
             base.to_owned()
         } else {
-            let total = if base.contains("total=False") { ", total=False" } else { "" };
+            let total = if base.contains("total=False") {
+                ", total=False"
+            } else {
+                ""
+            };
             let under = format!("_{name}Words");
             let _ = write!(text, "\n\n{under} = TypedDict(\n    \"{under}\",\n    {{");
             for (member, kind, _) in &odd {
@@ -148,7 +170,7 @@ impl Module {
         };
         let _ = write!(text, "\n\nclass {name}({base}):\n");
         if !about.is_empty() {
-            let _ = writeln!(text, "    \"\"\"{}.\"\"\"\n", about.trim_end_matches('.'));
+            let _ = writeln!(text, "    \"\"\"{}\"\"\"\n", sentence(about));
         }
         let mut is_empty = about.is_empty();
         for (member, kind, about) in members {
@@ -158,8 +180,7 @@ impl Module {
             is_empty = false;
             let _ = writeln!(text, "    {member}: {kind}");
             if !about.is_empty() {
-                let about = about.replace('\\', "\\\\").replace('"', "'");
-                let _ = writeln!(text, "    \"\"\"{}.\"\"\"", about.trim_end_matches('.'));
+                let _ = writeln!(text, "    \"\"\"{about}\"\"\"");
             }
         }
         if is_empty {
@@ -186,11 +207,20 @@ impl Module {
         }
         for key in ["anyOf", "oneOf"] {
             if let Some(kinds) = schema[key].as_array() {
-                let many = kinds.iter().filter(|kind| kind["properties"].is_object()).count() > 1;
+                let many = kinds
+                    .iter()
+                    .filter(|kind| kind["properties"].is_object())
+                    .count()
+                    > 1;
                 let kinds = kinds.iter().enumerate().map(|(nth, kind)| {
                     let own = match kind["properties"]["event"]["enum"][0].as_str() {
                         Some(event) => format!("{}Event", camel(&event.replace('-', "_"))),
-                        None if many => format!("{name}{}", nth + 1),
+                        None if many => match kind["required"][0].as_str() {
+                            Some(member) => {
+                                format!("{}{}", name.trim_end_matches("Item"), camel(member))
+                            }
+                            None => format!("{name}{}", nth + 1),
+                        },
                         None => name.to_owned(),
                     };
                     self.type_of(kind, &own)

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use magician_station::api::{
-    CLOSE_CODES, ERRORS, EVENTS, FEATURES, FRAME_FLAGS, FRAME_PARTS, Member, NOTIFICATIONS,
-    Notice, NotificationExample, TYPES,
+    CLOSE_CODES, ERRORS, EVENTS, FEATURES, FRAME_FLAGS, FRAME_PARTS, Member, NOTIFICATIONS, Notice,
+    NotificationExample, TYPES,
 };
 use serde_json::json;
 
@@ -51,6 +51,26 @@ With `\"frame\": \"binary\"` each state is a binary message, laid out below. Wha
 | offset | type | name | unit | meaning |
 |---|---|---|---|---|
 ";
+
+/// Types that are told elsewhere.
+const OTHERS: [(&str, &str); 4] = [
+    (
+        "StateChange",
+        "A [State](#state), or `t` and the members of it that have changed: see [states](#states-that-come-by-themselves).",
+    ),
+    (
+        "Report",
+        "What the check of a program found: as `run --check --json`, and `parts`. `openrpc.json` has its members; [jobs](STATION.md#jobs) tell of them.",
+    ),
+    (
+        "Note",
+        "A `code`, a `text` for people, where it has one the `line` or the `element` of the file, and `remedies`.",
+    ),
+    (
+        "PlanStep",
+        "A step as in plan files: an object with one of `move`, `joints`, `shift`, `arc`, `path`, `burn`, `suction`, `gripper`, `laser`, `part`, `pause`, `wait`, `home`, `command`.",
+    ),
+];
 
 /// What precedes the methods, and what follows the errors.
 pub(super) fn sections() -> String {
@@ -158,7 +178,11 @@ Kinds of `arm.event`, with their members beside `arm`, `seq`, `t` and `event`. W
     for row in EVENTS {
         let further = row.members.iter().map(|member| {
             let kind = member.shape.describe();
-            let may = if member.optional { ", may be missing" } else { "" };
+            let may = if member.optional {
+                ", may be missing"
+            } else {
+                ""
+            };
             format!("`{}` ({kind}{may}): {}", member.name, member.describe())
         });
         let further: Vec<_> = further.collect();
@@ -202,16 +226,26 @@ pub(super) fn types() -> String {
         let _ = write!(page, "\n### {}\n\n{}\n\n", one.name, one.about);
         page += &members(one.members);
     }
+    for (name, about) in OTHERS {
+        let _ = write!(page, "\n### {name}\n\n{about}\n");
+    }
     page
 }
 
 fn members(members: &[Member]) -> String {
     let mut text = "| member | value | unit | meaning | null |\n|---|---|---|---|---|\n".to_owned();
     for member in members {
-        let may = if member.optional { ", may be missing" } else { "" };
+        let may = if member.optional {
+            ", may be missing"
+        } else {
+            ""
+        };
         let (name, kind, unit) = (member.name, member.shape.describe(), member.unit);
         let (about, null) = (member.about, member.null.unwrap_or_default());
-        let _ = writeln!(text, "| `{name}` | {kind}{may} | {unit} | {about} | {null} |");
+        let _ = writeln!(
+            text,
+            "| `{name}` | {kind}{may} | {unit} | {about} | {null} |"
+        );
     }
     text
 }

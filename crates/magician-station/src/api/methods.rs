@@ -763,7 +763,7 @@ pub(super) const STATION: &[Method] = &[
                 Kind::Either(&[Kind::Object("Surface"), Kind::Null]),
                 "the surface that it works on, as in plan files",
             ),
-            needed("rows", Kind::Objects("Row"), "as `teach.rows` has them"),
+            needed("rows", Kind::Objects("GivenRow"), "as `teach.rows` has them"),
         ],
         "The plan of rows. What is wrong names its row in `data.row`.",
         "{plan, first}: how many steps of the plan come before each row",

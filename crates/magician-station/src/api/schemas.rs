@@ -164,14 +164,15 @@ fn plan(all: &mut Map<String, Value>) {
         return;
     };
     let parts = plan["$defs"].take();
-    plan["$schema"].take();
+    if let Some(properties) = plan["properties"].as_object_mut() {
+        properties.remove("$schema");
+    }
     let kept = ["type", "description", "properties", "required"];
     if let Value::Object(plan) = &mut plan {
         plan.retain(|name, _| kept.contains(&name.as_str()));
     }
     all.insert("Plan".to_owned(), named(plan));
     let steps = [
-        ("number", "PlanNumber"),
         ("at", "PlanOrigin"),
         ("name", "PlanName"),
         ("output", "PlanOutput"),
@@ -185,6 +186,10 @@ fn plan(all: &mut Map<String, Value>) {
 /// A schema of plans with the names of this document.
 fn named(schema: Value) -> Value {
     match schema {
+        // Files have names for numbers that are none; no step of a client has one.
+        Value::Object(members) if members.get("$ref") == Some(&json!("#/$defs/number")) => {
+            json!({"type": "number"})
+        }
         Value::Object(members) => {
             let members = members.into_iter().filter(|(name, _)| name != "allOf");
             Value::Object(members.map(|(name, value)| (name, named(value))).collect())
@@ -192,7 +197,6 @@ fn named(schema: Value) -> Value {
         Value::Array(items) => Value::Array(items.into_iter().map(named).collect()),
         Value::String(text) => match text.strip_prefix("#/$defs/") {
             None => Value::String(text),
-            Some("number") => json!(format!("{PLACE}PlanNumber")),
             Some("at") => json!(format!("{PLACE}PlanOrigin")),
             Some("name") => json!(format!("{PLACE}PlanName")),
             Some("output") => json!(format!("{PLACE}PlanOutput")),

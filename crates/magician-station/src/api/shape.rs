@@ -142,7 +142,8 @@ impl Shape {
             Self::Choice(names) => json!({"type": "string", "enum": names}),
             Self::List(item) => json!({"type": "array", "items": item.schema()}),
             Self::Several(count, item) => {
-                json!({"type": "array", "items": item.schema(), "minItems": count, "maxItems": count})
+                let items = vec![item.schema(); count];
+                json!({"type": "array", "items": items, "minItems": count, "maxItems": count})
             }
             Self::Type(name) => json!({"$ref": format!("#/components/schemas/{name}")}),
             Self::Object(members) => object(members),

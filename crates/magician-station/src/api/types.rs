@@ -213,6 +213,22 @@ pub(super) const TURNS: &[Member] = &[
     ),
 ];
 
+/// A row of a plan.
+const ROW: &[Member] = &[
+    is("name", Text, "what the row is called"),
+    is("motion", of("PlanStep"), "a step as in plan files").null("it stays where it is"),
+    is(
+        "gripper",
+        Choice(&["off", "open", "close"]),
+        "what the gripper does",
+    )
+    .null("nothing"),
+    is("suction", Switch, "the suction cup").null("nothing"),
+    is("wait", Number, "how long it stays")
+        .in_unit("s")
+        .null("not at all"),
+];
+
 /// Turns as `turn.list` answers them.
 const TURN_LIST: &[Member] = &[
     TURNS[0],
@@ -450,13 +466,18 @@ pub static TYPES: &[Type] = &[
     },
     Type {
         name: "Row",
-        about: "A row of the table of a plan: where the arm goes, what its tool does there, how long it stays. A member of `teach.plan` may be missing instead of null.",
+        about: "A row of the table of a plan: where the arm goes, what its tool does there, how long it stays.",
+        members: ROW,
+    },
+    Type {
+        name: "GivenRow",
+        about: "A row for `teach.plan`: as Row, and a member that is null may be missing.",
         members: &[
-            is("name", Text, "what the row is called").optional(),
-            is("motion", of("PlanStep"), "a step as in plan files").null("it stays where it is").optional(),
-            is("gripper", Choice(&["off", "open", "close"]), "what the gripper does").null("nothing").optional(),
-            is("suction", Switch, "the suction cup").null("nothing").optional(),
-            is("wait", Number, "how long it stays").in_unit("s").null("not at all").optional(),
+            ROW[0].optional(),
+            ROW[1].optional(),
+            ROW[2].optional(),
+            ROW[3].optional(),
+            ROW[4].optional(),
         ],
     },
 ];
