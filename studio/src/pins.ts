@@ -74,6 +74,6 @@ export async function refresh(): Promise<void> {
 
 notified.add((method, params) => {
   if (method !== "arm.state" || params["subscription"] !== subscription) return;
-  const { pins } = params["state"] as { pins?: Array<{ address: number; value: number }> };
+  const { pins } = params.state;
   if (pins) levels.value = new Map(pins.map(({ address, value }) => [address, value]));
 });

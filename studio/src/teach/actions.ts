@@ -2,6 +2,7 @@
 import { computed, effect, signal } from "@preact/signals";
 import { tried } from "../actions";
 import type { Plan, PlanStep } from "../api";
+import type { Told } from "../client";
 import { t } from "../i18n";
 import { save as download } from "../log";
 import * as jobs from "../run/jobs";
@@ -56,9 +57,9 @@ export const guide = (on: boolean) =>
 
 /** Hears of points that a hand teaches, as long as the panel is open; what it gives back ends that. */
 export function follow(): () => void {
-  const hear = (method: string, params: Record<string, unknown>) => {
-    if (method !== "arm.event" || params["arm"] !== store.armName.value || params["event"] !== "hand-trigger" || !guides.value) return;
-    const step = params["step"] as program.Motion;
+  const hear = (...[method, params]: Told) => {
+    if (method !== "arm.event" || params.arm !== store.armName.value || params.event !== "hand-trigger" || !guides.value) return;
+    const step = params.step as program.Motion;
     const last = program.rows.value[program.selected.value]?.motion as program.Motion | null | undefined;
     if (String(last?.move) !== String(step.move)) take(step);
   };

@@ -106,6 +106,16 @@ fn sentence(text: &str) -> String {
     }
 }
 
+/// What a class is that nothing is said of.
+fn about_of(name: &str) -> &'static str {
+    match name {
+        name if name.ends_with("Params") => "Parameters of a method",
+        name if name.ends_with("Result") => "Result of a method",
+        name if name.ends_with("Notification") => "Parameters of a notification",
+        _ => "Part of a message",
+    }
+}
+
 impl Module {
     /// A schema under a name.
     fn named(&mut self, name: &str, schema: &Value) {
@@ -131,7 +141,9 @@ impl Module {
             parts[usize::from(!is_there)].push((member.clone(), kind, about));
         }
         let [there, perhaps] = &parts;
-        let about = schema["description"].as_str().unwrap_or_default();
+        let about = schema["description"]
+            .as_str()
+            .unwrap_or_else(|| about_of(name));
         match (there.is_empty(), perhaps.is_empty()) {
             (_, true) => self.one(name, "TypedDict", there, about),
             (true, false) => self.one(name, "TypedDict, total=False", perhaps, about),

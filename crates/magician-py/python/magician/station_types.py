@@ -638,6 +638,8 @@ class Remedy(TypedDict, total=False):
     """What comes of it."""
 
 class TurnsArmsItem(TypedDict):
+    """Part of a message."""
+
     arm: str
     """Its name."""
     person: Union[str, None]
@@ -650,6 +652,8 @@ class TurnsArmsItem(TypedDict):
     """Whether a teacher has frozen the arm."""
 
 class TurnsQueueItem(TypedDict):
+    """Part of a message."""
+
     place: int
     """From 1."""
     person: str
@@ -670,6 +674,8 @@ class Turns(TypedDict):
     """Who waits, in order."""
 
 class TurnListArmsItem(TypedDict):
+    """Part of a message."""
+
     arm: str
     """Its name."""
     person: Union[str, None]
@@ -682,6 +688,8 @@ class TurnListArmsItem(TypedDict):
     """Whether a teacher has frozen the arm."""
 
 class TurnListQueueItem(TypedDict):
+    """Part of a message."""
+
     place: int
     """From 1."""
     person: str
@@ -1231,6 +1239,8 @@ class _PenSetup(TypedDict):
     """The parts that it is for: a name or a colour, or a number from 1."""
 
 class PenSetup(_PenSetup, total=False):
+    """Part of a message."""
+
     surface_offset: float
     """How much higher it draws, mm."""
     lift: float
@@ -1248,6 +1258,8 @@ class _PlanSurface(TypedDict):
     height: float
 
 class PlanSurface(_PlanSurface, total=False):
+    """Part of a message."""
+
     slope: list[float]
     """How much higher it is for each mm in x and in y; level if left out."""
 
@@ -1272,6 +1284,8 @@ class Plan(_Plan, total=False):
     """Names that steps refer to by number, from 1; left out where each step says its name itself."""
 
 class PlanOutput(TypedDict):
+    """Part of a message."""
+
     ratio: int
     address: int
     level: int
@@ -1382,6 +1396,8 @@ _PlanStepPartPartWords = TypedDict(
 )
 
 class PlanStepPartPart(_PlanStepPartPartWords, _PlanStepPartPart, total=False):
+    """Part of a message."""
+
     name: Union[None, str]
     """Its layer, pen or tool."""
     color: Union[None, str]
@@ -1440,6 +1456,8 @@ class PlanStepCommand(_PlanStepCommand, total=False):
     name: PlanName
 
 class Field(TypedDict):
+    """Part of a message."""
+
     name: str
     about: str
     unit: str
@@ -1449,6 +1467,8 @@ class Field(TypedDict):
     choices: list[Choice]
 
 class Choice(TypedDict):
+    """Part of a message."""
+
     value: float
     name: str
 
@@ -1458,6 +1478,8 @@ _OptionWords = TypedDict(
 )
 
 class Option(_OptionWords):
+    """Part of a message."""
+
     name: str
     kind: Literal["choice", "number", "integer", "point", "place", "area", "switch", "text", "list", "pens"]
     unit: str
@@ -1472,14 +1494,20 @@ class Option(_OptionWords):
     about: str
 
 class ReportPower(TypedDict):
+    """Part of a message."""
+
     most: float
     least: float
 
 class ReportWouldFit(TypedDict):
+    """Part of a message."""
+
     scale: float
     rotate: float
 
 class ReportFence(TypedDict):
+    """Part of a message."""
+
     floor: Union[float, None]
     box: Union[list[list[float]], None]
     keep_out: list[list[list[float]]]
@@ -1492,6 +1520,8 @@ class _ReportPlaced(TypedDict):
     at: list[float]
 
 class ReportPlaced(_ReportPlaced, total=False):
+    """Part of a message."""
+
     page: list[list[float]]
 
 class _Report(TypedDict):
@@ -1505,6 +1535,8 @@ class _Report(TypedDict):
     parts: list[Part]
 
 class Report(_Report, total=False):
+    """Part of a message."""
+
     bounds: Bounds
     travel_bounds: Bounds
     power: ReportPower
@@ -1515,6 +1547,8 @@ class Report(_Report, total=False):
     preview: Preview
 
 class Bounds(TypedDict):
+    """Part of a message."""
+
     x: list[float]
     y: list[float]
     z: list[float]
@@ -1530,6 +1564,8 @@ _ComplaintWords = TypedDict(
 )
 
 class Complaint(_ComplaintWords, _Complaint, total=False):
+    """Part of a message."""
+
     line: float
     column: float
     name: str
@@ -1548,11 +1584,15 @@ class _Note(TypedDict):
     text: str
 
 class Note(_Note, total=False):
+    """Part of a message."""
+
     line: float
     element: str
     remedies: list[Remedy]
 
 class Part(TypedDict):
+    """Part of a message."""
+
     n: float
     name: Union[str, None]
     color: Union[str, None]
@@ -1562,6 +1602,8 @@ class Part(TypedDict):
     skipped: bool
 
 class PreviewStrokesItem(TypedDict):
+    """Part of a message."""
+
     points: list[list[float]]
     height: float
     part: Union[float, None]
@@ -1569,6 +1611,8 @@ class PreviewStrokesItem(TypedDict):
     reachable: bool
 
 class Preview(TypedDict):
+    """Part of a message."""
+
     strokes: list[PreviewStrokesItem]
     travels: list[list[list[float]]]
 
@@ -1579,6 +1623,8 @@ class _Preset(TypedDict):
     path: Union[str, None]
 
 class Preset(_Preset, total=False):
+    """Part of a message."""
+
     options: Setup
     text: str
     problem: str
@@ -1588,6 +1634,8 @@ class _SessionHelloParams(TypedDict):
     """The program: `name`, and `version` if it has one."""
 
 class SessionHelloParams(_SessionHelloParams, total=False):
+    """Parameters of a method."""
+
     token: str
     """A token of the station."""
     pupil: Pupil
@@ -1598,11 +1646,15 @@ class SessionHelloParams(_SessionHelloParams, total=False):
     """The most that the session may do, where the token allows more."""
 
 class SessionHelloResultLimits(TypedDict):
+    """Part of a message."""
+
     message: float
     rate: float
     sockets: float
 
 class SessionHelloResult(TypedDict):
+    """Result of a method."""
+
     session: str
     resume: str
     resumed: bool
@@ -1613,15 +1665,19 @@ class SessionHelloResult(TypedDict):
     limits: SessionHelloResultLimits
 
 class SessionListParams(TypedDict):
-    pass
+    """Parameters of a method."""
 
 class SessionListResult(TypedDict):
+    """Result of a method."""
+
     sessions: list[Session]
 
 class ServerInfoParams(TypedDict):
-    pass
+    """Parameters of a method."""
 
 class ServerInfoResult(TypedDict):
+    """Result of a method."""
+
     version: str
     api: float
     uptime_s: float
@@ -1631,14 +1687,18 @@ class ServerInfoResult(TypedDict):
     features: list[str]
 
 class ArmListParams(TypedDict):
-    pass
+    """Parameters of a method."""
 
 class ArmListResultArmsItemWaitingItem(TypedDict):
+    """Part of a message."""
+
     session: str
     name: str
     asks: bool
 
 class ArmListResultArmsItem(TypedDict):
+    """Part of a message."""
+
     name: str
     port: str
     virtual: bool
@@ -1648,13 +1708,19 @@ class ArmListResultArmsItem(TypedDict):
     job: Union[str, None]
 
 class ArmListResult(TypedDict):
+    """Result of a method."""
+
     arms: list[ArmListResultArmsItem]
 
 class ArmInfoParams(TypedDict, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
 
 class ArmInfoResult(TypedDict):
+    """Result of a method."""
+
     port: str
     device_name: str
     device_sn: str
@@ -1671,20 +1737,28 @@ class ArmInfoResult(TypedDict):
     fence: Union[Fence, None]
 
 class ArmIoParams(TypedDict, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
 
 class ArmIoResultAnalog(TypedDict):
+    """Part of a message."""
+
     counts: float
     volts: float
 
 class ArmIoResultFunctionsItem(TypedDict):
+    """Part of a message."""
+
     value: float
     name: str
     about: str
     watch: Union[str, None]
 
 class ArmIoResultPinsItem(TypedDict):
+    """Part of a message."""
+
     address: float
     function: float
     can: Union[list[float], None]
@@ -1693,6 +1767,8 @@ class ArmIoResultPinsItem(TypedDict):
     duty_cycle: Union[float, None]
 
 class ArmIoResultRowsItem(TypedDict):
+    """Part of a message."""
+
     role: str
     command: str
     about: str
@@ -1701,12 +1777,16 @@ class ArmIoResultRowsItem(TypedDict):
     sets: Union[list[Field], None]
 
 class ArmIoResult(TypedDict):
+    """Result of a method."""
+
     analog: ArmIoResultAnalog
     functions: list[ArmIoResultFunctionsItem]
     pins: list[ArmIoResultPinsItem]
     rows: list[ArmIoResultRowsItem]
 
 class ArmStateParams(TypedDict, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
 
@@ -1715,6 +1795,8 @@ class _ArmSubscribeParams(TypedDict):
     """States a second."""
 
 class ArmSubscribeParams(_ArmSubscribeParams, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
     frame: Literal["json", "binary"]
@@ -1723,11 +1805,15 @@ class ArmSubscribeParams(_ArmSubscribeParams, total=False):
     """Pins to read as well: `kind` (input, output, analog) and `address` (1 to 20)."""
 
 class ArmSubscribeResult(TypedDict):
+    """Result of a method."""
+
     subscription: float
     rate: float
     fields: list[str]
 
 class ArmUnsubscribeParams(TypedDict):
+    """Parameters of a method."""
+
     subscription: int
     """Id of the subscription."""
 
@@ -1736,6 +1822,8 @@ class _ArmGetParams(TypedDict):
     """A command of the protocol."""
 
 class ArmGetParams(_ArmGetParams, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
     query: Fields
@@ -1746,6 +1834,8 @@ class _ArmSetParams(TypedDict):
     """A command of the protocol."""
 
 class ArmSetParams(_ArmSetParams, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
     fields: Fields
@@ -1758,6 +1848,8 @@ class _ArmEnqueueParams(TypedDict):
     """A command of the protocol that can be queued."""
 
 class ArmEnqueueParams(_ArmEnqueueParams, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
     fields: Fields
@@ -1766,6 +1858,8 @@ class ArmEnqueueParams(_ArmEnqueueParams, total=False):
     """That it is meant: for what is dangerous or may burn."""
 
 class ArmEnqueueResult(TypedDict):
+    """Result of a method."""
+
     index: float
 
 class _ArmMoveParams(TypedDict):
@@ -1773,6 +1867,8 @@ class _ArmMoveParams(TypedDict):
     """X, y, z (mm), r (deg), or four joints (deg); then the rail (mm) if there is one."""
 
 class ArmMoveParams(_ArmMoveParams, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
     by: Literal["joint", "linear", "jump"]
@@ -1785,21 +1881,29 @@ class ArmMoveParams(_ArmMoveParams, total=False):
     """Whether the answer comes when the arm is there; yes unless given."""
 
 class ArmMoveResultItem(TypedDict):
+    """Part of a message."""
+
     index: float
 
 class ArmHomeParams(TypedDict, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
     yes: bool
     """That it is meant: for what is dangerous or may burn."""
 
 class ArmClearAlarmsParams(TypedDict, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
     yes: bool
     """That it is meant: for what is dangerous or may burn."""
 
 class ArmToolParams(TypedDict, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
     tool: Union[Literal["none", "suction", "gripper", "pen", "laser"], list[float]]
@@ -1814,6 +1918,8 @@ class ArmToolParams(TypedDict, total=False):
     """That it is meant: for what is dangerous or may burn."""
 
 class ArmSpeedParams(TypedDict, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
     percent: float
@@ -1824,10 +1930,14 @@ class ArmSpeedParams(TypedDict, total=False):
     """Its fields."""
 
 class ArmAlarmsParams(TypedDict, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
 
 class ArmAlarmsResultAlarmsItem(TypedDict):
+    """Part of a message."""
+
     code: float
     name: str
     cause: str
@@ -1835,29 +1945,43 @@ class ArmAlarmsResultAlarmsItem(TypedDict):
     holds_queue: bool
 
 class ArmAlarmsResult(TypedDict):
+    """Result of a method."""
+
     alarms: list[ArmAlarmsResultAlarmsItem]
 
 class ArmStopParams(TypedDict, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
 
 class ArmStopResult(TypedDict):
+    """Result of a method."""
+
     arms: list[Stood]
 
 class ArmFenceParams(TypedDict, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
     set: Union[FenceChange, None]
     """The members to change: `floor` (mm), `box` {x, y, z: [least, most]} (mm), `keep_out` (boxes), `speed` (mm/s), `power` (percent), each or all null for no bound; for teachers."""
 
 class ArmFenceResult(TypedDict):
+    """Result of a method."""
+
     fence: Union[Fence, None]
 
 class ArmModelParams(TypedDict, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
 
 class ArmModelResultLinksItem(TypedDict):
+    """Part of a message."""
+
     name: str
     parent: Union[str, None]
     joint: Union[str, None]
@@ -1869,6 +1993,8 @@ class ArmModelResultLinksItem(TypedDict):
     color: str
 
 class ArmModelResultLimits(TypedDict):
+    """Part of a message."""
+
     j1: list[float]
     j2: list[float]
     j3: list[float]
@@ -1877,10 +2003,14 @@ class ArmModelResultLimits(TypedDict):
     l: Union[list[float], None]
 
 class ArmModelResultTool(TypedDict):
+    """Part of a message."""
+
     name: Union[str, None]
     bias: list[float]
 
 class ArmModelResult(TypedDict):
+    """Result of a method."""
+
     frame: str
     links: list[ArmModelResultLinksItem]
     limits: ArmModelResultLimits
@@ -1891,34 +2021,48 @@ class _EventsSinceParams(TypedDict):
     """The last event that is known; 0 for all."""
 
 class EventsSinceParams(_EventsSinceParams, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
 
 class EventsSinceResult(TypedDict):
+    """Result of a method."""
+
     events: list[Event]
     seq: float
 
 class LeaseAcquireParams(TypedDict, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
     wait_s: float
     """How long to wait for it, s; 0 unless given."""
 
 class LeaseRenewParams(TypedDict):
+    """Parameters of a method."""
+
     lease: str
     """The lease."""
 
 class LeaseReleaseParams(TypedDict):
+    """Parameters of a method."""
+
     lease: str
     """The lease."""
 
 class LeaseAskParams(TypedDict, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
     message: str
     """A sentence for the holder."""
 
 class LeaseAskResult(TypedDict):
+    """Result of a method."""
+
     granted: bool
     lease: str
     ttl_s: float
@@ -1930,10 +2074,14 @@ class _LeaseAnswerParams(TypedDict):
     """Whether it gets the lease."""
 
 class LeaseAnswerParams(_LeaseAnswerParams, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
 
 class LeaseTakeParams(TypedDict, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
 
@@ -1942,6 +2090,8 @@ class _JogStartParams(TypedDict):
     """Axis, joint or rail, and the direction."""
 
 class JogStartParams(_JogStartParams, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
     keep_ms: int
@@ -1950,19 +2100,27 @@ class JogStartParams(_JogStartParams, total=False):
     """Share of the set jog speed."""
 
 class JogStartResult(TypedDict):
+    """Result of a method."""
+
     jog: str
 
 class JogKeepParams(TypedDict):
+    """Parameters of a method."""
+
     jog: str
     """The jog."""
 
 class JogStopParams(TypedDict, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
     jog: str
     """The jog; that of the arm unless given."""
 
 class JogStopResult(TypedDict):
+    """Result of a method."""
+
     stood: bool
     pose: Pose
 
@@ -1973,6 +2131,8 @@ class _JogStepParams(TypedDict):
     """How far, with its sign: mm or deg."""
 
 class JogStepParams(_JogStepParams, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
     frame: Literal["base", "tool"]
@@ -1981,6 +2141,8 @@ class JogStepParams(_JogStepParams, total=False):
     """Share of the set speeds of moves."""
 
 class JobCheckParams(TypedDict, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
     program: str
@@ -2002,6 +2164,8 @@ _JobStartParamsWords = TypedDict(
 )
 
 class JobStartParams(_JobStartParamsWords, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
     program: str
@@ -2032,20 +2196,30 @@ class JobStartParams(_JobStartParamsWords, total=False):
     """Whether the answer comes when the check is over; yes unless given."""
 
 class JobStartResult(TypedDict):
+    """Result of a method."""
+
     job: str
 
 class JobGetParams(TypedDict):
+    """Parameters of a method."""
+
     job: str
     """The job."""
 
 class JobListParams(TypedDict, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
 
 class JobListResult(TypedDict):
+    """Result of a method."""
+
     jobs: list[Job]
 
 class JobPauseParams(TypedDict):
+    """Parameters of a method."""
+
     job: str
     """The job."""
 
@@ -2054,6 +2228,8 @@ class _JobResumeParams(TypedDict):
     """The job."""
 
 class JobResumeParams(_JobResumeParams, total=False):
+    """Parameters of a method."""
+
     approach: bool
     """Whether the arm may have been moved since; yes unless given."""
     overlap: float
@@ -2062,6 +2238,8 @@ class JobResumeParams(_JobResumeParams, total=False):
     """That it is meant: for what is dangerous or may burn."""
 
 class JobStopParams(TypedDict):
+    """Parameters of a method."""
+
     job: str
     """The job."""
 
@@ -2070,32 +2248,44 @@ class _ProgramPutParams(TypedDict):
     """The program."""
 
 class ProgramPutParams(_ProgramPutParams, total=False):
+    """Parameters of a method."""
+
     text: str
     """The program as text; or `data`."""
     data: str
     """The program's bytes in base64; or `text`."""
 
 class ProgramPutResult(TypedDict):
+    """Result of a method."""
+
     name: str
     bytes: float
 
 class ProgramListParams(TypedDict):
-    pass
+    """Parameters of a method."""
 
 class ProgramListResultProgramsItem(TypedDict):
+    """Part of a message."""
+
     name: str
     bytes: float
     modified: float
     format: Union[str, None]
 
 class ProgramListResult(TypedDict):
+    """Result of a method."""
+
     programs: list[ProgramListResultProgramsItem]
 
 class ProgramGetParams(TypedDict):
+    """Parameters of a method."""
+
     name: str
     """The program."""
 
 class ProgramGetResult(TypedDict):
+    """Result of a method."""
+
     name: str
     format: Union[str, None]
     data: str
@@ -2107,10 +2297,14 @@ class _ProgramConvertParams(TypedDict):
     """The name of the new program, whose ending says what it becomes: .plan.json, .playback, .svg, .png, .csv."""
 
 class ProgramConvertParams(_ProgramConvertParams, total=False):
+    """Parameters of a method."""
+
     setup: Setup
     """How it is drawn or engraved: the flags of `magician draw` and `magician engrave` in snake_case, `work` (draw, engrave), and `preset`, the name of a preset that says the rest; without it the program is run as it is."""
 
 class ProgramConvertResultNotesItem(TypedDict):
+    """Part of a message."""
+
     code: str
     text: str
 
@@ -2120,6 +2314,8 @@ _ProgramConvertResultWords = TypedDict(
 )
 
 class ProgramConvertResult(_ProgramConvertResultWords):
+    """Result of a method."""
+
     to: str
     steps: float
     lost: list[str]
@@ -2130,13 +2326,19 @@ class _ProgramOptionsParams(TypedDict):
     """A format, as `program.list` has it."""
 
 class ProgramOptionsParams(_ProgramOptionsParams, total=False):
+    """Parameters of a method."""
+
     all: bool
     """Whether all options come that count for it, not only the usual ones."""
 
 class ProgramOptionsResult(TypedDict):
+    """Result of a method."""
+
     options: list[Option]
 
 class ProgramDeleteParams(TypedDict):
+    """Parameters of a method."""
+
     name: str
     """The program."""
 
@@ -2145,6 +2347,8 @@ class _PresetSaveParams(TypedDict):
     """The preset: letters, digits, - and _."""
 
 class PresetSaveParams(_PresetSaveParams, total=False):
+    """Parameters of a method."""
+
     setup: Setup
     """What it says, as `job.check` takes it; or `text`."""
     note: str
@@ -2153,20 +2357,28 @@ class PresetSaveParams(_PresetSaveParams, total=False):
     """A file of a preset, TOML; or `setup`."""
 
 class PresetListParams(TypedDict):
-    pass
+    """Parameters of a method."""
 
 class PresetListResult(TypedDict):
+    """Result of a method."""
+
     presets: list[Preset]
 
 class PresetShowParams(TypedDict):
+    """Parameters of a method."""
+
     name: str
     """The preset: letters, digits, - and _."""
 
 class PresetRemoveParams(TypedDict):
+    """Parameters of a method."""
+
     name: str
     """The preset: letters, digits, - and _."""
 
 class SurfaceTouchParams(TypedDict, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
     forget: bool
@@ -2175,32 +2387,44 @@ class SurfaceTouchParams(TypedDict, total=False):
     """Takes an arm that is not known to be homed: perhaps in the wrong place."""
 
 class SurfaceTouchResultPlane(TypedDict):
+    """Part of a message."""
+
     at: list[float]
     z: float
     slope_x: float
     slope_y: float
 
 class SurfaceTouchResult(TypedDict):
+    """Result of a method."""
+
     touches: float
     plane: Union[SurfaceTouchResultPlane, None]
     residual: Union[float, None]
 
 class SurfaceGetParams(TypedDict, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
 
 class SurfaceGetResultPlane(TypedDict):
+    """Part of a message."""
+
     at: list[float]
     z: float
     slope_x: float
     slope_y: float
 
 class SurfaceGetResult(TypedDict):
+    """Result of a method."""
+
     touches: float
     plane: Union[SurfaceGetResultPlane, None]
     residual: Union[float, None]
 
 class TeachCaptureParams(TypedDict, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
     by: Literal["joint", "linear", "jump"]
@@ -2209,6 +2433,8 @@ class TeachCaptureParams(TypedDict, total=False):
     """Takes an arm that is not known to be homed: perhaps in the wrong place."""
 
 class TeachCaptureResult(TypedDict):
+    """Result of a method."""
+
     step: PlanStep
 
 class _TeachGuideParams(TypedDict):
@@ -2216,28 +2442,38 @@ class _TeachGuideParams(TypedDict):
     """Whether it tells; it ends with the lease as well."""
 
 class TeachGuideParams(_TeachGuideParams, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
     unhomed: bool
     """Takes an arm that is not known to be homed: perhaps in the wrong place."""
 
 class TeachRowsParams(TypedDict):
+    """Parameters of a method."""
+
     plan: Plan
     """A plan, as in plan files."""
 
 class TeachRowsResult(TypedDict):
+    """Result of a method."""
+
     title: str
     tool: Union[str, list[float], None]
     surface: Union[Surface, None]
     rows: list[Row]
 
 class TeachOutputParams(TypedDict):
+    """Parameters of a method."""
+
     address: int
     """The pin."""
     high: bool
     """Its level."""
 
 class TeachOutputResult(TypedDict):
+    """Result of a method."""
+
     step: PlanStep
 
 class _TeachPlanParams(TypedDict):
@@ -2245,6 +2481,8 @@ class _TeachPlanParams(TypedDict):
     """As `teach.rows` has them."""
 
 class TeachPlanParams(_TeachPlanParams, total=False):
+    """Parameters of a method."""
+
     title: str
     """What the plan is called."""
     tool: Union[Union[Literal["none", "suction", "gripper", "pen", "laser"], list[float]], None]
@@ -2253,16 +2491,22 @@ class TeachPlanParams(_TeachPlanParams, total=False):
     """The surface that it works on, as in plan files."""
 
 class TeachPlanResult(TypedDict):
+    """Result of a method."""
+
     plan: Plan
     first: list[float]
 
 class WorldLookParams(TypedDict, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
     mark: str
     """The `mark` of an earlier look: while the drawing is the same, `drawing` and `strokes` are null."""
 
 class WorldLookResultObjectsItem(TypedDict):
+    """Part of a message."""
+
     name: str
     at: list[float]
     turn: float
@@ -2271,11 +2515,15 @@ class WorldLookResultObjectsItem(TypedDict):
     held: bool
 
 class WorldLookResultTable(TypedDict):
+    """Part of a message."""
+
     height: float
     x: list[float]
     y: list[float]
 
 class WorldLookResultBelt(TypedDict):
+    """Part of a message."""
+
     start: list[float]
     direction: float
     length: float
@@ -2284,11 +2532,15 @@ class WorldLookResultBelt(TypedDict):
     travel: float
 
 class WorldLookResultStrokesItem(TypedDict):
+    """Part of a message."""
+
     burnt: bool
     power: float
     points: list[list[float]]
 
 class WorldLookResult(TypedDict):
+    """Result of a method."""
+
     objects: list[WorldLookResultObjectsItem]
     title: Union[str, None]
     table: Union[WorldLookResultTable, None]
@@ -2301,18 +2553,26 @@ class WorldLookResult(TypedDict):
     plugged: bool
 
 class WorldScenariosParams(TypedDict, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
 
 class WorldScenariosResultScenariosItem(TypedDict):
+    """Part of a message."""
+
     name: str
     title: str
     text: str
 
 class WorldScenariosResult(TypedDict):
+    """Result of a method."""
+
     scenarios: list[WorldScenariosResultScenariosItem]
 
 class WorldPressParams(TypedDict, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
     long: bool
@@ -2323,6 +2583,8 @@ class _WorldUnlockParams(TypedDict):
     """Whether it is held."""
 
 class WorldUnlockParams(_WorldUnlockParams, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
 
@@ -2331,6 +2593,8 @@ class _WorldUnplugParams(TypedDict):
     """Whether the cable is in."""
 
 class WorldUnplugParams(_WorldUnplugParams, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
 
@@ -2339,6 +2603,8 @@ class _WorldGuideParams(TypedDict):
     """Where the joints are bent to, deg, as far as they go."""
 
 class WorldGuideParams(_WorldGuideParams, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
 
@@ -2347,10 +2613,14 @@ class _WorldScenarioParams(TypedDict):
     """A scenario, TOML."""
 
 class WorldScenarioParams(_WorldScenarioParams, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
 
 class WorldScenarioResult(TypedDict):
+    """Result of a method."""
+
     objects: list[str]
 
 class _WorldPlaceParams(TypedDict):
@@ -2360,6 +2630,8 @@ class _WorldPlaceParams(TypedDict):
     """X, y, z of the middle of its underside, mm; it falls onto what is below."""
 
 class WorldPlaceParams(_WorldPlaceParams, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
 
@@ -2368,6 +2640,8 @@ class _WorldInputParams(TypedDict):
     """EIO address."""
 
 class WorldInputParams(_WorldInputParams, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
     level: bool
@@ -2380,6 +2654,8 @@ class _WorldFaultParams(TypedDict):
     """An alarm, a joint that slips, or a reset of the controller."""
 
 class WorldFaultParams(_WorldFaultParams, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
     alarm: int
@@ -2390,19 +2666,27 @@ class WorldFaultParams(_WorldFaultParams, total=False):
     """By how much, deg."""
 
 class RecordStartParams(TypedDict, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
     rate: int
     """Readings a second; 20 unless given."""
 
 class RecordStartResult(TypedDict):
+    """Result of a method."""
+
     name: str
 
 class RecordStopParams(TypedDict, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
 
 class RecordStopResult(TypedDict):
+    """Result of a method."""
+
     name: str
     seconds: float
     bytes: float
@@ -2412,10 +2696,14 @@ class _RecordSaveLastParams(TypedDict):
     """How far back, s."""
 
 class RecordSaveLastParams(_RecordSaveLastParams, total=False):
+    """Parameters of a method."""
+
     arm: str
     """Name of the arm."""
 
 class RecordSaveLastResult(TypedDict):
+    """Result of a method."""
+
     name: str
 
 class _MotionForwardParams(TypedDict):
@@ -2423,10 +2711,14 @@ class _MotionForwardParams(TypedDict):
     """The joints, deg."""
 
 class MotionForwardParams(_MotionForwardParams, total=False):
+    """Parameters of a method."""
+
     tool: Union[Literal["none", "suction", "gripper", "pen", "laser"], list[float]]
     """The tool whose tip is meant, or its tip from the flange (mm); none unless given."""
 
 class MotionForwardResult(TypedDict):
+    """Result of a method."""
+
     x: float
     y: float
     z: float
@@ -2437,10 +2729,14 @@ class _MotionInverseParams(TypedDict):
     """X, y, z (mm) and r (deg)."""
 
 class MotionInverseParams(_MotionInverseParams, total=False):
+    """Parameters of a method."""
+
     tool: Union[Literal["none", "suction", "gripper", "pen", "laser"], list[float]]
     """The tool whose tip is meant, or its tip from the flange (mm); none unless given."""
 
 class MotionInverseResult(TypedDict):
+    """Result of a method."""
+
     j1: float
     j2: float
     j3: float
@@ -2451,10 +2747,14 @@ class _MotionReachParams(TypedDict):
     """The height of the tip, mm."""
 
 class MotionReachParams(_MotionReachParams, total=False):
+    """Parameters of a method."""
+
     tool: Union[Literal["none", "suction", "gripper", "pen", "laser"], list[float]]
     """The tool whose tip is meant, or its tip from the flange (mm); none unless given."""
 
 class MotionReachResult(TypedDict):
+    """Result of a method."""
+
     outlines: list[list[list[float]]]
 
 class _ClassSetParams(TypedDict):
@@ -2462,10 +2762,14 @@ class _ClassSetParams(TypedDict):
     """A class file, TOML; empty text ends the class."""
 
 class ClassSetParams(_ClassSetParams, total=False):
+    """Parameters of a method."""
+
     elsewhere: bool
     """That arms which this station has not are other stations' of its site, not mistakes."""
 
 class ClassSetResultClass(TypedDict):
+    """Part of a message."""
+
     turn_s: float
     grace_s: float
     finish_job: bool
@@ -2473,6 +2777,8 @@ class ClassSetResultClass(TypedDict):
     fence: Union[FenceChange, None]
 
 class ClassSetResultPupilsItem(TypedDict):
+    """Part of a message."""
+
     name: str
     group: Union[str, None]
     code: Union[str, None]
@@ -2483,14 +2789,18 @@ _ClassSetResultWords = TypedDict(
 )
 
 class ClassSetResult(_ClassSetResultWords):
+    """Result of a method."""
+
     groups: dict[str, list[str]]
     pupils: list[ClassSetResultPupilsItem]
     text: Union[str, None]
 
 class ClassGetParams(TypedDict):
-    pass
+    """Parameters of a method."""
 
 class ClassGetResultClass(TypedDict):
+    """Part of a message."""
+
     turn_s: float
     grace_s: float
     finish_job: bool
@@ -2498,6 +2808,8 @@ class ClassGetResultClass(TypedDict):
     fence: Union[FenceChange, None]
 
 class ClassGetResultPupilsItem(TypedDict):
+    """Part of a message."""
+
     name: str
     group: Union[str, None]
     code: Union[str, None]
@@ -2508,15 +2820,21 @@ _ClassGetResultWords = TypedDict(
 )
 
 class ClassGetResult(_ClassGetResultWords):
+    """Result of a method."""
+
     groups: dict[str, list[str]]
     pupils: list[ClassGetResultPupilsItem]
     text: Union[str, None]
 
 class ClassCodesParams(TypedDict, total=False):
+    """Parameters of a method."""
+
     pupils: list[str]
     """Whose; of all unless given."""
 
 class ClassCodesResultClass(TypedDict):
+    """Part of a message."""
+
     turn_s: float
     grace_s: float
     finish_job: bool
@@ -2524,6 +2842,8 @@ class ClassCodesResultClass(TypedDict):
     fence: Union[FenceChange, None]
 
 class ClassCodesResultPupilsItem(TypedDict):
+    """Part of a message."""
+
     name: str
     group: Union[str, None]
     code: Union[str, None]
@@ -2534,25 +2854,37 @@ _ClassCodesResultWords = TypedDict(
 )
 
 class ClassCodesResult(_ClassCodesResultWords):
+    """Result of a method."""
+
     groups: dict[str, list[str]]
     pupils: list[ClassCodesResultPupilsItem]
     text: Union[str, None]
 
 class ClassFreezeParams(TypedDict, total=False):
+    """Parameters of a method."""
+
     arms: list[str]
     """Names of arms; all unless given."""
 
 class ClassFreezeResult(TypedDict):
+    """Result of a method."""
+
     arms: list[str]
 
 class ClassFreeParams(TypedDict, total=False):
+    """Parameters of a method."""
+
     arms: list[str]
     """Names of arms; all unless given."""
 
 class ClassFreeResult(TypedDict):
+    """Result of a method."""
+
     arms: list[str]
 
 class ClassSendParams(TypedDict, total=False):
+    """Parameters of a method."""
+
     program: str
     """A program of the library; or `text`, or `data`."""
     text: str
@@ -2569,18 +2901,24 @@ class ClassSendParams(TypedDict, total=False):
     """That it may burn."""
 
 class ClassSendResultJobsItem(TypedDict):
+    """Part of a message."""
+
     arm: str
     job: Union[str, None]
     state: Union[str, None]
     error: Union[str, None]
 
 class ClassSendResult(TypedDict):
+    """Result of a method."""
+
     jobs: list[ClassSendResultJobsItem]
 
 class ClassResultsParams(TypedDict):
-    pass
+    """Parameters of a method."""
 
 class ClassResultsResultResultsItem(TypedDict):
+    """Part of a message."""
+
     job: str
     pupil: str
     group: Union[str, None]
@@ -2591,18 +2929,24 @@ class ClassResultsResultResultsItem(TypedDict):
     strokes: list[list[list[float]]]
 
 class ClassResultsResult(TypedDict):
+    """Result of a method."""
+
     results: list[ClassResultsResultResultsItem]
 
 class TurnJoinParams(TypedDict, total=False):
+    """Parameters of a method."""
+
     arm: str
     """The arm; without it any of the group's, or any at all."""
     group: str
     """The group whose arms are meant; the pupil's own unless given."""
 
 class TurnLeaveParams(TypedDict):
-    pass
+    """Parameters of a method."""
 
 class TurnListParams(TypedDict, total=False):
+    """Parameters of a method."""
+
     group: str
     """As for `turn.join`: whose arms are told in `you`."""
 
@@ -2611,6 +2955,8 @@ class _ScheduleSetParams(TypedDict):
     """A schedule, TOML; empty text lets everybody in at any time."""
 
 class ScheduleSetParams(_ScheduleSetParams, total=False):
+    """Parameters of a method."""
+
     elsewhere: bool
     """That arms which this station has not are other stations' of its site, not mistakes."""
 
@@ -2620,18 +2966,22 @@ _ScheduleSetResultSlotsItemWords = TypedDict(
 )
 
 class ScheduleSetResultSlotsItem(_ScheduleSetResultSlotsItemWords):
+    """Part of a message."""
+
     arms: list[str]
     who: list[str]
     days: Union[list[str], None]
     until: float
 
 class ScheduleSetResult(TypedDict):
+    """Result of a method."""
+
     text: str
     slots: list[ScheduleSetResultSlotsItem]
     now: float
 
 class ScheduleGetParams(TypedDict):
-    pass
+    """Parameters of a method."""
 
 _ScheduleGetResultSlotsItemWords = TypedDict(
     "_ScheduleGetResultSlotsItemWords",
@@ -2639,27 +2989,37 @@ _ScheduleGetResultSlotsItemWords = TypedDict(
 )
 
 class ScheduleGetResultSlotsItem(_ScheduleGetResultSlotsItemWords):
+    """Part of a message."""
+
     arms: list[str]
     who: list[str]
     days: Union[list[str], None]
     until: float
 
 class ScheduleGetResult(TypedDict):
+    """Result of a method."""
+
     text: str
     slots: list[ScheduleGetResultSlotsItem]
     now: float
 
 class SessionChangedNotification(TypedDict):
+    """Parameters of a notification."""
+
     sessions: list[Session]
     """All sessions."""
 
 class LeaseChangedNotification(TypedDict):
+    """Parameters of a notification."""
+
     arm: str
     """Name of the arm."""
     holder: Union[Holder, None]
     """Who has it now; null: nobody has it."""
 
 class LeaseAskedNotification(TypedDict):
+    """Parameters of a notification."""
+
     arm: str
     """Name of the arm."""
     session: str
@@ -2670,16 +3030,22 @@ class LeaseAskedNotification(TypedDict):
     """Its sentence; null: it says nothing."""
 
 class LeaseQueueNotification(TypedDict):
+    """Parameters of a notification."""
+
     arm: str
     """Name of the arm."""
     place: int
     """Its place, from 1."""
 
 class JobChangedNotification(TypedDict):
+    """Parameters of a notification."""
+
     job: Job
     """All of it, as `job.get` answers it."""
 
 class JogEndedNotification(TypedDict):
+    """Parameters of a notification."""
+
     arm: str
     """Name of the arm."""
     jog: str
@@ -2688,16 +3054,22 @@ class JogEndedNotification(TypedDict):
     """Why it ended: its session stopped it or went away; it was not kept up; a stop of the arm came; the lease ended; the line broke; the same session began another one; the arm came to a limit or to its fence."""
 
 class ArmStateNotification(TypedDict):
+    """Parameters of a notification."""
+
     subscription: int
     """Of which subscription of this socket."""
     state: StateChange
     """What is to be merged into the last state."""
 
 class ServerEndingNotification(TypedDict):
+    """Parameters of a notification."""
+
     left_s: float
     """How long it is until then, s."""
 
 class TurnChangedNotificationArmsItem(TypedDict):
+    """Part of a message."""
+
     arm: str
     """Its name."""
     person: Union[str, None]
@@ -2710,6 +3082,8 @@ class TurnChangedNotificationArmsItem(TypedDict):
     """Whether a teacher has frozen the arm."""
 
 class TurnChangedNotificationQueueItem(TypedDict):
+    """Part of a message."""
+
     place: int
     """From 1."""
     person: str
@@ -2720,6 +3094,8 @@ class TurnChangedNotificationQueueItem(TypedDict):
     """Whether a turn came while the person was not there."""
 
 class TurnChangedNotification(TypedDict):
+    """Parameters of a notification."""
+
     turn_s: Union[float, None]
     """How long a turn is; 0 without end, s; null: there are no turns."""
     arms: list[TurnChangedNotificationArmsItem]
@@ -2728,6 +3104,8 @@ class TurnChangedNotification(TypedDict):
     """Who waits, in order."""
 
 class TurnEndingNotification(TypedDict):
+    """Parameters of a notification."""
+
     arm: str
     """Name of the arm."""
     person: str
@@ -2736,6 +3114,8 @@ class TurnEndingNotification(TypedDict):
     """How long it is until then, s."""
 
 class TurnGrantedNotification(TypedDict):
+    """Parameters of a notification."""
+
     arm: str
     """Name of the arm."""
     lease: str
