@@ -9,6 +9,7 @@ import { fileURLToPath } from "node:url";
 import { app } from "./app.mjs";
 import { Browser, Station, is, near } from "./bench.mjs";
 import { classes } from "./arms.mjs";
+import { client } from "./client.mjs";
 import { drawing } from "./draw.mjs";
 import { firsts } from "./firsts.mjs";
 import { looks } from "./looks.mjs";
@@ -431,6 +432,7 @@ drawing(test, { station, browser, url, closed, shots, outlives: true });
 firsts(test, { browser, program, shots });
 tasks(test, { browser, station, closed });
 looks(test, { browser, station, shots });
+client(test, { browser, program });
 
 const swap = (to) => ({ station, browser, url } = to);
 const shared = [...tests];

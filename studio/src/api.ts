@@ -1,6 +1,8 @@
 // The methods of a station. Written by `cargo xtask studio-api` from the table that the station itself works by.
 
 export type State = {
+  t: number;
+  arm: string;
   x: number;
   y: number;
   z: number;
@@ -9,29 +11,33 @@ export type State = {
   j2: number;
   j3: number;
   j4: number;
-  t: number;
-  arm: string;
+  rail: number | null;
   current_index: number;
   left_space: number;
   alarms: number[];
-  link: string;
+  link: "up" | "lost";
   moving: boolean;
   homed: boolean | null;
-  rail: number | null;
   tool: Tool;
   speed: number | null;
-  pins: unknown[];
+  pins: Pin[];
   job: string | null;
   jog: string | null;
   holder: Holder | null;
 };
 
 export type Tool = {
-  name: string | null;
-  bias: number[] | null;
+  name: "none" | "suction" | "gripper" | "pen" | "laser" | null;
+  bias: [number, number, number] | null;
   suction: boolean | null;
-  gripper: string | null;
+  gripper: "open" | "closed" | "off" | null;
   laser: boolean | null;
+};
+
+export type Pin = {
+  kind: "input" | "output" | "analog";
+  address: number;
+  value: number;
 };
 
 export type Holder = {
@@ -50,17 +56,31 @@ export type Pose = {
   j4: number;
 };
 
+export type Stood = {
+  arm: string;
+  stood: boolean;
+  pose: Pose;
+};
+
 export type Lease = {
   arm: string;
   lease: string;
   ttl_s: number;
 };
 
+export type Session = {
+  session: string;
+  name: string;
+  role: "viewer" | "student" | "teacher";
+  leases: string[];
+  since: number;
+};
+
 export type Job = {
   job: string;
   arm: string;
   title: string | null;
-  state: string;
+  state: "queued" | "checking" | "running" | "pausing" | "paused" | "stopping" | "done" | "stopped" | "failed" | "interrupted";
   step: number;
   steps: number | null;
   first_step: number | null;
@@ -73,13 +93,484 @@ export type Job = {
   ended: number | null;
   holder: Holder | null;
   part: number | null;
-  reason: string | null;
+  reason: "person" | "part" | "program" | "stopped" | "yes" | null;
   text: string | null;
   place: number | null;
-  error: {
-    message: string;
-  } | null;
+  error: JobError | null;
   notes: Note[] | null;
+};
+
+export type JobError = {
+  kind?: string;
+  code?: string;
+  param?: string;
+  row?: number;
+  method?: string;
+  command?: string;
+  danger?: "laser" | "arm";
+  step?: number;
+  value?: number;
+  limit?: number;
+  unit?: string;
+  fence?: string;
+  from?: number;
+  to?: number;
+  remedies?: Remedy[];
+  report?: Report;
+  expected?: Pose;
+  pose?: Pose;
+  arm?: string;
+  arms?: Stood[];
+  role?: "viewer" | "student" | "teacher";
+  needs?: "viewer" | "student" | "teacher";
+  holder?: Holder | null;
+  free_in_s?: number;
+  by?: string | null;
+  job?: string;
+  jog?: string;
+  recording?: string;
+  message: string;
+};
+
+export type ErrorData = {
+  kind?: string;
+  code?: string;
+  param?: string;
+  row?: number;
+  method?: string;
+  command?: string;
+  danger?: "laser" | "arm";
+  step?: number;
+  value?: number;
+  limit?: number;
+  unit?: string;
+  fence?: string;
+  from?: number;
+  to?: number;
+  remedies?: Remedy[];
+  report?: Report;
+  expected?: Pose;
+  pose?: Pose;
+  arm?: string;
+  arms?: Stood[];
+  role?: "viewer" | "student" | "teacher";
+  needs?: "viewer" | "student" | "teacher";
+  holder?: Holder | null;
+  free_in_s?: number;
+  by?: string | null;
+  job?: string;
+  jog?: string;
+  recording?: string;
+};
+
+export type Remedy = {
+  action?: string;
+  option?: string;
+  value?: number | boolean | string | number[];
+  without?: string;
+  system?: string;
+  effect?: string;
+};
+
+export type Turns = {
+  turn_s: number | null;
+  arms: Array<{
+    arm: string;
+    person: string | null;
+    state: "running" | "kept" | "suspended" | null;
+    left_s: number | null;
+    frozen: boolean;
+  }>;
+  queue: Array<{
+    place: number;
+    person: string;
+    arms: string[];
+    missed: boolean;
+  }>;
+};
+
+export type TurnList = {
+  turn_s: number | null;
+  arms: Array<{
+    arm: string;
+    person: string | null;
+    state: "running" | "kept" | "suspended" | null;
+    left_s: number | null;
+    frozen: boolean;
+  }>;
+  queue: Array<{
+    place: number;
+    person: string;
+    arms: string[];
+    missed: boolean;
+  }>;
+  you?: {
+    person: string | null;
+    arms: string[];
+  };
+};
+
+export type ClientName = {
+  name: string;
+  version?: string;
+};
+
+export type Pupil = {
+  name: string;
+  code: string;
+};
+
+export type PinAddress = {
+  kind: "input" | "output" | "analog";
+  address: number;
+};
+
+export type Laser = {
+  on: boolean;
+  power?: number;
+};
+
+export type Box = {
+  x: [number, number];
+  y: [number, number];
+  z: [number, number];
+};
+
+export type Fence = {
+  floor: number | null;
+  box: Box | null;
+  keep_out: Box[];
+  speed: number | null;
+  power: number | null;
+};
+
+export type FenceChange = {
+  floor?: number | null;
+  box?: Box | null;
+  keep_out?: Box[] | null;
+  speed?: number | null;
+  power?: number | null;
+};
+
+export type Surface = {
+  height: number;
+  slope?: [number, number];
+};
+
+export type Row = {
+  name: string;
+  motion: PlanStep | null;
+  gripper: "off" | "open" | "close" | null;
+  suction: boolean | null;
+  wait: number | null;
+};
+
+export type GivenRow = {
+  name?: string;
+  motion?: PlanStep | null;
+  gripper?: "off" | "open" | "close" | null;
+  suction?: boolean | null;
+  wait?: number | null;
+};
+
+export type StateChange = {
+  t: number;
+  arm?: string;
+  x?: number;
+  y?: number;
+  z?: number;
+  r?: number;
+  j1?: number;
+  j2?: number;
+  j3?: number;
+  j4?: number;
+  rail?: number | null;
+  current_index?: number;
+  left_space?: number;
+  alarms?: number[];
+  link?: "up" | "lost";
+  moving?: boolean;
+  homed?: boolean | null;
+  tool?: Tool;
+  speed?: number | null;
+  pins?: Pin[];
+  job?: string | null;
+  jog?: string | null;
+  holder?: Holder | null;
+};
+
+export type Event = {
+  arm: string;
+  seq: number;
+  t: number;
+  event: "alarm-raised";
+  code: number;
+} | {
+  arm: string;
+  seq: number;
+  t: number;
+  event: "alarm-cleared";
+  code: number;
+} | {
+  arm: string;
+  seq: number;
+  t: number;
+  event: "command-finished";
+  index: number;
+} | {
+  arm: string;
+  seq: number;
+  t: number;
+  event: "unaccounted";
+  index: number;
+} | {
+  arm: string;
+  seq: number;
+  t: number;
+  event: "link-lost";
+} | {
+  arm: string;
+  seq: number;
+  t: number;
+  event: "link-found";
+} | {
+  arm: string;
+  seq: number;
+  t: number;
+  event: "reset";
+} | {
+  arm: string;
+  seq: number;
+  t: number;
+  event: "missed";
+  count: number;
+} | {
+  arm: string;
+  seq: number;
+  t: number;
+  event: "hand-trigger";
+  step: PlanStep;
+} | {
+  arm: string;
+  seq: number;
+  t: number;
+  event: "stop";
+  by: string | null;
+} | {
+  arm: string;
+  seq: number;
+  t: number;
+  event: "lease";
+  holder: Holder | null;
+} | {
+  arm: string;
+  seq: number;
+  t: number;
+  event: "job";
+  job: string;
+  state: "queued" | "checking" | "running" | "pausing" | "paused" | "stopping" | "done" | "stopped" | "failed" | "interrupted";
+} | {
+  arm: string;
+  seq: number;
+  t: number;
+  event: "jog";
+  jog: string;
+  axis?: "x+" | "x-" | "y+" | "y-" | "z+" | "z-" | "r+" | "r-" | "j1+" | "j1-" | "j2+" | "j2-" | "j3+" | "j3-" | "j4+" | "j4-" | "l+" | "l-";
+  why?: "released" | "not-kept" | "stopped" | "lease" | "link" | "replaced" | "limit";
+} | {
+  arm: string;
+  seq: number;
+  t: number;
+  event: "recording-saved";
+  name: string;
+  bytes: number;
+} | {
+  arm: string;
+  seq: number;
+  t: number;
+  event: "recording-lost";
+  name: string;
+  message: string;
+};
+
+export type Fields = Record<string, number | string | boolean | Array<number | string | Record<string, number>>>;
+
+export type Setup = {
+  preset?: string;
+  work?: "draw" | "engrave";
+  font?: string;
+  size?: number;
+  wrap?: number;
+  place?: boolean;
+  tool?: string | number[];
+  fill?: "none" | "hatch" | "cross" | "contour";
+  image?: "outline" | "centerline" | "halftone" | "squiggle" | "hatch";
+  surface?: number;
+  at?: number[];
+  scale?: number;
+  width?: number;
+  rotate?: number;
+  fit?: boolean;
+  height?: number;
+  clip_page?: boolean;
+  page?: string;
+  margin?: number;
+  turn?: boolean;
+  mirror?: boolean;
+  move?: number[];
+  grid?: string;
+  raw?: boolean;
+  fill_spacing?: number;
+  fill_angle?: number;
+  fill_inset?: number;
+  white?: "skip" | "draw";
+  align?: "left" | "center" | "right";
+  line_height?: number;
+  text?: "outline" | "stroke";
+  system_fonts?: "on" | "off";
+  strict_text?: boolean;
+  parts?: "none" | "layer" | "color";
+  only?: string[];
+  passes?: number;
+  pens?: PenSetup[];
+  no_pause?: boolean;
+  levels?: number;
+  despeckle?: number;
+  pen_width?: number;
+  spacing?: number;
+  threshold?: number;
+  crop?: number[];
+  brightness?: number;
+  contrast?: number;
+  gamma?: number;
+  invert?: boolean;
+  power?: number | string;
+  mode?: "grey" | "threshold" | "dither";
+  one_way?: boolean;
+  overscan?: number;
+  frame?: "box" | "hull" | "outline";
+  frame_power?: number;
+  lift?: number;
+  hop?: number;
+  travel_speed?: number;
+  stay?: boolean;
+  depths?: "flatten" | "keep";
+  order?: boolean;
+  merge?: number;
+  dedupe?: boolean;
+  simplify?: number;
+  tolerance?: number;
+  speed?: number;
+  speed_ratio?: number;
+  park?: number[];
+  dialect?: "pen" | "laser" | "servo";
+  s_max?: number;
+  pen_z?: number;
+  start?: number[];
+  resample?: number;
+};
+
+export type PenSetup = {
+  match: string | number;
+  surface_offset?: number;
+  lift?: number;
+  speed?: number;
+  power?: number;
+  passes?: number;
+  fill?: string;
+};
+
+export type Plan = {
+  steps: PlanStep[];
+  format: "magician-plan";
+  version: 1 | 2;
+  title?: string;
+  tool?: null | "none" | "suction" | "gripper" | "pen" | "laser" | number[];
+  surface?: null | {
+    height: number;
+    slope?: number[];
+  };
+  names?: string[];
+};
+
+export type PlanOrigin = number[];
+
+export type PlanName = string | number;
+
+export type PlanOutput = {
+  ratio: number;
+  address: number;
+  level: number;
+};
+
+export type PlanStep = {
+  move: number[];
+  by?: "joints" | "line" | "jump";
+  at?: PlanOrigin;
+  name?: PlanName;
+} | {
+  joints: number[];
+  by?: "joints" | "line" | "jump";
+  at?: PlanOrigin;
+  name?: PlanName;
+} | {
+  shift: number[];
+  by?: "joints" | "line";
+  at?: PlanOrigin;
+  name?: PlanName;
+} | {
+  arc: number[];
+  via: number[];
+  at?: PlanOrigin;
+  name?: PlanName;
+} | {
+  path: number[];
+  at?: PlanOrigin;
+  name?: PlanName;
+} | {
+  burn: number[];
+  power: number;
+  at?: PlanOrigin;
+  name?: PlanName;
+} | {
+  suction: boolean;
+  at?: PlanOrigin;
+  name?: PlanName;
+} | {
+  gripper: "off" | "open" | "close";
+  at?: PlanOrigin;
+  name?: PlanName;
+} | {
+  laser: boolean;
+  at?: PlanOrigin;
+  name?: PlanName;
+} | {
+  part: {
+    n: number;
+    name?: null | string;
+    color?: null | string;
+    pass?: number;
+  };
+  at?: PlanOrigin;
+  name?: PlanName;
+} | {
+  pause: string;
+  reason: "part" | "program";
+  at?: PlanOrigin;
+  name?: PlanName;
+} | {
+  wait: number;
+  at?: PlanOrigin;
+  name?: PlanName;
+} | {
+  home: true;
+  at?: PlanOrigin;
+  name?: PlanName;
+} | {
+  command: string;
+  values?: Record<string, number | string | Array<number | string | PlanOutput>>;
+  at?: PlanOrigin;
+  name?: PlanName;
 };
 
 export type Field = {
@@ -171,7 +662,7 @@ export type Complaint = {
   fence?: string;
   from?: number;
   to?: number;
-  remedies?: Array<Record<string, unknown>>;
+  remedies?: Remedy[];
 };
 
 export type Note = {
@@ -179,7 +670,7 @@ export type Note = {
   text: string;
   line?: number;
   element?: string;
-  remedies?: Array<Record<string, unknown>>;
+  remedies?: Remedy[];
 };
 
 export type Part = {
@@ -208,7 +699,7 @@ export type Preset = {
   shipped: boolean;
   note: string | null;
   path: string | null;
-  options?: Record<string, unknown>;
+  options?: Setup;
   text?: string;
   problem?: string;
 };
@@ -217,9 +708,9 @@ export interface Methods {
   /** Begins the session. The first message of a socket, once. */
   "session.hello": {
     params: {
-      client: Record<string, unknown>;
+      client: ClientName;
       token?: string;
-      pupil?: Record<string, unknown>;
+      pupil?: Pupil;
       resume?: string;
       role?: "viewer" | "student" | "teacher";
     };
@@ -243,13 +734,7 @@ export interface Methods {
     params: {
     };
     result: {
-      sessions: Array<{
-        session: string;
-        name: string;
-        role: string;
-        leases: string[];
-        since: number;
-      }>;
+      sessions: Session[];
     };
   };
   /** The station itself. */
@@ -263,6 +748,7 @@ export interface Methods {
       arms: string[];
       programs: string | null;
       recording: boolean;
+      features: string[];
     };
   };
   /** The arms of the station. */
@@ -304,7 +790,7 @@ export interface Methods {
       laser: boolean | null;
       suction: boolean | null;
       gripper: string | null;
-      fence: Record<string, unknown> | null;
+      fence: Fence | null;
     };
   };
   /** What the pins, sensors and steppers of an arm are and do, by the protocol's table: for pages that know no command. */
@@ -354,7 +840,7 @@ export interface Methods {
       arm?: string;
       rate: number;
       frame?: "json" | "binary";
-      pins?: Array<Record<string, unknown>>;
+      pins?: PinAddress[];
     };
     result: {
       subscription: number;
@@ -374,16 +860,16 @@ export interface Methods {
     params: {
       arm?: string;
       command: string;
-      query?: Record<string, unknown>;
+      query?: Fields;
     };
-    result: Record<string, unknown>;
+    result: Fields;
   };
   /** Sends a command that acts at once. */
   "arm.set": {
     params: {
       arm?: string;
       command: string;
-      fields?: Record<string, unknown>;
+      fields?: Fields;
       yes?: boolean;
     };
     result: null;
@@ -393,7 +879,7 @@ export interface Methods {
     params: {
       arm?: string;
       command: string;
-      fields?: Record<string, unknown>;
+      fields?: Fields;
       yes?: boolean;
     };
     result: {
@@ -437,7 +923,7 @@ export interface Methods {
       tool?: "none" | "suction" | "gripper" | "pen" | "laser" | number[];
       suction?: boolean;
       gripper?: "open" | "closed" | "off";
-      laser?: Record<string, unknown>;
+      laser?: Laser;
       yes?: boolean;
     };
     result: State;
@@ -448,7 +934,7 @@ export interface Methods {
       arm?: string;
       percent?: number;
       row?: string;
-      fields?: Record<string, unknown>;
+      fields?: Fields;
     };
     result: null;
   };
@@ -473,27 +959,17 @@ export interface Methods {
       arm?: string;
     };
     result: {
-      arms: Array<{
-        stood: boolean;
-        pose: Pose;
-        arm: string;
-      }>;
+      arms: Stood[];
     };
   };
   /** The fence of an arm: what crosses it is refused as `unreachable`. A change ends what is under way. */
   "arm.fence": {
     params: {
       arm?: string;
-      set?: Record<string, unknown> | null;
+      set?: FenceChange | null;
     };
     result: {
-      fence: {
-        floor: number | null;
-        box: Record<string, [number, number]> | null;
-        keep_out: unknown[];
-        speed: number | null;
-        power: number | null;
-      } | null;
+      fence: Fence | null;
     };
   };
   /** The arm as a chain of links, its limits and its tool, for pages that draw it. */
@@ -535,12 +1011,7 @@ export interface Methods {
       seq: number;
     };
     result: {
-      events: Array<{
-        arm: string;
-        seq: number;
-        t: number;
-        event: string;
-      }>;
+      events: Event[];
       seq: number;
     };
   };
@@ -643,7 +1114,7 @@ export interface Methods {
       text?: string;
       data?: string;
       format?: string;
-      setup?: Record<string, unknown>;
+      setup?: Setup;
       preview?: boolean;
     };
     result: Report;
@@ -656,7 +1127,7 @@ export interface Methods {
       text?: string;
       data?: string;
       format?: string;
-      setup?: Record<string, unknown>;
+      setup?: Setup;
       from?: number;
       loops?: number;
       keep?: boolean;
@@ -752,7 +1223,7 @@ export interface Methods {
     params: {
       name: string;
       to: string;
-      setup?: Record<string, unknown>;
+      setup?: Setup;
     };
     result: {
       from: string;
@@ -786,7 +1257,7 @@ export interface Methods {
   "preset.save": {
     params: {
       name: string;
-      setup?: Record<string, unknown>;
+      setup?: Setup;
       note?: string;
       text?: string;
     };
@@ -856,11 +1327,7 @@ export interface Methods {
       unhomed?: boolean;
     };
     result: {
-      step: {
-        move: number[];
-        by: string;
-        name: string;
-      };
+      step: PlanStep;
     };
   };
   /** Has the arm tell where its unlock key is released: each time an event `hand-trigger` with the `step` that leads there. */
@@ -875,19 +1342,13 @@ export interface Methods {
   /** A plan as rows of a table: in each where the arm goes, what its tool does there, and how long it stays. */
   "teach.rows": {
     params: {
-      plan: Record<string, unknown>;
+      plan: Plan;
     };
     result: {
       title: string;
       tool: string | number[] | null;
-      surface: Record<string, unknown> | null;
-      rows: Array<{
-        name: string;
-        motion: Record<string, unknown> | null;
-        gripper: string | null;
-        suction: boolean | null;
-        wait: number | null;
-      }>;
+      surface: Surface | null;
+      rows: Row[];
     };
   };
   /** A step of a program that sets the level of an output. */
@@ -897,13 +1358,7 @@ export interface Methods {
       high: boolean;
     };
     result: {
-      step: {
-        command: string;
-        values: {
-          address: number;
-          level: number;
-        };
-      };
+      step: PlanStep;
     };
   };
   /** The plan of rows. What is wrong names its row in `data.row`. */
@@ -911,11 +1366,11 @@ export interface Methods {
     params: {
       title?: string;
       tool?: "none" | "suction" | "gripper" | "pen" | "laser" | number[] | null;
-      surface?: Record<string, unknown> | null;
-      rows: Array<Record<string, unknown>>;
+      surface?: Surface | null;
+      rows: GivenRow[];
     };
     result: {
-      plan: Record<string, unknown>;
+      plan: Plan;
       first: number[];
     };
   };
@@ -1124,16 +1579,15 @@ export interface Methods {
         grace_s: number;
         finish_job: boolean;
         speed: number | null;
-        fence: Record<string, unknown> | null;
+        fence: FenceChange | null;
       } | null;
-      groups: {
-      };
+      groups: Record<string, string[]>;
       pupils: Array<{
         name: string;
         group: string | null;
         code: string | null;
       }>;
-      text: string;
+      text: string | null;
     };
   };
   /** The class: its rules and pupils. */
@@ -1146,16 +1600,15 @@ export interface Methods {
         grace_s: number;
         finish_job: boolean;
         speed: number | null;
-        fence: Record<string, unknown> | null;
+        fence: FenceChange | null;
       } | null;
-      groups: {
-      };
+      groups: Record<string, string[]>;
       pupils: Array<{
         name: string;
         group: string | null;
         code: string | null;
       }>;
-      text: string;
+      text: string | null;
     };
   };
   /** Makes new codes: pupils who signed in with an old code have to sign in again. */
@@ -1169,16 +1622,15 @@ export interface Methods {
         grace_s: number;
         finish_job: boolean;
         speed: number | null;
-        fence: Record<string, unknown> | null;
+        fence: FenceChange | null;
       } | null;
-      groups: {
-      };
+      groups: Record<string, string[]>;
       pupils: Array<{
         name: string;
         group: string | null;
         code: string | null;
       }>;
-      text: string;
+      text: string | null;
     };
   };
   /** Stops arms: jobs pause, the rest ends, the laser is off. Nobody but a teacher moves them until `class.free`; the time of turns stands. */
@@ -1206,7 +1658,7 @@ export interface Methods {
       text?: string;
       data?: string;
       format?: string;
-      setup?: Record<string, unknown>;
+      setup?: Setup;
       arms?: string[];
       yes?: boolean;
     };
@@ -1242,22 +1694,7 @@ export interface Methods {
       arm?: string;
       group?: string;
     };
-    result: {
-      turn_s: number | null;
-      arms: Array<{
-        arm: string;
-        person: string | null;
-        state: string | null;
-        left_s: number | null;
-        frozen: boolean;
-      }>;
-      queue: Array<{
-        place: number;
-        person: string;
-        arms: string[];
-        missed: boolean;
-      }>;
-    };
+    result: TurnList;
   };
   /** Gives turn and place up. */
   "turn.leave": {
@@ -1270,22 +1707,7 @@ export interface Methods {
     params: {
       group?: string;
     };
-    result: {
-      turn_s: number | null;
-      arms: Array<{
-        arm: string;
-        person: string | null;
-        state: string | null;
-        left_s: number | null;
-        frozen: boolean;
-      }>;
-      queue: Array<{
-        place: number;
-        person: string;
-        arms: string[];
-        missed: boolean;
-      }>;
-    };
+    result: TurnList;
   };
   /** Says who may have the lease of which arm when, by the station's own clock. An arm that is in no slot is free at any time. */
   "schedule.set": {
@@ -1321,4 +1743,80 @@ export interface Methods {
       now: number;
     };
   };
+}
+
+/** What a station tells by itself: parameters by notification. */
+export interface Notifications {
+  /** A session came, went, or got or lost a lease. Five times a second at most: the list is the newest one. */
+  "session.changed": {
+    sessions: Session[];
+  };
+  /** The lease of an arm was given, given back, taken or lost. */
+  "lease.changed": {
+    arm: string;
+    holder: Holder | null;
+  };
+  /** Another session asks for it by `lease.ask`. Answer by `lease.answer`; without an answer it passes after 20 s. */
+  "lease.asked": {
+    arm: string;
+    session: string;
+    name: string;
+    message: string | null;
+  };
+  /** It waits for a lease by `lease.acquire` with `wait_s`: at once, and whenever its place is another one. */
+  "lease.queue": {
+    arm: string;
+    place: number;
+  };
+  /** A job has another state, at once; its progress, ten times a second at most. */
+  "job.changed": {
+    job: Job;
+  };
+  /** A jog is over. The stop has gone out to the arm; it may still come to rest. */
+  "jog.ended": {
+    arm: string;
+    jog: string;
+    why: "released" | "not-kept" | "stopped" | "lease" | "link" | "replaced" | "limit";
+  };
+  /** As often as `arm.subscribe` asks for, the newest state when several are due; at once when job, jog or holder change, and once when the line is lost. */
+  "arm.state": {
+    subscription: number;
+    state: StateChange;
+  };
+  /** The station begins to end, and to each session that says hello after that. Who holds an arm stops it within 1 s (`arm.stop`), lifts its pen and gives the lease back. */
+  "server.ending": {
+    left_s: number;
+  };
+  /** A turn began or ended, somebody joined or left the queue, an arm was frozen or freed, a class was set. */
+  "turn.changed": {
+    turn_s: number | null;
+    arms: Array<{
+      arm: string;
+      person: string | null;
+      state: "running" | "kept" | "suspended" | null;
+      left_s: number | null;
+      frozen: boolean;
+    }>;
+    queue: Array<{
+      place: number;
+      person: string;
+      arms: string[];
+      missed: boolean;
+    }>;
+  };
+  /** A turn ends in 60 s, and in 10 s. */
+  "turn.ending": {
+    arm: string;
+    person: string;
+    left_s: number;
+  };
+  /** Its turn begins, or goes on after a teacher had the arm: it has the lease from now on. */
+  "turn.granted": {
+    arm: string;
+    lease: string;
+    ttl_s: number;
+    left_s: number | null;
+  };
+  /** Something happened: see the table of events. */
+  "arm.event": Event;
 }

@@ -26,12 +26,11 @@ effect(() => {
   else turns.value = null;
 });
 notified.add((method, params) => {
-  const { arm, left_s: left } = params as { arm: string; left_s: number };
-  if (method === "turn.changed") hear(params as unknown as Turns);
-  if (method === "turn.ending" && params["person"] === store.pupil.value) store.say(t("class.ending", { arm, left: duration(left) }));
+  if (method === "turn.changed") hear(params);
+  if (method === "turn.ending" && params.person === store.pupil.value) store.say(t("class.ending", { arm: params.arm, left: duration(params.left_s) }));
   if (method !== "turn.granted") return;
-  show(arm);
-  store.say(t("class.granted", { arm }));
+  show(params.arm);
+  store.say(t("class.granted", { arm: params.arm }));
 });
 
 /** A turn in words: whose, and how long it is still. */

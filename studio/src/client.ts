@@ -1,10 +1,12 @@
 // The one client of a station's methods: over a worker, which has a WebSocket or the station itself.
-import type { Methods } from "./api";
+import type { Methods, Notifications } from "./api";
 import { type FromWorker, NO_WORKER, type ToWorker, type Wire } from "./carrier";
 
 export type Method = keyof Methods;
 export type Params<M extends Method> = Methods[M]["params"];
 export type Result<M extends Method> = Methods[M]["result"];
+/** What a station tells by itself: which notification, and its parameters. */
+export type Told = { [N in keyof Notifications]: [method: N, params: Notifications[N]] }[keyof Notifications];
 
 /** An error that the station answered, or that the line made of a request. */
 export class RpcError extends Error {

@@ -115,13 +115,13 @@ async function step(axis: Axis, sign: 1 | -1): Promise<void> {
 }
 
 notified.add((method, params) => {
-  if (method !== "jog.ended" || params["arm"] !== store.armName.value) return;
+  if (method !== "jog.ended" || params.arm !== store.armName.value) return;
   if (phase.value === "idle") return;
   // Of a jog that was replaced by the one under way nothing is over.
-  if (params["why"] === "replaced" || (jogId !== null && params["jog"] !== jogId)) return;
+  if (params.why === "replaced" || (jogId !== null && params.jog !== jogId)) return;
   if (phase.value === "running" && jogId === null) return;
   // What nobody let go was ended by the worker: the page was busy for too long.
-  const why = params["why"] === "released" && phase.value === "running" ? "not-kept" : String(params["why"]);
+  const why = params.why === "released" && phase.value === "running" ? "not-kept" : params.why;
   if (why !== "released" || ended.value === null) ended.value = why;
   over();
 });

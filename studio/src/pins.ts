@@ -1,5 +1,6 @@
 // The pins of the shown arm: what they are for, and what they read, while a panel wants to know.
 import { effect, signal } from "@preact/signals";
+import type { Pin } from "./api";
 import type { Params, Result } from "./client";
 import { call, notified, shown } from "./session";
 import * as store from "./store";
@@ -19,7 +20,7 @@ let subscription: number | null = null;
 let asked = "";
 
 /** What is done at a pin of this function, as the arm calls it. */
-export const watchOf = (function_: number) => io.value?.functions.find(({ value }) => value === function_)?.watch ?? null;
+export const watchOf = (function_: number) => io.value?.functions.find(({ value }) => value === function_)?.watch as Pin["kind"] | null | undefined ?? null;
 
 export function watchPins(): () => void {
   watchers++;
@@ -73,6 +74,6 @@ export async function refresh(): Promise<void> {
 
 notified.add((method, params) => {
   if (method !== "arm.state" || params["subscription"] !== subscription) return;
-  const { pins } = params["state"] as { pins?: Array<{ address: number; value: number }> };
+  const { pins } = params.state;
   if (pins) levels.value = new Map(pins.map(({ address, value }) => [address, value]));
 });

@@ -83,6 +83,5 @@ effect(() => {
 });
 notified.add((method, params) => {
   if (method !== "arm.state" || params["subscription"] !== store.subscription.peek()) return;
-  const { t } = params["state"] as { t?: number };
-  if (t !== undefined) write(t);
+  write(params.state.t);
 });

@@ -2,7 +2,7 @@
 import { batch } from "@preact/signals";
 import type { Holder, Job, State } from "./api";
 import { NO_WORKER, PORT_BUSY, PORT_GONE, PORT_SILENT, SERIAL, SIM, type ToWorker, type Wire } from "./carrier";
-import { Client, LINE_ENDED, type Method, type Params, type Result, RpcError } from "./client";
+import { Client, LINE_ENDED, type Method, type Params, type Result, RpcError, type Told } from "./client";
 import { t } from "./i18n";
 import { log } from "./log";
 import { choose } from "./serial";
@@ -34,7 +34,7 @@ let again: ReturnType<typeof setTimeout> | undefined;
 let wordAt = 0;
 let probedAt: number | null = null;
 
-export const notified = new Set<(method: string, params: Record<string, unknown>) => void>();
+export const notified = new Set<(...told: Told) => void>();
 
 /** The address of a station's API, as people write it. */
 export function apiUrl(text: string): string | null {
@@ -319,7 +319,7 @@ function hear(method: string, params: Record<string, unknown>): void {
   } else if (method === "server.ending") {
     store.say(t("link.ending"), true);
   }
-  for (const listener of notified) listener(method, params);
+  for (const listener of notified) (listener as (method: string, params: unknown) => void)(method, params);
 }
 
 function told(event: Record<string, unknown>): void {

@@ -87,7 +87,7 @@ function keep(job: Job): void {
 }
 
 notified.add((method, params) => {
-  if (method === "job.changed") heard(params["job"] as Job);
+  if (method === "job.changed") heard(params.job);
 });
 
 function heard(job: Job): void {

@@ -80,7 +80,7 @@ fn main() -> ExitCode {
         }
         Some((chore, [])) if chore == "alarms" => alarms::write(&docs),
         Some((chore, [])) if chore == "python" => options::write_python(&root),
-        Some((chore, [])) if chore == "station" => station::write(&docs),
+        Some((chore, [])) if chore == "station" => station::write(&root),
         Some((chore, rest)) if chore == "studio" => studio::page::run(rest, &root),
         Some((chore, rest)) if chore == "studio-api" => studio::api::write(rest, &root),
         Some((chore, rest)) if chore == "vendor-library" => library::run(rest, &root),

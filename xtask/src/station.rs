@@ -1,11 +1,14 @@
-//! The page of a station's API, made of its tables of methods and routes.
+//! The page of a station's API, made of its tables: routes, methods, notifications, types.
+
+pub(crate) mod python;
+mod wire;
 
 use std::error::Error;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use magician_station::api::{Example, METHODS, Method, Needs};
+use magician_station::api::{Example, Kind, METHODS, Method, Needs};
 use magician_station::http::{ROUTES, RouteNeeds};
 use serde_json::json;
 
@@ -15,7 +18,7 @@ const INTRODUCTION: &str = "\
 # The API of a station
 
 What `magician serve` answers: [how to use it](STATION.md). `cargo xtask station` writes this page from the tables that the station itself works by;
-`/api/v1/openrpc.json` of a running station has the same as an OpenRPC document.
+`/api/v1/openrpc.json` of a running station has the same as an OpenRPC document, with notifications in `x-notifications`, events in `x-events` and the frame in `x-frame`.
 
 Lengths are mm, angles deg, times s unless a name says otherwise. `arm` may be left out while a station has one arm. *lease*: the method needs the lease of the
 arm. *socket*: it is for sessions of a WebSocket, not for single requests. A role may do what the roles before it may: viewer, student, teacher. `-->` is sent and
@@ -27,32 +30,6 @@ arm. *socket*: it is for sessions of a WebSocket, not for single requests. A rol
 |---|---|---|---|
 ";
 
-const ERRORS: &str = "
-## Errors
-
-JSON-RPC's own: -32700 no JSON, -32600 no request, -32601 unknown method, -32602 a parameter (`data.param` names it), -32603 a mistake of the station. Beside them:
-
-| code | `data.kind` | meaning | further `data` |
-|---|---|---|---|
-| -32000 | a kind of the driver: `unreachable`, `alarm`, `port`, `timeout`, .. | the arm or its line | `code`, `step`, `command`, `value`, `limit`, `unit`, `fence`, `from`, `to` where they apply |
-| -32001 | `forbidden` | the role does not allow it | `role`, `needs` |
-| -32002 | `lease` | it needs the lease of the arm, or the lease has ended | `holder`; `method`, which gets it; `free_in_s`, seconds until the lease of a holder without a socket ends |
-| -32003 | `busy` | a job or a jog has the arm | `job` or `jog` |
-| -32004 | `check-failed` | the arm cannot do all of a program; nothing was sent | `report`, as `run --check --json` |
-| -32005 | `dangerous` | it is dangerous or may burn, and `\"yes\": true` was not given | `command`; `danger`: `laser` or `arm` |
-| -32006 | `too-many` | more than a socket may send, subscribe to, or wait for, or than there are sessions | `limit` |
-| -32007 | `stopped` | a stop came first | `by` |
-| -32008 | `frozen` | a teacher has frozen the arm | `arm` |
-
-A socket is closed with 4400 (no good hello), 4401 (no or wrong token), 4403 (token revoked), 4408 (no hello within 5 s, from another machine
-2 s, or a newer socket took the place of one that had said none), 4409 (its session has another socket), 4413 (it reads too slowly), 4429 (too many messages for five seconds), 1003 (a binary message), 1007 (no UTF-8), 1009 (more than 1 MiB), 1001 (the station ends), 1013 (tokens cannot be checked now).
-
-Before a station ends it tells every session by the notification `server.ending` with `left_s`: the seconds that who holds an arm has to stop it (within 1 s, by `arm.stop`), to lift its
-pen, to restore settings and to give the lease back. Nothing begins any more: -32007, \"the station ends\".
-
-## Methods
-";
-
 const OPTIONS: &str = "
 ## Options of a program
 
@@ -60,10 +37,10 @@ The members of `setup`: `preset`, the name of a preset, and these, which are the
 
 ";
 
-/// Writes `docs/STATION-API.md`.
-pub(crate) fn write(docs: &Path) -> Result<(), Box<dyn Error>> {
-    fs::write(docs.join("STATION-API.md"), page())?;
-    Ok(())
+/// Writes `docs/STATION-API.md`, and the types of it for Python.
+pub(crate) fn write(root: &Path) -> Result<(), Box<dyn Error>> {
+    fs::write(root.join("docs/STATION-API.md"), page())?;
+    python::write(root)
 }
 
 fn page() -> String {
@@ -79,12 +56,15 @@ fn page() -> String {
         let (method, path, about) = (route.method, route.path, route.about);
         let _ = writeln!(page, "| {method} | `{path}` | {needs} | {about} |");
     }
-    page += ERRORS;
+    page += &wire::errors();
+    page += &wire::sections();
+    page += "\n## Methods\n";
     for method in METHODS {
         page += &section(method);
     }
     page += OPTIONS;
     page += &options::table();
+    page += &wire::types();
     page
 }
 
@@ -104,7 +84,11 @@ fn section(method: &Method) -> String {
     for param in method.params {
         let (name, about) = (param.name, param.about);
         let must = if param.required { ", required" } else { "" };
-        let kind = param.kind.describe();
+        let kind = match param.kind {
+            Kind::Object(name) => format!("an object: {}", linked(name)),
+            Kind::Objects(name) => format!("an array of objects: {}", linked(name)),
+            kind => kind.describe(),
+        };
         let _ = writeln!(text, "* `{name}` ({kind}{must}): {about}");
     }
     let gap = if method.params.is_empty() { "" } else { "\n" };
@@ -113,6 +97,16 @@ fn section(method: &Method) -> String {
         text += &shown(name, &example);
     }
     text
+}
+
+/// The name of a type, with the place where it stands.
+fn linked(name: &str) -> String {
+    match name {
+        "Setup" => "[Setup](#options-of-a-program)".to_owned(),
+        "Plan" => "as in plan files".to_owned(),
+        "Fields" => "fields by their names in [the protocol](PROTOCOL.md)".to_owned(),
+        name => format!("[{name}](#{})", name.to_lowercase()),
+    }
 }
 
 /// An example as messages, without what all messages have.

@@ -30,7 +30,7 @@ use self::guided::Guided;
 pub(crate) use self::jobs::beside;
 use self::jobs::{JobContext, RunningJob, Slot};
 use self::reads::Known;
-use crate::api::RpcError;
+use crate::api::{ArmEvent, RpcError};
 use crate::control::{JobId, JogId, RequestId};
 use crate::job::Reader;
 use crate::order::{ArmAct, ArmOrder, ArmReport, JobStart, Outcome, jog_end};
@@ -590,14 +590,18 @@ impl Work {
     }
 
     fn tell(&mut self, event: Event) {
-        let tell = |name, fields| (self.report)(ArmReport::Event { name, fields });
+        let tell = |event, fields| (self.report)(ArmReport::Event { event, fields });
         match event {
-            Event::AlarmRaised { code } => tell("alarm-raised", vec![("code", json!(code))]),
-            Event::AlarmCleared { code } => tell("alarm-cleared", vec![("code", json!(code))]),
-            Event::CommandFinished { last, .. } => {
-                tell("command-finished", vec![("index", json!(last.0))]);
+            Event::AlarmRaised { code } => tell(ArmEvent::AlarmRaised, vec![("code", json!(code))]),
+            Event::AlarmCleared { code } => {
+                tell(ArmEvent::AlarmCleared, vec![("code", json!(code))])
             }
-            Event::Unaccounted { to, .. } => tell("unaccounted", vec![("index", json!(to.0))]),
+            Event::CommandFinished { last, .. } => {
+                tell(ArmEvent::CommandFinished, vec![("index", json!(last.0))]);
+            }
+            Event::Unaccounted { to, .. } => {
+                tell(ArmEvent::Unaccounted, vec![("index", json!(to.0))])
+            }
             Event::LinkLost { .. } => (self.report)(ArmReport::Link(false)),
             Event::LinkFound { .. } => {
                 (self.report)(ArmReport::Link(true));
@@ -605,10 +609,10 @@ impl Work {
                 self.learn();
             }
             Event::Reset { .. } => {
-                tell("reset", Vec::new());
+                tell(ArmEvent::Reset, Vec::new());
                 self.learn();
             }
-            Event::Missed { events } => tell("missed", vec![("count", json!(events))]),
+            Event::Missed { events } => tell(ArmEvent::Missed, vec![("count", json!(events))]),
             other => tracing::debug!(event = %visible(&format!("{other:?}")), "unknown event"),
         }
     }

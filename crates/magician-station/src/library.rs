@@ -127,6 +127,11 @@ impl std::error::Error for LibraryError {}
 
 /// Keeps programs under their names. It may take its time: it is asked beside the station.
 pub trait ProgramStore: Send + Sync {
+    /// Whether it keeps any.
+    fn keeps(&self) -> bool {
+        true
+    }
+
     /// Where they are.
     fn folder(&self) -> Option<&Path>;
 
@@ -181,6 +186,10 @@ impl NoPrograms {
 }
 
 impl ProgramStore for NoPrograms {
+    fn keeps(&self) -> bool {
+        false
+    }
+
     fn folder(&self) -> Option<&Path> {
         None
     }

@@ -9,7 +9,7 @@ use magician_program::Travel;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::api::RpcError;
+use crate::api::{ArmEvent, RpcError};
 use crate::control::{JobId, JogEnd, JogId, RequestId};
 use crate::job::Source;
 use crate::reading::{ArmReading, ToolReading};
@@ -371,10 +371,10 @@ pub enum ArmReport {
         /// What it does.
         news: JobNews,
     },
-    /// Something happened: the name of an event, and its fields.
+    /// Something happened: an event, and its fields.
     Event {
-        /// `alarm-raised`, `command-finished`, ..
-        name: &'static str,
+        /// Which.
+        event: ArmEvent,
         /// What it is about.
         fields: Vec<(&'static str, Value)>,
     },

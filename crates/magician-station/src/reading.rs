@@ -7,7 +7,7 @@ use magician_protocol::commands::Pose;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use crate::api::RpcError;
+use crate::api::{FRAME_FLAGS, RpcError};
 use crate::frame::{FRAME_FIELDS, StateFrame};
 
 /// The names of a subscription in JSON.
@@ -167,7 +167,9 @@ impl ArmReading {
             beside.job_runs,
             !beside.holder.is_null(),
         ];
-        let flags: u32 = (0..).zip(bits).map(|(bit, on)| u32::from(on) << bit).sum();
+        // In the order of the table that clients are shown.
+        let flags = FRAME_FLAGS.iter().zip(bits).filter(|(_, on)| *on);
+        let flags: u32 = flags.map(|((bit, ..), _)| bit).sum();
         let [j1, j2, j3, j4] = self.pose.joint_angle.map(f64::from);
         let Pose { x, y, z, r, .. } = self.pose;
         let values = [

@@ -22,7 +22,7 @@ const words = (text: string): string => {
 
 /** Sends a command of the table with these values, in the order of its fields. */
 async function send(row: Row, values: ReadonlyArray<number | boolean>): Promise<void> {
-  const fields = Object.fromEntries((row.sets ?? []).map(({ name }, at) => [name, values[at]]));
+  const fields = Object.fromEntries((row.sets ?? []).map(({ name }, at) => [name, values[at]!]));
   await tried(() => agreed(row.about, (yes) => call("arm.set", { ...shown(), command: row.command, fields, ...yes })));
 }
 const rowOf = (role: string) => io.value?.rows.find((row) => row.role === role);

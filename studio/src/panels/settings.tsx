@@ -36,7 +36,7 @@ function Fence() {
             <dl class="facts">
               {fence.floor === null ? null : <Row name={t("fence.floor")} value={`z ≥ ${fence.floor} mm`} />}
               {fence.box === null ? null : <Sides name={t("fence.box")} sides={fence.box} />}
-              {(fence.keep_out as Sides[]).map((sides, at) => (
+              {fence.keep_out.map((sides, at) => (
                 <Sides key={at} name={`${t("fence.out")} ${at + 1}`} sides={sides} />
               ))}
               {fence.speed === null ? null : <Row name={t("fence.speed")} value={`${fence.speed} mm/s`} />}

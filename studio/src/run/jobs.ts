@@ -2,7 +2,7 @@
 import { computed, effect, signal } from "@preact/signals";
 import { agreed, isReal, tried } from "../actions";
 import type { Job } from "../api";
-import type { Params } from "../client";
+import type { Params, Told } from "../client";
 import { t } from "../i18n";
 import { call, notified, shown } from "../session";
 import * as store from "../store";
@@ -26,9 +26,9 @@ export const why = computed(() => (store.why.value === "why.busy" ? null : store
 
 /** Follows the jobs; what it gives back ends that. */
 export function follow(): () => void {
-  const hear = (method: string, params: Record<string, unknown>) => {
-    const changed = params["job"] as Job;
-    if (method !== "job.changed" || changed.arm !== store.armName.value) return;
+  const hear = (...[method, params]: Told) => {
+    if (method !== "job.changed" || params.job.arm !== store.armName.value) return;
+    const changed = params.job;
     const at = jobs.value.findIndex((one) => one.job === changed.job);
     jobs.value = at < 0 ? [...jobs.value, changed] : jobs.value.with(at, changed);
   };

@@ -1,6 +1,8 @@
 // What teaching asks of the station: points, plans of the rows, jobs that play them, files.
 import { computed, effect, signal } from "@preact/signals";
 import { tried } from "../actions";
+import type { Plan, PlanStep } from "../api";
+import type { Told } from "../client";
 import { t } from "../i18n";
 import { save as download } from "../log";
 import * as jobs from "../run/jobs";
@@ -33,10 +35,10 @@ function take(step: program.Motion): void {
   program.add(motion, rows.length === 0 && tool === null ? { tool: mounted?.name ?? mounted?.bias ?? null } : {});
 }
 
-export const capture = () => tried(async () => take((await call("teach.capture", shown())).step));
+export const capture = () => tried(async () => take((await call("teach.capture", shown())).step as program.Motion));
 export const reteach = (nth: number) =>
   tried(async () => {
-    const { step } = await call("teach.capture", shown());
+    const { step } = (await call("teach.capture", shown())) as { step: program.Motion & { move: number[]; by: string } };
     const { by } = (program.rows.value[nth]?.motion ?? {}) as program.Motion;
     program.edit(nth, { motion: { move: step.move, by: by ?? step.by } });
   });
@@ -45,7 +47,7 @@ export const addWait = () => {
   program.edit(program.selected.value, { wait: 1 });
 };
 export const addOutput = (address: number, high: boolean) =>
-  tried(async () => program.add((await call("teach.output", { address, high })).step));
+  tried(async () => program.add((await call("teach.output", { address, high })).step as program.Motion));
 
 export const guide = (on: boolean) =>
   tried(async () => {
@@ -55,9 +57,9 @@ export const guide = (on: boolean) =>
 
 /** Hears of points that a hand teaches, as long as the panel is open; what it gives back ends that. */
 export function follow(): () => void {
-  const hear = (method: string, params: Record<string, unknown>) => {
-    if (method !== "arm.event" || params["arm"] !== store.armName.value || params["event"] !== "hand-trigger" || !guides.value) return;
-    const step = params["step"] as program.Motion;
+  const hear = (...[method, params]: Told) => {
+    if (method !== "arm.event" || params.arm !== store.armName.value || params.event !== "hand-trigger" || !guides.value) return;
+    const step = params.step as program.Motion;
     const last = program.rows.value[program.selected.value]?.motion as program.Motion | null | undefined;
     if (String(last?.move) !== String(step.move)) take(step);
   };
@@ -88,7 +90,7 @@ function mark(): void {
 
 async function plan(rows = program.rows.value) {
   const { title, tool, surface } = program.taught.value;
-  return call("teach.plan", { title: title || t("teach.untitled"), tool: (tool as "none" | number[] | null), surface, rows });
+  return call("teach.plan", { title: title || t("teach.untitled"), tool: (tool as "none" | number[] | null), surface, rows: rows as Array<typeof rows[number] & { motion: PlanStep | null }> });
 }
 
 /** Plays all, or what begins with a row, or one row alone. */
@@ -162,7 +164,7 @@ export const open = (file: File) =>
     let text = file.size < library.IN_A_MESSAGE ? await file.text() : "";
     if (!text.includes('"magician-plan"')) text = (await converted(file)) ?? "";
     if (text === "") return;
-    const found = await call("teach.rows", { plan: JSON.parse(text) as Record<string, unknown> });
+    const found = await call("teach.rows", { plan: JSON.parse(text) as Plan });
     program.change(found, found.rows.length - 1);
     program.markSaved();
   });

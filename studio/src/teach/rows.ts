@@ -1,11 +1,11 @@
 // The program that is taught: the rows of the station's model (`teach.rows`), edited as a list, with undo and redo. What a row means and
 // which plan it makes is the station's; this keeps the list, and what was unsaved when the page was left.
 import { batch, computed, effect, signal } from "@preact/signals";
-import type { Methods } from "../api";
+import type { Methods, Row as PlanRow } from "../api";
 import { remember, remembered, toggled } from "../settings";
 
-export type Taught = Methods["teach.rows"]["result"];
-export type Row = Taught["rows"][number];
+export type Row = Omit<PlanRow, "motion"> & { motion: Motion | null };
+export type Taught = Omit<Methods["teach.rows"]["result"], "rows"> & { rows: Row[] };
 /** A step of a plan that leads somewhere, as far as the table shows it. */
 export interface Motion {
   move?: number[];

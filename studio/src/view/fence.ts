@@ -19,7 +19,7 @@ function boxOf(sides: Sides, color: string, opacity: number): Box {
 effect(() => {
   const fence = store.fence.value;
   if (fence === null) return show("fence", []);
-  const boxes = (fence.keep_out as Sides[]).map((sides) => boxOf(sides, "--stop", 0.28));
+  const boxes = fence.keep_out.map((sides) => boxOf(sides, "--stop", 0.28));
   const box = fence.box;
   if (box !== null) boxes.push(boxOf(box, "--fence", 0.06));
   // What may be reached is above: a sheet, as large as the box.

@@ -50,6 +50,12 @@ fn text() -> Result<String, Box<dyn Error>> {
         let result = type_of(&method["result"]["schema"], 4)?;
         writeln!(text, "    }};\n    result: {result};\n  }};")?;
     }
+    text += "}\n\n/** What a station tells by itself: parameters by notification. */\nexport interface Notifications {\n";
+    for row in document["x-notifications"].as_array().into_iter().flatten() {
+        let (name, about) = (&row["name"], row["summary"].as_str().unwrap_or_default());
+        let kind = type_of(&row["params"], 2)?;
+        writeln!(text, "  /** {about} */\n  {name}: {kind};")?;
+    }
     text += "}\n";
     Ok(text)
 }
@@ -66,6 +72,9 @@ fn type_of(schema: &Value, indent: usize) -> Result<String, Box<dyn Error>> {
     if let Some(choices) = schema["enum"].as_array() {
         let choices = choices.iter().map(Value::to_string);
         return Ok(choices.collect::<Vec<_>>().join(" | "));
+    }
+    if let Some(constant) = schema.get("const") {
+        return Ok(constant.to_string());
     }
     for key in ["oneOf", "anyOf"] {
         if let Some(kinds) = schema[key].as_array() {
@@ -101,9 +110,9 @@ fn object(schema: &Value, indent: usize) -> Result<String, Box<dyn Error>> {
     };
     let mut text = "{\n".to_owned();
     let pad = " ".repeat(indent + 2);
-    let required = schema["required"].as_array();
+    let required = schema["required"].as_array().map_or(&[][..], Vec::as_slice);
     for (name, member) in members {
-        let is_there = required.is_none_or(|names| names.iter().any(|known| known == name));
+        let is_there = required.iter().any(|known| known == name);
         let mark = if is_there { "" } else { "?" };
         writeln!(text, "{pad}{name}{mark}: {};", type_of(member, indent + 2)?)?;
     }

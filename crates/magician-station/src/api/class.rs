@@ -72,7 +72,7 @@ pub(super) const CLASS: &[Method] = &[
             may("format", Kind::Text(20), "its type, as in `job.start`"),
             may(
                 "setup",
-                Kind::Object,
+                Kind::Object("Setup"),
                 "how it is drawn or engraved, as in `job.start`",
             ),
             ARMS,

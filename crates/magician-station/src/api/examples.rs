@@ -5,6 +5,9 @@ use std::sync::LazyLock;
 
 use serde_json::{Map, Value, json};
 
+use super::shape::or_null;
+use super::{TYPES, Type};
+
 /// By method: `params`, the method in `after` whose result has the ids, the `result`, the places of it that are null where something
 /// is not known or where there is nothing to tell (`nullable`: each with what is there otherwise if it is null in the example), and
 /// the `schema` of results where all that does not tell it.
@@ -96,27 +99,20 @@ impl Example {
                     let place = format!("{place}{dot}{name}");
                     (name.clone(), self.shape_of(value, &place, None))
                 });
-                json!({"type": "object", "properties": members.collect::<Map<_, _>>()})
+                let members: Map<_, _> = members.collect();
+                let names: Vec<_> = members.keys().cloned().collect();
+                json!({"type": "object", "properties": members, "required": names})
             }
         };
         if self.nullable.contains_key(place) && component.is_none() {
-            match schema.get("type").cloned() {
-                Some(kind) => schema["type"] = json!([kind, "null"]),
-                None => schema = json!({"anyOf": [schema, {"type": "null"}]}),
-            }
+            schema = or_null(schema);
         }
         schema
     }
 }
 
-/// What several methods answer, or answer often: its name, and a method with the place of it in that one's result.
-const COMPONENTS: [(&str, &str, &str); 8] = [
-    ("State", "arm.state", ""),
-    ("Tool", "arm.state", "tool"),
-    ("Holder", "arm.home", "holder"),
-    ("Pose", "jog.stop", "pose"),
-    ("Lease", "lease.acquire", ""),
-    ("Job", "job.get", ""),
+/// Objects that an example tells: the name of each, and a method with the place of it in that one's result.
+const COMPONENTS: [(&str, &str, &str); 2] = [
     ("Field", "arm.io", "rows[].sets[]"),
     ("Choice", "arm.io", "rows[].sets[].choices[]"),
 ];
@@ -125,7 +121,7 @@ const COMPONENTS: [(&str, &str, &str); 8] = [
 static SCHEMAS: LazyLock<Map<String, Value>> =
     LazyLock::new(|| serde_json::from_str(include_str!("schemas.json")).unwrap_or_default());
 
-/// The components by their names, as JSON Schema.
+/// The components that no table tells, by their names, as JSON Schema.
 pub(super) fn components() -> Map<String, Value> {
     let shape = |method, place, name| match Example::of(method) {
         Some(example) => example.shape_at(place, name),
@@ -141,11 +137,68 @@ pub(super) fn components() -> Map<String, Value> {
 fn component_of(value: &Value) -> Option<&'static str> {
     let names = |value: &Value| Some(value.as_object()?.keys().cloned().collect::<BTreeSet<_>>());
     let members = names(value)?;
+    let is_type = |one: &&Type| {
+        one.members.len() == members.len()
+            && one
+                .members
+                .iter()
+                .all(|member| members.contains(member.name))
+    };
+    if let Some(one) = TYPES.iter().find(is_type) {
+        return Some(one.name);
+    }
     let is = |(_, method, place): &&(&str, &str, &str)| {
         let example = &EXAMPLES[*method]["result"];
         at(example, place).and_then(names).as_ref() == Some(&members)
     };
     COMPONENTS.iter().find(is).map(|(name, ..)| *name)
+}
+
+/// By notification: what has it sent (`after`: who calls which method with what), who hears it, and its `params`; of `arm.event` by
+/// event. `notifications.json`.
+static TOLD: LazyLock<Map<String, Value>> =
+    LazyLock::new(|| serde_json::from_str(include_str!("notifications.json")).unwrap_or_default());
+
+/// A call of an example of a notification.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Said {
+    /// The client that calls.
+    pub who: String,
+    /// The method; `server.ending` for a station that is ended.
+    pub method: String,
+    /// What it is given; ids are those of earlier results.
+    pub params: Value,
+}
+
+/// A notification, or an event, as a client gets it, and what has it sent.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NotificationExample {
+    /// Calls, one after the other.
+    pub after: Vec<Said>,
+    /// The client that hears it.
+    pub heard_by: String,
+    /// Its parameters, but for times and ids.
+    pub params: Value,
+}
+
+impl NotificationExample {
+    /// The example of a notification, or of an event.
+    #[must_use]
+    pub fn of(name: &str) -> Option<Self> {
+        let example = TOLD.get(name)?;
+        let after = example["after"].as_array()?.iter().map(|call| {
+            Some(Said {
+                who: call[0].as_str()?.to_owned(),
+                method: call[1].as_str()?.to_owned(),
+                params: call.get(2).cloned().unwrap_or_else(|| json!({})),
+            })
+        });
+        Some(Self {
+            after: after.collect::<Option<_>>()?,
+            heard_by: example["heard_by"].as_str()?.to_owned(),
+            params: example["params"].clone(),
+        })
+    }
 }
 
 /// What stands there: members after dots, and the first of a list.
@@ -196,12 +249,7 @@ mod tests {
                 let there = at(&result, place).unwrap_or_else(|| panic!("{name}: {place}"));
                 assert_eq!(there.is_null(), !schema.is_null(), "{name}: {place}");
             }
-            let component = component_of(&result);
-            // The component itself is checked where it is spelled out.
-            let elsewhere = COMPONENTS
-                .iter()
-                .any(|(each, method, _)| Some(*each) == component && method != name);
-            if result.is_null() || example.schema.is_some() || elsewhere {
+            if result.is_null() || example.schema.is_some() || component_of(&result).is_some() {
                 continue;
             }
             let mut found = Vec::new();
@@ -215,16 +263,6 @@ mod tests {
     #[test]
     fn what_may_be_null_is_so_in_its_place_alone() {
         let schema = |method| Example::of(method).unwrap().shape();
-        let components = components();
-        // The names of tools may be unknown, those of arms and of jobs' holders are not.
-        assert_eq!(
-            components["Tool"]["properties"]["name"]["type"],
-            json!(["string", "null"])
-        );
-        assert_eq!(
-            components["Holder"]["properties"]["name"]["type"],
-            json!("string")
-        );
         let arms = schema("arm.list")["properties"]["arms"]["items"]["properties"].clone();
         assert_eq!(arms["name"]["type"], json!("string"));
         let holder = json!({"$ref": "#/components/schemas/Holder"});
@@ -241,8 +279,7 @@ mod tests {
         }
         let list = Example::of("job.list").unwrap().shape();
         assert_eq!(list["properties"]["jobs"]["items"], job);
-        let components = components();
-        assert_eq!(components["Job"]["type"], json!("object"));
-        assert_eq!(components.len(), COMPONENTS.len() + SCHEMAS.len());
+        let state = json!({"$ref": "#/components/schemas/State"});
+        assert_eq!(Example::of("arm.state").unwrap().shape(), state);
     }
 }

@@ -22,17 +22,6 @@ pub enum IdKind {
 /// Where an id stands, if it is there: names of members with points between, `[]` behind an array whose items are meant.
 pub type IdPlace = (&'static str, IdKind);
 
-/// A notification of a station.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Notification {
-    /// Its name.
-    pub name: &'static str,
-    /// Where it names the arm that it is about; none where it is about no arm, or a subscription says which.
-    pub arm: Option<&'static str>,
-    /// The ids in its parameters.
-    pub ids: &'static [IdPlace],
-}
-
 use IdKind::{Job, Jog, Lease, Session, Subscription};
 
 const STATE: &[IdPlace] = &[("job", Job), ("jog", Jog), ("holder.session", Session)];
@@ -109,93 +98,6 @@ pub static ERROR_IDS: &[IdPlace] = &[
     ("job", Job),
     ("jog", Jog),
 ];
-
-/// All notifications.
-pub static NOTIFICATIONS: &[Notification] = &[
-    Notification {
-        name: "session.changed",
-        arm: None,
-        ids: &[("sessions[].session", Session)],
-    },
-    Notification {
-        name: "lease.changed",
-        arm: Some("arm"),
-        ids: &[("holder.session", Session)],
-    },
-    Notification {
-        name: "lease.asked",
-        arm: Some("arm"),
-        ids: &[("session", Session)],
-    },
-    Notification {
-        name: "lease.queue",
-        arm: Some("arm"),
-        ids: &[],
-    },
-    Notification {
-        name: "job.changed",
-        arm: Some("job.arm"),
-        ids: &[
-            ("job.job", Job),
-            ("job.holder.session", Session),
-            ("job.error.holder.session", Session),
-            ("job.error.by", Session),
-        ],
-    },
-    Notification {
-        name: "jog.ended",
-        arm: Some("arm"),
-        ids: &[("jog", Jog)],
-    },
-    Notification {
-        name: "arm.state",
-        arm: None,
-        ids: &[
-            ("subscription", Subscription),
-            ("state.job", Job),
-            ("state.jog", Jog),
-            ("state.holder.session", Session),
-        ],
-    },
-    Notification {
-        name: "server.ending",
-        arm: None,
-        ids: &[],
-    },
-    Notification {
-        name: "turn.changed",
-        arm: None,
-        ids: &[],
-    },
-    Notification {
-        name: "turn.ending",
-        arm: Some("arm"),
-        ids: &[],
-    },
-    Notification {
-        name: "turn.granted",
-        arm: Some("arm"),
-        ids: &[("lease", Lease)],
-    },
-    Notification {
-        name: "arm.event",
-        arm: Some("arm"),
-        ids: &[
-            ("by", Session),
-            ("holder.session", Session),
-            ("job", Job),
-            ("jog", Jog),
-        ],
-    },
-];
-
-impl Notification {
-    /// The notification of a name.
-    #[must_use]
-    pub fn named(name: &str) -> Option<&'static Self> {
-        NOTIFICATIONS.iter().find(|one| one.name == name)
-    }
-}
 
 impl Method {
     /// The ids in its result.

@@ -44,7 +44,7 @@ const FORMAT: Param = may(
 );
 const SETUP: Param = may(
     "setup",
-    Kind::Object,
+    Kind::Object("Setup"),
     "how it is drawn or engraved: the flags of `magician draw` and `magician engrave` in snake_case, `work` (draw, engrave), and `preset`, the name of a preset that says the rest; without it the program is run as it is",
 );
 const PRESET: Param = needed(
@@ -53,7 +53,7 @@ const PRESET: Param = needed(
     "the preset: letters, digits, - and _",
 );
 const JOB: Param = needed("job", Kind::Id(IdKind::Job), "the job");
-const JOGS: &[&str] = &[
+pub(super) const JOGS: &[&str] = &[
     "x+", "x-", "y+", "y-", "z+", "z-", "r+", "r-", "j1+", "j1-", "j2+", "j2-", "j3+", "j3-",
     "j4+", "j4-", "l+", "l-",
 ];
@@ -70,13 +70,13 @@ pub(super) const STATION: &[Method] = &[
         &[
             needed(
                 "client",
-                Kind::Object,
+                Kind::Object("ClientName"),
                 "the program: `name`, and `version` if it has one",
             ),
             may("token", Kind::Text(200), "a token of the station"),
             may(
                 "pupil",
-                Kind::Object,
+                Kind::Object("Pupil"),
                 "a pupil of the class signs in: `name` and `code`; instead of a token",
             ),
             may(
@@ -107,7 +107,7 @@ pub(super) const STATION: &[Method] = &[
         Viewer,
         &[],
         "The station itself.",
-        "{version, api, uptime_s, arms, programs, recording}: `recording` whether an arm is being recorded",
+        "{version, api, uptime_s, arms, programs, recording, features}: `recording` whether an arm is being recorded; `features` what this station can do of what not every one can: see [features](#features)",
     ),
     method(
         "arm.list",
@@ -150,7 +150,7 @@ pub(super) const STATION: &[Method] = &[
             ),
             may(
                 "pins",
-                Kind::Objects,
+                Kind::Objects("PinAddress"),
                 "pins to read as well: `kind` (input, output, analog) and `address` (1 to 20)",
             ),
         ],
@@ -178,7 +178,7 @@ pub(super) const STATION: &[Method] = &[
             needed("command", NAME, "a command of the protocol"),
             may(
                 "query",
-                Kind::Object,
+                Kind::Object("Fields"),
                 "what the reading is asked for, by field",
             ),
         ],
@@ -191,7 +191,7 @@ pub(super) const STATION: &[Method] = &[
         &[
             ARM,
             needed("command", NAME, "a command of the protocol"),
-            may("fields", Kind::Object, "its fields"),
+            may("fields", Kind::Object("Fields"), "its fields"),
             YES,
         ],
         "Sends a command that acts at once.",
@@ -208,7 +208,7 @@ pub(super) const STATION: &[Method] = &[
                 NAME,
                 "a command of the protocol that can be queued",
             ),
-            may("fields", Kind::Object, "its fields"),
+            may("fields", Kind::Object("Fields"), "its fields"),
             YES,
         ],
         "Queues a command.",
@@ -277,7 +277,7 @@ pub(super) const STATION: &[Method] = &[
             ),
             may(
                 "laser",
-                Kind::Object,
+                Kind::Object("Laser"),
                 "the laser: `on`, and `power` (percent), which is 100 where it stands",
             ),
             YES,
@@ -297,7 +297,7 @@ pub(super) const STATION: &[Method] = &[
                 "share of the set speeds of moves and jogs; or `row`",
             ),
             may("row", NAME, "a command of the protocol that holds speeds"),
-            may("fields", Kind::Object, "its fields"),
+            may("fields", Kind::Object("Fields"), "its fields"),
         ],
         "Sets the speed of moves and jogs as a whole, also of a job that runs, or one setting of speeds.",
         "null",
@@ -325,7 +325,7 @@ pub(super) const STATION: &[Method] = &[
             ARM,
             may(
                 "set",
-                Kind::Either(&[Kind::Object, Kind::Null]),
+                Kind::Either(&[Kind::Object("FenceChange"), Kind::Null]),
                 "the members to change: `floor` (mm), `box` {x, y, z: [least, most]} (mm), `keep_out` (boxes), `speed` (mm/s), `power` (percent), each or all null for no bound; for teachers",
             ),
         ],
@@ -657,7 +657,7 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             PRESET,
-            may("setup", Kind::Object, "what it says, as `job.check` takes it; or `text`"),
+            may("setup", Kind::Object("Setup"), "what it says, as `job.check` takes it; or `text`"),
             may("note", Kind::Text(500), "what is told to people who use it; beside `setup`"),
             may("text", Kind::Text(65536), "a file of a preset, TOML; or `setup`"),
         ],
@@ -738,7 +738,7 @@ pub(super) const STATION: &[Method] = &[
     method(
         "teach.rows",
         Viewer,
-        &[needed("plan", Kind::Object, "a plan, as in plan files")],
+        &[needed("plan", Kind::Object("Plan"), "a plan, as in plan files")],
         "A plan as rows of a table: in each where the arm goes, what its tool does there, and how long it stays.",
         "{title, tool, surface, rows: [{name, motion, gripper, suction, wait}]}: `motion` is a step as in plan files, the others the members of such steps, or null",
     ),
@@ -760,10 +760,10 @@ pub(super) const STATION: &[Method] = &[
             may("tool", Kind::Either(&[TOOL, Kind::Null]), "the tool whose tip is at the points"),
             may(
                 "surface",
-                Kind::Either(&[Kind::Object, Kind::Null]),
+                Kind::Either(&[Kind::Object("Surface"), Kind::Null]),
                 "the surface that it works on, as in plan files",
             ),
-            needed("rows", Kind::Objects, "as `teach.rows` has them"),
+            needed("rows", Kind::Objects("GivenRow"), "as `teach.rows` has them"),
         ],
         "The plan of rows. What is wrong names its row in `data.row`.",
         "{plan, first}: how many steps of the plan come before each row",

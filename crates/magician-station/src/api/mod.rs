@@ -3,6 +3,8 @@
 #[cfg(feature = "class")]
 mod class;
 mod error;
+mod errors;
+mod events;
 mod examples;
 mod fields;
 mod ids;
@@ -10,18 +12,29 @@ mod link;
 mod message;
 mod method;
 mod methods;
+mod notifications;
 mod openrpc;
 mod param;
+mod schemas;
+mod shape;
+mod types;
+mod wire;
 
 pub(crate) use error::Danger;
 pub use error::RpcError;
-pub use examples::Example;
+pub use errors::{ERRORS, ErrorRow};
+pub use events::{ArmEvent, EVENTS, EventRow};
+pub use examples::{Example, NotificationExample, Said};
 pub(crate) use fields::encode;
-pub use ids::{ERROR_IDS, IdKind, IdPlace, NOTIFICATIONS, Notification, each_id};
+pub use ids::{ERROR_IDS, IdKind, IdPlace, each_id};
 pub use message::{BadMessage, Message, MessageId, answer, answer_due, notification};
 pub use method::{Method, Needs, Role};
+pub use notifications::{NOTIFICATIONS, Notice, Notification};
 pub use openrpc::openrpc;
 pub use param::{Kind, Param, Params};
+pub use shape::{Member, Shape, Type};
+pub use types::TYPES;
+pub use wire::{CLOSE_CODES, FEATURES, FRAME_FLAGS, FRAME_PARTS, Feature, FeatureRow, FramePart};
 
 /// All methods, in the order of the documents.
 #[cfg(not(feature = "class"))]

@@ -23,10 +23,10 @@ pub enum Kind {
     Numbers(usize, usize),
     /// At most so many texts of at most 80 characters.
     Texts(usize),
-    /// The fields of a command: an object.
-    Object,
-    /// Objects.
-    Objects,
+    /// An object of this type.
+    Object(&'static str),
+    /// Objects of this type.
+    Objects(&'static str),
     /// Nothing.
     Null,
     /// One of these kinds.
@@ -49,6 +49,11 @@ pub struct Param {
 /// Ids of subscriptions are numbers, the others texts of so many characters at most.
 const ID: Kind = Kind::Text(64);
 const SUBSCRIPTION: Kind = Kind::Integer(1, 65535);
+
+/// The schema of a type that has a name.
+fn reference(name: &str) -> Value {
+    json!({"$ref": format!("#/components/schemas/{name}")})
+}
 
 impl Kind {
     /// What an id is otherwise.
@@ -80,8 +85,8 @@ impl Kind {
             Self::Texts(most) => value.as_array().is_some_and(|items| {
                 items.len() <= most && items.iter().all(|item| Self::Text(80).takes(item))
             }),
-            Self::Object => value.is_object(),
-            Self::Objects => {
+            Self::Object(_) => value.is_object(),
+            Self::Objects(_) => {
                 { value.as_array() }.is_some_and(|items| items.iter().all(Value::is_object))
             }
             Self::Null => value.is_null(),
@@ -106,8 +111,8 @@ impl Kind {
             Self::Numbers(least, most) if least == most => format!("{least} numbers"),
             Self::Numbers(least, most) => format!("{least} to {most} numbers"),
             Self::Texts(most) => format!("an array of at most {most} names"),
-            Self::Object => "an object".to_owned(),
-            Self::Objects => "an array of objects".to_owned(),
+            Self::Object(_) => "an object".to_owned(),
+            Self::Objects(_) => "an array of objects".to_owned(),
             Self::Null => "null".to_owned(),
             Self::Either(kinds) => {
                 let kinds: Vec<_> = kinds.iter().map(|kind| kind.describe()).collect();
@@ -143,8 +148,8 @@ impl Kind {
             Self::Texts(most) => {
                 json!({"type": "array", "items": {"type": "string"}, "maxItems": most})
             }
-            Self::Object => json!({"type": "object"}),
-            Self::Objects => json!({"type": "array", "items": {"type": "object"}}),
+            Self::Object(name) => reference(name),
+            Self::Objects(name) => json!({"type": "array", "items": reference(name)}),
             Self::Null => json!({"type": "null"}),
             Self::Either(kinds) => {
                 let kinds: Vec<_> = kinds.iter().map(|kind| kind.schema()).collect();

@@ -12,7 +12,7 @@ use serde_json::Value;
 
 use super::Work;
 use super::reads::capture;
-use crate::api::RpcError;
+use crate::api::{ArmEvent, RpcError};
 use crate::control::RequestId;
 use crate::order::{ArmReport, Outcome};
 
@@ -131,7 +131,7 @@ impl Work {
     fn hand_trigger(&self, pose: &Pose) {
         let step = capture(pose, Travel::Joints).map(|mut captured| captured["step"].take());
         let fields = vec![("step", step.unwrap_or_default())];
-        let name = "hand-trigger";
-        (self.report)(ArmReport::Event { name, fields });
+        let event = ArmEvent::HandTrigger;
+        (self.report)(ArmReport::Event { event, fields });
     }
 }

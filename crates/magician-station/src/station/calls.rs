@@ -10,7 +10,7 @@ use serde_json::{Map, Value, json};
 
 use super::dispatch::{Call, Handled, forbidden};
 use super::{Awaited, Grant, Station, tools};
-use crate::api::{Danger, Method, Needs, Params, Role, RpcError, encode};
+use crate::api::{ArmEvent, Danger, Feature, Method, Needs, Params, Role, RpcError, encode};
 use crate::control::{ArmId, JogId, WorkKind};
 use crate::library::folder_of;
 use crate::order::{ArmAct, ArmOrder, ArmRead};
@@ -128,7 +128,23 @@ impl Station {
             "arms": arms,
             "programs": folder_of(&*self.config.programs),
             "recording": self.is_recording(),
+            "features": self.features().map(Feature::name).collect::<Vec<_>>(),
         })
+    }
+
+    /// What this station can do, of what not every one can.
+    fn features(&self) -> impl Iterator<Item = Feature> {
+        let has = |feature: &Feature| match feature {
+            Feature::BinaryFrames | Feature::Events | Feature::Presets => true,
+            Feature::JobQueue | Feature::Classes => cfg!(feature = "class"),
+            Feature::Library => self.config.programs.keeps(),
+            Feature::Recording => self.keeps_recordings(),
+            Feature::Worlds => {
+                cfg!(feature = "sim") && self.arms.iter().any(|arm| arm.entry.is_virtual)
+            }
+            Feature::Control => !self.config.read_only,
+        };
+        Feature::ALL.iter().copied().filter(has)
     }
 
     fn list_arms(&self) -> Value {
@@ -199,7 +215,7 @@ impl Station {
             self.stop_before_found(call.now, *arm, &error);
             let by = self.by(by);
             if self.arm_mut(*arm).events.tells_stop(call.now) {
-                self.event(call.now, *arm, "stop", vec![("by", by)]);
+                self.event(call.now, *arm, ArmEvent::Stop, vec![("by", by)]);
             }
             #[cfg(feature = "class")]
             self.hold_queue(call.now, *arm);
@@ -240,7 +256,7 @@ impl Station {
             },
         );
         let fields = vec![("jog", json!(self.jog_id(jog))), ("axis", json!(axis))];
-        self.event(call.now, arm, "jog", fields);
+        self.event(call.now, arm, ArmEvent::Jog, fields);
         self.state_has_changed(arm);
         Ok(Handled::Later(request, Awaited::Jog(arm, jog)))
     }

@@ -5,7 +5,7 @@ use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
 use super::{Awaited, Station};
-use crate::api::RpcError;
+use crate::api::{ArmEvent, Notice, RpcError};
 use crate::control::{ArmId, Effect, JogEnd, JogId, SessionId, TTL, WorkEnd};
 use crate::order::ArmOrder;
 
@@ -72,13 +72,13 @@ impl Station {
                 place,
             } => {
                 let params = json!({"arm": self.arm(arm).entry.name, "place": place});
-                self.notify(session, "lease.queue", &params);
+                self.notify(session, Notice::LeaseQueue, &params);
             }
             Effect::Holder { arm, .. } => {
                 let holder = self.holder(arm);
                 let params = json!({"arm": self.arm(arm).entry.name, "holder": holder});
-                self.notify_all("lease.changed", &params);
-                self.event(now, arm, "lease", vec![("holder", holder)]);
+                self.notify_all(Notice::LeaseChanged, &params);
+                self.event(now, arm, ArmEvent::Lease, vec![("holder", holder)]);
                 self.state_has_changed(arm);
             }
             Effect::Asked {
@@ -93,7 +93,7 @@ impl Station {
                 let mut params = self.name_of(Some(session));
                 params["arm"] = json!(self.arm(arm).entry.name);
                 params["message"] = message.unwrap_or(Value::Null);
-                self.notify(holder, "lease.asked", &params);
+                self.notify(holder, Notice::LeaseAsked, &params);
             }
             Effect::EndJog { arm, jog, why } => {
                 self.order(arm, ArmOrder::EndJog(jog));
@@ -126,7 +126,7 @@ impl Station {
                     self.finish(now, request, Err(error));
                 }
                 if stop && let WorkEnd::Lease(_) = why {
-                    self.event(now, arm, "stop", vec![("by", Value::Null)]);
+                    self.event(now, arm, ArmEvent::Stop, vec![("by", Value::Null)]);
                 }
             }
             Effect::EndJob { arm, job, pause } => {
@@ -193,9 +193,9 @@ impl Station {
         }
         let name = self.arm(arm).entry.name.clone();
         let params = json!({"arm": name, "jog": id, "why": why.name()});
-        self.notify_all("jog.ended", &params);
+        self.notify_all(Notice::JogEnded, &params);
         let fields = vec![("jog", json!(id)), ("why", json!(why.name()))];
-        self.event(now, arm, "jog", fields);
+        self.event(now, arm, ArmEvent::Jog, fields);
         self.state_has_changed(arm);
     }
 
@@ -204,18 +204,20 @@ impl Station {
         &mut self,
         now: HostInstant,
         arm: ArmId,
-        name: &str,
+        event: ArmEvent,
         fields: Vec<(&'static str, Value)>,
     ) {
         let t = self.unix(now);
-        self.record_event(now, arm, name, &fields);
+        self.record_event(now, arm, event.name(), &fields);
         let place = self.arm_mut(arm);
-        let event = place.events.push(&place.entry.name, t, name, fields);
+        let event = place
+            .events
+            .push(&place.entry.name, t, event.name(), fields);
         let subscribed = self.sockets.iter().filter(|(_, socket)| {
             { socket.subscriptions.iter() }.any(|subscription| subscription.arm == arm)
         });
         let subscribed: Vec<_> = subscribed.map(|(id, _)| *id).collect();
-        let text = crate::api::notification("arm.event", &event);
+        let text = Notice::ArmEvent.message(&event);
         for socket in subscribed {
             self.notify_socket(socket, text.clone());
         }

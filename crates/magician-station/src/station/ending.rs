@@ -8,7 +8,7 @@ use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
 use super::{SocketId, Station};
-use crate::api::{RpcError, notification};
+use crate::api::{Notice, RpcError};
 use crate::control::{ArmId, SessionId};
 
 /// Time in which a holder has to stop its arm. One that has not by then does not know the
@@ -115,7 +115,7 @@ impl Station {
         if let Some(ending) = &self.ending {
             let left = (ending.began + LONGEST - now).as_secs_f64();
             let params = json!({"left_s": left});
-            self.notify_socket(socket, notification("server.ending", &params));
+            self.notify_socket(socket, Notice::ServerEnding.message(&params));
         }
     }
 

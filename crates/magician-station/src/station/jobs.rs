@@ -13,7 +13,7 @@ use super::lengthy::Lengthy;
 use super::library::program;
 use super::records::JobRecord;
 use super::{Awaited, Station};
-use crate::api::{Danger, Role, RpcError};
+use crate::api::{ArmEvent, Danger, Notice, Role, RpcError};
 use crate::control::{ArmId, JobId, JobPhase, OnLost, RequestId, WorkEnd, WorkKind};
 use crate::job::{Source, SourceBytes, setup_and_preset};
 use crate::order::{ArmOrder, JobNews, JobOrder, JobStart};
@@ -365,7 +365,7 @@ impl Station {
                 if due {
                     record.told = Some(now);
                     let shown = record.shown();
-                    self.notify_all("job.changed", &json!({"job": shown}));
+                    self.notify_all(Notice::JobChanged, &json!({"job": shown}));
                 }
             }
             JobNews::State(state, text) => {
@@ -506,12 +506,12 @@ impl Station {
             self.control.job_is(now, arm, job, on_lost, phase);
         }
         self.records.has_changed();
-        self.notify_all("job.changed", &json!({"job": shown}));
+        self.notify_all(Notice::JobChanged, &json!({"job": shown}));
         let fields = vec![
             ("job", shown["job"].clone()),
             ("state", shown["state"].clone()),
         ];
-        self.event(now, arm, "job", fields);
+        self.event(now, arm, ArmEvent::Job, fields);
         self.state_has_changed(arm);
     }
 }

@@ -63,7 +63,7 @@ use self::socket::Socket;
 pub use self::socket::{CloseCode, Outgoing, Peer, RATE, UNDER_WAY};
 use self::state::SharedState;
 pub use self::throttle::{Pace, Throttle};
-use crate::api::{Message, MessageId, Params, Role, RpcError, notification};
+use crate::api::{Message, MessageId, Notice, Params, Role, RpcError};
 use crate::control::{ArmId, Control, JobId, JogId, LeaseId, RequestId, SessionId};
 use crate::frames::FrameRing;
 use crate::job::{FormatReader, JobStore, NoStore, Reader};
@@ -698,13 +698,13 @@ impl Station {
     }
 
     /// Tells a session something.
-    fn notify(&mut self, session: SessionId, method: &str, params: &Value) {
+    fn notify(&mut self, session: SessionId, notice: Notice, params: &Value) {
         let socket = self
             .sessions
             .get(&session)
             .and_then(|session| session.socket);
         if let Some(socket) = socket {
-            self.notify_socket(socket, notification(method, params));
+            self.notify_socket(socket, notice.message(params));
         }
     }
 
@@ -716,8 +716,8 @@ impl Station {
     }
 
     /// Tells all sessions something.
-    fn notify_all(&mut self, method: &str, params: &Value) {
-        let text = notification(method, params);
+    fn notify_all(&mut self, notice: Notice, params: &Value) {
+        let text = notice.message(params);
         let sockets: Vec<_> = { self.sessions.values() }
             .filter_map(|session| session.socket)
             .collect();

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::dispatch::{Call, Handled};
 use super::{Awaited, Station};
-use crate::api::RpcError;
+use crate::api::{ArmEvent, RpcError};
 use crate::control::{ArmId, RequestId};
 use crate::recording::{KEEPS, Note, RecordOrder, RecordReport, Sample};
 
@@ -154,7 +154,7 @@ impl Station {
         self.record_orders.pop_front()
     }
 
-    fn keeps_recordings(&self) -> bool {
+    pub(super) fn keeps_recordings(&self) -> bool {
         KEEPS && self.config.recordings.keeps()
     }
 
@@ -380,11 +380,11 @@ impl Station {
                     match outcome {
                         Ok(bytes) => {
                             let fields = vec![name, ("bytes", json!(bytes))];
-                            self.event(now, arm, "recording-saved", fields);
+                            self.event(now, arm, ArmEvent::RecordingSaved, fields);
                         }
                         Err(why) => {
                             let fields = vec![name, ("message", json!(why))];
-                            self.event(now, arm, "recording-lost", fields);
+                            self.event(now, arm, ArmEvent::RecordingLost, fields);
                         }
                     }
                     return self.settle(now);
@@ -405,7 +405,7 @@ impl Station {
                 one.lost = Some(why.clone());
                 let fields = vec![("name", json!(one.name)), ("message", json!(why))];
                 self.watch_anew();
-                self.event(now, arm, "recording-lost", fields);
+                self.event(now, arm, ArmEvent::RecordingLost, fields);
             }
         }
         self.settle(now);

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use super::calls::line_lost;
 use super::{Awaited, Station};
-use crate::api::RpcError;
+use crate::api::{ArmEvent, RpcError};
 use crate::control::{ArmId, JogEnd, RequestId};
 use crate::order::{ArmReport, Outcome, jog_end};
 
@@ -34,7 +34,7 @@ impl Station {
             }
             ArmReport::JogEnded { jog, why } => self.control.jog_ended(arm, jog, why),
             ArmReport::Job { job, news } => self.job_news(now, arm, job, news),
-            ArmReport::Event { name, fields } => self.event(now, arm, name, fields),
+            ArmReport::Event { event, fields } => self.event(now, arm, event, fields),
             ArmReport::Link(up) => {
                 let place = self.arm_mut(arm);
                 let was = std::mem::replace(&mut place.link, up);
@@ -49,8 +49,12 @@ impl Station {
                     self.has_lost(now, arm);
                 }
                 if was != up {
-                    let name = if up { "link-found" } else { "link-lost" };
-                    self.event(now, arm, name, Vec::new());
+                    let event = if up {
+                        ArmEvent::LinkFound
+                    } else {
+                        ArmEvent::LinkLost
+                    };
+                    self.event(now, arm, event, Vec::new());
                 }
             }
         }

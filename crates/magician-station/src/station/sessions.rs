@@ -10,7 +10,7 @@ use serde_json::{Map, Value, json};
 use super::journal::JournalLine;
 use super::socket::{CloseCode, RATE};
 use super::{Grant, SESSION_LIST, SocketId, Station};
-use crate::api::{Params, Role, RpcError, notification};
+use crate::api::{Notice, Params, Role, RpcError};
 use crate::control::SessionId;
 use crate::secret::same_secret;
 
@@ -368,7 +368,7 @@ impl Station {
 
     /// The list of sessions as a notification.
     pub(super) fn session_list(&self) -> String {
-        notification("session.changed", &self.list_sessions())
+        Notice::SessionChanged.message(&self.list_sessions())
     }
 
     /// A session as JSON has it: `{session, name}`, or null.

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::Station;
 use super::dispatch::Call;
-use crate::api::RpcError;
+use crate::api::{Notice, RpcError};
 use crate::control::{ArmId, Effect, SessionId, TTL, TurnState};
 
 impl Station {
@@ -51,12 +51,12 @@ impl Station {
         match effect {
             Effect::Turns => {
                 let turns = self.turns(now);
-                self.notify_all("turn.changed", &turns);
+                self.notify_all(Notice::TurnChanged, &turns);
             }
             Effect::TurnEnding { arm, person, left } => {
                 let (arm, person) = (&self.arm(arm).entry.name, self.person_name(person));
                 let told = json!({"arm": arm, "person": person, "left_s": left.as_secs_f64()});
-                self.notify_all("turn.ending", &told);
+                self.notify_all(Notice::TurnEnding, &told);
             }
             Effect::TurnLease {
                 arm,
@@ -68,7 +68,7 @@ impl Station {
                     "arm": self.arm(arm).entry.name, "lease": self.lease_id(lease),
                     "ttl_s": TTL.as_secs(), "left_s": left.map(|left| left.as_secs_f64()),
                 });
-                self.notify(session, "turn.granted", &told);
+                self.notify(session, Notice::TurnGranted, &told);
             }
             _ => {}
         }

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use super::socket::{SUBSCRIPTIONS, Subscription};
 use super::state::told;
 use super::{Outgoing, SocketId, Station};
-use crate::api::{Params, RpcError, notification};
+use crate::api::{Notice, Params, RpcError};
 use crate::control::ArmId;
 use crate::frame::FRAME_FIELDS;
 use crate::order::ArmOrder;
@@ -168,7 +168,7 @@ impl Station {
         }
         for (socket, id) in told {
             let state = json!({"subscription": id, "state": {"link": "lost", "t": t}});
-            self.notify_socket(socket, notification("arm.state", &state));
+            self.notify_socket(socket, Notice::ArmState.message(&state));
         }
     }
 

@@ -92,8 +92,8 @@ fn good(name: &'static str, kind: Kind) -> BoxedStrategy<Value> {
             .boxed(),
         ("pupil", _) => Just(json!({"name": "Ada", "code": "7K3M"})).boxed(),
         (_, Kind::Texts(_)) => Just(json!(["arm0"])).boxed(),
-        (_, Kind::Object) => Just(json!({})).boxed(),
-        (_, Kind::Objects) => Just(json!([{"kind": "input", "address": 1}])).boxed(),
+        (_, Kind::Object(_)) => Just(json!({})).boxed(),
+        (_, Kind::Objects(_)) => Just(json!([{"kind": "input", "address": 1}])).boxed(),
         (_, Kind::Either(kinds)) => {
             let kinds = kinds.to_vec();
             select(kinds)

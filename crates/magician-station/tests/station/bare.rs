@@ -106,7 +106,13 @@ impl BareStation {
         let mut heard = Vec::new();
         while let Some(outgoing) = self.station.poll_send(self.socket) {
             match outgoing {
-                Outgoing::Text(text) => heard.push(serde_json::from_str(&text).unwrap()),
+                Outgoing::Text(text) => {
+                    let message: Value = serde_json::from_str(&text).unwrap();
+                    if message.get("method").is_some() {
+                        crate::typed::check_notification(&message);
+                    }
+                    heard.push(message);
+                }
                 Outgoing::Frame(_) => self.frames += 1,
                 Outgoing::Close(code) => panic!("{code:?}"),
             }

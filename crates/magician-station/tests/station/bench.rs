@@ -18,6 +18,7 @@ use serde_json::{Value, json};
 use tokio::time::{Instant, timeout};
 
 use crate::shelf::{Drawer, Gate, Gated, Shelf};
+use crate::typed;
 
 /// No answer takes longer.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -160,6 +161,7 @@ impl LocalStation {
             notices: Vec::new(),
             frames: Vec::new(),
             closed: None,
+            asked: BTreeMap::new(),
         }
     }
 
@@ -266,6 +268,8 @@ pub(crate) struct Tester {
     pub(crate) notices: Vec<(String, Value)>,
     pub(crate) frames: Vec<Vec<u8>>,
     pub(crate) closed: Option<CloseCode>,
+    /// Requests that are not answered yet: their methods and parameters, by id.
+    asked: BTreeMap<i64, (String, Value)>,
 }
 
 impl Tester {
@@ -275,6 +279,8 @@ impl Tester {
         let message =
             json!({"jsonrpc": "2.0", "id": self.next, "method": method, "params": params});
         self.client.send(&message.to_string());
+        let params = message["params"].clone();
+        self.asked.insert(self.next, (method.to_owned(), params));
         self.next
     }
 
@@ -325,6 +331,7 @@ impl Tester {
                 Outgoing::Text(text) => {
                     let message: Value = serde_json::from_str(&text).unwrap();
                     if message.get("method").is_none() {
+                        self.check(&message);
                         return Some(message);
                     }
                     self.keep(&message);
@@ -353,7 +360,24 @@ impl Tester {
         }
     }
 
+    /// What is answered is of its type.
+    fn check(&mut self, message: &Value) {
+        let asked = message["id"].as_i64().and_then(|id| self.asked.remove(&id));
+        match (asked, message.get("error")) {
+            (Some((method, _)), Some(error)) => typed::check_error(&method, error),
+            (Some((method, params)), None) => {
+                typed::check_call(&method, &params, &message["result"]);
+            }
+            (None, _) => {}
+        }
+    }
+
     fn keep(&mut self, message: &Value) {
+        if message.get("method").is_some() {
+            typed::check_notification(message);
+        } else {
+            self.check(message);
+        }
         let method = message["method"].as_str().unwrap_or("answer").to_owned();
         self.notices.push((method, message["params"].clone()));
     }

@@ -7,6 +7,7 @@ use magician_station::api::{Example, METHODS, Needs};
 use serde_json::{Value, json};
 
 use crate::bench::{LocalStation, Tester};
+use crate::typed;
 
 fn example(method: &str) -> Example {
     let example = Example::of(method);
@@ -57,7 +58,7 @@ async fn call(tester: &mut Tester, method: &str, earlier: &BTreeMap<String, Valu
 }
 
 /// Whether two results have the same members, of the same kinds. What is null or empty tells nothing.
-fn alike(shown: &Value, found: &Value) -> bool {
+pub(crate) fn alike(shown: &Value, found: &Value) -> bool {
     match (shown, found) {
         (Value::Null, _) | (_, Value::Null) => true,
         (Value::Bool(_), Value::Bool(_))
@@ -128,73 +129,10 @@ fn examples_are_of_methods_and_whole() {
     }
 }
 
-/// Whether a value has the members of its schema, each of its kind, and no others.
-fn is_of(value: &Value, schema: &Value, components: &Value) -> Result<(), String> {
-    if let Some(reference) = schema["$ref"].as_str() {
-        let name = reference.rsplit('/').next().unwrap_or_default();
-        return is_of(value, &components[name], components);
-    }
-    if let Some(choices) = schema["enum"].as_array() {
-        let known = choices.contains(value);
-        return known.then_some(()).ok_or(format!("{value} in {choices:?}"));
-    }
-    if let Some(kinds) = schema["anyOf"].as_array() {
-        let one = kinds
-            .iter()
-            .any(|kind| is_of(value, kind, components).is_ok());
-        return one
-            .then_some(())
-            .ok_or(format!("{value} is none of {kinds:?}"));
-    }
-    let kind = match value {
-        Value::Null => "null",
-        Value::Bool(_) => "boolean",
-        Value::Number(_) => "number",
-        Value::String(_) => "string",
-        Value::Array(_) => "array",
-        Value::Object(_) => "object",
-    };
-    let allowed = schema["type"] == kind || { schema["type"].as_array() }
-        .is_some_and(|kinds| kinds.contains(&json!(kind)));
-    if !allowed {
-        return Err(format!("{value} is no {}", schema["type"]));
-    }
-    match (value, &schema["items"]) {
-        (Value::Array(values), Value::Array(items)) if values.len() != items.len() => {
-            return Err(format!("{value} has not {} items", items.len()));
-        }
-        (Value::Array(values), Value::Array(items)) => {
-            for (value, item) in values.iter().zip(items) {
-                is_of(value, item, components)?;
-            }
-        }
-        (Value::Array(values), item) => {
-            for value in values {
-                is_of(value, item, components)?;
-            }
-        }
-        _ => {}
-    }
-    if let (Some(members), Some(known)) = (value.as_object(), schema["properties"].as_object()) {
-        for (name, value) in members {
-            let schema = known.get(name).ok_or(format!("{name} is not known"))?;
-            is_of(value, schema, components).map_err(|why| format!("{name}: {why}"))?;
-        }
-        for name in schema["required"].as_array().into_iter().flatten() {
-            if !members.contains_key(name.as_str().unwrap_or_default()) {
-                return Err(format!("{name} is missing"));
-            }
-        }
-    }
-    Ok(())
-}
-
 #[tokio::test(start_paused = true)]
 async fn reports_options_and_presets_are_as_their_types_say() {
-    let document = magician_station::api::openrpc();
-    let components = &document["components"]["schemas"];
     let holds = |value: &Value, name: &str| {
-        let checked = is_of(value, &components[name], components);
+        let checked = typed::is_of(value, typed::component(name));
         checked.unwrap_or_else(|why| panic!("{name}: {why} in {value}"));
     };
     let bench = LocalStation::new(1).await;

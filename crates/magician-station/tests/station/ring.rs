@@ -4,6 +4,7 @@ use std::io;
 use std::sync::Arc;
 use std::time::Duration;
 
+use magician_station::api::ArmEvent;
 use magician_station::{
     ArmEntry, ArmOrder, ArmReport, RecordOrder, RecordReport, RecordingFile, RecordingStore,
     StationConfig,
@@ -66,7 +67,7 @@ impl BareStation {
 
     fn alarm(&mut self) {
         self.report(ArmReport::Event {
-            name: "alarm-raised",
+            event: ArmEvent::AlarmRaised,
             fields: vec![("code", json!(0x12))],
         });
     }
@@ -278,7 +279,7 @@ fn what_happened_meanwhile_is_saved_with_the_readings() {
     bare.line(true);
     bare.moves_on(20);
     bare.report(ArmReport::Event {
-        name: "reset",
+        event: ArmEvent::Reset,
         fields: Vec::new(),
     });
     bare.moves_on(1);

@@ -1,0 +1,241 @@
+//! The table of errors: their codes, kinds, and what their `data` has.
+
+use magician::ErrorKind;
+use serde_json::{Value, json};
+
+use super::types::ERROR_DATA;
+use super::{Method, Needs, Role, RpcError};
+
+/// A code of an error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ErrorRow {
+    /// The code.
+    pub code: i32,
+    /// `data.kind`; empty where there is none.
+    pub kind: &'static str,
+    /// What it means.
+    pub about: &'static str,
+    /// Further members of `data`, where they apply.
+    pub data: &'static [&'static str],
+}
+
+const fn error(
+    code: i32,
+    kind: &'static str,
+    about: &'static str,
+    data: &'static [&'static str],
+) -> ErrorRow {
+    ErrorRow {
+        code,
+        kind,
+        about,
+        data,
+    }
+}
+
+/// What the driver's own errors have beside their kind.
+const OF_ARMS: &[&str] = &[
+    "code", "step", "command", "value", "limit", "unit", "fence", "from", "to", "remedies", "arms",
+];
+
+const fn of_arm(kind: ErrorKind, about: &'static str) -> ErrorRow {
+    error(RpcError::ARM, kind.name(), about, OF_ARMS)
+}
+
+/// All errors, in the order of the documents. Those of code -32000 are told apart by their kind.
+pub static ERRORS: &[ErrorRow] = &[
+    error(RpcError::PARSE, "", "the message is no JSON", &[]),
+    error(
+        RpcError::REQUEST,
+        "",
+        "the message is no request, or none that may come here",
+        &["method", "command"],
+    ),
+    error(RpcError::METHOD, "", "there is no such method", &[]),
+    error(
+        RpcError::PARAMS,
+        "",
+        "a parameter is wrong",
+        &["param", "row", "method"],
+    ),
+    error(RpcError::INTERNAL, "", "a mistake of the station", &[]),
+    of_arm(ErrorKind::InvalidInput, "the request makes no sense"),
+    of_arm(
+        ErrorKind::Unreachable,
+        "the arm cannot get there, or its fence forbids it",
+    ),
+    of_arm(ErrorKind::Port, "the line to the arm is lost"),
+    of_arm(ErrorKind::Timeout, "the arm did not answer in time"),
+    error(
+        RpcError::ARM,
+        ErrorKind::Unexpected.name(),
+        "the arm answered, or stands, otherwise than it should",
+        &[
+            "code", "step", "command", "from", "to", "remedies", "arms", "expected", "pose",
+        ],
+    ),
+    of_arm(
+        ErrorKind::Unsupported,
+        "this station or this arm cannot do it",
+    ),
+    of_arm(
+        ErrorKind::QueueFull,
+        "the arm's queue has no room: nothing was done",
+    ),
+    of_arm(ErrorKind::Alarm, "an alarm holds the queue"),
+    of_arm(
+        ErrorKind::Uncertain,
+        "a command may or may not have been done; `from` to `to` are the indices in doubt",
+    ),
+    of_arm(
+        ErrorKind::Closed,
+        "the connection was closed, or a stop came first",
+    ),
+    error(
+        RpcError::FORBIDDEN,
+        "forbidden",
+        "the role does not allow it; before hello, nothing does",
+        &["role", "needs"],
+    ),
+    error(
+        RpcError::LEASE,
+        "lease",
+        "it needs the lease of the arm, or the lease has ended; `method` gets it, `free_in_s` says when that of a holder without a socket ends",
+        &["holder", "method", "free_in_s"],
+    ),
+    error(
+        RpcError::BUSY,
+        "busy",
+        "a job, a jog or a recording has the arm",
+        &["job", "jog", "recording"],
+    ),
+    error(
+        RpcError::CHECK_FAILED,
+        "check-failed",
+        "the arm cannot do all of a program; nothing was sent",
+        &["report", "remedies", "step"],
+    ),
+    error(
+        RpcError::DANGEROUS,
+        "dangerous",
+        "it is dangerous or may burn, and `\"yes\": true` was not given",
+        &["command", "danger"],
+    ),
+    error(
+        RpcError::TOO_MANY,
+        "too-many",
+        "more than a socket may send, subscribe to, or wait for, or than there are sessions",
+        &["limit"],
+    ),
+    error(
+        RpcError::STOPPED,
+        "stopped",
+        "a stop came first, or the station ends",
+        &["by"],
+    ),
+    error(
+        RpcError::FROZEN,
+        "frozen",
+        "a teacher has frozen the arm",
+        &["arm"],
+    ),
+];
+
+impl ErrorRow {
+    /// The row of an error as it is answered.
+    #[must_use]
+    pub fn of(error: &RpcError) -> Option<&'static Self> {
+        let kind = error.data.get("kind").and_then(Value::as_str);
+        let kind = kind.unwrap_or_default();
+        { ERRORS.iter() }.find(|row| row.code == error.code && row.kind == kind)
+    }
+
+    /// Its name as a component.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match (self.kind, self.code) {
+            ("", RpcError::PARSE) => "parse",
+            ("", RpcError::REQUEST) => "request",
+            ("", RpcError::METHOD) => "method",
+            ("", RpcError::PARAMS) => "params",
+            ("", _) => "internal",
+            (kind, _) => kind,
+        }
+    }
+
+    /// As OpenRPC has it: `x-data` is the schema of `data`.
+    pub(super) fn to_value(self) -> Value {
+        let mut properties = serde_json::Map::new();
+        let mut required = Vec::new();
+        if !self.kind.is_empty() {
+            properties.insert(
+                "kind".to_owned(),
+                json!({"type": "string", "enum": [self.kind]}),
+            );
+            required.push("kind");
+        }
+        for name in self.data {
+            let member = ERROR_DATA.iter().find(|member| member.name == *name);
+            let schema = member.map_or_else(|| json!({}), |member| member.schema());
+            properties.insert((*name).to_owned(), schema);
+        }
+        let data = json!({"type": "object", "properties": properties, "required": required});
+        json!({"code": self.code, "message": self.about, "x-data": data})
+    }
+
+    /// Whether a method may answer it, as far as its row tells.
+    pub(super) fn is_of(&self, method: &Method) -> bool {
+        let takes = |name: &str| method.params.iter().any(|param| param.name == name);
+        let leased = method.needs != Needs::Nothing;
+        let of_arm = takes("arm") || takes("job") || takes("jog");
+        match self.code {
+            // No method of the table is one that is not there, and JSON is read before.
+            RpcError::PARSE | RpcError::METHOD => false,
+            RpcError::PARAMS => !method.params.is_empty(),
+            RpcError::ARM => {
+                of_arm || method.name.starts_with("program.") || method.name.starts_with("preset.")
+            }
+            RpcError::FORBIDDEN => {
+                method.role != Role::Viewer || takes("set") || method.name == "session.hello"
+            }
+            RpcError::LEASE => leased || method.name.starts_with("lease."),
+            RpcError::BUSY => leased || method.name.starts_with("record.") || takes("set"),
+            RpcError::CHECK_FAILED => leased && (takes("setup") || takes("approach")),
+            RpcError::DANGEROUS => takes("yes"),
+            RpcError::STOPPED | RpcError::FROZEN => leased || method.name.starts_with("lease."),
+            _ => true,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use magician::ErrorCode;
+
+    use super::*;
+
+    #[test]
+    fn each_code_has_its_rows_and_no_other_is_there() {
+        for code in RpcError::CODES {
+            let rows: Vec<_> = ERRORS.iter().filter(|row| row.code == code).collect();
+            assert!(!rows.is_empty(), "{code}");
+            if code != RpcError::ARM {
+                let error = RpcError::new(code, "");
+                assert_eq!(ErrorRow::of(&error), Some(rows[0]), "{code}");
+            }
+        }
+        assert!(ERRORS.iter().all(|row| RpcError::CODES.contains(&row.code)));
+        for code in ErrorCode::ALL {
+            let kind = code.kind();
+            assert!(ErrorRow::of(&RpcError::arm(kind, "")).is_some(), "{kind}");
+        }
+        for row in ERRORS {
+            for name in row.data {
+                assert!(
+                    ERROR_DATA.iter().any(|member| member.name == *name),
+                    "{name}"
+                );
+            }
+        }
+    }
+}

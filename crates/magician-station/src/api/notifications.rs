@@ -1,0 +1,269 @@
+//! What a station tells by itself: the table of notifications. Nothing else is sent ([`Notice`] has no other), and the page, the
+//! schema, the types and the tests come from these rows.
+
+use super::IdKind::{Job, Jog, Lease, Session, Subscription};
+use super::shape::{Member, Shape, is};
+use super::{IdPlace, notification};
+use crate::control::JogEnd;
+use serde_json::Value;
+
+/// A notification of a station.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Notification {
+    /// Its name.
+    pub name: &'static str,
+    /// Where it names the arm that it is about; none where it is about no arm, or a subscription says which.
+    pub arm: Option<&'static str>,
+    /// The ids in its parameters.
+    pub ids: &'static [IdPlace],
+    /// Who gets it.
+    pub to: &'static str,
+    /// When it is sent.
+    pub when: &'static str,
+    /// Which channel to use where a fact stands in several; empty where it stands in this one alone.
+    pub channel: &'static str,
+    /// Its parameters: an object of these members, but that of `arm.event`, which is an `Event`.
+    pub params: &'static [Member],
+}
+
+macro_rules! notices {
+    ($($(#[$about:meta])* $notice:ident = $name:literal {
+        to: $to:literal, when: $when:literal, channel: $channel:literal, arm: $arm:expr, ids: $ids:expr, params: $params:expr,
+    })*) => {
+        /// Which notification it is.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum Notice {
+            $($(#[$about])* $notice,)*
+        }
+
+        /// All notifications, in the order of the documents.
+        pub static NOTIFICATIONS: &[Notification] = &[$(Notification {
+            name: $name, arm: $arm, ids: $ids, to: $to, when: $when, channel: $channel, params: $params,
+        },)*];
+
+        impl Notice {
+            /// Its name.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$notice => $name,)*
+                }
+            }
+        }
+    };
+}
+
+const ARM: Member = is("arm", Shape::Text, "name of the arm");
+const EVERYBODY: &[IdPlace] = &[];
+/// Why jogs end.
+const JOG_ENDS: &[&str] = &[
+    JogEnd::Released.name(),
+    JogEnd::NotKept.name(),
+    JogEnd::Stopped.name(),
+    JogEnd::Lease.name(),
+    JogEnd::Link.name(),
+    JogEnd::Replaced.name(),
+    JogEnd::Limit.name(),
+];
+pub(super) const JOG_WHY: Member = is(
+    "why",
+    Shape::Choice(JOG_ENDS),
+    "why it ended: its session stopped it or went away; it was not kept up; a stop of the arm came; the lease ended; the line broke; \
+     the same session began another one; the arm came to a limit or to its fence",
+);
+const LEFT: Member = is("left_s", Shape::Number, "how long it is until then").in_unit("s");
+
+notices! {
+    /// Who is there has changed.
+    SessionChanged = "session.changed" {
+        to: "every session",
+        when: "A session came, went, or got or lost a lease. Five times a second at most: the list is the newest one.",
+        channel: "`session.list` answers the same list.",
+        arm: None,
+        ids: &[("sessions[].session", Session)],
+        params: &[is("sessions", Shape::List(&Shape::Type("Session")), "all sessions")],
+    }
+    /// A lease has another holder.
+    LeaseChanged = "lease.changed" {
+        to: "every session",
+        when: "The lease of an arm was given, given back, taken or lost.",
+        channel: "This one says who may move the arm. `holder` of State is the same for who shows states; the event `lease` is for logs.",
+        arm: Some("arm"),
+        ids: &[("holder.session", Session)],
+        params: &[ARM, is("holder", Shape::Type("Holder"), "who has it now").null("nobody has it")],
+    }
+    /// Somebody asks for a lease.
+    LeaseAsked = "lease.asked" {
+        to: "the holder of the lease",
+        when: "Another session asks for it by `lease.ask`. Answer by `lease.answer`; without an answer it passes after 20 s.",
+        channel: "`waiting` of `arm.list` has who asks, for everybody.",
+        arm: Some("arm"),
+        ids: &[("session", Session)],
+        params: &[
+            ARM,
+            is("session", Shape::Id(Session), "who asks, for `lease.answer`"),
+            is("name", Shape::Text, "what it calls itself"),
+            is("message", Shape::Text, "its sentence").null("it says nothing"),
+        ],
+    }
+    /// A place in the queue for a lease.
+    LeaseQueue = "lease.queue" {
+        to: "the session that waits",
+        when: "It waits for a lease by `lease.acquire` with `wait_s`: at once, and whenever its place is another one.",
+        channel: "",
+        arm: Some("arm"),
+        ids: EVERYBODY,
+        params: &[ARM, is("place", Shape::Count, "its place, from 1")],
+    }
+    /// A job does something else.
+    JobChanged = "job.changed" {
+        to: "every session",
+        when: "A job has another state, at once; its progress, ten times a second at most.",
+        channel: "This one follows a job. The event `job` is for logs, `job` of State says which job has the arm.",
+        arm: Some("job.arm"),
+        ids: &[
+            ("job.job", Job),
+            ("job.holder.session", Session),
+            ("job.error.holder.session", Session),
+            ("job.error.by", Session),
+        ],
+        params: &[is("job", Shape::Type("Job"), "all of it, as `job.get` answers it")],
+    }
+    /// A jog is over.
+    JogEnded = "jog.ended" {
+        to: "every session",
+        when: "A jog is over. The stop has gone out to the arm; it may still come to rest.",
+        channel: "This one says that a jog is over, and why. `jog` of State is null from then on; the event `jog` is for logs.",
+        arm: Some("arm"),
+        ids: &[("jog", Jog)],
+        params: &[ARM, is("jog", Shape::Id(Jog), "which one"), JOG_WHY],
+    }
+    /// The state of an arm.
+    ArmState = "arm.state" {
+        to: "the socket that subscribed",
+        when: "As often as `arm.subscribe` asks for, the newest state when several are due; at once when job, jog or holder change, and once when the line is lost.",
+        channel: "This one is for showing where an arm is. Decide by `lease.changed`, `job.changed` and `jog.ended`.",
+        arm: None,
+        ids: &[
+            ("subscription", Subscription),
+            ("state.job", Job),
+            ("state.jog", Jog),
+            ("state.holder.session", Session),
+        ],
+        params: &[
+            is("subscription", Shape::Id(Subscription), "of which subscription of this socket"),
+            is("state", Shape::Type("StateChange"), "what is to be merged into the last state"),
+        ],
+    }
+    /// The station ends.
+    ServerEnding = "server.ending" {
+        to: "every session",
+        when: "The station begins to end, and to each session that says hello after that. Who holds an arm stops it within 1 s (`arm.stop`), lifts its pen and gives the lease back.",
+        channel: "Nothing begins any more: -32007, \"the station ends\".",
+        arm: None,
+        ids: EVERYBODY,
+        params: &[LEFT],
+    }
+    /// Turns are others.
+    TurnChanged = "turn.changed" {
+        to: "every session",
+        when: "A turn began or ended, somebody joined or left the queue, an arm was frozen or freed, a class was set.",
+        channel: "`turn.list` answers the same, and which arms are meant by the asker's `turn.join`.",
+        arm: None,
+        ids: EVERYBODY,
+        params: super::types::TURNS,
+    }
+    /// A turn comes to its end.
+    TurnEnding = "turn.ending" {
+        to: "every session",
+        when: "A turn ends in 60 s, and in 10 s.",
+        channel: "",
+        arm: Some("arm"),
+        ids: EVERYBODY,
+        params: &[ARM, is("person", Shape::Text, "whose turn it is"), LEFT],
+    }
+    /// A turn began.
+    TurnGranted = "turn.granted" {
+        to: "the session of the person whose turn it is",
+        when: "Its turn begins, or goes on after a teacher had the arm: it has the lease from now on.",
+        channel: "`lease.changed` tells everybody; this one has the id of the lease.",
+        arm: Some("arm"),
+        ids: &[("lease", Lease)],
+        params: &[
+            ARM,
+            is("lease", Shape::Id(Lease), "the lease, for `lease.release`"),
+            is("ttl_s", Shape::Number, "it ends when its holder says nothing for so long").in_unit("s"),
+            is("left_s", Shape::Number, "what is left of the turn").in_unit("s").null("it has no end"),
+        ],
+    }
+    /// Something happened at an arm.
+    ArmEvent = "arm.event" {
+        to: "subscribers of the arm",
+        when: "Something happened: see the table of events.",
+        channel: "This is the log of an arm: numbered, and read later by `events.since`. What lease, jobs and jogs do has notifications of its own.",
+        arm: Some("arm"),
+        ids: &[
+            ("by", Session),
+            ("holder.session", Session),
+            ("job", Job),
+            ("jog", Jog),
+        ],
+        params: EVENT,
+    }
+}
+
+/// What every event has.
+pub(super) const EVENT: &[Member] = &[
+    ARM,
+    is(
+        "seq",
+        Shape::Count,
+        "its number at this arm, from 1, for `events.since`",
+    ),
+    is(
+        "t",
+        Shape::Number,
+        "when it happened, by the station's clock",
+    )
+    .in_unit("Unix seconds"),
+    is(
+        "event",
+        Shape::Choice(super::events::NAMES),
+        "what happened",
+    ),
+];
+
+impl Notification {
+    /// The notification of a name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<&'static Self> {
+        NOTIFICATIONS.iter().find(|one| one.name == name)
+    }
+}
+
+impl Notice {
+    /// The message.
+    #[must_use]
+    pub fn message(self, params: &Value) -> String {
+        notification(self.name(), params)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Ids are declared as ids where they stand at the top; those within objects are in `ids` alone.
+    #[test]
+    fn ids_of_a_row_are_those_of_its_members() {
+        for row in NOTIFICATIONS {
+            let ids = row.params.iter().filter_map(|member| match member.shape {
+                Shape::Id(kind) => Some((member.name, kind)),
+                _ => None,
+            });
+            for id in ids {
+                assert!(row.ids.contains(&id), "{}: {}", row.name, id.0);
+            }
+        }
+    }
+}

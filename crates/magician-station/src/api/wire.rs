@@ -1,0 +1,197 @@
+//! What a client has to know beside methods and notifications: the frame of bytes, close codes, and features.
+
+/// A part of the frame of bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FramePart {
+    /// Its first byte.
+    pub offset: usize,
+    /// `u8`, `u16`, `u32` or `f64`, little endian.
+    pub kind: &'static str,
+    /// Its name.
+    pub name: &'static str,
+    /// Its unit; empty without one.
+    pub unit: &'static str,
+    /// What it is.
+    pub about: &'static str,
+}
+
+const fn part(
+    offset: usize,
+    kind: &'static str,
+    name: &'static str,
+    unit: &'static str,
+    about: &'static str,
+) -> FramePart {
+    FramePart {
+        offset,
+        kind,
+        name,
+        unit,
+        about,
+    }
+}
+
+/// The frame that a subscription with `frame: "binary"` gets, byte by byte.
+pub const FRAME_PARTS: [FramePart; 17] = [
+    part(0, "u8", "mark", "", "0x4D"),
+    part(1, "u8", "version", "", "1"),
+    part(2, "u16", "subscription", "", "of which subscription"),
+    part(
+        4,
+        "u32",
+        "sequence",
+        "",
+        "counts the states of the subscription from 0, and begins anew after 4294967295; numbers of states that were dropped for a newer one are missing",
+    ),
+    part(8, "f64", "t", "Unix seconds", "when the pose was read"),
+    part(16, "f64", "x", "mm", "the tip of the tool"),
+    part(24, "f64", "y", "mm", "the tip of the tool"),
+    part(32, "f64", "z", "mm", "the tip of the tool"),
+    part(40, "f64", "r", "deg", "the turn of the tool"),
+    part(48, "f64", "j1", "deg", "joint 1"),
+    part(56, "f64", "j2", "deg", "joint 2"),
+    part(64, "f64", "j3", "deg", "joint 3"),
+    part(72, "f64", "j4", "deg", "joint 4"),
+    part(
+        80,
+        "f64",
+        "rail",
+        "mm",
+        "where the arm stands on its rail; NaN without one",
+    ),
+    part(
+        88,
+        "f64",
+        "current_index",
+        "",
+        "the command of the arm's queue that was finished last",
+    ),
+    part(
+        96,
+        "f64",
+        "left_space",
+        "commands",
+        "places in the arm's queue that are free",
+    ),
+    part(104, "f64", "flags", "", "the sum of the flags that are on"),
+];
+
+/// The flags of a frame, each with its bit and what it says. Bits that are not here are reserved.
+pub const FRAME_FLAGS: [(u32, &str, &str); 7] = [
+    (1, "link", "the line to the arm is up"),
+    (2, "moving", "the arm moves, or may"),
+    (4, "alarm", "an alarm holds the queue"),
+    (8, "laser", "the laser may burn"),
+    (16, "jog", "a jog is under way"),
+    (32, "job", "a job runs"),
+    (64, "lease", "somebody has the lease"),
+];
+
+/// Codes with which a socket is closed.
+pub const CLOSE_CODES: &[(u16, &str)] = &[
+    (1001, "the station ends"),
+    (1003, "a binary message"),
+    (1007, "no UTF-8"),
+    (1009, "a message of more than 1 MiB"),
+    (1013, "tokens cannot be checked now"),
+    (4400, "the first message was no good hello"),
+    (4401, "no token, or a wrong one"),
+    (4403, "the token was revoked"),
+    (
+        4408,
+        "no hello within 5 s, from another machine 2 s, or a newer socket took the place of one that had said none",
+    ),
+    (4409, "its session has another socket"),
+    (4413, "it reads too slowly: more than 256 KiB wait for it"),
+    (4429, "too many messages for five seconds"),
+];
+
+/// Something that not every station can do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FeatureRow {
+    /// Its name, in `server.info`.
+    pub name: &'static str,
+    /// What a client can do where it stands.
+    pub about: &'static str,
+}
+
+macro_rules! features {
+    ($($feature:ident = $name:literal, $about:literal;)*) => {
+        /// Something that not every station can do.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum Feature {
+            $(#[doc = $about] $feature,)*
+        }
+
+        /// All features, in the order of the documents.
+        pub static FEATURES: &[FeatureRow] = &[$(FeatureRow { name: $name, about: $about },)*];
+
+        impl Feature {
+            /// All of them.
+            pub const ALL: &'static [Self] = &[$(Self::$feature,)*];
+
+            /// Its name, in `server.info`.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$feature => $name,)*
+                }
+            }
+        }
+    };
+}
+
+features! {
+    BinaryFrames = "binary-frames", "`arm.subscribe` takes `\"frame\": \"binary\"`.";
+    Events = "events", "`arm.event` and `events.since`.";
+    JobQueue = "job-queue", "`job.start` takes `\"queue\": true`.";
+    Library = "library", "Programs are kept: `program.*`, and `program` of `job.start`.";
+    Presets = "presets", "`preset.*`, and `preset` of `setup`.";
+    Recording = "recording", "`record.*`, and GET of recordings.";
+    Classes = "class", "`class.*`, `turn.*`, `schedule.*`, and `pupil` of `session.hello`.";
+    Worlds = "world", "An arm is virtual, of this station itself: `world.*`.";
+    Control = "control", "Somebody may be more than a viewer: arms can be moved.";
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::{FRAME, FRAME_FIELDS};
+    use crate::station::CloseCode;
+
+    #[test]
+    fn parts_of_the_frame_lie_behind_each_other_and_fill_it() {
+        let mut at = 0;
+        for part in FRAME_PARTS {
+            assert_eq!(part.offset, at, "{}", part.name);
+            at += match part.kind {
+                "u8" => 1,
+                "u16" => 2,
+                "u32" => 4,
+                _ => 8,
+            };
+        }
+        assert_eq!(at, FRAME);
+        let values: Vec<_> = { FRAME_PARTS.iter() }
+            .filter(|part| part.kind == "f64")
+            .map(|part| part.name)
+            .collect();
+        assert_eq!(values, FRAME_FIELDS);
+    }
+
+    #[test]
+    fn each_close_code_of_the_station_is_in_the_table() {
+        let own = [
+            CloseCode::HELLO,
+            CloseCode::TOKEN,
+            CloseCode::REVOKED,
+            CloseCode::LATE,
+            CloseCode::TAKEN_OVER,
+            CloseCode::SLOW,
+            CloseCode::TOO_MANY,
+        ];
+        for code in own {
+            assert!(CLOSE_CODES.iter().any(|(known, _)| *known == code.0));
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! The examples of notifications and events, each on a station of its own.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use magician_station::Role;
+use magician_station::api::{EVENTS, NOTIFICATIONS, NotificationExample, Said};
+use serde_json::{Value, json};
+
+use crate::bench::{LocalStation, Tester};
+use crate::examples::alike;
+use crate::typed;
+
+/// By then the arm was read.
+const READ: Duration = Duration::from_millis(200);
+/// As long as the turn of the class in the examples.
+const TURN: Duration = Duration::from_secs(91);
+
+/// Its parameters with the ids of earlier results.
+fn with_ids(params: &Value, results: &[Value]) -> Value {
+    let id_of = |name: &str| results.iter().rev().find_map(|result| result.get(name));
+    let ids = ["job", "jog", "lease", "session", "subscription"];
+    let members = params.as_object().into_iter().flatten();
+    let members = members.map(|(name, value)| {
+        let id = id_of(name).filter(|_| ids.contains(&name.as_str()));
+        (name.clone(), id.unwrap_or(value).clone())
+    });
+    Value::Object(members.collect())
+}
+
+async fn client<'t>(
+    bench: &LocalStation,
+    testers: &'t mut BTreeMap<String, Tester>,
+    said: &Said,
+) -> &'t mut Tester {
+    if !testers.contains_key(&said.who) {
+        let tester = if said.method == "session.hello" {
+            bench.socket(Some(Role::Teacher))
+        } else {
+            bench.join_as(&said.who, Role::Teacher).await
+        };
+        testers.insert(said.who.clone(), tester);
+    }
+    testers.get_mut(&said.who).unwrap()
+}
+
+/// What the listener of an example hears of a method.
+async fn heard(example: &NotificationExample, method: &str) -> Vec<Value> {
+    let bench = LocalStation::new(1).await;
+    let mut testers = BTreeMap::new();
+    let mut results = Vec::new();
+    let comes_later = example
+        .after
+        .iter()
+        .any(|said| said.who == example.heard_by && said.method == "session.hello");
+    if !comes_later {
+        let tester = bench.join_as(&example.heard_by, Role::Teacher).await;
+        testers.insert(example.heard_by.clone(), tester);
+    }
+    for said in &example.after {
+        if said.method == "server.ending" {
+            let listener = testers.get_mut(&example.heard_by).unwrap();
+            tokio::join!(bench.station.end_runs(), listener.listen(TURN));
+            continue;
+        }
+        let tester = client(&bench, &mut testers, said).await;
+        let params = with_ids(&said.params, &results);
+        let waits = said.method == "lease.ask" || said.params.get("wait_s").is_some();
+        if waits {
+            tester.send(&said.method, params);
+        } else {
+            results.push(tester.ok(&said.method, params).await);
+        }
+        // What the call does is not what the arm was found with.
+        tester.listen(READ).await;
+    }
+    // Who holds an arm says something all the time.
+    let mut passed = Duration::ZERO;
+    let step = Duration::from_secs(1);
+    while passed < TURN {
+        passed += step;
+        let share = step / testers.len() as u32;
+        for tester in testers.values_mut() {
+            tester.listen(share).await;
+        }
+        for (who, tester) in &mut testers {
+            // It is out, or waits for an answer.
+            if tester.closed.is_none() && who != "Ben" || method == "turn.ending" {
+                tester.ok("server.info", json!({})).await;
+            }
+        }
+        let listener = &testers[&example.heard_by];
+        let found = listener.noticed(method);
+        let event = |params: &Value| params.get("event").cloned();
+        let is_it = |params: &&&Value| event(params) == event(&example.params);
+        if { found.iter() }
+            .filter(is_it)
+            .any(|params| alike(&example.params, params))
+        {
+            break;
+        }
+    }
+    let listener = testers.remove(&example.heard_by).unwrap();
+    listener.noticed(method).into_iter().cloned().collect()
+}
+
+#[tokio::test(start_paused = true)]
+async fn each_notification_comes_as_its_example_shows() {
+    let mut wrong = Vec::new();
+    for row in NOTIFICATIONS {
+        let example = NotificationExample::of(row.name).expect(row.name);
+        let heard = heard(&example, row.name).await;
+        if !heard.iter().any(|params| alike(&example.params, params)) {
+            wrong.push(format!("{}: {heard:?}", row.name));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[tokio::test(start_paused = true)]
+async fn each_event_comes_as_its_example_shows() {
+    let mut wrong = Vec::new();
+    for row in EVENTS {
+        let example = NotificationExample::of(row.name).expect(row.name);
+        if example.after.is_empty() {
+            // Nothing that a client does brings it about.
+            let message =
+                json!({"jsonrpc": "2.0", "method": "arm.event", "params": example.params});
+            typed::check_notification(&message);
+            continue;
+        }
+        let heard = heard(&example, "arm.event").await;
+        let is_it = |params: &&Value| params["event"] == row.name;
+        let found = heard.iter().filter(is_it).collect::<Vec<_>>();
+        if !found.iter().any(|params| alike(&example.params, params)) {
+            wrong.push(format!("{}: {found:?} of {heard:?}", row.name));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
