@@ -373,7 +373,7 @@ async fn answer<S: Served>(here: &Here<S>, request: Request, admitted: &Admitted
 async fn results<S: Served>(here: &Here<S>, admitted: &Admitted, route: &Route) -> Response {
     const ASKED: &str = r#"{"jsonrpc":"2.0","id":1,"method":"class.results"}"#;
     let grant = match entitled(here, admitted, route).await {
-        Ok(()) => granted(here, admitted).await,
+        Ok(_) => granted(here, admitted).await,
         Err(refused) => Err(refused),
     };
     let peer = match grant.and_then(|grant| peer(here, admitted, grant)) {
@@ -424,9 +424,10 @@ async fn program<S: Served>(
     admitted: &Admitted,
     route: &Route,
 ) -> Response {
-    if let Err(refused) = entitled(here, admitted, route).await {
-        return refusal(&refused);
-    }
+    let role = match entitled(here, admitted, route).await {
+        Ok(role) => role,
+        Err(refused) => return refusal(&refused),
+    };
     let Some(name) = programs::name_in(request.uri().path()) else {
         let why = "a program has a name of 1 to 80 letters, digits, points, blanks, _ and -, with \
             no point first and no blank first or last";
@@ -434,20 +435,20 @@ async fn program<S: Served>(
     };
     let store = here.station.programs();
     match route.method {
-        "PUT" => programs::put(store, &here.options.uploads, name, request).await,
+        "PUT" => programs::put(store, &here.options.uploads, name, role, request).await,
         "DELETE" => programs::delete(store, name).await,
         _ => programs::get(store, name).await,
     }
 }
 
-/// Whether a request has the role that its route needs.
+/// The role of a request, if it has the one that its route needs.
 async fn entitled<S: Served>(
     here: &Here<S>,
     admitted: &Admitted,
     route: &Route,
-) -> Result<(), Refused> {
+) -> Result<Role, Refused> {
     let RouteNeeds::Role(needs) = route.needs else {
-        return Ok(());
+        return Ok(Role::Viewer);
     };
     let grant = granted(here, admitted).await?.ok_or_else(|| {
         let why = "a token is needed from this address";
@@ -463,7 +464,7 @@ async fn entitled<S: Served>(
         return Err(Refused::new(StatusCode::FORBIDDEN, why));
     }
     here.place.begin();
-    Ok(())
+    Ok(role)
 }
 
 /// What may be done without a hello: by the role of the token, or as this machine's people.
