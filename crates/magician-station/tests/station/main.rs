@@ -19,6 +19,7 @@ mod moves;
 mod presets;
 mod programs;
 mod recordings;
+mod rights;
 mod ring;
 mod setups;
 mod shelf;
