@@ -35,12 +35,12 @@ JSON-RPC's own: -32700 no JSON, -32600 no request, -32601 unknown method, -32602
 | code | `data.kind` | meaning | further `data` |
 |---|---|---|---|
 | -32000 | a kind of the driver: `unreachable`, `alarm`, `port`, `timeout`, .. | the arm or its line | `code`, `step`, `command`, `value`, `limit`, `unit`, `fence`, `from`, `to` where they apply |
-| -32001 | `forbidden` | the role does not allow it | `role`, `needs` |
+| -32001 | `forbidden` | the role does not allow it, or a job that waits is somebody else's | `role`, `needs`; `may`, who may: `owner`, `holder` (of the lease), `teacher` |
 | -32002 | `lease` | it needs the lease of the arm, or the lease has ended | `holder`; `method`, which gets it; `free_in_s`, seconds until the lease of a holder without a socket ends |
 | -32003 | `busy` | a job or a jog has the arm | `job` or `jog` |
 | -32004 | `check-failed` | the arm cannot do all of a program; nothing was sent | `report`, as `run --check --json` |
 | -32005 | `dangerous` | it is dangerous or may burn, and `\"yes\": true` was not given | `command`; `danger`: `laser` or `arm` |
-| -32006 | `too-many` | more than a socket may send, subscribe to, or wait for, or than there are sessions | `limit` |
+| -32006 | `too-many` | more than a socket may send, subscribe to, or wait for, or than there are sessions; too many wrong codes | `limit`; `wait_s` of wrong codes |
 | -32007 | `stopped` | a stop came first | `by` |
 | -32008 | `frozen` | a teacher has frozen the arm | `arm` |
 
