@@ -173,7 +173,7 @@ mod tests {
                 .map(|port| format!("arm{}", port.len()))
                 .collect(),
         };
-        let one = served(&[path("arm")], &[real.clone()]);
+        let one = served(&[path("arm")], std::slice::from_ref(&real));
         let here = Some("http://127.0.0.1:8910/".to_owned());
         for spelling in [
             path("tty"),
@@ -193,7 +193,7 @@ mod tests {
         fs::remove_file(path("arm")).expect("removed");
         assert_eq!(one.url_of(&real), here);
         // A relative path of another process is not looked at from here.
-        let relative = served(&["./Cargo.toml".to_owned()], &[real.clone()]);
+        let relative = served(&["./Cargo.toml".to_owned()], std::slice::from_ref(&real));
         assert_eq!(relative.url_of(&device("./Cargo.toml")), None);
         assert_eq!(relative.url_of(&real), here);
         let several = served(&["udp:10.0.0.9".to_owned(), path("other")], &[]);
