@@ -4,7 +4,7 @@
 //!   it; [`proxy`] gives several programs one arm.
 //! * [`admission`] decides which connection gives way when a listener has more than it can keep.
 //! * [`build`] makes commands of intentions; [`preflight`] checks them before a byte is sent.
-//! * [`gate`] decides when a jog may begin, and knows which motors run: what moves without an end of its own.
+//! * [`picture`] knows an arm without asking it; [`gate`] decides when a jog may begin.
 //! * [`faults`] (feature) is what a bad line does, from a seed; [`pair`] (feature) a host and a virtual arm on one virtual clock.
 //!
 //! The crate `magician` drives these over real lines and re-exports them. Lengths are mm, angles degrees, times microseconds
@@ -22,10 +22,9 @@ mod error;
 #[cfg(any(test, feature = "faults"))]
 pub mod faults;
 pub mod gate;
-mod homing;
 #[cfg(any(test, feature = "pair"))]
 pub mod pair;
-mod picture;
+pub mod picture;
 pub mod preflight;
 pub mod proxy;
 mod remedy;
@@ -36,7 +35,6 @@ pub use burning::{
     LASER_POWER, LASER_SUPPLY, burns, frame_burns, frame_releases_queue, raises_laser_pin,
 };
 pub use error::{Error, ErrorCode, ErrorKind, Result};
-pub use homing::HomingTracker;
 pub use magician_model::{MotionSettings, PtpMove};
 pub use magician_motion::{
     ArmModel, ArmState, Breach, Cuboid, Fence, FenceError, FencePart, Geometry, JointAngles,

@@ -16,7 +16,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use magician::{
-    Arm, ArmOutputs, ErrorCode, Event, Jog, JogOptions, Link, StateOptions, StateWatch,
+    Arm, ArmOutputs, ArmSnapshot, ErrorCode, Event, Jog, JogOptions, Link, StateOptions, StateWatch,
 };
 use magician_job::{Access, Journal, SavedSettings, Settled};
 use magician_program::PreparedProgram;
@@ -324,14 +324,10 @@ impl Work {
             }
             ArmOrder::KeepJog(jog) => self.keep(jog),
             ArmOrder::EndJog(jog) => {
-                let mut ends = self.jog.take_if(|(id, _)| *id == jog).is_some();
+                self.jog.take_if(|(id, _)| *id == jog);
                 if let Some((_, begins)) = self.beginning.take_if(|(id, _)| *id == jog) {
                     // One that is given up on ends, whether it has begun or not.
                     begins.abort();
-                    ends = true;
-                }
-                if ends {
-                    self.await_jog();
                 }
             }
             ArmOrder::Guide {
@@ -420,10 +416,9 @@ impl Work {
         self.doing = None;
         let is_job = |waiting: &Waiting| matches!(waiting, Waiting::Job(_));
         self.waiting.retain(is_job);
-        let jogs = self.jog.take().is_some();
-        let begins = self.beginning.take().map(|(_, begins)| begins.abort());
-        if jogs || begins.is_some() {
-            self.await_jog();
+        self.jog = None;
+        if let Some((_, begins)) = self.beginning.take() {
+            begins.abort();
         }
         self.stops += 1;
     }
@@ -459,18 +454,6 @@ impl Work {
             }
             TaskResult::Stopped(None, Ok(Value::Null))
         });
-    }
-
-    /// Nothing begins before a jog in pieces, which is being ended, has left the arm at rest and with its own settings.
-    fn await_jog(&mut self) {
-        if self.arm.bounds_jogs() {
-            self.stops += 1;
-            let arm = self.arm.clone();
-            self.side.spawn(async move {
-                arm.jog_over().await;
-                TaskResult::Stopped(None, Ok(Value::Null))
-            });
-        }
     }
 
     /// Begins the next action if nothing is in its way.
@@ -509,13 +492,15 @@ impl Work {
 
     /// Tells of tools and speed where they have changed, and reads them where they are not known any more.
     fn tell_outputs(&mut self) {
-        let outputs = self.arm.outputs();
+        let ArmSnapshot {
+            outputs, lapses, ..
+        } = self.arm.snapshot();
         if self.told.replace(outputs) != Some(outputs) {
             let tool = reads::tool(&outputs);
             let speed = outputs.speed;
             (self.report)(ArmReport::Outputs { tool, speed });
         }
-        if self.arm.output_lapses() != self.lapses {
+        if lapses != self.lapses {
             self.learn();
         }
     }
@@ -543,7 +528,6 @@ impl Work {
             && let Err(error) = under_way.keep()
         {
             self.jog = None;
-            self.await_jog();
             let why = jog_end(error.code().name());
             (self.report)(ArmReport::JogEnded { jog, why });
         }
@@ -591,7 +575,7 @@ impl Work {
 
     /// Reads what is not read each time, beside.
     fn learn(&mut self) {
-        self.lapses = self.arm.output_lapses();
+        self.lapses = self.arm.snapshot().lapses;
         let arm = self.arm.clone();
         let before = self.known.rail;
         self.side.spawn(async move {
@@ -620,15 +604,6 @@ impl Work {
             Event::LinkLost { .. } => (self.report)(ArmReport::Link(false)),
             Event::LinkFound { .. } => {
                 (self.report)(ArmReport::Link(true));
-                self.stops += 1;
-                let arm = self.arm.clone();
-                self.side.spawn(async move {
-                    let restored = arm.restore_after_jog().await;
-                    TaskResult::Stopped(
-                        None,
-                        restored.map(|()| Value::Null).map_err(RpcError::from),
-                    )
-                });
                 self.side.spawn(restore_after_job(self.arm.clone()));
                 self.learn();
             }

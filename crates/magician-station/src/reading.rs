@@ -117,7 +117,8 @@ pub(crate) const fn pin_kind(pin: Pin) -> &'static str {
         Pin::Input(_) => "input",
         Pin::Output(_) => "output",
         Pin::Analog(_) => "analog",
-        _ => "unknown",
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     }
 }
 

@@ -20,13 +20,15 @@
 //! # fn main() -> magician::Result<()> {
 //! let arm = Arm::connect("sim")?; // or "/dev/ttyUSB0", "COM3", "udp:192.168.1.5"
 //! arm.home()?;
+//! arm.move_to(220.0, 0.0, 50.0, 0.0)?; // x, y, z in mm, r in degrees
+//! assert_eq!(arm.pose()?.z, 50.0);
 //! arm.run(&[
-//!     build::tool_named("suction")?,
 //!     build::jump_to(220.0, 60.0, -20.0, 0.0),
 //!     build::suction(true),
 //!     build::jump_to(220.0, -60.0, -20.0, 0.0),
 //!     build::suction(false),
-//! ])?;
+//! ])?; // checked as a whole before a byte of it is sent
+//! arm.stop()?; // from any thread
 //! # Ok(())
 //! # }
 //! ```
@@ -80,9 +82,9 @@ mod virtual_arm;
 
 pub use arm::{
     Arm, ArmIdentity, ClockRate, CommandSource, EndNotice, Event, Events, Feeder, Homing,
-    HomingRecord, Jog, JogOptions, Laser, Level, Lifted, LightsOut, Link, Motors, Options, Pin,
-    Pins, Progress, Queue, Ran, Run, RunOptions, Sample, Samples, SettingsBackup, StateOptions,
-    StateWatch, Status, Stopper, Streaming, sets_in_motion,
+    HomingRecord, Jog, JogOptions, Laser, Lifted, Link, Motors, Options, Pins, Progress, Queue,
+    Ran, Run, RunOptions, Sample, Samples, SettingsBackup, StateOptions, StateWatch, Status,
+    Stopper, Streaming,
 };
 #[doc(hidden)]
 pub use arm::{FrontEnd, Permission};
@@ -92,6 +94,9 @@ pub use magician_host::faults;
 pub use magician_host::gate;
 #[cfg(any(test, feature = "pair"))]
 pub use magician_host::pair;
+pub use magician_host::picture::{
+    ArmSnapshot, Level, LightsOut, Pin, StateReadings, sets_in_motion,
+};
 pub use magician_host::{
     Act, Action, ArmOutputs, Error, ErrorCode, ErrorKind, Given, GripperState, PinUse,
     REST_READ_INTERVAL, REST_TIME, Remedy, RestDetector, Result, Setting, Voice, build, burns,

@@ -30,6 +30,7 @@ impl Doubt {
 impl Connection {
     /// The answer to a job in flight did not come in time, or cannot come any more.
     pub(super) fn lost(&mut self, at: usize) {
+        self.lost_from_pair(at);
         let Some(job) = self.flight.get_mut(at) else {
             return;
         };

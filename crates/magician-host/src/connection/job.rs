@@ -64,6 +64,8 @@ pub(super) struct Job {
     pub(super) over: bool,
     /// The line broke under it.
     pub(super) cut: bool,
+    /// At window 1: it was in flight together with another one.
+    pub(super) paired: bool,
 }
 
 impl Job {
@@ -88,6 +90,7 @@ impl Job {
             clears: 0,
             over: false,
             cut: false,
+            paired: false,
         }
     }
 

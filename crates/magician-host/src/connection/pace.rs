@@ -25,10 +25,9 @@ impl Pace {
 
     /// A frame of so many bytes is handed out.
     pub(super) fn sent(&mut self, now: Micros, bytes: usize) {
-        if let Some(baud) = self.baud {
-            let time = (bytes as u64).saturating_mul(10_000_000_000) / baud;
+        if self.baud.is_some() {
             let begins = self.free.max(now.saturating_mul(1000));
-            self.free = begins.saturating_add(time);
+            self.free = begins.saturating_add(self.time(bytes));
         }
     }
 
@@ -37,6 +36,19 @@ impl Pace {
         let from = self.free.saturating_sub(AHEAD).div_ceil(1000);
         self.wakes = (self.baud.is_some() && from > now).then_some(from);
         self.wakes.is_none()
+    }
+
+    /// Whether a short frame may go behind one of `before` bytes that was handed out: a stop then has to
+    /// wait no longer than behind two frames of `before` bytes.
+    pub(super) fn admits_behind(&self, now: Micros, before: usize, bytes: usize) -> bool {
+        let spared = self.time(before).saturating_sub(self.time(bytes));
+        self.free <= now.saturating_mul(1000).saturating_add(AHEAD + spared)
+    }
+
+    /// How long so many bytes are on the line, ns.
+    fn time(&self, bytes: usize) -> u64 {
+        let time = |baud| (bytes as u64).saturating_mul(10_000_000_000) / baud;
+        self.baud.map_or(0, time)
     }
 
     /// When a frame that waits will be admitted.

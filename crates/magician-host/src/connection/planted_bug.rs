@@ -26,6 +26,10 @@ pub(super) enum PlantedBug {
     JudgeInWindow,
     /// What was answered in a window counts as confirmed before all that was sent earlier is answered.
     ConfirmAtOnce,
+    /// Reads go on beside queued commands although frames of such pairs were lost.
+    PairAfterLoss,
+    /// A controller that answers a read before the command ahead of it seems to be shared.
+    OneOrderOnly,
 }
 
 #[cfg(test)]

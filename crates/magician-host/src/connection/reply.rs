@@ -92,6 +92,9 @@ impl Connection {
         let (true, Ok(QueuedCmdIndex(index))) = (queues, index) else {
             return;
         };
+        if self.ends_doubt_late(frame, index, now) {
+            return;
+        }
         self.came_late(index, now);
         if self.tracker.is_beyond(index) && !self.tracker.is_guess() && !self.witness.is_broken() {
             self.unaccounted(index);
@@ -185,7 +188,7 @@ impl Connection {
         }
     }
 
-    fn answer_queued(&mut self, job: Job, copy: Copy, frame: &FrameBuf, now: Micros) {
+    pub(super) fn answer_queued(&mut self, job: Job, copy: Copy, frame: &FrameBuf, now: Micros) {
         let view = frame.frame();
         let alone = self.alone();
         let refusal = match QueuedCmdIndex::decode(view.params()) {

@@ -223,6 +223,10 @@ pub struct Settings {
     /// ([`Connection::law`](super::Connection::law)). Above 1 [repeatable](Request::repeatable) queued commands travel
     /// together once the law was seen to hold; a gap among them is reported as an interval and nothing is sent again.
     pub window: usize,
+    /// True if at [window](Self::window) 1 a read may be in flight together with one queued command,
+    /// on an ordered link and once the law was seen to hold. After a loss from such a pair reads wait
+    /// their turn for a while. False for links that take few bytes at once.
+    pub reads_beside: bool,
     /// Whether the link keeps the order of bytes (serial, TCP). UDP does not.
     pub ordered: bool,
     /// How long a request and its answer may be under way together at most, in us: what a frame that is no longer waited
@@ -258,6 +262,7 @@ impl Settings {
     /// For a serial port or TCP: bytes arrive in order or not at all.
     pub const ORDERED: Self = Self {
         window: 1,
+        reads_beside: false,
         ordered: true,
         lifetime: 60_000_000,
         shortest: 60_000_000,

@@ -37,16 +37,24 @@ impl Connection {
         {
             return Some(frame);
         }
-        if self.outstanding.is_full() || !self.pace.admits(now) {
+        if self.outstanding.is_full() {
             return None;
         }
-        if let Some(at) = self.flight.iter().position(|job| job.due) {
+        let due = self.flight.iter().position(|job| job.due);
+        let busy = self.flight.iter().filter(|job| job.in_window()).count();
+        // The line's pace is asked only for a frame that would go, because it wakes for one that may not yet.
+        if due.is_none() && busy >= self.window() {
+            return self.transmit_beside(now);
+        }
+        if !self.pace.admits(now) {
+            return None;
+        }
+        if let Some(at) = due {
+            if (self.flight.get(at)).is_some_and(|job| self.waits_alone(job)) {
+                return None;
+            }
             let job = self.flight.remove(at);
             return Some(self.send(job, now));
-        }
-        let busy = self.flight.iter().filter(|job| job.in_window()).count();
-        if busy >= self.window() {
-            return None;
         }
         if let Some(purpose) = self.next_reading(now) {
             return self.send_reading(purpose, now);
@@ -142,17 +150,22 @@ impl Connection {
         {
             return self.send_fence(now);
         }
+        Some(self.send_front(lane, job, now))
+    }
+
+    /// Sends the first job of a lane.
+    pub(super) fn send_front(&mut self, lane: Priority, job: Job, now: Micros) -> FrameBuf {
         self.lanes[lane as usize].pop_front();
         self.streak = match lane {
             Priority::Poll => 0,
             _ => self.streak.saturating_add(1),
         };
-        Some(self.send(job, now))
+        self.send(job, now)
     }
 
     /// Whether a job may be in flight beside those that are: requests of the stream beside each other only where both
     /// share the window and the law holds, all others where their keys differ.
-    fn may_join(&self, job: &Job) -> bool {
+    pub(super) fn may_join(&self, job: &Job) -> bool {
         let stream = job.priority == Priority::Stream;
         if stream && (self.doubt.is_some() || self.stopping() || self.link != Link::Up) {
             return false;
@@ -184,7 +197,7 @@ impl Connection {
 
     /// Rule 4: whether an outstanding frame of the job's key belongs to a request that is not
     /// waited for in the window any more.
-    fn haunted(&self, job: &Job) -> bool {
+    pub(super) fn haunted(&self, job: &Job) -> bool {
         let waited_for = |ticket: Ticket| {
             ticket == job.ticket
                 || (self.flight.iter()).any(|other| other.ticket == ticket && !other.lingers)
@@ -230,6 +243,7 @@ impl Connection {
         }
         self.stats.sent += 1;
         self.stats.resent += u64::from(job.sent > 0);
+        self.note_pair(&mut job);
         job.due = false;
         job.sent = job.sent.saturating_add(1);
         job.since = now;

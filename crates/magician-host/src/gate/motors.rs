@@ -22,11 +22,11 @@ enum Motor {
 
 /// State of both outputs, as this connection set them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub(super) struct Motors([Motor; 2]);
+pub struct Motors([Motor; 2]);
 
 impl Motors {
     /// A frame goes out: from here on a motor may run, whether that is answered or not.
-    pub(super) fn sends(&mut self, frame: &Frame<'_>) {
+    pub fn sent(&mut self, frame: &Frame<'_>) {
         let Some((output, motor)) = self.turned(frame) else {
             return;
         };
@@ -41,19 +41,21 @@ impl Motors {
     }
 
     /// A frame was answered.
-    pub(super) fn answered(&mut self, frame: &Frame<'_>) {
+    pub fn answered(&mut self, frame: &Frame<'_>) {
         if let Some((output, Motor::Off)) = self.turned(frame) {
             self.0[output] = Motor::Off;
         }
     }
 
-    /// The outputs that go on until they are switched off.
-    pub(super) fn running(&self) -> impl Iterator<Item = Stepper> + '_ {
+    /// The outputs that run because of this connection, and go on until they are switched off.
+    #[must_use = "they run until they are switched off"]
+    pub fn running(&self) -> impl Iterator<Item = Stepper> + '_ {
         self.which(|motor| motor == Motor::Runs)
     }
 
-    /// The outputs that may run when the holder goes.
-    pub(super) fn held(&self, moving: bool) -> impl Iterator<Item = Stepper> + '_ {
+    /// The outputs that have to be switched off when the holder goes. `moving`: the arm has not done all that it was given.
+    #[must_use = "they run until they are switched off"]
+    pub fn held(&self, moving: bool) -> impl Iterator<Item = Stepper> + '_ {
         self.which(move |motor| match motor {
             Motor::Off => false,
             Motor::Runs | Motor::Counts => true,

@@ -13,8 +13,8 @@ pub(super) const SOON: Micros = 10_000;
 const LATE: Micros = 200_000;
 /// The same for the end of a single command that is known to take so long.
 const LATEST: Micros = 10_000_000;
-/// Time between two looks while commands flow and there is room for many more: a look costs as much of the line as a
-/// command.
+/// Time between two looks while commands flow and there is room for many more: where a look cannot travel beside a
+/// command, it costs as much of the line as one.
 const SELDOM: Micros = 400_000;
 /// Shortest time between two looks at left space while the arm is waited for, and while the line is.
 const CROSS_CHECK: Micros = 50_000;

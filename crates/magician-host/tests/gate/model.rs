@@ -5,7 +5,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 
 use magician_host::build::{Axis, JogDirection};
 use magician_host::connection::Micros;
-use magician_host::gate::{GateEffect, Holder, JogId, JogRequest, OUTPUTS};
+use magician_host::gate::{GateEffect, Holder, JogEnd, JogId, JogKind, JogRequest, OUTPUTS};
 use magician_protocol::commands::{EMotor, EMotorS, JogCmd};
 use magician_protocol::{Ctrl, Flag, FrameBuf, Stepper, Writable};
 
@@ -15,7 +15,11 @@ use crate::search::Explored;
 /// Jogs that are known to their guards at a time.
 const GUARDS: usize = 2;
 /// Moments that a jog goes on without being kept up.
-const KEEP: Micros = 2;
+pub(crate) const KEEP: Micros = 2;
+/// Holder of jogs in pieces.
+const IN_PIECES: Holder = Holder(2);
+/// A jog that is over, whose guard still exists.
+const STALE: JogId = JogId(99);
 const DIRECTIONS: [JogDirection; 3] = [Axis::X.plus(), Axis::X.minus(), Axis::Y.plus()];
 
 /// Event of the search.
@@ -24,6 +28,13 @@ pub(crate) enum Event {
     /// A jog is asked for. False: its command cannot go out when its turn comes.
     Ask(Holder, JogDirection, bool),
     Keep(JogId),
+    /// It is kept up at its deadline, before the driver has noticed that it has passed.
+    KeepLate(JogId),
+    /// The jog under way is bounded, so many moments from now.
+    Bound(JogId, Micros, JogEnd),
+    /// The guard of a jog that is over keeps it up; a bound is found for one.
+    KeepStale,
+    BoundStale,
     Release(JogId),
     /// A frame of a jog that belongs to no guard.
     Raw(JogDirection),
@@ -41,6 +52,14 @@ pub(crate) enum Event {
     FindLine,
     /// The connection ends.
     Close,
+}
+
+impl Event {
+    /// True if what it may end is a jog whose deadline has come.
+    fn is_of_time(self) -> bool {
+        let bounds = matches!(self, Self::Bound(..) | Self::BoundStale);
+        bounds || matches!(self, Self::Moment | Self::KeepLate(_) | Self::KeepStale)
+    }
 }
 
 /// Command to a motor.
@@ -72,12 +91,27 @@ struct Guard {
     direction: JogDirection,
     /// True if its command can go out.
     goes: bool,
+    kind: JogKind,
     /// Moments until it was not kept up.
     left: Micros,
+    /// Moments until it comes to a bound, the earliest of all.
+    bound: Option<(Micros, JogEnd)>,
     released: bool,
     /// A stop came after it was asked for.
     stopped: bool,
     begun: bool,
+}
+
+impl Guard {
+    /// Why its time is over, if it is.
+    fn due(&self) -> Option<JogEnd> {
+        let bound = self.bound.filter(|(left, _)| *left == 0);
+        if self.left == 0 {
+            Some(JogEnd::NotKept)
+        } else {
+            bound.map(|(_, why)| why)
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -93,6 +127,9 @@ struct Motor {
 #[derive(Clone)]
 pub(crate) struct Model {
     gate: Mutant,
+    now: Micros,
+    /// The jog that the line was lost under was one in pieces.
+    lost_pieces: bool,
     arm: Arm,
     motors: [Motor; 2],
     guards: BTreeMap<JogId, Guard>,
@@ -147,6 +184,8 @@ impl Model {
     pub(crate) fn new(bug: Option<Bug>) -> Self {
         Self {
             gate: Mutant::new(bug),
+            now: 0,
+            lost_pieces: false,
             arm: Arm::Stands,
             motors: Default::default(),
             guards: BTreeMap::new(),
@@ -161,11 +200,17 @@ impl Model {
             Event::Ask(holder, direction, goes) => {
                 let free = (0..).map(JogId).find(|id| !self.guards.contains_key(id));
                 let id = free.ok_or("a number")?;
+                let kind = match holder {
+                    IN_PIECES => JogKind::Pieces,
+                    _ => JogKind::Own,
+                };
                 let guard = Guard {
                     holder,
                     direction,
                     goes,
+                    kind,
                     left: KEEP,
+                    bound: None,
                     released: false,
                     stopped: false,
                     begun: false,
@@ -175,9 +220,39 @@ impl Model {
                     id,
                     holder,
                     direction,
+                    keep: KEEP,
+                    kind,
                 });
             }
-            Event::Keep(id) => self.keep(id, KEEP),
+            Event::Keep(id) => {
+                self.guards.get_mut(&id).ok_or("a guard")?.left = KEEP;
+                let kept = self.gate.keep(id, self.now);
+                must(kept, "a jog that is in time is kept up")?;
+            }
+            Event::KeepLate(id) => {
+                let guard = self.guards[&id];
+                let bound = guard.bound.map_or(guard.left, |(left, _)| left);
+                for _ in 0..bound.min(guard.left) {
+                    self.time_passes();
+                }
+                self.gate.keep(id, self.now);
+                self.gate.handle_timeout(self.now);
+            }
+            Event::Bound(id, left, why) => {
+                let guard = self.guards.get_mut(&id).ok_or("a guard")?;
+                if guard.bound.is_none_or(|(bound, _)| left < bound) {
+                    guard.bound = Some((left, why));
+                }
+                self.gate.bound(id, self.now + left, why);
+                self.gate.handle_timeout(self.now);
+            }
+            Event::KeepStale => {
+                self.gate.keep(STALE, self.now);
+            }
+            Event::BoundStale => {
+                self.gate.bound(STALE, self.now, JogEnd::Fence);
+                self.gate.handle_timeout(self.now);
+            }
             Event::Release(id) => {
                 self.guards.get_mut(&id).ok_or("a guard")?.released = true;
                 self.gate.release(id);
@@ -216,15 +291,15 @@ impl Model {
                 self.gate.gate.stands_still();
             }
             Event::Moment => {
-                let ids: Vec<_> = self.guards.keys().copied().collect();
-                for id in ids {
-                    let left = self.guards[&id].left.saturating_sub(1);
-                    self.keep(id, left);
-                }
-                self.gate.handle_timeout(0);
+                self.time_passes();
+                self.gate.handle_timeout(self.now);
             }
             Event::LoseLine => {
                 self.line = false;
+                if matches!(self.arm, Arm::Jogs(Some(_), IN_PIECES, _)) {
+                    // They end by themselves.
+                    self.arm = Arm::Brakes;
+                }
                 self.gate.gate.lose_line();
             }
             Event::FindLine => {
@@ -246,12 +321,14 @@ impl Model {
         Ok(())
     }
 
-    /// Time is how much of it is left: states that go on alike are the same.
-    fn keep(&mut self, id: JogId, left: Micros) {
-        if let Some(guard) = self.guards.get_mut(&id) {
-            guard.left = left;
+    fn time_passes(&mut self) {
+        self.now += 1;
+        for guard in self.guards.values_mut().filter(|guard| guard.begun) {
+            guard.left = guard.left.saturating_sub(1);
+            if let Some((left, _)) = &mut guard.bound {
+                *left = left.saturating_sub(1);
+            }
         }
-        self.gate.gate.kept(id, left);
     }
 
     fn brake(&mut self) {
@@ -276,8 +353,8 @@ impl Model {
         }
         if turn != Turn::Foreign {
             let frame = motor_frame(output, turn);
-            self.gate.gate.sends(&frame.frame());
-            self.gate.gate.answered(&frame.frame());
+            self.gate.motors.sent(&frame.frame());
+            self.gate.motors.answered(&frame.frame());
         }
     }
 
@@ -287,19 +364,19 @@ impl Model {
         }
     }
 
-    fn take_effects(&mut self) -> Checked {
+    fn take_effects(&mut self, event: Event) -> Checked {
         loop {
             let effects = self.gate.effects();
             if effects.is_empty() {
                 return Ok(());
             }
             for effect in effects {
-                self.take(effect)?;
+                self.take(effect, event)?;
             }
         }
     }
 
-    fn take(&mut self, effect: GateEffect) -> Checked {
+    fn take(&mut self, effect: GateEffect, event: Event) -> Checked {
         match effect {
             GateEffect::Begin(id) => {
                 let guard = *self.guards.get(&id).ok_or("a jog of a guard begins")?;
@@ -322,15 +399,25 @@ impl Model {
                 if let Some(guard) = self.guards.get_mut(&id) {
                     guard.begun = true;
                 }
-                self.keep(id, KEEP);
+                self.gate.gate.hold(id, self.now + KEEP);
             }
-            GateEffect::End(..) => {
+            GateEffect::End(jog, why) => {
+                if event.is_of_time()
+                    && let Some(guard) = jog.and_then(|jog| self.guards.get(&jog))
+                {
+                    let due = guard.due() == Some(why);
+                    must(due, "a jog ends for the reason of its deadline")?;
+                }
+                let owed = event == Event::LoseLine && self.lost_pieces;
+                must(!owed, "the end of pieces is not owed over the next line")?;
                 self.ending = true;
                 self.brake();
             }
             GateEffect::Over(id, _, seen) => {
                 must(!seen || self.arm == Arm::Stands, "rest is seen")?;
-                must(self.guards.remove(&id).is_some(), "an end is told once")?;
+                let guard = self.guards.remove(&id).ok_or("an end is told once")?;
+                let lost = event == Event::LoseLine && guard.kind == JogKind::Pieces;
+                (self.lost_pieces, self.ending) = (lost, self.ending && !lost);
             }
             GateEffect::Refused(id, _) => {
                 let guard = self.guards.remove(&id).ok_or("an end is told once")?;
@@ -347,7 +434,7 @@ impl Model {
                 Arm::Jogs(Some(id), ..) => self
                     .guards
                     .get(&id)
-                    .is_some_and(|guard| !guard.released && guard.left > 0),
+                    .is_some_and(|guard| !guard.released && guard.due().is_none()),
                 Arm::Unknown => false,
             };
             must(held, "what moves without an end has a holder")?;
@@ -387,8 +474,14 @@ impl Explored for Model {
             out.push(Event::Moment);
         }
         for (id, guard) in &self.guards {
-            if guard.left < KEEP {
-                out.push(Event::Keep(*id));
+            let jogs = Arm::Jogs(Some(*id), guard.holder, guard.direction);
+            if self.line && self.arm == jogs {
+                if guard.left < KEEP {
+                    out.extend([Event::Keep(*id), Event::KeepStale]);
+                }
+                out.extend([Event::KeepLate(*id), Event::BoundStale]);
+                out.extend([1, 2].map(|left| Event::Bound(*id, left, JogEnd::Fence)));
+                out.push(Event::Bound(*id, 0, JogEnd::Limit));
             }
             if !guard.released {
                 out.push(Event::Release(*id));
@@ -420,19 +513,22 @@ impl Explored for Model {
                     out.extend([true, false].map(|goes| Event::Ask(holder, direction, goes)));
                 }
             }
+            let pieces = DIRECTIONS.map(|direction| Event::Ask(IN_PIECES, direction, true));
+            out.extend(pieces);
         }
         out
     }
 
     fn step(&mut self, _: &Self, event: Event) -> Checked {
         self.happen(event)?;
-        self.take_effects()?;
+        self.take_effects(event)?;
         self.check(event)
     }
 
     fn key(&self) -> u64 {
         let mut hasher = DefaultHasher::new();
-        (&self.gate, self.arm, self.motors, &self.guards).hash(&mut hasher);
+        let gate = self.gate.rebased(self.now);
+        (&gate, self.arm, self.motors, &self.guards).hash(&mut hasher);
         (self.line, self.open, self.ending).hash(&mut hasher);
         hasher.finish()
     }

@@ -5,7 +5,8 @@ use std::time::{Duration, Instant};
 use magician::commands::{DeviceWithL, Pose, PoseL};
 use magician::report::{AlarmReport, ArmInfo};
 use magician::{
-    AlarmSet, Arm, ArmOutputs, Ctrl, GripperState, Level, RestDetector, Result, Status, ToolBias,
+    Arm, ArmOutputs, ArmSnapshot, Ctrl, ErrorCode, GripperState, Level, RestDetector, Result,
+    Status, ToolBias,
 };
 use magician_job::teach::ProgramModel;
 use magician_program::Travel;
@@ -64,17 +65,7 @@ impl Known {
         // What others set going is seen by the pose alone.
         self.before = Some(seen);
         let moved = self.moved(status.pose, status.at);
-        Some(self.with(
-            arm,
-            status.pose,
-            status.current.0,
-            status.left_space,
-            &status.alarms,
-            status.homed,
-            arm.moving() || moved,
-            &status.pins,
-            status.at.elapsed(),
-        ))
+        Some(self.with(&arm.snapshot(), status, moved, status.at.elapsed()))
     }
 
     /// The arm has come to rest, or was not read for a while: its last pose does not tell whether it moves.
@@ -108,37 +99,22 @@ impl Known {
         moves
     }
 
-    #[allow(
-        clippy::too_many_arguments,
-        reason = "each is read by a command of its own"
-    )]
-    fn with(
-        &self,
-        arm: &Arm,
-        pose: Pose,
-        current_index: u64,
-        left_space: u32,
-        alarms: &AlarmSet,
-        homed: Option<bool>,
-        moving: bool,
-        pins: &[Level],
-        age: Duration,
-    ) -> ArmReading {
-        let outputs = arm.outputs();
+    /// What moves and burns is of now, all else of the status.
+    fn with(&self, now: &ArmSnapshot, status: &Status, moved: bool, age: Duration) -> ArmReading {
         ArmReading {
             age,
-            pose,
-            current_index,
-            left_space,
-            alarms: alarms.codes().collect(),
-            alarm_holds: alarms.blocking(),
+            pose: status.pose,
+            current_index: status.current.0,
+            left_space: status.left_space,
+            alarms: status.alarms.codes().collect(),
+            alarm_holds: status.alarms.blocking(),
             link: true,
-            moving,
-            homed,
+            moving: now.moving || moved,
+            homed: status.homed,
             rail: self.rail,
-            tool: tool(&outputs),
-            speed: outputs.speed,
-            pins: pins.iter().map(pin).collect(),
+            tool: tool(&now.outputs),
+            speed: now.outputs.speed,
+            pins: status.pins.iter().map(pin).collect(),
         }
     }
 }
@@ -169,27 +145,19 @@ fn pin(level: &Level) -> (&'static str, u8, u16) {
     (pin_kind(level.pin), level.pin.address(), level.value)
 }
 
-/// Reads the state once.
+/// Reads the state once. The answers go into the driver's picture of the arm, whose status is of this moment then.
 pub(super) async fn reading(arm: &Arm, known: &mut Known) -> Result<ArmReading> {
-    let current = arm.queue().current_index().await?.0;
-    let space = arm.queue().left_space().await?;
-    let alarms = arm.alarms().await?;
-    let at = Instant::from(tokio::time::Instant::now());
-    let pose = arm.get::<Pose>().await?;
-    known.before = Some((pose, at));
-    let moved = known.moved(pose, at);
-    let moving = arm.moving() || moved;
-    Ok(known.with(
-        arm,
-        pose,
-        current,
-        space,
-        &alarms,
-        arm.homing().is_homed_under(&alarms),
-        moving,
-        &[],
-        Duration::ZERO,
-    ))
+    arm.queue().current_index().await?;
+    arm.queue().left_space().await?;
+    arm.alarms().await?;
+    arm.get::<Pose>().await?;
+    let status = arm.status().ok_or_else(|| {
+        let message = "the arm has not told all of its state";
+        magician::Error::new(ErrorCode::BadAnswer, message)
+    })?;
+    known.before = Some((status.pose, status.at));
+    let moved = known.moved(status.pose, status.at);
+    Ok(known.with(&arm.snapshot(), &status, moved, Duration::ZERO))
 }
 
 /// Answers with the state.

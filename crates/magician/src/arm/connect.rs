@@ -150,7 +150,12 @@ impl Arm {
         }
         let (messages, inbox) = mpsc::channel(64);
         let (events, _) = broadcast::channel(KEPT);
-        let shared = Arc::new(Shared::new(&line, &events, options.homings.clone()));
+        let shared = Arc::new(Shared::new(
+            &line,
+            &events,
+            options.homings.clone(),
+            options.laser_pins,
+        ));
         let (tried, in_process) = (line.tried, line.in_process);
         #[cfg(feature = "sim")]
         let virtual_arm = line.arm.clone();
@@ -163,7 +168,7 @@ impl Arm {
             (Arc::clone(&shared), events),
         );
         tokio::spawn(driver.run());
-        let probe = options.probe;
+        let probes = options.probe;
         let inner = Inner {
             messages,
             shared,
@@ -179,55 +184,15 @@ impl Arm {
         let arm = Self {
             allows_laser: inner.options.allow_laser,
             passes_jogs: inner.options.raw_jogs,
+            leads: false,
             allows_unhomed: false,
             inner: Arc::new(inner),
             patience: Duration::ZERO,
         };
-        if probe {
-            arm.probe(tried).await?;
+        if probes {
+            probe(&arm, tried).await?;
         }
         Ok(arm)
-    }
-
-    /// Asks for the version, and reads the queue once: where the indices stand, whether it is empty.
-    async fn probe(&self, tried: &str) -> Result<()> {
-        match self.get::<DeviceVersion>().await {
-            Ok(_) => {}
-            Err(error) if error.kind() == ErrorKind::Timeout => {
-                return Err(self.silent(tried).await);
-            }
-            Err(error) => return Err(error),
-        }
-        // In this order they show an arm at rest as such.
-        self.get::<QueuedCmdLeftSpace>().await?;
-        self.get::<QueuedCmdCurrentIndex>().await?;
-        Ok(())
-    }
-
-    /// The port is there and nothing answers: what was tried, what was seen.
-    async fn silent(&self, tried: &str) -> Error {
-        let (stats, _) = self.stats().await.unwrap_or_default();
-        let heard = match (stats.bytes, stats.frames) {
-            (0, _) => "no reply; is the arm switched on?".to_owned(),
-            (bytes, 0) => format!(
-                "{bytes} bytes came back that are not from this arm; is another device on the port?"
-            ),
-            (bytes, frames) => {
-                format!("{bytes} bytes came back in {frames} frames, none of them the reply")
-            }
-        };
-        let name = self.name();
-        // A datagram without a receiver looks like one without a reply.
-        let silent = match tried {
-            "UDP" => format!("no arm answers at {name}"),
-            _ => format!("{name} is there but no arm answers"),
-        };
-        let message = format!(
-            "{silent}: {tried}, {} requests for GetDeviceVersion in {:.1} s, {heard}",
-            stats.sent,
-            self.timeout().as_secs_f64(),
-        );
-        Error::new(ErrorCode::NoAnswer, message)
     }
 
     /// Lets what was set going over this connection go on when it ends, however it ends and whichever clone says so.
@@ -283,6 +248,47 @@ impl Arm {
         let answer = timeout_at(self.deadline(), asked).await;
         answer.unwrap_or_else(|_| Err(Error::stuck()))
     }
+}
+
+/// Asks for the version, and reads the queue once: where the indices stand, whether it is empty.
+async fn probe(arm: &Arm, tried: &str) -> Result<()> {
+    match arm.get::<DeviceVersion>().await {
+        Ok(_) => {}
+        Err(error) if error.kind() == ErrorKind::Timeout => {
+            return Err(silent(arm, tried).await);
+        }
+        Err(error) => return Err(error),
+    }
+    // In this order they show an arm at rest as such.
+    arm.get::<QueuedCmdLeftSpace>().await?;
+    arm.get::<QueuedCmdCurrentIndex>().await?;
+    Ok(())
+}
+
+/// The port is there and nothing answers: what was tried, what was seen.
+async fn silent(arm: &Arm, tried: &str) -> Error {
+    let (stats, _) = arm.stats().await.unwrap_or_default();
+    let heard = match (stats.bytes, stats.frames) {
+        (0, _) => "no reply; is the arm switched on?".to_owned(),
+        (bytes, 0) => format!(
+            "{bytes} bytes came back that are not from this arm; is another device on the port?"
+        ),
+        (bytes, frames) => {
+            format!("{bytes} bytes came back in {frames} frames, none of them the reply")
+        }
+    };
+    let name = arm.name();
+    // A datagram without a receiver looks like one without a reply.
+    let silent = match tried {
+        "UDP" => format!("no arm answers at {name}"),
+        _ => format!("{name} is there but no arm answers"),
+    };
+    let message = format!(
+        "{silent}: {tried}, {} requests for GetDeviceVersion in {:.1} s, {heard}",
+        stats.sent,
+        arm.timeout().as_secs_f64(),
+    );
+    Error::new(ErrorCode::NoAnswer, message)
 }
 
 impl Line {

@@ -1,4 +1,7 @@
-//! Jogs under a fence: when the stop has to go out, so that the tool is at rest before it.
+//! The bound of a jog under a fence: when its stop has to go out, so that the tool is at rest before it.
+//!
+//! It is a jog like any other, with this instant as a bound of its deadline in the [`Gate`](crate::gate::Gate). Pieces in its place
+//! would cost a person the joints, which rest at the end of each piece, and twice the time to start.
 
 use magician_host::MotionSettings;
 use magician_motion::{ArmState, JogAxis, KinematicLimits, Plan, Planner, Trajectory};
@@ -8,6 +11,7 @@ use tokio::time::Instant;
 use super::Arm;
 use super::driver::micros;
 use super::fence::Turn;
+use crate::build::JogDirection;
 use crate::connection::Micros;
 use crate::preflight::{Preflight, state_at};
 use crate::{Error, Result};
@@ -28,6 +32,28 @@ pub(super) struct FencedJog {
 }
 
 impl FencedJog {
+    /// The right to jog, and the bound: nothing without a fence, no bound where none is in the way.
+    pub(super) async fn hold(
+        arm: &Arm,
+        direction: JogDirection,
+        deadline: Instant,
+    ) -> Result<Option<(Turn<'_>, Option<Self>)>> {
+        let (Some(turn), Some(jog)) = (
+            arm.fence_check().hold_jog(deadline).await?,
+            jog_of(direction),
+        ) else {
+            return Ok(None);
+        };
+        let (turn, check) = turn;
+        let planner = check.jog_planner();
+        let rates = jog_rates(arm, jog.axis).await?;
+        let asked = Instant::now();
+        arm.get::<Pose>().await?;
+        let trip = micros(asked.elapsed());
+        let fenced = fenced(&check, &planner, jog, rates, LATE + TRIPS * trip)?;
+        Ok(Some((turn, fenced)))
+    }
+
     /// When it has to be stopped if it begins now: it cannot have begun before.
     pub(super) fn latest(&self, now: Micros) -> Micros {
         now.saturating_add(self.stop)
@@ -52,44 +78,19 @@ impl FencedJog {
     }
 }
 
-pub(super) fn jog_of(command: &JogCmd) -> Option<magician_motion::Jog> {
+pub(super) fn jog_of(direction: JogDirection) -> Option<magician_motion::Jog> {
+    let command = JogCmd::from(direction);
     let (number, positive) = command.cmd.axis()?;
     magician_motion::Jog::numbered(command.is_joint.is_on(), number, positive)
 }
 
-impl Arm {
-    /// Whether jogs have to keep to a fence.
-    pub(super) fn fences_jogs(&self) -> bool {
-        self.fence().is_some_and(|fence| fence.bounds_motion())
-    }
-
-    /// The right to jog, and how far: nothing without a fence, no limit where none is in the way.
-    pub(super) async fn fence_jog(
-        &self,
-        command: &JogCmd,
-        deadline: Instant,
-    ) -> Result<Option<(Turn<'_>, Option<FencedJog>)>> {
-        let (Some(turn), Some(jog)) = (self.hold_jog(deadline).await?, jog_of(command)) else {
-            return Ok(None);
-        };
-        let (turn, check) = turn;
-        let planner = check.jog_planner();
-        let rates = self.jog_rates(jog.axis).await?;
-        let asked = Instant::now();
-        self.get::<Pose>().await?;
-        let trip = micros(asked.elapsed());
-        let fenced = fenced(&check, &planner, jog, rates, LATE + TRIPS * trip)?;
-        Ok(Some((turn, fenced)))
-    }
-
-    /// How fast the arm jogs along an axis, as it is set.
-    pub(super) async fn jog_rates(&self, axis: JogAxis) -> Result<KinematicLimits> {
-        let mut settings = MotionSettings::at_power_up(self.model());
-        settings.jog_joint = self.setting().await?;
-        settings.jog_coordinate = self.setting().await?;
-        settings.jog_common = self.setting().await?;
-        Ok(settings.jog(axis, &self.model().ceilings)?)
-    }
+/// How fast the arm jogs along an axis, as it is set.
+pub(super) async fn jog_rates(arm: &Arm, axis: JogAxis) -> Result<KinematicLimits> {
+    let mut settings = MotionSettings::at_power_up(arm.model());
+    settings.jog_joint = arm.known().setting().await?;
+    settings.jog_coordinate = arm.known().setting().await?;
+    settings.jog_common = arm.known().setting().await?;
+    Ok(settings.jog(axis, &arm.model().ceilings)?)
 }
 
 /// How far a jog may go from where the arm stands; `late` passes until a stop is obeyed.

@@ -92,13 +92,15 @@ impl FrontEnd<'_> {
     /// As [`get`](Arm::get).
     pub async fn known_pose(self) -> Result<Pose> {
         self.arm.come_to_rest().await?;
-        let look = self.arm.look_at_queue().await?;
-        match self.arm.standing(&look) {
+        let look = self.arm.known().look_at_queue().await?;
+        let known = self.arm.picture().standing().pose(self.arm.clock(), &look);
+        match known {
             Some(pose) => Ok(pose),
             None => {
                 let pose = self.arm.get().await?;
-                if look.waiting() == 0 && self.arm.was_left_at(&pose, &look) {
-                    self.arm.note_standing(look.current, pose);
+                let was_left_there = self.arm.picture().standing().was_left_at(&pose, &look);
+                if look.waiting() == 0 && was_left_there {
+                    self.arm.known().note_standing(look.current, pose);
                 }
                 Ok(pose)
             }

@@ -17,7 +17,7 @@ impl Motors<'_> {
     /// [`stop`](Arm::stop) does that, and the end of the connection, unless it was [detached](Arm::detach).
     #[must_use]
     pub fn running(self) -> Vec<Stepper> {
-        self.arm.inner.shared.gate().running_motors().collect()
+        self.arm.picture().motors().running().collect()
     }
 
     /// Switches off what [`running`](Self::running) names.
@@ -45,9 +45,9 @@ impl Arm {
 }
 
 impl Shared {
-    /// The motors that this connection may have to switch off: [`Gate::held_motors`](crate::gate::Gate::held_motors).
+    /// The motors that this connection may have to switch off: [`Motors::held`](crate::gate::Motors::held).
     pub(super) fn held_motors(&self, moving: bool) -> Vec<Stepper> {
-        self.gate().held_motors(moving).collect()
+        self.picture().motors().held(moving).collect()
     }
 
     /// Returns the requests of a stop behind [`Request::halt`], in their order: the pins of a laser that was lit through them go

@@ -112,7 +112,7 @@ impl Stopper {
 
     fn ask(&self, waiter: Option<Waiter>) -> Result<()> {
         let messages = self.messages.upgrade().ok_or_else(Error::closed)?;
-        self.shared.in_flight().brakes();
+        self.shared.picture().stop_asked();
         self.shared.stop();
         {
             let mut halts = held(&self.shared.halts);
@@ -142,7 +142,7 @@ impl Arm {
     /// was read. What others set going does not count.
     #[must_use]
     pub fn moving(&self) -> bool {
-        self.in_flight().moving()
+        self.picture().motion().is_moving()
     }
 }
 
@@ -153,7 +153,7 @@ impl Arm {
         let held = shared.held_motors(true);
         let behind = shared.lowered_pins().into_iter();
         let own = Request::halt()?.into_iter().chain(behind);
-        let burns = shared.known().picture.may_be_lit();
+        let burns = shared.picture().may_be_lit();
         let motors = motors_off().map(|(output, request)| (request, held.contains(&output)));
         let mut answers = Vec::new();
         for (request, counts) in own.map(|request| (request, true)).chain(motors) {
@@ -225,7 +225,7 @@ impl Arm {
     /// keeps the place of the command that was stopped, which the stop has made nobody's: it would be
     /// taken for another program's.
     pub(super) async fn come_to_rest(&self) -> Result<()> {
-        let braking = self.in_flight().is_braking();
+        let braking = self.picture().motion().is_braking();
         if braking {
             self.wait_still().await
         } else {
@@ -238,7 +238,7 @@ impl Arm {
     /// # Errors
     /// [`ErrorKind::Timeout`] when it still moves after five seconds, else as [`get`](Self::get).
     pub async fn wait_still(&self) -> Result<()> {
-        let brakes = self.in_flight().is_braking();
+        let brakes = self.picture().motion().is_braking();
         self.still_until(Instant::now() + BRAKING, brakes).await
     }
 
@@ -249,7 +249,7 @@ impl Arm {
     pub async fn stands(&self) -> Result<bool> {
         // What has finished counts as under way until the index is read.
         self.queue().current_index().await?;
-        if self.in_flight().runs_queue() {
+        if self.picture().motion().runs_queue() {
             return Ok(false);
         }
         match self.still_until(Instant::now(), false).await {
@@ -261,13 +261,13 @@ impl Arm {
     /// Waits until the arm is at rest; of an arm that brakes, until anyone has seen it stand since its stop. Fails at the first
     /// pose from `until` on that differs from the one before.
     async fn still_until(&self, until: Instant, brakes: bool) -> Result<()> {
-        let stops = self.in_flight().stops();
+        let stops = self.picture().motion().stops();
         let mut rest = RestDetector::default();
         let mut before = None;
         loop {
             let pose = self.get::<Pose>().await?;
             // The end of a jog may have seen the arm stand between these looks. What moves it now began after that.
-            if brakes && self.in_flight().has_stood_after(stops) {
+            if brakes && self.picture().motion().has_stood_after(stops) {
                 return Ok(());
             }
             if rest.see(self.inner.shared.now(), pose) {

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
 use magician_protocol::commands::{DeviceSn, DeviceTime, HomeCmd, HomeParams, Pose};
-use magician_protocol::{Alarm, AlarmSet, Frame, Writable};
+use magician_protocol::{Alarm, Frame, Writable};
 use tokio::time::Instant;
 
 use super::Arm;
@@ -139,18 +139,12 @@ impl Homing<'_> {
     /// # Errors
     /// As [`get`](Arm::get), for the alarms.
     pub async fn is_homed(self) -> Result<Option<bool>> {
-        let alarms = self.arm.alarms().await?;
+        self.arm.alarms().await?;
         if !self.arm.is_virtual() {
             self.recall().await;
         }
         self.settle().await;
-        Ok(self.is_homed_under(&alarms))
-    }
-
-    /// Returns what [`is_homed`](Self::is_homed) returns, for alarms that were just read and without asking the arm.
-    #[must_use]
-    pub fn is_homed_under(self, alarms: &AlarmSet) -> Option<bool> {
-        self.arm.inner.shared.known().homed_under(alarms)
+        Ok(self.arm.picture().homed())
     }
 
     /// Refuses a real arm that is not known to be [homed](Self::is_homed): it would draw, burn, play or be taught in the wrong place.
@@ -187,16 +181,17 @@ impl Homing<'_> {
 
     /// A program has ended: a homing of it that has finished is written down.
     pub(super) async fn settle(self) {
-        if self.arm.inner.shared.known().homing.needs_alarms() && self.arm.alarms().await.is_err() {
+        let needs_alarms = self.arm.picture().homing().needs_alarms();
+        if needs_alarms && self.arm.alarms().await.is_err() {
             return;
         }
-        if self.arm.inner.shared.known().homing.needs_place() {
+        if self.arm.picture().homing().needs_place() {
             let Ok(at_home) = self.stands_at_home().await else {
                 return;
             };
-            self.arm.inner.shared.known().homing.stood_at_home(at_home);
+            self.arm.picture().stood_at_home(at_home);
         }
-        if !self.arm.inner.shared.known().homing.take_new() || self.arm.is_virtual() {
+        if !self.arm.picture().take_new_homing() || self.arm.is_virtual() {
             return;
         }
         let Some(record) = &self.arm.inner.options.homings else {
@@ -215,7 +210,7 @@ impl Homing<'_> {
     /// True if the arm stands at its home point: that of the firmware, or the one that was set.
     async fn stands_at_home(self) -> Result<bool> {
         let pose = self.arm.get::<Pose>().await?;
-        if !self.arm.inner.shared.known().homing.needs_place() {
+        if !self.arm.picture().homing().needs_place() {
             return Ok(true);
         }
         let home = self.arm.get::<HomeParams>().await?;
@@ -225,7 +220,7 @@ impl Homing<'_> {
 
     /// Returns an error if the homing that was just waited for did not end at the home point.
     pub(super) fn check_ended(self) -> Result<()> {
-        if self.arm.inner.shared.known().homing.is_homed() {
+        if self.arm.picture().homing().is_homed() {
             return Ok(());
         }
         let message = "the arm did not come to its home point: a stop, or another program, broke the \
@@ -241,9 +236,9 @@ impl Homing<'_> {
         let Ok((identity, uptime, _)) = self.meet().await else {
             return;
         };
-        let is_homed = self.arm.inner.shared.known().homing.is_homed();
+        let is_homed = self.arm.picture().homing().is_homed();
         if !is_homed && record.is_homed(&identity, uptime) {
-            self.arm.inner.shared.known().homing.remembered();
+            self.arm.picture().remember_homing();
         }
     }
 
@@ -277,7 +272,7 @@ impl Homing<'_> {
         if self.arm.alarms().await?.contains(Alarm::ResetOccurred)
             && moves
             && !self.arm.is_virtual()
-            && !self.arm.inner.shared.known().homing.is_homed()
+            && !self.arm.picture().homing().is_homed()
         {
             tracing::warn!(
                 "{}: the arm reports a reset that was not cleared since; unless it was homed, its \

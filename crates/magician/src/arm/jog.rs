@@ -1,22 +1,23 @@
 //! Jogging that ends by itself unless it is renewed.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
-use magician_protocol::commands::{JogCmd, JogCommonParams};
+use magician_protocol::commands::JogCommonParams;
 use magician_protocol::{Ctrl, FrameBuf, Layout, NoArgs};
-use tokio::sync::futures::Notified;
-use tokio::sync::{Notify, oneshot, watch};
-use tokio::time::{Instant, timeout_at};
+use tokio::sync::{oneshot, watch};
+use tokio::time::timeout_at;
 
-use super::driver::{JogStart, Message, micros};
+use super::bounded_jog::BoundedJog;
+use super::driver::{JogStart, Message, OwnJog, micros};
 use super::fenced_jog::FencedJog;
 use super::{Arm, Shared};
 use crate::build::JogDirection;
 use crate::connection::{Micros, Request};
-use crate::gate::{JogEnd, JogId};
+use crate::gate::{Holder, JogEnd, JogId, JogKind, JogRequest};
 use crate::{Error, ErrorCode, Result};
+
+/// The holder of all guards of a connection: each of them may turn round on its axis what another one began.
+const GUARDS: Holder = Holder(0);
 
 /// How a [`Jog`] behaves.
 #[derive(Clone, Copy, Debug)]
@@ -85,102 +86,6 @@ pub(super) enum Stands {
     Unknown,
 }
 
-/// What a jog's guard and the connection's task both know.
-#[derive(Debug)]
-pub(super) struct Life {
-    /// Its number at the gate; jogs in pieces do not pass it.
-    pub(super) id: JogId,
-    pub(super) phase: watch::Sender<Phase>,
-    /// It goes on for so long after it was kept up.
-    pub(super) keep: Micros,
-    /// When it was kept up last, since the connection's beginning.
-    kept: AtomicU64,
-    released: AtomicBool,
-    /// Another one takes its place.
-    replaced: AtomicBool,
-    /// A piece of it may have gone out.
-    sent: AtomicBool,
-    /// One of these has changed: for a jog in pieces.
-    woken: Notify,
-    /// How it is kept from crossing the arm's fence.
-    pub(super) fence: Option<FencedJog>,
-}
-
-impl Life {
-    pub(super) fn new(id: JogId, keep: Duration, now: Micros, fence: Option<FencedJog>) -> Self {
-        Self {
-            id,
-            phase: watch::Sender::new(Phase::Running),
-            keep: micros(keep),
-            kept: AtomicU64::new(now),
-            released: AtomicBool::new(false),
-            replaced: AtomicBool::new(false),
-            sent: AtomicBool::new(false),
-            woken: Notify::new(),
-            fence,
-        }
-    }
-
-    /// When it ends unless it is kept up.
-    pub(super) fn ends(&self) -> Micros {
-        let kept = self.kept.load(Ordering::SeqCst);
-        kept.saturating_add(self.keep)
-    }
-
-    pub(super) fn kept(&self, now: Micros) {
-        self.kept.store(now, Ordering::SeqCst);
-    }
-
-    pub(super) fn released(&self) -> bool {
-        self.released.load(Ordering::SeqCst)
-    }
-
-    pub(super) fn replaced(&self) {
-        self.replaced.store(true, Ordering::SeqCst);
-        self.woken.notify_one();
-    }
-
-    /// Why it is to end, if it is.
-    pub(super) fn is_to_end(&self, now: Micros) -> Option<JogEnd> {
-        if self.released() {
-            Some(JogEnd::Released)
-        } else if self.replaced.load(Ordering::SeqCst) {
-            Some(JogEnd::Replaced)
-        } else {
-            (self.ends() <= now).then_some(JogEnd::NotKept)
-        }
-    }
-
-    /// Waits until it was released or replaced.
-    pub(super) fn woken(&self) -> Notified<'_> {
-        self.woken.notified()
-    }
-
-    /// A piece goes out.
-    pub(super) fn sends(&self) {
-        self.sent.store(true, Ordering::SeqCst);
-    }
-
-    pub(super) fn has_sent(&self) -> bool {
-        self.sent.load(Ordering::SeqCst)
-    }
-
-    pub(super) fn ending(&self, why: JogEnd) {
-        self.phase.send_replace(Phase::Ending(why));
-    }
-
-    /// It is over, unless it was before.
-    pub(super) fn over(&self, why: JogEnd, stands: Stands) {
-        self.phase.send_if_modified(|phase| {
-            let goes_on = !matches!(phase, Phase::Over(..));
-            if goes_on {
-                *phase = Phase::Over(why, stands);
-            }
-            goes_on
-        });
-    }
-}
-
 /// A jog under way: a dead man's control. It goes on only while [`keep`](Self::keep) is called often enough; when that
 /// ends, when this is dropped, when the line fails, when anything stops the arm, the stop is sent, at once and past the
 /// queue, and sent again until two equal poses show that the arm stands. That happens in the task that owns the line, so it
@@ -208,12 +113,33 @@ impl Life {
 #[derive(Debug)]
 pub struct Jog {
     arm: Arm,
-    life: Arc<Life>,
+    id: JogId,
+    keep: Duration,
+    phase: watch::Receiver<Phase>,
 }
 
 impl Jog {
-    pub(super) fn new(arm: Arm, life: Arc<Life>) -> Self {
-        Self { arm, life }
+    /// A guard of a jog that is still to be asked for, and what tells it how far that is. Dropped, it ends the jog.
+    pub(super) fn new(arm: &Arm, keep: Duration) -> (Self, watch::Sender<Phase>) {
+        let (tells, phase) = watch::channel(Phase::Running);
+        let jog = Self {
+            arm: arm.clone(),
+            id: arm.inner.shared.next_jog(),
+            keep,
+            phase,
+        };
+        (jog, tells)
+    }
+
+    /// What the gate is asked for.
+    pub(super) fn request(&self, direction: JogDirection, kind: JogKind) -> JogRequest {
+        JogRequest {
+            id: self.id,
+            holder: GUARDS,
+            direction,
+            keep: micros(self.keep),
+            kind,
+        }
     }
 
     /// Lets it go on. Costs nothing: nothing is sent.
@@ -223,16 +149,15 @@ impl Jog {
     /// line broke, [`ErrorKind::Closed`](crate::ErrorKind::Closed) when a stop or another jog came,
     /// [`ErrorKind::Unreachable`](crate::ErrorKind::Unreachable) at the end of its axis and before the arm's fence.
     pub fn keep(&self) -> Result<()> {
-        let now = self.arm.inner.shared.now();
-        let phase = *self.life.phase.borrow();
-        match phase {
-            // Too late, also when the task has not come to notice it.
-            Phase::Running if self.life.ends() <= now => Err(self.ended(JogEnd::NotKept)),
-            Phase::Running => {
-                self.life.kept(now);
-                Ok(())
+        let shared = &self.arm.inner.shared;
+        let kept = shared.gate().keep(self.id, shared.now());
+        match (kept, *self.phase.borrow()) {
+            (Ok(()), _) => Ok(()),
+            (_, Phase::Ending(why) | Phase::Over(why, _)) | (Err(Some(why)), Phase::Running) => {
+                Err(self.ended(why))
             }
-            Phase::Ending(why) | Phase::Over(why, _) => Err(self.ended(why)),
+            // The task is about to tell its end.
+            (Err(None), Phase::Running) => Ok(()),
         }
     }
 
@@ -244,10 +169,13 @@ impl Jog {
     pub async fn stop(self) -> Result<()> {
         let deadline = self.arm.deadline();
         self.release();
-        let mut phase = self.life.phase.subscribe();
+        let mut phase = self.phase.clone();
         let over = phase.wait_for(|phase| matches!(phase, Phase::Over(..)));
-        let over = timeout_at(deadline, over).await;
-        let over = over.ok().and_then(Result::ok).map(|phase| *phase);
+        let over = match timeout_at(deadline, over).await {
+            Ok(Ok(phase)) => Some(*phase),
+            Ok(Err(_)) => Some(Phase::Over(JogEnd::Closed, Stands::Unknown)),
+            Err(_) => None,
+        };
         match over {
             Some(Phase::Over(_, Stands::Seen) | Phase::Over(JogEnd::Replaced, _)) => Ok(()),
             Some(Phase::Over(why @ (JogEnd::LinkLost | JogEnd::Closed), _)) => Err(self.ended(why)),
@@ -260,14 +188,15 @@ impl Jog {
     }
 
     fn release(&self) {
-        self.life.released.store(true, Ordering::SeqCst);
-        self.life.woken.notify_one();
+        let shared = &self.arm.inner.shared;
+        shared.gate().release(self.id);
+        shared.led_ends(self.id);
         // A task with so many messages before it is awake, and looks.
         let _ = self.arm.inner.messages.try_send(Message::Wake);
     }
 
     fn ended(&self, why: JogEnd) -> Error {
-        let keep = Duration::from_micros(self.life.keep);
+        let keep = self.keep;
         let (code, message) = match why {
             JogEnd::NotKept => (
                 ErrorCode::NotKept,
@@ -334,9 +263,10 @@ impl Arm {
     pub async fn jog_with(&self, direction: JogDirection, options: JogOptions) -> Result<Jog> {
         let stops = self.stops();
         let deadline = self.deadline();
-        let command = JogCmd::from(direction);
         options.check()?;
-        if self.fences_jogs() && !self.bounds_jogs() && self.moving() {
+        let in_pieces = self.inner.options.bounded_jogs;
+        let fenced = self.fence().is_some_and(|fence| fence.bounds_motion());
+        if fenced && !in_pieces && self.moving() {
             // What follows needs an arm that stands.
             self.stop_jog().await?;
         }
@@ -349,43 +279,33 @@ impl Arm {
             };
             self.ask_until(Request::set(&slower)?, deadline).await?;
         }
-        if self.bounds_jogs() {
-            return self
-                .jog_in_pieces(direction, options, stops, deadline)
-                .await;
+        if in_pieces {
+            return BoundedJog::start(self, direction, options.keep, stops, deadline).await;
         }
-        let turn = self.fence_jog(&command, deadline).await?;
+        let turn = Box::pin(FencedJog::hold(self, direction, deadline)).await?;
         let (_turn, fence) = turn.unzip();
-        let fence = fence.flatten();
-        self.begin_jog(direction, options, fence, stops, deadline)
-            .await
-    }
-
-    async fn begin_jog(
-        &self,
-        direction: JogDirection,
-        options: JogOptions,
-        fence: Option<FencedJog>,
-        stops: u64,
-        deadline: Instant,
-    ) -> Result<Jog> {
-        let frame = FrameBuf::set(&direction.into(), Ctrl::SET)?;
-        let (id, now) = (self.inner.shared.next_jog(), self.inner.shared.now());
-        let life = Arc::new(Life::new(id, options.keep, now, fence));
         // From here on giving up ends it: the guard is dropped.
-        let jog = Jog::new(self.clone(), Arc::clone(&life));
+        let (jog, phase) = Jog::new(self, options.keep);
+        let frame = FrameBuf::set(&direction.into(), Ctrl::SET)?;
+        let own = OwnJog {
+            request: Request::of(frame),
+            fence: fence.flatten(),
+        };
         let (reply, answer) = oneshot::channel();
         let start = JogStart {
-            request: Request::of(frame),
-            direction,
+            asks: jog.request(direction, JogKind::Own),
+            own: Some(own),
             deadline,
             stops,
-            life,
+            phase,
             reply,
         };
-        let sent = self.inner.messages.send(Message::Jog(start));
-        let sent = timeout_at(deadline, sent).await;
-        match sent {
+        match timeout_at(
+            deadline,
+            self.inner.messages.send(Message::Jog(Box::new(start))),
+        )
+        .await
+        {
             Ok(Ok(())) => {}
             Ok(Err(_)) => return Err(Error::closed()),
             Err(_) => return Err(Error::stuck()),

@@ -8,7 +8,7 @@ use magician_protocol::{Flag, IoFunction, Set};
 use super::{Arm, Shared};
 use crate::build;
 use crate::connection::Request;
-use crate::{Action, Error, ErrorCode, ErrorKind, Result};
+use crate::{Action, Error, ErrorCode, ErrorKind, LightsOut, Result};
 use magician_host::{LASER_POWER, LASER_SUPPLY, burns};
 
 /// The laser's pins.
@@ -85,14 +85,9 @@ impl Laser<'_> {
         let foreign = self
             .arm
             .queue()
-            .foreign_commands(&self.arm.look_at_queue().await?)
+            .foreign_commands(&self.arm.known().look_at_queue().await?)
             > 0;
-        self.arm
-            .inner
-            .shared
-            .known()
-            .picture
-            .note_foreign_commands(foreign);
+        self.arm.picture().note_foreign_commands(foreign);
         Ok(told.filter(|_| !foreign))
     }
 
@@ -101,7 +96,7 @@ impl Laser<'_> {
         if self.may_have_lit() && self.arm.moving() {
             return Ok(Some(true));
         }
-        let told = answered(self.arm.setting::<EndEffectorLaser>().await)?;
+        let told = answered(self.arm.known().setting::<EndEffectorLaser>().await)?;
         let told = told.map(|laser| laser.is_ctrl_enabled.is_on() && laser.is_on.is_on());
         if told == Some(true) || !self.arm.inner.options.laser_pins {
             return Ok(told);
@@ -114,7 +109,7 @@ impl Laser<'_> {
 
     /// Reads the laser's pins if their levels are not known: a laser that is on leaves them unread.
     pub(super) async fn learn_pins(self) -> Result<()> {
-        let unknown = !self.arm.inner.shared.known().picture.knows_laser_pins();
+        let unknown = !self.arm.picture().knows_laser_pins();
         if unknown && self.arm.inner.options.laser_pins {
             self.read_pins().await?;
         }
@@ -123,7 +118,7 @@ impl Laser<'_> {
 
     async fn read_pins(self) -> Result<Option<bool>> {
         let high = self.any_pin_is_high().await?;
-        self.arm.inner.shared.known().picture.note_laser_pins(high);
+        self.arm.picture().note_laser_pins(high);
         Ok(high)
     }
 
@@ -142,7 +137,7 @@ impl Laser<'_> {
 
     /// True if commands of this connection may have lit the laser.
     fn may_have_lit(self) -> bool {
-        self.arm.inner.shared.known().picture.may_be_lit()
+        self.arm.picture().may_be_lit()
     }
 
     /// Whether this pin is an output and high.
@@ -170,7 +165,12 @@ impl Laser<'_> {
         let query = GetIoMultiplexing {
             address: Some(address),
         };
-        let read = answered(self.arm.setting_with::<IoMultiplexing>(&query).await)?;
+        let read = answered(
+            self.arm
+                .known()
+                .setting_with::<IoMultiplexing>(&query)
+                .await,
+        )?;
         Ok(read.map(|read| read.multiplex))
     }
 
@@ -192,6 +192,13 @@ impl Laser<'_> {
 
 /// How it is put out.
 impl Laser<'_> {
+    /// Returns where the arm was when this connection put its laser out, if no command was queued since and the arm has told
+    /// its pose. A stop of an arm that may burn asks for the pose as soon as it goes out; no frame is sent here.
+    #[must_use]
+    pub fn lights_out(self) -> Option<LightsOut> {
+        self.arm.picture().lights_out()
+    }
+
     /// Switches the laser off at once, and lowers its pins where they are outputs.
     ///
     /// # Errors
@@ -214,7 +221,7 @@ impl Laser<'_> {
                 }
             }
         }
-        self.arm.inner.shared.known().picture.darkened();
+        self.arm.picture().darkened();
         Ok(())
     }
 
@@ -237,7 +244,7 @@ const FREQUENCY: f32 = 1000.0;
 impl Shared {
     /// What has to be said besides to put a laser out whose pins were raised over this connection.
     pub(super) fn lowered_pins(&self) -> Vec<Request> {
-        if self.known().picture.pins_may_be_high() {
+        if self.picture().pins_may_be_high() {
             lowered_pins()
         } else {
             Vec::new()

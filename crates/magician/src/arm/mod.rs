@@ -3,6 +3,7 @@ mod first_program;
 
 mod bounded_jog;
 mod connect;
+mod disruptions;
 mod driver;
 mod end_notice;
 mod events;
@@ -13,11 +14,9 @@ mod front_end;
 mod gate;
 mod halt;
 mod homing;
-mod in_flight;
 mod jog;
 mod known;
 mod laser;
-mod lights_out;
 mod link;
 mod options;
 mod perform;
@@ -50,10 +49,8 @@ pub use front_end::FrontEnd;
 pub use gate::Motors;
 pub use halt::Stopper;
 pub use homing::{ArmIdentity, ClockRate, Homing, HomingRecord};
-pub use in_flight::sets_in_motion;
 pub use jog::{Jog, JogOptions};
 pub use laser::Laser;
-pub use lights_out::LightsOut;
 pub use link::Link;
 pub use options::Options;
 #[doc(hidden)]
@@ -65,15 +62,22 @@ pub use run::{CommandSource, Feeder, Ran, Run, RunOptions, Streaming};
 pub use samples::{Sample, Samples};
 pub use settings_backup::SettingsBackup;
 use shared::Shared;
-pub use state::{Level, Pin, StateOptions, StateWatch, Status};
+pub use state::{StateOptions, StateWatch, Status};
 pub use watch::Progress;
 
 /// An arm, for async programs on tokio. [`blocking::Arm`](crate::blocking::Arm) is the same for
 /// programs without.
 ///
-/// The three verbs are [`get`](Self::get), [`set`](Self::set) and [`enqueue`](Self::enqueue). They
-/// send what they are given. [`build`](crate::build) makes commands from intentions, and
-/// [`run`](Self::run) and [`start`](Self::start) keep any number of them flowing.
+/// | to | call |
+/// |---|---|
+/// | move it, and wait until it is there | [`home`](Self::home), [`move_to`](Self::move_to), [`line_to`](Self::line_to), [`run`](Self::run) |
+/// | begin without waiting | [`start`](Self::start), [`stream`](Self::stream), [`jog`](Self::jog) |
+/// | stop it | [`stop`](Self::stop), [`stopper`](Self::stopper) |
+/// | look | [`pose`](Self::pose), [`alarms`](Self::alarms), [`outputs`](Self::outputs), [`state`](Self::state), [`events`](Self::events) |
+/// | reach its parts | [`queue`](Self::queue), [`laser`](Self::laser), [`homing`](Self::homing), [`pins`](Self::pins), [`motors`](Self::motors) |
+/// | send one command of the protocol as it is | [`get`](Self::get), [`set`](Self::set), [`enqueue`](Self::enqueue) |
+///
+/// [`build`](crate::build) makes commands of intentions, for [`run`](Self::run) and [`enqueue`](Self::enqueue).
 ///
 /// Every call ends: by its answer, or with an error by its deadline. All methods take `&self`;
 /// a [`stop`](Self::stop) from another task overtakes whatever is going on.
@@ -107,6 +111,8 @@ pub struct Arm {
     allows_laser: bool,
     /// True if calls of this handle may send a jog that nothing holds.
     passes_jogs: bool,
+    /// True for the handle of a jog in pieces: its calls do not wait for the end of that jog.
+    leads: bool,
     /// Whether calls of this handle take an arm that is not known to be homed.
     allows_unhomed: bool,
     /// How long calls of this handle may take, if that is longer than [`Options::timeout`].

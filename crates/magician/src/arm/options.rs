@@ -20,7 +20,8 @@ pub struct Options {
     /// runs.
     pub timeout: Duration,
     /// Most requests in flight, 1 to 8. More than 1 is for arms of which it is known that they take
-    /// requests back to back; `magician doctor` can measure it.
+    /// requests back to back; `magician doctor` can measure it. At 1 a read still travels beside a queued command on a
+    /// serial port, until one of the two is lost.
     pub window: usize,
     /// Whether to make sure at the start that an arm answers.
     pub probe: bool,

@@ -2,11 +2,11 @@
 
 use std::sync::atomic::Ordering;
 
+use magician_host::picture::QueueLook;
 use magician_protocol::commands::{ClearAlarmsState, DeviceWithL, HomeCmd, Pose, PoseL};
 use magician_protocol::{Alarm, AlarmSet, Set};
 
 use super::Arm;
-use super::known::QueueLook;
 use super::run::{Ran, RunOptions};
 use super::watch::Progress;
 use crate::connection::Request;
@@ -51,7 +51,7 @@ impl Arm {
         let guards = options.guards;
         self.permission().check(commands)?;
         if guards.alarms || guards.require_homed {
-            let alarms = self.known_alarms().await?;
+            let alarms = self.known().alarms().await?;
             self.refuse_alarms(alarms, commands, guards).await?;
         }
         if (commands.iter()).any(|command| matches!(command, Set::HomeCmd(_))) {
@@ -97,8 +97,8 @@ impl Arm {
     /// As [`get`](Self::get).
     pub async fn preflight(&self) -> Result<Preflight> {
         self.come_to_rest().await?;
-        let look = self.look_at_queue().await?;
-        let on_rail = self.setting::<DeviceWithL>().await?.with_l.is_on();
+        let look = self.known().look_at_queue().await?;
+        let on_rail = self.known().setting::<DeviceWithL>().await?.with_l.is_on();
         let needs = Needs {
             home: false,
             path: true,
@@ -114,9 +114,9 @@ impl Arm {
     pub async fn preflight_for(&self, commands: &[Set]) -> Result<Preflight> {
         self.come_to_rest().await?;
         // What the queue tells of others comes before what is believed.
-        let look = self.look_at_queue().await?;
+        let look = self.known().look_at_queue().await?;
         let needs = Needs::of(commands);
-        let on_rail = needs.rail && self.setting::<DeviceWithL>().await?.with_l.is_on();
+        let on_rail = needs.rail && self.known().setting::<DeviceWithL>().await?.with_l.is_on();
         self.read(needs, on_rail, &look).await
     }
 
@@ -127,7 +127,8 @@ impl Arm {
         look: &QueueLook,
     ) -> Result<Preflight> {
         // A fence asks the arm itself: a hand may have moved it.
-        let known = self.standing(look).filter(|_| self.fence().is_none());
+        let known = self.picture().standing().pose(self.clock(), look);
+        let known = known.filter(|_| self.fence().is_none());
         let mut rest = RestDetector::default();
         let before = match known {
             Some(pose) => pose,
@@ -138,15 +139,15 @@ impl Arm {
             }
         };
         let mut read = Readings::at_power_up(self.model());
-        read.settings.tool = self.setting().await?;
-        read.laser = self.setting().await?;
-        read.settings.ptp_joint = self.setting().await?;
-        read.settings.ptp_coordinate = self.setting().await?;
-        read.settings.ptp_common = self.setting().await?;
-        read.settings.ptp_jump2 = self.setting().await?;
+        read.settings.tool = self.known().setting().await?;
+        read.laser = self.known().setting().await?;
+        read.settings.ptp_joint = self.known().setting().await?;
+        read.settings.ptp_coordinate = self.known().setting().await?;
+        read.settings.ptp_common = self.known().setting().await?;
+        read.settings.ptp_jump2 = self.known().setting().await?;
         read.settings.with_rail.with_l = on_rail.into();
         if needs.home {
-            read.home = match self.setting().await {
+            read.home = match self.known().setting().await {
                 Ok(home) => Some(home),
                 // An arm may have none to tell before one was set.
                 Err(error) if error.kind() == ErrorKind::Unexpected => None,
@@ -154,15 +155,15 @@ impl Arm {
             };
         }
         if needs.path {
-            read.settings.cp = self.setting().await?;
+            read.settings.cp = self.known().setting().await?;
         }
         if needs.rail {
             read.rail = Some(self.get::<PoseL>().await?.pose_l);
-            read.settings.ptp_rail = self.setting().await?;
+            read.settings.ptp_rail = self.known().setting().await?;
         }
         read.pose = match known {
             Some(pose) => Some(pose),
-            None => self.stands_at(before, rest, look).await?,
+            None => self.known().stands_at(before, rest, look).await?,
         };
         Ok(self.fenced(Preflight::new(&read).model(*self.model())))
     }

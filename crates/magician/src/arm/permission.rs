@@ -54,7 +54,7 @@ impl Permission<'_> {
         match self
             .arm
             .queue()
-            .foreign_commands(&self.arm.look_at_queue().await?)
+            .foreign_commands(&self.arm.known().look_at_queue().await?)
         {
             0 => Ok(()),
             count => {
@@ -120,6 +120,6 @@ impl Permission<'_> {
     }
 
     fn lets_jogs_pass(self) -> bool {
-        self.arm.passes_jogs && !self.arm.bounds_jogs()
+        self.arm.passes_jogs && !self.arm.inner.options.bounded_jogs
     }
 }

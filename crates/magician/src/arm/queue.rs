@@ -1,5 +1,4 @@
-use std::sync::atomic::Ordering;
-
+use magician_host::picture::QueueLook;
 use magician_protocol::commands::{
     AlarmsState, ClearAlarmsState, QueuedCmdClear, QueuedCmdCurrentIndex, QueuedCmdLeftSpace,
     QueuedCmdStartExec,
@@ -10,10 +9,8 @@ use tokio::time::{Instant, timeout_at};
 
 use super::Arm;
 use super::flow::Flow;
-use super::known::QueueLook;
-use super::watch::By;
 use crate::connection::Request;
-use crate::{Error, ErrorCode, ErrorKind, QueueIndex, Result};
+use crate::{Action, Error, ErrorCode, ErrorKind, Given, QueueIndex, Result, Setting};
 
 /// The queue of an arm: [`Arm::queue`] hands it out. [`Arm::enqueue`] and [`Arm::run`] put commands into it.
 #[derive(Clone, Copy, Debug)]
@@ -30,7 +27,7 @@ impl Queue<'_> {
     /// [`ErrorKind::Timeout`](crate::ErrorKind::Timeout) the queue may run: nothing is sent twice.
     pub async fn start(self) -> Result<()> {
         if !self.arm.stands().await? {
-            if self.arm.in_flight().started() == Some(true) {
+            if self.arm.picture().motion().started() == Some(true) {
                 return Ok(());
             }
             self.arm
@@ -101,11 +98,31 @@ impl Queue<'_> {
 
 /// Filling it.
 impl<'a> Queue<'a> {
+    /// Commands that other programs left in the queue are not run by accident.
+    pub(super) fn refuse_foreign(self, look: &QueueLook) -> Result<()> {
+        let waiting = self.foreign_commands(look);
+        let (commands, them) = match waiting {
+            0 => return Ok(()),
+            1 => ("1 command of an earlier program waits".to_owned(), "it"),
+            more => (
+                format!("{more} commands of an earlier program wait"),
+                "them",
+            ),
+        };
+        Err(Error::new(
+            ErrorCode::ForeignCommands,
+            format!("{commands} in the arm's queue and would run first"),
+        )
+        .remedy(Action::Stop, format!("drops {them}"))
+        .remedy((Setting::Keep, Given::On), format!("runs {them}")))
+    }
+
     /// How many commands wait in the queue that this connection did not put there.
     pub(super) fn foreign_commands(self, look: &QueueLook) -> u32 {
         let waiting = look.waiting();
-        let running = self.arm.in_flight().started() == Some(true);
-        let ours = self.arm.own().waiting(look.current, running);
+        let picture = self.arm.picture();
+        let running = picture.motion().started() == Some(true);
+        let ours = picture.own().waiting(look.current, running);
         if ours >= u64::from(waiting) {
             0
         } else {
@@ -138,21 +155,21 @@ impl<'a> Queue<'a> {
         // A caller that goes away meanwhile leaves behind what has to be counted anew.
         let mut room = std::mem::take(&mut flow.room);
         let reply = self.arm.ask_until(request, deadline).await;
-        let index = self.accepted(&mut room, command, reply)?;
+        let index = self.accepted(&mut room, reply)?;
         flow.room = room;
         Ok(index)
     }
 
     /// Queued commands so far that became uncertain.
     fn doubts(self) -> u64 {
-        self.arm.inner.shared.doubts.load(Ordering::SeqCst)
+        self.arm.inner.shared.disruptions.doubts()
     }
 
     /// An empty queue is noted: what is put into it next runs next.
     async fn note_room(self, room: u32) -> Result<()> {
         let (_, capacity) = self.arm.stats().await?;
         if room >= capacity {
-            self.arm.own().nothing_before();
+            self.arm.picture().queue_is_empty();
         }
         Ok(())
     }
@@ -171,24 +188,15 @@ impl<'a> Queue<'a> {
     }
 
     /// Accounts for the answer to a queued command.
-    pub(super) fn accepted(
-        self,
-        room: &mut u32,
-        command: &Set,
-        reply: Result<FrameBuf>,
-    ) -> Result<QueueIndex> {
+    pub(super) fn accepted(self, room: &mut u32, reply: Result<FrameBuf>) -> Result<QueueIndex> {
         let reply = reply.inspect_err(|error| {
             *room = 0;
-            let unknown = [ErrorKind::Uncertain, ErrorKind::Unexpected].contains(&error.kind());
-            self.arm
-                .inner
-                .shared
-                .doubts
-                .fetch_add(unknown.into(), Ordering::SeqCst);
+            if [ErrorKind::Uncertain, ErrorKind::Unexpected].contains(&error.kind()) {
+                self.arm.inner.shared.disruptions.doubt();
+            }
         })?;
         let index = QueuedCmdIndex::decode(reply.frame().params())?;
         *room = room.saturating_sub(1);
-        self.arm.own().accepted(index, command, By::Caller);
         Ok(index)
     }
 }

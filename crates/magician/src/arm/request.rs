@@ -1,6 +1,7 @@
 use std::sync::MutexGuard;
 use std::time::Duration;
 
+use magician_host::ArmPicture;
 use magician_protocol::FrameBuf;
 use tokio::sync::oneshot;
 use tokio::time::{Instant, timeout, timeout_at};
@@ -8,8 +9,6 @@ use tokio::time::{Instant, timeout, timeout_at};
 use super::Arm;
 use super::driver::{Message, command_name};
 use super::homing::homes;
-use super::in_flight::InFlightMotion;
-use super::watch::Own;
 use crate::connection::{Request, is_once};
 use crate::{Error, ErrorCode, Result};
 
@@ -47,16 +46,18 @@ impl Arm {
     }
 
     pub(super) async fn ask_until(&self, request: Request, deadline: Instant) -> Result<FrameBuf> {
+        if self.waits_for_jog(&request) {
+            return self.ask_behind_jog(request, deadline).await;
+        }
         let stops = self.stops();
         if homes(&request.frame().frame()) {
             Box::pin(self.homing().expect()).await;
         }
-        let held = &self.inner.held;
-        if held.fence().is_none() {
+        if self.fence().is_none() {
             return self.asked(request, deadline, stops).await;
         }
         let frame = *request.frame();
-        let turn = Box::pin(self.hold_fence(held, &frame.frame(), deadline)).await?;
+        let turn = Box::pin(self.fence_check().hold_frame(&frame.frame(), deadline)).await?;
         let answer = self.asked(request, deadline, stops).await;
         if let Some(turn) = turn {
             turn.ends(&answer);
@@ -66,7 +67,11 @@ impl Arm {
 
     /// A read: no fence is asked for it.
     pub(super) async fn ask_for(&self, request: Request) -> Result<FrameBuf> {
-        self.asked(request, self.deadline(), self.stops()).await
+        let (deadline, stops) = (self.deadline(), self.stops());
+        if self.waits_for_jog(&request) {
+            return self.ask_behind_jog(request, deadline).await;
+        }
+        self.asked(request, deadline, stops).await
     }
 
     async fn asked(&self, request: Request, deadline: Instant, stops: u64) -> Result<FrameBuf> {
@@ -124,13 +129,13 @@ impl Arm {
     }
 
     /// As [`answer`](Self::answer), with the error of a task that is kept from its work.
-    pub(super) async fn answer_or(
+    pub(super) async fn answer_or<T>(
         &self,
         silent: Error,
-        mut answer: oneshot::Receiver<Result<FrameBuf>>,
+        mut answer: oneshot::Receiver<Result<T>>,
         request: &FrameBuf,
         deadline: Instant,
-    ) -> Result<FrameBuf> {
+    ) -> Result<T> {
         let before = self.inner.shared.slept();
         let mut late = deadline + GRACE;
         loop {
@@ -167,12 +172,8 @@ impl Arm {
         }
     }
 
-    pub(super) fn own(&self) -> MutexGuard<'_, Own> {
-        self.inner.shared.own()
-    }
-
-    pub(super) fn in_flight(&self) -> MutexGuard<'_, InFlightMotion> {
-        self.inner.shared.in_flight()
+    pub(super) fn picture(&self) -> MutexGuard<'_, ArmPicture> {
+        self.inner.shared.picture()
     }
 }
 

@@ -49,11 +49,9 @@ impl Arm {
     /// ([`ErrorKind::Closed`](crate::ErrorKind::Closed)); else as [`run`](Self::run).
     pub async fn lift(&self, height: f64) -> Result<Lifted> {
         let stops = self.stops();
-        let course = self
-            .course_from_here(&[line_to(0.0, 0.0, 0.0, 0.0)])
-            .await?;
+        let course = course_from_here(self, &[line_to(0.0, 0.0, 0.0, 0.0)]).await?;
         let lift = course.lift(height)?;
-        self.retract(course, &lift.commands, stops).await?;
+        retract(self, course, &lift.commands, stops).await?;
         Ok(Lifted {
             asked: height,
             by: lift.by,
@@ -70,39 +68,39 @@ impl Arm {
     pub async fn park(&self, place: [f64; 3]) -> Result<Pose> {
         let stops = self.stops();
         let moves = [line_to(0.0, 0.0, 0.0, 0.0), move_to(0.0, 0.0, 0.0, 0.0)];
-        let course = self.course_from_here(&moves).await?;
+        let course = course_from_here(self, &moves).await?;
         let way = course.way_to_park(place)?;
-        self.retract(course, &way, stops).await?;
+        retract(self, course, &way, stops).await?;
         self.get().await
     }
+}
 
-    /// Where the arm stands, for a move of its own: not under an alarm that holds it.
-    async fn course_from_here(&self, moves: &[Set]) -> Result<Preflight> {
-        let alarms = self.alarms().await?;
-        if alarms.blocking() {
-            return Err(self.stopped_by(alarms).await);
-        }
-        let course = self.preflight_for(moves).await?;
-        if course.arm().is_none() {
-            return Err(Error::new(
-                ErrorCode::PositionUnknown,
-                "the arm's position is unknown: it moves, or commands wait in its queue",
-            ));
-        }
-        Ok(course)
+/// Where the arm stands, for a move of its own: not under an alarm that holds it.
+async fn course_from_here(arm: &Arm, moves: &[Set]) -> Result<Preflight> {
+    let alarms = arm.alarms().await?;
+    if alarms.blocking() {
+        return Err(arm.stopped_by(alarms).await);
     }
+    let course = arm.preflight_for(moves).await?;
+    if course.arm().is_none() {
+        return Err(Error::new(
+            ErrorCode::PositionUnknown,
+            "the arm's position is unknown: it moves, or commands wait in its queue",
+        ));
+    }
+    Ok(course)
+}
 
-    /// Runs commands that were checked from there, and gives the speeds back that they change.
-    async fn retract(&self, course: Preflight, commands: &[Set], stops: u64) -> Result<()> {
-        let mut saved = SettingsBackup::read(self, commands).await?;
-        let options = RunOptions::default().unless_stopped_since(stops);
-        let run = self.start_with(commands.iter().copied(), options);
-        let mut run = run.along(course);
-        let ran = run.wait(|_| {}).await;
-        let restored = saved.restore(self).await;
-        ran?;
-        restored
-    }
+/// Runs commands that were checked from there, and gives the speeds back that they change.
+async fn retract(arm: &Arm, course: Preflight, commands: &[Set], stops: u64) -> Result<()> {
+    let mut saved = SettingsBackup::read(arm, commands).await?;
+    let options = RunOptions::default().unless_stopped_since(stops);
+    let run = arm.start_with(commands.iter().copied(), options);
+    let mut run = run.along(course);
+    let ran = run.wait(|_| {}).await;
+    let restored = saved.restore(arm).await;
+    ran?;
+    restored
 }
 
 /// In a sentence on its own.

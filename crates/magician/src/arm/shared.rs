@@ -1,5 +1,6 @@
 //! What the handles of a connection and its task both know.
 
+use magician_host::ArmPicture;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -8,15 +9,13 @@ use tokio::sync::{broadcast, watch};
 use tokio::time::Instant;
 
 use super::SettingsBackup;
+use super::bounded_jog::BoundedJogs;
+use super::disruptions::Disruptions;
 use super::events::Event;
 use super::halt::Halts;
 use super::homing::{HomingRecord, Homings, Remembered};
-use super::in_flight::InFlightMotion;
-use super::jog::Life;
-use super::known::Known;
 use super::link::Link;
 use super::state::{Status, Watches};
-use super::watch::Own;
 use crate::connection::Micros;
 use crate::gate::{Gate, JogId};
 use crate::transport::Line;
@@ -33,23 +32,17 @@ pub(super) struct Shared {
     pub(super) ordered: bool,
     /// What was set going goes on when the connection ends.
     pub(super) detached: AtomicBool,
-    /// Stops so far. What was begun before the last one is over.
-    stops: AtomicU64,
-    /// How often the queue was emptied on a line that was found again, because the laser may have burnt.
-    clears: AtomicU64,
-    /// Queued commands so far that the arm may or may not have taken.
-    pub(super) doubts: AtomicU64,
-    in_flight: Mutex<InFlightMotion>,
+    pub(super) disruptions: Disruptions,
+    /// What is known of the arm without asking it.
+    picture: Mutex<ArmPicture>,
     gate: Mutex<Gate>,
     /// Jogs that were asked for.
     jogs: AtomicU64,
-    own: Mutex<Own>,
-    known: Mutex<Known>,
     pub(super) homings: Homings,
     queue_fault: Mutex<Option<LastFault>>,
     pub(super) halts: Mutex<Halts>,
-    /// The last jog in pieces, and what such a jog has changed of the arm's settings and not given back.
-    pub(super) bounded_jog: Mutex<Option<Arc<Life>>>,
+    /// The jogs in pieces, and what such a jog has changed of the arm's settings and not given back.
+    pub(super) bounded: watch::Sender<BoundedJogs>,
     pub(super) owed: Mutex<SettingsBackup>,
     pub(super) link: watch::Sender<Link>,
     pub(super) status: watch::Sender<Option<Status>>,
@@ -86,23 +79,23 @@ impl Shared {
         line: &Line,
         events: &broadcast::Sender<Event>,
         homings: Option<Arc<dyn HomingRecord>>,
+        laser_pins: bool,
     ) -> Self {
+        let picture = ArmPicture::default()
+            .on_shared_line(line.is_shared)
+            .laser_pins(laser_pins);
         Self {
             name: line.name.clone(),
             ordered: line.settings.ordered,
             detached: AtomicBool::new(false),
-            stops: AtomicU64::new(0),
-            clears: AtomicU64::new(0),
-            doubts: AtomicU64::new(0),
-            in_flight: Mutex::default(),
+            disruptions: Disruptions::default(),
+            picture: Mutex::new(picture),
             gate: Mutex::default(),
             jogs: AtomicU64::new(0),
-            own: Mutex::default(),
-            known: Mutex::new(Known::new(line.is_shared)),
             homings: Homings::new(homings),
             queue_fault: Mutex::default(),
             halts: Mutex::default(),
-            bounded_jog: Mutex::default(),
+            bounded: watch::Sender::default(),
             owed: Mutex::default(),
             link: watch::Sender::new(Link::Up),
             status: watch::Sender::new(None),
@@ -136,33 +129,25 @@ impl Shared {
 
     /// Stops so far.
     pub(super) fn stops(&self) -> u64 {
-        self.stops.load(Ordering::SeqCst)
-    }
-
-    pub(super) fn clears(&self) -> u64 {
-        self.clears.load(Ordering::SeqCst)
+        self.disruptions.stops()
     }
 
     /// The queue was emptied, and the laser put out, on a line that was found again.
     pub(super) fn cleared(&self) {
-        self.clears.fetch_add(1, Ordering::SeqCst);
-        self.in_flight().cleared();
-        self.known().picture.cleared();
+        self.disruptions.clear();
+        self.picture().cleared();
     }
 
     /// Ends what is going on; the number of the stop.
     pub(super) fn stop(&self) -> u64 {
-        1 + self.stops.fetch_add(1, Ordering::SeqCst)
+        self.disruptions.stop()
     }
 
     /// Ends what is going on as a stop does; the next wait or run tells why.
     pub(super) fn note_fault(&self, queue_fault: QueueFault) {
         match queue_fault {
-            QueueFault::Reset(_) => {
-                self.known().reset();
-                self.remembered().forget();
-            }
-            QueueFault::Unaccounted { .. } => self.known().forget(),
+            QueueFault::Reset(_) => self.remembered().forget(),
+            QueueFault::Unaccounted { .. } => self.picture().forget(),
         }
         let mut last = held(&self.queue_fault);
         let stop = self.stop();
@@ -183,23 +168,15 @@ impl Shared {
         (mine || first).then_some(last_fault.queue_fault)
     }
 
-    /// The commands of this connection that are in the queue.
-    pub(super) fn own(&self) -> MutexGuard<'_, Own> {
-        held(&self.own)
-    }
-
-    /// What is known of the arm without asking it.
-    pub(super) fn known(&self) -> MutexGuard<'_, Known> {
-        held(&self.known)
+    /// What is known of the arm without asking it. The guard must not outlive the statement that uses it: the methods of
+    /// [`Shared`] and [`Arm`](super::Arm) take it too.
+    pub(super) fn picture(&self) -> MutexGuard<'_, ArmPicture> {
+        held(&self.picture)
     }
 
     /// Readings of the arm for the record of its homings.
     pub(super) fn remembered(&self) -> MutexGuard<'_, Remembered> {
         self.homings.remembered()
-    }
-
-    pub(super) fn in_flight(&self) -> MutexGuard<'_, InFlightMotion> {
-        held(&self.in_flight)
     }
 
     /// What moves without an end of its own.
@@ -214,7 +191,7 @@ impl Shared {
 
     /// The arm was seen at rest by two equal poses, read after this many forced stops.
     pub(super) fn stood_after(&self, stops: u64) {
-        self.in_flight().stood_after(stops);
+        self.picture().stood_after(stops);
         self.gate().stands_still();
     }
 }

@@ -11,7 +11,7 @@ use tokio::time::{Instant, sleep_until};
 use super::driver::Message;
 use super::shared::held;
 use super::{Arm, Link, Shared};
-use crate::{Error, QueueIndex, Result};
+use crate::{ArmSnapshot, Error, Level, Pin, QueueIndex, Result};
 
 /// Readings a second that can be asked for.
 const RATES: std::ops::RangeInclusive<f64> = 0.01..=1000.0;
@@ -50,44 +50,13 @@ impl Status {
     }
 }
 
-/// A pin to watch: its EIO address, 1 to 20. It must have been given its function (`build::multiplex`).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum Pin {
-    /// A digital input.
-    Input(u8),
-    /// A digital output.
-    Output(u8),
-    /// An analog input.
-    Analog(u8),
-}
-
-impl Pin {
-    /// Its EIO address.
-    #[must_use]
-    pub const fn address(self) -> u8 {
-        match self {
-            Self::Input(address) | Self::Output(address) | Self::Analog(address) => address,
-        }
-    }
-}
-
-/// A pin and what it was at.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Level {
-    /// The pin.
-    pub pin: Pin,
-    /// 0 or 1; counts (4095 at 3.3 V) for an analog one.
-    pub value: u16,
-}
-
 /// What a [`StateWatch`] is to see, and how often.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct StateOptions {
     /// Whole readings a second, 0.01 to 1000.
     pub rate: f64,
-    /// Pins to read as well.
+    /// Pins to read as well. Each must have been given its function (`build::multiplex`).
     pub pins: Vec<Pin>,
 }
 
@@ -127,6 +96,28 @@ impl StateOptions {
             )));
         }
         Ok(Duration::from_secs_f64(self.rate.recip()))
+    }
+}
+
+impl Shared {
+    /// The state by what was read so far; `None` before all of it was.
+    pub(super) fn status_now(&self) -> Option<Status> {
+        let watched = held(&self.watches).pins();
+        let ArmSnapshot {
+            readings, homed, ..
+        } = self.picture().snapshot();
+        let readings = readings?;
+        let pins = readings.pins.into_iter();
+        Some(Status {
+            pose: readings.pose,
+            current: readings.current,
+            left_space: readings.left_space,
+            homed,
+            alarms: readings.alarms,
+            pins: pins.filter(|level| watched.contains(&level.pin)).collect(),
+            link: self.link.borrow().clone(),
+            at: (self.begun + Duration::from_micros(readings.at)).into_std(),
+        })
     }
 }
 
@@ -225,6 +216,13 @@ impl Drop for StateWatch {
 }
 
 impl Arm {
+    /// Returns the state by the answers that have come over this connection, of whoever asked; `None` before all of it was
+    /// read. No frame is sent.
+    #[must_use]
+    pub fn status(&self) -> Option<Status> {
+        self.inner.shared.status_now()
+    }
+
     /// Keeps an eye on the arm: pose, queue, alarms and link, so many times a second.
     ///
     /// # Errors

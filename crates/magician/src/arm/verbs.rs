@@ -1,10 +1,7 @@
-use magician_protocol::{
-    Ctrl, FrameBuf, Layout, NoArgs, Queueable, QueuedCmdIndex, Readable, Set, Writable,
-};
+use magician_protocol::{Ctrl, FrameBuf, NoArgs, Queueable, Readable, Set, Writable};
 
 use super::Arm;
 use super::flow::{self};
-use super::watch::By;
 use crate::connection::Request;
 use crate::{Error, QueueIndex, Result};
 
@@ -105,11 +102,6 @@ impl Arm {
         let deadline = self.deadline();
         let mut flow = self.queue().take_turn(deadline, "a raw command").await?;
         flow.room = 0;
-        let reply = self.ask_until(request, deadline).await?;
-        let index = QueuedCmdIndex::decode(reply.frame().params());
-        if let (Ok(index), Ok(command)) = (index, Set::decode(id, params)) {
-            self.own().accepted(index, &command, By::Caller);
-        }
-        Ok(reply)
+        self.ask_until(request, deadline).await
     }
 }

@@ -1,9 +1,8 @@
 //! Waiting: by index, with an eye on alarms and on an arm that stands still.
 
-use std::collections::VecDeque;
 use std::time::Duration;
 
-use magician_protocol::Set;
+use magician_host::picture::QueuedPace;
 use magician_protocol::commands::{Pose, PoseL, QueuedCmdCurrentIndex};
 use tokio::time::{Instant, sleep};
 
@@ -22,8 +21,6 @@ const STUCK: Duration = Duration::from_secs(15);
 const GRACE: Duration = Duration::from_secs(5);
 /// Longest homing, and longest command of another program's (model section 11: 25 s).
 const LONG: Duration = Duration::from_secs(60);
-/// Own commands remembered: more than any queue holds.
-const REMEMBERED: usize = 512;
 
 /// How far a wait or a run has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,107 +37,6 @@ pub struct Progress {
     /// How long the arm has not answered while a run waits for it; zero as long as it answers. It grows up to
     /// [`RunOptions::patience`](crate::RunOptions::patience).
     pub silent: Duration,
-}
-
-/// What a queued command does to the time it takes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Pace {
-    /// Moves the arm.
-    Motion,
-    /// Moves the arm and the rail, or the rail alone.
-    Rail,
-    /// Homes it; runs even when an alarm holds the queue.
-    Home,
-    /// Waits so long.
-    Pause(Duration),
-    /// Runs a motor beside the arm for so long.
-    Motor(Duration),
-    /// Waits for an input, for ever if need be.
-    Trigger,
-    /// Takes effect at once.
-    Moment,
-}
-
-impl Pace {
-    fn of(command: &Set) -> Self {
-        match command {
-            Set::WaitCmd(wait) => Self::Pause(Duration::from_millis(wait.timeout.into())),
-            Set::EMotorS(motor) => {
-                let seconds = f64::from(motor.distance) / f64::from(motor.speed).abs();
-                Self::Motor(Duration::try_from_secs_f64(seconds).unwrap_or_default())
-            }
-            Set::HomeCmd(_) => Self::Home,
-            Set::TrigCmd(_) => Self::Trigger,
-            Set::PtpWithLCmd(_) | Set::PtpPoWithLCmd(_) => Self::Rail,
-            other if other.row().effect.moves_arm() => Self::Motion,
-            _ => Self::Moment,
-        }
-    }
-}
-
-/// The origin of a queued command.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum By {
-    /// A caller, one by one, to run it with what follows.
-    Caller,
-    /// A run. What one that failed or was given up has left in a queue that does not run is not the next one's to start.
-    Run,
-}
-
-/// The commands this handle has put into the queue lately.
-#[derive(Debug, Default)]
-pub(super) struct Own {
-    commands: VecDeque<(u64, Pace, By)>,
-    /// The queue is empty: nothing will run before the next one accepted.
-    empty: bool,
-    /// The index before which nothing waits any more.
-    base: u64,
-}
-
-impl Own {
-    pub(super) fn accepted(&mut self, index: QueueIndex, command: &Set, by: By) {
-        if self.commands.len() >= REMEMBERED {
-            self.commands.pop_front();
-        }
-        self.commands.push_back((index.0, Pace::of(command), by));
-        if std::mem::take(&mut self.empty) {
-            self.base = index.0.saturating_sub(1);
-        }
-    }
-
-    /// The queue was seen empty.
-    pub(super) fn nothing_before(&mut self) {
-        self.empty = true;
-    }
-
-    /// How many of them have not finished and may be run with what follows. `running`: the queue runs them anyway.
-    pub(super) fn waiting(&self, current: u64, running: bool) -> u64 {
-        let waiting = self.commands.iter();
-        let waiting = waiting.filter(|(index, ..)| *index > current);
-        waiting
-            .filter(|(.., by)| running || *by == By::Caller)
-            .count() as u64
-    }
-
-    /// Whether this one homes the arm.
-    pub(super) fn homes(&self, command: QueueIndex) -> bool {
-        let mut latest = self.commands.iter().rev();
-        latest.any(|(index, pace, _)| *index == command.0 && *pace == Pace::Home)
-    }
-
-    /// They were dropped.
-    pub(super) fn clear(&mut self) {
-        *self = Self::default();
-    }
-
-    /// The one that runs, if it is one of them; `None` as well when it may be another program's.
-    fn running(&self, current: u64) -> Option<Pace> {
-        let mut commands = self.commands.iter();
-        let (index, pace, _) = commands.find(|(index, ..)| *index > current)?;
-        // After a Clear the current index stands over numbers that will not come.
-        let before = current.max(self.base);
-        (before.checked_add(1) == Some(*index)).then_some(*pace)
-    }
 }
 
 /// What a wait has seen so far.
@@ -232,6 +128,143 @@ impl Watch {
     }
 }
 
+/// Looks.
+impl Watch {
+    pub(super) async fn until(
+        &mut self,
+        arm: &Arm,
+        index: QueueIndex,
+        progress: &mut impl FnMut(Progress),
+    ) -> Result<()> {
+        let mut pause = FIRST_PAUSE;
+        loop {
+            let seen = self.look(arm).await?;
+            progress(seen);
+            if seen.current >= index {
+                return Ok(());
+            }
+            sleep(pause).await;
+            pause = (pause * 2).min(PAUSE);
+        }
+    }
+
+    /// One look at the queue, the alarms and, when the index stands, the arm.
+    pub(super) async fn look(&mut self, arm: &Arm) -> Result<Progress> {
+        let read = arm.get::<QueuedCmdCurrentIndex>().await?;
+        self.look_from(arm, read.queued_cmd_current_index).await
+    }
+
+    /// As [`look`](Self::look), when the current index has been read already.
+    pub(super) async fn look_from(&mut self, arm: &Arm, current: u64) -> Result<Progress> {
+        arm.queue_fault(Some(self.stops))?;
+        let progress = self.saw(current);
+        if progress.current >= progress.last {
+            return Ok(progress);
+        }
+        self.not_stopped(arm)?;
+        let pace = arm.picture().own().running(current);
+        let alarms = arm.alarms().await?;
+        if alarms.blocking() && pace != Some(QueuedPace::Home) {
+            // The command may have finished before the alarm was raised.
+            let again = arm.queue().current_index().await?;
+            if again >= progress.last {
+                self.progress.current = again;
+                return Ok(self.progress);
+            }
+            return Err(arm.stopped_by(alarms).await);
+        }
+        if self.changed.elapsed() >= self.lasts.saturating_add(STANDING) {
+            self.look_closer(arm, pace).await?;
+        }
+        Ok(progress)
+    }
+
+    /// The index stands: does the arm?
+    async fn look_closer(&mut self, arm: &Arm, pace: Option<QueuedPace>) -> Result<()> {
+        if !self.counted {
+            self.still_queued(arm).await?;
+        }
+        let rail = match pace {
+            Some(QueuedPace::Rail) => Some(arm.get::<PoseL>().await?),
+            _ => None,
+        };
+        let pose = (arm.get::<Pose>().await?, rail);
+        let before = self.pose.replace(pose);
+        if before != Some(pose) {
+            if before.is_some() {
+                self.changed();
+            }
+            return Ok(());
+        }
+        let (started, stopped) = {
+            let picture = arm.picture();
+            let motion = picture.motion();
+            (motion.started() == Some(true), motion.stopped())
+        };
+        // What a stream puts into a queue that stands is started by it.
+        let grace = if started || self.counted {
+            STUCK
+        } else {
+            GRACE
+        };
+        let patience = match pace {
+            Some(QueuedPace::Home) => LONG,
+            Some(QueuedPace::Motor(time)) if stopped => time,
+            // Waits and triggers are cut short by a stop.
+            _ if stopped => STANDING,
+            Some(QueuedPace::Trigger) => return Ok(()),
+            Some(QueuedPace::Motion | QueuedPace::Rail) if started => {
+                return self.confirm_hold(arm).await;
+            }
+            Some(QueuedPace::Motion | QueuedPace::Rail | QueuedPace::Moment) => grace,
+            Some(QueuedPace::Pause(time) | QueuedPace::Motor(time)) => time.saturating_add(grace),
+            None => LONG,
+        };
+        if self.changed.elapsed() < patience {
+            return Ok(());
+        }
+        let hint = match (stopped, started) {
+            (true, _) => ", and its queue is stopped",
+            (_, true) => " and the arm stands still",
+            _ => " and the arm stands still; its queue was not started, or is stopped",
+        };
+        let message = format!(
+            "waiting for queue index {}: it stays at {}{hint}",
+            self.progress.last.0, self.progress.current.0
+        );
+        Err(match (stopped, started) {
+            (false, true) => Error::new(ErrorCode::NotFinished, message),
+            _ => Error::new(ErrorCode::QueueStopped, message)
+                .remedy(Action::StartQueue, "lets it continue"),
+        })
+    }
+
+    /// An empty queue whose index has not come to what is waited for: it was dropped.
+    async fn still_queued(&self, arm: &Arm) -> Result<()> {
+        let (_, capacity) = arm.stats().await?;
+        if arm.queue().left_space().await? < capacity
+            || arm.queue().current_index().await? != self.progress.current
+        {
+            return Ok(());
+        }
+        let message = format!(
+            "queue index {} will not come: the arm's queue is empty and stands at {}; it was \
+             cleared, or the arm was reset",
+            self.progress.last.0, self.progress.current.0
+        );
+        Err(Error::new(ErrorCode::Dropped, message))
+    }
+
+    /// Two equal poses and a motion that does not run: the hold of an alarm, unless the index moved
+    /// in this very moment.
+    async fn confirm_hold(&self, arm: &Arm) -> Result<()> {
+        if arm.queue().current_index().await? == self.progress.current {
+            return Err(Error::held());
+        }
+        Ok(())
+    }
+}
+
 impl Arm {
     /// Waits until a queued command has finished.
     ///
@@ -256,139 +289,8 @@ impl Arm {
     ) -> Result<()> {
         let mut watch = Watch::new(None, self.stops());
         watch.sent(0, Some(index));
-        self.watch_until(index, &mut watch, &mut progress).await?;
+        watch.until(self, index, &mut progress).await?;
         self.homing().settle().await;
-        Ok(())
-    }
-
-    pub(super) async fn watch_until(
-        &self,
-        index: QueueIndex,
-        watch: &mut Watch,
-        progress: &mut impl FnMut(Progress),
-    ) -> Result<()> {
-        let mut pause = FIRST_PAUSE;
-        loop {
-            let seen = self.look(watch).await?;
-            progress(seen);
-            if seen.current >= index {
-                return Ok(());
-            }
-            sleep(pause).await;
-            pause = (pause * 2).min(PAUSE);
-        }
-    }
-
-    /// One look at the queue, the alarms and, when the index stands, the arm.
-    pub(super) async fn look(&self, watch: &mut Watch) -> Result<Progress> {
-        let read = self.get::<QueuedCmdCurrentIndex>().await?;
-        self.look_from(watch, read.queued_cmd_current_index).await
-    }
-
-    /// As [`look`](Self::look), when the current index has been read already.
-    pub(super) async fn look_from(&self, watch: &mut Watch, current: u64) -> Result<Progress> {
-        self.queue_fault(Some(watch.stops))?;
-        let progress = watch.saw(current);
-        if progress.current >= progress.last {
-            return Ok(progress);
-        }
-        watch.not_stopped(self)?;
-        let pace = self.own().running(current);
-        let alarms = self.alarms().await?;
-        if alarms.blocking() && pace != Some(Pace::Home) {
-            // The command may have finished before the alarm was raised.
-            let again = self.queue().current_index().await?;
-            if again >= progress.last {
-                watch.progress.current = again;
-                return Ok(watch.progress);
-            }
-            return Err(self.stopped_by(alarms).await);
-        }
-        if watch.changed.elapsed() >= watch.lasts.saturating_add(STANDING) {
-            self.look_closer(watch, pace).await?;
-        }
-        Ok(progress)
-    }
-
-    /// The index stands: does the arm?
-    async fn look_closer(&self, watch: &mut Watch, pace: Option<Pace>) -> Result<()> {
-        if !watch.counted {
-            self.still_queued(watch).await?;
-        }
-        let rail = match pace {
-            Some(Pace::Rail) => Some(self.get::<PoseL>().await?),
-            _ => None,
-        };
-        let pose = (self.get::<Pose>().await?, rail);
-        let before = watch.pose.replace(pose);
-        if before != Some(pose) {
-            if before.is_some() {
-                watch.changed();
-            }
-            return Ok(());
-        }
-        let (started, stopped) = {
-            let in_flight = self.in_flight();
-            (in_flight.started() == Some(true), in_flight.stopped())
-        };
-        // What a stream puts into a queue that stands is started by it.
-        let grace = if started || watch.counted {
-            STUCK
-        } else {
-            GRACE
-        };
-        let patience = match pace {
-            Some(Pace::Home) => LONG,
-            Some(Pace::Motor(time)) if stopped => time,
-            // Waits and triggers are cut short by a stop.
-            _ if stopped => STANDING,
-            Some(Pace::Trigger) => return Ok(()),
-            Some(Pace::Motion | Pace::Rail) if started => return self.confirm_hold(watch).await,
-            Some(Pace::Motion | Pace::Rail | Pace::Moment) => grace,
-            Some(Pace::Pause(time) | Pace::Motor(time)) => time.saturating_add(grace),
-            None => LONG,
-        };
-        if watch.changed.elapsed() < patience {
-            return Ok(());
-        }
-        let hint = match (stopped, started) {
-            (true, _) => ", and its queue is stopped",
-            (_, true) => " and the arm stands still",
-            _ => " and the arm stands still; its queue was not started, or is stopped",
-        };
-        let message = format!(
-            "waiting for queue index {}: it stays at {}{hint}",
-            watch.progress.last.0, watch.progress.current.0
-        );
-        Err(match (stopped, started) {
-            (false, true) => Error::new(ErrorCode::NotFinished, message),
-            _ => Error::new(ErrorCode::QueueStopped, message)
-                .remedy(Action::StartQueue, "lets it continue"),
-        })
-    }
-
-    /// An empty queue whose index has not come to what is waited for: it was dropped.
-    async fn still_queued(&self, watch: &Watch) -> Result<()> {
-        let (_, capacity) = self.stats().await?;
-        if self.queue().left_space().await? < capacity
-            || self.queue().current_index().await? != watch.progress.current
-        {
-            return Ok(());
-        }
-        let message = format!(
-            "queue index {} will not come: the arm's queue is empty and stands at {}; it was \
-             cleared, or the arm was reset",
-            watch.progress.last.0, watch.progress.current.0
-        );
-        Err(Error::new(ErrorCode::Dropped, message))
-    }
-
-    /// Two equal poses and a motion that does not run: the hold of an alarm, unless the index moved
-    /// in this very moment.
-    async fn confirm_hold(&self, watch: &Watch) -> Result<()> {
-        if self.queue().current_index().await? == watch.progress.current {
-            return Err(Error::held());
-        }
         Ok(())
     }
 }

@@ -38,6 +38,8 @@ impl Lines {
             _ => {
                 let settings = Settings {
                     baud: Some(BAUD_RATE),
+                    // The vendor's DobotLink and its Arduino library send to real arms so (errata E06).
+                    reads_beside: true,
                     ..Settings::ORDERED
                 };
                 Ok((

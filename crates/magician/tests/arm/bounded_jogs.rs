@@ -72,6 +72,11 @@ async fn hold(jog: &Jog, keep: Duration, time: Duration) {
     }
 }
 
+/// A jog that ends is over: what reads a setting waits for that.
+async fn over(arm: &Arm) {
+    arm.get::<CpParams>().await.unwrap();
+}
+
 async fn on_rail(arm: &Arm) {
     let rail = SetDeviceWithL {
         with_l: Flag::ON,
@@ -219,7 +224,7 @@ async fn the_arm_gets_its_settings_back_however_it_ends() {
         let jog = arm.jog(axis.plus()).await.unwrap();
         assert_ne!(settings(&arm).await, before);
         drop(jog);
-        arm.jog_over().await;
+        over(&arm).await;
         assert!(!desk.moves() && !arm.moving());
         assert_eq!(settings(&arm).await, before, "released");
         let jog = arm.jog(axis.minus()).await.unwrap();
@@ -227,7 +232,7 @@ async fn the_arm_gets_its_settings_back_however_it_ends() {
         assert_eq!(jog.keep().unwrap_err().kind(), ErrorKind::Closed);
         arm.stop().await.unwrap();
         assert_eq!(next.keep().unwrap_err().code(), ErrorCode::Stopped);
-        arm.jog_over().await;
+        over(&arm).await;
         assert_eq!(settings(&arm).await, before, "replaced, stopped");
         let jog = arm.jog(axis.minus()).await.unwrap();
         desk.unplug();
@@ -236,10 +241,51 @@ async fn the_arm_gets_its_settings_back_however_it_ends() {
         assert_eq!(jog.keep().unwrap_err().kind(), ErrorKind::Port);
         desk.plug();
         arm.reconnected().await.unwrap();
-        assert_ne!(settings(&arm).await, before, "they are owed");
-        arm.restore_after_jog().await.unwrap();
         assert_eq!(settings(&arm).await, before, "the line was lost");
     }
+}
+
+#[tokio::test(start_paused = true)]
+async fn setting_behind_a_released_jog_stays() {
+    let speed = CpParams {
+        plan_acc: 77.0,
+        junction_vel: 33.0,
+        acc_or_period: 77.0,
+        real_time_track: Flag::OFF,
+    };
+    let desk = Desk::new();
+    let arm = desk.connect(bounded()).await;
+    let jog = arm.jog(Axis::Z.plus()).await.unwrap();
+    hold(&jog, KEEP, Duration::from_millis(500)).await;
+    drop(jog);
+    assert!(desk.moves());
+    arm.set(&speed).await.unwrap();
+    assert!(!desk.moves(), "it waits for the end of the jog");
+    assert_eq!(arm.get::<CpParams>().await.unwrap(), speed);
+    // What is set while a jog goes on does not wait, as little as a stop.
+    let jog = arm.jog(Axis::Z.minus()).await.unwrap();
+    arm.set(&speed).await.unwrap();
+    assert!(desk.moves());
+    let began = Instant::now();
+    arm.stop().await.unwrap();
+    assert!(began.elapsed() < Duration::from_millis(300));
+    drop(jog);
+}
+
+#[tokio::test(start_paused = true)]
+async fn settings_owed_over_a_broken_line_keep_no_connection() {
+    let desk = Desk::new();
+    let arm = desk.connect(bounded()).await;
+    let jog = arm.jog(Axis::Z.plus()).await.unwrap();
+    desk.unplug();
+    sleep(Duration::from_millis(400)).await;
+    assert_eq!(jog.keep().unwrap_err().kind(), ErrorKind::Port);
+    drop((jog, arm));
+    sleep(Duration::from_secs(1)).await;
+    desk.heard();
+    desk.plug();
+    sleep(Duration::from_secs(10)).await;
+    assert_eq!(desk.heard(), [], "the connection has ended");
 }
 
 #[tokio::test(start_paused = true)]
@@ -261,10 +307,10 @@ async fn one_that_is_not_kept_stops_at_once() {
     assert!(took < KEEP + Duration::from_millis(100), "{took:?}");
     assert_eq!(jog.keep().unwrap_err().code(), ErrorCode::NotKept);
     // A call that is given up leaves none behind.
-    arm.jog_over().await;
+    over(&arm).await;
     let given_up = tokio::time::timeout(Duration::from_millis(120), arm.jog(Axis::Z.minus()));
     let _ = given_up.await;
-    arm.jog_over().await;
+    over(&arm).await;
     assert!(!desk.moves());
     let heard = desk.heard();
     sleep(Duration::from_secs(1)).await;
@@ -295,7 +341,7 @@ async fn it_ends_before_a_limit_and_before_the_fence() {
             };
             let what = format!("{} {forward}: {error}", axis.name());
             assert_eq!(error.code(), ErrorCode::OutOfReach, "{what}");
-            arm.jog_over().await;
+            over(&arm).await;
             let state = desk.with(|arm| arm.state());
             assert!(!state.moving && !state.alarms.blocking(), "{what}");
             if fence.is_some() {
@@ -352,7 +398,7 @@ async fn an_alarm_and_a_lost_answer_end_it_and_nothing_waits_then() {
             assert_eq!(error.kind(), ErrorKind::Closed, "{error}");
         }
         desk.swallow(&[]);
-        arm.jog_over().await;
+        over(&arm).await;
         let state = desk.with(|arm| arm.state());
         assert!(!state.moving && state.queue.waiting == 0 && state.queue.running.is_none());
         arm.clear_alarms().await.unwrap();

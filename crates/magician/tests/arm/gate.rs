@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use magician::build::{self, Axis, JogDirection};
-use magician::commands::{EMotor, EMotorS, JogCmd};
-use magician::protocol::{Flag, FrameBuf, JogCommand, Stepper};
+use magician::commands::{EMotor, EMotorS, JogCmd, SetDeviceWithL};
+use magician::protocol::{Flag, FrameBuf, JogCommand, RailVersion, Stepper};
 use magician::sim::LinkId;
 use magician::{
     Act, Action, Arm, Ctrl, ErrorCode, ErrorKind, Jog, Options, RunOptions, Set, VirtualArm,
@@ -79,6 +79,27 @@ async fn jog_of_another_axis_begins_when_the_arm_stands() {
         next.stop().await.unwrap();
         held.stop().await.unwrap();
     }
+}
+
+/// The pose of the arm does not show that its rail brakes.
+#[tokio::test(start_paused = true)]
+async fn jog_behind_one_of_the_rail_begins_when_the_rail_stands() {
+    let desk = Desk::new();
+    let arm = desk.connect(Options::default()).await;
+    let rail = SetDeviceWithL {
+        with_l: Flag::ON,
+        version: Some(RailVersion::V2),
+    };
+    arm.set(&rail).await.unwrap();
+    let held = arm.jog(Axis::L.plus()).await.unwrap();
+    hold(&held, 1000).await;
+    desk.heard();
+    let next = arm.jog(Axis::X.plus()).await.unwrap();
+    let jogs = desk.frames(JOG);
+    let begun = jogs.iter().filter(|(params, _)| params[1] != 0);
+    let moved: Vec<_> = begun.map(|(_, moved)| *moved).collect();
+    assert_eq!(moved, [false], "{jogs:?}");
+    next.stop().await.unwrap();
 }
 
 #[tokio::test(start_paused = true)]

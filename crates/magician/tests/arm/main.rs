@@ -14,6 +14,7 @@ mod frames;
 mod gate;
 mod holds;
 mod homing;
+mod jog_figures;
 mod jogs;
 mod laser;
 mod lines;

@@ -52,6 +52,10 @@ struct Scope {
     /// Nothing was accepted before: of the arm it is only known that it rests. As many numbers were given to commands that an
     /// earlier connection dropped.
     fresh: Option<u64>,
+    /// A read is submitted behind each command, not behind one alone.
+    reads: bool,
+    /// Against errata E06, the controller answers reads before commands that came with them.
+    reads_first: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -143,9 +147,14 @@ impl World {
         world.calm = false;
         for number in 5..5 + scope.commands {
             world.submit(number, command(number).repeatable());
-            if number == 6 {
-                let read = Request::get::<DeviceTime>(&NoArgs).unwrap();
-                world.host.submit(read.deadline(world.now() + 100 * TICK));
+            if number == 6 || scope.reads {
+                let read = match number % 3 {
+                    0 => Request::get::<DeviceTime>(&NoArgs),
+                    1 => Request::get::<QueuedCmdLeftSpace>(&NoArgs),
+                    _ => Request::get::<QueuedCmdCurrentIndex>(&NoArgs),
+                };
+                let deadline = world.now() + 100 * TICK;
+                world.host.submit(read.unwrap().deadline(deadline));
             }
         }
         world
@@ -202,7 +211,11 @@ impl World {
         if self.back.take_if(|at| *at <= self.tick).is_some() {
             self.host.restored();
         }
-        while let Some(request) = self.take(Direction::ToArm) {
+        let mut requests: Vec<_> = std::iter::from_fn(|| self.take(Direction::ToArm)).collect();
+        if self.scope.reads_first {
+            requests.sort_by_key(|request| request.frame().ctrl().queued());
+        }
+        for request in requests {
             let reply = self.toy.answer(&request, self.tick);
             self.undecided.push_back((Direction::ToHost, reply));
         }
@@ -450,6 +463,18 @@ const SERIAL: Scope = Scope {
     clears: true,
     cuts: false,
     fresh: None,
+    reads: false,
+    reads_first: false,
+};
+
+const PAIRS: Scope = Scope {
+    settings: Settings {
+        reads_beside: true,
+        ..TIGHT
+    },
+    reads: true,
+    mishaps: 2,
+    ..SERIAL
 };
 
 const WINDOW: Scope = Scope {
@@ -518,6 +543,44 @@ pub(super) fn in_a_window_each_command_is_taken_once_or_reported() {
 }
 
 #[test]
+pub(super) fn with_reads_beside_each_command_is_taken_once_or_reported() {
+    for reads_first in [false, true] {
+        for (takes, places, commands, mishaps) in
+            [(3, 4, 2, 3), (1, 1, 4, 2), (3, 2, 4, 2), (200, 4, 4, 2)]
+        {
+            let scope = Scope {
+                takes,
+                places,
+                commands,
+                mishaps,
+                reads_first,
+                ..PAIRS
+            };
+            report("reads beside", scope);
+        }
+    }
+}
+
+#[test]
+pub(super) fn reads_answered_before_their_commands_leave_no_command_uncertain() {
+    let mut world = World::new(Scope {
+        reads_first: true,
+        commands: 6,
+        mishaps: 0,
+        ..PAIRS
+    });
+    world.listen();
+    while let Some(next) = world.clone().successors().pop() {
+        world = next;
+    }
+    assert!(
+        world.fates.values().all(Result::is_ok) && !world.reported,
+        "{}",
+        world.story()
+    );
+}
+
+#[test]
 pub(super) fn over_datagrams_each_command_is_taken_once_or_reported() {
     // Three mishaps of the line; two of all kinds.
     let scope = Scope {
@@ -541,7 +604,7 @@ pub(super) fn over_datagrams_each_command_is_taken_once_or_reported() {
 
 #[test]
 pub(super) fn when_the_cable_is_pulled_each_command_is_taken_once_or_reported() {
-    for scope in [SERIAL, WINDOW, DATAGRAMS] {
+    for scope in [SERIAL, PAIRS, WINDOW, DATAGRAMS] {
         let scope = Scope {
             cuts: true,
             doubles: false,
@@ -584,8 +647,12 @@ fn the_exploration_finds_what_is_planted() {
     let serial = over_a_serial_line_each_command_is_taken_once_or_reported;
     let window = in_a_window_each_command_is_taken_once_or_reported;
     let datagrams = over_datagrams_each_command_is_taken_once_or_reported;
-    let planted: [(PlantedBug, fn()); 6] = [
+    let beside = with_reads_beside_each_command_is_taken_once_or_reported;
+    let reads_first = reads_answered_before_their_commands_leave_no_command_uncertain;
+    let planted: [(PlantedBug, fn()); 8] = [
         (PlantedBug::ResendBlindly, serial),
+        (PlantedBug::ResendBlindly, beside),
+        (PlantedBug::OneOrderOnly, reads_first),
         (PlantedBug::ResendBlindly, datagrams),
         (PlantedBug::NoDuplicateCheck, datagrams),
         (PlantedBug::AcceptGaps, window),

@@ -20,18 +20,24 @@ const BAUD: u32 = 115_200;
 const CP_TIME: Micros = 1_997;
 
 /// A host on a paced line, with the time at which each frame begins to pass.
-struct Paced {
-    host: Connection,
+pub(super) struct Paced {
+    pub(super) host: Connection,
     arm: Runner,
-    now: Micros,
+    pub(super) now: Micros,
     /// When the line to the arm is free, ns.
     free: u64,
-    results: Vec<(Ticket, Result<(), Failure>)>,
-    answered: u32,
+    pub(super) results: Vec<(Ticket, Result<(), Failure>)>,
+    pub(super) answered: u32,
     vertex: u32,
-    waiting: usize,
+    pub(super) waiting: usize,
     /// When the first byte of the latest stop was on the line.
     stop_begins: Option<Micros>,
+    /// The arm takes one frame at a time: another one that comes before the reply is lost.
+    pub(super) takes_one: bool,
+    /// Frames that the arm took and has not answered.
+    unanswered: u32,
+    /// Frames that were lost so.
+    pub(super) lost: u32,
 }
 
 impl Paced {
@@ -41,6 +47,10 @@ impl Paced {
             baud,
             ..Settings::ORDERED
         };
+        Self::with(settings, turnaround)
+    }
+
+    pub(super) fn with(settings: Settings, turnaround: Micros) -> Self {
         let line = LineTiming {
             baud: Some(BAUD),
             turnaround: Duration::from_micros(turnaround),
@@ -56,6 +66,9 @@ impl Paced {
             vertex: 0,
             waiting: 0,
             stop_begins: None,
+            takes_one: false,
+            unanswered: 0,
+            lost: 0,
         };
         paced.ask(Request::set(&QueuedCmdStartExec {}).unwrap());
         paced.ask(Request::get::<QueuedCmdLeftSpace>(&NoArgs).unwrap());
@@ -82,6 +95,7 @@ impl Paced {
 
     fn exchange(&mut self) {
         while let Some(reply) = self.arm.poll_transmit(self.wall(), LinkId(0)) {
+            self.unanswered = self.unanswered.saturating_sub(1);
             self.host.receive(self.now, reply.bytes());
         }
         while let Some(frame) = self.host.poll_transmit(self.now) {
@@ -90,6 +104,11 @@ impl Paced {
             if frame.frame().id() == QueuedCmdForceStopExec::ROW.id {
                 self.stop_begins = Some(begins.div_ceil(1000));
             }
+            if self.takes_one && self.unanswered > 0 {
+                self.lost += 1;
+                continue;
+            }
+            self.unanswered += 1;
             let wall = self.wall();
             self.arm.receive(wall, LinkId(0), frame.bytes());
         }
@@ -103,7 +122,7 @@ impl Paced {
     }
 
     /// To the next instant at which something happens, at most to `end`.
-    fn step(&mut self, end: Micros) {
+    pub(super) fn step(&mut self, end: Micros) {
         self.exchange();
         let arm = self.arm.poll_timeout().map(HostInstant::as_micros);
         let soonest = [self.host.poll_timeout(), arm];
@@ -115,7 +134,7 @@ impl Paced {
     }
 
     /// Keeps segments waiting, so that the window is always full.
-    fn feed(&mut self) {
+    pub(super) fn feed(&mut self) {
         let told = self.results.len();
         self.waiting = self.waiting.saturating_sub(told);
         while self.waiting < 12 {

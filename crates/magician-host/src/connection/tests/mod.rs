@@ -7,6 +7,7 @@ mod faults;
 mod full_line;
 mod interruption;
 mod law;
+mod pairs;
 mod planted_bugs;
 mod replies;
 mod stops;

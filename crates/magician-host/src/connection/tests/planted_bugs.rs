@@ -2,7 +2,7 @@
 
 use super::super::planted_bug::{PlantedBug, is_noticed};
 
-const NOTICED: [(PlantedBug, fn()); 10] = [
+const NOTICED: [(PlantedBug, fn()); 11] = [
     (
         PlantedBug::MatchById,
         super::stops::a_stop_is_not_confirmed_by_the_answer_to_what_it_stops,
@@ -38,6 +38,10 @@ const NOTICED: [(PlantedBug, fn()); 10] = [
     (
         PlantedBug::QueueWhileStopping,
         super::stops::a_clear_that_goes_out_again_finds_nothing_that_was_accepted_meanwhile,
+    ),
+    (
+        PlantedBug::PairAfterLoss,
+        super::pairs::a_controller_that_takes_one_frame_at_a_time_is_left_alone_after_a_few_losses,
     ),
     (
         PlantedBug::JudgeInWindow,

@@ -1,33 +1,40 @@
-//! Jogs that end by themselves, for a line that nothing outside of this program watches: a jog of the arm's own (JOGCmd) goes on to the
-//! end of its range when this program dies.
+//! Jogs that end by themselves, for a line that nothing outside of this program watches: a jog of the arm's own (JOGCmd) goes on
+//! to the end of its range when this program dies. Why it is not the only jog stands at the head of [`gate`](crate::gate).
 //!
 //! Such a jog is pieces in the arm's queue: along x, y and z segments of a path, which the arm runs through, else moves by so many
 //! degrees or mm, at whose ends it rests. The next piece goes out when what the arm may still have to do, and that piece, are done
 //! within the time that the jog may go on without being kept, and [`AFTER`]. So whatever becomes of this program the arm stands by then.
 //! How far it is tells its pose, which is read before each piece: an answer that is late makes the jog slower, never longer.
+//!
+//! The [`Gate`](crate::gate::Gate) has its deadline, as that of any jog: its task asks the gate before the first piece, and is
+//! told when it is to end. The task then stops the arm, sees it at rest, and gives back the settings that the pieces needed.
+//! What others set, start, or read of settings meanwhile waits for that ([`Arm::waits_for_jog`]).
 
 mod pace;
 mod pieces;
+mod settings;
 
 use std::sync::Arc;
 use std::time::Duration;
 
 use magician_protocol::Set;
-use magician_protocol::commands::{JogCmd, Pose, PoseL};
-use tokio::sync::oneshot;
-use tokio::time::{Instant, sleep, sleep_until, timeout_at};
+use magician_protocol::commands::{Pose, PoseL};
+use tokio::sync::{oneshot, watch};
+use tokio::time::{Instant, sleep, timeout_at};
 
+use super::driver::{JogStart, Message};
 use super::fenced_jog::jog_of;
 use super::flow;
 use super::halt::APART;
-use super::jog::{Life, Phase, Stands};
-use super::shared::held;
-use super::{Arm, Jog, JogOptions};
+use super::jog::{Jog, Phase, Stands};
+use super::{Arm, Shared};
 use crate::build::{Axis, JogDirection};
-use crate::gate::JogEnd;
+use crate::gate::{JogEnd, JogKind, JogRequest};
 use crate::preflight::{Guards, state_at};
 use crate::{Error, ErrorCode, ErrorKind, Result};
 use pieces::{Pieces, piece};
+pub(super) use settings::BoundedJogs;
+use settings::Leads;
 
 /// The arm stands so long after the time for which a jog has to be kept, at the latest.
 const AFTER: Duration = Duration::from_millis(50);
@@ -43,74 +50,50 @@ const BRAKING: Duration = Duration::from_secs(5);
 /// What the pose is read to, mm or degrees.
 const READ: f64 = 0.002;
 
-/// The task of a jog: whatever ends it tells its guard.
-struct Ends(Arc<Life>);
-
-impl Drop for Ends {
-    fn drop(&mut self) {
-        self.0.over(JogEnd::Closed, Stands::Unknown);
-    }
+/// A jog in pieces, led by a task of its own.
+pub(super) struct BoundedJog {
+    /// A handle whose commands do not wait for the end of this jog.
+    arm: Arm,
+    asks: JogRequest,
+    stops: u64,
+    deadline: Instant,
+    /// What tells its guard; with the driver once the gate was asked.
+    tells: Option<watch::Sender<Phase>>,
+    phase: watch::Receiver<Phase>,
+    /// Closed by a caller that gives up before it has begun.
+    begun: Option<oneshot::Sender<Result<()>>>,
+    /// A piece of it may have gone out.
+    has_sent: bool,
 }
 
-impl Arm {
-    /// Whether jogs of this arm are pieces that end by themselves: [`Options::bounded_jogs`](super::Options::bounded_jogs).
-    #[must_use]
-    pub fn bounds_jogs(&self) -> bool {
-        self.inner.options.bounded_jogs
-    }
-
-    /// Waits until the last of the jogs that end by themselves is over: the arm stands, and has its settings again.
-    pub async fn jog_over(&self) {
-        let last = held(&self.inner.shared.bounded_jog).clone();
-        if let Some(life) = last {
-            let mut phase = life.phase.subscribe();
-            let _ = phase
-                .wait_for(|phase| matches!(phase, Phase::Over(..)))
-                .await;
-        }
-    }
-
-    /// Gives the arm back what a jog has changed of its settings and could not give back, because the line broke.
-    ///
-    /// # Errors
-    /// As [`set`](Self::set).
-    pub async fn restore_after_jog(&self) -> Result<()> {
-        let mut owed = std::mem::take(&mut *held(&self.inner.shared.owed));
-        let mut again = owed.clone();
-        let restored = owed.restore(self).await;
-        if restored.is_err() {
-            let mut owed = held(&self.inner.shared.owed);
-            again.append(std::mem::take(&mut *owed));
-            *owed = again;
-        }
-        restored
-    }
-
-    /// A jog in pieces.
-    pub(super) async fn jog_in_pieces(
-        &self,
+impl BoundedJog {
+    /// Begins one: its guard, once the arm has its first piece.
+    pub(super) async fn start(
+        arm: &Arm,
         direction: JogDirection,
-        options: JogOptions,
+        keep: Duration,
         stops: u64,
         deadline: Instant,
     ) -> Result<Jog> {
-        let (id, now) = (self.inner.shared.next_jog(), self.inner.shared.now());
-        let life = Arc::new(Life::new(id, options.keep, now, None));
-        let before = held(&self.inner.shared.bounded_jog).replace(Arc::clone(&life));
         // From here on giving up ends it: the guard is dropped.
-        let jog = Jog::new(self.clone(), Arc::clone(&life));
+        let (jog, tells) = Jog::new(arm, keep);
+        let asks = jog.request(direction, JogKind::Pieces);
         let (begun, begins) = oneshot::channel();
-        let (arm, ends) = (self.clone(), Ends(life));
-        tokio::spawn(async move {
-            if let Some(before) = before {
-                before.replaced();
-                let mut phase = before.phase.subscribe();
-                let over = phase.wait_for(|phase| matches!(phase, Phase::Over(..)));
-                let _ = timeout_at(deadline, over).await;
-            }
-            let asked = (direction, stops, deadline);
-            arm.lead(&ends.0, asked, begun).await;
-        });
+        arm.inner.shared.asks_bounded(asks.id);
+        let task = Self {
+            arm: Arm {
+                leads: true,
+                ..arm.clone()
+            },
+            asks,
+            stops,
+            deadline,
+            phase: tells.subscribe(),
+            tells: Some(tells),
+            begun: Some(begun),
+            has_sent: false,
+        };
+        tokio::spawn(task.lead());
         match timeout_at(deadline, begins).await {
             Ok(begins) => begins.map_err(|_| Error::closed())??,
             Err(_) => return Err(Error::new(ErrorCode::NoAnswer, "the jog did not begin")),
@@ -118,105 +101,152 @@ impl Arm {
         Ok(jog)
     }
 
+    fn shared(&self) -> &Arc<Shared> {
+        &self.arm.inner.shared
+    }
+
+    fn axis(&self) -> Axis {
+        self.asks.direction.axis
+    }
+
     /// The whole of a jog, whatever becomes of it.
-    async fn lead(
-        &self,
-        life: &Life,
-        (direction, stops, deadline): (JogDirection, u64, Instant),
-        begun: oneshot::Sender<Result<()>>,
-    ) {
-        let Ok(mut flow) = self.queue().take_turn(deadline, "a jog").await else {
+    async fn lead(mut self) {
+        let arm = self.arm.clone();
+        let Ok(mut flow) = arm.queue().take_turn(self.deadline, "a jog").await else {
             let message = "a program runs, or another task is filling the queue";
-            let _ = begun.send(Err(Error::new(ErrorCode::Busy, message)));
-            return life.over(JogEnd::Failed, Stands::Unknown);
+            return self.refuse(Err(Error::new(ErrorCode::Busy, message)));
         };
         // What it leaves there is counted anew.
         flow.room = 0;
-        let mut begun = Some(begun);
-        let ended = self.pieces(life, direction, stops, &mut begun).await;
+        let leads = Leads::new(self.shared(), self.asks.id);
+        let ended = self.pieces().await;
         let why = match &ended {
             Ok(why) => *why,
             Err(error) => why_of(error),
         };
-        life.ending(why);
-        let stands = if life.has_sent() {
-            self.rest_after_jog(direction.axis, stops).await
+        self.shared().led_ends(self.asks.id);
+        self.ends(why);
+        let stands = if self.has_sent {
+            self.rest().await
         } else {
-            Stands::Unknown
+            Stands::Seen
         };
-        let _ = self.restore_after_jog().await;
+        let restored = arm.restore_settings().await;
+        self.is_over(stands);
         drop(flow);
-        if let Some(begun) = begun {
+        self.refuse(ended.map(drop));
+        drop(self);
+        leads.settle(arm, restored).await;
+    }
+
+    /// Tells a caller that still waits for the beginning why there is none.
+    fn refuse(&mut self, ended: Result<()>) {
+        if let Some(begun) = self.begun.take() {
             let over = || Error::new(ErrorCode::Stopped, "the jog was ended before it began");
             let _ = begun.send(Err(ended.err().unwrap_or_else(over)));
         }
-        life.over(why, stands);
+    }
+
+    /// The gate ends it, unless it has.
+    fn ends(&self, why: JogEnd) {
+        self.shared().gate().end_one(self.asks.id, why);
+        let _ = self.arm.inner.messages.try_send(Message::Wake);
+    }
+
+    /// The arm has come to rest, and has its settings.
+    fn is_over(&self, stands: Stands) {
+        {
+            let mut gate = self.shared().gate();
+            if gate.is_ending_jog(self.asks.id) {
+                gate.rested(stands == Stands::Seen);
+            }
+        }
+        let _ = self.arm.inner.messages.try_send(Message::Wake);
     }
 
     /// Gets ready, and sends piece after piece until something ends that.
-    async fn pieces(
-        &self,
-        life: &Life,
-        direction: JogDirection,
-        stops: u64,
-        begun: &mut Option<oneshot::Sender<Result<()>>>,
-    ) -> Result<JogEnd> {
-        self.restore_after_jog().await?;
+    async fn pieces(&mut self) -> Result<JogEnd> {
+        let (arm, direction) = (self.arm.clone(), self.asks.direction);
+        arm.restore_settings().await?;
         let sample = piece(direction, 1.0);
-        self.front_end()
+        arm.front_end()
             .check_ready(&[sample], Guards::default())
             .await?;
-        self.come_to_rest().await?;
-        let look = self.read_queue().await?;
-        self.refuse_foreign_commands(&look)?;
+        arm.come_to_rest().await?;
+        let look = arm.known().read_queue().await?;
+        arm.queue().refuse_foreign(&look)?;
         if look.waiting() > 0 {
             let message = "commands wait in the arm's queue";
             return Err(Error::new(ErrorCode::Busy, message));
         }
-        let mut course = self.preflight_for(&[sample]).await?;
+        let mut course = arm.preflight_for(&[sample]).await?;
         let Some(stands) = course.arm() else {
             return Err(Error::new(ErrorCode::Busy, "the arm moves"));
         };
-        let from = match jog_of(&JogCmd::from(direction)) {
+        let from = match jog_of(direction) {
             Some(jog) => jog.axis.value(stands),
-            None => self.place_on(direction.axis).await?,
+            None => self.place().await?,
         };
         // It is empty.
-        self.queue().start_standing().await?;
-        let within = (Duration::from_micros(life.keep) + AFTER - SPARE).as_secs_f64();
-        let (pace, settings) = self.pace(direction, within).await?;
+        arm.queue().start_standing().await?;
+        let keep = Duration::from_micros(self.asks.keep);
+        let within = (keep + AFTER - SPARE).as_secs_f64();
+        let (pace, settings) = settings::set_pace(&arm, direction, within).await?;
         for setting in &settings {
             course.check(setting)?;
         }
         // From here on what is sent is checked against the fence by this task alone.
-        let mut turn = self.hold_run(true).await?;
+        let mut turn = arm.fence_check().hold_run(true).await?;
         let _ = turn.as_mut().map(super::fence::Turn::start);
+        self.ask_gate().await?;
         let mut pieces = Pieces::new(direction, pace, course, from);
-        life.kept(self.inner.shared.now());
-        self.go_on(life, &mut pieces, stops, begun).await
+        self.go_on(&mut pieces).await
     }
 
-    async fn go_on(
-        &self,
-        life: &Life,
-        pieces: &mut Pieces,
-        stops: u64,
-        begun: &mut Option<oneshot::Sender<Result<()>>>,
-    ) -> Result<JogEnd> {
-        let axis = pieces.direction.axis;
+    /// Waits for the gate to let it begin.
+    async fn ask_gate(&mut self) -> Result<()> {
+        let stopped = || Error::new(ErrorCode::Stopped, "the jog was ended before it began");
+        let (Some(phase), None) = (self.tells.take(), self.over()) else {
+            return Err(stopped());
+        };
+        // The arm was seen at rest: what was lost before is over.
+        self.shared().gate().stands_still();
+        let (reply, answer) = oneshot::channel();
+        let start = JogStart {
+            asks: self.asks,
+            own: None,
+            deadline: self.deadline,
+            stops: self.stops,
+            phase,
+            reply,
+        };
+        let sent = self
+            .arm
+            .inner
+            .messages
+            .send(Message::Jog(Box::new(start)))
+            .await;
+        sent.map_err(|_| Error::closed())?;
+        match timeout_at(self.deadline, answer).await {
+            Ok(begins) => begins.map_err(|_| Error::closed())?,
+            Err(_) => Err(stopped()),
+        }
+    }
+
+    async fn go_on(&mut self, pieces: &mut Pieces) -> Result<JogEnd> {
         let (mut moved, mut gone_before) = (Instant::now(), 0.0);
         // The last piece leads to a limit.
         let mut at_limit = false;
         loop {
             let look = async {
-                if begun.is_some() {
+                if self.begun.is_some() {
                     // It stands where the check has it.
                     Ok(pieces.from)
                 } else {
-                    self.place_on(axis).await
+                    self.place().await
                 }
             };
-            let place = match self.unless_over(life, stops, look).await {
+            let place = match self.unless_over(look).await {
                 Ok(place) => place?,
                 Err(why) => return Ok(why),
             };
@@ -225,9 +255,9 @@ impl Arm {
             if gone > gone_before + READ || left <= READ {
                 (moved, gone_before) = (Instant::now(), gone);
             } else if moved.elapsed() > STUCK {
-                let alarms = self.alarms().await?;
+                let alarms = self.arm.alarms().await?;
                 return if alarms.blocking() {
-                    Err(self.stopped_by(alarms).await)
+                    Err(self.arm.stopped_by(alarms).await)
                 } else {
                     Err(Error::new(ErrorCode::Stopped, "the arm stands"))
                 };
@@ -238,20 +268,22 @@ impl Arm {
             let pause = match pieces.next() {
                 Ok(length) if !at_limit => match pieces.cut(length) {
                     Ok((command, course, by)) => {
-                        let sends = self.send_piece(life, &command, stops);
-                        match self.unless_over(life, stops, sends).await {
+                        self.has_sent = true;
+                        match self.unless_over(self.send(&command)).await {
                             Ok(sent) => sent?,
                             Err(why) => return Ok(why),
                         }
                         pieces.note(course, by);
-                        if let Some(begun) = begun.take() {
-                            // Without a caller its guard is gone as well.
+                        if let Some(begun) = self.begun.take() {
+                            let shared = self.shared();
+                            // From here on its holder can keep it up. Without a caller its guard is gone as well.
+                            let _ = shared.gate().keep(self.asks.id, shared.now());
                             let _ = begun.send(Ok(()));
                             moved = Instant::now();
                         }
                         continue;
                     }
-                    Err(error) if begun.is_some() => return Err(error),
+                    Err(error) if self.begun.is_some() => return Err(error),
                     Err(_) => {
                         at_limit = true;
                         PAUSE
@@ -260,58 +292,65 @@ impl Arm {
                 Ok(_) => PAUSE,
                 Err(pause) => Duration::from_secs_f64(pause).max(PAUSE),
             };
-            if let Err(why) = self.unless_over(life, stops, sleep(pause)).await {
+            if let Err(why) = self.unless_over(sleep(pause)).await {
                 return Ok(why);
             }
         }
     }
 
+    /// Why it is to end, if it is.
+    fn over(&self) -> Option<JogEnd> {
+        let given_up = (self.begun.as_ref()).is_some_and(oneshot::Sender::is_closed);
+        match *self.phase.borrow() {
+            Phase::Ending(why) | Phase::Over(why, _) => Some(why),
+            Phase::Running if given_up => Some(JogEnd::Released),
+            Phase::Running if self.shared().is_replaced(self.asks.id) => Some(JogEnd::Replaced),
+            Phase::Running => (self.stops != self.arm.stops()).then_some(JogEnd::Stopped),
+        }
+    }
+
     /// What comes of something, unless the jog is to end before.
-    async fn unless_over<T>(
-        &self,
-        life: &Life,
-        stops: u64,
-        what: impl Future<Output = T>,
-    ) -> std::result::Result<T, JogEnd> {
-        let shared = &self.inner.shared;
+    async fn unless_over<T>(&self, what: impl Future<Output = T>) -> Result<T, JogEnd> {
+        let mut phase = self.phase.clone();
+        let mut others = self.shared().bounded.subscribe();
         tokio::pin!(what);
         loop {
-            let woken = life.woken();
-            tokio::pin!(woken);
-            woken.as_mut().enable();
-            if stops != self.stops() {
-                return Err(JogEnd::Stopped);
-            }
-            if let Some(why) = life.is_to_end(shared.now()) {
+            if let Some(why) = self.over() {
                 return Err(why);
             }
-            let ends = shared.begun + Duration::from_micros(life.ends());
             tokio::select! {
                 biased;
-                () = &mut woken => {}
-                () = sleep_until(ends) => {}
+                changed = phase.changed() => changed.map_err(|_| JogEnd::Closed)?,
+                _ = others.changed() => {}
                 done = &mut what => return Ok(done),
             }
         }
     }
 
     /// Queues a piece. It goes out once: without its answer the jog ends.
-    async fn send_piece(&self, life: &Life, command: &Set, stops: u64) -> Result<()> {
+    async fn send(&self, command: &Set) -> Result<()> {
         let request = flow::queued(command)?;
-        let (frame, deadline) = (*request.frame(), self.call_deadline());
-        life.sends();
-        let answer = self.submit(request, deadline, stops).await?;
-        let reply = self.answer(answer, &frame, deadline).await;
-        self.queue().accepted(&mut 0, command, reply).map(drop)
+        let (frame, deadline) = (*request.frame(), self.arm.call_deadline());
+        let answer = self.arm.submit(request, deadline, self.stops).await?;
+        let reply = self.arm.answer(answer, &frame, deadline).await;
+        self.arm.queue().accepted(&mut 0, reply).map(drop)
     }
 
-    /// Waits for two equal poses, and for a rail that stands.
-    async fn stands_on(&self, axis: Axis, until: Instant) -> Result<()> {
-        self.wait_still().await?;
-        let mut before = self.place_on(axis).await?;
-        while axis == Axis::L && Instant::now() < until {
+    /// Where the arm is on the axis.
+    async fn place(&self) -> Result<f64> {
+        match jog_of(self.asks.direction) {
+            Some(jog) => Ok(jog.axis.value(&state_at(&self.arm.get::<Pose>().await?))),
+            None => Ok(self.arm.get::<PoseL>().await?.pose_l.into()),
+        }
+    }
+
+    /// Waits for equal poses, and for a rail that stands.
+    async fn stands(&self, until: Instant) -> Result<()> {
+        self.arm.wait_still().await?;
+        let mut before = self.place().await?;
+        while self.axis() == Axis::L && Instant::now() < until {
             sleep(2 * APART).await;
-            let place = self.place_on(axis).await?;
+            let place = self.place().await?;
             if place == before {
                 break;
             }
@@ -320,22 +359,14 @@ impl Arm {
         Ok(())
     }
 
-    /// Where the arm is on an axis.
-    async fn place_on(&self, axis: Axis) -> Result<f64> {
-        match jog_of(&JogCmd::from(axis.plus())) {
-            Some(jog) => Ok(jog.axis.value(&state_at(&self.get::<Pose>().await?))),
-            None => Ok(self.get::<PoseL>().await?.pose_l.into()),
-        }
-    }
-
     /// Stops what of the pieces is under way, and makes sure that the arm stands; it does so by itself as well.
-    async fn rest_after_jog(&self, axis: Axis, stops: u64) -> Stands {
+    async fn rest(&self) -> Stands {
         let until = Instant::now() + BRAKING;
         loop {
             // One that others have asked for is the same.
             let deadline = Instant::now() + PATIENCE;
-            let stopped = match self.halted(deadline, stops).await {
-                Ok(()) => self.stands_on(axis, until).await,
+            let stopped = match self.arm.halted(deadline, self.stops).await {
+                Ok(()) => self.stands(until).await,
                 Err(error) => Err(error),
             };
             match stopped {

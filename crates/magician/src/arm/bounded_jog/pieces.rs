@@ -1,20 +1,14 @@
-//! The pieces of a jog, and the speeds that the arm is given for them.
+//! The pieces of a jog.
 
 use std::collections::VecDeque;
 
-use magician_host::MotionSettings;
-use magician_motion::JogAxis;
 use magician_protocol::Set;
-use magician_protocol::commands::{JogCmd, PtpCommonParams, PtpJointParams};
 
 use super::READ;
-use super::pace::{Joins, Pace, Piece};
-use crate::arm::fenced_jog::jog_of;
-use crate::arm::shared::held;
-use crate::arm::{Arm, SettingsBackup};
+use super::pace::{Pace, Piece};
+use crate::Result;
 use crate::build::{self, Axis, JogDirection};
 use crate::preflight::Preflight;
-use crate::{Error, Result};
 
 /// A piece that would cross a limit is cut to this share of it, again and again, but not below the least, mm or degrees.
 const CUT: f32 = 0.5;
@@ -99,65 +93,5 @@ pub(super) fn piece(direction: JogDirection, length: f32) -> Set {
         // A jog of r turns joint 4 alone.
         Axis::R => build::move_joints_by(0.0, 0.0, 0.0, by),
         axis => axis.step(by),
-    }
-}
-
-impl Arm {
-    /// Sets the arm's speeds for the pieces of a jog, as it tells; what they were before is owed.
-    pub(super) async fn pace(
-        &self,
-        direction: JogDirection,
-        within: f64,
-    ) -> Result<(Pace, Vec<Set>)> {
-        let (law, ceilings) = (self.model().law, &self.model().ceilings);
-        let whole = Set::from(PtpCommonParams {
-            velocity_ratio: 100.0,
-            acceleration_ratio: 100.0,
-        });
-        let (pace, settings) = match jog_of(&JogCmd::from(direction)).map(|jog| jog.axis) {
-            Some(axis @ (JogAxis::X | JogAxis::Y | JogAxis::Z)) => {
-                let jog = self.jog_rates(axis).await?;
-                let pace = Pace::new(Joins::Through, jog, ceilings.of_axis(axis), within, law);
-                let speed =
-                    build::path_speed(pace.rates.velocity as f32, pace.rates.acceleration as f32);
-                (pace, vec![speed])
-            }
-            Some(axis) => {
-                // A jog of r turns joint 4 alone.
-                let (joint, turning) = match axis {
-                    JogAxis::J1 => (0, axis),
-                    JogAxis::J2 => (1, axis),
-                    JogAxis::J3 => (2, axis),
-                    _ => (3, JogAxis::J4),
-                };
-                let jog = self.jog_rates(axis).await?;
-                let pace = Pace::new(Joins::AtRest, jog, ceilings.of_axis(turning), within, law);
-                let mut speeds: PtpJointParams = self.setting().await?;
-                speeds.velocity[joint] = pace.rates.velocity as f32;
-                speeds.acceleration[joint] = pace.rates.acceleration as f32;
-                (pace, vec![speeds.into(), whole])
-            }
-            None => {
-                let mut settings = MotionSettings::at_power_up(self.model());
-                settings.jog_rail = self.setting().await?;
-                settings.jog_common = self.setting().await?;
-                let jog = settings.rail_jog().ok_or_else(|| {
-                    Error::invalid("speeds on the rail and their ratios must be above 0")
-                })?;
-                // How fast a rail may be is not known: never more than what was set for its jogs.
-                let pace = Pace::new(Joins::AtRest, jog, jog, within, law);
-                let speed =
-                    build::rail_speed(pace.rates.velocity as f32, pace.rates.acceleration as f32);
-                (pace, vec![speed, whole])
-            }
-        };
-        let before = SettingsBackup::read(self, &settings).await?;
-        for (setting, before) in settings.iter().zip(before.settings()) {
-            if setting != before {
-                held(&self.inner.shared.owed).save(*before);
-                self.set_any(setting).await?;
-            }
-        }
-        Ok((pace, settings))
     }
 }

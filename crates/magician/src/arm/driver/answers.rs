@@ -1,12 +1,12 @@
 //! Events of the connection, and their receivers.
 
+use magician_host::picture::Origin;
 use magician_protocol::{FrameBuf, QueuedCmdIndex};
 
 use super::explain::explain;
-use super::{Driver, To};
+use super::{Driver, To, Waiting};
 use crate::Result;
 use crate::arm::events;
-use crate::arm::in_flight::InFlightMotion;
 use crate::arm::shared::QueueFault;
 use crate::connection::{Event, Failure, Ticket};
 
@@ -61,12 +61,9 @@ impl Driver {
         if let Some(program) = &mut self.program {
             program.stream.reset();
         }
-        let gone = self.in_flight().reset();
-        self.shared.gate().reset();
-        self.shared.own().clear();
+        let gone = self.shared.picture().reset();
         self.shared.note_fault(QueueFault::Reset(gone));
         self.note_reset();
-        self.see_reset();
         let gone = gone.map(|(first, last)| (QueuedCmdIndex(first), QueuedCmdIndex(last)));
         self.happens(events::Event::Reset { gone });
     }
@@ -74,32 +71,23 @@ impl Driver {
     fn deliver(&mut self, ticket: Ticket, result: Result<FrameBuf, Failure>) {
         let at = self.waiting.iter().position(|one| one.ticket == ticket);
         let done = at.map(|at| self.waiting.swap_remove(at));
-        if let Some(done) = &done {
-            self.in_flight().ends(&done.request.frame());
-        }
         // A program that goes on takes up what was left under way by it when it was interrupted.
-        if self.program_answered(ticket, &result) {
+        let is_program = self.program_answered(ticket, &result);
+        if let Some(done) = &done {
+            self.shared.picture().returned(&done.request.frame());
+        }
+        let done = done.filter(|_| !is_program);
+        if done.is_none() && !is_program {
+            // Nothing waits for it any more: the connection ends.
             return;
         }
+        self.note_end(done.as_ref(), &result);
         let Some(done) = done else {
             return;
         };
         let request = done.request.frame();
-        match &result {
-            Ok(reply) => {
-                self.in_flight().answered(&request, reply);
-                self.shared.gate().answered(&request);
-                let now = self.now();
-                (self.shared.known()).answered(now, &request, &reply.frame());
-                self.overhear(reply);
-                self.observe(&request, &reply.frame());
-            }
-            Err(failure) => {
-                if let (Failure::Uncertain { .. }, true) = (failure, request.ctrl().queued()) {
-                    InFlightMotion::maybe_queued(&mut self.in_flight());
-                }
-                self.shared.known().failed(&request, failure);
-            }
+        if let Ok(reply) = &result {
+            self.overhear(reply);
         }
         let result = result.map_err(|failure| match failure {
             Failure::Lost => self.gone(),
@@ -110,11 +98,44 @@ impl Driver {
             To::Halt(number) => self.halt_answered(number, result.map(drop)),
             To::Settling => self.settles(result.map(drop)),
             To::Poll => self.polled(),
-            To::Jog(reply, life) => self.jog_began(result, reply, &life),
+            To::Jog(reply, jog) => self.jog_began(result.map(drop), reply, jog),
             To::JogStop => self.jog_stopped(result),
             To::JogPose => self.jog_pose(result),
             To::JogLook(jog, asked) => self.jog_seen(result, jog, asked),
             To::Nobody => {}
         }
+    }
+
+    /// Tells the picture how a request has ended, a program's without `done`, and the listeners what that shows. Answers reach
+    /// the picture here only.
+    fn note_end(&self, done: Option<&Waiting>, result: &Result<FrameBuf, Failure>) {
+        let now = self.now();
+        let mut picture = self.shared.picture();
+        match (done, result) {
+            (Some(done), Ok(reply)) => {
+                let origin = match done.to {
+                    To::Caller(_) => Origin::Caller,
+                    _ => Origin::Run,
+                };
+                picture.answered(now, origin, &done.request.frame(), &reply.frame());
+            }
+            (Some(done), Err(failure)) => {
+                picture.failed(Some(&done.request.frame()), failure);
+            }
+            (None, Ok(reply)) => {
+                let view = reply.frame();
+                if let (true, Ok(QueuedCmdIndex(index))) = (view.ctrl().queued(), view.read()) {
+                    let program = self.program.as_ref();
+                    let item = program.and_then(|program| program.stream.item_at(index));
+                    picture.accepted(index, item.map(|item| &item.command));
+                } else {
+                    // The reply has the id and Ctrl of its request, and no more is needed of what a program sends at once.
+                    picture.answered(now, Origin::Run, &view, &view);
+                }
+            }
+            (None, Err(failure)) => picture.failed(None, failure),
+        }
+        drop(picture);
+        self.tell_events();
     }
 }

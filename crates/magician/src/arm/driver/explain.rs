@@ -3,7 +3,6 @@ use magician_protocol::commands::{
 };
 use magician_protocol::{Frame, Row, Writable};
 
-use crate::arm::in_flight::moves;
 use crate::connection::Failure;
 use crate::{Error, ErrorCode};
 
@@ -37,8 +36,9 @@ pub(super) fn holds(request: &Frame<'_>) -> bool {
 }
 
 /// Whether a request is a movement, or lets the queue make one.
-pub(super) fn sets_going(request: &Frame<'_>) -> bool {
-    let immediate = moves(request.id()) && request.ctrl().write() && !halts(request);
+pub(in crate::arm) fn sets_going(request: &Frame<'_>) -> bool {
+    let moves = Row::with_id(request.id()).is_some_and(|row| row.effect.moves_arm());
+    let immediate = moves && request.ctrl().write() && !halts(request);
     request.ctrl().queued() || immediate || request.id() == QueuedCmdStartExec::ROW.id
 }
 

@@ -2,11 +2,11 @@
 
 use std::task::Context;
 
+use magician_host::picture::{Darkness, serial_number};
+use magician_protocol::NoArgs;
 use magician_protocol::commands::{DeviceSn, DeviceVersion, Pose, QueuedCmdClear};
-use magician_protocol::{Layout, NoArgs};
 
 use super::wire::Wire;
-use crate::arm::lights_out::Darkness;
 use crate::connection::{Connection, Event, Micros, Priority, Request, Settings, Ticket};
 use crate::transport::Line;
 use crate::{REST_READ_INTERVAL, RestDetector};
@@ -66,7 +66,7 @@ impl Greeting {
             wire: Wire::new(line.transport),
             connection: Connection::new(settings),
             darkens: !dark.is_empty(),
-            darkness: (!dark.is_empty()).then(|| Darkness::begins(now, false).asks()),
+            darkness: (!dark.is_empty()).then(|| Darkness::with_pose_asked(now)),
             pose: None,
             dark: Vec::new(),
             clearing: (!dark.is_empty()).then(|| Clearing {
@@ -190,7 +190,7 @@ impl Greeting {
                     .ok()
                     .and_then(|reply| reply.frame().read::<Pose>().ok());
                 if let (Some(darkness), Some(pose)) = (&mut self.darkness, pose) {
-                    darkness.sees(now, pose);
+                    darkness.see(now, pose);
                 }
                 if let (Some(clearing), Some(pose)) = (&mut self.clearing, pose) {
                     clearing.rest.see(now, pose);
@@ -235,11 +235,4 @@ impl Greeting {
 /// When it has to have answered.
 fn until(now: Micros) -> Micros {
     now.saturating_add(PATIENCE)
-}
-
-/// A serial number that can tell one arm from another.
-pub(super) fn serial_number(params: &[u8]) -> Option<String> {
-    let said = DeviceSn::decode(params).ok()?.device_sn.lossy().to_string();
-    let said = said.trim();
-    (!said.is_empty()).then(|| said.to_owned())
 }

@@ -29,7 +29,7 @@ impl Driver {
     pub(super) fn halt(&mut self, waiters: Vec<Waiter>) {
         self.owes_halt = false;
         let held = self.shared.held_motors(true);
-        let burns = self.shared.known().picture.may_be_lit();
+        let burns = self.shared.picture().may_be_lit();
         let pins = self.shared.lowered_pins();
         let requests: Vec<_> = { Request::halt().into_iter().flatten() }
             .chain(pins)

@@ -165,9 +165,7 @@ impl Driver {
         let shared = &self.shared;
         let begins = |frame: &magician_protocol::FrameBuf| {
             tracing::trace!(frame = ?frame, "to {}", shared.name);
-            shared.in_flight().sends(&frame.frame());
-            shared.gate().sends(&frame.frame());
-            shared.known().sends(now, &frame.frame());
+            shared.picture().sent(now, &frame.frame());
             if homes(&frame.frame()) {
                 shared.homings.begins();
             }
@@ -195,7 +193,7 @@ impl Driver {
             program.stream.interrupt(Failure::Lost);
         }
         self.connection.interrupt();
-        self.shared.known().lost();
+        self.shared.picture().lost();
         self.shared.remembered().forget();
         // A refusal is the answer to a call, which tells it.
         if first && !self.is_refused() {

@@ -12,7 +12,7 @@ use super::jog::JogStart;
 use super::{Driver, Ended, Program, To, Waiting, micros};
 use crate::Result;
 use crate::arm::shared::QueueFault;
-use crate::connection::{Failure, Priority, Request, Stats};
+use crate::connection::{Failure, Priority, Request, Stats, Ticket};
 use crate::gate::frame_jogs;
 
 /// A handle's wish. Nearly all are requests, so their size is no waste.
@@ -28,7 +28,8 @@ pub(in crate::arm) enum Message {
     /// Runs a program.
     Run(Box<Program>),
     Stats(oneshot::Sender<(Stats, u32)>),
-    Jog(JogStart),
+    /// Boxed: with a fence it holds the whole trajectory of the jog.
+    Jog(Box<JogStart>),
     /// Something that both know has changed; look at it.
     Wake,
     /// Ends the connection, even if there are other handles.
@@ -158,11 +159,16 @@ impl Driver {
         if halts(&frame.frame()) && !matches!(to, To::JogStop) {
             self.stop_jogs();
         }
-        self.in_flight().begins(&frame.frame());
         let ticket = self.connection.submit(request.deadline(deadline));
+        self.await_answer(ticket, frame, to);
+    }
+
+    /// From here on the answer to this request is awaited.
+    pub(super) fn await_answer(&mut self, ticket: Ticket, request: FrameBuf, to: To) {
+        self.shared.picture().handed_over(&request.frame());
         self.waiting.push(Waiting {
             ticket,
-            request: frame,
+            request,
             to,
         });
     }

@@ -14,8 +14,8 @@ mod jog;
 mod lead;
 mod line;
 mod messages;
-mod observed;
 mod polls;
+mod publish;
 mod search;
 mod shutdown;
 mod streaming;
@@ -25,7 +25,7 @@ mod work;
 
 use std::future::{Future, poll_fn};
 use std::pin::Pin;
-use std::sync::{Arc, MutexGuard};
+use std::sync::Arc;
 use std::task::{Context, Poll};
 use std::time::Duration;
 
@@ -36,21 +36,18 @@ use tokio::time::{Instant, Sleep, sleep_until};
 
 use super::Shared;
 use super::events::Event;
-use super::in_flight::InFlightMotion;
-use super::jog::Life;
 use crate::Result;
 use crate::connection::{Connection, Micros, Settings, Ticket};
 use crate::gate::JogId;
 use crate::transport::Line;
-pub(super) use explain::command_name;
+pub(super) use explain::{command_name, sets_going};
 use halt::Halting;
-pub(super) use jog::JogStart;
 use jog::Jogging;
+pub(super) use jog::{JogStart, OwnJog};
 use lead::VirtualTimeDriver;
 pub(super) use line::Opener;
 use line::State;
 pub(super) use messages::Message;
-use observed::ObservedState;
 use polls::Polls;
 pub(crate) use shutdown::SHUTDOWN;
 pub(super) use streaming::{End, Program, Reached};
@@ -84,7 +81,7 @@ enum To {
     /// The onlookers.
     Poll,
     /// The starter of a jog.
-    Jog(oneshot::Sender<Result<FrameBuf>>, Arc<Life>),
+    Jog(oneshot::Sender<Result<()>>, JogId),
     /// The end of a jog.
     JogStop,
     JogPose,
@@ -121,8 +118,6 @@ pub(super) struct Driver {
     halts: u64,
     /// A stop was asked for while there was no line: it is the first thing to be said over the next one.
     owes_halt: bool,
-    /// The arm's serial number, once it has told it.
-    serial: Option<String>,
     /// When the arm is to be asked for it.
     introduction: Option<Micros>,
     /// The stop of handles that have gone is under way.
@@ -130,7 +125,6 @@ pub(super) struct Driver {
     polls: Polls,
     jogging: Jogging,
     leading: VirtualTimeDriver,
-    observed: ObservedState,
     events: broadcast::Sender<Event>,
     /// When the task was served last.
     served: Micros,
@@ -173,13 +167,11 @@ impl Driver {
             halting: Vec::new(),
             halts: 0,
             owes_halt: false,
-            serial: None,
             introduction: introduce.then_some(search::INTRODUCTION),
             leaving: false,
             polls: Polls::default(),
             jogging: Jogging::default(),
             leading: VirtualTimeDriver::default(),
-            observed: ObservedState::default(),
             events,
             served: 0,
             looked: false,
@@ -339,10 +331,6 @@ impl Driver {
                 .reset(self.begun + Duration::from_micros(at));
         }
         self.timer.as_mut().poll(cx)
-    }
-
-    fn in_flight(&self) -> MutexGuard<'_, InFlightMotion> {
-        self.shared.in_flight()
     }
 
     fn look_at_clock(&mut self) {

@@ -8,8 +8,8 @@ use magician_protocol::commands::{
 use tokio::time::Instant;
 
 use super::{Driver, To, micros};
+use crate::Pin;
 use crate::arm::shared::held;
-use crate::arm::state::Pin;
 use crate::connection::{Micros, Request};
 
 /// Reads of the state before the pins.
@@ -108,12 +108,13 @@ impl Driver {
             let watches = held(&self.shared.watches);
             (watches.period().map_or(0, micros), watches.pins().len())
         };
-        let ended = self.polls.told.is_none() || self.polls.told != self.current_index();
+        let ended =
+            self.polls.told.is_none() || self.polls.told != self.shared.picture().current_index();
         self.polls.advance(period, ended, READS + pins);
         if self.polls.turn >= READS + pins {
             (self.polls.turn, self.polls.left_out) = (0, None);
             self.polls.rounds = self.polls.rounds.wrapping_add(1);
-            self.polls.told = self.current_index();
+            self.polls.told = self.shared.picture().current_index();
             self.publish_status();
         }
     }
@@ -133,5 +134,7 @@ fn read(turn: usize, pins: &[Pin]) -> Result<Request, magician_protocol::EncodeE
         Pin::Input(_) => Request::get::<IoDi>(&GetIoDi { address }),
         Pin::Output(_) => Request::get::<IoDo>(&GetIoDo { address }),
         Pin::Analog(_) => Request::get::<IoAdc>(&GetIoAdc { address }),
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
     }
 }

@@ -45,7 +45,8 @@ impl Driver {
                 match opened {
                     Ok(line) => {
                         let dark = self.darkening();
-                        let greeting = Greeting::new(now, line, self.serial.is_some(), dark);
+                        let is_named = self.shared.picture().serial().is_some();
+                        let greeting = Greeting::new(now, line, is_named, dark);
                         self.line.stage = Stage::Greeting(greeting);
                     }
                     Err(error) => {
@@ -76,14 +77,16 @@ impl Driver {
                 tracing::debug!("{}: {why}", self.shared.name);
                 self.look_again(LOOK);
             }
-            Ok(said) => match (&self.serial, said) {
-                (Some(known), Some(other)) if *known == other => self.settle(),
-                (None, _) => self.settle(),
-                (Some(known), other) => {
-                    let stranger = self.stranger(known, other.as_deref());
-                    self.refuse_stranger(stranger);
+            Ok(said) => {
+                let known = self.shared.picture().serial().map(str::to_owned);
+                match known.filter(|known| Some(known) != said.as_ref()) {
+                    Some(known) => {
+                        let stranger = self.stranger(&known, said.as_deref());
+                        self.refuse_stranger(stranger);
+                    }
+                    None => self.settle(),
                 }
-            },
+            }
         }
     }
 
@@ -123,10 +126,7 @@ impl Driver {
         ];
         let darkened = greeting.darkens();
         let still_moves = greeting.to_stop() && !self.owes_halt;
-        {
-            let mut known = self.shared.known();
-            known.darkness = known.darkness.or(greeting.darkness());
-        }
+        self.shared.picture().found_dark(greeting.darkness());
         self.line.stage = Stage::Settling {
             wire: greeting.into_wire(),
             left: requests.len(),

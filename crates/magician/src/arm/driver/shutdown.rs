@@ -63,8 +63,8 @@ impl Driver {
         if self.shared.detached.load(Ordering::SeqCst) {
             return Vec::new();
         }
-        let moving = self.in_flight().moving();
-        let laser = self.shared.known().picture.may_be_lit();
+        let moving = self.shared.picture().motion().is_moving();
+        let laser = self.shared.picture().may_be_lit();
         let turning = self.shared.held_motors(moving);
         let motors = motors_off().filter(move |(output, _)| turning.contains(output));
         let motors = motors.map(|(_, request)| request);
@@ -87,7 +87,7 @@ impl Driver {
     /// What is said first on a line that was lost and is there again, if the laser may have burnt meanwhile: the laser goes
     /// out, and the queue is held. Empty if it has not.
     pub(super) fn darkening(&self) -> Vec<Request> {
-        if !self.shared.known().picture.may_be_lit() {
+        if !self.shared.picture().may_be_lit() {
             return Vec::new();
         }
         let dark = Request::dark().into_iter().flatten();

@@ -3,14 +3,12 @@
 use std::sync::Arc;
 use std::task::{Context, Poll};
 
-use magician_protocol::{Frame, FrameBuf, QueuedCmdIndex};
+use magician_protocol::{Frame, FrameBuf};
 use tokio::sync::{mpsc, oneshot, watch};
 
 use super::explain::{failed, holds};
-use super::{Driver, To, Waiting};
-use crate::arm::in_flight::InFlightMotion;
+use super::{Driver, To};
 use crate::arm::run::Supply;
-use crate::arm::watch::By;
 use crate::connection::{Failure, Law, Ticket};
 use crate::stream::{Item, Leftover, Stream, StreamEvent, StreamFailure};
 use crate::{Error, ErrorCode, Result};
@@ -100,7 +98,7 @@ impl Driver {
         match refusal {
             Some(error) => end(*program, Err(error)),
             None => {
-                self.in_flight().runs(true);
+                self.shared.picture().program_runs(true);
                 self.program = Some(*program);
                 self.lead();
             }
@@ -229,52 +227,22 @@ impl Driver {
         };
         // What becomes of them counts for what this connection has set going.
         for (ticket, request) in program.stream.under_way() {
-            self.in_flight().begins(&request.frame());
-            self.waiting.push(Waiting {
-                ticket,
-                request,
-                to: To::Nobody,
-            });
+            self.await_answer(ticket, request, To::Nobody);
         }
-        self.in_flight().runs(false);
+        self.shared.picture().program_runs(false);
         end(program, outcome);
     }
 
-    /// A request has ended; whether it was the stream's. What the handles have to know of it is noted.
+    /// A request has ended; true if it was the program's.
     pub(super) fn program_answered(
         &mut self,
         ticket: Ticket,
         result: &Result<FrameBuf, Failure>,
     ) -> bool {
         let now = self.now();
-        let Some(program) = &mut self.program else {
-            return false;
-        };
-        let stream = &mut program.stream;
-        if !stream.answered(now, ticket, result, &mut self.connection) {
-            return false;
-        }
-        match result {
-            Ok(reply) => {
-                // The reply has the id and Ctrl of its request, and what is in flight needs no more of what a stream sends.
-                let view = reply.frame();
-                if let (true, Ok(QueuedCmdIndex(index))) = (view.ctrl().queued(), view.read())
-                    && let Some(item) = stream.item_at(index)
-                {
-                    self.shared
-                        .own()
-                        .accepted(QueuedCmdIndex(index), &item.command, By::Run);
-                    self.shared.known().accepted(index, &item.command);
-                } else {
-                    self.shared.known().answered(now, &view, &view);
-                }
-                self.in_flight().answered(&view, reply);
-                self.observe(&view, &view);
-            }
-            Err(Failure::Uncertain { .. }) => InFlightMotion::maybe_queued(&mut self.in_flight()),
-            Err(_) => {}
-        }
-        true
+        let connection = &mut self.connection;
+        let program = self.program.as_mut();
+        program.is_some_and(|program| program.stream.answered(now, ticket, result, connection))
     }
 
     /// A reply to another caller that the stream can use too.

@@ -45,13 +45,17 @@ impl<C: CommandSource> Run<C> {
         cell::Receiver<Reached>,
         oneshot::Receiver<End>,
     )> {
+        let (running, pace) = {
+            let picture = self.arm.picture();
+            (picture.runs_queue(), picture.pace())
+        };
         let settings = StreamSettings {
             horizon: micros(self.options.horizon),
             laser_horizon: micros(self.options.laser_horizon),
             window: self.arm.inner.options.window,
             patience: micros(self.options.patience.max(self.arm.timeout())),
-            running: self.arm.runs_queue(),
-            pace: self.arm.inner.shared.known().pace,
+            running,
+            pace,
             trust_pose: self.options.trust_pose,
             ..StreamSettings::default()
         };
@@ -61,7 +65,7 @@ impl<C: CommandSource> Run<C> {
         let place = place.map_err(|_| Error::stuck())?;
         let place = place.map_err(|_| Error::closed())?;
         // From here on there is no await: a dropped call has handed it over, or not.
-        let clears = arm.inner.shared.clears();
+        let clears = arm.inner.shared.disruptions.clears();
         let cleared = std::mem::replace(&mut self.clears, clears) != clears;
         if self.leftover.is_some() {
             // What is given back is handed on once more, and was counted before.
@@ -213,8 +217,8 @@ impl<C: CommandSource> Run<C> {
     ) -> Result<Option<Progress>> {
         if self.ran.last.is_some() {
             let seen = match current {
-                Some(current) => self.arm.look_from(watch, current).await,
-                None => self.arm.look(watch).await,
+                Some(current) => watch.look_from(&self.arm, current).await,
+                None => watch.look(&self.arm).await,
             };
             return seen.map(Some);
         }
@@ -229,7 +233,7 @@ impl<C: CommandSource> Run<C> {
 
     /// Whether the only command that it has ends when the check says so: nothing can be seen of it before.
     fn on_time(&self) -> bool {
-        self.total == Some(1) && self.arm.inner.shared.known().pace == ArmPace::OnTime
+        self.total == Some(1) && self.arm.picture().pace() == ArmPace::OnTime
     }
 
     /// A look has failed. What ended it, a line that broke or does not answer, ends the program too, and then the task

@@ -9,18 +9,18 @@ mod streaming;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+use magician_host::picture::QueueLook;
 use magician_protocol::{QueuedCmdIndex, Set};
 use tokio::time::Instant;
 
 use super::Arm;
 use super::driver::Reached;
-use super::known::QueueLook;
 use super::watch::{Progress, Watch};
 use crate::build;
 use crate::connection::Micros;
 use crate::preflight::{CheckedProgram, Preflight};
 use crate::stream::Leftover;
-use crate::{Action, Error, ErrorCode, Given, Result, Setting};
+use crate::{Error, ErrorCode, Result};
 pub use options::{Ran, RunOptions};
 use plan::{Ahead, Light, Planned, Route};
 pub(in crate::arm) use source::Supply;
@@ -113,7 +113,7 @@ impl Arm {
     where
         C: IntoIterator<Item = Set>,
     {
-        self.run_of(commands.into_iter(), options)
+        Run::new(self, commands.into_iter(), options)
     }
 
     /// A program that was checked from where the arm stands: its commands are not planned once more.
@@ -123,7 +123,7 @@ impl Arm {
         program: CheckedProgram,
         options: RunOptions,
     ) -> Run<std::iter::Empty<Set>> {
-        let mut run = self.run_of(std::iter::empty(), options);
+        let mut run = Run::new(self, std::iter::empty(), options);
         run.route = Route::of(&program);
         run.pending = { program.into_items().into_iter() }
             .map(Planned::known)
@@ -132,11 +132,13 @@ impl Arm {
         (run.planned, run.ended) = (true, true);
         run
     }
+}
 
-    fn run_of<C: CommandSource>(&self, commands: C, options: RunOptions) -> Run<C> {
+impl<C: CommandSource> Run<C> {
+    pub(super) fn new(arm: &Arm, commands: C, options: RunOptions) -> Self {
         let total = commands.total();
-        Run {
-            arm: self.front_end().patient(options.patience),
+        Self {
+            arm: arm.front_end().patient(options.patience),
             commands,
             ended: false,
             supply: None,
@@ -164,38 +166,18 @@ impl Arm {
 
     /// A motion that the arm refuses, or breaks off, counts as finished: of the last one only the alarm tells. Homing may
     /// end under one.
-    async fn refused_none(&self, last: Option<QueuedCmdIndex>) -> Result<()> {
-        if last.is_some_and(|last| self.own().homes(last)) {
+    async fn check_none_refused(&self) -> Result<()> {
+        let last = self.ran.last;
+        if last.is_some_and(|last| self.arm.picture().own().homes(last)) {
             return Ok(());
         }
-        let alarms = self.alarms().await?;
+        let alarms = self.arm.alarms().await?;
         if alarms.blocking() {
-            return Err(self.stopped_by(alarms).await);
+            return Err(self.arm.stopped_by(alarms).await);
         }
         Ok(())
     }
 
-    /// Commands that other programs left in the queue are not run by accident.
-    pub(in crate::arm) fn refuse_foreign_commands(&self, look: &QueueLook) -> Result<()> {
-        let waiting = self.queue().foreign_commands(look);
-        let (commands, them) = match waiting {
-            0 => return Ok(()),
-            1 => ("1 command of an earlier program waits".to_owned(), "it"),
-            more => (
-                format!("{more} commands of an earlier program wait"),
-                "them",
-            ),
-        };
-        Err(Error::new(
-            ErrorCode::ForeignCommands,
-            format!("{commands} in the arm's queue and would run first"),
-        )
-        .remedy(Action::Stop, format!("drops {them}"))
-        .remedy((Setting::Keep, Given::On), format!("runs {them}")))
-    }
-}
-
-impl<C: CommandSource> Run<C> {
     /// Tells how long the commands take and where they lead from this check, made before them, instead of reading the
     /// arm's settings once more: what passed [`Preflight::program`] need not be looked up again.
     pub fn along(mut self, course: Preflight) -> Self {
@@ -228,14 +210,14 @@ impl<C: CommandSource> Run<C> {
         let begins = (self.leftover.as_ref()).is_none_or(|leftover| !leftover.has_begun());
         if begins {
             arm.come_to_rest().await?;
-            let look = arm.look_at_queue().await?;
+            let look = arm.known().look_at_queue().await?;
             if look.waiting() == 0 {
-                arm.own().nothing_before();
+                arm.picture().queue_is_empty();
             }
             if self.options.keep {
                 arm.permission().check_queue().await?;
             } else {
-                arm.refuse_foreign_commands(&look)?;
+                arm.queue().refuse_foreign(&look)?;
             }
             let moves = self.may_move_arm();
             arm.homing().warn_if_not_homed(moves).await?;
@@ -279,7 +261,7 @@ impl<C: CommandSource> Run<C> {
         if let Some(error) = self.refused.take() {
             return Err(error);
         }
-        arm.refused_none(self.ran.last).await?;
+        self.check_none_refused().await?;
         self.note_end(handed.elapsed());
         arm.homing().settle().await;
         Ok(self.ran)

@@ -5,6 +5,8 @@ use std::future::poll_fn;
 use std::task::{Context, Poll, Waker, ready};
 use std::time::Duration;
 
+use magician_host::picture::place;
+use magician_host::raises_laser_pin;
 use magician_motion::{ArmState, Fence};
 use magician_protocol::Set;
 
@@ -12,12 +14,10 @@ use super::{CommandSource, Run};
 use crate::arm::Arm;
 use crate::arm::driver::micros;
 use crate::arm::fence::Turn as FenceTurn;
-use crate::arm::known::place;
 use crate::connection::Micros;
 use crate::preflight::{CheckedProgram, Guards, Preflight, pose_of};
 use crate::stream::{Beginning, Item};
 use crate::{Error, ErrorCode, Result};
-use magician_host::raises_laser_pin;
 
 /// So few are in the arm whatever they take: their times are of no use.
 const ALWAYS: usize = 2;
@@ -207,11 +207,15 @@ impl<C: CommandSource> Run<C> {
             return Ok(None);
         };
         // What waits there changes until it is begun.
-        if look.waiting() > 0 || !look.is_fresh() {
+        if look.waiting() > 0 || !look.is_fresh(self.arm.clock()) {
             return Ok(None);
         }
         let planned = self.route.start().map(|at| at.pose.to_array());
-        let known = || self.arm.standing(&look).as_ref().map(place);
+        let now = self.arm.clock();
+        let known = || {
+            let standing = self.arm.picture().standing().pose(now, &look);
+            standing.as_ref().map(place)
+        };
         let pose = match planned.or_else(known) {
             Some(pose) => pose,
             None => place(&self.arm.get().await?),
@@ -226,11 +230,11 @@ impl<C: CommandSource> Run<C> {
     /// All of it is done, and nothing holds the arm: it stands where it was led.
     pub(super) fn note_end(&self, took: Duration) {
         if let (Some(end), Some(last)) = (self.route.end(), self.ran.last) {
-            self.arm.note_standing(last.0, pose_of(end));
+            self.arm.known().note_standing(last.0, pose_of(end));
         }
         if self.lasts < Micros::MAX {
             let should = Duration::from_micros(self.lasts);
-            self.arm.note_pace(should, took);
+            self.arm.picture().note_pace(should, took);
         }
     }
 
@@ -240,7 +244,7 @@ impl<C: CommandSource> Run<C> {
         arm: &'a Arm,
         begins: bool,
     ) -> Result<Option<FenceTurn<'a>>> {
-        let Some(mut turn) = arm.hold_run(begins).await? else {
+        let Some(mut turn) = arm.fence_check().hold_run(begins).await? else {
             return Ok(None);
         };
         let start = turn.start();

@@ -49,7 +49,7 @@ impl Arm {
         let (feeder, fed) = Feeder::new(self, ahead);
         let supply = fed.supply();
         let stops = options.stops.unwrap_or_else(|| self.stops());
-        let mut run = self.run_of(fed, options.unless_stopped_since(stops));
+        let mut run = Run::new(self, fed, options.unless_stopped_since(stops));
         run.supply = Some(supply);
         let guards = options.guards;
         (feeder, Streaming { run, guards })

@@ -5,7 +5,6 @@ use std::time::Duration;
 use magician_protocol::commands::{EndEffectorLaser, Pose, QueuedCmdForceStopExec};
 use magician_protocol::{Frame, Readable, Set, Writable};
 
-use super::Laser;
 use crate::connection::Micros;
 
 /// The first pose that the arm told after the frame that put its laser out, or stopped it.
@@ -24,7 +23,7 @@ pub struct LightsOut {
 
 /// State of the connection since it put the laser out.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Darkness {
+pub struct Darkness {
     /// When the first frame that puts the laser out began to go out, since the last command for the queue.
     sent: Micros,
     /// True if the pose was requested since.
@@ -35,8 +34,17 @@ pub(super) struct Darkness {
 }
 
 impl Darkness {
-    /// Begins with a frame that goes out now: a forced stop, or one that only puts the laser out.
-    pub(super) const fn begins(now: Micros, stopped: bool) -> Self {
+    /// Begins with a frame that goes out now and puts the laser out without a forced stop, and a request for the pose
+    /// behind it.
+    #[must_use]
+    pub const fn with_pose_asked(now: Micros) -> Self {
+        Self {
+            asked: true,
+            ..Self::begins(now, false)
+        }
+    }
+
+    const fn begins(now: Micros, stopped: bool) -> Self {
         Self {
             sent: now,
             asked: false,
@@ -60,8 +68,8 @@ impl Darkness {
         }
     }
 
-    /// The arm has told where it is.
-    pub(super) fn sees(&mut self, now: Micros, pose: Pose) {
+    /// The arm has told its pose.
+    pub fn see(&mut self, now: Micros, pose: Pose) {
         if self.asked && self.seen.is_none() {
             let late = Duration::from_micros(now.saturating_sub(self.sent));
             let stopped = self.stopped;
@@ -71,11 +79,6 @@ impl Darkness {
                 stopped,
             });
         }
-    }
-
-    pub(super) const fn asks(mut self) -> Self {
-        self.asked = true;
-        self
     }
 
     /// The pose, once the arm has told it.
@@ -100,15 +103,5 @@ fn puts_out(request: &Frame<'_>) -> Option<bool> {
             (!(laser.enable_ctrl.is_on() && laser.on.is_on())).then_some(false)
         }
         _ => None,
-    }
-}
-
-impl Laser<'_> {
-    /// Returns where the arm was when this connection put its laser out, if no command was queued since and the arm has told
-    /// its pose. A stop of an arm that may burn asks for the pose as soon as it goes out; no frame is sent here.
-    #[must_use]
-    pub fn lights_out(self) -> Option<LightsOut> {
-        let darkness = self.arm.inner.shared.known().darkness;
-        darkness.and_then(|darkness| darkness.seen())
     }
 }

@@ -1,7 +1,7 @@
 //! Homing since power-up, as the traffic of one connection shows it.
 
 use magician_protocol::commands::{HomeCmd, Pose, QueuedCmdClear, QueuedCmdForceStopExec};
-use magician_protocol::{Alarm, AlarmSet, Frame, Row, Writable};
+use magician_protocol::{Alarm, AlarmSet, Frame, Row, Set, Writable};
 
 /// The firmware's home point: J1 to J3, deg (model section 11). J4 is the tool's, which an arm may lack.
 const HOME_JOINTS: [f32; 3] = [0.0, 45.0, 45.0];
@@ -13,26 +13,6 @@ const AT_HOME: f32 = 0.5;
 /// makes the index count the command as finished, too. Where other motions were queued behind it, their queue shows such a stop.
 ///
 /// Only queued homing can be followed: an immediate one has no index that tells its end.
-///
-/// ```
-/// use magician_host::protocol::AlarmSet;
-/// use magician_host::{Ctrl, FrameBuf, HomingTracker, build};
-///
-/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-/// let mut homing = HomingTracker::default();
-/// homing.sends(&FrameBuf::set(&build::home(), Ctrl::QUEUED)?.frame());
-/// homing.accepted(7);
-/// homing.read_current(6);
-/// homing.read_alarms(AlarmSet::default());
-/// assert!(!homing.is_homed());
-/// homing.read_current(7);
-/// homing.read_alarms(AlarmSet::default());
-/// assert!(homing.needs_place() && !homing.is_homed());
-/// homing.stood_at_home(true);
-/// assert!(homing.is_homed());
-/// # Ok(())
-/// # }
-/// ```
 #[derive(Clone, Debug, Default)]
 pub struct HomingTracker {
     stage: Stage,
@@ -65,7 +45,7 @@ enum Stage {
 
 impl HomingTracker {
     /// A request goes out.
-    pub fn sends(&mut self, request: &Frame<'_>) {
+    pub(super) fn sent(&mut self, request: &Frame<'_>) {
         let (ctrl, id) = (request.ctrl(), request.id());
         if !ctrl.write() {
             return;
@@ -86,22 +66,22 @@ impl HomingTracker {
         self.followed |= moves && ctrl.queued();
     }
 
-    /// The arm took a queued homing command under this index.
-    pub fn accepted(&mut self, index: u64) {
-        if self.stage == Stage::Sent {
+    /// The arm took a queued command under this index.
+    pub(super) fn accepted(&mut self, index: u64, command: &Set) {
+        if self.stage == Stage::Sent && matches!(command, Set::HomeCmd(_)) {
             self.stage = Stage::Queued(index);
         }
     }
 
     /// The index of the command that finished last was read.
-    pub fn read_current(&mut self, current: u64) {
+    pub(super) fn read_current(&mut self, current: u64) {
         if matches!(self.stage, Stage::Queued(index) if index <= current) {
             self.stage = Stage::Ended;
         }
     }
 
     /// The alarms were read.
-    pub fn read_alarms(&mut self, alarms: AlarmSet) {
+    pub(super) fn read_alarms(&mut self, alarms: AlarmSet) {
         let before = self.alarms.replace(alarms);
         let is_set = |alarms: &AlarmSet| alarms.contains(Alarm::ResetOccurred);
         // One that stood all along says nothing new: homing does not clear it.
@@ -124,7 +104,7 @@ impl HomingTracker {
 
     /// The pose was read. An arm at the firmware's home point has come there; one elsewhere may have another home point, which
     /// [`stood_at_home`](Self::stood_at_home) says.
-    pub fn read_pose(&mut self, pose: &Pose) {
+    pub(super) fn read_pose(&mut self, pose: &Pose) {
         let turned = { pose.joint_angle.iter().zip(HOME_JOINTS) }.map(|(joint, home)| joint - home);
         if { turned }.all(|angle| angle.abs() <= AT_HOME) {
             self.stood_at_home(true);
@@ -132,7 +112,7 @@ impl HomingTracker {
     }
 
     /// The arm was seen to stand at its home point behind the homing command, or elsewhere.
-    pub fn stood_at_home(&mut self, at_home: bool) {
+    pub(super) fn stood_at_home(&mut self, at_home: bool) {
         match (self.stage, at_home) {
             (Stage::Unplaced, true) => {
                 self.set(Stage::Homed);
@@ -144,14 +124,14 @@ impl HomingTracker {
     }
 
     /// A record from before this connection shows that the arm was homed since power-up.
-    pub fn remembered(&mut self) {
+    pub(super) fn remembered(&mut self) {
         if self.stage == Stage::Unknown {
             self.set(Stage::Homed);
         }
     }
 
     /// The arm was reset, or another arm may be at the line now.
-    pub fn forget(&mut self) {
+    pub(super) fn forget(&mut self) {
         *self = Self::default();
     }
 
@@ -174,7 +154,7 @@ impl HomingTracker {
     }
 
     /// True once for each homing that was seen.
-    pub fn take_new(&mut self) -> bool {
+    pub(super) fn take_new(&mut self) -> bool {
         std::mem::take(&mut self.is_new) && self.is_homed()
     }
 
@@ -189,7 +169,7 @@ impl HomingTracker {
 
 #[cfg(test)]
 mod tests {
-    use magician_protocol::{Ctrl, FrameBuf, Set};
+    use magician_protocol::{Ctrl, FrameBuf};
 
     use super::*;
     use crate::build;
@@ -204,7 +184,7 @@ mod tests {
 
     fn sends(homing: &mut HomingTracker, command: impl Into<Set>, ctrl: Ctrl) {
         let frame = FrameBuf::set(&command.into(), ctrl).unwrap();
-        homing.sends(&frame.frame());
+        homing.sent(&frame.frame());
     }
 
     /// An arm whose homing is queued under index 3.
@@ -212,7 +192,7 @@ mod tests {
         let mut homing = HomingTracker::default();
         homing.read_alarms(alarms(standing));
         sends(&mut homing, build::home(), Ctrl::QUEUED);
-        homing.accepted(3);
+        homing.accepted(3, &build::home());
         homing
     }
 

@@ -1,0 +1,113 @@
+//! Commands that this connection has put into the queue lately.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use magician_protocol::{QueuedCmdIndex, Set};
+
+/// Commands that are remembered: more than any queue holds.
+const MOST: usize = 512;
+
+/// What a queued command does to the time that it takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum QueuedPace {
+    /// Moves the arm.
+    Motion,
+    /// Moves the arm and the rail, or the rail alone.
+    Rail,
+    /// Homes it; runs even when an alarm holds the queue.
+    Home,
+    /// Waits for this time.
+    Pause(Duration),
+    /// Runs a motor beside the arm for this time.
+    Motor(Duration),
+    /// Waits for an input, without a limit.
+    Trigger,
+    /// Takes effect at once.
+    Moment,
+}
+
+impl QueuedPace {
+    fn of(command: &Set) -> Self {
+        match command {
+            Set::WaitCmd(wait) => Self::Pause(Duration::from_millis(wait.timeout.into())),
+            Set::EMotorS(motor) => {
+                let seconds = f64::from(motor.distance) / f64::from(motor.speed).abs();
+                Self::Motor(Duration::try_from_secs_f64(seconds).unwrap_or_default())
+            }
+            Set::HomeCmd(_) => Self::Home,
+            Set::TrigCmd(_) => Self::Trigger,
+            Set::PtpWithLCmd(_) | Set::PtpPoWithLCmd(_) => Self::Rail,
+            other if other.row().effect.moves_arm() => Self::Motion,
+            _ => Self::Moment,
+        }
+    }
+}
+
+/// Origin of a queued command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// A caller, one by one, to run it with what follows.
+    Caller,
+    /// A run, or a caller that has gone. What these have left in a queue that does not run is not the next one's to start.
+    Run,
+}
+
+/// Commands that this connection has put into the queue lately.
+#[derive(Clone, Debug, Default)]
+pub struct OwnCommands {
+    commands: VecDeque<(u64, QueuedPace, Origin)>,
+    /// The queue is empty: nothing will run before the next one accepted.
+    empty: bool,
+    /// Index before which nothing waits any more.
+    base: u64,
+}
+
+impl OwnCommands {
+    pub(super) fn accepted(&mut self, index: u64, command: &Set, origin: Origin) {
+        if self.commands.len() >= MOST {
+            self.commands.pop_front();
+        }
+        self.commands
+            .push_back((index, QueuedPace::of(command), origin));
+        if std::mem::take(&mut self.empty) {
+            self.base = index.saturating_sub(1);
+        }
+    }
+
+    pub(super) fn queue_is_empty(&mut self) {
+        self.empty = true;
+    }
+
+    /// They were dropped.
+    pub(super) fn clear(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Number of commands that have not finished and may be run with what follows. `running`: the queue runs them anyway.
+    #[must_use]
+    pub fn waiting(&self, current: u64, running: bool) -> u64 {
+        let waiting = self.commands.iter();
+        let waiting = waiting.filter(|(index, ..)| *index > current);
+        waiting
+            .filter(|(.., origin)| running || *origin == Origin::Caller)
+            .count() as u64
+    }
+
+    /// True if the command homes the arm.
+    #[must_use]
+    pub fn homes(&self, command: QueuedCmdIndex) -> bool {
+        let mut latest = self.commands.iter().rev();
+        latest.any(|(index, pace, _)| *index == command.0 && *pace == QueuedPace::Home)
+    }
+
+    /// The command that runs after this current index; `None` if it may be another program's.
+    #[must_use]
+    pub fn running(&self, current: u64) -> Option<QueuedPace> {
+        let mut commands = self.commands.iter();
+        let (index, pace, _) = commands.find(|(index, ..)| *index > current)?;
+        // After a Clear the current index stands over numbers that will not come.
+        let before = current.max(self.base);
+        (before.checked_add(1) == Some(*index)).then_some(*pace)
+    }
+}

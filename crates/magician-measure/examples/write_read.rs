@@ -1,0 +1,174 @@
+//! Compares the driver's queued commands with a loop that writes a command and reads its reply, in one run.
+//!
+//! `magician sim --pty ./arm --baud 115200 --turnaround 2` in one terminal, then
+//! `cargo run --release -p magician-measure --example write_read -- ./arm [SECONDS [ROUNDS]]`
+//!
+//! The loop is the least that a program on a serial line can do: bare system calls, no check, no look at the queue. The
+//! command is a move to where the arm stands, which takes the arm no time, so that the line is the limit and nothing
+//! moves. Loop and driver take turns, first alone and then while pose, current index and left space are read 20 times a
+//! second: the loop reads them in between.
+
+#[cfg(unix)]
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    unix::main()
+}
+
+#[cfg(not(unix))]
+fn main() {
+    eprintln!("this example opens a terminal as a file");
+}
+
+#[cfg(unix)]
+mod unix {
+    use std::env::args;
+    use std::error::Error;
+    use std::fs::File;
+    use std::io::{Read, Write};
+    use std::time::{Duration, Instant};
+
+    use magician::{Arm, Options, Progress, Target};
+    use magician_protocol::commands::{Pose, PtpCmd, QueuedCmdCurrentIndex, QueuedCmdLeftSpace};
+    use magician_protocol::{Ctrl, FrameBuf, NoArgs, PtpMode, Readable, Set};
+    use rustix::fs::{Mode, OFlags};
+    use tokio::time::{MissedTickBehavior, interval};
+
+    type Outcome<T> = Result<T, Box<dyn Error>>;
+
+    /// Readings of each kind a second.
+    const POLLS: f64 = 20.0;
+    /// Share of the time that is not measured: a stream begins with looks at the arm.
+    const WARM_UP: f64 = 0.25;
+    /// After this long all replies to earlier requests have come.
+    const SILENCE: Duration = Duration::from_millis(100);
+    /// Bytes of a frame without parameters, and of a reply with an index.
+    const BARE: usize = 6;
+    const INDEXED: usize = 14;
+
+    pub(super) fn main() -> Outcome<()> {
+        let port = args().nth(1).ok_or("which port?")?;
+        let seconds = args().nth(2).map_or(Ok(4.0), |text| text.parse())?;
+        let rounds: usize = args().nth(3).map_or(Ok(3), |text| text.parse())?;
+        let time = Duration::from_secs_f64(seconds);
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .build()?;
+        for polls in [0.0, POLLS] {
+            let mut ratios = Vec::new();
+            for _ in 0..rounds.max(1) {
+                let here = runtime.block_on(stand(&port))?;
+                let plain = write_read(&port, here, time, polls)?;
+                let driven = runtime.block_on(drive(&port, here, time, polls))?;
+                let ratio = driven / plain;
+                println!(
+                    "{polls} polls/s: loop {plain:.1}/s, driver {driven:.1}/s, ratio {ratio:.4}"
+                );
+                ratios.push(ratio);
+            }
+            ratios.sort_by(f64::total_cmp);
+            let median = ratios.get(ratios.len() / 2).copied().unwrap_or_default();
+            println!("{polls} polls/s: {median:.4} of the loop");
+        }
+        Ok(())
+    }
+
+    async fn connect(port: &str) -> magician::Result<Arm> {
+        Arm::connect_with(&Target::Serial(port.to_owned()), Options::default()).await
+    }
+
+    /// A move to where the arm stands, with the queue running.
+    async fn stand(port: &str) -> Outcome<Set> {
+        let arm = connect(port).await?;
+        let pose = arm.get::<Pose>().await?;
+        let here = PtpCmd {
+            ptp_mode: PtpMode::MovjXyz,
+            x: pose.x,
+            y: pose.y,
+            z: pose.z,
+            r: pose.r,
+        };
+        arm.start([Set::from(here)]).wait(|_| {}).await?;
+        arm.detach();
+        arm.close().await;
+        Ok(here.into())
+    }
+
+    /// Commands a second by the driver.
+    async fn drive(port: &str, here: Set, time: Duration, polls: f64) -> Outcome<f64> {
+        let arm = connect(port).await?;
+        let begun = Instant::now();
+        let commands = std::iter::repeat(here).take_while(|_| begun.elapsed() < time);
+        // What a look finds finished, and when: the driver fetches commands in bursts.
+        let mut seen: Option<[(u64, Instant); 2]> = None;
+        let mut run = arm.start(commands);
+        let note = |progress: Progress| {
+            let now = (progress.current.0, Instant::now());
+            if begun.elapsed() < time && begun.elapsed() >= time.mul_f64(WARM_UP) {
+                let [first, _] = *seen.get_or_insert([now; 2]);
+                seen = Some([first, now]);
+            }
+        };
+        tokio::select! {
+            ran = run.wait(note) => ran.map(drop)?,
+            polled = poll(&arm, polls) => polled?,
+        }
+        drop(run);
+        arm.close().await;
+        let [first, last] = seen.ok_or("too short")?;
+        Ok((last.0 - first.0) as f64 / (last.1 - first.1).as_secs_f64())
+    }
+
+    async fn poll(arm: &Arm, polls: f64) -> Outcome<()> {
+        if polls <= 0.0 {
+            return std::future::pending().await;
+        }
+        let mut ticks = interval(Duration::from_secs_f64(1.0 / polls));
+        ticks.set_missed_tick_behavior(MissedTickBehavior::Skip);
+        loop {
+            ticks.tick().await;
+            arm.get::<Pose>().await?;
+            arm.get::<QueuedCmdCurrentIndex>().await?;
+            arm.get::<QueuedCmdLeftSpace>().await?;
+        }
+    }
+
+    /// Commands a second when each is written after the reply to the one before was read.
+    fn write_read(port: &str, here: Set, time: Duration, polls: f64) -> Outcome<f64> {
+        let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC;
+        let mut line = File::from(rustix::fs::open(port, flags, Mode::empty())?);
+        // A reply left over from before would let the loop run one command ahead.
+        std::thread::sleep(SILENCE);
+        rustix::termios::tcflush(&line, rustix::termios::QueueSelector::IFlush)?;
+        let reads = [
+            (FrameBuf::get(&NoArgs, Pose::ROW)?, BARE + 32),
+            (FrameBuf::get(&NoArgs, QueuedCmdCurrentIndex::ROW)?, INDEXED),
+            (FrameBuf::get(&NoArgs, QueuedCmdLeftSpace::ROW)?, BARE + 4),
+        ];
+        let every = (polls > 0.0).then(|| Duration::from_secs_f64(1.0 / polls));
+        let (mut count, mut reply) = (0_u32, [0; 64]);
+        let begun = Instant::now();
+        let mut due = begun;
+        while begun.elapsed() < time {
+            let frame = FrameBuf::set(&here, Ctrl::QUEUED)?;
+            exchange(&mut line, &frame, reply.get_mut(..INDEXED))?;
+            if reply.get(5..13) == Some(&[0; 8]) {
+                return Err("the queue is full: the line is not the limit".into());
+            }
+            count += 1;
+            if let Some(every) = every
+                && due <= Instant::now()
+            {
+                due = Instant::now() + every;
+                for (request, length) in &reads {
+                    exchange(&mut line, request, reply.get_mut(..*length))?;
+                }
+            }
+        }
+        Ok(f64::from(count) / begun.elapsed().as_secs_f64())
+    }
+
+    fn exchange(line: &mut File, request: &FrameBuf, reply: Option<&mut [u8]>) -> Outcome<()> {
+        line.write_all(request.bytes())?;
+        line.read_exact(reply.ok_or("a longer reply")?)?;
+        Ok(())
+    }
+}

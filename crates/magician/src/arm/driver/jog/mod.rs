@@ -1,0 +1,309 @@
+//! Jogs as the gate decides: which of them begin, when they end, and who is told.
+//!
+//! The [`Gate`](crate::gate::Gate) has the deadline of a jog and its reason. The driver has one timer for it, looks where the arm's
+//! own jog is (`looks.rs`), and repeats its stop until it is certain (`ending.rs`). A jog in pieces is sent and brought to rest
+//! by its own task (`arm/bounded_jog`); the gate ends it as any other.
+
+mod ending;
+mod looks;
+
+use tokio::sync::{oneshot, watch};
+use tokio::time::Instant;
+
+use self::ending::Ending;
+use self::looks::Looks;
+use super::explain::explain;
+use super::{Driver, To};
+use crate::arm::fenced_jog::FencedJog;
+use crate::arm::jog::{Phase, Stands};
+use crate::build::Axis;
+use crate::connection::{Failure, Micros, Request};
+use crate::gate::{GateEffect, JogEnd, JogId, JogKind, JogRequest};
+use crate::{Error, ErrorCode, Result};
+
+/// Longest time for an answer to the stop, or to a look at the pose. Then the driver repeats it.
+const PATIENCE: Micros = 300_000;
+/// Least time that a jog goes on before the arm has answered to its beginning: its holder does not have it yet, and cannot keep
+/// it up.
+const BEGIN_TIME: Micros = 600_000;
+
+/// A jog that is asked for, and what begins it once the gate lets it.
+pub(in crate::arm) struct JogStart {
+    pub(in crate::arm) asks: JogRequest,
+    /// `None` for a jog in pieces: its task sends them once this is answered.
+    pub(in crate::arm) own: Option<OwnJog>,
+    pub(in crate::arm) deadline: Instant,
+    /// Stops before this was begun.
+    pub(in crate::arm) stops: u64,
+    pub(in crate::arm) phase: watch::Sender<Phase>,
+    /// Closed by a caller that gives up.
+    pub(in crate::arm) reply: oneshot::Sender<Result<()>>,
+}
+
+/// The arm's own jog.
+pub(in crate::arm) struct OwnJog {
+    pub(in crate::arm) request: Request,
+    /// Bound of its way; `None` if no fence is in it.
+    pub(in crate::arm) fence: Option<FencedJog>,
+}
+
+impl JogStart {
+    /// The error of one that a stop came before.
+    fn stopped(&self) -> Error {
+        match &self.own {
+            Some(own) => explain(&own.request.frame().frame(), Failure::Stopped),
+            None => Error::new(ErrorCode::Stopped, "the jog was ended before it began"),
+        }
+    }
+}
+
+/// The jogs that the gate knows, and what the driver does about them.
+#[derive(Default)]
+pub(super) struct Jogging {
+    known: Vec<Known>,
+    looks: Option<Looks>,
+    ending: Option<Ending>,
+}
+
+/// A jog that the gate has not said to be over.
+struct Known {
+    asks: JogRequest,
+    phase: watch::Sender<Phase>,
+    /// `None` once its command went out.
+    start: Option<Box<JogStart>>,
+}
+
+impl Known {
+    fn is_own(&self) -> bool {
+        self.asks.kind == JogKind::Own
+    }
+}
+
+impl Jogging {
+    fn known(&mut self, jog: JogId) -> Option<&mut Known> {
+        self.known.iter_mut().find(|known| known.asks.id == jog)
+    }
+
+    fn forget(&mut self, jog: JogId) -> Option<Known> {
+        let at = self.known.iter().position(|known| known.asks.id == jog)?;
+        Some(self.known.swap_remove(at))
+    }
+}
+
+impl Driver {
+    /// When a jog has to be looked after.
+    pub(super) fn jog_timeout(&self) -> Option<Micros> {
+        if let Some(ending) = &self.jogging.ending {
+            return ending.poll_timeout();
+        }
+        let deadline = self.shared.gate().poll_timeout().map(|(at, _)| at);
+        let looks = self.jogging.looks.as_ref();
+        let looks = looks.and_then(Looks::poll_timeout);
+        deadline.into_iter().chain(looks).min()
+    }
+
+    /// True while a jog is kept up.
+    pub(super) fn jog_runs(&self) -> bool {
+        self.shared.gate().running().is_some()
+    }
+
+    /// True while the arm comes to rest after a jog.
+    pub(super) fn jog_ends(&self) -> bool {
+        self.shared.gate().is_ending()
+    }
+
+    pub(super) fn start_jog(&mut self, start: Box<JogStart>) {
+        if start.reply.is_closed() {
+            return;
+        }
+        if let Some(error) = self.refuse_jog(&start) {
+            return drop(start.reply.send(Err(error)));
+        }
+        // The speed of whatever moves the arm would go over to the axis of its own jog. Pieces are planned from rest.
+        let moves = start.own.is_some() && {
+            let picture = self.shared.picture();
+            picture.motion().is_moving() || picture.motion().is_braking()
+        };
+        let asks = start.asks;
+        self.jogging.known.push(Known {
+            asks,
+            phase: start.phase.clone(),
+            start: Some(start),
+        });
+        if moves {
+            self.shared.gate().moves();
+        }
+        self.shared.gate().ask(asks);
+        self.carry_out_gate();
+    }
+
+    /// Why a jog cannot begin, if it cannot.
+    fn refuse_jog(&mut self, start: &JogStart) -> Option<Error> {
+        if start.stops != self.shared.stops() {
+            return Some(start.stopped());
+        }
+        if !self.link_is_up() {
+            return Some(self.gone());
+        }
+        let runs = self.runs_program();
+        runs.then(|| Error::new(ErrorCode::Busy, "a program runs: stop it before a jog"))
+    }
+
+    /// Does what the gate has decided.
+    pub(super) fn carry_out_gate(&mut self) {
+        loop {
+            let effect = self.shared.gate().poll_effect();
+            let Some(effect) = effect else {
+                break;
+            };
+            match effect {
+                GateEffect::Begin(jog) => self.begin_jog(jog),
+                GateEffect::End(jog, why) => self.end_motion(jog, why),
+                GateEffect::Over(jog, why, seen) => {
+                    let stands = if seen { Stands::Seen } else { Stands::Unknown };
+                    if let Some(known) = self.jogging.forget(jog) {
+                        known.phase.send_replace(Phase::Over(why, stands));
+                    }
+                }
+                GateEffect::Refused(jog, why) => {
+                    let known = self.jogging.forget(jog);
+                    if let Some(start) = known.and_then(|known| known.start) {
+                        let error = self.why_refused(&start, why);
+                        let _ = start.reply.send(Err(error));
+                    }
+                }
+            }
+        }
+        if !self.jog_ends() {
+            self.jogging.ending = None;
+        }
+        if !self.jog_runs() {
+            self.jogging.looks = None;
+        }
+    }
+
+    fn end_motion(&mut self, jog: Option<JogId>, why: JogEnd) {
+        self.jogging.looks = None;
+        if why == JogEnd::NotKept {
+            let name = &self.shared.name;
+            tracing::warn!("{name}: the jog was not renewed; it is stopped");
+        }
+        let known = jog.and_then(|jog| self.jogging.known(jog));
+        let mut ending = Some(Ending::default());
+        if let Some(known) = known {
+            known.phase.send_replace(Phase::Ending(why));
+            // The task of a jog in pieces stops it.
+            ending = known
+                .is_own()
+                .then(|| Ending::of(known.asks.direction.axis));
+        }
+        self.jogging.ending = ending;
+    }
+
+    fn why_refused(&self, start: &JogStart, why: JogEnd) -> Error {
+        match why {
+            JogEnd::Replaced => Error::new(ErrorCode::RunOver, "another jog replaced it"),
+            JogEnd::LinkLost => self.gone(),
+            JogEnd::Closed => Error::closed(),
+            JogEnd::Doubt => {
+                let message = "the arm still moves after the jog before was stopped";
+                Error::new(ErrorCode::StopUnconfirmed, message)
+            }
+            _ => start.stopped(),
+        }
+    }
+
+    /// Begins a jog whose turn has come, unless something came in between.
+    fn begin_jog(&mut self, jog: JogId) {
+        let known = self.jogging.known(jog);
+        let Some(start) = known.and_then(|known| known.start.take()) else {
+            return self.shared.gate().not_begun(jog);
+        };
+        let refused = if start.reply.is_closed() {
+            Some(start.stopped())
+        } else {
+            self.refuse_jog(&start)
+        };
+        if let Some(error) = refused {
+            let _ = start.reply.send(Err(error));
+            return self.shared.gate().not_begun(jog);
+        }
+        let JogStart {
+            asks,
+            own,
+            deadline,
+            reply,
+            ..
+        } = *start;
+        let now = self.now();
+        let until = now.saturating_add(asks.keep.max(BEGIN_TIME));
+        self.shared.gate().hold(jog, until);
+        let Some(OwnJog { request, fence }) = own else {
+            return self.jog_began(Ok(()), reply, jog);
+        };
+        if let Some(fence) = &fence {
+            let latest = fence.latest(now);
+            self.shared.gate().bound(jog, latest, JogEnd::Fence);
+        }
+        let rail = asks.direction.axis == Axis::L;
+        self.jogging.looks = Some(Looks::new(jog, rail, fence, now));
+        self.submit(request, deadline, To::Jog(reply, jog));
+    }
+
+    /// The arm has answered to the beginning of a jog, or not.
+    pub(super) fn jog_began(
+        &mut self,
+        answer: Result<()>,
+        to: oneshot::Sender<Result<()>>,
+        jog: JogId,
+    ) {
+        let failed = answer.is_err();
+        if !failed {
+            // From here on its holder can keep it up. What is over meanwhile stays so.
+            let _ = self.shared.gate().keep(jog, self.now());
+        }
+        if to.send(answer).is_err() || failed {
+            self.shared.gate().end_one(jog, JogEnd::Failed);
+            self.carry_out_gate();
+        }
+    }
+
+    /// A stop goes out: no jog that was asked for before goes on or begins.
+    pub(super) fn stop_jogs(&mut self) {
+        self.shared.gate().stop();
+        self.carry_out_gate();
+    }
+
+    /// Ends whatever jog the arm may be in, of whomever.
+    pub(super) fn end_any_jog(&mut self) {
+        self.shared.gate().stop_any();
+        self.carry_out_gate();
+    }
+
+    /// The line broke: a jog of the arm's own has to be ended over the next.
+    pub(super) fn interrupt_jog(&mut self) {
+        self.shared.gate().lose_line();
+        self.carry_out_gate();
+    }
+
+    /// The connection ends, and so do its jogs.
+    pub(super) fn close_jogs(&mut self) {
+        self.shared.gate().close();
+        self.carry_out_gate();
+    }
+
+    /// Ends a jog whose deadline has come, looks where it is, and goes on with ending it.
+    pub(super) fn mind_jog(&mut self, now: Micros) {
+        if self.jogging.known.is_empty() && self.jogging.ending.is_none() {
+            return;
+        }
+        self.mind_deadline(now);
+        self.look_at_jog(now);
+        self.go_on_ending(now);
+    }
+
+    fn mind_deadline(&mut self, now: Micros) {
+        self.shared.gate().handle_timeout(now);
+        self.carry_out_gate();
+    }
+}
