@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use magician::{Port, SimSpeed, Target, ports};
 use magician_job::dirs;
 use magician_job::files::replace;
 use serde::{Deserialize, Serialize};
@@ -20,10 +21,60 @@ pub(crate) struct Holder(Option<PathBuf>);
 struct Content {
     pid: u32,
     url: String,
+    /// The ports as they were spelled, one for each arm.
     ports: Vec<String>,
+    /// The devices that these meant when they were opened: real paths, which other spellings lead to as well.
+    #[serde(default)]
+    devices: Vec<String>,
     /// The names of its arms.
     #[serde(default)]
     arms: Vec<String>,
+}
+
+impl Content {
+    /// Address of the arm at this device, if it is one of this station.
+    fn url_of(&self, wanted: &str) -> Option<String> {
+        let is_it = |(at, served): (usize, &String)| {
+            // An adapter may have another path by now than at the start; a relative path is for the folder of that process.
+            let now = || device(served) == wanted;
+            let is_relative = served.contains('/') && !served.starts_with('/');
+            let then = self.devices.get(at).is_some_and(|then| then == wanted);
+            (then || served == wanted || !is_relative && now()).then_some(at)
+        };
+        let at = self.ports.iter().enumerate().find_map(is_it)?;
+        let name = self.arms.get(at).filter(|_| self.arms.len() > 1);
+        let name = name.map_or("", String::as_str);
+        Some(format!("{}/{name}", self.url.trim_end_matches('/')))
+    }
+}
+
+/// Device that a port means, however it is spelled: the real path of a serial port, also of one that `usb:..` names; of other
+/// ports the usual spelling.
+fn device(port: &str) -> String {
+    let path = match Target::parse(port, SimSpeed::Max) {
+        Ok(Target::Serial(path)) => path,
+        Ok(Target::Usb {
+            vendor,
+            product,
+            serial,
+        }) => {
+            let is_it = |port: &Port| {
+                let usb = port.usb.as_ref();
+                usb.is_some_and(|usb| {
+                    let same = (usb.vendor, usb.product) == (vendor, product);
+                    same && (serial.is_none() || usb.serial == serial)
+                })
+            };
+            let found = ports().unwrap_or_default().into_iter().find(is_it);
+            match found {
+                Some(found) => found.path,
+                None => return port.to_owned(),
+            }
+        }
+        Ok(target) => return target.to_string(),
+        Err(_) => return port.to_owned(),
+    };
+    fs::canonicalize(&path).map_or(path, |real| real.display().to_string())
 }
 
 impl Holder {
@@ -34,6 +85,7 @@ impl Holder {
             pid,
             url: url.to_owned(),
             ports: ports.to_vec(),
+            devices: ports.iter().map(|port| device(port)).collect(),
             arms: arms.to_vec(),
         };
         let write = || {
@@ -55,16 +107,14 @@ impl Drop for Holder {
     }
 }
 
-/// The address at which a port is served, if a `serve` of this machine has it.
+/// The address at which a port is served, however it is spelled, if a `serve` of this machine has it.
 pub(crate) fn url_of(port: &str) -> Option<String> {
-    let mut all = all().into_iter();
-    all.find_map(|content| {
-        content
-            .ports
-            .iter()
-            .any(|served| served == port)
-            .then_some(content.url)
-    })
+    let wanted = device(port);
+    // Every station has virtual arms of its own.
+    if matches!(Target::parse(port, SimSpeed::Max), Ok(Target::Sim(_))) {
+        return None;
+    }
+    all().iter().find_map(|content| content.url_of(&wanted))
 }
 
 /// The stations of this machine: where each is, and its arms.
@@ -97,4 +147,61 @@ fn all() -> Vec<Content> {
 fn lives(pid: u32) -> bool {
     let known = Path::new("/proc/self");
     !known.exists() || Path::new("/proc").join(pid.to_string()).exists()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn every_spelling_of_a_port_names_its_station_and_arm() {
+        let place = tempfile::tempdir().expect("a directory");
+        let path = |name: &str| place.path().join(name).display().to_string();
+        fs::write(path("tty"), "").expect("written");
+        for link in ["arm", "other"] {
+            std::os::unix::fs::symlink(path("tty"), path(link)).expect("linked");
+        }
+        let real = device(&path("tty"));
+        let served = |ports: &[String], devices: &[String]| Content {
+            pid: 1,
+            url: "http://127.0.0.1:8910/".to_owned(),
+            ports: ports.to_vec(),
+            devices: devices.to_vec(),
+            arms: ports
+                .iter()
+                .map(|port| format!("arm{}", port.len()))
+                .collect(),
+        };
+        let one = served(&[path("arm")], std::slice::from_ref(&real));
+        let here = Some("http://127.0.0.1:8910/".to_owned());
+        for spelling in [
+            path("tty"),
+            path("arm"),
+            path("other"),
+            path("../")
+                + &place
+                    .path()
+                    .file_name()
+                    .map_or(String::new(), |name| name.display().to_string())
+                + "/tty",
+        ] {
+            assert_eq!(one.url_of(&device(&spelling)), here, "{spelling}");
+        }
+        assert_eq!(one.url_of(&device("/dev/null")), None);
+        // A link that leads elsewhere by now still names what was opened.
+        fs::remove_file(path("arm")).expect("removed");
+        assert_eq!(one.url_of(&real), here);
+        // A relative path of another process is not looked at from here.
+        let relative = served(&["./Cargo.toml".to_owned()], std::slice::from_ref(&real));
+        assert_eq!(relative.url_of(&device("./Cargo.toml")), None);
+        assert_eq!(relative.url_of(&real), here);
+        let several = served(&["udp:10.0.0.9".to_owned(), path("other")], &[]);
+        let second = format!("http://127.0.0.1:8910/arm{}", path("other").len());
+        assert_eq!(several.url_of(&real), Some(second));
+        assert_eq!(
+            several.url_of(&device("udp:10.0.0.9:8899")).is_some(),
+            device("udp:10.0.0.9") == device("udp:10.0.0.9:8899")
+        );
+    }
 }

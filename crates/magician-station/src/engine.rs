@@ -553,6 +553,9 @@ impl Work {
                 self.beginning.take_if(|(beginning, _)| *beginning == id);
                 let outcome = match begun {
                     Ok(jog) => {
+                        // The time to keep it up counts from the answer, which goes out now: on a busy machine the arm's
+                        // own answer may be long ago. One that is over already is told by its end.
+                        let _ = jog.keep();
                         self.jog = Some((id, jog));
                         Ok(Outcome::Value(Value::Null))
                     }

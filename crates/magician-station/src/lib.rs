@@ -46,8 +46,8 @@ pub use job::{
     SourceBytes, ToCome,
 };
 pub use library::{
-    LARGEST_LIBRARY, LARGEST_PROGRAM, LibraryAct, LibraryError, LibraryOrder, MOST_PROGRAMS,
-    NoPrograms, ProgramEntry, ProgramName, ProgramStore, Upload,
+    LARGEST_PROGRAM, LibraryAct, LibraryError, LibraryOrder, LibraryQuotas, LibraryUse, NoPrograms,
+    OverQuota, ProgramEntry, ProgramName, ProgramStore, Upload,
 };
 pub use order::{
     ArmAct, ArmOrder, ArmRead, ArmReport, Fault, JobEnd, JobNews, JobOrder, JobStart, Outcome,

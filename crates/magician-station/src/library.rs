@@ -12,7 +12,7 @@ use magician_job::presets::Presets;
 use magician_program::{Format, SetupOptions};
 use serde_json::{Value, json};
 
-use crate::api::RpcError;
+use crate::api::{Role, RpcError};
 use crate::control::RequestId;
 use crate::engine::beside;
 use crate::job::{Converting, Reader, Source, SourceBytes};
@@ -20,10 +20,6 @@ use crate::presets::{self, PresetAct};
 
 /// Bytes of a program, at most.
 pub const LARGEST_PROGRAM: u64 = 64 * 1024 * 1024;
-/// Programs of a library, at most: the loop of one pupil takes no disk away from all others.
-pub const MOST_PROGRAMS: usize = 1000;
-/// Bytes of all programs of a library, at most.
-pub const LARGEST_LIBRARY: u64 = 1024 * 1024 * 1024;
 /// Bytes of a program that are sent in an answer, at most.
 const IN_AN_ANSWER: u64 = 700 * 1024;
 
@@ -99,8 +95,8 @@ pub enum LibraryError {
     Unknown,
     /// The program is larger than [`LARGEST_PROGRAM`].
     TooLarge,
-    /// The library has [`MOST_PROGRAMS`], or would have more than [`LARGEST_LIBRARY`].
-    TooMany,
+    /// The library would be fuller than the role of the request may fill it.
+    Quota(OverQuota),
     /// There is no room for it on the disk.
     Full,
     /// Anything else, in a sentence.
@@ -112,11 +108,7 @@ impl fmt::Display for LibraryError {
         match self {
             Self::Unknown => f.write_str("there is no such program"),
             Self::TooLarge => write!(f, "a program is {} MiB at most", LARGEST_PROGRAM >> 20),
-            Self::TooMany => write!(
-                f,
-                "the library takes {MOST_PROGRAMS} programs and {} MiB at most: remove some",
-                LARGEST_LIBRARY >> 20
-            ),
+            Self::Quota(met) => met.fmt(f),
             Self::Full => f.write_str("no room for the program"),
             Self::Other(why) => f.write_str(why),
         }
@@ -124,6 +116,137 @@ impl fmt::Display for LibraryError {
 }
 
 impl std::error::Error for LibraryError {}
+
+/// Programs and bytes: those in a library, or those for which there is room.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[allow(clippy::exhaustive_structs, reason = "two numbers")]
+pub struct LibraryUse {
+    /// Number of programs.
+    pub programs: usize,
+    /// Bytes of all of them.
+    pub bytes: u64,
+}
+
+impl LibraryUse {
+    /// With one more of so many bytes.
+    #[must_use]
+    pub const fn with(self, bytes: u64) -> Self {
+        Self {
+            programs: self.programs + 1,
+            bytes: self.bytes.saturating_add(bytes),
+        }
+    }
+}
+
+/// How far each role may fill a library. Files do not tell who put them, so a quota is a level: what students put ends
+/// below that of teachers, who always have the rest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(clippy::exhaustive_structs, reason = "a level for each role that puts")]
+pub struct LibraryQuotas {
+    /// The level up to which students may fill it.
+    pub students: LibraryUse,
+    /// The level of the library.
+    pub all: LibraryUse,
+}
+
+impl Default for LibraryQuotas {
+    /// 1000 programs and 1 GiB: no disk is full because of it. Students have three quarters of both.
+    fn default() -> Self {
+        const ALL: LibraryUse = LibraryUse {
+            programs: 1000,
+            bytes: 1024 * 1024 * 1024,
+        };
+        Self {
+            students: LibraryUse {
+                programs: ALL.programs / 4 * 3,
+                bytes: ALL.bytes / 4 * 3,
+            },
+            all: ALL,
+        }
+    }
+}
+
+impl LibraryQuotas {
+    /// The level up to which a role may fill the library.
+    #[must_use]
+    pub fn of(&self, role: Role) -> LibraryUse {
+        match role {
+            Role::Teacher => self.all,
+            Role::Student | Role::Viewer => self.students,
+        }
+    }
+
+    /// Whether a role may put a program of so many bytes beside these others. `before` is the size of the one that it
+    /// replaces: what does not grow is always taken.
+    ///
+    /// # Errors
+    /// [`OverQuota`].
+    pub fn check(
+        &self,
+        role: Role,
+        others: LibraryUse,
+        before: Option<u64>,
+        bytes: u64,
+    ) -> Result<(), OverQuota> {
+        let quota = self.of(role);
+        let after = others.with(bytes);
+        let fits = match before {
+            Some(before) => bytes <= before || after.bytes <= quota.bytes,
+            None => after.programs <= quota.programs && after.bytes <= quota.bytes,
+        };
+        if fits {
+            return Ok(());
+        }
+        let used = before.map_or(others, |before| others.with(before));
+        let all = self.all;
+        Err(OverQuota {
+            role,
+            quota,
+            all,
+            used,
+        })
+    }
+
+    /// Most bytes of a program that a role puts beside these others.
+    #[must_use]
+    pub fn room(&self, role: Role, others: LibraryUse, before: Option<u64>) -> u64 {
+        let room = self.of(role).bytes.saturating_sub(others.bytes);
+        room.max(before.unwrap_or(0))
+    }
+}
+
+/// A program for which a quota has no room.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(clippy::exhaustive_structs, reason = "what a refusal says")]
+pub struct OverQuota {
+    /// The role that put it.
+    pub role: Role,
+    /// The level up to which that role may fill the library.
+    pub quota: LibraryUse,
+    /// The level of the library.
+    pub all: LibraryUse,
+    /// What is in it.
+    pub used: LibraryUse,
+}
+
+impl fmt::Display for OverQuota {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+        let (quota, all, used) = (self.quota, self.all, self.used);
+        let (programs, whole) = (all.programs, mib(all.bytes));
+        if quota == all {
+            write!(f, "the library takes {programs} programs and {whole} MiB")?;
+        } else {
+            let (own, part) = (quota.programs, mib(quota.bytes));
+            write!(
+                f,
+                "students may fill {own} of the {programs} programs and {part} of the {whole} MiB of the library"
+            )?;
+        }
+        let (count, size) = (used.programs, mib(used.bytes));
+        write!(f, ", and {count} with {size:.1} MiB are used: remove some")
+    }
+}
 
 /// Keeps programs under their names. It may take its time: it is asked beside the station.
 pub trait ProgramStore: Send + Sync {
@@ -147,11 +270,17 @@ pub trait ProgramStore: Send + Sync {
     /// It is not there, or cannot be read.
     fn open(&self, name: &ProgramName) -> Result<(u64, Box<dyn Read + Send>), LibraryError>;
 
-    /// One that is to be kept: under its name when it is [finished](Upload::finish), and not at all before.
+    /// One that is to be kept, by a session of this role: under its name when it is [finished](Upload::finish), and not at
+    /// all before. `length` is its size, if that is known already.
     ///
     /// # Errors
-    /// It cannot be begun.
-    fn upload(&self, name: &ProgramName) -> Result<Box<dyn Upload>, LibraryError>;
+    /// It cannot be begun, or there is no room for so many bytes.
+    fn upload(
+        &self,
+        name: &ProgramName,
+        by: Role,
+        length: Option<u64>,
+    ) -> Result<Box<dyn Upload>, LibraryError>;
 
     /// Removes one.
     ///
@@ -202,7 +331,12 @@ impl ProgramStore for NoPrograms {
         Err(LibraryError::Unknown)
     }
 
-    fn upload(&self, _: &ProgramName) -> Result<Box<dyn Upload>, LibraryError> {
+    fn upload(
+        &self,
+        _: &ProgramName,
+        _: Role,
+        _: Option<u64>,
+    ) -> Result<Box<dyn Upload>, LibraryError> {
         Err(Self::refused())
     }
 
@@ -232,9 +366,10 @@ pub(crate) fn bytes_of(
 pub(crate) fn keep(
     store: &dyn ProgramStore,
     name: &ProgramName,
+    by: Role,
     bytes: &[u8],
 ) -> Result<bool, LibraryError> {
-    let mut upload = store.upload(name)?;
+    let mut upload = store.upload(name, by, Some(bytes.len() as u64))?;
     upload.write(bytes)?;
     upload.finish()
 }
@@ -279,6 +414,8 @@ pub enum LibraryAct {
 pub struct LibraryOrder {
     /// The request.
     pub request: RequestId,
+    /// The role of its session.
+    pub by: Role,
     /// What.
     pub act: LibraryAct,
 }
@@ -287,6 +424,7 @@ impl LibraryAct {
     /// Does it beside all else, and says what is answered.
     pub(crate) async fn carry_out(
         self,
+        by: Role,
         store: Arc<dyn ProgramStore>,
         presets: Presets,
         reader: Arc<dyn Reader>,
@@ -298,7 +436,7 @@ impl LibraryAct {
             preset,
         } = self
         else {
-            return beside(move || self.carry_out_on(&*store, &presets)).await?;
+            return beside(move || self.carry_out_on(by, &*store, &presets)).await?;
         };
         let source = Source {
             bytes: SourceBytes::Program(from.as_str().to_owned()),
@@ -317,14 +455,19 @@ impl LibraryAct {
             match converted {
                 Converting::ToCome(to_come) => converted = to_come.await?,
                 Converting::Done(bytes, report) => {
-                    let kept = beside(move || keep(&*store, &to, &bytes).map_err(wrong));
+                    let kept = beside(move || keep(&*store, &to, by, &bytes).map_err(wrong));
                     return kept.await?.map(|_| report);
                 }
             }
         }
     }
 
-    fn carry_out_on(self, store: &dyn ProgramStore, presets: &Presets) -> Result<Value, RpcError> {
+    fn carry_out_on(
+        self,
+        by: Role,
+        store: &dyn ProgramStore,
+        presets: &Presets,
+    ) -> Result<Value, RpcError> {
         match self {
             Self::Presets(act) => act.carry_out(presets),
             Self::List => {
@@ -364,7 +507,7 @@ impl LibraryAct {
                 Ok(Value::Null)
             }
             Self::Put(name, bytes) => {
-                keep(store, &name, &bytes).map_err(wrong)?;
+                keep(store, &name, by, &bytes).map_err(wrong)?;
                 Ok(json!({"name": name.as_str(), "bytes": bytes.len()}))
             }
             Self::Delete(name) => {
@@ -385,8 +528,12 @@ pub(crate) fn unknown_program() -> RpcError {
 pub(crate) fn wrong(error: LibraryError) -> RpcError {
     match error {
         LibraryError::Unknown => RpcError::param("name", error.to_string()),
-        LibraryError::TooLarge | LibraryError::TooMany => {
-            RpcError::arm(ErrorKind::InvalidInput, error.to_string())
+        LibraryError::TooLarge => RpcError::arm(ErrorKind::InvalidInput, error.to_string()),
+        LibraryError::Quota(met) => {
+            let shown = |of: LibraryUse| json!({"programs": of.programs, "bytes": of.bytes});
+            RpcError::arm(ErrorKind::InvalidInput, met.to_string())
+                .with("quota", shown(met.quota))
+                .with("used", shown(met.used))
         }
         _ => RpcError::arm(ErrorKind::Unexpected, error.to_string()),
     }

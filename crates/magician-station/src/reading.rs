@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use magician::Pin;
 use magician::report::PoseReport;
 use magician_protocol::commands::Pose;
 use serde::Serialize;
@@ -110,6 +111,17 @@ pub(crate) fn to_value(value: &impl Serialize) -> Result<Value, RpcError> {
     value.map_err(|error| RpcError::internal(error.to_string()))
 }
 
+/// What the API calls such a pin.
+pub(crate) const fn pin_kind(pin: Pin) -> &'static str {
+    match pin {
+        Pin::Input(_) => "input",
+        Pin::Output(_) => "output",
+        Pin::Analog(_) => "analog",
+        #[cfg(not(magician_workspace))]
+        _ => unreachable!(),
+    }
+}
+
 /// A pose as `pose --json` has it.
 pub(crate) fn pose(pose: &Pose) -> Map<String, Value> {
     match to_value(&PoseReport::from(*pose)) {
@@ -120,6 +132,17 @@ pub(crate) fn pose(pose: &Pose) -> Map<String, Value> {
 }
 
 impl ArmReading {
+    /// Whether these pins are among those that were read.
+    pub(crate) fn has(&self, pins: &[Pin]) -> bool {
+        let mut pins = pins.iter();
+        pins.all(|pin| {
+            let known = |(kind, address, _): &(&str, u8, u16)| {
+                *kind == pin_kind(*pin) && *address == pin.address()
+            };
+            self.pins.iter().any(known)
+        })
+    }
+
     /// All fields as JSON.
     pub(crate) fn fields(&self, beside: &StateContext) -> Map<String, Value> {
         let tool = &self.tool;

@@ -474,10 +474,10 @@ impl Shared {
     fn look_into(&self, order: LibraryOrder) {
         let (shared, library) = (Weak::clone(&self.this), Arc::clone(&self.library));
         let (presets, reader) = (self.presets.clone(), Arc::clone(&self.reader));
-        let LibraryOrder { request, act } = order;
+        let LibraryOrder { request, by, act } = order;
         // A client may be dropped outside of the runtime.
         self.runtime.spawn(async move {
-            let outcome = act.carry_out(library, presets, reader).await;
+            let outcome = act.carry_out(by, library, presets, reader).await;
             if let Some(shared) = shared.upgrade() {
                 shared.with(|inner, now| inner.station.library_done(now, request, outcome));
             }

@@ -5,7 +5,7 @@ use std::{env, fs};
 
 use magician_program::Format;
 use magician_station::{
-    Converting, FormatReader, LibraryError, ProgramEntry, ProgramName, ProgramStore, Reader,
+    Converting, FormatReader, LibraryError, ProgramEntry, ProgramName, ProgramStore, Reader, Role,
     Source, Upload,
 };
 
@@ -29,7 +29,12 @@ impl ProgramStore for Samples {
         Ok((bytes.len() as u64, Box::new(std::io::Cursor::new(bytes))))
     }
 
-    fn upload(&self, _: &ProgramName) -> Result<Box<dyn Upload>, LibraryError> {
+    fn upload(
+        &self,
+        _: &ProgramName,
+        _: Role,
+        _: Option<u64>,
+    ) -> Result<Box<dyn Upload>, LibraryError> {
         Err(LibraryError::Full)
     }
 

@@ -10,7 +10,7 @@ use magician_job::{Journal, JournalError, JournalKey};
 use magician_program::Format;
 use magician_program::resume::Checkpoint;
 use magician_station::{
-    JobStore, LARGEST_PROGRAM, LibraryError, ProgramEntry, ProgramName, ProgramStore, Upload,
+    JobStore, LARGEST_PROGRAM, LibraryError, ProgramEntry, ProgramName, ProgramStore, Role, Upload,
 };
 use serde_json::Value;
 use tokio::time::Instant;
@@ -84,7 +84,12 @@ impl ProgramStore for MemoryPrograms {
         Ok((bytes.len() as u64, Box::new(Cursor::new(bytes))))
     }
 
-    fn upload(&self, name: &ProgramName) -> Result<Box<dyn Upload>, LibraryError> {
+    fn upload(
+        &self,
+        name: &ProgramName,
+        _: Role,
+        _: Option<u64>,
+    ) -> Result<Box<dyn Upload>, LibraryError> {
         Ok(Box::new(Coming {
             library: self.clone(),
             name: name.clone(),

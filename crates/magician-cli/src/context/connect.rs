@@ -386,7 +386,7 @@ impl Context {
 /// What is wrong with a port, and at which station it is, if one of this machine has it.
 pub(crate) fn held(failure: Failure, port: &str) -> Failure {
     match url_of(port) {
-        Some(url) => failure.hint(format!("a station has this port: {url}")),
+        Some(url) => failure.at_station(url),
         None => failure,
     }
 }

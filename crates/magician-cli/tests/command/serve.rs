@@ -110,6 +110,51 @@ fn address_in_use_names_the_station_that_has_it() {
 }
 
 #[test]
+fn busy_port_names_its_station_however_it_is_spelled() {
+    let state = tempfile::tempdir().expect("a directory");
+    let place = tempfile::tempdir().expect("a directory");
+    let arm = place.path().join("arm");
+    let _arm = Served::start(&["--pty", arm.to_str().expect("text"), "--speed", "max"], 1);
+    let with_state = || {
+        let mut command = command();
+        command.env("XDG_STATE_HOME", state.path());
+        command.current_dir(place.path());
+        command
+    };
+    let station = Station::of(with_state(), &["--port", "./arm"]);
+    let url = format!("http://{}/", station.address);
+    std::os::unix::fs::symlink("arm", place.path().join("other")).expect("linked");
+    let terminal = std::fs::canonicalize(&arm).expect("it is there");
+    assert!(terminal.starts_with("/dev/"), "{terminal:?}");
+    let spellings = [
+        terminal.as_path(),
+        &arm,
+        Path::new("./arm"),
+        Path::new("./other"),
+    ];
+    for port in spellings.map(|path| path.to_str().expect("text")) {
+        for verb in [&["pose"][..], &["serve", "--listen", "127.0.0.1:0"]] {
+            let mut second = with_state();
+            second.args(["--json", "--port", port]).args(verb);
+            let refused = crate::magician::Run::of(&mut second, b"");
+            assert_eq!(refused.status, 4, "{port}: {refused:?}");
+            let told: Value = serde_json::from_str(&refused.err).expect("JSON");
+            let error = &told["error"];
+            assert_eq!(error["station"], json!(url), "{port}: {error}");
+            let remedy = format!("magician --station {url} VERB");
+            assert_eq!(error["remedies"][0]["system"], json!(remedy), "{error}");
+        }
+        let mut second = with_state();
+        second.args(["--port", port, "pose"]);
+        let refused = crate::magician::Run::of(&mut second, b"");
+        assert!(
+            refused.err.contains(&format!("--station {url} ")),
+            "{refused:?}"
+        );
+    }
+}
+
+#[test]
 fn an_arm_is_served_moved_and_told_of() {
     let station = Station::start(&["--port", "sim"]);
     let moved = station.call("arm.move", &json!({"to": [220, 30, 50, 0]}));

@@ -59,7 +59,15 @@ pub static ERRORS: &[ErrorRow] = &[
         &["param", "row", "method"],
     ),
     error(RpcError::INTERNAL, "", "a mistake of the station", &[]),
-    of_arm(ErrorKind::InvalidInput, "the request makes no sense"),
+    error(
+        RpcError::ARM,
+        ErrorKind::InvalidInput.name(),
+        "the request makes no sense, or the quota of the library is used up",
+        &[
+            "code", "step", "command", "value", "limit", "unit", "fence", "from", "to", "remedies",
+            "arms", "quota", "used",
+        ],
+    ),
     of_arm(
         ErrorKind::Unreachable,
         "the arm cannot get there, or its fence forbids it",
@@ -94,8 +102,8 @@ pub static ERRORS: &[ErrorRow] = &[
     error(
         RpcError::FORBIDDEN,
         "forbidden",
-        "the role does not allow it; before hello, nothing does",
-        &["role", "needs"],
+        "the role does not allow it, or a job that waits is somebody else's; before hello, nothing is allowed",
+        &["role", "needs", "may"],
     ),
     error(
         RpcError::LEASE,
@@ -124,8 +132,8 @@ pub static ERRORS: &[ErrorRow] = &[
     error(
         RpcError::TOO_MANY,
         "too-many",
-        "more than a socket may send, subscribe to, or wait for, or than there are sessions",
-        &["limit"],
+        "more than a socket may send, subscribe to, or wait for, or than there are sessions; too many wrong codes",
+        &["limit", "wait_s"],
     ),
     error(
         RpcError::STOPPED,

@@ -137,6 +137,22 @@ pub(super) const ERROR_DATA: &[Member] = &[
     .optional(),
     is("role", Choice(ROLES), "the role of the session").optional(),
     is("needs", Choice(ROLES), "the role that is needed").optional(),
+    is(
+        "may",
+        List(&Choice(&["owner", "holder", "teacher"])),
+        "who may change a job that waits: its owner, the holder of the lease, a teacher",
+    )
+    .optional(),
+    is("wait_s", Number, "how long wrong codes have to wait")
+        .in_unit("s")
+        .optional(),
+    is(
+        "quota",
+        of("LibraryUse"),
+        "the quota of the library that is used up",
+    )
+    .optional(),
+    is("used", of("LibraryUse"), "what is used of it").optional(),
     is("holder", of("Holder"), "who has the lease")
         .null(FREE)
         .optional(),
@@ -292,6 +308,14 @@ pub static TYPES: &[Type] = &[
         name: "Pose",
         about: "Where an arm is.",
         members: &[X, Y, Z, R, J1, J2, J3, J4],
+    },
+    Type {
+        name: "LibraryUse",
+        about: "Room in the library of programs.",
+        members: &[
+            is("programs", Count, "number of programs"),
+            is("bytes", Count, "their bytes").in_unit("bytes"),
+        ],
     },
     Type {
         name: "Stood",

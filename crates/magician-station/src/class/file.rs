@@ -180,6 +180,13 @@ impl ClassFile {
         self.pupil.iter().find(|pupil| pupil.name == name)
     }
 
+    /// Whether a pupil has this name, which is in small letters.
+    pub(crate) fn has(&self, name: &str) -> bool {
+        self.pupil
+            .iter()
+            .any(|pupil| pupil.name.to_lowercase() == name)
+    }
+
     pub(crate) fn turns(&self) -> TurnRules {
         let seconds = |seconds| Duration::from_secs(u64::from(seconds));
         TurnRules {

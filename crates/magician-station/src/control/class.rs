@@ -13,6 +13,17 @@ use super::{ArmId, Control, Effect, JobId, LeaseEnd, PersonId, Refusal, SessionI
 /// The end of a turn is told so long before.
 pub const TOLD: [Duration; 2] = [Duration::from_secs(60), Duration::from_secs(10)];
 
+/// What a request changes of a job that waits in the queue of an arm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum QueuedChange {
+    /// Takes it out.
+    Stop,
+    /// Gives it another place.
+    Reorder,
+    /// Lets it go on after a stop, whose reason its owner knows.
+    Resume,
+}
+
 /// How turns go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct TurnRules {
@@ -352,6 +363,28 @@ impl Control {
         let turn = turn.is_none_or(|turn| Some(turn.person) == person);
         let slot = person.is_none() || self.is_in_slot(now, arm, person);
         idle && !state.queued && own && turn && slot && !self.is_frozen(arm)
+    }
+
+    /// Whether a session may change a job that waits for an arm so: a teacher, its owner, and the holder of the arm's
+    /// lease, who also has it in the way. `owner` is `None` for a teacher's job.
+    #[must_use]
+    pub fn may_change_queued(
+        &self,
+        session: SessionId,
+        arm: ArmId,
+        owner: Option<PersonId>,
+        change: QueuedChange,
+    ) -> bool {
+        if !self.is_bound(session) {
+            return true;
+        }
+        let person = self.person(session);
+        let owns = owner.is_some() && person == owner;
+        let holds = self.holder(arm).is_some_and(|holder| {
+            // Two pages of a person are one person.
+            holder == session || person.is_some() && self.person(holder) == person
+        });
+        owns || holds && change != QueuedChange::Resume
     }
 
     /// An endless job does not go on to its end when a turn is over.

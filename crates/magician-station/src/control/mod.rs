@@ -7,6 +7,8 @@
 mod canonical;
 #[cfg(feature = "class")]
 mod class;
+#[cfg(feature = "class")]
+mod codes;
 mod lease;
 #[cfg(feature = "class")]
 mod turns;
@@ -20,7 +22,11 @@ use magician_protocol::HostInstant;
 #[cfg(feature = "class")]
 use self::class::Class;
 #[cfg(feature = "class")]
-pub use self::class::{Place, Slot, TOLD, Turn, TurnRules, TurnState};
+pub use self::class::{Place, QueuedChange, Slot, TOLD, Turn, TurnRules, TurnState};
+#[cfg(feature = "class")]
+pub use self::codes::{
+    ADDRESS_TRIES, CodeBound, CodeTry, NAME_TRIES, TooManyCodes, WINDOW, WrongCodes,
+};
 use self::lease::Lease;
 pub use self::lease::{ASK, GRACE, TTL};
 pub use self::work::{Busy, JobPhase, OnLost, WorkKind};

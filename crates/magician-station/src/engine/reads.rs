@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use magician::commands::{DeviceWithL, Pose, PoseL};
 use magician::report::{AlarmReport, ArmInfo};
 use magician::{
-    Arm, ArmOutputs, ArmSnapshot, Ctrl, ErrorCode, GripperState, Level, Pin, RestDetector, Result,
+    Arm, ArmOutputs, ArmSnapshot, Ctrl, ErrorCode, GripperState, Level, RestDetector, Result,
     Status, ToolBias,
 };
 use magician_job::teach::ProgramModel;
@@ -18,7 +18,7 @@ use super::acts::stood;
 use crate::api::RpcError;
 use crate::control::RequestId;
 use crate::order::{ArmRead, Outcome};
-use crate::reading::{ArmReading, ToolReading, to_value};
+use crate::reading::{ArmReading, ToolReading, pin_kind, to_value};
 use crate::surface::ArmSurface;
 
 /// What the engine keeps between two readings.
@@ -142,14 +142,7 @@ pub(super) fn tool_name(bias: [f32; 3]) -> Option<&'static str> {
 }
 
 fn pin(level: &Level) -> (&'static str, u8, u16) {
-    let kind = match level.pin {
-        Pin::Input(_) => "input",
-        Pin::Output(_) => "output",
-        Pin::Analog(_) => "analog",
-        #[cfg(not(magician_workspace))]
-        _ => unreachable!(),
-    };
-    (kind, level.pin.address(), level.value)
+    (pin_kind(level.pin), level.pin.address(), level.value)
 }
 
 /// Reads the state once. The answers go into the driver's picture of the arm, whose status is of this moment then.

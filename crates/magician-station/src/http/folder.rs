@@ -9,8 +9,9 @@ use std::time::{Duration, UNIX_EPOCH};
 
 use magician_program::Format;
 
+use crate::Role;
 use crate::library::{
-    LARGEST_LIBRARY, LARGEST_PROGRAM, LibraryError, MOST_PROGRAMS, ProgramEntry, ProgramName,
+    LARGEST_PROGRAM, LibraryError, LibraryQuotas, LibraryUse, ProgramEntry, ProgramName,
     ProgramStore, Upload,
 };
 
@@ -31,6 +32,7 @@ pub struct ProgramFolder {
     parts: Arc<AtomicU64>,
     /// One file takes its name at a time: who is the first is known.
     naming: Arc<Mutex<()>>,
+    quotas: LibraryQuotas,
 }
 
 impl ProgramFolder {
@@ -41,9 +43,17 @@ impl ProgramFolder {
             path: path.into(),
             parts: Arc::default(),
             naming: Arc::default(),
+            quotas: LibraryQuotas::default(),
         };
         folder.tidy();
         folder
+    }
+
+    /// With other quotas than the usual ones.
+    #[must_use]
+    pub const fn with_quotas(mut self, quotas: LibraryQuotas) -> Self {
+        self.quotas = quotas;
+        self
     }
 
     fn tidy(&self) {
@@ -74,22 +84,15 @@ impl ProgramFolder {
         Ok(items.filter_map(|item| ProgramName::new(item.file_name().to_str()?)))
     }
 
-    /// Whether there is room for a program of so many bytes. One that takes the place of a larger one always has.
-    fn check_room(&self, name: &ProgramName, bytes: u64) -> Result<(), LibraryError> {
-        let before = self.known(name).map(|data| data.len()).ok();
-        if before.is_some_and(|before| bytes <= before) {
-            return Ok(());
-        }
-        let (mut count, mut sum) = (1, bytes);
+    /// The programs beside this one, and the size of this one if it is there.
+    fn around(&self, name: &ProgramName) -> Result<(LibraryUse, Option<u64>), LibraryError> {
+        let mut others = LibraryUse::default();
         for other in self.names()?.filter(|other| other != name) {
             if let Ok(data) = self.known(&other) {
-                (count, sum) = (count + 1, sum.saturating_add(data.len()));
+                others = others.with(data.len());
             }
         }
-        if before.is_none() && count > MOST_PROGRAMS || sum > LARGEST_LIBRARY {
-            return Err(LibraryError::TooMany);
-        }
-        Ok(())
+        Ok((others, self.known(name).map(|data| data.len()).ok()))
     }
 
     /// What is known of a file, if it is one.
@@ -143,7 +146,18 @@ impl ProgramStore for ProgramFolder {
         Ok((size, Box::new(file.take(size))))
     }
 
-    fn upload(&self, name: &ProgramName) -> Result<Box<dyn Upload>, LibraryError> {
+    fn upload(
+        &self,
+        name: &ProgramName,
+        by: Role,
+        length: Option<u64>,
+    ) -> Result<Box<dyn Upload>, LibraryError> {
+        if length.is_some_and(|length| length > LARGEST_PROGRAM) {
+            return Err(LibraryError::TooLarge);
+        }
+        let (others, before) = self.around(name)?;
+        let checked = self.quotas.check(by, others, before, length.unwrap_or(0));
+        checked.map_err(LibraryError::Quota)?;
         fs::create_dir_all(&self.path).map_err(failed)?;
         let part = self.parts.fetch_add(1, Ordering::Relaxed);
         let part = format!("{PART}{}-{part}", std::process::id());
@@ -155,7 +169,9 @@ impl ProgramStore for ProgramFolder {
             file: Some(file),
             path: part,
             name: name.clone(),
+            by,
             written: 0,
+            room: self.quotas.room(by, others, before),
             folder: self.clone(),
         }))
     }
@@ -172,8 +188,19 @@ struct Part {
     file: Option<File>,
     path: PathBuf,
     name: ProgramName,
+    by: Role,
     written: u64,
+    /// Bytes for which there was room when it began.
+    room: u64,
     folder: ProgramFolder,
+}
+
+impl Part {
+    fn check_room(&self) -> Result<(), LibraryError> {
+        let (others, before) = self.folder.around(&self.name)?;
+        let checked = { &self.folder.quotas }.check(self.by, others, before, self.written);
+        checked.map_err(LibraryError::Quota)
+    }
 }
 
 impl Upload for Part {
@@ -181,6 +208,10 @@ impl Upload for Part {
         self.written += bytes.len() as u64;
         if self.written > LARGEST_PROGRAM {
             return Err(LibraryError::TooLarge);
+        }
+        if self.written > self.room {
+            // There may be more room by now.
+            self.check_room()?;
         }
         let Some(file) = &mut self.file else {
             return Err(LibraryError::Unknown);
@@ -194,7 +225,7 @@ impl Upload for Part {
         }
         let (folder, to) = (self.folder.clone(), self.folder.file(&self.name));
         let _alone = { folder.naming.lock() }.unwrap_or_else(PoisonError::into_inner);
-        folder.check_room(&self.name, self.written)?;
+        self.check_room()?;
         let is_new = match fs::symlink_metadata(&to) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => true,
             Ok(there) if there.is_dir() => {
@@ -231,6 +262,8 @@ fn failed(error: io::Error) -> LibraryError {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
     use crate::library::{bytes_of, keep};
 
@@ -248,15 +281,15 @@ mod tests {
         let folder = ProgramFolder::at(place.path().join("new"));
         assert_eq!(folder.list(), Ok(Vec::new()));
         let house = name("house.svg");
-        assert_eq!(keep(&folder, &house, b"<svg/>"), Ok(true));
-        assert_eq!(keep(&folder, &house, b"<svg />"), Ok(false));
+        assert_eq!(keep(&folder, &house, Role::Student, b"<svg/>"), Ok(true));
+        assert_eq!(keep(&folder, &house, Role::Student, b"<svg />"), Ok(false));
         assert_eq!(bytes_of(&folder, &house).unwrap(), b"<svg />");
         // One that is given up, and one that is too large, leave nothing.
-        let mut upload = folder.upload(&house).unwrap();
+        let mut upload = folder.upload(&house, Role::Student, None).unwrap();
         upload.write(b"half").unwrap();
         assert_eq!(files(&place.path().join("new")), 2);
         drop(upload);
-        let mut upload = folder.upload(&name("large")).unwrap();
+        let mut upload = folder.upload(&name("large"), Role::Student, None).unwrap();
         let piece = vec![0; 1 << 20];
         for _ in 0..64 {
             upload.write(&piece).unwrap();
@@ -276,13 +309,107 @@ mod tests {
         assert_eq!(bytes_of(&folder, &house), Err(LibraryError::Unknown));
     }
 
+    /// What is put, by whom, and what is removed; `None` for a length that is not known before.
+    #[derive(Clone, Debug)]
+    struct Act {
+        name: u8,
+        by: Role,
+        bytes: usize,
+        told: bool,
+        removes: bool,
+    }
+
+    fn acts() -> impl Strategy<Value = Vec<Act>> {
+        let by = prop_oneof![Just(Role::Student), Just(Role::Teacher)];
+        let act = (
+            0..14_u8,
+            by,
+            0..40_usize,
+            any::<bool>(),
+            prop::bool::weighted(0.15),
+        );
+        let act = act.prop_map(|(name, by, bytes, told, removes)| Act {
+            name,
+            by,
+            bytes,
+            told,
+            removes,
+        });
+        prop::collection::vec(act, 1..80)
+    }
+
+    fn filled(folder: &ProgramFolder) -> LibraryUse {
+        let entries = folder.list().unwrap();
+        entries
+            .iter()
+            .fold(LibraryUse::default(), |sum, entry| sum.with(entry.bytes))
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        /// Whatever is put: the library is never above its level, a student never brings it above the students', and who is
+        /// refused is told what is true, and has changed nothing.
+        #[test]
+        fn what_students_put_leaves_room_for_teachers(acts in acts()) {
+            let (students, all) = (
+                LibraryUse { programs: 6, bytes: 150 },
+                LibraryUse { programs: 9, bytes: 240 },
+            );
+            let place = tempfile::tempdir().unwrap();
+            let folder = ProgramFolder::at(place.path()).with_quotas(LibraryQuotas { students, all });
+            for act in acts {
+                let name = name(&format!("p{}", act.name));
+                if act.removes {
+                    let _ = folder.delete(&name);
+                    continue;
+                }
+                let before = filled(&folder);
+                let was = folder.known(&name).ok().map(|data| data.len());
+                let bytes = vec![b'x'; act.bytes];
+                let length = act.told.then_some(act.bytes as u64);
+                let put = || {
+                    let mut upload = folder.upload(&name, act.by, length)?;
+                    for piece in bytes.chunks(7) {
+                        upload.write(piece)?;
+                    }
+                    upload.finish()
+                };
+                let outcome = put();
+                let after = filled(&folder);
+                prop_assert!(after.programs <= all.programs && after.bytes <= all.bytes);
+                let grows = was.is_none_or(|was| act.bytes as u64 > was);
+                match outcome {
+                    Ok(is_new) => {
+                        prop_assert_eq!(is_new, was.is_none());
+                        if act.by == Role::Student && grows {
+                            prop_assert!(after.bytes <= students.bytes, "{:?}", after);
+                            prop_assert!(!is_new || after.programs <= students.programs);
+                        }
+                    }
+                    Err(LibraryError::Quota(met)) => {
+                        let level = if act.by == Role::Student { students } else { all };
+                        prop_assert_eq!((met.quota, met.used, after), (level, before, before));
+                        prop_assert!(grows, "what does not grow is taken");
+                        let too_many = was.is_none() && before.programs == level.programs.max(before.programs);
+                        let others = before.bytes - was.unwrap_or(0);
+                        prop_assert!(too_many || others + act.bytes as u64 > level.bytes);
+                    }
+                    Err(other) => prop_assert!(false, "{}", other),
+                }
+                // Whatever students did, a teacher has the part between the levels, unless teachers used it.
+                prop_assert_eq!(files(place.path()), after.programs);
+            }
+        }
+    }
+
     #[test]
     fn one_that_is_read_stays_the_same_while_it_is_replaced() {
         let place = tempfile::tempdir().unwrap();
         let folder = ProgramFolder::at(place.path());
-        keep(&folder, &name("a"), b"old").unwrap();
+        keep(&folder, &name("a"), Role::Student, b"old").unwrap();
         let (size, mut from) = folder.open(&name("a")).unwrap();
-        keep(&folder, &name("a"), b"newer").unwrap();
+        keep(&folder, &name("a"), Role::Student, b"newer").unwrap();
         let mut read = Vec::new();
         from.read_to_end(&mut read).unwrap();
         assert_eq!((size, read.as_slice()), (3, &b"old"[..]));
@@ -320,9 +447,9 @@ mod tests {
         assert!(folder.delete(&name("folder")).is_err());
         assert!(folder.delete(&name("link")).is_err());
         assert!(inside.join("link").is_symlink());
-        assert!(keep(&folder, &name("folder"), b"x").is_err());
+        assert!(keep(&folder, &name("folder"), Role::Student, b"x").is_err());
         // What takes the name of a link is a file of its own.
-        keep(&folder, &name("link"), b"mine").unwrap();
+        keep(&folder, &name("link"), Role::Student, b"mine").unwrap();
         assert_eq!(fs::read(&outside).unwrap(), b"secret");
         assert_eq!(bytes_of(&folder, &name("link")).unwrap(), b"mine");
     }

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use axum::body::{Body, BodyDataStream, Bytes};
 use axum::extract::Request;
-use axum::http::header::{CONTENT_LENGTH, CONTENT_TYPE};
+use axum::http::header::{CONTENT_LENGTH, CONTENT_TYPE, EXPECT};
 use axum::http::{HeaderValue, StatusCode};
 use axum::response::{IntoResponse, Response};
 use futures_util::{StreamExt, stream};
@@ -14,6 +14,7 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::time::timeout;
 
 use super::routes::text;
+use crate::Role;
 use crate::library::{LARGEST_PROGRAM, LibraryError, ProgramName, ProgramStore, Upload};
 
 /// Where programs are; a name follows.
@@ -22,6 +23,8 @@ const PROGRAMS: &str = "/api/v1/programs/";
 const UPLOADS: usize = 8;
 /// So long nothing more of one may come.
 const PATIENCE: Duration = Duration::from_secs(30);
+/// So long what is refused is read on, in all.
+const HEAR_OUT: Duration = Duration::from_secs(10);
 /// Bytes of a file that are read at once.
 const PIECE: u64 = 64 * 1024;
 
@@ -96,21 +99,23 @@ pub(super) async fn put(
     store: Arc<dyn ProgramStore>,
     uploads: &Uploads,
     name: ProgramName,
+    by: Role,
     request: Request,
 ) -> Response {
     let length = request.headers().get(CONTENT_LENGTH);
     let length = length.and_then(|length| length.to_str().ok()?.parse::<u64>().ok());
-    if length.is_some_and(|length| length > LARGEST_PROGRAM) {
-        return refused(&LibraryError::TooLarge);
-    }
     let Some(_permit) = uploads.begin() else {
         let why = "the station takes other programs already: try again";
         return text(StatusCode::SERVICE_UNAVAILABLE, why);
     };
-    let begun = tokio::task::spawn_blocking(move || store.upload(&name)).await;
+    let begun = tokio::task::spawn_blocking(move || store.upload(&name, by, length)).await;
     let mut upload = match begun {
         Ok(Ok(upload)) => Beside(Some(upload)),
-        Ok(Err(error)) => return refused(&error),
+        Ok(Err(error)) => {
+            // The answer goes out before the bytes come.
+            hear_out(request);
+            return refused(&error);
+        }
         Err(_) => return refused(&lost()),
     };
     let mut pieces = request.into_body().into_data_stream();
@@ -139,6 +144,18 @@ pub(super) async fn put(
         Ok(Err(error)) => refused(&error),
         Err(_) => refused(&lost()),
     }
+}
+
+/// Reads on behind an answer that came early: a sender that does not listen before it has sent all hears the answer then.
+/// One that waits to be asked for its bytes (`Expect`) is not asked.
+fn hear_out(request: Request) {
+    if request.headers().contains_key(EXPECT) {
+        return;
+    }
+    let mut pieces = request.into_body().into_data_stream();
+    tokio::spawn(async move {
+        let _ = timeout(HEAR_OUT, rest_of(&mut pieces)).await;
+    });
 }
 
 /// Reads on, within bounds, so that the sender hears why: it may not listen before it has sent all.
@@ -200,7 +217,7 @@ pub(super) async fn delete(store: Arc<dyn ProgramStore>, name: ProgramName) -> R
 fn refused(error: &LibraryError) -> Response {
     let status = match error {
         LibraryError::Unknown => StatusCode::NOT_FOUND,
-        LibraryError::TooLarge | LibraryError::TooMany => StatusCode::PAYLOAD_TOO_LARGE,
+        LibraryError::TooLarge | LibraryError::Quota(_) => StatusCode::PAYLOAD_TOO_LARGE,
         LibraryError::Full => StatusCode::INSUFFICIENT_STORAGE,
         LibraryError::Other(_) => StatusCode::INTERNAL_SERVER_ERROR,
     };

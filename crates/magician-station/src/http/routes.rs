@@ -5,7 +5,7 @@ use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use std::time::Duration;
 
 use axum::Router;
-use axum::body::{Body, Bytes, HttpBody};
+use axum::body::{Bytes, HttpBody};
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::{FromRequestParts, Request};
 use axum::http::header::{ALLOW, CONTENT_TYPE, RETRY_AFTER, UPGRADE, VARY, WWW_AUTHENTICATE};
@@ -341,8 +341,8 @@ async fn answer<S: Served>(here: &Here<S>, request: Request, admitted: &Admitted
         }
         return response;
     };
-    let is_head = request.method() == Method::HEAD;
-    let response = match (route.method, route.path) {
+    // Of an answer to HEAD the router takes the body away, once it has told its length.
+    match (route.method, route.path) {
         ("GET", "/healthz") => {
             let version = &here.options.version;
             object(
@@ -365,11 +365,6 @@ async fn answer<S: Served>(here: &Here<S>, request: Request, admitted: &Admitted
         ("GET", "/api/v1/class/results.html") => results(here, admitted, route).await,
         ("GET", "/api/v1/link") => link(here, admitted, route).await,
         _ => pair(here, request).await,
-    };
-    if is_head {
-        response.map(|_| Body::empty())
-    } else {
-        response
     }
 }
 
@@ -378,7 +373,7 @@ async fn answer<S: Served>(here: &Here<S>, request: Request, admitted: &Admitted
 async fn results<S: Served>(here: &Here<S>, admitted: &Admitted, route: &Route) -> Response {
     const ASKED: &str = r#"{"jsonrpc":"2.0","id":1,"method":"class.results"}"#;
     let grant = match entitled(here, admitted, route).await {
-        Ok(()) => granted(here, admitted).await,
+        Ok(_) => granted(here, admitted).await,
         Err(refused) => Err(refused),
     };
     let peer = match grant.and_then(|grant| peer(here, admitted, grant)) {
@@ -429,9 +424,10 @@ async fn program<S: Served>(
     admitted: &Admitted,
     route: &Route,
 ) -> Response {
-    if let Err(refused) = entitled(here, admitted, route).await {
-        return refusal(&refused);
-    }
+    let role = match entitled(here, admitted, route).await {
+        Ok(role) => role,
+        Err(refused) => return refusal(&refused),
+    };
     let Some(name) = programs::name_in(request.uri().path()) else {
         let why = "a program has a name of 1 to 80 letters, digits, points, blanks, _ and -, with \
             no point first and no blank first or last";
@@ -439,20 +435,20 @@ async fn program<S: Served>(
     };
     let store = here.station.programs();
     match route.method {
-        "PUT" => programs::put(store, &here.options.uploads, name, request).await,
+        "PUT" => programs::put(store, &here.options.uploads, name, role, request).await,
         "DELETE" => programs::delete(store, name).await,
         _ => programs::get(store, name).await,
     }
 }
 
-/// Whether a request has the role that its route needs.
+/// The role of a request, if it has the one that its route needs.
 async fn entitled<S: Served>(
     here: &Here<S>,
     admitted: &Admitted,
     route: &Route,
-) -> Result<(), Refused> {
+) -> Result<Role, Refused> {
     let RouteNeeds::Role(needs) = route.needs else {
-        return Ok(());
+        return Ok(Role::Viewer);
     };
     let grant = granted(here, admitted).await?.ok_or_else(|| {
         let why = "a token is needed from this address";
@@ -468,7 +464,7 @@ async fn entitled<S: Served>(
         return Err(Refused::new(StatusCode::FORBIDDEN, why));
     }
     here.place.begin();
-    Ok(())
+    Ok(role)
 }
 
 /// What may be done without a hello: by the role of the token, or as this machine's people.

@@ -8,9 +8,9 @@ use magician_program::Travel;
 use magician_protocol::Row;
 use serde_json::{Map, Value, json};
 
-use super::dispatch::{Call, Handled, forbidden};
-use super::{Awaited, Grant, Station, tools};
-use crate::api::{ArmEvent, Danger, Feature, Method, Needs, Params, Role, RpcError, encode};
+use super::dispatch::{Call, Handled};
+use super::{Awaited, Station, tools};
+use crate::api::{ArmEvent, Feature, Method, Needs, Params, RpcError, encode};
 use crate::control::{ArmId, JogId, WorkKind};
 use crate::library::folder_of;
 use crate::order::{ArmAct, ArmOrder, ArmRead};
@@ -306,7 +306,11 @@ impl Station {
     ) -> Result<Handled, RpcError> {
         let act = act_of(method.name, call)?;
         self.refuse_unheld(call, &act)?;
-        let laser = self.laser(call, arm, &act)?;
+        let command = match &act {
+            ArmAct::Set(set) | ArmAct::Enqueue(set) | ArmAct::Tool(set) => Some(set),
+            _ => None,
+        };
+        let laser = self.laser(call, arm, command)?;
         let kind = match &act {
             ArmAct::Move { wait: false, .. } => WorkKind::Queued,
             ArmAct::Set(set) if magician::sets_in_motion(set) => WorkKind::Queued,
@@ -350,61 +354,10 @@ impl Station {
         }
         Ok(())
     }
-
-    /// Whether the laser may burn by this; refused where it would and may not, or where the command is dangerous.
-    fn laser(&self, call: &Call<'_>, arm: ArmId, act: &ArmAct) -> Result<bool, RpcError> {
-        let entry = &self.arm(arm).entry;
-        let command = match act {
-            ArmAct::Set(set) | ArmAct::Enqueue(set) | ArmAct::Tool(set) => Some(set),
-            _ => None,
-        };
-        if let Some(set) = command
-            && let Some(danger) = set.row().danger()
-        {
-            if call.grant.role < Role::Teacher {
-                return Err(forbidden(&call.grant, Role::Teacher, set.row().set_name));
-            }
-            if !call.yes() {
-                return Err(dangerous(set, Danger::Arm(danger)));
-            }
-        }
-        if entry.is_virtual {
-            return Ok(true);
-        }
-        if let Some(set) = command.filter(|set| burns(set, entry.laser_pins)) {
-            self.may_burn(&call.grant, set.row().set_name)?;
-            if !call.yes() {
-                return Err(dangerous(set, Danger::Laser));
-            }
-        }
-        Ok(call.yes() && self.may_burn(&call.grant, "a laser").is_ok())
-    }
-
-    /// The role that lighting the laser of a real arm takes; the only place that says so.
-    ///
-    /// # Errors
-    /// The refusal of `what` to this role.
-    pub(super) fn may_burn(&self, grant: &Grant, what: &str) -> Result<(), RpcError> {
-        let least = if self.config.student_laser {
-            Role::Student
-        } else {
-            Role::Teacher
-        };
-        if grant.role < least {
-            Err(forbidden(grant, least, what))
-        } else {
-            Ok(())
-        }
-    }
 }
 
 pub(super) fn line_lost() -> RpcError {
     RpcError::arm(magician::ErrorKind::Port, "the line to the arm is lost")
-}
-
-fn dangerous(set: &Set, danger: Danger) -> RpcError {
-    let name = set.row().set_name;
-    RpcError::dangerous(name, name, danger)
 }
 
 /// The frame that a request names.

@@ -13,14 +13,14 @@ use super::socket::CloseCode;
 use super::{Station, StationConfig};
 use crate::api::{Params, Role, RpcError};
 use crate::class::{ClassError, ClassFile, Schedule};
-use crate::control::{ArmId, JobId, PersonId, RequestId, SessionId};
+use crate::control::{
+    ArmId, CodeBound, CodeTry, JobId, PersonId, RequestId, SessionId, WrongCodes,
+};
 
 /// Where the class, the schedule and the results are kept.
 const CLASS: &str = "class.toml";
 const SCHEDULE: &str = "schedule.toml";
 const RESULTS: &str = "results.json";
-/// Wrong codes within a minute: of one name, and of all.
-const TRIES: (usize, usize) = (5, 60);
 /// Slots of the schedule are counted out anew so often.
 pub(super) const ANEW: Duration = Duration::from_secs(24 * 3600);
 
@@ -33,7 +33,7 @@ pub(super) struct Class {
     pub(super) anew: Option<HostInstant>,
     /// Who has a number, by it.
     pub(super) persons: Vec<Person>,
-    pub(super) wrong: Vec<(HostInstant, String)>,
+    pub(super) wrong: WrongCodes,
     /// What bounds the arms of all but teachers.
     pub(super) fence: Option<Fence>,
     /// The fence that each arm has now.
@@ -124,6 +124,7 @@ impl Station {
         &mut self,
         now: HostInstant,
         params: &Params,
+        address: &str,
     ) -> Result<Option<String>, RpcError> {
         let Some(given) = params.object("pupil") else {
             return Ok(None);
@@ -137,23 +138,29 @@ impl Station {
             return Err(RpcError::new(RpcError::FORBIDDEN, why));
         };
         let key = name.chars().take(40).collect::<String>().to_lowercase();
-        let minute = Duration::from_secs(60);
-        let wrong = &mut self.class.wrong;
-        wrong.retain(|(at, _)| now - *at < minute);
-        let of_name: Vec<_> = wrong.iter().filter(|(_, of)| *of == key).collect();
-        if of_name.len() >= TRIES.0 || wrong.len() >= TRIES.1 {
-            let first = of_name.first().map_or(now, |(at, _)| *at);
-            let wait = (minute - (now - first)).as_secs() + 1;
-            let why = format!("too many wrong codes: wait {wait} s");
-            return Err(RpcError::new(RpcError::TOO_MANY, why).with("limit", TRIES.0));
+        let is_pupil = file.has(&key);
+        let mut found = None;
+        let tried = { &mut self.class.wrong }.attempt(now, &key, is_pupil, address, || {
+            found = file.signs_in(name, code).map(|pupil| pupil.name.clone());
+            found.is_some()
+        });
+        match tried {
+            Ok(CodeTry::Right) => Ok(found),
+            Ok(CodeTry::Wrong) => {
+                let why = "name or code is not good: both are on the slip of paper";
+                Err(RpcError::new(RpcError::FORBIDDEN, why))
+            }
+            Err(met) => {
+                let wait = met.wait.as_secs_f64().ceil();
+                let of = match met.bound {
+                    CodeBound::Name => "of this name",
+                    CodeBound::Address => "from this address",
+                };
+                let why = format!("too many wrong codes {of}: wait {wait} s");
+                let error = RpcError::new(RpcError::TOO_MANY, why).with("limit", met.limit);
+                Err(error.with("wait_s", wait))
+            }
         }
-        let found = file.signs_in(name, code).map(|pupil| pupil.name.clone());
-        if found.is_none() {
-            wrong.push((now, key));
-            let why = "name or code is not good: both are on the slip of paper";
-            return Err(RpcError::new(RpcError::FORBIDDEN, why));
-        }
-        Ok(found)
     }
 
     /// Says to control whose a session is.

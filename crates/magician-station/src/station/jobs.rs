@@ -8,12 +8,15 @@ use magician_job::{JobState, PauseReason};
 use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
-use super::dispatch::{Call, Handled, forbidden};
+use super::dispatch::{Call, Handled};
 use super::lengthy::Lengthy;
 use super::library::program;
 use super::records::JobRecord;
+use super::rights::{Risk, may_endanger};
 use super::{Awaited, Station};
-use crate::api::{ArmEvent, Danger, Notice, Role, RpcError};
+use crate::api::{ArmEvent, Danger, Notice, RpcError};
+#[cfg(feature = "class")]
+use crate::control::QueuedChange;
 use crate::control::{ArmId, JobId, JobPhase, OnLost, RequestId, WorkEnd, WorkKind};
 use crate::job::{Source, SourceBytes, setup_and_preset};
 use crate::order::{ArmOrder, JobNews, JobOrder, JobStart};
@@ -258,6 +261,7 @@ impl Station {
         let (number, state) = (record.number, record.state.clone());
         #[cfg(feature = "class")]
         if let ("queued", Some(job)) = (state.as_str(), number) {
+            self.check_queued_job(call, job, QueuedChange::Stop)?;
             self.stop_queued(call.now, job);
             return Ok(Handled::Now(self.shown(job)));
         }
@@ -292,15 +296,8 @@ impl Station {
 
     /// What is answered to a job that would burn: nothing where it may.
     fn job_laser(&self, call: &Call<'_>, arm: ArmId) -> Result<(), Box<RpcError>> {
-        if self.arm(arm).entry.is_virtual {
-            return Ok(());
-        }
-        self.may_burn(&call.grant, "a laser")?;
-        if call.yes() {
-            return Ok(());
-        }
-        let error = RpcError::dangerous("the job", "job.start", Danger::Laser);
-        Err(Box::new(error))
+        let may = self.may_burn(call, arm, Risk::of_job("job.start"));
+        may.map_err(Box::new)
     }
 
     /// The job that a request names.
@@ -523,15 +520,7 @@ pub(super) fn is_under_way(state: &str) -> bool {
 
 /// What is answered to a job with a dangerous command: nothing where it may.
 fn job_danger(call: &Call<'_>) -> Result<(), Box<RpcError>> {
-    if call.grant.role < Role::Teacher {
-        let what = "a dangerous command";
-        return Err(Box::new(forbidden(&call.grant, Role::Teacher, what)));
-    }
-    if call.yes() {
-        return Ok(());
-    }
-    let error = RpcError::dangerous("a command", "job.start", Danger::JOB);
-    Err(Box::new(error))
+    may_endanger(call, Risk::of_dangerous_job(), Danger::JOB).map_err(Box::new)
 }
 
 /// The program that a request brings: one.

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, VecDeque};
 use super::Awaited;
 use super::Station;
 use super::dispatch::{Call, Handled};
-use crate::api::RpcError;
+use crate::api::{Role, RpcError};
 use crate::control::{ArmId, RequestId, SessionId};
 use crate::library::{LibraryAct, LibraryOrder};
 use crate::order::ArmOrder;
@@ -22,8 +22,8 @@ const WAITING: usize = 64;
 pub(super) enum Lengthy {
     /// A check of a program.
     Check(ArmId, ArmOrder),
-    /// Something of the library.
-    Library(LibraryAct),
+    /// Something of the library, for a session of this role.
+    Library(Role, LibraryAct),
 }
 
 impl Lengthy {
@@ -31,7 +31,7 @@ impl Lengthy {
     fn computes(&self) -> bool {
         matches!(
             self,
-            Self::Check(..) | Self::Library(LibraryAct::Convert { .. })
+            Self::Check(..) | Self::Library(_, LibraryAct::Convert { .. })
         )
     }
 }
@@ -81,7 +81,7 @@ impl Station {
         let request = call.request;
         let awaited = match &what {
             Lengthy::Check(arm, _) => Awaited::Arm(*arm),
-            Lengthy::Library(_) => Awaited::Library,
+            Lengthy::Library(..) => Awaited::Library,
         };
         { &mut self.lengthy.waiting }.push_back((request, call.session, what));
         self.take_turns();
@@ -93,7 +93,9 @@ impl Station {
         while let Some((request, what)) = self.lengthy.next() {
             match what {
                 Lengthy::Check(arm, order) => self.order(arm, order),
-                Lengthy::Library(act) => self.library.push_back(LibraryOrder { request, act }),
+                Lengthy::Library(by, act) => {
+                    self.library.push_back(LibraryOrder { request, by, act });
+                }
             }
         }
     }

@@ -61,7 +61,7 @@ impl Station {
             _ if name.starts_with("preset.") => LibraryAct::Presets(preset_act(name, call)?),
             _ => return Err(RpcError::internal(format!("{name} does nothing"))),
         };
-        self.in_turn(call, Lengthy::Library(act))
+        self.in_turn(call, Lengthy::Library(call.grant.role, act))
     }
 }
 
@@ -76,7 +76,7 @@ impl Station {
         preset: Option<String>,
     ) -> Result<Handled, RpcError> {
         let find = LibraryAct::Find { program, preset };
-        self.in_turn(call, Lengthy::Library(find))?;
+        self.in_turn(call, Lengthy::Library(call.grant.role, find))?;
         let params = Box::new(call.params.clone());
         Ok(Handled::Later(call.request, Awaited::Program(arm, params)))
     }

@@ -20,6 +20,7 @@ mod queue;
 mod recordings;
 mod records;
 mod reports;
+mod rights;
 #[cfg(feature = "class")]
 mod schedule;
 mod sessions;

@@ -7,11 +7,12 @@ use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
 use super::Station;
-use super::dispatch::{Call, Handled, forbidden};
+use super::dispatch::{Call, Handled};
 use super::jobs::source;
 use super::records::JobRecord;
-use crate::api::{Danger, Role, RpcError};
-use crate::control::{ArmId, JobId, OnLost, PersonId, RequestId};
+use super::rights::{Risk, may_endanger};
+use crate::api::{Danger, RpcError};
+use crate::control::{ArmId, JobId, OnLost, PersonId, QueuedChange, RequestId};
 use crate::order::{ArmOrder, JobEnd, JobOrder, JobStart};
 
 /// Jobs that wait for an arm, at most.
@@ -30,9 +31,12 @@ pub(super) struct QueuedJob {
     person: Option<PersonId>,
     pupil: Option<String>,
     holder: Value,
-    /// A teacher said that it may burn.
-    confirmed: bool,
-    /// It waits for somebody's word: `yes` a teacher's that it may burn, `stopped` anybody's since the arm was stopped.
+    /// Who may burn said that it may.
+    may_burn: bool,
+    /// A teacher said that its dangerous commands are meant.
+    may_endanger: bool,
+    /// It waits for somebody's word: `yes` that it may burn or that its dangerous commands are meant, `stopped` its owner's
+    /// since the arm was stopped.
     held: Option<&'static str>,
 }
 
@@ -79,7 +83,8 @@ impl Station {
             person,
             pupil,
             holder,
-            confirmed: call.grant.role == Role::Teacher && call.yes(),
+            may_burn: self.may_burn(call, arm, Risk::of_job("job.start")).is_ok(),
+            may_endanger: may_endanger(call, Risk::of_dangerous_job(), Danger::JOB).is_ok(),
             held: None,
         });
         self.tell_queue(call.now, arm);
@@ -131,23 +136,15 @@ impl Station {
             // Nobody's lease ends under it, where nobody has one.
             record.on_lost = holder.map_or(OnLost::Continue, |_| queued.on_lost);
         }
-        let may = self.arm(arm).entry.is_virtual || queued.confirmed;
         let needs = |what, danger| Box::new(RpcError::dangerous(what, "job.start", danger));
         let start = JobStart {
             job,
             order: queued.order.clone(),
             resumes: false,
             overlap: 0.0,
-            laser: if may {
-                Ok(())
-            } else {
-                Err(needs("the job", Danger::Laser))
-            },
-            danger: if queued.confirmed {
-                Ok(())
-            } else {
-                Err(needs("a command", Danger::JOB))
-            },
+            laser: { queued.may_burn.then_some(()) }.ok_or_else(|| needs("the job", Danger::Laser)),
+            danger: { queued.may_endanger.then_some(()) }
+                .ok_or_else(|| needs("a command", Danger::JOB)),
         };
         self.order(arm, ArmOrder::StartJob(Box::new(start)));
         if self.control.holder(arm).is_none() {
@@ -172,7 +169,7 @@ impl Station {
         let Some(mut queued) = queued.filter(|_| code == Some(RpcError::DANGEROUS)) else {
             return false;
         };
-        if queued.confirmed {
+        if queued.may_burn && queued.may_endanger {
             return false;
         }
         queued.held = Some("yes");
@@ -203,7 +200,23 @@ impl Station {
         self.tell_queue(now, arm);
     }
 
-    /// A job that waits is let go on: one that may burn by a teacher, who looks at it now.
+    /// Whether a request may change a job that waits; the only rule of that.
+    ///
+    /// # Errors
+    /// The refusal, which names those who may.
+    pub(super) fn check_queued_job(
+        &self,
+        call: &Call<'_>,
+        job: JobId,
+        change: QueuedChange,
+    ) -> Result<(), RpcError> {
+        let queued = self.class.queue.iter().find(|queued| queued.job == job);
+        queued.map_or(Ok(()), |queued| {
+            self.check_queued(call, queued.arm, queued.person, change)
+        })
+    }
+
+    /// A job that waits is let go on: one that burns by whoever may burn, who looks at it now.
     pub(super) fn resume_queued(
         &mut self,
         call: &Call<'_>,
@@ -212,19 +225,13 @@ impl Station {
         let Some(at) = self.class.queue.iter().position(|queued| queued.job == job) else {
             return Err(RpcError::internal("a job that waits in no queue"));
         };
+        self.check_queued_job(call, job, QueuedChange::Resume)?;
         let queued = &self.class.queue[at];
-        let (arm, teacher) = (queued.arm, call.grant.role == Role::Teacher);
-        let own = queued.person == self.control.person(call.session);
-        if !teacher && (queued.held == Some("yes") || !own) {
-            return Err(forbidden(
-                &call.grant,
-                Role::Teacher,
-                "somebody else's job, or one that may burn,",
-            ));
-        }
+        let arm = queued.arm;
         if queued.held == Some("yes") {
-            if !call.yes() {
-                return Err(RpcError::dangerous("the job", "job.resume", Danger::Laser));
+            self.may_burn(call, arm, Risk::of_job("job.resume"))?;
+            if !queued.may_endanger && self.arm(arm).entry.is_virtual {
+                may_endanger(call, Risk::of_job("job.resume"), Danger::JOB)?;
             }
             let person = queued.person;
             if !self.control.may_begin_queued(call.now, arm, person) {
@@ -232,7 +239,10 @@ impl Station {
                 return Err(RpcError::new(RpcError::BUSY, why).with("job", self.job_id(job)));
             }
             let mut queued = self.class.queue.remove(at);
-            (queued.confirmed, queued.held) = (true, None);
+            queued.held = None;
+            queued.may_burn = true;
+            queued.may_endanger |=
+                may_endanger(call, Risk::of_dangerous_job(), Danger::JOB).is_ok();
             self.begin_from_queue(call.now, queued);
         } else {
             self.class.queue[at].held = None;

@@ -21,6 +21,14 @@ impl Station {
                     return;
                 }
                 place.read_at = read_at;
+                let mut reading = reading;
+                // What is read once, for an answer, leaves the pins out: they are as they were read for subscribers.
+                if reading.pins.is_empty()
+                    && !place.watched.1.is_empty()
+                    && let Some(before) = place.reading.take()
+                {
+                    reading.pins = before.pins;
+                }
                 (place.reading, place.state) = (Some(*reading), None);
                 self.has_read(now, arm);
                 self.record_reading(now, arm);

@@ -89,7 +89,7 @@ impl Station {
         let peer = open.peer.clone();
         let vouched = open.vouched.clone();
         #[cfg(feature = "class")]
-        let pupil = self.sign_in(now, params).inspect_err(|_| {
+        let pupil = self.sign_in(now, params, &peer.place()).inspect_err(|_| {
             // After the answer, which says why.
             if let Some(open) = self.sockets.get_mut(&socket) {
                 open.outbox.close(CloseCode::TOKEN);

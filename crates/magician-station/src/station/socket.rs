@@ -1,5 +1,7 @@
 //! One connection of a client: its session, its limits, what it subscribes to, and what waits to be sent.
 
+#[cfg(feature = "class")]
+use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -62,6 +64,23 @@ pub struct Peer {
     pub address: String,
     /// A secret for the session to come back with: new for each socket, at least 16 random bytes as text.
     pub secret: String,
+}
+
+impl Peer {
+    /// What tells its place from others where tries are counted: the machine, without the port; of IPv6 the network, of which
+    /// a host has all addresses.
+    #[cfg(feature = "class")]
+    pub(super) fn place(&self) -> String {
+        let address: Option<SocketAddr> = self.address.parse().ok();
+        match address.map(|address| address.ip().to_canonical()) {
+            Some(IpAddr::V6(address)) if !address.is_loopback() => {
+                let [a, b, c, d, ..] = address.segments();
+                format!("{a:x}:{b:x}:{c:x}:{d:x}::/64")
+            }
+            Some(address) => address.to_string(),
+            None => self.address.clone(),
+        }
+    }
 }
 
 /// What a listener sends.

@@ -191,6 +191,13 @@ impl Station {
             return;
         };
         if let Some(subscription) = { open.subscriptions.iter_mut() }.find(|one| one.id == id) {
+            let reading = self.arms[subscription.arm.0 as usize].reading.as_ref();
+            let knows_pins = reading.is_some_and(|reading| reading.has(&subscription.pins));
+            // The first state is a whole one: it waits for the first reading with its pins.
+            if subscription.sequence == 0 && !knows_pins {
+                subscription.due = HostInstant::ZERO;
+                return;
+            }
             // What is not sent because a newer one took its place is a number that is missing.
             subscription.sequence = subscription.sequence.wrapping_add(1);
             subscription.lost = false;

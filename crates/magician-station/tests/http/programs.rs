@@ -3,7 +3,7 @@
 use std::fs;
 
 use magician_station::http::Admission;
-use magician_station::{LARGEST_LIBRARY, LARGEST_PROGRAM, MOST_PROGRAMS, Role};
+use magician_station::{LARGEST_PROGRAM, LibraryQuotas, Role};
 use serde_json::json;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
@@ -63,9 +63,10 @@ async fn a_program_is_put_given_and_removed() {
 #[tokio::test]
 async fn a_library_takes_so_many_programs_and_bytes() {
     let bench = HttpStation::new().await;
+    let most = LibraryQuotas::default().all;
     let folder = bench.folder.path().join("programs");
     fs::create_dir_all(&folder).unwrap();
-    for number in 1..MOST_PROGRAMS {
+    for number in 1..most.programs {
         fs::write(folder.join(number.to_string()), "x").unwrap();
     }
     let mut anna = bench.join("Anna").await;
@@ -82,7 +83,7 @@ async fn a_library_takes_so_many_programs_and_bytes() {
     assert_eq!(ask(&bench, "PUT", "more", "", "xx").await.status, 201);
     // The bytes of all of them: a file without content takes no disk, and counts as long as it is.
     let large = fs::File::create(folder.join("2")).unwrap();
-    large.set_len(LARGEST_LIBRARY).unwrap();
+    large.set_len(most.bytes).unwrap();
     assert_eq!(
         ask(&bench, "PUT", "last", "", "much longer").await.status,
         413
@@ -90,7 +91,77 @@ async fn a_library_takes_so_many_programs_and_bytes() {
     assert_eq!(ask(&bench, "PUT", "last", "", "short").await.status, 200);
     let refused = anna.call("program.put", put("3")).await.unwrap_err();
     assert_eq!(refused["data"]["kind"], json!("invalid-input"), "{refused}");
-    assert_eq!(files(&bench).len(), MOST_PROGRAMS);
+    assert_eq!(files(&bench).len(), most.programs);
+}
+
+/// What a student put leaves room for a teacher, and the refusal says so before the bytes come.
+#[tokio::test]
+async fn students_fill_their_part_of_the_library_and_teachers_have_the_rest() {
+    let bench = HttpStation::new().await;
+    let quotas = LibraryQuotas::default();
+    let folder = bench.folder.path().join("programs");
+    fs::create_dir_all(&folder).unwrap();
+    // Seventeen files, as one student had put them; without content they take no disk.
+    let piece = 60 << 20;
+    for number in 0..quotas.students.bytes / piece {
+        let file = fs::File::create(folder.join(format!("of student {number}"))).unwrap();
+        file.set_len(piece).unwrap();
+    }
+    let token = bench.token(Role::Student);
+    let student = format!("authorization: Bearer {token}\n");
+    let mib = |count: u64| count << 20;
+    // The body never comes: what is answered is answered by the length alone.
+    let announce = async |headers: &str, length: u64| {
+        let head = format!(
+            "PUT /api/v1/programs/more HTTP/1.1\nhost: {{host}}\nconnection: close\nexpect: 100-continue\n\
+             content-length: {length}\n{headers}\n"
+        );
+        bench.raw(&head).await
+    };
+    let refused = announce(&student, mib(60)).await;
+    assert_eq!(refused.status, 413, "{}", refused.body);
+    let told = "students may fill 750 of the 1000 programs and 768 of the 1024 MiB of the library, and 12 with 720.0 MiB \
+        are used";
+    assert!(refused.body.starts_with(told), "{}", refused.body);
+    let refused = announce("", mib(65)).await;
+    assert_eq!(refused.status, 413, "{}", refused.body);
+    assert!(refused.body.contains("64 MiB at most"), "{}", refused.body);
+    // A sender that does not wait sends all it has, and hears the same.
+    let much = "x".repeat(50 << 20);
+    let refused = ask(&bench, "PUT", "more", &student, &much).await;
+    assert_eq!(refused.status, 413, "{}", refused.body);
+    // Without a length as soon as it is too much.
+    let chunk = "10000\n".to_owned() + &"x".repeat(1 << 16) + "\n";
+    let head = format!(
+        "PUT /api/v1/programs/more HTTP/1.1\nhost: {{host}}\nconnection: close\n{student}transfer-encoding: chunked\n\n"
+    );
+    let refused = bench.raw(&(head + &chunk.repeat(16 * 50) + "0\n\n")).await;
+    assert_eq!(refused.status, 413, "{}", refused.body);
+    assert!(!folder.join("more").exists());
+    assert_eq!(
+        ask(&bench, "PUT", "little", &student, "x").await.status,
+        201
+    );
+    // A teacher has the last quarter.
+    assert_eq!(ask(&bench, "PUT", "more", "", &much).await.status, 201);
+    let refused = bench.socket(&[]).await;
+    let mut page = refused.unwrap();
+    let hello = json!({"client": {"name": "page"}, "token": token});
+    page.call("session.hello", hello).await.unwrap();
+    let put = json!({"name": "mine", "text": "x"});
+    let refused = page.call("program.put", put.clone()).await.unwrap_err();
+    let data = &refused["data"];
+    assert_eq!(data["kind"], json!("invalid-input"), "{refused}");
+    assert_eq!(data["quota"], json!({"programs": 750, "bytes": mib(768)}));
+    assert_eq!(data["used"]["programs"], json!(14));
+    assert!(
+        bench
+            .join("Anna")
+            .await
+            .call("program.put", put)
+            .await
+            .is_ok()
+    );
 }
 
 #[tokio::test]

@@ -1,10 +1,10 @@
 //! The table of routes, row by row, and what every answer says.
 
 use magician_station::Role;
-use magician_station::http::{Admission, ROUTES, RouteNeeds};
+use magician_station::http::{Admission, PageFile, Pages, ROUTES, RouteNeeds};
 use serde_json::json;
 
-use crate::bench::HttpStation;
+use crate::bench::{Answer, HttpStation};
 
 #[tokio::test]
 async fn every_route_is_there_and_has_the_headers_of_safety() {
@@ -70,18 +70,62 @@ async fn every_route_is_there_and_has_the_headers_of_safety() {
     assert_eq!(bench.get("/api/v1/../../etc/passwd", "").await.status, 404);
     assert_eq!(
         bench
-            .raw("HEAD /healthz HTTP/1.1\nhost: {host}\nconnection: close\n\n")
-            .await
-            .body,
-        ""
-    );
-    assert_eq!(
-        bench
             .raw("OPTIONS /healthz HTTP/1.1\nhost: {host}\nconnection: close\n\n")
             .await
             .status,
         405
     );
+}
+
+#[tokio::test]
+async fn head_has_the_headers_of_get_on_every_route() {
+    static PAGE: &[u8] = b"\x1f\x8b\x08\x00\x00\x00\x00\x00\x02\xff\xb3\xc9\x28\xc9\xcd\xb1\x03\x00\x41\x0c\x43\xc7\x06\x00\x00\x00";
+    let page = PageFile {
+        path: "/",
+        kind: "text/html",
+        gzip: PAGE,
+    };
+    let bench = HttpStation::paged(Pages::new([page])).await;
+    let name = "house.svg";
+    let program = format!(
+        "PUT /api/v1/programs/{name} HTTP/1.1\nhost: {{host}}\nconnection: close\ncontent-length: 6\n\n<svg/>"
+    );
+    assert_eq!(bench.raw(&program).await.status, 201);
+    let recordings = bench.folder.path().join("recordings");
+    std::fs::create_dir_all(&recordings).unwrap();
+    std::fs::write(recordings.join("arm-1.mcap"), "a recording").unwrap();
+    let mut lengths = 0;
+    for route in ROUTES.iter().filter(|route| route.method == "GET") {
+        for name in [name, "arm-1.mcap", "absent"] {
+            for encoding in ["", "accept-encoding: gzip\n"] {
+                let path = &route.path.replace("{name}", name);
+                let get = bench.get(path, encoding).await;
+                let head = bench
+                    .raw(&format!(
+                        "HEAD {path} HTTP/1.1\nhost: {{host}}\nconnection: close\n{encoding}\n"
+                    ))
+                    .await;
+                assert_eq!(
+                    (head.status, head.body.as_str()),
+                    (get.status, ""),
+                    "{path}"
+                );
+                let told = |answer: &Answer| {
+                    let headers = answer.headers.iter().filter(|(name, _)| name != "date");
+                    headers.cloned().collect::<Vec<_>>()
+                };
+                assert_eq!(told(&head), told(&get), "{path}");
+                let length = get
+                    .header("content-length")
+                    .map(|length| length.parse::<usize>());
+                let length = length
+                    .unwrap_or_else(|| panic!("{path} tells no length"))
+                    .unwrap();
+                lengths += length;
+            }
+        }
+    }
+    assert!(lengths > 100_000, "{lengths}: the answers are not empty");
 }
 
 #[tokio::test]

@@ -2,6 +2,7 @@
 //! interleavings of what can happen, up to a depth at which each of the bugs that are planted in it is found.
 
 mod class;
+mod codes;
 mod effects;
 mod found;
 mod laws;

@@ -66,6 +66,12 @@ impl LocalStation {
         Self::made(1, true, kept, Arc::new(recordings), Some((line, trace))).await
     }
 
+    /// A real arm, whose laser students may light.
+    pub(crate) async fn student_laser() -> Self {
+        let (kept, recordings) = (Kept::default(), Arc::new(NoRecordings));
+        Self::of(1, false, kept, recordings, None, true).await
+    }
+
     async fn with(
         count: usize,
         is_virtual: bool,
@@ -81,6 +87,17 @@ impl LocalStation {
         store: Kept,
         recordings: Arc<dyn RecordingStore>,
         ring: Option<(Arc<FrameRing>, Tracer)>,
+    ) -> Self {
+        Self::of(count, is_virtual, store, recordings, ring, false).await
+    }
+
+    async fn of(
+        count: usize,
+        is_virtual: bool,
+        store: Kept,
+        recordings: Arc<dyn RecordingStore>,
+        ring: Option<(Arc<FrameRing>, Tracer)>,
+        student_laser: bool,
     ) -> Self {
         let kept = store.clone();
         let mut arms = Vec::new();
@@ -116,6 +133,7 @@ impl LocalStation {
         let gate = Gate::default();
         let config = StationConfig {
             unix_zero: 1_000_000.0,
+            student_laser,
             jobs: Arc::new(store),
             recordings,
             ring: if ring.is_some() { 50 } else { 0 },
@@ -146,13 +164,18 @@ impl LocalStation {
 
     /// A socket without a session.
     pub(crate) fn socket(&self, role: Option<Role>) -> Tester {
-        self.sockets.set(self.sockets.get() + 1);
         let grant = role.map(|role| Grant { role, token: None });
+        self.socket_of(grant, "127.0.0.1:1")
+    }
+
+    /// A socket from this address.
+    pub(crate) fn socket_of(&self, grant: Option<Grant>, address: &str) -> Tester {
+        self.sockets.set(self.sockets.get() + 1);
         let secret = format!("secret-{:032}", self.sockets.get());
         let peer = Peer {
             grant,
             origin: Origin::Loopback,
-            address: "127.0.0.1:1".to_owned(),
+            address: address.to_owned(),
             secret,
         };
         Tester {

@@ -29,7 +29,16 @@ async fn class(arms: usize) -> (LocalStation, Tester) {
 
 /// A pupil signs in at a page that has no right of its own.
 async fn sign_in(bench: &LocalStation, name: &str, code: &str) -> Result<Tester, Value> {
-    let mut page = bench.socket(None);
+    sign_in_from(bench, "127.0.0.1:1", name, code).await
+}
+
+async fn sign_in_from(
+    bench: &LocalStation,
+    address: &str,
+    name: &str,
+    code: &str,
+) -> Result<Tester, Value> {
+    let mut page = bench.socket_of(None, address);
     let hello = json!({"client": {"name": "page"}, "pupil": {"name": name, "code": code}});
     page.call("session.hello", hello).await.map(|_| page)
 }
@@ -101,6 +110,70 @@ async fn a_pupil_signs_in_by_name_and_code_and_wrong_codes_are_slowed_down() {
         .map(|line| format!("{line:?}"))
         .collect::<String>();
     assert!(!told.contains("7k3m") && !told.contains("9QWE") && told.contains("Ben"));
+}
+
+#[tokio::test(start_paused = true)]
+async fn sixty_wrong_codes_of_nobody_keep_no_pupil_out() {
+    let (bench, _teacher) = class(1).await;
+    let mut refused = 0;
+    for nobody in 0..60 {
+        // Each try is a connection of its own, with another port.
+        let address = format!("192.168.1.9:{}", 4000 + nobody);
+        let name = format!("nobody {nobody}");
+        let error = sign_in_from(&bench, &address, &name, "0000")
+            .await
+            .err()
+            .unwrap();
+        match error["code"].as_i64().unwrap() {
+            -32001 => assert!(nobody < 30, "{error}"),
+            code => {
+                assert_eq!(
+                    (code, &error["data"]["limit"]),
+                    (-32006, &json!(30)),
+                    "{error}"
+                );
+                assert!(
+                    error["message"]
+                        .as_str()
+                        .unwrap()
+                        .contains("from this address")
+                );
+                refused += 1;
+            }
+        }
+    }
+    assert_eq!(refused, 30);
+    // Pupils behind the same address, and elsewhere.
+    assert!(
+        sign_in_from(&bench, "192.168.1.9:5", "Ada", "7K3M")
+            .await
+            .is_ok()
+    );
+    assert!(sign_in(&bench, "Ben", "9QWE").await.is_ok());
+    // The bound of the name is met before that of the address: its own number and time.
+    for _ in 0..5 {
+        let guess = sign_in_from(&bench, "192.168.1.9:6", "Ben", "0000").await;
+        assert_eq!(guess.err().unwrap()["data"]["limit"], json!(30));
+    }
+    tokio::time::sleep(Duration::from_secs(20)).await;
+    let error = sign_in_from(&bench, "192.168.1.9:7", "Ben", "9QWE")
+        .await
+        .err()
+        .unwrap();
+    assert_eq!(error["data"]["limit"], json!(5), "{error}");
+    assert_eq!(error["data"]["wait_s"], json!(40.0), "{error}");
+    assert!(
+        error["message"]
+            .as_str()
+            .unwrap()
+            .ends_with("of this name: wait 40 s")
+    );
+    tokio::time::sleep(Duration::from_secs(40)).await;
+    assert!(
+        sign_in_from(&bench, "192.168.1.9:8", "Ben", "9QWE")
+            .await
+            .is_ok()
+    );
 }
 
 #[tokio::test(start_paused = true)]

@@ -20,6 +20,7 @@ mod notifications;
 mod presets;
 mod programs;
 mod recordings;
+mod rights;
 mod ring;
 mod setups;
 mod shelf;

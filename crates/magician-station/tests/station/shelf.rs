@@ -9,7 +9,7 @@ use magician_job::presets::PresetStore;
 use magician_program::Format;
 use magician_station::{
     Converting, FormatReader, LibraryError, ProgramEntry, ProgramName, ProgramReading,
-    ProgramStore, Reader, ReadingArm, Source, Upload,
+    ProgramStore, Reader, ReadingArm, Role, Source, Upload,
 };
 
 type Programs = Arc<Mutex<BTreeMap<ProgramName, Vec<u8>>>>;
@@ -60,7 +60,12 @@ impl ProgramStore for Shelf {
         Ok((bytes.len() as u64, Box::new(Cursor::new(bytes))))
     }
 
-    fn upload(&self, name: &ProgramName) -> Result<Box<dyn Upload>, LibraryError> {
+    fn upload(
+        &self,
+        name: &ProgramName,
+        _: Role,
+        _: Option<u64>,
+    ) -> Result<Box<dyn Upload>, LibraryError> {
         Ok(Box::new(Coming {
             programs: Arc::clone(&self.programs),
             name: name.clone(),
