@@ -24,7 +24,8 @@ impl Station {
         self.records.retain(|record| {
             let run = record.hidden.run.as_deref();
             let there = &runs[record.at.0 as usize];
-            run.is_none_or(|run| there.iter().any(|kept| kept.name == run))
+            let is_there = |run: &str| there.iter().any(|kept| kept.name == run);
+            record.hidden.went_on || run.is_none_or(is_there)
         });
         for (at, runs) in (0..).map(ArmId).zip(runs) {
             for run in runs {

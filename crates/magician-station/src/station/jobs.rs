@@ -458,6 +458,7 @@ impl Station {
                     // From here on it is another job than before: it moves.
                     record.before = None;
                     record.hidden.ran = true;
+                    record.hidden.went_on = record.hidden.run.is_some();
                 }
                 name.clone_into(&mut record.state);
                 record.reason = paused.map(|(reason, _)| reason.to_owned());

@@ -97,6 +97,9 @@ pub(super) struct Hidden {
     /// Run of the command line that it was taken over from.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) run: Option<String>,
+    /// True once a station has gone on with that.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub(super) went_on: bool,
 }
 
 /// Whose a job is.
