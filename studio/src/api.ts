@@ -84,7 +84,8 @@ export type Job = {
   step: number;
   steps: number | null;
   first_step: number | null;
-  loops: number | null;
+  /** 0: until it is stopped. */
+  loops: number;
   loop: number;
   seconds_left: number | null;
   drawn_mm: number | null;

@@ -93,7 +93,7 @@ pub use handle::JobHandle;
 #[cfg(feature = "files")]
 pub use homings::homings;
 #[cfg(feature = "files")]
-pub use journal::FileJournal;
+pub use journal::{FileJournal, LeftRun, left_runs};
 pub use journal::{InterruptedJob, Journal, JournalError, JournalKey, NoJournal};
 pub use observed::{ObservedState, Speeds};
 pub use polled::Polled;

@@ -19,7 +19,6 @@ use magician::{
     Arm, ArmOutputs, ArmSnapshot, ErrorCode, Event, Jog, JogOptions, Link, StateOptions, StateWatch,
 };
 use magician_job::{Access, Journal, SavedSettings, Settled};
-use magician_program::PreparedProgram;
 use magician_protocol::visible;
 use serde_json::{Value, json};
 use tokio::sync::{mpsc, oneshot};
@@ -190,7 +189,7 @@ enum TaskResult {
     Jog(RequestId, JogId, Result<Jog, magician::Error>),
     Stopped(Option<RequestId>, Result<Value, RpcError>),
     /// The program of a job was read.
-    Program(JobId, Result<Box<PreparedProgram>, RpcError>),
+    Program(JobId, Result<Box<jobs::ReadProgram>, RpcError>),
     /// A job is over, and was reported.
     JobOver(JobId),
     /// Nothing follows.

@@ -1,6 +1,7 @@
 //! Programs for jobs: how they come, who reads them, and what is kept of jobs.
 
 use std::fmt;
+use std::io;
 use std::pin::Pin;
 use std::sync::Arc;
 
@@ -27,6 +28,7 @@ use serde_json::{Map, Value, json};
 use crate::api::RpcError;
 use crate::files::{FilePreparation, FilePreparer, PrepareHere};
 use crate::library::{self, LibraryError, NoPrograms, ProgramName, ProgramStore};
+use crate::order::JobOrder;
 use crate::presets;
 use crate::reading::to_value;
 use crate::surface::KnownSurface;
@@ -488,16 +490,25 @@ impl Voice for Words {
     }
 }
 
-/// Keeps jobs beyond the life of a station.
+/// Keeps jobs beyond the life of a station. Arms are meant by their places among those of the station.
 pub trait JobStore: Send + Sync {
-    /// What was kept last; null if nothing was, or it cannot be read.
-    fn load(&self) -> Value;
+    /// What was kept last of the jobs of an arm; null if nothing was.
+    fn load(&self, arm: usize) -> Value;
 
-    /// Keeps this instead. What goes wrong costs what is kept, and nothing else.
-    fn save(&self, jobs: &Value);
+    /// Keeps this instead. It is on the disk when this returns.
+    ///
+    /// # Errors
+    /// The cause; then what was kept before is still kept.
+    fn save(&self, arm: usize, jobs: &Value) -> io::Result<()>;
 
     /// A journal for a job.
     fn journal(&self) -> Box<dyn Journal>;
+
+    /// Runs of the command line at an arm that were interrupted and can be resumed.
+    fn runs(&self, arm: usize) -> Vec<KeptRun> {
+        let _ = arm;
+        Vec::new()
+    }
 
     /// What was kept under a name: of a class and its schedule.
     fn kept(&self, name: &str) -> Option<String> {
@@ -511,16 +522,38 @@ pub trait JobStore: Send + Sync {
     }
 }
 
+/// A run of the command line that was interrupted.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct KeptRun {
+    /// Name of its journal, which no other run has meanwhile.
+    pub name: String,
+    /// Title of its program.
+    pub title: String,
+    /// What it does.
+    pub order: JobOrder,
+    /// Steps of one loop, where that is known.
+    pub steps: Option<u64>,
+    /// Steps that are finished, over all loops.
+    pub done: u64,
+    /// When it began, Unix seconds.
+    pub started: f64,
+    /// When it was heard of last, Unix seconds.
+    pub ended: f64,
+}
+
 /// Keeps nothing.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoStore;
 
 impl JobStore for NoStore {
-    fn load(&self) -> Value {
+    fn load(&self, _: usize) -> Value {
         Value::Null
     }
 
-    fn save(&self, _: &Value) {}
+    fn save(&self, _: usize, _: &Value) -> io::Result<()> {
+        Ok(())
+    }
 
     fn journal(&self) -> Box<dyn Journal> {
         Box::new(NoJournal)

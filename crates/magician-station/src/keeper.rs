@@ -19,6 +19,7 @@ pub(crate) struct Keeper {
     runtime: Handle,
     journal: JournalSink,
     store: Arc<dyn JobStore>,
+    kept: KeptSink,
     waiting: Mutex<Waiting>,
     idle: Notify,
 }
@@ -27,19 +28,36 @@ pub(crate) struct Keeper {
 struct Waiting {
     lines: VecDeque<JournalLine>,
     lost: u64,
-    jobs: Option<JobsToKeep>,
+    /// By arm.
+    jobs: BTreeMap<usize, JobsToKeep>,
     files: BTreeMap<&'static str, String>,
     /// Something is being written.
     busy: bool,
 }
 
+/// What came of writing the jobs of an arm.
+#[derive(Debug)]
+pub(crate) struct JobsKept {
+    pub(crate) arm: usize,
+    pub(crate) revision: u64,
+    pub(crate) outcome: Result<(), String>,
+}
+
+/// Hears what came of it, on the thread that wrote it.
+type KeptSink = Box<dyn Fn(JobsKept) + Send + Sync>;
+
 impl Keeper {
     /// On the present runtime.
-    pub(crate) fn new(journal: JournalSink, store: Arc<dyn JobStore>) -> Arc<Self> {
+    pub(crate) fn new(
+        journal: JournalSink,
+        store: Arc<dyn JobStore>,
+        kept: impl Fn(JobsKept) + Send + Sync + 'static,
+    ) -> Arc<Self> {
         Arc::new(Self {
             runtime: Handle::current(),
             journal,
             store,
+            kept: Box::new(kept),
             waiting: Mutex::default(),
             idle: Notify::new(),
         })
@@ -48,60 +66,74 @@ impl Keeper {
     /// Takes what is to be written, and returns at once.
     #[cfg(test)]
     pub(crate) fn keep(self: &Arc<Self>, lines: Vec<JournalLine>, jobs: Option<JobsToKeep>) {
-        self.keep_all(lines, jobs, BTreeMap::new());
+        let _ = self.keep_all(lines, jobs.into_iter().collect(), BTreeMap::new());
     }
 
-    /// Takes what is to be written, and returns at once. Of files by their names the newest of each is written.
+    /// Takes what is to be written, and returns at once. Of files by their names, and of the jobs of an arm, the newest of each
+    /// is written. Where there is no other thread it is written by now, and what came of it is returned.
     pub(crate) fn keep_all(
         self: &Arc<Self>,
         lines: Vec<JournalLine>,
-        jobs: Option<JobsToKeep>,
+        jobs: Vec<JobsToKeep>,
         files: BTreeMap<&'static str, String>,
-    ) {
-        if lines.is_empty() && jobs.is_none() && files.is_empty() {
-            return;
+    ) -> Vec<JobsKept> {
+        let mut written = Vec::new();
+        if lines.is_empty() && jobs.is_empty() && files.is_empty() {
+            return written;
         }
         let mut waiting = self.waiting();
         waiting.files.extend(files);
         let room = LINES.saturating_sub(waiting.lines.len());
         waiting.lost += lines.len().saturating_sub(room) as u64;
         waiting.lines.extend(lines.into_iter().take(room));
-        waiting.jobs = jobs.or(waiting.jobs.take());
+        let jobs = jobs.into_iter().map(|jobs| (jobs.arm(), jobs));
+        waiting.jobs.extend(jobs);
         if !std::mem::replace(&mut waiting.busy, true) {
             drop(waiting);
             let keeper = Arc::clone(self);
             // A page has no other thread, and no disk.
             if cfg!(any(target_family = "wasm", feature = "single-thread")) {
-                keeper.write();
+                keeper.write(&mut |kept| written.push(kept));
             } else {
-                self.runtime.spawn_blocking(move || keeper.write());
+                self.runtime
+                    .spawn_blocking(move || keeper.write(&mut |kept| (keeper.kept)(kept)));
             }
         }
+        written
     }
 
-    fn write(&self) {
+    fn write(&self, kept: &mut dyn FnMut(JobsKept)) {
         loop {
             let mut waiting = self.waiting();
             let lines = std::mem::take(&mut waiting.lines);
-            let jobs = waiting.jobs.take();
+            let jobs = std::mem::take(&mut waiting.jobs);
             let lost = std::mem::take(&mut waiting.lost);
             let files = std::mem::take(&mut waiting.files);
-            if lines.is_empty() && jobs.is_none() && files.is_empty() {
+            if lines.is_empty() && jobs.is_empty() && files.is_empty() {
                 waiting.busy = false;
                 drop(waiting);
                 self.idle.notify_waiters();
                 return;
             }
             drop(waiting);
+            // Answers wait for the jobs, and none for the journal.
+            for (arm, jobs) in jobs {
+                let saved = self.store.save(arm, &jobs.to_value());
+                if let Err(error) = &saved {
+                    tracing::warn!(%error, "the jobs are not kept");
+                }
+                kept(JobsKept {
+                    arm,
+                    revision: jobs.revision(),
+                    outcome: saved.map_err(|error| error.to_string()),
+                });
+            }
             lines.into_iter().for_each(&self.journal);
             if lost > 0 {
                 tracing::warn!(lost, "lines of the journal are lost: the disk is slow");
             }
             for (name, text) in files {
                 self.store.keep(name, &text);
-            }
-            if let Some(jobs) = jobs {
-                self.store.save(&jobs.to_value());
             }
         }
     }
@@ -141,13 +173,14 @@ mod tests {
     }
 
     impl JobStore for Slow {
-        fn load(&self) -> Value {
+        fn load(&self, _: usize) -> Value {
             Value::Null
         }
 
-        fn save(&self, jobs: &Value) {
+        fn save(&self, _: usize, jobs: &Value) -> std::io::Result<()> {
             self.began.send(jobs.clone()).unwrap();
             self.go.lock().unwrap().recv().unwrap();
+            Ok(())
         }
 
         fn journal(&self) -> Box<dyn Journal> {
@@ -159,9 +192,9 @@ mod tests {
     async fn of_jobs_that_wait_for_the_disk_the_newest_alone_is_written() {
         let ((began, saved), (write, go)) = (mpsc::channel(), mpsc::channel());
         let go = Mutex::new(go);
-        let keeper = Keeper::new(Box::new(|_| {}), Arc::new(Slow { began, go }));
+        let keeper = Keeper::new(Box::new(|_| {}), Arc::new(Slow { began, go }), |_| {});
         keeper.keep(Vec::new(), Some(JobsToKeep::of_ids(&["first"])));
-        let id = |saved: Value| saved[0]["job"].as_str().map(str::to_owned);
+        let id = |saved: Value| saved["jobs"][0]["job"].as_str().map(str::to_owned);
         assert_eq!(id(saved.recv().unwrap()).as_deref(), Some("first"));
         for number in 0..1000 {
             keeper.keep(Vec::new(), Some(JobsToKeep::of_ids(&[&number.to_string()])));
@@ -185,7 +218,7 @@ mod tests {
             let _ = held.lock().unwrap().recv();
             *count.lock().unwrap() += 1;
         });
-        let keeper = Keeper::new(journal, Arc::new(NoStore));
+        let keeper = Keeper::new(journal, Arc::new(NoStore), |_| {});
         let line = JournalLine::default();
         keeper.keep(vec![line.clone()], None);
         // The first is at work from here on: no more than the room is held beside it.

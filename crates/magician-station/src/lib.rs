@@ -42,8 +42,8 @@ pub use files::{AnswerToCome, FilePreparation, FilePreparer, PrepareHere};
 pub use frame::{FRAME, FRAME_FIELDS, FrameError, StateFrame};
 pub use frames::{FrameRing, Mark, PassedBytes};
 pub use job::{
-    Converting, FormatReader, JobStore, NoStore, ProgramReading, Reader, ReadingArm, Source,
-    SourceBytes, ToCome,
+    Converting, FormatReader, JobStore, KeptRun, NoStore, ProgramReading, Reader, ReadingArm,
+    Source, SourceBytes, ToCome,
 };
 pub use library::{
     LARGEST_PROGRAM, LibraryAct, LibraryError, LibraryOrder, LibraryQuotas, LibraryUse, NoPrograms,
@@ -62,7 +62,7 @@ pub use running::{Client, JournalSink, RunningStation};
 pub use station::{
     ArmEntry, CloseCode, CutOff, Grant, JobsToKeep, JournalLine, LIST_INTERVAL, MESSAGE, Next,
     Outbox, Outgoing, Pace, Peer, RATE, RunsEnd, SOCKETS, SocketId, Station, StationConfig,
-    StationSize, Throttle, UNDER_WAY, VIEWERS,
+    StationSize, Throttle, UNDER_WAY, VIEWERS, check_jobs,
 };
 pub use surface::{ArmSurface, KnownSurface, MemorySurfaces, SurfaceStore};
 

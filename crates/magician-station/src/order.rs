@@ -11,7 +11,7 @@ use serde_json::Value;
 
 use crate::api::{ArmEvent, RpcError};
 use crate::control::{JobId, JogEnd, JogId, RequestId};
-use crate::job::Source;
+use crate::job::{Source, SourceBytes};
 use crate::reading::{ArmReading, ToolReading};
 
 /// Something that an arm is to do or to tell. Orders are carried out side by side; a stop overtakes all others.
@@ -145,6 +145,28 @@ pub struct JobOrder {
     /// Where it began, if it depends on that, mm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<[f64; 3]>,
+}
+
+impl JobOrder {
+    /// A plan that is done so many times, from its first step on; `None`: until it is stopped. `start` is where it began, if it
+    /// depends on that.
+    #[must_use]
+    pub fn of_plan(text: String, loops: Option<u64>, start: Option<[f64; 3]>) -> Self {
+        Self {
+            source: Source {
+                bytes: SourceBytes::Text(text),
+                format: Some("plan".to_owned()),
+                setup: None,
+                preset: None,
+            },
+            loops,
+            from: 0,
+            keep: false,
+            require_homed: false,
+            unhomed: false,
+            start,
+        }
+    }
 }
 
 /// A job that begins.

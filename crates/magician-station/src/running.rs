@@ -20,7 +20,7 @@ use crate::control::ArmId;
 use crate::engine::ArmEngine;
 use crate::fair::FairLine;
 use crate::job::Reader;
-use crate::keeper::Keeper;
+use crate::keeper::{JobsKept, Keeper};
 use crate::library::{LibraryOrder, ProgramStore};
 use crate::order::ArmReport;
 use crate::recording::{Recorder, RecordingStore};
@@ -36,6 +36,9 @@ const RUNS: Duration = Duration::from_secs(6);
 const AT_ONCE: Duration = Duration::from_secs(1);
 /// Longest time for the last stop of an arm, which answers within a tenth of it.
 const LAST_STOP: Duration = Duration::from_secs(2);
+
+/// Longest time for the reports of jobs whose arms have stopped.
+const JOBS_OVER: Duration = Duration::from_millis(500);
 
 /// Clients that wait for room, by their address.
 type WaitingClients = FairLine<String, (Peer, oneshot::Sender<Option<Client>>)>;
@@ -120,6 +123,17 @@ struct Inner {
     sockets: BTreeMap<SocketId, Arc<Notify>>,
 }
 
+impl Inner {
+    fn take_kept(&mut self, now: HostInstant, kept: JobsKept) {
+        let JobsKept {
+            arm,
+            revision,
+            outcome,
+        } = kept;
+        self.station.jobs_kept(now, arm, revision, outcome);
+    }
+}
+
 impl RunningStation {
     /// Sets it going on the present runtime, with an arm for each entry of the config, in its order.
     ///
@@ -175,7 +189,14 @@ impl RunningStation {
                 let_go: Notify::new(),
                 changed: Notify::new(),
                 waiting: Default::default(),
-                keeper: Keeper::new(journal, store),
+                keeper: {
+                    let shared = Weak::clone(shared);
+                    Keeper::new(journal, store, move |kept| {
+                        if let Some(shared) = shared.upgrade() {
+                            shared.with(|inner, now| inner.take_kept(now, kept));
+                        }
+                    })
+                },
                 reader: Arc::clone(&reader),
             }
         });
@@ -379,10 +400,29 @@ impl RunningStation {
                 Err(_) => unconfirmed.push((arm, "it took too long".to_owned())),
             }
         }
+        // Their end is told before anything else ends, and kept.
+        let _ = timeout(JOBS_OVER, self.jobs_over()).await;
+        self.shared.with(|inner, now| {
+            let lost: Vec<_> = unconfirmed.iter().map(|(arm, _)| arm.clone()).collect();
+            inner.station.end_jobs(now, &lost);
+        });
         let cut_off = self.shared.lock().station.cut_off().to_vec();
         RunsEnd {
             cut_off,
             unconfirmed,
+        }
+    }
+
+    /// Waits until no job is under way.
+    async fn jobs_over(&self) {
+        loop {
+            let changed = self.shared.changed.notified();
+            tokio::pin!(changed);
+            changed.as_mut().enable();
+            if !self.shared.lock().station.has_jobs_under_way() {
+                return;
+            }
+            changed.await;
         }
     }
 
@@ -433,6 +473,24 @@ impl Shared {
         let mut inner = self.lock();
         let due = inner.station.poll_timeout();
         let outcome = act(&mut inner, self.now());
+        // What was written at once has its own effects.
+        while let Some(written) = self.carry_out(&mut inner) {
+            for kept in written {
+                inner.take_kept(self.now(), kept);
+            }
+        }
+        if inner.station.poll_timeout() != due {
+            self.due.notify_one();
+        }
+        if inner.station.has_let_go() {
+            self.let_go.notify_waiters();
+        }
+        self.changed.notify_waiters();
+        outcome
+    }
+
+    /// Hands out what the station has for others. `None` if it is at rest, else what was written at once of its jobs.
+    fn carry_out(&self, inner: &mut Inner) -> Option<Vec<JobsKept>> {
         while let Some((arm, order)) = inner.station.poll_order() {
             if let Some(engine) = inner.engines.get(arm.0 as usize) {
                 engine.order(order);
@@ -453,21 +511,17 @@ impl Shared {
         while let Some(line) = inner.station.poll_journal() {
             lines.push(line);
         }
-        if inner.station.poll_timeout() != due {
-            self.due.notify_one();
-        }
-        if inner.station.has_let_go() {
-            self.let_go.notify_waiters();
-        }
-        self.changed.notify_waiters();
         // In the order in which it happened: nobody comes between.
         #[cfg(feature = "class")]
         let files = inner.station.poll_kept();
         #[cfg(not(feature = "class"))]
         let files = BTreeMap::new();
-        let jobs = inner.station.poll_jobs();
-        self.keeper.keep_all(lines, jobs, files);
-        outcome
+        let mut jobs = Vec::new();
+        while let Some(changed) = inner.station.poll_jobs() {
+            jobs.push(changed);
+        }
+        let written = self.keeper.keep_all(lines, jobs, files);
+        (!written.is_empty()).then_some(written)
     }
 
     /// Does something with the library, beside the station.

@@ -13,7 +13,7 @@ const stateOf = (job: Job) => t(`job.${job.state}` as "job.running");
 /** What it is at, in numbers. */
 function facts(job: Job): string {
   const others = jobs.startedBy(job);
-  const loops = job.loops === null || job.loops > 1 ? t("job.loop", { loop: job.loop, loops: job.loops ?? "∞" }) : null;
+  const loops = job.loops !== 1 ? t("job.loop", { loop: job.loop, loops: job.loops || "∞" }) : null;
   const steps = job.steps === null ? null : t("job.step", { step: job.step, steps: job.steps });
   return [steps, loops, others === null ? null : t("job.by", { name: others })].filter((fact) => fact !== null).join(" · ");
 }

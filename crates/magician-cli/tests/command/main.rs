@@ -24,6 +24,7 @@ mod homing;
 mod hostile;
 mod interrupt;
 mod laser;
+mod lives;
 mod offline;
 mod options;
 mod pads;

@@ -15,8 +15,8 @@ use crate::magician::served::Served;
 use crate::magician::{command, run};
 
 /// A station at a free port, and its address.
-struct Station {
-    served: Served,
+pub(crate) struct Station {
+    pub(crate) served: Served,
     address: String,
 }
 
@@ -25,7 +25,7 @@ impl Station {
         Self::of(command(), arguments)
     }
 
-    fn of(command: std::process::Command, arguments: &[&str]) -> Self {
+    pub(crate) fn of(command: std::process::Command, arguments: &[&str]) -> Self {
         let listen = ["--listen", "127.0.0.1:0"];
         let served = Served::of(command, "serve", &[arguments, &listen].concat(), 1);
         let address = served
@@ -57,7 +57,7 @@ impl Station {
         (status.unwrap_or(0), body.to_owned())
     }
 
-    fn call(&self, method: &str, params: &Value) -> Value {
+    pub(crate) fn call(&self, method: &str, params: &Value) -> Value {
         let body = json!({"jsonrpc": "2.0", "id": 1, "method": method, "params": params});
         let (status, text) = self.request("POST", "/api/v1/rpc", "", &body.to_string());
         assert_eq!(status, 200, "{text}");

@@ -9,12 +9,14 @@ use std::fs::{self, File};
 use std::io::{self, Read as _, Seek as _};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::SystemTime;
 
 use magician_program::resume::Checkpoint;
+use serde_json::Value;
 
 use super::{InterruptedJob, Journal, JournalError, JournalKey};
 use crate::dirs;
-use crate::files::replace_locked;
+use crate::files::{replace, replace_locked};
 
 /// Arms with one serial number that have journals of one program, at most. Beyond that nothing is kept.
 const MOST_ARMS: u32 = 32;
@@ -44,6 +46,60 @@ pub struct FileJournal {
     /// virtual one.
     key: Option<(PathBuf, Option<u64>)>,
     claim: Option<Claim>,
+    /// What another program needs to go on with the job, and the arm that it is of.
+    order: Option<(serde_json::Map<String, Value>, String)>,
+}
+
+/// Folder beside that of the journals. For a journal it has, under its name, what another program needs to go on with the job.
+const ORDERS: &str = "orders";
+
+/// That file of a journal.
+fn order_of(journal: &Path) -> PathBuf {
+    let folder = journal.parent().unwrap_or(Path::new(""));
+    let name = journal.file_name().unwrap_or_default();
+    folder.with_file_name(ORDERS).join(name)
+}
+
+/// A job that was interrupted, with what another program needs to go on with it.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct LeftRun {
+    /// Name of its journal.
+    pub name: String,
+    /// Arm that it is of: [`JournalKey::arm`].
+    pub arm: String,
+    /// What its program said of it ([`FileJournal::with_order`]).
+    pub order: Value,
+    /// How far it is.
+    pub checkpoint: Checkpoint,
+    /// When that was written.
+    pub at: SystemTime,
+}
+
+/// Jobs in this folder (`runs` of the user's directory for state) that were interrupted and say what they are. Those that are
+/// under way in some process are left out.
+#[must_use]
+pub fn left_runs(folder: &Path) -> Vec<LeftRun> {
+    let orders = fs::read_dir(folder.with_file_name(ORDERS));
+    let left = orders.into_iter().flatten().flatten().filter_map(|entry| {
+        let path = entry.path();
+        let claim = Claim::of(folder.join(entry.file_name()))?;
+        let name = path.file_stem()?.to_str()?.to_owned();
+        let checkpoint: Checkpoint = serde_json::from_str(&claim.text().ok()?).ok()?;
+        let at = claim.file.metadata().ok()?.modified().ok()?;
+        let mut order: Value = serde_json::from_str(&fs::read_to_string(&path).ok()?).ok()?;
+        let arm = order.as_object_mut()?.remove("arm")?.as_str()?.to_owned();
+        Some(LeftRun {
+            name,
+            arm,
+            order,
+            checkpoint,
+            at,
+        })
+    });
+    let mut left: Vec<_> = left.collect();
+    left.sort_by_key(|run| run.at);
+    left
 }
 
 /// A file that is one job's.
@@ -72,7 +128,26 @@ impl FileJournal {
             folder,
             key: None,
             claim: None,
+            order: None,
         }
+    }
+
+    /// Lets other programs go on with the job: while the journal is there, this is beside it ([`left_runs`]). One that goes on
+    /// with a job that said nothing of itself adds nothing: it is its first program's.
+    #[must_use]
+    pub fn with_order(mut self, order: serde_json::Map<String, Value>) -> Self {
+        self.order = Some((order, String::new()));
+        self
+    }
+
+    /// Writes what the job is, once.
+    fn write_order(&mut self, path: &Path) -> io::Result<()> {
+        if let Some((mut order, arm)) = self.order.take() {
+            order.insert("arm".to_owned(), arm.into());
+            let text = serde_json::to_string(&order)?;
+            replace(&order_of(path), &text)?;
+        }
+        Ok(())
     }
 
     /// Keeps other processes from choosing a file at the same time, where the system can lock a folder.
@@ -142,6 +217,7 @@ impl FileJournal {
                 .find(|path| !path.exists())
                 .ok_or(io::ErrorKind::AlreadyExists)?,
         };
+        self.write_order(&path)?;
         let file = replace_locked(&path, text)?;
         self.claim = Some(Claim { path, file });
         Ok(())
@@ -166,6 +242,13 @@ impl Journal for FileJournal {
             let own = number.and_then(|number| of_virtual_arms().remove(&(first.clone(), number)));
             own.or_else(|| newest(first))
         });
+        let goes_on = |claim: &Claim| claim.path.exists() && !order_of(&claim.path).exists();
+        if self.claim.as_ref().is_some_and(goes_on) {
+            self.order = None;
+        }
+        if let Some((_, arm)) = &mut self.order {
+            arm.clone_from(&key.arm);
+        }
     }
 
     fn left(&self) -> Result<Checkpoint, JournalError> {
@@ -196,6 +279,7 @@ impl Journal for FileJournal {
         if let Some(claim) = self.claim.take() {
             // One that was never written is not there.
             let _ = fs::remove_file(&claim.path);
+            let _ = fs::remove_file(order_of(&claim.path));
         }
     }
 }

@@ -9,7 +9,7 @@ use std::time::SystemTime;
 use magician_program::resume::Checkpoint;
 
 #[cfg(feature = "files")]
-pub use file::FileJournal;
+pub use file::{FileJournal, LeftRun, left_runs};
 
 /// Whose journal it is.
 #[derive(Clone, Debug, PartialEq, Eq)]

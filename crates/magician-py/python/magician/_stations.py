@@ -132,7 +132,7 @@ class JobState(Value):
     """Steps of one loop."""
     loop: int
     """The present loop, from 1."""
-    loops: int | None
+    loops: int
     """How many; 0 until it is stopped."""
     seconds_left: float | None
     """How long the rest takes, where that is known."""

@@ -9,7 +9,7 @@ use std::time::Duration;
 use magician::VirtualArm;
 use magician::sim::Scenario;
 use magician_site::StationId;
-use magician_station::http::JobFile;
+use magician_station::http::JobFolder;
 use serde_json::{Value, json};
 use tokio::time::Instant;
 
@@ -67,7 +67,8 @@ impl Room {
             site.start_in(StationId(at), &names, &world, |config| {
                 config.unix_zero = class::NINE;
                 let folder = state.path().join(at.to_string());
-                let jobs = JobFile::at(folder.join("jobs.json"));
+                let serials = vec![String::new(); config.arms.len()];
+                let jobs = JobFolder::open(&folder, &config.arms, &serials).unwrap();
                 config.jobs = Arc::new(jobs.with_runs(folder.join("runs")));
             })
             .await;

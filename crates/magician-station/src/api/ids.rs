@@ -80,6 +80,16 @@ const RESULTS: &[(&str, &[IdPlace])] = &[
     ("job.pause", JOB),
     ("job.resume", JOB),
     ("job.stop", JOB),
+    ("job.reorder", JOB),
+    (
+        "job.history",
+        &[
+            ("jobs[].job", Job),
+            ("jobs[].holder.session", Session),
+            ("jobs[].error.holder.session", Session),
+            ("jobs[].error.by", Session),
+        ],
+    ),
     (
         "job.list",
         &[
@@ -209,6 +219,8 @@ mod tests {
             "job.pause",
             "job.resume",
             "job.stop",
+            "job.reorder",
+            "job.delete",
         ];
         assert_eq!(by_id, expected);
     }

@@ -543,8 +543,13 @@ pub(super) const STATION: &[Method] = &[
                 Kind::Switch,
                 "whether the answer comes when the check is over; yes unless given",
             ),
+            may(
+                "key",
+                Kind::Text(64),
+                "a name of the caller's choice, such as a UUID: a second start with the same key starts nothing and answers as the first, also by a later server; with another program it is refused",
+            ),
         ],
-        "Checks a program and runs it.",
+        "Checks a program and runs it. What is answered is on the disk.",
         "{job}",
     )
     .leased(StartJob),
@@ -599,6 +604,42 @@ pub(super) const STATION: &[Method] = &[
         "Job, when it is over",
     )
     .always(),
+    method(
+        "job.history",
+        Viewer,
+        &[
+            ARM,
+            may(
+                "skip",
+                Kind::Integer(0, 500),
+                "so many of the newest are left out; 0 unless given",
+            ),
+            may("limit", Kind::Integer(1, 500), "so many at most; 50 unless given"),
+        ],
+        "The jobs of an arm that are kept, the newest last, and sums over all that ran.",
+        "{jobs: [Job], more, totals: {jobs, done, stopped, failed, interrupted, drawn_mm, travel_mm, seconds}}: `more` is true if older ones are kept; `totals` also count jobs that are not kept any more",
+    ),
+    method(
+        "job.reorder",
+        Student,
+        &[
+            JOB,
+            needed(
+                "position",
+                Kind::Integer(1, i64::MAX),
+                "its new `place`, from 1; more than there are is the last",
+            ),
+        ],
+        "Gives a job that waits another place in the queue of its arm; one that waits no more is answered as it is.",
+        "Job",
+    ),
+    method(
+        "job.delete",
+        Teacher,
+        &[JOB],
+        "Takes a job that is over out of the list. It counts in the totals all the same.",
+        "null",
+    ),
     method(
         "program.put",
         Student,

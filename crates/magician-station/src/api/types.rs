@@ -19,7 +19,7 @@ pub(crate) const JOB_STATES: &[&str] = &[
     "interrupted",
 ];
 /// Reasons why a job is paused, or does not begin though it is its turn.
-pub(crate) const REASONS: &[&str] = &["person", "part", "program", "stopped", "yes"];
+pub(crate) const REASONS: &[&str] = &["person", "part", "program", "stopped", "yes", "restart", "unkept"];
 pub(crate) const ROLES: &[&str] = &["viewer", "student", "teacher"];
 const LINKS: &[&str] = &["up", "lost"];
 const GRIPPERS: &[&str] = &["open", "closed", "off"];
@@ -357,7 +357,7 @@ pub static TYPES: &[Type] = &[
             is("step", Count, "steps of loop `loop` that the arm has finished; the pair never goes back"),
             is("steps", Count, "steps of one loop").null("it is not read yet"),
             is("first_step", Count, "the step that it began with, from 1").null("it is not read yet"),
-            is("loops", Count, "how often it is done").null("until it is stopped"),
+            is("loops", Count, "how often it is done; 0 until it is stopped"),
             is("loop", Count, "the loop under way, from 1"),
             is("seconds_left", Number, "how long the rest takes")
                 .in_unit("s")

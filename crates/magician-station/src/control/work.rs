@@ -71,6 +71,26 @@ pub enum OnLost {
     Continue,
 }
 
+impl OnLost {
+    /// Name in messages and files.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Pause => "pause",
+            Self::Stop => "stop",
+            Self::Continue => "continue",
+        }
+    }
+
+    /// The policy of a name; the usual one without one.
+    pub(crate) fn named(name: Option<&str>) -> Self {
+        match name {
+            Some("stop") => Self::Stop,
+            Some("continue") => Self::Continue,
+            _ => Self::Pause,
+        }
+    }
+}
+
 /// A request under way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Work {

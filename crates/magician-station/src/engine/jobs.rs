@@ -92,6 +92,32 @@ impl Slot {
     }
 }
 
+/// A program that was read for a job.
+pub(super) struct ReadProgram {
+    program: PreparedProgram,
+    /// Report of its check, if it cannot be placed.
+    report: Option<Value>,
+}
+
+/// Checks a program that cannot be placed: its refusal has a report, as each one has.
+async fn reported(arm: &Arm, program: PreparedProgram) -> Result<ReadProgram, RpcError> {
+    if program.misfit.is_none() {
+        return Ok(ReadProgram {
+            program,
+            report: None,
+        });
+    }
+    let start = arm.preflight_for(&program.program.kinds()).await?;
+    let checked = in_turns(async move {
+        let report = job::check(&program, start).await;
+        (program, report)
+    });
+    let (program, report) =
+        { checked.await }.map_err(|error| RpcError::internal(error.to_string()))?;
+    let report = Some(to_value(&report?)?);
+    Ok(ReadProgram { program, report })
+}
+
 /// Switches motors off that a job has left running, if nobody holds the arm.
 async fn pay_motors(arm: &Arm, owes: &AtomicBool) {
     if owes.load(Ordering::SeqCst)
@@ -168,18 +194,18 @@ impl Work {
             arm.clone()
         };
         self.side.spawn(async move {
-            let runs_on = Some(&runs_on);
-            let program = read(&arm, runs_on, reader, &surface, source, begun, &gives_up).await;
+            let homed = Some(&runs_on);
+            let program = read(&arm, homed, reader, &surface, source, begun, &gives_up).await;
+            let program = match program {
+                Ok(program) => reported(&runs_on, program).await,
+                Err(error) => Err(error),
+            };
             TaskResult::Program(job, program.map(Box::new))
         });
     }
 
     /// Its program was read: it begins.
-    pub(super) fn begin_job(
-        &mut self,
-        job: JobId,
-        program: Result<Box<PreparedProgram>, RpcError>,
-    ) {
+    pub(super) fn begin_job(&mut self, job: JobId, program: Result<Box<ReadProgram>, RpcError>) {
         let Some(slot) = self.job.as_mut().filter(|slot| slot.id == job) else {
             return;
         };
@@ -189,7 +215,7 @@ impl Work {
         if slot.stopped {
             return self.never_began(job, "stopped", None);
         }
-        let program = match program {
+        let ReadProgram { program, report } = match program {
             Ok(program) => *program,
             Err(error) => return self.never_began(job, "failed", Some(error)),
         };
@@ -201,7 +227,7 @@ impl Work {
                 start: program.start,
             },
         });
-        let spec = match self.spec(&start, &program) {
+        let spec = match self.spec(&start, &program, report) {
             Ok(spec) => spec,
             Err(error) => return self.never_began(job, "failed", Some(error)),
         };
@@ -269,7 +295,12 @@ impl Work {
     }
 
     /// What is to be run; refused where it would do what its starter may not.
-    fn spec(&self, start: &JobStart, program: &PreparedProgram) -> Result<JobSpec, RpcError> {
+    fn spec(
+        &self,
+        start: &JobStart,
+        program: &PreparedProgram,
+        report: Option<Value>,
+    ) -> Result<JobSpec, RpcError> {
         let order = &start.order;
         let whole = program.program.clone().repeated(order.loops);
         whole
@@ -293,6 +324,7 @@ impl Work {
         if let Some(misfit) = &program.misfit {
             let problem = RpcError::from(magician::Error::from(misfit.clone()));
             let failed = RpcError::new(RpcError::CHECK_FAILED, problem.message);
+            let failed = failed.with("report", report.unwrap_or_default());
             let remedies = problem.data.get("remedies").cloned();
             return Err(match remedies {
                 Some(remedies) => failed.with("remedies", remedies),

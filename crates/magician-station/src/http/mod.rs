@@ -21,7 +21,7 @@ mod tls;
 mod tokens;
 
 pub use folder::ProgramFolder;
-pub use jobs::JobFile;
+pub use jobs::{JobFolder, JobStoreError};
 pub use journal::JournalFile;
 pub use listen::{ListenError, Listener};
 #[cfg(feature = "link")]

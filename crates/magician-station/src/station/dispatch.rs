@@ -324,6 +324,7 @@ impl Station {
             || sets_fence
             || method.name.starts_with("lease.")
             || method.is_of_class()
+            || matches!(method.name, "job.delete" | "job.reorder")
             || (method.always && method.name != "jog.keep");
         if !counts {
             return None;

@@ -9,9 +9,10 @@ use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
 use super::dispatch::{Call, Handled};
+use super::keeping::IfUnkept;
 use super::lengthy::Lengthy;
 use super::library::program;
-use super::records::JobRecord;
+use super::records::{JobRecord, digest};
 use super::rights::{Risk, may_endanger};
 use super::{Awaited, Station};
 use crate::api::{ArmEvent, Danger, Notice, RpcError};
@@ -49,10 +50,13 @@ impl Station {
                 self.in_turn(call, Lengthy::Check(arm, order))
             }
             ("job.start", Some(arm)) => self.start_job(call, arm, false),
-            ("job.list", Some(arm)) => {
-                let name = &self.arm(arm).entry.name;
-                Ok(Handled::Now(json!({"jobs": self.records.of(name)})))
-            }
+            ("job.list", Some(arm)) => Ok(Handled::Now(json!({"jobs": self.records.of(arm)}))),
+            ("job.history", Some(arm)) => self.job_history(call, arm),
+            ("job.delete", _) => self.delete_job(call),
+            #[cfg(feature = "class")]
+            ("job.reorder", _) => self.reorder_job(call),
+            #[cfg(not(feature = "class"))]
+            ("job.reorder", _) => Ok(Handled::Now(self.job_named(call)?.shown())),
             ("job.get", _) => Ok(Handled::Now(self.job_named(call)?.shown())),
             ("job.pause", _) => self.pause_job(call),
             ("job.resume", _) => self.resume_job(call),
@@ -74,13 +78,6 @@ impl Station {
             return Err(RpcError::param("unhomed", why));
         }
         let source = source(call)?;
-        let named = match source.bytes {
-            SourceBytes::Program(_) => Some(program(call, "program")?),
-            _ => None,
-        };
-        if !found && (named.is_some() || source.preset.is_some()) {
-            return self.find_first(call, arm, named, source.preset);
-        }
         let order = JobOrder {
             source,
             loops: Some(params.integer("loops").unwrap_or(1)).filter(|loops| *loops > 0),
@@ -90,6 +87,20 @@ impl Station {
             unhomed: params.is_on("unhomed"),
             start: None,
         };
+        let key = params.text("key");
+        if key == Some("") {
+            return Err(RpcError::param("key", "`key` must not be empty"));
+        }
+        if let Some(again) = key.and_then(|key| self.started_before(call, arm, key, &order)) {
+            return again;
+        }
+        let named = match order.source.bytes {
+            SourceBytes::Program(_) => Some(program(call, "program")?),
+            _ => None,
+        };
+        if !found && (named.is_some() || order.source.preset.is_some()) {
+            return self.find_first(call, arm, named, order.source.preset);
+        }
         let on_lost = match params.text("on_lost") {
             Some("stop") => OnLost::Stop,
             Some("continue") => OnLost::Continue,
@@ -102,7 +113,9 @@ impl Station {
         #[cfg(feature = "class")]
         if params.is_on("queue") && self.has_to_wait(call, arm) {
             let job = self.queue_job(call, arm, order, on_lost)?;
-            return Ok(Handled::Now(json!({"job": self.job_id(job)})));
+            self.keyed(job, key);
+            let result = json!({"job": self.job_id(job)});
+            return Ok(self.answer_when_kept(call, [arm], result, IfUnkept::Refuse));
         }
         #[cfg(not(feature = "class"))]
         if params.is_on("queue") {
@@ -114,19 +127,69 @@ impl Station {
         self.begin_for_job(call, arm, WorkKind::StartJob)?;
         let job = JobId(self.next_id());
         let id = self.text_id('j', job.0);
-        let arm_name = self.arm(arm).entry.name.clone();
-        let mut record = JobRecord::new(id.clone(), arm_name, job, order.clone());
+        let of = (arm, self.arm(arm).entry.name.clone());
+        let mut record = JobRecord::new(id.clone(), of, job, order.clone());
         record.on_lost = on_lost;
+        record.hidden.owner = self.owner_of(call);
         self.records.push(record);
+        self.keyed(job, key);
         self.begin_job(call, arm, job, order, None);
+        self.note_fresh(arm, job);
         if call.params.switch("after_check") == Some(false) {
             self.control.finish(call.now, arm, call.request);
-            return Ok(Handled::Now(json!({"job": id})));
+            let result = json!({"job": id});
+            return Ok(self.answer_when_kept(call, [arm], result, IfUnkept::Refuse));
         }
         Ok(Handled::Later(
             call.request,
             Awaited::Job(arm, job, Wants::Checked),
         ))
+    }
+
+    /// The job of an arm that has this key already, as the first start of it was answered. `None` if none has.
+    fn started_before(
+        &mut self,
+        call: &Call<'_>,
+        arm: ArmId,
+        key: &str,
+        order: &JobOrder,
+    ) -> Option<Result<Handled, RpcError>> {
+        let record = self.records.keyed(arm, key)?;
+        let result = json!({"job": record.id});
+        if record.hidden.digest != Some(digest(order)) {
+            let why = format!(
+                "the key is of {}, which does something else: each job has a key of its own",
+                record.id
+            );
+            return Some(Err(
+                RpcError::param("key", why).with("job", record.id.clone())
+            ));
+        }
+        if let Some(refusal) = record.refusal() {
+            return Some(Err(refusal));
+        }
+        if let (Some(job), "checking", true) = (
+            record.number,
+            record.state.as_str(),
+            call.params.switch("after_check") != Some(false),
+        ) {
+            let waits = Awaited::Job(arm, job, Wants::Checked);
+            return Some(Ok(Handled::Later(call.request, waits)));
+        }
+        Some(Ok(self.answer_when_kept(
+            call,
+            [arm],
+            result,
+            IfUnkept::Refuse,
+        )))
+    }
+
+    /// Gives a new job the key of its caller.
+    fn keyed(&mut self, job: JobId, key: Option<&str>) {
+        if let (Some(record), Some(key)) = (self.records.numbered(job), key) {
+            record.hidden.digest = record.order.as_deref().map(digest);
+            record.hidden.key = Some(key.to_owned());
+        }
     }
 
     /// A job that has a record begins, or begins anew where it ended, so far before that (mm).
@@ -160,8 +223,15 @@ impl Station {
             laser: self.job_laser(call, arm),
             danger: job_danger(call),
         };
-        self.order(arm, ArmOrder::StartJob(Box::new(start)));
+        let is_new = resumes.is_none();
+        let start = ArmOrder::StartJob(Box::new(start));
         self.job_changed(now, arm, job);
+        if is_new {
+            self.order_start(arm, job, start);
+        } else {
+            // One that goes on has its journal: what moves is not done twice.
+            self.order(arm, start);
+        }
         #[cfg(feature = "class")]
         if endless {
             self.control.job_is_endless(arm, job);
@@ -171,7 +241,7 @@ impl Station {
     fn pause_job(&mut self, call: &Call<'_>) -> Result<Handled, RpcError> {
         let record = self.job_named(call)?;
         let (number, state) = (record.number, record.state.clone());
-        let arm = self.arm_of(record)?;
+        let arm = record.at;
         self.take_lease(call, arm);
         self.begin_for_job(call, arm, WorkKind::SteerJob)?;
         let Some(job) = number.filter(|_| is_under_way(&state)) else {
@@ -197,7 +267,7 @@ impl Station {
         let record = self.job_named(call)?;
         let (id, number, state) = (record.id.clone(), record.number, record.state.clone());
         let order = record.order.clone();
-        let arm = self.arm_of(record)?;
+        let arm = record.at;
         #[cfg(feature = "class")]
         if let ("queued", Some(job)) = (state.as_str(), number) {
             return self.resume_queued(call, job);
@@ -222,6 +292,7 @@ impl Station {
             };
             let job = JobId(self.next_id());
             if let Some(record) = self.records.named(&id) {
+                record.before = Some(Box::new(record.clone()));
                 record.number = Some(job);
                 if one_shot {
                     record.on_lost = OnLost::Continue;
@@ -261,14 +332,16 @@ impl Station {
         let (number, state) = (record.number, record.state.clone());
         #[cfg(feature = "class")]
         if let ("queued", Some(job)) = (state.as_str(), number) {
+            let arm = record.at;
             self.check_queued_job(call, job, QueuedChange::Stop)?;
             self.stop_queued(call.now, job);
-            return Ok(Handled::Now(self.shown(job)));
+            let shown = self.shown(job);
+            return Ok(self.answer_when_kept(call, [arm], shown, IfUnkept::Stand));
         }
         let Some(job) = number.filter(|_| is_under_way(&state)) else {
             return Ok(Handled::Now(record.shown()));
         };
-        let arm = self.arm_of(record)?;
+        let arm = record.at;
         self.order(arm, ArmOrder::StopJob(job));
         Ok(Handled::Later(
             call.request,
@@ -301,25 +374,20 @@ impl Station {
     }
 
     /// The job that a request names.
-    fn job_named(&self, call: &Call<'_>) -> Result<&JobRecord, RpcError> {
+    pub(super) fn job_named(&self, call: &Call<'_>) -> Result<&JobRecord, RpcError> {
         let id = call.params.text("job").unwrap_or_default();
         let found = self.records.find(id);
         found.ok_or_else(|| RpcError::param("job", "there is no such job"))
     }
 
-    /// The arm of a job; one of an earlier station may be gone.
-    fn arm_of(&self, record: &JobRecord) -> Result<ArmId, RpcError> {
-        self.arm_named(Some(&record.arm))
-    }
-
-    fn shown(&mut self, job: JobId) -> Value {
+    pub(super) fn shown(&mut self, job: JobId) -> Value {
         let record = self.records.numbered(job);
         record.map_or(Value::Null, |record| record.shown())
     }
 
     /// The job of an arm that is not over, and whether it runs.
     pub(super) fn job_at(&self, arm: ArmId) -> Option<(&JobRecord, bool)> {
-        let record = self.records.under_way(&self.arm(arm).entry.name)?;
+        let record = self.records.under_way(arm)?;
         Some((record, record.state == "running"))
     }
 
@@ -335,6 +403,10 @@ impl Station {
         let Some(record) = self.records.numbered(job) else {
             return;
         };
+        // The station may have ended it before its arm did.
+        if !is_under_way(&record.state) {
+            return;
+        }
         match news {
             JobNews::Read {
                 title,
@@ -342,6 +414,7 @@ impl Station {
                 start,
             } => {
                 (record.title, record.steps) = (Some(title), Some(steps));
+                record.is_read = true;
                 if let Some((order, start)) = record.order.as_mut().zip(start) {
                     // It goes on from there, wherever the arm is by then.
                     Arc::make_mut(order).start.get_or_insert(start);
@@ -378,6 +451,12 @@ impl Station {
                 if record.state == name {
                     return;
                 }
+                if matches!(state, JobState::Running | JobState::Paused { .. }) {
+                    // From here on it is another job than before: it moves.
+                    record.before = None;
+                    record.hidden.ran = true;
+                    record.hidden.went_on = record.hidden.run.is_some();
+                }
                 name.clone_into(&mut record.state);
                 record.reason = paused.map(|(reason, _)| reason.to_owned());
                 record.part = paused.and_then(|(_, part)| part);
@@ -397,16 +476,25 @@ impl Station {
                 #[cfg(feature = "class")]
                 let order = record.order.clone();
                 #[cfg(feature = "class")]
-                if self.queued_is_over(now, job, &end) {
+                let is_resumed = record.before.is_some();
+                #[cfg(feature = "class")]
+                if !is_resumed && self.queued_is_over(now, job, &end) {
                     return;
                 }
                 if let Some(record) = self.records.numbered(job) {
-                    record.is_over(t, &end);
+                    match record.before.take() {
+                        Some(before) if end.state != "done" => {
+                            *record = *before;
+                            record.number = Some(job);
+                        }
+                        _ => record.is_over(t, &end),
+                    }
                 }
                 #[cfg(feature = "class")]
                 self.keep_result(arm, job, order.as_ref());
                 self.job_changed(now, arm, job);
                 self.answer_end(now, arm, job, end.state, end.error);
+                self.tell_stands(now);
             }
         }
     }
@@ -427,7 +515,7 @@ impl Station {
     }
 
     /// Answers who waits for anything of a job that is over.
-    fn answer_end(
+    pub(super) fn answer_end(
         &mut self,
         now: HostInstant,
         arm: ArmId,
@@ -498,11 +586,11 @@ impl Station {
             _ => None,
         };
         let (on_lost, shown) = (record.on_lost, record.shown());
-        // One that waits has no arm yet.
-        if shown["state"] != "queued" || self.control.has_job(arm, job) {
+        // One that waits has no arm yet, and one that is over without having begun leaves it to another.
+        if phase.is_some() || self.control.has_job(arm, job) {
             self.control.job_is(now, arm, job, on_lost, phase);
         }
-        self.records.has_changed();
+        self.records.has_changed(arm);
         self.notify_all(Notice::JobChanged, &json!({"job": shown}));
         let fields = vec![
             ("job", shown["job"].clone()),

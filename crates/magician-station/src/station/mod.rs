@@ -8,8 +8,10 @@ mod effects;
 mod ending;
 mod events;
 mod fence;
+mod history;
 mod jobs;
 mod journal;
+mod keeping;
 mod leases;
 mod lengthy;
 mod library;
@@ -27,6 +29,7 @@ mod sessions;
 mod size;
 mod socket;
 mod state;
+mod store;
 mod teach;
 mod throttle;
 mod tools;
@@ -49,12 +52,11 @@ pub use self::ending::{CutOff, RunsEnd};
 use self::events::EventLog;
 use self::jobs::Wants;
 pub use self::journal::JournalLine;
+use self::keeping::Keeping;
 use self::lengthy::LengthyWork;
 use self::outbox::SESSION_LIST;
 pub use self::outbox::{Next, Outbox};
 use self::recordings::{ArmRecordings, Recorded};
-pub use self::records::JobsToKeep;
-use self::records::Records;
 #[cfg(feature = "http")]
 pub(crate) use self::sessions::SILENT_SOCKETS;
 use self::sessions::{LIMITS, ListTelling, Session};
@@ -63,6 +65,8 @@ pub use self::size::StationSize;
 use self::socket::Socket;
 pub use self::socket::{CloseCode, Outgoing, Peer, RATE, UNDER_WAY};
 use self::state::SharedState;
+use self::store::Records;
+pub use self::store::{JobsToKeep, check_jobs};
 pub use self::throttle::{Pace, Throttle};
 use crate::api::{Message, MessageId, Notice, Params, Role, RpcError};
 use crate::control::{ArmId, Control, JobId, JogId, LeaseId, RequestId, SessionId};
@@ -214,6 +218,8 @@ impl fmt::Debug for StationConfig {
 enum Awaited {
     /// The outcome of an order.
     Arm(ArmId),
+    /// That what it promises is on the disk.
+    Kept,
     /// What the library has done.
     Library,
     /// Whether there are the program and the preset of a job, which begins then with these parameters.
@@ -304,6 +310,7 @@ pub struct Station {
     /// The arms of jogs, also of those that have ended.
     jogs: BTreeMap<JogId, ArmId>,
     records: Records,
+    keeping: Keeping,
     lines: VecDeque<JournalLine>,
     awake: BTreeSet<SocketId>,
     /// Its end, once that has begun.
@@ -336,8 +343,10 @@ impl Station {
             events: EventLog::default(),
             watched: (None, Vec::new()),
         };
+        let names: Vec<_> = config.arms.iter().map(|arm| arm.name.as_str()).collect();
         let mut station = Self {
-            records: Records::load(config.jobs.load(), config.unix_zero),
+            records: Records::load(&*config.jobs, &names, config.unix_zero),
+            keeping: Keeping::default(),
             control: Control::new(config.arms.len()),
             arms: config.arms.iter().map(place).collect(),
             #[cfg(feature = "class")]
@@ -358,6 +367,7 @@ impl Station {
             ending: None,
             ids: 0,
         };
+        station.take_up_jobs();
         // Arms are read for the last minutes from the beginning on.
         station.watch_anew();
         station
@@ -506,6 +516,8 @@ impl Station {
         self.class_timeout(now);
         self.control.handle_timeout(now);
         self.save_for_alarms(now);
+        self.records.try_again(now, false);
+        self.tell_stands(now);
         let late = |socket: &Socket| socket.session.is_none() && now >= socket.hello_due();
         let late: Vec<_> = { self.sockets.iter() }
             .filter(|(_, socket)| late(socket) && !socket.outbox.is_closing())
@@ -529,6 +541,7 @@ impl Station {
             .chain(saves)
             .chain(self.list.due())
             .chain(self.end_due())
+            .chain(self.keeping_due())
             .min();
         #[cfg(feature = "class")]
         let due = due.into_iter().chain(self.class.next()).min();
@@ -565,7 +578,7 @@ impl Station {
         self.lines.pop_front()
     }
 
-    /// What is to be kept of jobs, where that has changed.
+    /// What is to be kept of the jobs of an arm, where that has changed. [`jobs_kept`](Self::jobs_kept) takes what comes of it.
     pub fn poll_jobs(&mut self) -> Option<JobsToKeep> {
         self.records.take_changed()
     }
@@ -639,7 +652,9 @@ impl Station {
         if moves && self.arm_mut(arm).recordings.expect_motion() {
             self.watch_anew();
         }
-        self.orders.push_back((arm, order));
+        if let Some(order) = self.behind_start(arm, order) {
+            self.orders.push_back((arm, order));
+        }
     }
 
     /// Unix seconds.

@@ -7,9 +7,11 @@ use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
 use super::Station;
+use super::class::Person;
 use super::dispatch::{Call, Handled};
 use super::jobs::source;
-use super::records::JobRecord;
+use super::keeping::IfUnkept;
+use super::records::{JobOwner, JobRecord};
 use super::rights::{Risk, may_endanger};
 use crate::api::{Danger, RpcError};
 use crate::control::{ArmId, JobId, OnLost, PersonId, QueuedChange, RequestId};
@@ -36,7 +38,8 @@ pub(super) struct QueuedJob {
     /// A teacher said that its dangerous commands are meant.
     may_endanger: bool,
     /// It waits for somebody's word: `yes` that it may burn or that its dangerous commands are meant, `stopped` its owner's
-    /// since the arm was stopped.
+    /// since the arm was stopped, `restart` the same since the station was started anew, `unkept` since the disk did not take
+    /// its start.
     held: Option<&'static str>,
 }
 
@@ -68,12 +71,15 @@ impl Station {
         }
         let job = JobId(self.next_id());
         let id = self.text_id('j', job.0);
-        let name = self.arm(arm).entry.name.clone();
-        let mut record = JobRecord::new(id, name, job, order.clone());
+        let of = (arm, self.arm(arm).entry.name.clone());
+        let mut record = JobRecord::new(id, of, job, order.clone());
         "queued".clone_into(&mut record.state);
+        record.on_lost = on_lost;
+        record.hidden.owner = self.owner_of(call);
         record.holder = self.name_of(Some(call.session));
         let holder = record.holder.clone();
         self.records.push(record);
+        self.note_fresh(arm, job);
         let pupil = self.pupil_of(call);
         self.class.queue.push(QueuedJob {
             job,
@@ -146,20 +152,22 @@ impl Station {
             danger: { queued.may_endanger.then_some(()) }
                 .ok_or_else(|| needs("a command", Danger::JOB)),
         };
-        self.order(arm, ArmOrder::StartJob(Box::new(start)));
+        self.class.from_queue.insert(job, queued);
+        self.job_changed(now, arm, job);
+        self.order_start(arm, job, ArmOrder::StartJob(Box::new(start)));
         if self.control.holder(arm).is_none() {
             self.order(arm, ArmOrder::StopMotors);
         }
-        self.class.from_queue.insert(job, queued);
-        self.job_changed(now, arm, job);
     }
 
     /// A job is over: one that would burn and came from the queue waits for a teacher. Whether it is not over after all.
     pub(super) fn queued_is_over(&mut self, now: HostInstant, job: JobId, end: &JobEnd) -> bool {
         let queued = self.class.from_queue.remove(&job);
         let code = end.error.as_ref().map(|error| error.code);
-        let arm = self.records.numbered(job).map(|record| record.arm.clone());
-        let arm = self.arm_named(arm.as_deref()).unwrap_or(ArmId(0));
+        let arm = self
+            .records
+            .numbered(job)
+            .map_or(ArmId(0), |record| record.at);
         // After a stop nothing else begins to move by itself.
         if end.state != "done"
             && !matches!(code, Some(RpcError::CHECK_FAILED | RpcError::DANGEROUS))
@@ -267,6 +275,121 @@ impl Station {
         self.tell_queue(now, queued.arm);
     }
 
+    /// Takes up the jobs that waited when the last station ended, in their order. None begins before a person says so.
+    pub(super) fn take_up_queue(&mut self) {
+        let mut left: Vec<_> = { self.records.each() }
+            .filter(|record| record.state == "queued")
+            .map(|record| (record.at, record.place, record.id.clone()))
+            .collect();
+        left.sort_by_key(|(arm, place, _)| (*arm, place.unwrap_or(u64::MAX)));
+        for (arm, _, id) in left {
+            let job = JobId(self.next_id());
+            let Some(record) = self.records.named(&id) else {
+                continue;
+            };
+            record.number = Some(job);
+            let Some(order) = record.order.as_deref().cloned() else {
+                // Of a version whose programs this one does not read.
+                "interrupted".clone_into(&mut record.state);
+                record.place = None;
+                self.records.has_changed(arm);
+                continue;
+            };
+            let (owner, on_lost) = (record.hidden.owner.clone(), record.on_lost);
+            let (holder, reason) = (record.holder.clone(), record.reason.clone());
+            let pupil = match &owner {
+                Some(JobOwner::Pupil(name)) => Some(name.clone()),
+                _ => None,
+            };
+            let person = owner.map(|owner| match owner {
+                JobOwner::Pupil(name) => self.number_of(Person::Pupil(name)),
+                JobOwner::Token(name) => self.number_of(Person::Token(name)),
+            });
+            let held = match reason.as_deref() {
+                Some("yes") => "yes",
+                _ => "restart",
+            };
+            let is_virtual = self.arm(arm).entry.is_virtual;
+            self.class.queue.push(QueuedJob {
+                job,
+                arm,
+                order,
+                on_lost,
+                person,
+                pupil,
+                holder,
+                may_burn: is_virtual,
+                may_endanger: false,
+                held: Some(held),
+            });
+        }
+        for arm in self.arm_ids() {
+            self.tell_queue(HostInstant::ZERO, arm);
+        }
+    }
+
+    /// A job that was never answered leaves the queue.
+    pub(super) fn drop_queued(&mut self, now: HostInstant, arm: ArmId, job: JobId) {
+        self.class.queue.retain(|queued| queued.job != job);
+        self.class.from_queue.remove(&job);
+        self.tell_queue(now, arm);
+    }
+
+    /// A job of the queue that was to begin waits again, because the disk did not take that. False for any other job.
+    pub(super) fn wait_again(&mut self, now: HostInstant, job: JobId) -> bool {
+        let Some(mut queued) = self.class.from_queue.remove(&job) else {
+            return false;
+        };
+        let arm = queued.arm;
+        queued.held = Some("unkept");
+        if let Some(record) = self.records.numbered(job) {
+            "queued".clone_into(&mut record.state);
+            record.started = None;
+        }
+        self.class.queue.insert(0, queued);
+        self.job_changed(now, arm, job);
+        self.tell_queue(now, arm);
+        true
+    }
+
+    /// Gives a job that waits another place in the queue of its arm.
+    pub(super) fn reorder_job(&mut self, call: &Call<'_>) -> Result<Handled, RpcError> {
+        let record = self.job_named(call)?;
+        let (arm, number, state) = (record.at, record.number, record.state.clone());
+        let Some(job) = number.filter(|_| state == "queued") else {
+            return Ok(Handled::Now(record.shown()));
+        };
+        self.check_queued_job(call, job, QueuedChange::Reorder)?;
+        let place = call
+            .params
+            .integer("position")
+            .unwrap_or(1)
+            .saturating_sub(1);
+        let before = self.move_queued(call.now, job, usize::try_from(place).unwrap_or(usize::MAX));
+        let shown = self.shown(job);
+        let or = before.map_or(IfUnkept::Refuse, |before| IfUnkept::Reorder(job, before));
+        Ok(self.answer_when_kept(call, [arm], shown, or))
+    }
+
+    /// Moves a job to a place of its arm's queue, from 0; the place before.
+    pub(super) fn move_queued(
+        &mut self,
+        now: HostInstant,
+        job: JobId,
+        place: usize,
+    ) -> Option<usize> {
+        let queue = &mut self.class.queue;
+        let at = queue.iter().position(|queued| queued.job == job)?;
+        let queued = queue.remove(at);
+        let arm = queued.arm;
+        let before = queue[..at].iter().filter(|other| other.arm == arm).count();
+        let mut others = (0..queue.len()).filter(|other| queue[*other].arm == arm);
+        let to = others.nth(place).unwrap_or(queue.len());
+        queue.insert(to, queued);
+        self.tell_queue(now, arm);
+        Some(before)
+    }
+
     /// Tells those whose place or state in the queue of an arm has changed.
     fn tell_queue(&mut self, now: HostInstant, arm: ArmId) {
         let waiting = self.class.queue.iter().filter(|job| job.arm == arm);
@@ -283,11 +406,11 @@ impl Station {
     }
 
     /// Puts a program to arms, for a teacher.
-    pub(super) fn send_to_arms(&mut self, call: &Call<'_>) -> Result<Value, RpcError> {
+    pub(super) fn send_to_arms(&mut self, call: &Call<'_>) -> Result<Handled, RpcError> {
         let source = source(call)?;
         let arms = self.arms_meant(call)?;
         let mut jobs = Vec::new();
-        for arm in arms {
+        for arm in arms.iter().copied() {
             let order = JobOrder {
                 source: source.clone(),
                 loops: Some(1),
@@ -310,7 +433,8 @@ impl Station {
             }
             Err(error) => json!({"arm": arm, "job": null, "state": null, "error": error.message}),
         });
-        Ok(json!({"jobs": jobs.collect::<Vec<_>>()}))
+        let result = json!({"jobs": jobs.collect::<Vec<_>>()});
+        Ok(self.answer_when_kept(call, arms, result, IfUnkept::Refuse))
     }
 
     /// Keeps what came of a pupil's job that is done, and asks for its picture.

@@ -1,19 +1,16 @@
-//! What is known of jobs, also of those of earlier stations.
+//! A job as clients see it and as it is kept.
 
 use std::sync::Arc;
 
 use magician_protocol::HostInstant;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::{Value, json};
 
 use super::jobs::is_under_way;
-use crate::control::{JobId, OnLost};
+use crate::api::RpcError;
+use crate::control::{ArmId, JobId, OnLost};
+use crate::job::KeptRun;
 use crate::order::{JobEnd, JobOrder};
-
-/// Jobs of an arm that are kept.
-const KEPT: usize = 50;
-/// Jobs of an arm whose program is kept, so that they can go on.
-const PROGRAMS: usize = 8;
 
 /// A job, as clients see it and as it is kept.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -26,7 +23,9 @@ pub(super) struct JobRecord {
     pub(super) step: u64,
     pub(super) steps: Option<u64>,
     pub(super) first_step: Option<u64>,
-    pub(super) loops: Option<u64>,
+    /// Number of times; 0 until it is stopped.
+    #[serde(deserialize_with = "number_or_zero")]
+    pub(super) loops: u64,
     #[serde(rename = "loop")]
     pub(super) iteration: u64,
     pub(super) seconds_left: Option<f64>,
@@ -51,12 +50,24 @@ pub(super) struct JobRecord {
     /// Its number in this station, since it began here.
     #[serde(skip)]
     pub(super) number: Option<JobId>,
+    /// The arm that it is of, in this station.
+    #[serde(skip, default = "first_arm")]
+    pub(super) at: ArmId,
     #[serde(skip)]
     pub(super) on_lost: OnLost,
+    /// What the file alone has.
+    #[serde(skip)]
+    pub(super) hidden: Hidden,
     /// The pupil who began it.
     #[cfg(feature = "class")]
     #[serde(skip)]
     pub(super) pupil: Option<String>,
+    /// The job as it was before it was resumed, until it runs: a refused resume changes nothing.
+    #[serde(skip)]
+    pub(super) before: Option<Box<JobRecord>>,
+    /// True once its program was read, since it began last.
+    #[serde(skip)]
+    pub(super) is_read: bool,
     /// When it was told last.
     #[serde(skip)]
     pub(super) told: Option<HostInstant>,
@@ -65,8 +76,58 @@ pub(super) struct JobRecord {
     done: u64,
 }
 
+/// What is kept of a job beside what clients see.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub(super) struct Hidden {
+    /// Name that its caller chose for it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) key: Option<String>,
+    /// Digest of its order, which outlives the order.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) digest: Option<String>,
+    /// True once it ran. One that did not moved nothing.
+    pub(super) ran: bool,
+    /// Whose it is; `None`: a teacher's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) owner: Option<JobOwner>,
+    /// Policy for the end of the lease.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) on_lost: Option<String>,
+    /// Run of the command line that it was taken over from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) run: Option<String>,
+    /// True once a station has gone on with that.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub(super) went_on: bool,
+}
+
+/// Whose a job is.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum JobOwner {
+    /// A pupil of this name.
+    Pupil(String),
+    /// Whoever has the token of this name.
+    Token(String),
+}
+
+const fn first_arm() -> ArmId {
+    ArmId(0)
+}
+
+/// Older stations wrote null for a job without end.
+fn number_or_zero<'de, D: Deserializer<'de>>(from: D) -> Result<u64, D::Error> {
+    Ok(Option::deserialize(from)?.unwrap_or(0))
+}
+
 impl JobRecord {
-    pub(super) fn new(id: String, arm: String, number: JobId, order: JobOrder) -> Self {
+    pub(super) fn new(
+        id: String,
+        (at, arm): (ArmId, String),
+        number: JobId,
+        order: JobOrder,
+    ) -> Self {
         Self {
             id,
             arm,
@@ -75,7 +136,7 @@ impl JobRecord {
             step: 0,
             steps: None,
             first_step: None,
-            loops: order.loops,
+            loops: order.loops.unwrap_or(0),
             iteration: 1,
             seconds_left: None,
             drawn_mm: None,
@@ -91,17 +152,45 @@ impl JobRecord {
             notes: None,
             order: Some(Arc::new(order)),
             number: Some(number),
+            at,
             on_lost: OnLost::default(),
+            hidden: Hidden::default(),
             #[cfg(feature = "class")]
             pupil: None,
+            before: None,
+            is_read: false,
             told: None,
             done: 0,
         }
     }
 
+    /// A run of the command line that was interrupted.
+    pub(super) fn of_run(id: String, of: (ArmId, String), run: KeptRun) -> Self {
+        let mut record = Self::new(id, of, JobId(0), run.order.clone());
+        record.number = None;
+        "interrupted".clone_into(&mut record.state);
+        record.first_step = Some(run.order.from + 1);
+        record.hidden.ran = true;
+        record.hidden.run = Some(run.name.clone());
+        record.ran_on(&run);
+        record
+    }
+
+    /// How far a run of the command line is.
+    pub(super) fn ran_on(&mut self, run: &KeptRun) {
+        if self.state != "interrupted" {
+            return;
+        }
+        self.title = Some(run.title.clone()).filter(|title| !title.is_empty());
+        self.steps = run.steps;
+        (self.started, self.ended) = (Some(run.started), Some(run.ended));
+        self.reaches(run.done);
+    }
+
     /// It begins, or goes on.
     pub(super) fn begins(&mut self, t: f64, holder: Value) {
         "checking".clone_into(&mut self.state);
+        self.is_read = false;
         self.started.get_or_insert(t);
         (self.ended, self.error, self.holder) = (None, Value::Null, holder);
         self.notes = None;
@@ -133,8 +222,9 @@ impl JobRecord {
             (self.drawn_mm, self.travel_mm) = (Some(drawn), Some(travelled));
         }
         if end.state == "done" {
-            if let (Some(steps), Some(loops)) = (self.steps, self.loops) {
-                self.reaches(steps.saturating_mul(loops));
+            self.hidden.ran = true;
+            if let Some(steps) = self.steps.filter(|_| self.loops > 0) {
+                self.reaches(steps.saturating_mul(self.loops));
             }
             self.order = None;
         }
@@ -151,6 +241,47 @@ impl JobRecord {
     pub(super) fn shown(&self) -> Value {
         serde_json::to_value(self).unwrap_or(Value::Null)
     }
+
+    /// The error with which its start was refused: it ended before it ran. `None` for any other job.
+    pub(super) fn refusal(&self) -> Option<RpcError> {
+        if self.state != "failed" || self.hidden.ran {
+            return None;
+        }
+        let mut data = self.error.as_object()?.clone();
+        let message = data.remove("message")?.as_str()?.to_owned();
+        let of_kind = |code: &&i32| RpcError::new(**code, "").data.get("kind") == data.get("kind");
+        let code = RpcError::CODES.iter().find(of_kind);
+        let code = code.copied().unwrap_or(RpcError::ARM);
+        Some(RpcError {
+            code,
+            message,
+            data,
+        })
+    }
+
+    /// What a station that comes after the one that kept it makes of it: what was under way is interrupted, what waited still
+    /// waits, until a person says that it may begin.
+    pub(super) fn left(&mut self, t: f64) -> bool {
+        if !is_under_way(&self.state) {
+            return false;
+        }
+        "interrupted".clone_into(&mut self.state);
+        (self.reason, self.part, self.text) = (None, None, None);
+        self.place = None;
+        (self.ended, self.seconds_left) = (Some(t), None);
+        true
+    }
+}
+
+/// Digest of what a job does: FNV-1a with 128 bits of it as JSON. Where it began, which the station adds, does not count.
+pub(super) fn digest(order: &JobOrder) -> String {
+    let mut order = order.clone();
+    order.start = None;
+    let text = serde_json::to_string(&order).unwrap_or_default();
+    let offset: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
+    let prime = 0x0100_0000_0000_0000_0000_013b;
+    let step = |hash: u128, byte: u8| (hash ^ u128::from(byte)).wrapping_mul(prime);
+    format!("{:032x}", text.bytes().fold(offset, step))
 }
 
 /// A job as its file has it: with what it does, so that it can go on.
@@ -158,131 +289,41 @@ impl JobRecord {
 struct Kept<'a> {
     #[serde(flatten)]
     record: &'a JobRecord,
+    kept: &'a Hidden,
     #[serde(skip_serializing_if = "Option::is_none")]
     order: Option<&'a JobOrder>,
 }
 
-impl<'a> From<&'a JobRecord> for Kept<'a> {
-    fn from(record: &'a JobRecord) -> Self {
-        let order = record.order.as_deref();
-        Self { record, order }
-    }
+/// The form in which a file has it. A job that is being resumed has moved nothing yet: it is kept as it was.
+pub(super) fn to_file(record: &JobRecord) -> Value {
+    let record = record.before.as_deref().unwrap_or(record);
+    let mut kept = Kept {
+        record,
+        kept: &record.hidden,
+        order: record.order.as_deref(),
+    };
+    let mut hidden = record.hidden.clone();
+    hidden.on_lost = Some(record.on_lost.name().to_owned());
+    kept.kept = &hidden;
+    serde_json::to_value(kept).unwrap_or(Value::Null)
 }
 
-/// Reads one.
-fn kept(mut item: Value) -> Option<JobRecord> {
-    let order = item
-        .as_object_mut()
-        .and_then(|fields| fields.remove("order"));
+/// Reads one. An order of a version that knew other parameters costs the order alone: the job stays in the list.
+pub(super) fn from_file(mut item: Value, at: ArmId) -> Option<JobRecord> {
+    let mut taken = |name| item.as_object_mut().and_then(|fields| fields.remove(name));
+    let (order, hidden) = (taken("order"), taken("kept"));
     let mut record: JobRecord = serde_json::from_value(item).ok()?;
-    if let Some(order) = order {
-        record.order = Some(Arc::new(serde_json::from_value(order).ok()?));
-    }
+    record.at = at;
+    let order = order.and_then(|order| serde_json::from_value(order).ok());
+    record.order = order.map(Arc::new);
+    record.hidden = match hidden {
+        Some(hidden) => serde_json::from_value(hidden).unwrap_or_default(),
+        // Older stations did not say it.
+        None => Hidden {
+            ran: record.step > 0 || record.state == "done",
+            ..Hidden::default()
+        },
+    };
+    record.on_lost = OnLost::named(record.hidden.on_lost.as_deref());
     Some(record)
-}
-
-/// The jobs of all arms, in the order in which they began.
-#[derive(Debug, Default)]
-pub(super) struct Records {
-    all: Vec<JobRecord>,
-    changed: bool,
-}
-
-impl Records {
-    /// Those that an earlier station has left: what was under way then is interrupted.
-    pub(super) fn load(jobs: Value, t: f64) -> Self {
-        let items = match jobs {
-            Value::Array(items) => items,
-            _ => Vec::new(),
-        };
-        let mut all: Vec<_> = items.into_iter().filter_map(kept).collect();
-        let mut changed = false;
-        let left =
-            |record: &&mut JobRecord| is_under_way(&record.state) || record.state == "queued";
-        for record in all.iter_mut().filter(left) {
-            "interrupted".clone_into(&mut record.state);
-            (record.reason, record.part, record.text) = (None, None, None);
-            record.place = None;
-            (record.ended, record.seconds_left) = (Some(t), None);
-            changed = true;
-        }
-        Self { all, changed }
-    }
-
-    pub(super) fn push(&mut self, record: JobRecord) {
-        let arm = record.arm.clone();
-        self.all.push(record);
-        let mut seen = 0;
-        // From the newest on.
-        self.all.reverse();
-        self.all.retain_mut(|record| {
-            if record.arm != arm {
-                return true;
-            }
-            seen += 1;
-            let waits = record.state == "queued";
-            if seen > PROGRAMS && !is_under_way(&record.state) && !waits {
-                record.order = None;
-            }
-            seen <= KEPT
-        });
-        self.all.reverse();
-    }
-
-    /// The jobs of an arm, as clients see them.
-    pub(super) fn of(&self, arm: &str) -> Vec<Value> {
-        let of = self.all.iter().filter(|record| record.arm == arm);
-        of.map(JobRecord::shown).collect()
-    }
-
-    pub(super) fn find(&self, id: &str) -> Option<&JobRecord> {
-        self.all.iter().find(|record| record.id == id)
-    }
-
-    pub(super) fn named(&mut self, id: &str) -> Option<&mut JobRecord> {
-        self.all.iter_mut().find(|record| record.id == id)
-    }
-
-    pub(super) fn numbered(&mut self, job: JobId) -> Option<&mut JobRecord> {
-        { self.all.iter_mut() }.find(|record| record.number == Some(job))
-    }
-
-    pub(super) fn id_of(&self, job: JobId) -> Option<String> {
-        let record = { self.all.iter() }.find(|record| record.number == Some(job));
-        record.map(|record| record.id.clone())
-    }
-
-    /// The job of an arm that is not over.
-    pub(super) fn under_way(&self, arm: &str) -> Option<&JobRecord> {
-        let mut of = self.all.iter().filter(|record| record.arm == arm);
-        of.find(|record| is_under_way(&record.state))
-    }
-
-    pub(super) fn has_changed(&mut self) {
-        self.changed = true;
-    }
-
-    /// What is to be kept now, if it is something else than before.
-    pub(super) fn take_changed(&mut self) -> Option<JobsToKeep> {
-        std::mem::take(&mut self.changed).then(|| JobsToKeep(self.all.clone()))
-    }
-}
-
-/// The jobs of a station as they were once, to be kept. Their programs are shared with the station, not copied.
-#[derive(Clone, Debug)]
-pub struct JobsToKeep(Vec<JobRecord>);
-
-impl JobsToKeep {
-    /// As a file has them. This copies the programs: not to be asked where others wait.
-    #[must_use]
-    pub fn to_value(&self) -> Value {
-        let all: Vec<_> = self.0.iter().map(Kept::from).collect();
-        serde_json::to_value(all).unwrap_or(Value::Null)
-    }
-
-    #[cfg(test)]
-    pub(crate) fn of_ids(ids: &[&str]) -> Self {
-        let record = |id: &&str| json!({"job": id, "arm": "", "state": "", "step": 0, "loop": 1, "holder": null, "error": null});
-        Self(ids.iter().filter_map(|id| kept(record(id))).collect())
-    }
 }

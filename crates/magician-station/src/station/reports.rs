@@ -91,32 +91,21 @@ impl Station {
             // The line broke behind the reading: it is not the state any more.
             Outcome::State => self.whole_state(arm).ok_or_else(line_lost),
         });
-        let name = self.arm(arm).entry.name.clone();
         let Some(pending) = self.pending.get_mut(&request) else {
             // Its lease has ended, or a stop came: it was answered then.
             self.control.finish(now, arm, request);
             return;
         };
         match &mut pending.waits {
-            Awaited::Stops { left, arms, failed } => {
-                left.remove(&arm);
-                match outcome {
-                    Ok(mut stood) => {
-                        if let Value::Object(stood) = &mut stood {
-                            stood.insert("arm".to_owned(), name.into());
-                        }
-                        arms.push(stood);
-                    }
-                    Err(error) => *failed = Some(error),
-                }
-                if left.is_empty() {
-                    let arms = std::mem::take(arms);
-                    let outcome = match failed.take() {
-                        Some(error) => Err(error.with("arms", arms)),
-                        None => Ok(json!({ "arms": arms })),
-                    };
-                    self.finish(now, request, outcome);
-                }
+            Awaited::Stops { .. } => {
+                let outcome = match outcome {
+                    Ok(stood) => match self.behind_job(now, arm, request, stood) {
+                        Some(stood) => Ok(stood),
+                        None => return,
+                    },
+                    Err(error) => Err(error),
+                };
+                self.stood(now, arm, request, outcome);
             }
             Awaited::Jog(_, jog) => {
                 let jog = *jog;
@@ -139,10 +128,45 @@ impl Station {
                 self.job_done(now, request, wants, job, outcome);
             }
             Awaited::Arm(_)
+            | Awaited::Kept
             | Awaited::Library
             | Awaited::Program(..)
             | Awaited::Lease { .. }
             | Awaited::Record(_) => self.finish(now, request, outcome),
+        }
+    }
+    /// What came of the stop of an arm; the request is answered when all that it meant stand.
+    pub(super) fn stood(
+        &mut self,
+        now: HostInstant,
+        arm: ArmId,
+        request: RequestId,
+        outcome: Result<Value, RpcError>,
+    ) {
+        let name = self.arm(arm).entry.name.clone();
+        let Some(pending) = self.pending.get_mut(&request) else {
+            return;
+        };
+        let Awaited::Stops { left, arms, failed } = &mut pending.waits else {
+            return;
+        };
+        left.remove(&arm);
+        match outcome {
+            Ok(mut stood) => {
+                if let Value::Object(stood) = &mut stood {
+                    stood.insert("arm".to_owned(), name.into());
+                }
+                arms.push(stood);
+            }
+            Err(error) => *failed = Some(error),
+        }
+        if left.is_empty() {
+            let arms = std::mem::take(arms);
+            let outcome = match failed.take() {
+                Some(error) => Err(error.with("arms", arms)),
+                None => Ok(json!({ "arms": arms })),
+            };
+            self.finish(now, request, outcome);
         }
     }
 }

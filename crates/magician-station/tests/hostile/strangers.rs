@@ -169,6 +169,10 @@ impl Scene {
 
     /// The arms do what they are told, at once; nobody tells the student's to stop.
     fn orders(&mut self) {
+        while let Some(jobs) = self.station.poll_jobs() {
+            let (arm, revision) = (jobs.arm(), jobs.revision());
+            self.station.jobs_kept(self.now, arm, revision, Ok(()));
+        }
         while let Some((arm, order)) = self.station.poll_order() {
             let done = |request, outcome| ArmReport::Done { request, outcome };
             let report = match order {

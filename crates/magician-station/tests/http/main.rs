@@ -5,6 +5,7 @@ mod bench;
 mod calls;
 mod floods;
 mod hostile;
+mod kept;
 mod link;
 mod pages;
 mod pairing;

@@ -1,6 +1,8 @@
 //! A station with virtual arms, and clients that speak JSON to it.
 
 use std::collections::BTreeMap;
+use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -11,7 +13,7 @@ use magician_job::presets::Presets;
 use magician_job::{Journal, JournalError, JournalKey};
 use magician_program::resume::Checkpoint;
 use magician_station::{
-    ArmEntry, Client, CloseCode, FormatReader, FrameRing, Grant, JobStore, JournalLine,
+    ArmEntry, Client, CloseCode, FormatReader, FrameRing, Grant, JobStore, JournalLine, KeptRun,
     NoRecordings, Outgoing, Peer, RecordingStore, Role, RunningStation, StationConfig,
 };
 use serde_json::{Value, json};
@@ -123,7 +125,9 @@ impl LocalStation {
         }
         let lines = Arc::new(Mutex::new(Vec::new()));
         // Another one for each start.
-        let starts = kept.jobs.lock().unwrap().as_array().map_or(0, Vec::len);
+        let starts = kept.jobs.lock().unwrap()["jobs"]
+            .as_array()
+            .map_or(0, Vec::len);
         let epoch = starts.to_string();
         let shelf = Arc::new(Shelf::default());
         let presets = Presets::kept_in(Arc::new(Drawer::default()));
@@ -223,7 +227,11 @@ impl LocalStation {
 /// Jobs and their journals, in memory: what a station leaves for the next one.
 #[derive(Clone, Default)]
 pub(crate) struct Kept {
+    /// Of the first arm.
     pub(crate) jobs: Arc<Mutex<Value>>,
+    /// True if the disk is full.
+    pub(crate) full: Arc<AtomicBool>,
+    pub(crate) runs: Vec<KeptRun>,
     journals: Arc<Mutex<BTreeMap<String, Checkpoint>>>,
 }
 
@@ -232,18 +240,36 @@ impl Kept {
     pub(crate) fn copy(&self) -> Self {
         Self {
             jobs: Arc::new(Mutex::new(self.jobs.lock().unwrap().clone())),
+            full: Arc::default(),
+            runs: self.runs.clone(),
             journals: Arc::new(Mutex::new(self.journals.lock().unwrap().clone())),
         }
     }
 }
 
 impl JobStore for Kept {
-    fn load(&self) -> Value {
-        self.jobs.lock().unwrap().clone()
+    fn load(&self, arm: usize) -> Value {
+        match arm {
+            0 => self.jobs.lock().unwrap().clone(),
+            _ => Value::Null,
+        }
     }
 
-    fn save(&self, jobs: &Value) {
-        *self.jobs.lock().unwrap() = jobs.clone();
+    fn save(&self, arm: usize, jobs: &Value) -> io::Result<()> {
+        if self.full.load(Ordering::SeqCst) {
+            return Err(io::ErrorKind::StorageFull.into());
+        }
+        if arm == 0 {
+            *self.jobs.lock().unwrap() = jobs.clone();
+        }
+        Ok(())
+    }
+
+    fn runs(&self, arm: usize) -> Vec<KeptRun> {
+        match arm {
+            0 => self.runs.clone(),
+            _ => Vec::new(),
+        }
     }
 
     fn journal(&self) -> Box<dyn Journal> {

@@ -333,8 +333,24 @@ async fn jobs_wait_for_their_arm_and_begin_in_order() {
     let shown = teacher.ok("job.get", json!({"job": second})).await;
     assert_eq!(
         (&shown["state"], &shown["place"]),
-        (&json!("interrupted"), &Value::Null)
+        (&json!("queued"), &json!(1))
     );
+    assert_eq!(shown["reason"], json!("restart"));
+    pass(60, &mut [&mut teacher]).await;
+    for job in [&second, &third] {
+        assert_eq!(
+            teacher.ok("job.get", json!({"job": job})).await["state"],
+            "queued"
+        );
+        teacher.ok("job.resume", json!({"job": job})).await;
+    }
+    pass(60, &mut [&mut teacher]).await;
+    for job in [&second, &third] {
+        assert_eq!(
+            teacher.ok("job.get", json!({"job": job})).await["state"],
+            "done"
+        );
+    }
 }
 
 #[tokio::test(start_paused = true)]

@@ -10,6 +10,7 @@ mod fence;
 mod jobs;
 mod jogs;
 mod leases;
+mod life;
 mod limits;
 #[cfg(feature = "link")]
 mod link;
@@ -25,6 +26,7 @@ mod ring;
 mod setups;
 mod shelf;
 mod stale;
+mod store;
 mod surface;
 mod teach;
 mod told;

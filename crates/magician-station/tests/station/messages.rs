@@ -158,6 +158,9 @@ async fn every_method_does_something() {
             if method.name == "job.resume" {
                 teacher.ok("job.pause", json!({"job": job})).await;
             }
+            if method.name == "job.delete" {
+                teacher.ok("job.stop", json!({"job": job})).await;
+            }
         }
         let mut params = json!({});
         for param in method.params.iter().filter(|param| param.required) {
@@ -168,7 +171,7 @@ async fn every_method_does_something() {
                 "to" => json!([220, 0, 50, 0]),
                 "axis" if method.name == "jog.start" => json!("x+"),
                 "axis" => json!("x"),
-                "rate" | "seq" | "subscription" => json!(1),
+                "rate" | "seq" | "subscription" | "position" => json!(1),
                 "percent" | "by" => json!(5),
                 "lease" => lease.clone(),
                 "format" => json!("svg"),

@@ -11,7 +11,9 @@ use magician_job::{
     ResumeError, SpeedError, Start, StartsAt, StopOrder, report,
 };
 use magician_program::Tool;
+use magician_station::JobOrder;
 use serde::Serialize;
+use serde_json::Value;
 
 use super::PreparedJob;
 use super::input::Input;
@@ -25,10 +27,14 @@ use crate::interrupt::{Control, JobControl, Signals};
 use crate::output::Output;
 use crate::paint::Paint;
 use crate::saved::SavedSettings;
+use crate::serving::unix_time;
 
 /// Readings of a recording for a second of the arm's clock, and the most for one of ours.
 pub(super) const RATE: f64 = 20.0;
 const MOST: f64 = 500.0;
+
+/// Steps of a run that a station can go on with, at most: its plan is written before the arm moves.
+const MOST_STEPS: usize = 100_000;
 
 /// What is to run, and how.
 pub(super) struct Drive<'a> {
@@ -148,6 +154,28 @@ impl Drive<'_> {
             .saved(saved.clone())
     }
 
+    /// The journal of the run. What a station needs to go on with it is beside it, where the arm outlives this program.
+    fn journal(&self, arm: &Arm) -> FileJournal {
+        let prepared = &self.made.prepared;
+        let plan = prepared.program.plan();
+        if !self.lasting || plan.steps.len() > MOST_STEPS {
+            return FileJournal::new();
+        }
+        let loops = prepared.program.iterations();
+        let order = JobOrder::of_plan(plan.to_json(), loops, prepared.start);
+        let order = serde_json::json!({
+            "version": 1,
+            "started": unix_time().as_secs_f64(),
+            "port": arm.name(),
+            "steps": plan.steps.len(),
+            "order": order,
+        });
+        match order {
+            Value::Object(order) => FileJournal::new().with_order(order),
+            _ => FileJournal::new(),
+        }
+    }
+
     /// Runs it to its end.
     pub(super) async fn run(
         &self,
@@ -161,7 +189,7 @@ impl Drive<'_> {
         input.listen();
         let unhomed = arm.allowing_unhomed();
         let arm = if self.unhomed { &unhomed } else { arm };
-        let job = Job::start(arm, self.spec(saved), FileJournal::new());
+        let job = Job::start(arm, self.spec(saved), self.journal(arm));
         let mut run = UnderWay::of(job, signals, control, input, self.json);
         let (mut recorder, mut unrecorded) = (None, None);
         if self.record.is_some() {

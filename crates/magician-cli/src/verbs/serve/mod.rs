@@ -13,13 +13,14 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use clap::{Args, ValueHint};
+use magician::commands::DeviceSn;
 use magician::{Arm, ErrorKind, SimSpeed, Target, VirtualArm};
 use magician_job::dirs;
 use magician_job::presets::Presets;
 use magician_station::class::{ClassFile, Schedule};
 use magician_station::http::{
-    JobFile, JournalFile, ListenError, Listener, Pages, RecordingFolder, TlsError, TokenError,
-    TokenStore,
+    JobFolder, JobStoreError, JournalFile, ListenError, Listener, Pages, RecordingFolder, TlsError,
+    TokenError, TokenStore,
 };
 use magician_station::{
     ArmEntry, CutOff, FormatReader, FrameRing, ProgramStore, RunningStation, StationConfig,
@@ -366,7 +367,8 @@ impl Serve {
             config.programs = programs;
         }
         if let Some(folder) = folder() {
-            config.jobs = Arc::new(JobFile::at(folder.join("jobs.json")));
+            let serials = serials(&arms).await;
+            config.jobs = Arc::new(JobFolder::open(folder, &entries, &serials)?);
         }
         if let Some(state) = dirs::state() {
             config.recordings = Arc::new(RecordingFolder::at(state.join("recordings")));
@@ -479,8 +481,19 @@ impl Serve {
     }
 }
 
+/// Serial numbers of the arms; empty where one reports none.
+async fn serials(arms: &[Arm]) -> Vec<String> {
+    let mut serials = Vec::new();
+    for arm in arms {
+        let serial = arm.get::<DeviceSn>().await;
+        let serial = serial.map(|serial| serial.device_sn.to_string());
+        serials.push(serial.unwrap_or_default().trim().to_owned());
+    }
+    serials
+}
+
 /// Where an arm is, as a person would write it.
-fn port_of(target: &Target) -> String {
+pub(crate) fn port_of(target: &Target) -> String {
     match target {
         Target::Sim(SimSpeed::Times(speed)) if *speed == 1.0 => "sim".to_owned(),
         target => target.to_string(),
@@ -532,6 +545,20 @@ impl From<ListenError> for Failure {
             _ => magician::ErrorKind::Port,
         };
         Self::new(Kind::Driver(kind), error.to_string())
+    }
+}
+
+impl From<JobStoreError> for Failure {
+    fn from(error: JobStoreError) -> Self {
+        let message = error.to_string();
+        match error {
+            JobStoreError::Unreadable(..) => Self::invalid(message).hint(
+                "nothing was changed: move the file away, and the station begins a new one; one of a later version is read by that",
+            ),
+            JobStoreError::Io(..) => Self::invalid(message).hint("serve must be allowed to read it"),
+            _ => Self::new(Kind::Driver(ErrorKind::Port), message)
+                .hint("end the other one first, or give this one a place of its own: XDG_STATE_HOME"),
+        }
     }
 }
 
