@@ -95,9 +95,14 @@ pub static ERRORS: &[ErrorRow] = &[
         ErrorKind::Uncertain,
         "a command may or may not have been done; `from` to `to` are the indices in doubt",
     ),
-    of_arm(
-        ErrorKind::Closed,
-        "the connection was closed, or a stop came first",
+    error(
+        RpcError::ARM,
+        ErrorKind::Closed.name(),
+        "the connection was closed, a stop came first, or the disk did not take it",
+        &[
+            "code", "step", "command", "value", "limit", "unit", "fence", "from", "to", "remedies",
+            "arms", "reason",
+        ],
     ),
     error(
         RpcError::FORBIDDEN,

@@ -19,7 +19,9 @@ pub(crate) const JOB_STATES: &[&str] = &[
     "interrupted",
 ];
 /// Reasons why a job is paused, or does not begin though it is its turn.
-pub(crate) const REASONS: &[&str] = &["person", "part", "program", "stopped", "yes", "restart", "unkept"];
+pub(crate) const REASONS: &[&str] = &[
+    "person", "part", "program", "stopped", "yes", "restart", "unkept",
+];
 pub(crate) const ROLES: &[&str] = &["viewer", "student", "teacher"];
 const LINKS: &[&str] = &["up", "lost"];
 const GRIPPERS: &[&str] = &["open", "closed", "off"];
@@ -163,6 +165,7 @@ pub(super) const ERROR_DATA: &[Member] = &[
     )
     .in_unit("s")
     .optional(),
+    is("reason", Choice(&["unkept"]), "the disk did not take it").optional(),
     is("by", Id(Session), "whose stop it was")
         .null("not a session's")
         .optional(),
@@ -381,7 +384,8 @@ pub static TYPES: &[Type] = &[
                 Choice(REASONS),
                 "of a `paused` job: `person`: somebody asked for it, or the lease ended; `part`: a part is done; `program`: the program \
                  says so. Of a `queued` job that does not begin by itself: `stopped`: the arm was stopped, `job.resume` lets it go on; \
-                 `yes`: it may burn, and waits for a teacher's `job.resume` with `yes`",
+                 `yes`: it may burn or is dangerous, and waits for `job.resume` with `yes` by who may; `restart`: the station was \
+                 started anew, and `unkept`: the disk did not take its start, `job.resume` lets both go on",
             )
             .null("neither"),
             is("text", Text, "what the person at the arm is to do before it goes on").null("nothing is said"),
