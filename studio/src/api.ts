@@ -56,6 +56,11 @@ export type Pose = {
   j4: number;
 };
 
+export type LibraryUse = {
+  programs: number;
+  bytes: number;
+};
+
 export type Stood = {
   arm: string;
   stood: boolean;
@@ -84,7 +89,6 @@ export type Job = {
   step: number;
   steps: number | null;
   first_step: number | null;
-  /** 0: until it is stopped. */
   loops: number;
   loop: number;
   seconds_left: number | null;
@@ -94,7 +98,7 @@ export type Job = {
   ended: number | null;
   holder: Holder | null;
   part: number | null;
-  reason: "person" | "part" | "program" | "stopped" | "yes" | null;
+  reason: "person" | "part" | "program" | "stopped" | "yes" | "restart" | "unkept" | null;
   text: string | null;
   place: number | null;
   error: JobError | null;
@@ -124,8 +128,13 @@ export type JobError = {
   arms?: Stood[];
   role?: "viewer" | "student" | "teacher";
   needs?: "viewer" | "student" | "teacher";
+  may?: Array<"owner" | "holder" | "teacher">;
+  wait_s?: number;
+  quota?: LibraryUse;
+  used?: LibraryUse;
   holder?: Holder | null;
   free_in_s?: number;
+  reason?: "unkept";
   by?: string | null;
   job?: string;
   jog?: string;
@@ -156,8 +165,13 @@ export type ErrorData = {
   arms?: Stood[];
   role?: "viewer" | "student" | "teacher";
   needs?: "viewer" | "student" | "teacher";
+  may?: Array<"owner" | "holder" | "teacher">;
+  wait_s?: number;
+  quota?: LibraryUse;
+  used?: LibraryUse;
   holder?: Holder | null;
   free_in_s?: number;
+  reason?: "unkept";
   by?: string | null;
   job?: string;
   jog?: string;
@@ -1120,7 +1134,7 @@ export interface Methods {
     };
     result: Report;
   };
-  /** Checks a program and runs it. */
+  /** Checks a program and runs it. What is answered is on the disk. */
   "job.start": {
     params: {
       arm?: string;
@@ -1138,6 +1152,7 @@ export interface Methods {
       on_lost?: "pause" | "stop" | "continue";
       queue?: boolean;
       after_check?: boolean;
+      key?: string;
     };
     result: {
       job: string;
@@ -1182,6 +1197,43 @@ export interface Methods {
       job: string;
     };
     result: Job;
+  };
+  /** The jobs of an arm that are kept, the newest last, and sums over all that ran. */
+  "job.history": {
+    params: {
+      arm?: string;
+      skip?: number;
+      limit?: number;
+    };
+    result: {
+      jobs: Job[];
+      more: boolean;
+      totals: {
+        jobs: number;
+        done: number;
+        stopped: number;
+        failed: number;
+        interrupted: number;
+        drawn_mm: number;
+        travel_mm: number;
+        seconds: number;
+      };
+    };
+  };
+  /** Gives a job that waits another place in the queue of its arm; one that waits no more is answered as it is. */
+  "job.reorder": {
+    params: {
+      job: string;
+      position: number;
+    };
+    result: Job;
+  };
+  /** Takes a job that is over out of the list. It counts in the totals all the same. */
+  "job.delete": {
+    params: {
+      job: string;
+    };
+    result: null;
   };
   /** Keeps a program in the library; one of this name is replaced. */
   "program.put": {

@@ -103,14 +103,21 @@ __all__ = [
     "JobChangedNotification",
     "JobCheckParams",
     "JobCheckResult",
+    "JobDeleteParams",
+    "JobDeleteResult",
     "JobError",
     "JobEvent",
     "JobGetParams",
     "JobGetResult",
+    "JobHistoryParams",
+    "JobHistoryResult",
+    "JobHistoryResultTotals",
     "JobListParams",
     "JobListResult",
     "JobPauseParams",
     "JobPauseResult",
+    "JobReorderParams",
+    "JobReorderResult",
     "JobResumeParams",
     "JobResumeResult",
     "JobStartParams",
@@ -144,6 +151,7 @@ __all__ = [
     "LeaseRenewResult",
     "LeaseTakeParams",
     "LeaseTakeResult",
+    "LibraryUse",
     "LinkFoundEvent",
     "LinkLostEvent",
     "MissedEvent",
@@ -411,6 +419,14 @@ class Pose(TypedDict):
     j4: float
     """Joint 4, the tool, deg."""
 
+class LibraryUse(TypedDict):
+    """Room in the library of programs."""
+
+    programs: int
+    """Number of programs."""
+    bytes: int
+    """Their bytes, bytes."""
+
 class Stood(TypedDict):
     """An arm that stands after a stop."""
 
@@ -462,8 +478,8 @@ class Job(TypedDict):
     """Steps of one loop; null: it is not read yet."""
     first_step: Union[int, None]
     """The step that it began with, from 1; null: it is not read yet."""
-    loops: Union[int, None]
-    """How often it is done; null: until it is stopped."""
+    loops: int
+    """How often it is done; 0 until it is stopped."""
     loop: int
     """The loop under way, from 1."""
     seconds_left: Union[float, None]
@@ -480,8 +496,8 @@ class Job(TypedDict):
     """Whose it is; null: not known."""
     part: Union[int, None]
     """The part that comes next, from 1; null: it does not wait between parts."""
-    reason: Union[Literal["person", "part", "program", "stopped", "yes"], None]
-    """Of a `paused` job: `person`: somebody asked for it, or the lease ended; `part`: a part is done; `program`: the program says so. Of a `queued` job that does not begin by itself: `stopped`: the arm was stopped, `job.resume` lets it go on; `yes`: it may burn, and waits for a teacher's `job.resume` with `yes`; null: neither."""
+    reason: Union[Literal["person", "part", "program", "stopped", "yes", "restart", "unkept"], None]
+    """Of a `paused` job: `person`: somebody asked for it, or the lease ended; `part`: a part is done; `program`: the program says so. Of a `queued` job that does not begin by itself: `stopped`: the arm was stopped, `job.resume` lets it go on; `yes`: it may burn or is dangerous, and waits for `job.resume` with `yes` by who may; `restart`: the station was started anew, and `unkept`: the disk did not take its start, `job.resume` lets both go on; null: neither."""
     text: Union[str, None]
     """What the person at the arm is to do before it goes on; null: nothing is said."""
     place: Union[int, None]
@@ -545,10 +561,20 @@ class JobError(_JobErrorWords, _JobError, total=False):
     """The role of the session."""
     needs: Literal["viewer", "student", "teacher"]
     """The role that is needed."""
+    may: list[Literal["owner", "holder", "teacher"]]
+    """Who may change a job that waits: its owner, the holder of the lease, a teacher."""
+    wait_s: float
+    """How long wrong codes have to wait, s."""
+    quota: LibraryUse
+    """The quota of the library that is used up."""
+    used: LibraryUse
+    """What is used of it."""
     holder: Union[Holder, None]
     """Who has the lease; null: nobody has it."""
     free_in_s: float
     """When the lease of a holder without a socket ends, s."""
+    reason: Literal["unkept"]
+    """The disk did not take it."""
     by: Union[str, None]
     """Whose stop it was; null: not a session's."""
     job: str
@@ -608,10 +634,20 @@ class ErrorData(_ErrorDataWords, total=False):
     """The role of the session."""
     needs: Literal["viewer", "student", "teacher"]
     """The role that is needed."""
+    may: list[Literal["owner", "holder", "teacher"]]
+    """Who may change a job that waits: its owner, the holder of the lease, a teacher."""
+    wait_s: float
+    """How long wrong codes have to wait, s."""
+    quota: LibraryUse
+    """The quota of the library that is used up."""
+    used: LibraryUse
+    """What is used of it."""
     holder: Union[Holder, None]
     """Who has the lease; null: nobody has it."""
     free_in_s: float
     """When the lease of a holder without a socket ends, s."""
+    reason: Literal["unkept"]
+    """The disk did not take it."""
     by: Union[str, None]
     """Whose stop it was; null: not a session's."""
     job: str
@@ -2194,6 +2230,8 @@ class JobStartParams(_JobStartParamsWords, total=False):
     """Whether it waits, without the lease, until the arm is free of jobs and of others' turns; then it is checked again."""
     after_check: bool
     """Whether the answer comes when the check is over; yes unless given."""
+    key: str
+    """A name of the caller's choice, such as a UUID: a second start with the same key starts nothing and answers as the first, also by a later server; with another program it is refused."""
 
 class JobStartResult(TypedDict):
     """Result of a method."""
@@ -2238,6 +2276,49 @@ class JobResumeParams(_JobResumeParams, total=False):
     """That it is meant: for what is dangerous or may burn."""
 
 class JobStopParams(TypedDict):
+    """Parameters of a method."""
+
+    job: str
+    """The job."""
+
+class JobHistoryParams(TypedDict, total=False):
+    """Parameters of a method."""
+
+    arm: str
+    """Name of the arm."""
+    skip: int
+    """So many of the newest are left out; 0 unless given."""
+    limit: int
+    """So many at most; 50 unless given."""
+
+class JobHistoryResultTotals(TypedDict):
+    """Part of a message."""
+
+    jobs: float
+    done: float
+    stopped: float
+    failed: float
+    interrupted: float
+    drawn_mm: float
+    travel_mm: float
+    seconds: float
+
+class JobHistoryResult(TypedDict):
+    """Result of a method."""
+
+    jobs: list[Job]
+    more: bool
+    totals: JobHistoryResultTotals
+
+class JobReorderParams(TypedDict):
+    """Parameters of a method."""
+
+    job: str
+    """The job."""
+    position: int
+    """Its new `place`, from 1; more than there are is the last."""
+
+class JobDeleteParams(TypedDict):
     """Parameters of a method."""
 
     job: str
@@ -3150,6 +3231,8 @@ JobGetResult = Job
 JobPauseResult = Job
 JobResumeResult = Job
 JobStopResult = Job
+JobReorderResult = Job
+JobDeleteResult = None
 ProgramDeleteResult = None
 PresetSaveResult = Preset
 PresetShowResult = Preset
