@@ -1060,8 +1060,8 @@ export interface Methods {
     };
     result: {
       granted: boolean;
-      lease: string;
-      ttl_s: number;
+      lease?: string;
+      ttl_s?: number;
     };
   };
   /** Answers a session that asks. */
@@ -1097,7 +1097,7 @@ export interface Methods {
     params: {
       jog: string;
     };
-    result: unknown;
+    result: null;
   };
   /** Stops a jog, also one whose `jog.start` is not answered yet. */
   "jog.stop": {

@@ -2096,10 +2096,12 @@ class LeaseAskParams(TypedDict, total=False):
     message: str
     """A sentence for the holder."""
 
-class LeaseAskResult(TypedDict):
+class _LeaseAskResult(TypedDict):
+    granted: bool
+
+class LeaseAskResult(_LeaseAskResult, total=False):
     """Result of a method."""
 
-    granted: bool
     lease: str
     ttl_s: float
 

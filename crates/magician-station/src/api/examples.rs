@@ -57,9 +57,9 @@ impl Example {
     pub(super) fn shape(&self) -> Value {
         match (&self.schema, &self.result) {
             (Some(schema), _) => schema.clone(),
-            (None, Some(Value::Null)) => json!({"type": "null"}),
+            // A notification that is sent as a request is answered with null.
+            (None, None | Some(Value::Null)) => json!({"type": "null"}),
             (None, Some(result)) => self.shape_of(result, "", None),
-            (None, None) => json!({}),
         }
     }
 
