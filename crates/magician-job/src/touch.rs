@@ -41,8 +41,8 @@ impl Touch {
 /// tool that draws later. Moves nothing.
 ///
 /// # Errors
-/// [`NotHomed`](ErrorCode::NotHomed) as [`Homing::check`], [`LaserOn`](ErrorCode::LaserOn) as
-/// [`Laser::check_off`], [`Busy`](ErrorCode::Busy) if the arm moves,
+/// [`NotHomed`](ErrorCode::NotHomed) as [`Homing::check`](magician::Homing::check), [`LaserOn`](ErrorCode::LaserOn) as
+/// [`Laser::check_off`](magician::Laser::check_off), [`Busy`](ErrorCode::Busy) if the arm moves,
 /// [`InvalidValue`](ErrorCode::InvalidValue) if the arm counts from the tip of a tool that ends at
 /// another height than the one that draws; else as [`Arm::get`].
 pub async fn touch_off(arm: &Arm, draws: Tool) -> Result<Touch> {

@@ -72,7 +72,7 @@ impl PendantSession {
     /// Reads what a pendant has to know. `saved` restores the speeds that orders change; clones of it may save more.
     ///
     /// # Errors
-    /// As [`Laser::check_off`]: not while the laser burns; and as [`Arm::get`].
+    /// As [`Laser::check_off`](magician::Laser::check_off): not while the laser burns; and as [`Arm::get`].
     pub async fn open(arm: &Arm, saved: &SavedSettings) -> Result<(Self, Pendant)> {
         arm.laser().check_off().await?;
         let ratios = SpeedRatios {

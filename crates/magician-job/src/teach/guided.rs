@@ -16,7 +16,7 @@ const PERIOD: Duration = Duration::from_millis(100);
 ///
 /// # Errors
 /// When the line is gone, when the arm does not take the settings, and for an arm that is not known to be homed
-/// ([`Homing::check`]).
+/// ([`Homing::check`](magician::Homing::check)).
 pub async fn guided_points(arm: &Arm, saved: &SavedSettings) -> Result<Option<Polled<Pose>>> {
     arm.homing().check().await?;
     let before = async {
