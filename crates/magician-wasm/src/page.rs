@@ -176,7 +176,9 @@ impl PageStation {
         let name = std::str::from_utf8(name).ok().and_then(ProgramName::new);
         let name = name.ok_or("that is no name of a program")?;
         let _context = self.runtime.enter();
-        let kept = programs.upload(&name).and_then(|mut upload| {
+        // The page is its owner's.
+        let upload = programs.upload(&name, Role::Teacher, Some(bytes.len() as u64));
+        let kept = upload.and_then(|mut upload| {
             upload.write(bytes)?;
             upload.finish()
         });
