@@ -180,7 +180,8 @@ def test_options_of_files_have_the_names_of_a_station() -> None:
     elsewhere = {"grid": "Plan.on_grid", "speed_ratio": "Arm.speed", "stay": "Arm.run", "park": "Arm.run"}
     taken = set(SetupOptions.__annotations__)
     page = (ROOT / "docs" / "STATION-API.md").read_text(encoding="utf-8")
-    members = set(re.findall(r"^\| `(\w+)` \|", page.split("## Options of a program", 1)[1], re.MULTILINE))
+    options = page.split("## Options of a program", 1)[1].split("\n## ", 1)[0]
+    members = set(re.findall(r"^\| `(\w+)` \|", options, re.MULTILINE))
     assert len(members) > 40
     assert members - set(elsewhere) == taken
 

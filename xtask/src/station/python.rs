@@ -19,7 +19,7 @@ module from the tables that the station itself works by. docs/STATION-API.md say
 
 from __future__ import annotations
 
-from typing import Any, Literal, TypedDict, Union
+from typing import Literal, TypedDict, Union
 
 "#;
 
