@@ -33,13 +33,18 @@ const fn error(
     }
 }
 
-/// What the driver's own errors have beside their kind.
-const OF_ARMS: &[&str] = &[
-    "code", "step", "command", "value", "limit", "unit", "fence", "from", "to", "remedies", "arms",
-];
+/// Members of `data` of the driver's own errors, and further ones.
+macro_rules! of_arms {
+    ($($more:literal),*) => {
+        &[
+            "code", "step", "command", "value", "limit", "unit", "fence", "from", "to", "remedies",
+            "arms" $(, $more)*
+        ]
+    };
+}
 
 const fn of_arm(kind: ErrorKind, about: &'static str) -> ErrorRow {
-    error(RpcError::ARM, kind.name(), about, OF_ARMS)
+    error(RpcError::ARM, kind.name(), about, of_arms!())
 }
 
 /// All errors, in the order of the documents. Those of code -32000 are told apart by their kind.
@@ -63,10 +68,7 @@ pub static ERRORS: &[ErrorRow] = &[
         RpcError::ARM,
         ErrorKind::InvalidInput.name(),
         "the request makes no sense, or the quota of the library is used up",
-        &[
-            "code", "step", "command", "value", "limit", "unit", "fence", "from", "to", "remedies",
-            "arms", "quota", "used",
-        ],
+        of_arms!("quota", "used"),
     ),
     of_arm(
         ErrorKind::Unreachable,
@@ -99,10 +101,7 @@ pub static ERRORS: &[ErrorRow] = &[
         RpcError::ARM,
         ErrorKind::Closed.name(),
         "the connection was closed, a stop came first, or the disk did not take it",
-        &[
-            "code", "step", "command", "value", "limit", "unit", "fence", "from", "to", "remedies",
-            "arms", "reason",
-        ],
+        of_arms!("reason"),
     ),
     error(
         RpcError::FORBIDDEN,

@@ -174,21 +174,27 @@ impl Station {
         {
             self.hold_queue(now, arm);
         }
-        let Some(mut queued) = queued.filter(|_| code == Some(RpcError::DANGEROUS)) else {
+        let Some(queued) = queued.filter(|_| code == Some(RpcError::DANGEROUS)) else {
             return false;
         };
         if queued.may_burn && queued.may_endanger {
             return false;
         }
-        queued.held = Some("yes");
+        self.put_back_in_queue(now, queued, "yes");
+        true
+    }
+
+    /// Puts a job that was to begin in front of the queue of its arm, where it waits for somebody's word.
+    fn put_back_in_queue(&mut self, now: HostInstant, queued: QueuedJob, held: &'static str) {
+        let (arm, job) = (queued.arm, queued.job);
         if let Some(record) = self.records.numbered(job) {
             "queued".clone_into(&mut record.state);
             record.started = None;
         }
-        self.class.queue.insert(0, queued);
+        let held = Some(held);
+        self.class.queue.insert(0, QueuedJob { held, ..queued });
         self.job_changed(now, arm, job);
         self.tell_queue(now, arm);
-        true
     }
 
     /// What waits for an arm waits until somebody says that it may go on.
@@ -337,19 +343,12 @@ impl Station {
 
     /// A job of the queue that was to begin waits again, because the disk did not take that. False for any other job.
     pub(super) fn wait_again(&mut self, now: HostInstant, job: JobId) -> bool {
-        let Some(mut queued) = self.class.from_queue.remove(&job) else {
-            return false;
-        };
-        let arm = queued.arm;
-        queued.held = Some("unkept");
-        if let Some(record) = self.records.numbered(job) {
-            "queued".clone_into(&mut record.state);
-            record.started = None;
+        let queued = self.class.from_queue.remove(&job);
+        let waits = queued.is_some();
+        if let Some(queued) = queued {
+            self.put_back_in_queue(now, queued, "unkept");
         }
-        self.class.queue.insert(0, queued);
-        self.job_changed(now, arm, job);
-        self.tell_queue(now, arm);
-        true
+        waits
     }
 
     /// Gives a job that waits another place in the queue of its arm.

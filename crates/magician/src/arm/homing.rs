@@ -139,6 +139,7 @@ impl Homing<'_> {
     /// # Errors
     /// As [`get`](Arm::get), for the alarms.
     pub async fn is_homed(self) -> Result<Option<bool>> {
+        // The picture takes alarm 0x00 of the answer.
         self.arm.alarms().await?;
         if !self.arm.is_virtual() {
             self.recall().await;

@@ -91,7 +91,8 @@ impl Laser<'_> {
         Ok(told.filter(|_| !foreign))
     }
 
-    /// The same without a look at the queue.
+    /// State of the laser by the commands of this connection and by what the arm tells of it. Commands of other programs in
+    /// the queue do not count: the queue is not looked at.
     pub(super) async fn told(self) -> Result<Option<bool>> {
         if self.may_have_lit() && self.arm.moving() {
             return Ok(Some(true));

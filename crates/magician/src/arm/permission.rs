@@ -41,9 +41,8 @@ impl Permission<'_> {
         })
     }
 
-    /// Refuses to let a queue run in which commands of another program wait, where the laser may not burn: it is
-    /// impossible to read
-    /// them there.
+    /// Refuses to let a queue run in which commands of another program wait, where the laser may not burn:
+    /// they cannot be read there.
     ///
     /// # Errors
     /// [`ErrorKind::InvalidInput`] with [`ErrorCode::LaserNotAllowed`], else as [`get`](Arm::get).
