@@ -451,9 +451,10 @@ impl Station {
                 if record.state == name {
                     return;
                 }
+                let mut was_resumed = false;
                 if matches!(state, JobState::Running | JobState::Paused { .. }) {
                     // From here on it is another job than before: it moves.
-                    record.before = None;
+                    was_resumed = record.before.take().is_some();
                     record.hidden.ran = true;
                     record.hidden.went_on = record.hidden.run.is_some();
                 }
@@ -463,6 +464,9 @@ impl Station {
                 record.text = text.filter(|_| paused.is_some());
                 self.job_changed(now, arm, job);
                 match state {
+                    JobState::Running if was_resumed => {
+                        self.answer_resumed_when_kept(now, arm, job);
+                    }
                     JobState::Running => {
                         self.answer_job(now, job, &[Wants::Checked, Wants::Running]);
                     }
@@ -541,7 +545,7 @@ impl Station {
         }
     }
 
-    fn waiting_for(&self, job: JobId) -> Vec<(RequestId, Wants)> {
+    pub(super) fn waiting_for(&self, job: JobId) -> Vec<(RequestId, Wants)> {
         let waiting = self
             .pending
             .iter()

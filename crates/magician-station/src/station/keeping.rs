@@ -1,5 +1,6 @@
 //! What waits for the disk. A start that is answered is on the disk first, and so is one that moves the arm: whatever ends
-//! this program, nothing answered is lost, and nothing that the next station lists as waiting has moved before.
+//! this program, nothing answered is lost, and nothing that the next station lists as waiting has moved before. A resume
+//! that is answered is on the disk as well.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -11,7 +12,7 @@ use serde_json::{Value, json};
 use super::dispatch::{Call, Handled};
 use super::records::JobRecord;
 use super::store::JobTotals;
-use super::{Awaited, Station};
+use super::{Awaited, Station, Wants};
 use crate::api::RpcError;
 use crate::control::{ArmId, JobId, RequestId};
 use crate::order::{ArmOrder, JobEnd};
@@ -245,6 +246,29 @@ impl Station {
             or,
         });
         Handled::Later(call.request, Awaited::Kept)
+    }
+
+    /// Answers those who wait for a job to go on once it is on the disk that it does: until then the file has the job as it
+    /// was before its resume.
+    pub(super) fn answer_resumed_when_kept(&mut self, now: HostInstant, arm: ArmId, job: JobId) {
+        let needs = BTreeMap::from([(arm, self.records.revision(arm))]);
+        let result = self.shown(job);
+        for (request, wants) in self.waiting_for(job) {
+            if !matches!(wants, Wants::Running) {
+                continue;
+            }
+            // It has begun; what is left is its answer.
+            self.control.finish(now, arm, request);
+            if let Some(pending) = self.pending.get_mut(&request) {
+                pending.waits = Awaited::Kept;
+            }
+            self.keeping.answers.push(HeldAnswer {
+                request,
+                needs: needs.clone(),
+                result: result.clone(),
+                or: IfUnkept::Stand,
+            });
+        }
     }
 
     /// An arm stands after a stop, as its job will be: that is answered when the job is over. `None` if it waits.

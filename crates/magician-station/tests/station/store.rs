@@ -60,6 +60,8 @@ enum Promise {
     Started(String, String),
     /// The job is out of the queue.
     Stopped(String),
+    /// The job has gone on after its stop.
+    GoesOn(String),
     /// The job is out of the list.
     Deleted(String),
     /// That was asked for, and the program was killed before it was answered: either is right.
@@ -225,6 +227,22 @@ impl Life {
         }
     }
 
+    /// Lets a job that was stopped go on, up to its first step.
+    fn resume(&mut self, key: &str) {
+        let Some(job) = self.job(key) else { return };
+        let at_once = self.call("job.resume", json!({"job": job}));
+        assert!(
+            !matches!(at_once, Some(Ok(_))),
+            "nothing runs yet: {at_once:?}"
+        );
+        let request = self.requests;
+        self.goes_on("running");
+        if let Some(Ok(answer)) = self.answer(request) {
+            assert_eq!(answer["state"], json!("running"));
+            self.promises.push(Promise::GoesOn(job));
+        }
+    }
+
     fn delete(&mut self, key: &str) {
         let Some(job) = self.job(key) else { return };
         match self.call("job.delete", json!({"job": job})) {
@@ -249,7 +267,7 @@ impl Life {
 type Step = (&'static str, fn(&mut Life));
 
 /// A day that leads through all states.
-const DAY: [Step; 12] = [
+const DAY: [Step; 14] = [
     ("a begins", |life| life.start("a")),
     ("a runs", |life| life.goes_on("running")),
     ("b waits", |life| life.start("b")),
@@ -263,6 +281,8 @@ const DAY: [Step; 12] = [
     ("a is deleted", |life| life.delete("a")),
     ("d is done", |life| life.goes_on("done")),
     ("b runs", |life| life.goes_on("running")),
+    ("b is stopped", |life| life.stop("b")),
+    ("b goes on", |life| life.resume("b")),
 ];
 
 /// Lives the first steps of the day with this fault, and a second life after it.
@@ -315,6 +335,10 @@ fn live(steps: usize, fault: Option<(u32, Fault)>) -> u32 {
             Promise::Stopped(job) => {
                 let state = found(job).first().map(|job| job["state"].clone());
                 assert_ne!(state, Some(json!("queued")), "{}", at());
+            }
+            Promise::GoesOn(job) => {
+                let state = found(job).first().map(|job| job["state"].clone());
+                assert_eq!(state, Some(json!("interrupted")), "{}", at());
             }
             Promise::MayBeDeleted(_) => {}
             Promise::Deleted(job) => assert_eq!(found(job).len(), 0, "{}", at()),
@@ -380,7 +404,12 @@ fn the_day_leads_through_every_state() {
     }
     let seen: Vec<_> = seen.iter().map(String::as_str).collect();
     assert_eq!(seen, ["checking", "done", "queued", "running", "stopped"]);
-    assert_eq!(life.begun.len(), 3);
+    assert_eq!(life.begun.len(), 4, "b began twice");
+    assert!(
+        life.promises
+            .iter()
+            .any(|promise| matches!(promise, Promise::GoesOn(_)))
+    );
     let titles: Vec<_> = life.list().iter().map(|job| job["state"].clone()).collect();
     assert_eq!(
         titles,
