@@ -16,11 +16,13 @@ impl Control {
         let from_present = |at: HostInstant| PRESENT + (at - now) - (now - at);
         let mut out = self.clone();
         out.ids = 0;
+        out.claims.canonical(from_present);
         #[cfg(feature = "class")]
         out.class.each_instant(|at| *at = from_present(*at));
         for arm in &mut out.arms {
-            arm.lease.each_instant(|at| *at = from_present(*at));
-            arm.lease.renumber(LeaseId(0));
+            if let Some(held) = &mut arm.lease {
+                held.id = LeaseId(0);
+            }
             if let Some(jog) = &mut arm.jog {
                 jog.id = JogId(0);
                 jog.ends = from_present(jog.ends);

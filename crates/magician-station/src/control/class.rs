@@ -8,21 +8,11 @@ use std::time::Duration;
 
 use magician_protocol::HostInstant;
 
+use super::claims::{JobClaim, Place};
 use super::{ArmId, Control, Effect, JobId, LeaseEnd, PersonId, Refusal, SessionId, WorkEnd};
 
 /// The end of a turn is told so long before.
 pub const TOLD: [Duration; 2] = [Duration::from_secs(60), Duration::from_secs(10)];
-
-/// What a request changes of a job that waits in the queue of an arm.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum QueuedChange {
-    /// Takes it out.
-    Stop,
-    /// Gives it another place.
-    Reorder,
-    /// Lets it go on after a stop, whose reason its owner knows.
-    Resume,
-}
 
 /// How turns go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -87,19 +77,6 @@ pub struct Turn {
     pub(super) told: usize,
 }
 
-/// A person's place in the queue.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub struct Place {
-    /// Whose.
-    pub person: PersonId,
-    /// Any of these arms will do.
-    pub arms: BTreeSet<ArmId>,
-    /// What is left of a turn that was begun; none of one that was not.
-    pub(super) left: Option<Option<Duration>>,
-    /// It was this person's turn and nobody came: others go first until the person is there.
-    pub missed: bool,
-}
-
 /// An arm as far as the class goes.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct ArmClass {
@@ -113,7 +90,6 @@ pub(super) struct ArmClass {
 pub(super) struct Class {
     pub(super) rules: Option<TurnRules>,
     pub(super) persons: BTreeMap<SessionId, Option<PersonId>>,
-    pub(super) queue: Vec<Place>,
     pub(super) arms: Vec<ArmClass>,
 }
 
@@ -176,7 +152,7 @@ impl Control {
     pub fn set_turns(&mut self, now: HostInstant, rules: Option<TurnRules>) {
         self.class.rules = rules;
         if rules.is_none() {
-            self.class.queue.clear();
+            self.claims.drop_places(|_| true);
             self.class.arms.iter_mut().for_each(|arm| arm.turn = None);
         }
         // Who holds an arm without a turn has one from now on.
@@ -221,9 +197,9 @@ impl Control {
             return Ok(());
         }
         let same = |place: &Place| place.person == person && place.arms == arms;
-        if !self.class.queue.iter().any(same) {
-            self.class.queue.retain(|place| place.person != person);
-            self.class.queue.push(Place {
+        if !self.claims.places().any(same) {
+            self.claims.drop_places(|place| place.person == person);
+            self.claims.push_place(Place {
                 person,
                 arms,
                 left: None,
@@ -237,9 +213,7 @@ impl Control {
 
     /// A person gives turn and place up.
     pub fn leave_turn(&mut self, now: HostInstant, person: PersonId) {
-        let before = self.class.queue.len();
-        self.class.queue.retain(|place| place.person != person);
-        if before != self.class.queue.len() {
+        if self.claims.drop_places(|place| place.person == person) {
             self.turns_changed();
         }
         if let Some(arm) = self.turn_of(person) {
@@ -301,9 +275,44 @@ impl Control {
     }
 
     /// Who waits for a turn, in order.
+    pub fn places(&self) -> impl Iterator<Item = &Place> {
+        self.claims.places()
+    }
+
+    /// The jobs that wait for an arm, in order.
+    pub fn jobs(&self, arm: ArmId) -> impl Iterator<Item = &JobClaim> {
+        self.claims.jobs(arm)
+    }
+
+    /// A job that waits. None where it does not.
     #[must_use]
-    pub fn queue(&self) -> &[Place] {
-        &self.class.queue
+    pub fn waiting_job(&self, job: JobId) -> Option<JobClaim> {
+        self.claims.job(job).copied()
+    }
+
+    /// Puts a job at a place among those that wait for its arm, from 0; behind them where there are not so many. One that
+    /// waits already leaves its place.
+    pub fn queue_job(&mut self, claim: JobClaim, place: usize) {
+        self.claims.take_job(claim.job);
+        self.claims.insert_job(claim, place);
+    }
+
+    /// Takes out a job that waits.
+    pub fn take_job(&mut self, job: JobId) -> Option<JobClaim> {
+        self.claims.take_job(job)
+    }
+
+    /// The first job that waits for an arm and may begin now, of those of which this holds.
+    #[must_use]
+    pub fn next_job(
+        &self,
+        now: HostInstant,
+        arm: ArmId,
+        is_ready: impl Fn(JobId) -> bool,
+    ) -> Option<JobClaim> {
+        let mut jobs = self.claims.jobs(arm);
+        let may = |claim: &&JobClaim| is_ready(claim.job) && self.may_begin(now, claim);
+        jobs.find(may).copied()
     }
 
     /// The rules of turns, if there are turns.
@@ -322,69 +331,6 @@ impl Control {
     #[must_use]
     pub fn is_bound(&self, session: SessionId) -> bool {
         self.class.persons.contains_key(&session)
-    }
-
-    /// Whether a session may have the lease of an arm now, were nobody else to have it.
-    #[must_use]
-    pub fn may_hold(&self, now: HostInstant, session: SessionId, arm: ArmId) -> bool {
-        let Some(person) = self.class.persons.get(&session) else {
-            return true;
-        };
-        if !self.is_in_slot(now, arm, *person) {
-            return false;
-        }
-        if self.class.rules.is_none() {
-            return true;
-        }
-        let Some(person) = *person else {
-            return false;
-        };
-        match &self.class(arm).turn {
-            Some(turn) => turn.person == person,
-            None => {
-                let mut queue = self.class.queue.iter();
-                let behind =
-                    queue.any(|place| place.person != person && self.is_next(now, arm, place));
-                !behind && self.turn_of(person).is_none() && !self.job_runs(arm)
-            }
-        }
-    }
-
-    /// Whether a job that waits for an arm may begin now: one of this person, none for a teacher's.
-    #[must_use]
-    pub fn may_begin_queued(&self, now: HostInstant, arm: ArmId, person: Option<PersonId>) -> bool {
-        let state = self.arm(arm);
-        let idle = state.job.is_none() && state.jog.is_none() && state.work.is_empty();
-        let holder = self.holder(arm);
-        let own = holder.is_none_or(|holder| {
-            self.person(holder) == person && self.is_bound(holder) == person.is_some()
-        });
-        let turn = self.class(arm).turn.as_ref();
-        let turn = turn.is_none_or(|turn| Some(turn.person) == person);
-        let slot = person.is_none() || self.is_in_slot(now, arm, person);
-        idle && !state.queued && own && turn && slot && !self.is_frozen(arm)
-    }
-
-    /// Whether a session may change a job that waits for an arm so: a teacher, its owner, and the holder of the arm's
-    /// lease, who also has it in the way. `owner` is `None` for a teacher's job.
-    #[must_use]
-    pub fn may_change_queued(
-        &self,
-        session: SessionId,
-        arm: ArmId,
-        owner: Option<PersonId>,
-        change: QueuedChange,
-    ) -> bool {
-        if !self.is_bound(session) {
-            return true;
-        }
-        let person = self.person(session);
-        let owns = owner.is_some() && person == owner;
-        let holds = self.holder(arm).is_some_and(|holder| {
-            // Two pages of a person are one person.
-            holder == session || person.is_some() && self.person(holder) == person
-        });
-        owns || holds && change != QueuedChange::Resume
     }
 
     /// An endless job does not go on to its end when a turn is over.

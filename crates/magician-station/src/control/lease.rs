@@ -1,9 +1,10 @@
-//! The lease of an arm: its holder, those who wait for it, those who ask for it, and how it passes.
+//! The lease of an arm: its holder, and how it passes to those who wait and ask for it.
 
 use std::time::Duration;
 
 use magician_protocol::HostInstant;
 
+use super::claims::LeaseRequest;
 use super::{
     ArmId, Control, Effect, JogEnd, LeaseEnd, LeaseId, Refusal, RequestId, SessionId, WorkEnd,
 };
@@ -20,93 +21,6 @@ pub const ASK: Duration = Duration::from_secs(20);
 pub(super) struct Held {
     pub(super) session: SessionId,
     pub(super) id: LeaseId,
-}
-
-/// A session that waits for its turn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) struct Waiter {
-    pub(super) session: SessionId,
-    pub(super) request: RequestId,
-    until: HostInstant,
-}
-
-/// A session that asks the holder.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) struct Ask {
-    pub(super) session: SessionId,
-    pub(super) request: RequestId,
-    until: HostInstant,
-}
-
-#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
-pub(super) struct Lease {
-    holder: Option<Held>,
-    waiting: Vec<Waiter>,
-    asking: Vec<Ask>,
-}
-
-impl Lease {
-    pub(super) fn holder(&self) -> Option<Held> {
-        self.holder
-    }
-
-    /// The sessions that wait, and those that ask: whether they ask.
-    pub(super) fn waiting(&self) -> impl Iterator<Item = (SessionId, bool)> + '_ {
-        let waiting = self.waiting.iter().map(|waiter| (waiter.session, false));
-        waiting.chain(self.asking.iter().map(|ask| (ask.session, true)))
-    }
-
-    /// Changes the instants at which somebody has waited or asked for long enough.
-    pub(super) fn each_instant(&mut self, mut change: impl FnMut(&mut HostInstant)) {
-        let waiting = self.waiting.iter_mut().map(|waiter| &mut waiter.until);
-        let asking = self.asking.iter_mut().map(|ask| &mut ask.until);
-        waiting.chain(asking).for_each(&mut change);
-    }
-
-    /// Gives the lease another number.
-    pub(super) fn renumber(&mut self, id: LeaseId) {
-        if let Some(held) = &mut self.holder {
-            held.id = id;
-        }
-    }
-
-    /// When somebody has waited or asked for long enough.
-    pub(super) fn next_question(&self) -> Option<HostInstant> {
-        let waiting = self.waiting.iter().map(|waiter| waiter.until);
-        let asking = self.asking.iter().map(|ask| ask.until);
-        waiting.chain(asking).min()
-    }
-
-    /// Takes away what a session waits and asks for.
-    pub(super) fn forget(&mut self, session: SessionId) -> Vec<RequestId> {
-        let waiting = {
-            self.waiting
-                .extract_if(.., |waiter| waiter.session == session)
-        }
-        .map(|waiter| waiter.request);
-        let asking =
-            { self.asking.extract_if(.., |ask| ask.session == session) }.map(|ask| ask.request);
-        waiting.chain(asking).collect()
-    }
-
-    /// Takes away what all sessions wait and ask for.
-    pub(super) fn forget_all(&mut self) -> Vec<RequestId> {
-        let waiting = self.waiting.drain(..).map(|waiter| waiter.request);
-        let asking = self.asking.drain(..).map(|ask| ask.request);
-        waiting.chain(asking).collect()
-    }
-
-    /// Takes away those who have waited as long as they wanted to.
-    pub(super) fn waited_enough(&mut self, now: HostInstant) -> Vec<RequestId> {
-        let over = self.waiting.extract_if(.., |waiter| waiter.until <= now);
-        over.map(|waiter| waiter.request).collect()
-    }
-
-    /// The first question that was not answered in time.
-    pub(super) fn unanswered(&mut self, now: HostInstant) -> Option<Ask> {
-        let at = self.asking.iter().position(|ask| ask.until <= now)?;
-        Some(self.asking.remove(at))
-    }
 }
 
 impl Control {
@@ -126,7 +40,7 @@ impl Control {
         if !self.admits(now, session, arm, request) {
             return;
         }
-        match self.arm(arm).lease.holder {
+        match self.arm(arm).lease {
             None => self.grant(now, arm, session, Some(request)),
             Some(held) if held.session == session => {
                 let lease = held.id;
@@ -141,13 +55,14 @@ impl Control {
                 holder: Some(held.session),
             }),
             Some(_) => {
-                let until = now + wait.min(super::LONGEST_WAIT);
-                self.arm_mut(arm).lease.waiting.push(Waiter {
+                self.claims.push_request(LeaseRequest {
+                    arm,
                     session,
                     request,
-                    until,
+                    asks: false,
+                    until: now + wait.min(super::LONGEST_WAIT),
                 });
-                let place = self.arm(arm).lease.waiting.len();
+                let place = self.claims.waits(arm).count();
                 self.effects.push_back(Effect::Place {
                     session,
                     arm,
@@ -163,7 +78,7 @@ impl Control {
     /// [`Refusal::Lease`] when it is another session's or has ended.
     pub fn renew(&self, session: SessionId, lease: LeaseId) -> Result<ArmId, Refusal> {
         let arm = self.arm_ids().find(|arm| {
-            let holder = self.arm(*arm).lease.holder;
+            let holder = self.arm(*arm).lease;
             holder == Some(Held { session, id: lease })
         });
         arm.ok_or(Refusal::Lease(None))
@@ -186,7 +101,7 @@ impl Control {
 
     /// A session asks the holder for the lease. Without one it is granted.
     pub fn ask(&mut self, now: HostInstant, session: SessionId, arm: ArmId, request: RequestId) {
-        let holder = self.arm(arm).lease.holder.map(|held| held.session);
+        let holder = self.arm(arm).lease.map(|held| held.session);
         let Some(holder) = holder.filter(|holder| *holder != session) else {
             return self.acquire(now, session, arm, request, Duration::ZERO);
         };
@@ -197,11 +112,12 @@ impl Control {
         if !self.admits(now, session, arm, request) {
             return;
         }
-        let until = now + ASK;
-        self.arm_mut(arm).lease.asking.push(Ask {
+        self.claims.push_request(LeaseRequest {
+            arm,
             session,
             request,
-            until,
+            asks: true,
+            until: now + ASK,
         });
         self.effects.push_back(Effect::Asked {
             arm,
@@ -227,9 +143,8 @@ impl Control {
         if holder != Some(session) {
             return Err(Refusal::Lease(holder));
         }
-        let asking = &mut self.arm_mut(arm).lease.asking;
-        let at = asking.iter().position(|ask| ask.session == asker);
-        let ask = asking.remove(at.ok_or(Refusal::Unknown)?);
+        let of = |ask: &LeaseRequest| ask.arm == arm && ask.asks && ask.session == asker;
+        let ask = self.claims.take_first(of).ok_or(Refusal::Unknown)?;
         if grant {
             self.grant_ask(now, arm, asker, ask.request);
         } else {
@@ -286,21 +201,17 @@ impl Control {
             }
             self.deny_unadmitted(now, arm);
         }
-        let lease = &mut self.arm_mut(arm).lease;
         // Those who wait come first, then those who asked a holder that is gone.
-        let waiting = lease
-            .waiting
-            .first()
-            .map(|waiter| (waiter.session, waiter.request));
-        lease.waiting.drain(..waiting.iter().len());
-        let mut asks = std::mem::take(&mut lease.asking).into_iter();
-        let next = waiting.or_else(|| asks.next().map(|ask| (ask.session, ask.request)));
-        self.finish_lease(now, arm, end, next.map(|(session, _)| session));
+        let next = self.claims.requests(arm).next().copied();
+        let ended = |other: &LeaseRequest| other.arm == arm && (other.asks || Some(*other) == next);
+        let asked = self.claims.take(ended);
+        self.finish_lease(now, arm, end, next.map(|next| next.session));
         match next {
-            Some((session, request)) => self.grant(now, arm, session, Some(request)),
+            Some(next) => self.grant(now, arm, next.session, Some(next.request)),
             None => self.effects.push_back(Effect::Holder { arm, holder: None }),
         }
-        self.deny(arm, asks.map(|ask| ask.request).collect());
+        let others = asked.into_iter().filter(|asked| Some(*asked) != next);
+        self.deny(arm, others.map(|asked| asked.request).collect());
         #[cfg(feature = "class")]
         {
             if end == LeaseEnd::Gone {
@@ -318,7 +229,7 @@ impl Control {
         end: LeaseEnd,
         next: Option<SessionId>,
     ) {
-        let holder = self.arm_mut(arm).lease.holder.take();
+        let holder = self.arm_mut(arm).lease.take();
         self.end_jog_of(arm, JogEnd::Lease, |_| true);
         if std::mem::take(&mut self.arm_mut(arm).guided) {
             self.effects.push_back(Effect::EndGuide { arm });
@@ -367,7 +278,7 @@ impl Control {
         let id = LeaseId(self.next_id());
         // It begins with a word, however long its session has waited.
         self.heard(now, session);
-        self.arm_mut(arm).lease.holder = Some(Held { session, id });
+        self.arm_mut(arm).lease = Some(Held { session, id });
         let lease = id;
         if let Some(request) = request {
             self.effects.push_back(Effect::Granted {
@@ -387,8 +298,8 @@ impl Control {
         let holder = Some(session);
         self.effects.push_back(Effect::Holder { arm, holder });
         // What it waits and asks for besides is answered with it.
-        let also = self.arm_mut(arm).lease.forget(session);
-        for request in also {
+        let also = |other: &LeaseRequest| other.arm == arm && other.session == session;
+        for LeaseRequest { request, .. } in self.claims.take(also) {
             self.effects.push_back(Effect::Granted {
                 request,
                 arm,
@@ -403,14 +314,10 @@ impl Control {
 
     /// Those who asked the holder before ask the new one, who has as long to answer.
     fn ask_again(&mut self, now: HostInstant, arm: ArmId) {
-        let lease = &mut self.arm_mut(arm).lease;
-        let Some(Held {
-            session: holder, ..
-        }) = lease.holder
-        else {
+        let Some(holder) = self.holder(arm) else {
             return;
         };
-        let asked = lease.asking.iter_mut().map(|ask| {
+        let asked = self.claims.asks_mut(arm).map(|ask| {
             ask.until = now + ASK;
             Effect::Asked {
                 arm,
@@ -430,15 +337,34 @@ impl Control {
         }
     }
 
+    /// Answers a session that it does not get the lease that it waits and asks for, and tells the others their places.
+    pub(super) fn deny_session(&mut self, arm: ArmId, session: SessionId) {
+        let of = |request: &LeaseRequest| request.arm == arm && request.session == session;
+        self.deny_requests(arm, of);
+        self.tell_places(arm);
+    }
+
+    /// Answers the requests of which this holds that they do not get the lease of an arm; whether there were any.
+    pub(super) fn deny_requests(
+        &mut self,
+        arm: ArmId,
+        which: impl Fn(&LeaseRequest) -> bool,
+    ) -> bool {
+        let taken = self.claims.take(which);
+        let requests: Vec<_> = taken.iter().map(|taken| taken.request).collect();
+        self.deny(arm, requests);
+        !taken.is_empty()
+    }
+
     pub(super) fn tell_places(&mut self, arm: ArmId) {
-        let waiting = self.arm(arm).lease.waiting.iter();
-        let places: Vec<_> = { waiting.enumerate() }
-            .map(|(at, waiter)| Effect::Place {
-                session: waiter.session,
+        let places = (1..)
+            .zip(self.claims.waits(arm))
+            .map(|(place, waits)| Effect::Place {
+                session: waits.session,
                 arm,
-                place: at + 1,
-            })
-            .collect();
+                place,
+            });
+        let places: Vec<_> = places.collect();
         self.effects.extend(places);
     }
 }

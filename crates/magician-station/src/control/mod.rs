@@ -5,11 +5,14 @@
 //! can be tried (`tests/lease`).
 
 mod canonical;
+mod claims;
 #[cfg(feature = "class")]
 mod class;
 #[cfg(feature = "class")]
 mod codes;
 mod lease;
+#[cfg(feature = "class")]
+mod policy;
 #[cfg(feature = "class")]
 mod turns;
 mod work;
@@ -19,16 +22,21 @@ use std::time::Duration;
 
 use magician_protocol::HostInstant;
 
+use self::claims::{Claims, LeaseRequest};
+#[cfg(feature = "class")]
+pub use self::claims::{JobClaim, Place};
 #[cfg(feature = "class")]
 use self::class::Class;
 #[cfg(feature = "class")]
-pub use self::class::{Place, QueuedChange, Slot, TOLD, Turn, TurnRules, TurnState};
+pub use self::class::{Slot, TOLD, Turn, TurnRules, TurnState};
 #[cfg(feature = "class")]
 pub use self::codes::{
     ADDRESS_TRIES, CodeBound, CodeTry, NAME_TRIES, TooManyCodes, WINDOW, WrongCodes,
 };
-use self::lease::Lease;
+use self::lease::Held;
 pub use self::lease::{ASK, GRACE, TTL};
+#[cfg(feature = "class")]
+pub use self::policy::QueuedChange;
 pub use self::work::{Busy, JobPhase, OnLost, WorkKind};
 use self::work::{Job, Jog, Work};
 
@@ -258,7 +266,7 @@ struct Presence {
 /// An arm as far as control goes.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 struct ArmControl {
-    lease: Lease,
+    lease: Option<Held>,
     jog: Option<Jog>,
     work: Vec<Work>,
     /// Whether commands of the holder may wait in the arm's queue.
@@ -290,6 +298,7 @@ pub struct Control {
     arms: Vec<ArmControl>,
     sessions: BTreeMap<SessionId, Presence>,
     effects: VecDeque<Effect>,
+    claims: Claims,
     #[cfg(feature = "class")]
     class: Class,
     /// True once the station ends: no lease is given any more, and no jog or job begins.
@@ -306,6 +315,7 @@ impl Control {
             arms: vec![ArmControl::default(); arms],
             sessions: BTreeMap::new(),
             effects: VecDeque::new(),
+            claims: Claims::default(),
             #[cfg(feature = "class")]
             class: Class::new(arms),
             closed: false,
@@ -348,9 +358,7 @@ impl Control {
         presence.left.get_or_insert(now);
         for arm in self.arm_ids() {
             self.end_jog_of(arm, JogEnd::Released, |jog| jog.session == session);
-            let requests = self.arm_mut(arm).lease.forget(session);
-            self.deny(arm, requests);
-            self.tell_places(arm);
+            self.deny_session(arm, session);
             if self.holder(arm) == Some(session) {
                 self.let_go_of_burning(arm);
             }
@@ -385,8 +393,7 @@ impl Control {
         self.closed = true;
         for arm in self.arm_ids() {
             self.end_jog_of(arm, JogEnd::Stopped, |_| true);
-            let denied = self.arm_mut(arm).lease.forget_all();
-            self.deny(arm, denied);
+            self.deny_requests(arm, |request| request.arm == arm);
         }
     }
 
@@ -401,12 +408,13 @@ impl Control {
     /// The session that has the lease of an arm.
     #[must_use]
     pub fn holder(&self, arm: ArmId) -> Option<SessionId> {
-        self.arm(arm).lease.holder().map(|held| held.session)
+        self.arm(arm).lease.map(|held| held.session)
     }
 
     /// The sessions that wait for it, in their order, and those that ask its holder: whether they ask.
     pub fn waiting(&self, arm: ArmId) -> impl Iterator<Item = (SessionId, bool)> + '_ {
-        self.arm(arm).lease.waiting()
+        let requests = self.claims.requests(arm);
+        requests.map(|request| (request.session, request.asks))
     }
 
     /// The jog under way, and its session.
@@ -433,11 +441,12 @@ impl Control {
     pub fn poll_timeout(&self) -> Option<HostInstant> {
         let arms = self.arms.iter().flat_map(|arm| {
             let jog = arm.jog.map(|jog| jog.ends);
-            [self.lease_ends(arm), arm.lease.next_question(), jog]
+            [self.lease_ends(arm), jog]
         });
         let sessions = self.sessions.values().map(|presence| presence.left);
         let sessions = sessions.map(|left| left.map(|left| left + GRACE));
-        let due = arms.chain(sessions).flatten().min();
+        let all = arms.chain(sessions).chain([self.claims.next()]);
+        let due = all.flatten().min();
         #[cfg(feature = "class")]
         let due = due.into_iter().chain(self.class.next()).min();
         due
@@ -459,12 +468,15 @@ impl Control {
             if self.lease_ends(self.arm(arm)).is_some_and(|end| end <= now) {
                 self.end_lease(now, arm, LeaseEnd::Silent);
             }
-            let denied = self.arm_mut(arm).lease.waited_enough(now);
-            if !denied.is_empty() {
-                self.deny(arm, denied);
+            let due = |request: &LeaseRequest| request.arm == arm && request.until <= now;
+            if self.deny_requests(arm, |request| due(request) && !request.asks) {
                 self.tell_places(arm);
             }
-            while let Some(ask) = self.arm_mut(arm).lease.unanswered(now) {
+            // A question that was not answered in time is granted.
+            while let Some(ask) = self
+                .claims
+                .take_first(|request| due(request) && request.asks)
+            {
                 self.grant_ask(now, arm, ask.session, ask.request);
             }
         }
@@ -489,7 +501,7 @@ impl Control {
 
     /// When the lease of an arm ends unless its holder says something.
     fn lease_ends(&self, arm: &ArmControl) -> Option<HostInstant> {
-        let held = arm.lease.holder()?;
+        let held = arm.lease?;
         let presence = self.sessions.get(&held.session)?;
         match presence.left {
             Some(left) => Some(left + GRACE),

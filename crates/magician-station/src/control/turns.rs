@@ -1,10 +1,10 @@
 //! How turns come and go: by the clock, with leases and slots, and with persons who come and go.
 
 use std::collections::BTreeSet;
-use std::time::Duration;
 
 use magician_protocol::HostInstant;
 
+use super::claims::Place;
 use super::class::*;
 use super::{ArmId, Control, Effect, JobPhase, LeaseEnd, PersonId, RequestId, SessionId};
 
@@ -56,7 +56,7 @@ impl Control {
         let turn = match (before, self.person(session)) {
             (Some(turn), _) => Turn { state, ..turn },
             (None, Some(person)) => {
-                self.class.queue.retain(|place| place.person != person);
+                self.claims.drop_places(|place| place.person == person);
                 Turn {
                     person,
                     state,
@@ -103,9 +103,7 @@ impl Control {
         let Some(person) = self.person(session).filter(|_| !self.closed) else {
             return;
         };
-        let mut missed = self.class.queue.iter_mut();
-        let missed = missed.find(|place| place.person == person && place.missed);
-        if let Some(place) = missed {
+        if let Some(place) = self.claims.missed_mut(person) {
             place.missed = false;
             self.turns_changed();
             self.advance(now);
@@ -155,11 +153,13 @@ impl Control {
                 Some(turn) if matches!(turn.state, TurnState::Kept { .. }) => continue,
                 Some(turn) => turn,
                 None => {
-                    let mut queue = self.class.queue.iter();
-                    let Some(at) = queue.position(|place| self.is_next(now, arm, place)) else {
+                    let next = { self.claims.places() }.find(|place| self.is_next(now, arm, place));
+                    let Some(person) = next.map(|place| place.person) else {
                         continue;
                     };
-                    let place = self.class.queue.remove(at);
+                    let Some(place) = self.claims.take_place(person) else {
+                        continue;
+                    };
                     let left = place.left.unwrap_or(rules.length);
                     Turn {
                         person: place.person,
@@ -215,7 +215,7 @@ impl Control {
                         left: Some(left),
                         missed: true,
                     };
-                    self.class.queue.insert(0, place);
+                    self.claims.put_place_first(place);
                     self.turns_changed();
                 }
                 _ => {}
@@ -250,9 +250,7 @@ impl Control {
         let waiting: BTreeSet<_> = self.waiting(arm).map(|(session, _)| session).collect();
         for session in waiting {
             if !self.may_hold(now, session, arm) {
-                let denied = self.arm_mut(arm).lease.forget(session);
-                self.deny(arm, denied);
-                self.tell_places(arm);
+                self.deny_session(arm, session);
             }
         }
     }
@@ -265,36 +263,6 @@ impl Control {
         if holder.is_some() {
             self.end_lease(now, arm, LeaseEnd::Over);
         }
-    }
-
-    /// Whether the job of an arm goes on although the lease ends so.
-    pub(super) fn finishes_job(&self, arm: ArmId, end: LeaseEnd) -> bool {
-        let rules = self.class.rules;
-        let job = self.arm(arm).job;
-        end == LeaseEnd::Over
-            && rules.is_some_and(|rules| rules.finish_job)
-            && job.is_some_and(|job| !job.burns && !job.endless)
-    }
-
-    pub(super) fn refuses_frozen(&self, session: SessionId, arm: ArmId) -> bool {
-        self.is_frozen(arm) && self.is_bound(session)
-    }
-
-    pub(super) fn is_in_slot(
-        &self,
-        now: HostInstant,
-        arm: ArmId,
-        person: Option<PersonId>,
-    ) -> bool {
-        self.class(arm).slots.as_ref().is_none_or(|slots| {
-            let mut open = slots.iter().filter(|slot| slot.is_open(now));
-            open.any(|slot| person.is_some_and(|person| slot.who.contains(&person)))
-        })
-    }
-
-    /// Whether a place in the queue may become the turn at an arm.
-    pub(super) fn is_next(&self, now: HostInstant, arm: ArmId, place: &Place) -> bool {
-        !place.missed && place.arms.contains(&arm) && self.is_in_slot(now, arm, Some(place.person))
     }
 
     /// The arm at which a person has a turn.
@@ -320,18 +288,6 @@ impl Control {
 
     pub(super) fn job_runs(&self, arm: ArmId) -> bool {
         { self.arm(arm).job }.is_some_and(|job| job.phase == JobPhase::Active)
-    }
-
-    /// The clock of a turn stands while its arm is frozen.
-    pub(super) fn clock(&self, now: HostInstant, arm: ArmId) -> HostInstant {
-        self.class(arm).frozen.unwrap_or(now)
-    }
-
-    pub(super) fn left(&self, now: HostInstant, arm: ArmId, turn: &Turn) -> Option<Duration> {
-        match turn.state {
-            TurnState::Running { ends } => ends.map(|ends| ends - self.clock(now, arm)),
-            TurnState::Kept { left, .. } | TurnState::Suspended { left } => left,
-        }
     }
 
     pub(super) fn turns_changed(&mut self) {

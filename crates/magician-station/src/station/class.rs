@@ -14,7 +14,7 @@ use super::{Station, StationConfig};
 use crate::api::{Params, Role, RpcError};
 use crate::class::{ClassError, ClassFile, Schedule};
 use crate::control::{
-    ArmId, CodeBound, CodeTry, JobId, PersonId, RequestId, SessionId, WrongCodes,
+    ArmId, CodeBound, CodeTry, JobClaim, JobId, PersonId, RequestId, SessionId, WrongCodes,
 };
 
 /// Where the class, the schedule and the results are kept.
@@ -38,11 +38,12 @@ pub(super) struct Class {
     pub(super) fence: Option<Fence>,
     /// The fence that each arm has now.
     pub(super) fences: Vec<Option<Fence>>,
-    pub(super) queue: Vec<QueuedJob>,
+    /// What the jobs that wait do.
+    pub(super) queue: BTreeMap<JobId, QueuedJob>,
     /// True once the program ends: the queue waits for its next start.
     pub(super) closed: bool,
     /// Jobs that run and came from the queue.
-    pub(super) from_queue: BTreeMap<JobId, QueuedJob>,
+    pub(super) from_queue: BTreeMap<JobId, (JobClaim, QueuedJob)>,
     pub(super) results: Vec<Value>,
     /// Requests for the pictures of results.
     pub(super) pictures: BTreeMap<RequestId, String>,

@@ -14,23 +14,21 @@ use super::keeping::IfUnkept;
 use super::records::{JobOwner, JobRecord};
 use super::rights::{Risk, may_endanger};
 use crate::api::{Danger, RpcError};
-use crate::control::{ArmId, JobId, OnLost, PersonId, QueuedChange, RequestId};
+use crate::control::{ArmId, JobClaim, JobId, OnLost, QueuedChange, RequestId};
 use crate::order::{ArmOrder, JobEnd, JobOrder, JobStart};
 
 /// Jobs that wait for an arm, at most.
 const WAITING: usize = 20;
+/// The place behind all others.
+const LAST: usize = usize::MAX;
 /// Results that are kept, at most.
 const RESULTS: usize = 500;
 
-/// A job that waits.
+/// What a job that waits does. Whose it is, and its place, is in the queue of [`control`](crate::control).
 #[derive(Clone, Debug)]
 pub(super) struct QueuedJob {
-    job: JobId,
-    arm: ArmId,
     order: JobOrder,
     on_lost: OnLost,
-    /// Whose; none: a teacher's.
-    person: Option<PersonId>,
     pupil: Option<String>,
     holder: Value,
     /// Who may burn said that it may.
@@ -58,8 +56,7 @@ impl Station {
         order: JobOrder,
         on_lost: OnLost,
     ) -> Result<JobId, RpcError> {
-        let waiting = self.class.queue.iter().filter(|job| job.arm == arm);
-        if waiting.count() >= WAITING {
+        if self.control.jobs(arm).count() >= WAITING {
             let why = format!("{WAITING} jobs wait for the arm already");
             return Err(RpcError::new(RpcError::TOO_MANY, why).with("limit", WAITING));
         }
@@ -81,20 +78,29 @@ impl Station {
         self.records.push(record);
         self.note_fresh(arm, job);
         let pupil = self.pupil_of(call);
-        self.class.queue.push(QueuedJob {
-            job,
-            arm,
+        let queued = QueuedJob {
             order,
             on_lost,
-            person,
             pupil,
             holder,
             may_burn: self.may_burn(call, arm, Risk::of_job("job.start")).is_ok(),
             may_endanger: may_endanger(call, Risk::of_dangerous_job(), Danger::JOB).is_ok(),
             held: None,
-        });
-        self.tell_queue(call.now, arm);
+        };
+        self.put_in_queue(call.now, JobClaim { job, arm, person }, LAST, queued);
         Ok(job)
+    }
+
+    fn put_in_queue(&mut self, now: HostInstant, claim: JobClaim, place: usize, queued: QueuedJob) {
+        self.control.queue_job(claim, place);
+        self.class.queue.insert(claim.job, queued);
+        self.tell_queue(now, claim.arm);
+    }
+
+    /// Takes a job out of the queue. None where it does not wait.
+    fn take_from_queue(&mut self, job: JobId) -> Option<(JobClaim, QueuedJob)> {
+        let claim = self.control.take_job(job);
+        claim.zip(self.class.queue.remove(&job))
     }
 
     pub(super) fn pupil_of(&self, call: &Call<'_>) -> Option<String> {
@@ -113,15 +119,17 @@ impl Station {
             return false;
         }
         for arm in self.arm_ids() {
-            let may = |job: &QueuedJob| {
-                job.arm == arm
-                    && job.held.is_none()
-                    && self.arm(arm).link
-                    && self.control.may_begin_queued(now, arm, job.person)
+            let held = |job| {
+                self.class
+                    .queue
+                    .get(&job)
+                    .is_none_or(|job| job.held.is_some())
             };
-            if let Some(at) = self.class.queue.iter().position(may) {
-                let job = self.class.queue.remove(at);
-                self.begin_from_queue(now, job);
+            let next = { self.control.next_job(now, arm, |job| !held(job)) }
+                .filter(|_| self.arm(arm).link)
+                .and_then(|claim| self.take_from_queue(claim.job));
+            if let Some((claim, queued)) = next {
+                self.begin_from_queue(now, claim, queued);
                 self.tell_queue(now, arm);
                 begun = true;
             }
@@ -129,9 +137,9 @@ impl Station {
         begun
     }
 
-    fn begin_from_queue(&mut self, now: HostInstant, queued: QueuedJob) {
-        let (arm, job) = (queued.arm, queued.job);
-        let fence = self.fence_for(arm, queued.person.is_none());
+    fn begin_from_queue(&mut self, now: HostInstant, claim: JobClaim, queued: QueuedJob) {
+        let JobClaim { job, arm, person } = claim;
+        let fence = self.fence_for(arm, person.is_none());
         self.put_fence(arm, fence);
         let holder = self.control.holder(arm);
         let t = self.unix(now);
@@ -152,7 +160,7 @@ impl Station {
             danger: { queued.may_endanger.then_some(()) }
                 .ok_or_else(|| needs("a command", Danger::JOB)),
         };
-        self.class.from_queue.insert(job, queued);
+        self.class.from_queue.insert(job, (claim, queued));
         self.job_changed(now, arm, job);
         self.order_start(arm, job, ArmOrder::StartJob(Box::new(start)));
         if self.control.holder(arm).is_none() {
@@ -174,43 +182,41 @@ impl Station {
         {
             self.hold_queue(now, arm);
         }
-        let Some(queued) = queued.filter(|_| code == Some(RpcError::DANGEROUS)) else {
+        let Some((claim, queued)) = queued.filter(|_| code == Some(RpcError::DANGEROUS)) else {
             return false;
         };
         if queued.may_burn && queued.may_endanger {
             return false;
         }
-        self.put_back_in_queue(now, queued, "yes");
+        self.put_back_in_queue(now, claim, queued, "yes");
         true
     }
 
     /// Puts a job that was to begin in front of the queue of its arm, where it waits for somebody's word.
-    fn put_back_in_queue(&mut self, now: HostInstant, queued: QueuedJob, held: &'static str) {
-        let (arm, job) = (queued.arm, queued.job);
+    fn put_back_in_queue(
+        &mut self,
+        now: HostInstant,
+        claim: JobClaim,
+        queued: QueuedJob,
+        held: &'static str,
+    ) {
+        let JobClaim { job, arm, .. } = claim;
         if let Some(record) = self.records.numbered(job) {
             "queued".clone_into(&mut record.state);
             record.started = None;
         }
         let held = Some(held);
-        self.class.queue.insert(0, QueuedJob { held, ..queued });
         self.job_changed(now, arm, job);
-        self.tell_queue(now, arm);
+        self.put_in_queue(now, claim, 0, QueuedJob { held, ..queued });
     }
 
     /// What waits for an arm waits until somebody says that it may go on.
     pub(super) fn hold_queue(&mut self, now: HostInstant, arm: ArmId) {
-        let mut waiting = self
-            .class
-            .queue
-            .iter_mut()
-            .filter(|job| job.arm == arm)
-            .peekable();
-        if waiting.peek().is_none() {
-            return;
+        for claim in self.control.jobs(arm) {
+            if let Some(queued) = self.class.queue.get_mut(&claim.job) {
+                queued.held.get_or_insert("stopped");
+            }
         }
-        waiting.for_each(|job| {
-            job.held.get_or_insert("stopped");
-        });
         self.tell_queue(now, arm);
     }
 
@@ -224,10 +230,8 @@ impl Station {
         job: JobId,
         change: QueuedChange,
     ) -> Result<(), RpcError> {
-        let queued = self.class.queue.iter().find(|queued| queued.job == job);
-        queued.map_or(Ok(()), |queued| {
-            self.check_queued(call, queued.arm, queued.person, change)
-        })
+        let claim = self.control.waiting_job(job);
+        claim.map_or(Ok(()), |claim| self.check_queued(call, &claim, change))
     }
 
     /// A job that waits is let go on: one that burns by whoever may burn, who looks at it now.
@@ -236,30 +240,29 @@ impl Station {
         call: &Call<'_>,
         job: JobId,
     ) -> Result<Handled, RpcError> {
-        let Some(at) = self.class.queue.iter().position(|queued| queued.job == job) else {
-            return Err(RpcError::internal("a job that waits in no queue"));
-        };
-        self.check_queued_job(call, job, QueuedChange::Resume)?;
-        let queued = &self.class.queue[at];
-        let arm = queued.arm;
+        let unknown = || RpcError::internal("a job that waits in no queue");
+        let claim = self.control.waiting_job(job).ok_or_else(unknown)?;
+        self.check_queued(call, &claim, QueuedChange::Resume)?;
+        let arm = claim.arm;
+        let queued = self.class.queue.get_mut(&job).ok_or_else(unknown)?;
         if queued.held == Some("yes") {
+            let may_endanger_already = queued.may_endanger;
             self.may_burn(call, arm, Risk::of_job("job.resume"))?;
-            if !queued.may_endanger && self.arm(arm).entry.is_virtual {
+            if !may_endanger_already && self.arm(arm).entry.is_virtual {
                 may_endanger(call, Risk::of_job("job.resume"), Danger::JOB)?;
             }
-            let person = queued.person;
-            if !self.control.may_begin_queued(call.now, arm, person) {
+            if !self.control.may_begin(call.now, &claim) {
                 let why = "the arm is not free for it: say yes when it can begin";
                 return Err(RpcError::new(RpcError::BUSY, why).with("job", self.job_id(job)));
             }
-            let mut queued = self.class.queue.remove(at);
+            let (claim, mut queued) = self.take_from_queue(job).ok_or_else(unknown)?;
             queued.held = None;
             queued.may_burn = true;
             queued.may_endanger |=
                 may_endanger(call, Risk::of_dangerous_job(), Danger::JOB).is_ok();
-            self.begin_from_queue(call.now, queued);
+            self.begin_from_queue(call.now, claim, queued);
         } else {
-            self.class.queue[at].held = None;
+            queued.held = None;
         }
         self.tell_queue(call.now, arm);
         let shown = self.records.numbered(job).map(|record| record.shown());
@@ -268,17 +271,16 @@ impl Station {
 
     /// Takes a job out of the queue.
     pub(super) fn stop_queued(&mut self, now: HostInstant, job: JobId) {
-        let Some(at) = self.class.queue.iter().position(|queued| queued.job == job) else {
+        let Some((claim, _)) = self.take_from_queue(job) else {
             return;
         };
-        let queued = self.class.queue.remove(at);
         let t = self.unix(now);
         if let Some(record) = self.records.numbered(job) {
             record.is_over(t, &JobEnd::new("stopped"));
             (record.place, record.order) = (None, None);
         }
-        self.job_changed(now, queued.arm, job);
-        self.tell_queue(now, queued.arm);
+        self.job_changed(now, claim.arm, job);
+        self.tell_queue(now, claim.arm);
     }
 
     /// Takes up the jobs that waited when the last station ended, in their order. None begins before a person says so.
@@ -316,27 +318,23 @@ impl Station {
                 _ => "restart",
             };
             let is_virtual = self.arm(arm).entry.is_virtual;
-            self.class.queue.push(QueuedJob {
-                job,
-                arm,
+            let queued = QueuedJob {
                 order,
                 on_lost,
-                person,
                 pupil,
                 holder,
                 may_burn: is_virtual,
                 may_endanger: false,
                 held: Some(held),
-            });
-        }
-        for arm in self.arm_ids() {
-            self.tell_queue(HostInstant::ZERO, arm);
+            };
+            let claim = JobClaim { job, arm, person };
+            self.put_in_queue(HostInstant::ZERO, claim, LAST, queued);
         }
     }
 
     /// A job that was never answered leaves the queue.
     pub(super) fn drop_queued(&mut self, now: HostInstant, arm: ArmId, job: JobId) {
-        self.class.queue.retain(|queued| queued.job != job);
+        self.take_from_queue(job);
         self.class.from_queue.remove(&job);
         self.tell_queue(now, arm);
     }
@@ -345,8 +343,8 @@ impl Station {
     pub(super) fn wait_again(&mut self, now: HostInstant, job: JobId) -> bool {
         let queued = self.class.from_queue.remove(&job);
         let waits = queued.is_some();
-        if let Some(queued) = queued {
-            self.put_back_in_queue(now, queued, "unkept");
+        if let Some((claim, queued)) = queued {
+            self.put_back_in_queue(now, claim, queued, "unkept");
         }
         waits
     }
@@ -377,22 +375,21 @@ impl Station {
         job: JobId,
         place: usize,
     ) -> Option<usize> {
-        let queue = &mut self.class.queue;
-        let at = queue.iter().position(|queued| queued.job == job)?;
-        let queued = queue.remove(at);
-        let arm = queued.arm;
-        let before = queue[..at].iter().filter(|other| other.arm == arm).count();
-        let mut others = (0..queue.len()).filter(|other| queue[*other].arm == arm);
-        let to = others.nth(place).unwrap_or(queue.len());
-        queue.insert(to, queued);
-        self.tell_queue(now, arm);
-        Some(before)
+        let claim = self.control.waiting_job(job)?;
+        let before = { self.control.jobs(claim.arm) }.position(|other| other.job == job);
+        self.control.queue_job(claim, place);
+        self.tell_queue(now, claim.arm);
+        before
     }
 
     /// Tells those whose place or state in the queue of an arm has changed.
     fn tell_queue(&mut self, now: HostInstant, arm: ArmId) {
-        let waiting = self.class.queue.iter().filter(|job| job.arm == arm);
-        let places: Vec<_> = (1..).zip(waiting.map(|job| (job.job, job.held))).collect();
+        let held = |job| self.class.queue.get(&job).and_then(|queued| queued.held);
+        let jobs = self
+            .control
+            .jobs(arm)
+            .map(|claim| (claim.job, held(claim.job)));
+        let places: Vec<_> = (1..).zip(jobs).collect();
         for (place, (job, held)) in places {
             let Some(record) = self.records.numbered(job) else {
                 continue;

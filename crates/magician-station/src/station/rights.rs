@@ -7,7 +7,7 @@ use super::{Grant, Station};
 use crate::api::{Danger, Role, RpcError};
 use crate::control::ArmId;
 #[cfg(feature = "class")]
-use crate::control::{PersonId, QueuedChange};
+use crate::control::{JobClaim, QueuedChange};
 
 /// What would burn or is dangerous, as refusals name it.
 #[derive(Clone, Copy, Debug)]
@@ -97,7 +97,7 @@ impl Station {
         }
     }
 
-    /// Whether a request may change a job that waits for an arm. [`may_change_queued`](crate::control::Control) decides.
+    /// Whether a request may change a job that waits for an arm. [`may_change`](crate::control::Control) decides.
     ///
     /// # Errors
     /// The refusal (-32001), which names those who may.
@@ -105,18 +105,17 @@ impl Station {
     pub(super) fn check_queued(
         &self,
         call: &Call<'_>,
-        arm: ArmId,
-        owner: Option<PersonId>,
+        claim: &JobClaim,
         change: QueuedChange,
     ) -> Result<(), RpcError> {
-        if { &self.control }.may_change_queued(call.session, arm, owner, change) {
+        if self.control.may_change(call.session, claim, change) {
             return Ok(());
         }
-        let owned = match owner {
+        let owned = match claim.person {
             Some(person) => format!("its owner {}", self.person_name(person)),
             None => "its owner, a teacher".to_owned(),
         };
-        let name = &self.arm(arm).entry.name;
+        let name = &self.arm(claim.arm).entry.name;
         let (may, who) = match change {
             QueuedChange::Resume => (
                 &["owner", "teacher"][..],

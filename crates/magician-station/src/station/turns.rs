@@ -32,7 +32,7 @@ impl Station {
                 "frozen": self.control.is_frozen(arm),
             })
         });
-        let queue = (1..).zip(self.control.queue()).map(|(at, place)| {
+        let queue = (1..).zip(self.control.places()).map(|(at, place)| {
             let arms: Vec<_> = place.arms.iter().copied().collect();
             json!({
                 "place": at, "person": self.person_name(place.person),

@@ -1,6 +1,6 @@
 //! What has to be so after every event of a class.
 
-use magician_station::control::{ArmId, PersonId, TurnState};
+use magician_station::control::{ArmId, JobClaim, JobId, PersonId, SessionId, TurnState};
 
 use super::{ANNA, ARMS, BEN, Event, Model, TEACHER, mutant, slots};
 use crate::step::{Checked, must};
@@ -57,6 +57,13 @@ impl Model {
                 )?;
             }
             self.check_turn(arm, before, event)?;
+            let mut line = model.line.iter();
+            let ready = line.any(|(_, session)| self.is_in_slot_of(arm, *session));
+            let idle = self.is_idle(arm) && model.lease.is_none() && self.turn(arm).is_none();
+            must(
+                !ready || !idle || model.frozen,
+                "an arm is not idle while a job waits",
+            )?;
         }
         let order = |model: &Self| [ANNA, BEN].map(|person| model.waits(person));
         if let ([Some(a), Some(b)], [Some(then_a), Some(then_b)]) = (order(before), order(self)) {
@@ -68,7 +75,7 @@ impl Model {
         }
         if let (Event::Join(person, _), Some(at)) = (event, self.waits(event_person(event))) {
             let new = before.waits(person).is_none();
-            let last = self.control.control.queue().len() - 1;
+            let last = self.control.control.places().count() - 1;
             must(!new || at == last, "the queue keeps its order")?;
         }
         Ok(())
@@ -96,12 +103,37 @@ impl Model {
         }
         // An arm that is free waits for nobody but the one whose turn is kept.
         let idle = turn.is_none() && self.arm(arm).lease.is_none() && self.arm(arm).job.is_none();
-        let mut queue = self.control.control.queue().iter();
+        let mut queue = self.control.control.places();
         let wanted = queue.any(|place| {
             let person = mutant::known(place.person);
             !place.missed && place.arms.contains(&arm) && self.is_in_slot(arm, person)
         });
         must(!(idle && wanted), "an arm is not idle while somebody waits")
+    }
+
+    /// What has to be so where a job that waited begins.
+    pub(super) fn check_begun(&self, claim: JobClaim) -> Checked {
+        let arm = self.arm(claim.arm);
+        must(!arm.frozen, "frozen arms do not move")?;
+        must(self.is_idle(claim.arm), "a job begins at an idle arm")?;
+        let own = arm
+            .lease
+            .is_none_or(|holder| Self::person(holder) == claim.person);
+        let turn = self.turn(claim.arm);
+        let turn = turn.is_none_or(|(person, ..)| Some(person) == claim.person);
+        must(own && turn, "a job begins beside nobody else's turn")?;
+        let of = |(_, session): &&(JobId, SessionId)| Self::person(*session) == claim.person;
+        let first = arm.line.iter().find(of).map(|(job, _)| *job);
+        must(first == Some(claim.job), "jobs keep their order")
+    }
+
+    fn is_idle(&self, arm: ArmId) -> bool {
+        let arm = self.arm(arm);
+        arm.job.is_none() && !arm.paused && arm.moves.is_empty()
+    }
+
+    fn is_in_slot_of(&self, arm: ArmId, session: SessionId) -> bool {
+        Self::person(session).is_none_or(|person| self.is_in_slot(arm, person))
     }
 
     fn is_in_slot(&self, arm: ArmId, person: PersonId) -> bool {
@@ -114,14 +146,14 @@ impl Model {
 
     /// Places and turns of a person.
     fn places(&self, person: PersonId) -> usize {
-        let queue = self.control.control.queue().iter();
+        let queue = self.control.control.places();
         let waits = queue.filter(|place| mutant::known(place.person) == person);
         let turns = ARMS.iter().filter_map(|arm| self.turn(*arm));
         waits.count() + turns.filter(|(whose, ..)| *whose == person).count()
     }
 
     fn waits(&self, person: PersonId) -> Option<usize> {
-        let mut queue = self.control.control.queue().iter();
+        let mut queue = self.control.control.places();
         queue.position(|place| mutant::known(place.person) == person)
     }
 }

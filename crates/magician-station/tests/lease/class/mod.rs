@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use magician_protocol::HostInstant;
 use magician_station::control::{
-    ArmId, LeaseId, PersonId, RequestId, SessionId, Slot, TurnRules, TurnState,
+    ArmId, JobId, LeaseId, PersonId, RequestId, SessionId, Slot, TurnRules, TurnState,
 };
 
 use self::mutant::{BUGS, Bug, Mutant};
@@ -29,6 +29,8 @@ pub(crate) const PAGES: [(SessionId, PersonId); 3] = [
 pub(crate) const ARMS: [ArmId; 2] = [ArmId(0), ArmId(1)];
 const LENGTH: Duration = Duration::from_secs(20);
 const GRACE: Duration = Duration::from_secs(8);
+/// Jobs that wait for an arm, at most.
+const JOBS: usize = 2;
 /// Events within which each planted bug is found, and within which control has none.
 const DEPTH: usize = 5;
 const FURTHER: usize = 5;
@@ -50,6 +52,8 @@ pub(crate) enum Event {
     Move(SessionId, ArmId),
     StartJob(SessionId, ArmId),
     EndJob(ArmId),
+    /// A job for when the arm is free.
+    QueueJob(SessionId, ArmId),
     Freeze(ArmId),
     Free(ArmId),
     /// Time passes up to what is due next.
@@ -65,6 +69,8 @@ pub(crate) struct Arm {
     pub(crate) job: Option<SessionId>,
     pub(crate) paused: bool,
     pub(crate) frozen: bool,
+    /// The jobs that wait, by their arrival: whose.
+    pub(crate) line: Vec<(JobId, SessionId)>,
 }
 
 #[derive(Clone)]
@@ -169,6 +175,9 @@ impl Explored for Model {
                 if !second && self.arm(arm).moves.is_empty() {
                     out.push(Move(session, arm));
                 }
+                if !second && self.arm(arm).line.len() < JOBS {
+                    out.push(QueueJob(session, arm));
+                }
                 if !second && self.arm(arm).job.is_none() && !self.arm(arm).paused {
                     out.push(StartJob(session, arm));
                 }
@@ -196,6 +205,7 @@ impl Explored for Model {
         for arm in &self.arms {
             let moves: Vec<_> = arm.moves.values().collect();
             (arm.lease, moves, arm.job, arm.paused, arm.frozen).hash(&mut hasher);
+            arm.line.hash(&mut hasher);
         }
         hasher.finish()
     }

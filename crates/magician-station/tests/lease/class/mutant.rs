@@ -4,9 +4,11 @@ use std::collections::BTreeSet;
 use std::time::Duration;
 
 use magician_protocol::HostInstant;
-use magician_station::control::{ArmId, Control, Effect, PersonId, RequestId, SessionId, WorkKind};
+use magician_station::control::{
+    ArmId, Control, Effect, JobClaim, PersonId, RequestId, SessionId, WorkKind,
+};
 
-use super::{ARMS, Model, TEACHER};
+use super::{ARMS, Model, PAGES, TEACHER};
 
 /// What is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,10 +35,16 @@ pub(crate) enum Bug {
     MovesOn,
     /// The next is told, and gets no lease.
     NextWithoutLease,
+    /// A job begins at any idle arm, whoever has the turn.
+    JobIgnoresTurn,
+    /// A job goes before those that wait already.
+    JobJumpsQueue,
+    /// A job waits for ever where its owner has gone.
+    JobForgotten,
 }
 
 /// Each bug, and the law that it breaks first.
-pub(crate) const BUGS: [(Bug, &str); 11] = [
+pub(crate) const BUGS: [(Bug, &str); 14] = [
     (Bug::NotIdentified, "who holds an arm has its turn"),
     (Bug::SlotForgotten, "nobody holds outside of a slot"),
     (Bug::PlaceOfSocket, "a reload keeps the place"),
@@ -51,6 +59,12 @@ pub(crate) const BUGS: [(Bug, &str); 11] = [
         Bug::NextWithoutLease,
         "the holder that is told is the holder",
     ),
+    (
+        Bug::JobIgnoresTurn,
+        "a job begins beside nobody else's turn",
+    ),
+    (Bug::JobJumpsQueue, "jobs keep their order"),
+    (Bug::JobForgotten, "an arm is not idle while a job waits"),
 ];
 
 /// The person whom a forged number stands for.
@@ -89,7 +103,7 @@ impl Mutant {
             }
             return;
         }
-        let before = self.control.queue().to_vec();
+        let before: Vec<_> = self.control.places().cloned().collect();
         let arms: BTreeSet<_> = arms.iter().copied().collect();
         let _ = self.control.join_turn(now, person, arms);
         if self.has(Bug::JumpsQueue) {
@@ -146,6 +160,27 @@ impl Mutant {
         if !self.has(Bug::WithoutEnd) {
             self.control.handle_timeout(now);
         }
+    }
+
+    pub(crate) fn queue_job(&mut self, claim: JobClaim) {
+        let jumps = self.has(Bug::JobJumpsQueue);
+        let place = if jumps { 0 } else { usize::MAX };
+        self.control.queue_job(claim, place);
+    }
+
+    /// Takes out the next job that may begin at an arm.
+    pub(crate) fn next_job(&mut self, now: HostInstant, arm: ArmId) -> Option<JobClaim> {
+        let next = if self.has(Bug::JobIgnoresTurn) {
+            self.control.jobs(arm).next().copied()
+        } else {
+            self.control.next_job(now, arm, |_| true)
+        };
+        let here = |person| {
+            let mut pages = PAGES.iter().filter(|(_, of)| *of == person);
+            pages.any(|(page, _)| self.control.back_until(*page).is_none())
+        };
+        let next = next.filter(|next| !self.has(Bug::JobForgotten) || next.person.is_none_or(here));
+        self.control.take_job(next?.job)
     }
 
     pub(crate) fn freeze(&mut self, now: HostInstant, arm: ArmId) {

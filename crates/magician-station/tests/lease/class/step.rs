@@ -2,10 +2,12 @@
 
 use std::time::Duration;
 
-use magician_station::control::{ArmId, Effect, JobId, JobPhase, OnLost, RequestId, WorkKind};
+use magician_station::control::{
+    ArmId, Effect, JobClaim, JobId, JobPhase, OnLost, RequestId, WorkKind,
+};
 
 use super::mutant::AT_ONCE;
-use super::{Event, Model, TEACHER};
+use super::{ARMS, Event, Model, TEACHER};
 use crate::step::{Checked, must};
 
 impl Model {
@@ -14,6 +16,7 @@ impl Model {
         let request = RequestId(self.requests);
         let frozen = matches!(event, Event::Freeze(_));
         self.carry_out_all(event, request, frozen)?;
+        self.begin_jobs()?;
         self.check(before, event)
     }
 
@@ -31,7 +34,8 @@ impl Model {
             | Release(session, _)
             | Word(session)
             | Move(session, _)
-            | StartJob(session, _) => Some(session),
+            | StartJob(session, _)
+            | QueueJob(session, _) => Some(session),
             Take(_) | Freeze(_) | Free(_) => self.sockets[&TEACHER].0.then_some(TEACHER),
             _ => None,
         };
@@ -51,12 +55,18 @@ impl Model {
             Release(session, arm) => {
                 // It may have passed on by the word.
                 if self.arm(arm).lease == Some(session) {
-                    for arm in &mut self.arms {
+                    let mut ended = Vec::new();
+                    for (id, arm) in ARMS.into_iter().zip(&mut self.arms) {
                         if arm.lease == Some(session) {
-                            arm.moves.clear();
+                            let moves = std::mem::take(&mut arm.moves).into_keys();
+                            ended.extend(moves.map(|request| (id, request)));
                         }
                     }
                     self.control.control.release_all(now, session);
+                    // What was released goes on, and comes to its end.
+                    for (arm, request) in ended {
+                        self.control.control.finish(now, arm, request);
+                    }
                 }
             }
             Take(arm) => {
@@ -100,6 +110,15 @@ impl Model {
                 self.arm_mut(arm).job = None;
                 self.job_is(arm, None);
             }
+            QueueJob(session, arm) => {
+                let line = &mut self.arm_mut(arm).line;
+                let mut numbers = (0..).map(|number| JobId(10 + 10 * arm.0 + number));
+                let job = numbers.find(|job| line.iter().all(|(known, _)| known != job));
+                let job = job.expect("numbers do not end");
+                line.push((job, session));
+                let person = Self::person(session);
+                self.control.queue_job(JobClaim { job, arm, person });
+            }
             Freeze(arm) => {
                 self.arm_mut(arm).frozen = true;
                 self.control.freeze(now, arm);
@@ -116,6 +135,23 @@ impl Model {
                 )?;
                 self.now = due.unwrap_or(now + Duration::from_secs(6));
                 self.control.pass(self.now);
+            }
+        }
+        Ok(())
+    }
+
+    /// Begins what may begin of the jobs that wait, as a station does after each event.
+    fn begin_jobs(&mut self) -> Checked {
+        for arm in ARMS {
+            while let Some(claim) = self.control.next_job(self.now, arm) {
+                self.check_begun(claim)?;
+                let model = self.arm_mut(arm);
+                let mut line = model.line.iter();
+                let at = line.position(|(job, _)| *job == claim.job);
+                let at = at.ok_or("a job begins once")?;
+                let (_, session) = model.line.remove(at);
+                model.job = Some(session);
+                self.job_is(arm, Some(JobPhase::Active));
             }
         }
         Ok(())

@@ -1,0 +1,130 @@
+//! Policies of the queue: who may have an arm, who is next at one that is free, and what the end of a turn leaves.
+//!
+//! | claim | who may have the arm | its place | ends |
+//! |---|---|---|---|
+//! | a request that waits | whoever is in a slot of the schedule, and has the turn where there are turns | by arrival | by `until` |
+//! | a request that asks | the same | behind those that wait, if the holder is gone | granted by `until` |
+//! | a person's turn | whoever is in a slot, at one arm at a time | by arrival; who missed a turn comes first when back | by leaving |
+//! | a job | at an idle arm that nobody else has or has the turn at, in a slot of its owner | by arrival, or as it was moved | by stopping it |
+//!
+//! A teacher, who is no person of the class, is bound by none of it but the lease. Nothing here changes the state.
+
+use std::time::Duration;
+
+use magician_protocol::HostInstant;
+
+use super::claims::{JobClaim, Place};
+use super::class::{Turn, TurnState};
+use super::{ArmId, Control, LeaseEnd, PersonId, SessionId};
+
+/// What a request changes of a job that waits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum QueuedChange {
+    /// Takes it out.
+    Stop,
+    /// Gives it another place.
+    Reorder,
+    /// Lets it go on after a stop, whose reason its owner knows.
+    Resume,
+}
+
+impl Control {
+    /// Whether a session may have the lease of an arm now, were nobody else to have it.
+    #[must_use]
+    pub fn may_hold(&self, now: HostInstant, session: SessionId, arm: ArmId) -> bool {
+        let Some(person) = self.class.persons.get(&session) else {
+            return true;
+        };
+        if !self.is_in_slot(now, arm, *person) {
+            return false;
+        }
+        if self.class.rules.is_none() {
+            return true;
+        }
+        let Some(person) = *person else {
+            return false;
+        };
+        match &self.class(arm).turn {
+            Some(turn) => turn.person == person,
+            None => {
+                let mut places = self.claims.places();
+                let behind =
+                    places.any(|place| place.person != person && self.is_next(now, arm, place));
+                !behind && self.turn_of(person).is_none() && !self.job_runs(arm)
+            }
+        }
+    }
+
+    /// Whether a job that waits may begin now.
+    #[must_use]
+    pub fn may_begin(&self, now: HostInstant, claim: &JobClaim) -> bool {
+        let JobClaim { arm, person, .. } = *claim;
+        let state = self.arm(arm);
+        let idle = state.job.is_none() && state.jog.is_none() && state.work.is_empty();
+        let own = self.holder(arm).is_none_or(|holder| {
+            self.person(holder) == person && self.is_bound(holder) == person.is_some()
+        });
+        let turn = self.class(arm).turn.as_ref();
+        let turn = turn.is_none_or(|turn| Some(turn.person) == person);
+        let slot = person.is_none() || self.is_in_slot(now, arm, person);
+        idle && !state.queued && own && turn && slot && !self.is_frozen(arm)
+    }
+
+    /// Whether a session may change a job that waits so: a teacher, its owner, and the holder of the arm's lease, who has it
+    /// in the way.
+    #[must_use]
+    pub fn may_change(&self, session: SessionId, claim: &JobClaim, change: QueuedChange) -> bool {
+        if !self.is_bound(session) {
+            return true;
+        }
+        let person = self.person(session);
+        let owns = claim.person.is_some() && person == claim.person;
+        let holds = self.holder(claim.arm).is_some_and(|holder| {
+            // Two pages of a person are one person.
+            holder == session || person.is_some() && self.person(holder) == person
+        });
+        owns || holds && change != QueuedChange::Resume
+    }
+
+    /// Whether the job of an arm goes on although the lease ends so.
+    pub(super) fn finishes_job(&self, arm: ArmId, end: LeaseEnd) -> bool {
+        let rules = self.class.rules;
+        let job = self.arm(arm).job;
+        end == LeaseEnd::Over
+            && rules.is_some_and(|rules| rules.finish_job)
+            && job.is_some_and(|job| !job.burns && !job.endless)
+    }
+
+    pub(super) fn refuses_frozen(&self, session: SessionId, arm: ArmId) -> bool {
+        self.is_frozen(arm) && self.is_bound(session)
+    }
+
+    pub(super) fn is_in_slot(
+        &self,
+        now: HostInstant,
+        arm: ArmId,
+        person: Option<PersonId>,
+    ) -> bool {
+        self.class(arm).slots.as_ref().is_none_or(|slots| {
+            let mut open = slots.iter().filter(|slot| slot.is_open(now));
+            open.any(|slot| person.is_some_and(|person| slot.who.contains(&person)))
+        })
+    }
+
+    /// Whether a place in the queue may become the turn at an arm.
+    pub(super) fn is_next(&self, now: HostInstant, arm: ArmId, place: &Place) -> bool {
+        !place.missed && place.arms.contains(&arm) && self.is_in_slot(now, arm, Some(place.person))
+    }
+
+    /// The clock of a turn stands while its arm is frozen.
+    pub(super) fn clock(&self, now: HostInstant, arm: ArmId) -> HostInstant {
+        self.class(arm).frozen.unwrap_or(now)
+    }
+
+    pub(super) fn left(&self, now: HostInstant, arm: ArmId, turn: &Turn) -> Option<Duration> {
+        match turn.state {
+            TurnState::Running { ends } => ends.map(|ends| ends - self.clock(now, arm)),
+            TurnState::Kept { left, .. } | TurnState::Suspended { left } => left,
+        }
+    }
+}
