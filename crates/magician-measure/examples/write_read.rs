@@ -97,14 +97,14 @@ mod unix {
         let arm = connect(port).await?;
         let begun = Instant::now();
         let commands = std::iter::repeat(here).take_while(|_| begun.elapsed() < time);
-        // What a look finds finished, and when: the driver fetches commands in bursts.
-        let mut seen: Option<[(u64, Instant); 2]> = None;
+        // A look finds commands finished, in bursts; the same number is told again until the next one, and is no news then.
+        let mut looks: Vec<(u64, Instant)> = Vec::new();
         let mut run = arm.start(commands);
         let note = |progress: Progress| {
-            let now = (progress.current.0, Instant::now());
-            if begun.elapsed() < time && begun.elapsed() >= time.mul_f64(WARM_UP) {
-                let [first, _] = *seen.get_or_insert([now; 2]);
-                seen = Some([first, now]);
+            let (finished, age) = (progress.current.0, begun.elapsed());
+            let is_news = looks.last().is_none_or(|(before, _)| finished > *before);
+            if is_news && age < time && age >= time.mul_f64(WARM_UP) {
+                looks.push((finished, Instant::now()));
             }
         };
         tokio::select! {
@@ -113,7 +113,10 @@ mod unix {
         }
         drop(run);
         arm.close().await;
-        let [first, last] = seen.ok_or("too short")?;
+        // What was found first is as old as the look before it.
+        let (Some(first), Some(last)) = (looks.get(1), looks.last()) else {
+            return Err("too short".into());
+        };
         Ok((last.0 - first.0) as f64 / (last.1 - first.1).as_secs_f64())
     }
 
