@@ -8,6 +8,7 @@ use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
 use super::dispatch::{Call, Handled};
+use super::keeping::IfUnkept;
 use super::queue::QueuedJob;
 use super::socket::CloseCode;
 use super::{Station, StationConfig};
@@ -258,16 +259,20 @@ impl Station {
             }
             "class.freeze" | "class.free" => {
                 let arms = self.arms_meant(call)?;
-                for arm in &arms {
-                    if name == "class.free" {
-                        self.control.free(now, *arm);
+                let freezes = name == "class.freeze";
+                for arm in arms.iter().copied() {
+                    self.records.set_frozen(arm, freezes);
+                    if !freezes {
+                        self.control.free(now, arm);
                         continue;
                     }
-                    self.control.freeze(now, *arm, Some(call.session));
-                    let error = self.frozen(*arm);
-                    self.stop_before_found(now, *arm, &error);
+                    self.control.freeze(now, arm, Some(call.session));
+                    let error = self.frozen(arm);
+                    self.stop_before_found(now, arm, &error);
                 }
-                json!({"arms": self.names_of(&arms)})
+                let told = json!({"arms": self.names_of(&arms)});
+                // It counts already; the answer says that it outlives this program.
+                return Ok(self.answer_when_kept(call, arms, told, IfUnkept::Stand));
             }
             "class.send" => return self.send_to_arms(call),
             "class.results" => self.results(),
@@ -288,6 +293,15 @@ impl Station {
             _ => return Err(RpcError::internal(format!("{name} does nothing"))),
         };
         Ok(Handled::Now(answer))
+    }
+
+    /// Freezes the arms that were frozen when the last station ended, and stops what they still do.
+    pub(super) fn take_up_freezes(&mut self) {
+        for arm in self.arm_ids() {
+            if self.records.is_frozen(arm) {
+                self.control.freeze(HostInstant::ZERO, arm, None);
+            }
+        }
     }
 
     /// A class begins, in the place of the one before, or there is none any more.

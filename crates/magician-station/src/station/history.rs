@@ -43,7 +43,10 @@ impl Station {
             }
         }
         #[cfg(feature = "class")]
-        self.take_up_queue();
+        {
+            self.take_up_queue();
+            self.take_up_freezes();
+        }
     }
 
     /// `job.history`: the jobs that are kept, in parts, and the sums over all that ran.

@@ -73,6 +73,8 @@ impl JobTotals {
 /// What is kept of one arm.
 #[derive(Clone, Debug, Default)]
 struct ArmShelf {
+    /// True while a teacher has frozen the arm.
+    frozen: bool,
     /// Sums over jobs that are kept no more.
     earlier: JobTotals,
     /// Number of the last change.
@@ -104,6 +106,7 @@ impl Records {
             let (items, earlier) = match file {
                 Value::Array(items) => (items, Value::Null),
                 Value::Object(mut file) => {
+                    records.arms[at].frozen = file.get("frozen") == Some(&Value::Bool(true));
                     let jobs = file.remove("jobs");
                     let earlier = file.remove("earlier").unwrap_or_default();
                     let items = jobs.and_then(|jobs| match jobs {
@@ -152,6 +155,19 @@ impl Records {
             stays
         });
         self.all.reverse();
+    }
+
+    /// True if a teacher has frozen an arm.
+    #[cfg(feature = "class")]
+    pub(super) fn is_frozen(&self, arm: ArmId) -> bool {
+        self.arms[arm.0 as usize].frozen
+    }
+
+    /// Notes that a teacher has frozen an arm, or freed it.
+    #[cfg(feature = "class")]
+    pub(super) fn set_frozen(&mut self, arm: ArmId, frozen: bool) {
+        self.arms[arm.0 as usize].frozen = frozen;
+        self.has_changed(arm);
     }
 
     /// Takes a job out, with its place; it counts in the totals all the same.
@@ -296,17 +312,19 @@ impl Records {
         Some(JobsToKeep {
             arm,
             revision: shelf.revision,
+            frozen: shelf.frozen,
             earlier: shelf.earlier.clone(),
             jobs: jobs.cloned().collect(),
         })
     }
 }
 
-/// The jobs of an arm as they were once, to be kept. Their programs are shared with the station, not copied.
+/// The jobs of an arm as they were once, and whether it is frozen, to be kept. Their programs are shared with the station, not copied.
 #[derive(Clone, Debug)]
 pub struct JobsToKeep {
     arm: ArmId,
     revision: u64,
+    frozen: bool,
     earlier: JobTotals,
     jobs: Vec<JobRecord>,
 }
@@ -328,7 +346,11 @@ impl JobsToKeep {
     #[must_use]
     pub fn to_value(&self) -> Value {
         let jobs: Vec<_> = self.jobs.iter().map(to_file).collect();
-        json!({"version": VERSION, "earlier": self.earlier, "jobs": jobs})
+        let mut file = json!({"version": VERSION, "earlier": self.earlier, "jobs": jobs});
+        if self.frozen {
+            file["frozen"] = true.into();
+        }
+        file
     }
 
     #[cfg(test)]
@@ -340,6 +362,7 @@ impl JobsToKeep {
         Self {
             arm: ArmId(0),
             revision: 1,
+            frozen: false,
             earlier: JobTotals::default(),
             jobs: ids.iter().filter_map(record).collect(),
         }

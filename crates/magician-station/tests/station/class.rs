@@ -21,7 +21,10 @@ code = "9QWE"
 "#;
 
 async fn class(arms: usize) -> (LocalStation, Tester) {
-    let bench = LocalStation::new(arms).await;
+    class_of(LocalStation::new(arms).await).await
+}
+
+async fn class_of(bench: LocalStation) -> (LocalStation, Tester) {
     let mut teacher = bench.join_as("Ms Lee", Role::Teacher).await;
     teacher.ok("class.set", json!({"text": CLASS})).await;
     (bench, teacher)
@@ -246,6 +249,43 @@ async fn a_frozen_arm_pauses_its_job_and_no_pupil_moves_it() {
     assert_eq!(left(ada.ok("turn.list", json!({})).await), before);
     teacher.ok("class.free", json!({"arms": ["arm"]})).await;
     ada.ok("job.resume", json!({"job": job})).await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_freeze_that_is_answered_outlives_its_station_and_ends_where_it_is_freed() {
+    let (bench, mut teacher) = class(1).await;
+    teacher.ok("class.freeze", json!({})).await;
+    let kept = bench.kept.copy();
+    drop((teacher, bench));
+
+    let (bench, mut teacher) = class_of(LocalStation::after(kept).await).await;
+    let turns = teacher.ok("turn.list", json!({})).await;
+    assert_eq!(turns["arms"][0]["frozen"], json!(true));
+    let mut ada = pupil(&bench, "Ada").await;
+    ada.ok("lease.acquire", json!({})).await;
+    let to = json!({"to": [220, 0, 40, 0]});
+    assert_eq!(ada.code("arm.move", to.clone()).await, -32008);
+    teacher.ok("class.free", json!({})).await;
+    ada.ok("arm.move", to).await;
+    let kept = bench.kept.copy();
+    drop((ada, teacher, bench));
+
+    let (_bench, mut teacher) = class_of(LocalStation::after(kept).await).await;
+    let turns = teacher.ok("turn.list", json!({})).await;
+    assert_eq!(turns["arms"][0]["frozen"], json!(false));
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_freeze_that_the_disk_does_not_take_counts_and_says_so() {
+    let (bench, mut teacher) = class(1).await;
+    bench
+        .kept
+        .full
+        .store(true, std::sync::atomic::Ordering::SeqCst);
+    let error = teacher.call("class.freeze", json!({})).await.unwrap_err();
+    assert_eq!(error["data"]["reason"], "unkept", "{error}");
+    let turns = teacher.ok("turn.list", json!({})).await;
+    assert_eq!(turns["arms"][0]["frozen"], json!(true));
 }
 
 #[tokio::test(start_paused = true)]
