@@ -56,7 +56,8 @@ impl CloseCode {
 /// Who is at the other end, as the listener knows.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Peer {
-    /// What it may do without a token; none: it needs one.
+    /// What it may do without a token; none: what its place may do, which is nothing from elsewhere, and on this machine a
+    /// teacher's role, or a viewer's while a class is set.
     pub grant: Option<Grant>,
     /// Where it comes from.
     pub origin: Origin,

@@ -176,9 +176,31 @@ impl LocalStation {
     pub(crate) fn socket_of(&self, grant: Option<Grant>, address: &str) -> Tester {
         self.sockets.set(self.sockets.get() + 1);
         let secret = format!("secret-{:032}", self.sockets.get());
+        // Who has nothing is from elsewhere: on this machine everybody has a right.
+        let origin = match grant {
+            Some(_) => Origin::Loopback,
+            None => Origin::Elsewhere,
+        };
+        self.socket_at(grant, origin, address, secret)
+    }
+
+    /// A socket of this machine's people, whom the listener knows nothing of.
+    pub(crate) fn stranger(&self) -> Tester {
+        self.sockets.set(self.sockets.get() + 1);
+        let secret = format!("secret-{:032}", self.sockets.get());
+        self.socket_at(None, Origin::Loopback, "127.0.0.1:1", secret)
+    }
+
+    fn socket_at(
+        &self,
+        grant: Option<Grant>,
+        origin: Origin,
+        address: &str,
+        secret: String,
+    ) -> Tester {
         let peer = Peer {
             grant,
-            origin: Origin::Loopback,
+            origin,
             address: address.to_owned(),
             secret,
         };
