@@ -16,9 +16,9 @@ use tokio::sync::{Notify, oneshot};
 use tokio::task::AbortHandle;
 use tokio::time::{Instant, sleep_until, timeout};
 
+use crate::api::Role;
 #[cfg(feature = "class")]
 use crate::api::RpcError;
-use crate::api::Role;
 use crate::control::ArmId;
 use crate::engine::ArmEngine;
 use crate::fair::FairLine;
@@ -341,6 +341,13 @@ impl RunningStation {
     pub fn try_pin(&self, pin: &str, peer: &Peer) -> Result<(), RpcError> {
         self.shared
             .with(|inner, now| inner.station.try_pin(now, pin, peer))
+    }
+
+    /// Says which PIN the class of the stations behind a hub has ([`Station::set_class_elsewhere`]).
+    #[cfg(feature = "class")]
+    pub fn set_class_elsewhere(&self, pin: Option<String>) {
+        self.shared
+            .with(|inner, now| inner.station.set_class_elsewhere(now, pin));
     }
 
     /// The teacher's PIN of the class, if there is a class.

@@ -190,11 +190,6 @@ impl ClassFile {
         found
     }
 
-    /// Whether this is the teacher's PIN. A class whose PIN was not made yet has none.
-    pub(crate) fn is_pin(&self, pin: &str) -> bool {
-        !self.class.pin.is_empty() && same_secret(&self.class.pin, pin)
-    }
-
     pub(crate) fn named(&self, name: &str) -> Option<&Pupil> {
         self.pupil.iter().find(|pupil| pupil.name == name)
     }

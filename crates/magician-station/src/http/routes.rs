@@ -487,7 +487,12 @@ async fn granted<S: Served>(here: &Here<S>, admitted: &Admitted) -> Result<Optio
         let (role, token) = (Role::Teacher, None);
         return Ok(Some(Grant { role, token }));
     }
-    match here.options.tokens.granted_at(token.clone(), admitted.loopback).await {
+    match here
+        .options
+        .tokens
+        .granted_at(token.clone(), admitted.loopback)
+        .await
+    {
         Ok(Some(grant)) => Ok(Some(grant)),
         Ok(None) => Err(Refused::new(
             StatusCode::UNAUTHORIZED,

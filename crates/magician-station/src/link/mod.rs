@@ -14,9 +14,9 @@ use tokio::sync::mpsc;
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep_until};
 
 pub use self::listen::{ImageStub, LinkListener};
+use crate::RunningStation;
 use crate::running::Client;
 use crate::station::{Outgoing, Peer};
-use crate::RunningStation;
 
 /// A program that has its socket open keeps its lease: DobotLink's clients answer no pings while they compute.
 const ALIVE: Duration = Duration::from_secs(2);

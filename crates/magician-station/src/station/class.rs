@@ -18,6 +18,7 @@ use crate::class::{ClassError, ClassFile, Schedule};
 use crate::control::{
     ArmId, CodeBound, CodeTry, JobId, PersonId, RequestId, SessionId, TooManyCodes, WrongCodes,
 };
+use crate::secret::same_secret;
 
 /// Where the class, the schedule and the results are kept.
 const CLASS: &str = "class.toml";
@@ -32,6 +33,8 @@ pub(super) const ANEW: Duration = Duration::from_secs(24 * 3600);
 #[derive(Debug, Default)]
 pub(super) struct Class {
     pub(super) file: Option<ClassFile>,
+    /// The teacher's PIN of the class that the stations behind a hub have.
+    pub(super) elsewhere: Option<String>,
     pub(super) schedule: Option<Schedule>,
     /// When its slots are to be counted out again.
     pub(super) anew: Option<HostInstant>,
@@ -191,7 +194,7 @@ impl Station {
     /// -32001 for a wrong PIN, without a class, and from elsewhere; -32006 after too many wrong ones.
     pub fn try_pin(&mut self, now: HostInstant, pin: &str, peer: &Peer) -> Result<(), RpcError> {
         let forbidden = |why| Err(RpcError::new(RpcError::FORBIDDEN, why));
-        let Some(file) = &self.class.file else {
+        let Some(good) = self.pin().map(str::to_owned) else {
             return forbidden("this station has no class: a PIN is of a class");
         };
         if peer.origin != Origin::Loopback {
@@ -200,7 +203,9 @@ impl Station {
             );
         }
         let wrong = &mut self.class.wrong;
-        match wrong.attempt(now, TEACHER, true, &peer.place(), || file.is_pin(pin)) {
+        match wrong.attempt(now, TEACHER, true, &peer.place(), || {
+            same_secret(&good, pin)
+        }) {
             Ok(CodeTry::Right) => Ok(()),
             Ok(CodeTry::Wrong) => forbidden(
                 "the PIN is not good: the teacher sees it where the station was started, and by `class.get`",
@@ -212,8 +217,29 @@ impl Station {
     /// The teacher's PIN, once the class has one.
     #[must_use]
     pub fn pin(&self) -> Option<&str> {
-        let pin = self.class.file.as_ref()?.class.pin.as_str();
+        let own = self.class.file.as_ref().map(|file| &file.class.pin);
+        let pin = own.or(self.class.elsewhere.as_ref())?;
         (!pin.is_empty()).then_some(pin)
+    }
+
+    /// Says which PIN the class of the stations behind this one has; none if they have no class. If that changes, the sockets
+    /// of this machine's people and of the PIN are closed, and come back with the role that they have now.
+    pub fn set_class_elsewhere(&mut self, now: HostInstant, pin: Option<String>) {
+        if self.class.elsewhere == pin {
+            return;
+        }
+        self.class.elsewhere = pin;
+        let out: Vec<_> = { self.sessions.iter() }
+            .filter(|(_, session)| matches!(session.entry, Entry::Place | Entry::Pin))
+            .map(|(id, session)| (*id, session.socket))
+            .collect();
+        for (session, socket) in out {
+            if let Some(socket) = socket {
+                self.end_socket(socket, CloseCode::AGAIN);
+            }
+            self.control.expel(now, session);
+        }
+        self.settle(now);
     }
 
     /// A class begins or ends, and with it changes what this machine's people without a name may do: their leases end as

@@ -238,7 +238,7 @@ impl Station {
     #[must_use]
     pub fn place_role(&self) -> Role {
         #[cfg(feature = "class")]
-        if self.class.file.is_some() {
+        if self.class.file.is_some() || self.class.elsewhere.is_some() {
             return Role::Viewer;
         }
         Role::Teacher

@@ -41,6 +41,8 @@ impl CloseCode {
     pub const HELLO: Self = Self(4400);
     /// No token, or a wrong one.
     pub const TOKEN: Self = Self(4401);
+    /// What the client may do has changed: it comes again. (Service restart, RFC 6455's registry.)
+    pub const AGAIN: Self = Self(1012);
     /// The token was revoked.
     pub const REVOKED: Self = Self(4403);
     /// No hello in time.
