@@ -726,6 +726,7 @@ export interface Methods {
       client: ClientName;
       token?: string;
       pupil?: Pupil;
+      pin?: string;
       resume?: string;
       role?: "viewer" | "student" | "teacher";
     };

@@ -1676,6 +1676,8 @@ class SessionHelloParams(_SessionHelloParams, total=False):
     """A token of the station."""
     pupil: Pupil
     """A pupil of the class signs in: `name` and `code`; instead of a token."""
+    pin: str
+    """The teacher's PIN of the class, on this machine; instead of a token."""
     resume: str
     """The secret of a session whose socket has ended."""
     role: Literal["viewer", "student", "teacher"]

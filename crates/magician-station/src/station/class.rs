@@ -79,7 +79,14 @@ impl Class {
         let noted =
             |what: &str, error: ClassError| tracing::warn!(%error, "the {what} is not used");
         let file = kept(&config.class, CLASS).map(|text| ClassFile::parse(&text));
-        let file = file.and_then(|file| file.map_err(|error| noted("class", error)).ok());
+        let mut file = file.and_then(|file| file.map_err(|error| noted("class", error)).ok());
+        // The file of the flags has no PIN as a rule: the teacher keeps the one of the last start.
+        if let Some(file) = file.as_mut().filter(|file| file.class.pin.is_empty())
+            && let Some(before) = config.jobs.kept(CLASS)
+            && let Ok(before) = ClassFile::parse(&before)
+        {
+            file.class.pin = before.class.pin;
+        }
         let schedule = kept(&config.schedule, SCHEDULE).map(|text| Schedule::parse(&text));
         let schedule =
             schedule.and_then(|read| read.map_err(|error| noted("schedule", error)).ok());
