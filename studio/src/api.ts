@@ -726,6 +726,7 @@ export interface Methods {
       client: ClientName;
       token?: string;
       pupil?: Pupil;
+      pin?: string;
       resume?: string;
       role?: "viewer" | "student" | "teacher";
     };
@@ -1640,6 +1641,7 @@ export interface Methods {
         group: string | null;
         code: string | null;
       }>;
+      pin: string | null;
       text: string | null;
     };
   };
@@ -1661,6 +1663,7 @@ export interface Methods {
         group: string | null;
         code: string | null;
       }>;
+      pin: string | null;
       text: string | null;
     };
   };
@@ -1683,6 +1686,7 @@ export interface Methods {
         group: string | null;
         code: string | null;
       }>;
+      pin: string | null;
       text: string | null;
     };
   };

@@ -5,6 +5,7 @@ import { NO_WORKER, PORT_BUSY, PORT_GONE, PORT_SILENT, SERIAL, SIM, type ToWorke
 import { Client, LINE_ENDED, type Method, type Params, type Result, RpcError, type Told } from "./client";
 import { t } from "./i18n";
 import { log } from "./log";
+import { isPin } from "./pairing";
 import { choose } from "./serial";
 import { lastArm, ownName, remember, remembered, used } from "./settings";
 import * as store from "./store";
@@ -153,10 +154,11 @@ function made(): Client {
 
 async function hello(made: Client): Promise<void> {
   const { token, pupil } = address ?? { token: "", pupil: "" };
+  const name = ownName.value || t("settings.usualName");
   try {
     const answer = await made.call("session.hello", {
-      client: { name: ownName.value || t("settings.usualName"), version: "studio" },
-      ...(pupil ? { pupil: { name: pupil, code: token } } : token ? { token } : {}),
+      client: { name, version: "studio" },
+      ...(pupil ? { pupil: { name: pupil, code: token } } : isPin(token) ? { pin: token } : token ? { token } : {}),
       ...(resume ? { resume } : {}),
     });
     const { arms } = await made.call("arm.list", {});
@@ -167,7 +169,8 @@ async function hello(made: Client): Promise<void> {
       clearTimeout(again);
       store.refused.value = null;
       store.session.value = answer.session;
-      store.role.value = answer.role;
+      store.role.value = answer.role as typeof store.role.value;
+      store.ownerName.value = pupil || name;
       store.pupil.value = pupil || null;
       store.arms.value = arms;
       store.since.value = null;
@@ -184,7 +187,9 @@ async function hello(made: Client): Promise<void> {
     if (isSim && store.lease.value === "free") await takeControl();
   } catch (error) {
     // The end of the line says why.
-    if (error instanceof RpcError && error.code !== LINE_ENDED) log(error.message);
+    if (!(error instanceof RpcError) || error.code === LINE_ENDED) return;
+    log(error.message);
+    if (isPin(token) && !pupil) store.say(error.message, true);
   }
 }
 
@@ -316,6 +321,10 @@ function hear(method: string, params: Record<string, unknown>): void {
     if (job.arm === store.armName.value) store.jobState.value = job.state;
   } else if (method === "arm.event") {
     told(params);
+  } else if (method === "session.changed") {
+    // A class that begins or ends changes what this page may do.
+    const own = (params["sessions"] as { session: string; role: string }[]).find((one) => one.session === store.session.value);
+    if (own !== undefined) store.role.value = own.role as typeof store.role.value;
   } else if (method === "server.ending") {
     store.say(t("link.ending"), true);
   }

@@ -32,7 +32,9 @@ export const portFault = signal<"busy" | "gone" | "silent" | "died" | "denied" |
 /** The subscription to the shown arm. */
 export const subscription = signal<number | null>(null);
 export const session = signal<string | null>(null);
-export const role = signal<string>("viewer");
+export const role = signal<"viewer" | "student" | "teacher">("viewer");
+/** The name of the session. */
+export const ownerName = signal("");
 /** Who is signed in as a pupil of a class. */
 export const pupil = signal<string | null>(null);
 export const arms = signal<ArmEntry[]>([]);

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use magician::{Port, SimSpeed, Target, ports};
 use magician_job::dirs;
-use magician_job::files::replace;
+use magician_job::files::replace_private;
+use magician_station::client::StationAddress;
 use serde::{Deserialize, Serialize};
 
 /// Returns the folder where a station keeps its files; `None` where the system names no place.
@@ -29,6 +30,9 @@ struct Content {
     /// The names of its arms.
     #[serde(default)]
     arms: Vec<String>,
+    /// A teacher's token for commands of this user on this machine: the file is for its owner alone.
+    #[serde(default)]
+    token: String,
 }
 
 impl Content {
@@ -79,7 +83,7 @@ fn device(port: &str) -> String {
 
 impl Holder {
     /// Writes it. Without a place for it others just do not learn the address.
-    pub(crate) fn write(url: &str, ports: &[String], arms: &[String]) -> Self {
+    pub(crate) fn write(url: &str, ports: &[String], arms: &[String], token: String) -> Self {
         let pid = std::process::id();
         let content = Content {
             pid,
@@ -87,12 +91,13 @@ impl Holder {
             ports: ports.to_vec(),
             devices: ports.iter().map(|port| device(port)).collect(),
             arms: arms.to_vec(),
+            token,
         };
         let write = || {
             let folder = folder()?;
             let path = folder.join(format!("serve-{pid}.json"));
             let text = serde_json::to_string(&content).ok()?;
-            replace(&path, &text).ok()?;
+            replace_private(&path, &text).ok()?;
             Some(path)
         };
         Self(write())
@@ -120,6 +125,28 @@ pub(crate) fn url_of(port: &str) -> Option<String> {
 /// The stations of this machine: where each is, and its arms.
 pub(crate) fn stations() -> impl Iterator<Item = (String, Vec<String>)> {
     all().into_iter().map(|content| (content.url, content.arms))
+}
+
+/// The token that the station at this address has for commands of this user. `None` for one of another machine, and for one
+/// that does not listen at this machine's own addresses, where alone the token counts.
+pub(crate) fn token_of(url: &str) -> Option<String> {
+    let asked: StationAddress = url.parse().ok()?;
+    let (host, port) = asked.host.rsplit_once(':')?;
+    if !["127.0.0.1", "localhost", "[::1]"].contains(&host) {
+        return None;
+    }
+    let is_it = |content: &Content| {
+        let known: Option<StationAddress> = content.url.parse().ok();
+        known.is_some_and(|known| {
+            let reached = ["127.0.0.1", "localhost", "[::1]", "0.0.0.0", "[::]"];
+            known
+                .host
+                .rsplit_once(':')
+                .is_some_and(|(host, known)| known == port && reached.contains(&host))
+        })
+    };
+    let token = all().into_iter().find(is_it)?.token;
+    Some(token).filter(|token| !token.is_empty())
 }
 
 /// What each `serve` of this machine says of itself. The file of one that has ended is removed.
@@ -172,6 +199,7 @@ mod tests {
                 .iter()
                 .map(|port| format!("arm{}", port.len()))
                 .collect(),
+            token: String::new(),
         };
         let one = served(&[path("arm")], std::slice::from_ref(&real));
         let here = Some("http://127.0.0.1:8910/".to_owned());

@@ -10,6 +10,7 @@ use magician_motion::ToolBias;
 use magician_station::client::Trust;
 
 use crate::failure::Failure;
+use crate::local_stations::token_of;
 
 /// How a tool is written.
 pub(crate) const TOOL: &str = "NAME|X,Y,Z";
@@ -91,6 +92,12 @@ impl Global {
     pub(crate) fn token(&self) -> Option<String> {
         let token = std::env::var("MAGICIAN_TOKEN").ok();
         token.filter(|token| !token.is_empty())
+    }
+
+    /// The token for the station at this address: the one that is given, else what a station of this machine has for
+    /// commands of its own user.
+    pub(crate) fn token_for(&self, url: &str) -> Option<String> {
+        self.token().or_else(|| token_of(url))
     }
 
     /// Whose certificates are trusted at a station.

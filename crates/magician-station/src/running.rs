@@ -16,6 +16,9 @@ use tokio::sync::{Notify, oneshot};
 use tokio::task::AbortHandle;
 use tokio::time::{Instant, sleep_until, timeout};
 
+use crate::api::Role;
+#[cfg(feature = "class")]
+use crate::api::RpcError;
 use crate::control::ArmId;
 use crate::engine::ArmEngine;
 use crate::fair::FairLine;
@@ -322,6 +325,40 @@ impl RunningStation {
     #[cfg(feature = "http")]
     pub(crate) fn programs(&self) -> Arc<dyn ProgramStore> {
         Arc::clone(&self.shared.library)
+    }
+
+    /// The role of this machine's people without a name: a viewer's while a class is set.
+    #[must_use]
+    pub fn place_role(&self) -> Role {
+        self.shared.lock().station.place_role()
+    }
+
+    /// Tries the teacher's PIN of the class ([`Station::try_pin`]).
+    ///
+    /// # Errors
+    /// As there.
+    #[cfg(feature = "class")]
+    pub fn try_pin(&self, pin: &str, peer: &Peer) -> Result<(), RpcError> {
+        self.shared
+            .with(|inner, now| inner.station.try_pin(now, pin, peer))
+    }
+
+    /// Says which PIN the class of the stations behind a hub has ([`Station::set_class_elsewhere`]).
+    #[cfg(feature = "class")]
+    pub fn set_class_elsewhere(&self, pin: Option<String>) {
+        self.shared
+            .with(|inner, now| inner.station.set_class_elsewhere(now, pin));
+    }
+
+    /// The teacher's PIN of the class, if there is a class.
+    #[cfg(feature = "class")]
+    #[must_use]
+    pub fn pin(&self) -> Option<String> {
+        self.shared.with(|inner, now| {
+            // The first look at the clock makes it.
+            inner.station.handle_timeout(now);
+            inner.station.pin().map(str::to_owned)
+        })
     }
 
     /// Whether nobody is more than a viewer.

@@ -25,6 +25,13 @@ function Nav() {
   );
 }
 
+/** Who this page is to the station: at a computer for many, nobody has to guess whose it is. */
+function Owner() {
+  if (store.backend.value !== "station" || store.socket.value !== "up") return null;
+  const text = t("owner", { name: store.ownerName.value, role: t(`role.${store.role.value}`) });
+  return <span class="badge owner" data-testid="owner" title={text}>{text}</span>;
+}
+
 function What() {
   const arm = store.arm.value;
   const kind = arm === null ? "none" : arm.virtual ? "virtual" : "real";
@@ -35,6 +42,7 @@ function What() {
         {store.backend.value === "sim" && store.simSpeed !== 1 ? <b data-testid="header-speed"> ×{store.simSpeed}</b> : null}
         {store.arms.value.length > 1 && arm !== null ? <b> {arm.name}</b> : null}
       </span>
+      <Owner />
       {mine.value === null ? null : <span class="badge" data-testid="header-turn">{mine.value}</span>}
       {store.isLaserOn.value ? <span class="badge laser" data-testid="header-laser">{t("arm.laser")}</span> : null}
     </div>

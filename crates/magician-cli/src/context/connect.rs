@@ -253,7 +253,7 @@ impl Context {
             return Err(Failure::usage(format!("{name} does not go with --station")));
         }
         let address: StationAddress = url.parse().map_err(Failure::invalid)?;
-        let token = self.global.token();
+        let token = self.global.token_for(url);
         let trust = self.global.trust();
         let connecting = StationClient::connect_trusting(url, "magician", token.as_deref(), &trust);
         let client = connecting.await?;

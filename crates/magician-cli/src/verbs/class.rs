@@ -100,7 +100,13 @@ fn list(context: &mut Context, class: &Value, html: Option<&Path>) -> Result<(),
             let text = |name: &str| pupil[name].as_str().unwrap_or_default();
             columns.row([text("name"), text("group"), text("code")]);
         }
-        columns.write(out)
+        columns.write(out)?;
+        match class["pin"].as_str() {
+            Some(pin) => out.line(format_args!(
+                "the teacher's PIN, at the arms' computer: {pin}"
+            )),
+            None => Ok(()),
+        }
     })
 }
 
@@ -133,7 +139,7 @@ impl Class {
                 let pupils = class.pupil.iter().map(
                     |pupil| json!({"name": pupil.name, "group": pupil.group, "code": pupil.code}),
                 );
-                let shown = json!({"pupils": pupils.collect::<Vec<_>>()});
+                let shown = json!({"pupils": pupils.collect::<Vec<_>>(), "pin": class.class.pin});
                 list(context, &shown, html.as_deref())
             }
             What::List { html } => {

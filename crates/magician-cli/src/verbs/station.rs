@@ -116,7 +116,7 @@ fn call(context: &mut Context, method: &str, params: Value) -> Result<Value, Fai
             }
         }
     };
-    let (token, trust) = (context.global.token(), context.global.trust());
+    let (token, trust) = (context.global.token_for(&url), context.global.trust());
     context.alone(async |_, _| {
         let client = StationClient::connect_trusting(&url, "magician", token.as_deref(), &trust);
         Ok(client.await?.call(method, params).await?)

@@ -79,7 +79,7 @@ fn stop_by_request(context: &mut Context) -> Result<Option<PoseReport>, Failure>
     let Some(url) = context.global.station.clone() else {
         return Ok(None);
     };
-    let (token, trust) = (context.global.token(), context.global.trust());
+    let (token, trust) = (context.global.token_for(&url), context.global.trust());
     let call = async |method, params| {
         let call = StationClient::call_once(&url, token.as_deref(), &trust, method, params);
         timeout(STAND_BY, call)

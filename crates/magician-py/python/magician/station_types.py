@@ -1676,6 +1676,8 @@ class SessionHelloParams(_SessionHelloParams, total=False):
     """A token of the station."""
     pupil: Pupil
     """A pupil of the class signs in: `name` and `code`; instead of a token."""
+    pin: str
+    """The teacher's PIN of the class, on this machine; instead of a token."""
     resume: str
     """The secret of a session whose socket has ended."""
     role: Literal["viewer", "student", "teacher"]
@@ -2876,6 +2878,7 @@ class ClassSetResult(_ClassSetResultWords):
 
     groups: dict[str, list[str]]
     pupils: list[ClassSetResultPupilsItem]
+    pin: Union[str, None]
     text: Union[str, None]
 
 class ClassGetParams(TypedDict):
@@ -2907,6 +2910,7 @@ class ClassGetResult(_ClassGetResultWords):
 
     groups: dict[str, list[str]]
     pupils: list[ClassGetResultPupilsItem]
+    pin: Union[str, None]
     text: Union[str, None]
 
 class ClassCodesParams(TypedDict, total=False):
@@ -2941,6 +2945,7 @@ class ClassCodesResult(_ClassCodesResultWords):
 
     groups: dict[str, list[str]]
     pupils: list[ClassCodesResultPupilsItem]
+    pin: Union[str, None]
     text: Union[str, None]
 
 class ClassFreezeParams(TypedDict, total=False):

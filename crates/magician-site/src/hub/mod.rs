@@ -273,6 +273,11 @@ impl Hub {
         id
     }
 
+    /// The token for clients of this machine that have none.
+    pub(super) fn token(&self) -> Option<String> {
+        self.token.clone()
+    }
+
     /// A client connects for one request, which it may make by this role.
     pub fn open_once(&mut self, bearer: Option<String>, role: Role) -> SocketId {
         let id = SocketId(self.next_id());

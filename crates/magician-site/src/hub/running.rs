@@ -3,6 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::time::Duration;
+
+use magician::admission::Origin;
+use serde_json::Value;
 
 use magician_protocol::HostInstant;
 use magician_station::api::{Message, RpcError, answer};
@@ -14,11 +18,18 @@ use magician_station::{
 use tokio::runtime::Handle;
 use tokio::sync::Notify;
 use tokio::task::AbortHandle;
-use tokio::time::{Instant, sleep_until};
+use tokio::time::{Instant, sleep, sleep_until};
 
 use super::{Hub, HubAct, LineId, LineMessage, SocketId};
 use crate::channel::{Closed, FromStation, ToStation};
 use crate::site::{Caller, Site, SiteEvent, StationId};
+
+/// Time from one look at the class of the stations to the next: a person waits so long for a change of role.
+const CLASS: Duration = Duration::from_secs(1);
+/// What stations are asked then.
+const ASKED: &str = r#"{"jsonrpc":"2.0","id":1,"method":"class.get","params":{}}"#;
+/// Characters of a PIN; a token has more.
+const PIN: usize = 6;
 
 /// What a hub is made of.
 pub struct HubConfig {
@@ -129,11 +140,18 @@ impl RunningHub {
         shared.with(|hub, now| hub.on_site(now, arms));
         let watching = tokio::spawn(Shared::watch(Arc::downgrade(&shared)));
         let timing = tokio::spawn(Shared::keep_time(Arc::downgrade(&shared)));
-        let tasks = vec![watching.abort_handle(), timing.abort_handle()];
+        let looking = tokio::spawn(Shared::watch_class(Arc::downgrade(&shared)));
+        let tasks = [watching, timing, looking].map(|task| task.abort_handle());
+        let tasks = tasks.to_vec();
         Self {
             shared,
             _tasks: Arc::new(Tasks(tasks)),
         }
+    }
+
+    /// Looks whether a station has a class, for what this machine's people may do here. It goes on looking by itself.
+    pub async fn look_at_class(&self) {
+        self.shared.look_at_class().await;
     }
 
     /// How many clients it has at present.
@@ -195,14 +213,14 @@ impl Served for RunningHub {
             _ => return self.shared.home.call(peer, text).await,
         };
         let known = magician_station::api::Method::named(&message.method);
-        let Some(grant) = peer
-            .grant
-            .clone()
-            .filter(|_| known.is_some_and(|method| !method.session))
-        else {
+        let of_place = (peer.origin == Origin::Loopback).then(|| self.place_role());
+        let role = peer.grant.as_ref().map(|grant| grant.role).or(of_place);
+        let Some(role) = role.filter(|_| known.is_some_and(|method| !method.session)) else {
             // Home has the words for it.
             return self.shared.home.call(peer, text).await;
         };
+        // The PIN in the place of a token is the hub's to look at: stations know the hub's own token.
+        let token = token.filter(|token| token.len() > PIN);
         if message.id.is_none() && known.is_some_and(|method| !method.always) {
             let error = RpcError::request(format!("{} needs an `id`", message.method));
             return Some(answer(None, &Err(error)));
@@ -210,7 +228,7 @@ impl Served for RunningHub {
         let role = if self.shared.read_only {
             Role::Viewer
         } else {
-            grant.role
+            role
         };
         let client = self
             .shared
@@ -233,6 +251,14 @@ impl Served for RunningHub {
 
     fn is_read_only(&self) -> bool {
         self.shared.read_only
+    }
+
+    fn place_role(&self) -> Role {
+        self.shared.home.place_role()
+    }
+
+    fn try_pin(&self, pin: &str, peer: &Peer) -> Result<(), RpcError> {
+        self.shared.home.try_pin(pin, peer)
     }
 
     fn tokens(&self) -> BTreeSet<String> {
@@ -448,6 +474,54 @@ impl Shared {
                 }
                 event => shared.with(|hub, now| hub.site(now, event)),
             }
+        }
+    }
+
+    async fn watch_class(this: Weak<Self>) {
+        loop {
+            let Some(shared) = this.upgrade() else {
+                return;
+            };
+            shared.look_at_class().await;
+            drop(shared);
+            sleep(CLASS).await;
+        }
+    }
+
+    /// Asks the stations for their class by the hub's own token, of which any is enough. One that does not answer changes
+    /// nothing.
+    async fn look_at_class(&self) {
+        let token = self.lock().hub.token();
+        if token.is_none() {
+            // Without it the hub's people move nothing anyway.
+            return;
+        }
+        let caller = Caller {
+            token,
+            client: "hub".to_owned(),
+        };
+        let stations: BTreeMap<_, _> = { self.site.arms().into_keys() }
+            .map(|at| (at.station, at))
+            .collect();
+        let mut pin = None;
+        let mut silent = false;
+        for at in stations.values() {
+            let asked = self.site.call(at, &caller, ASKED.to_owned()).await;
+            let answer: Option<Value> =
+                { asked.ok().flatten() }.and_then(|text| serde_json::from_str(&text).ok());
+            let class = answer.as_ref().and_then(|answer| answer.get("result"));
+            match class {
+                Some(class) if !class["class"].is_null() => {
+                    let known = class["pin"].as_str().unwrap_or_default();
+                    pin = Some(known.to_owned());
+                    break;
+                }
+                Some(_) => {}
+                None => silent = true,
+            }
+        }
+        if pin.is_some() || !silent {
+            self.home.set_class_elsewhere(pin);
         }
     }
 

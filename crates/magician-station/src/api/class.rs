@@ -35,7 +35,7 @@ pub(super) const CLASS: &[Method] = &[
         Viewer,
         &[],
         "The class: its rules and pupils.",
-        "{class: {turn_s, grace_s, finish_job, speed, fence}, groups, pupils: [{name, group, code}], text}: `class` null where there is none; codes, and the class file as `text`, for teachers alone, null for others",
+        "{class: {turn_s, grace_s, finish_job, speed, fence}, groups, pupils: [{name, group, code}], pin, text}: `class` null where there is none; codes, the teacher's PIN, and the class file as `text`, for teachers alone, null for others",
     ),
     method(
         "class.codes",

@@ -80,6 +80,11 @@ pub(super) const STATION: &[Method] = &[
                 "a pupil of the class signs in: `name` and `code`; instead of a token",
             ),
             may(
+                "pin",
+                Kind::Text(6),
+                "the teacher's PIN of the class, on this machine; instead of a token",
+            ),
+            may(
                 "resume",
                 Kind::Text(200),
                 "the secret of a session whose socket has ended",

@@ -248,7 +248,7 @@ impl Params {
     pub(crate) fn for_journal(&self) -> Value {
         let shown = |(name, value): (&String, &Value)| {
             let value = match (name.as_str(), value) {
-                ("token" | "resume", _) => return None,
+                ("token" | "resume" | "pin", _) => return None,
                 // Never the code.
                 ("pupil", pupil) => json!({"name": pupil.get("name")}),
                 ("data" | "text", Value::String(text)) => json!({"bytes": text.len()}),

@@ -47,6 +47,9 @@ pub struct ClassRules {
     /// A fence, with the members of `arm.fence`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fence: Option<Map<String, Value>>,
+    /// The teacher's PIN, six digits: who gives it at the station's machine is a teacher.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub pin: String,
 }
 
 /// A class.
@@ -95,6 +98,10 @@ impl ClassFile {
                 ));
             }
         }
+        let pin = &file.class.pin;
+        if !pin.is_empty() && !is_pin(pin) {
+            return wrong("[class] pin must be six digits; leave it out to have one made");
+        }
         file.fence()?;
         Ok(file)
     }
@@ -114,8 +121,11 @@ impl ClassFile {
         Ok(())
     }
 
-    /// Pupils without a code get the one that they have in another file.
+    /// Pupils without a code get the one that they have in another file, and so does the teacher without a PIN.
     pub fn keep_codes(&mut self, before: &Self) {
+        if self.class.pin.is_empty() {
+            self.class.pin.clone_from(&before.class.pin);
+        }
         for pupil in self.pupil.iter_mut().filter(|pupil| pupil.code.is_empty()) {
             if let Some(known) = before.named(&pupil.name) {
                 pupil.code.clone_from(&known.code);
@@ -145,8 +155,12 @@ impl ClassFile {
         toml::to_string(self).unwrap_or_default()
     }
 
-    /// Makes codes for those who have none, each of another one: numbers that nobody can guess come from `random`.
+    /// Makes codes for those who have none, each of another one, and the PIN if there is none: numbers that nobody can guess
+    /// come from `random`.
     pub fn make_codes(&mut self, mut random: impl FnMut() -> u64) {
+        if self.class.pin.is_empty() {
+            self.class.pin = format!("{:06}", random() % 1_000_000);
+        }
         let mut taken: BTreeSet<_> = self.pupil.iter().map(|pupil| pupil.code.clone()).collect();
         for pupil in self.pupil.iter_mut().filter(|pupil| pupil.code.is_empty()) {
             while taken.contains(&pupil.code) {
@@ -218,4 +232,9 @@ impl ClassFile {
             &bounds,
         )))
     }
+}
+
+/// Whether a text has the form of a PIN, which no token has.
+pub(crate) fn is_pin(text: &str) -> bool {
+    text.len() == 6 && text.bytes().all(|byte| byte.is_ascii_digit())
 }

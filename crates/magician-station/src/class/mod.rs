@@ -4,6 +4,7 @@ mod file;
 mod pages;
 mod schedule;
 
+pub(crate) use file::is_pin;
 pub use file::{ClassFile, ClassRules, Pupil};
 pub(crate) use pages::picture;
 pub use pages::{codes_page, results_page};

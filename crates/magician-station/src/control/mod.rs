@@ -387,6 +387,12 @@ impl Control {
         self.over(now, session);
     }
 
+    /// Takes back that a session was [identified](Self::identify): turns, slots and freezes bind it no more.
+    #[cfg(feature = "class")]
+    pub fn unbind(&mut self, session: SessionId) {
+        self.class.forget(session);
+    }
+
     /// The station begins to end: jogs end, and no lease is given any more. Who holds one keeps it,
     /// to end what it runs, until [`evict`](Self::evict).
     pub fn close(&mut self) {

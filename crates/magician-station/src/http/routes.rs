@@ -29,6 +29,8 @@ use crate::station::{Grant, Peer};
 
 /// Bytes of a request's body, at most.
 const BODY: usize = 1024 * 1024;
+/// What is told beside a refusal of this machine's people.
+const IN_CLASS: &str = ": while a class is set, a teacher on this machine says the PIN, as `Authorization: Bearer PIN`";
 /// Tries to pair within a minute, over all callers.
 const TRIES: usize = 5;
 
@@ -450,39 +452,68 @@ async fn entitled<S: Served>(
     let RouteNeeds::Role(needs) = route.needs else {
         return Ok(Role::Viewer);
     };
-    let grant = granted(here, admitted).await?.ok_or_else(|| {
-        let why = "a token is needed from this address";
-        Refused::new(StatusCode::UNAUTHORIZED, why)
-    })?;
+    let grant = granted(here, admitted).await?;
+    let role = match grant {
+        Some(grant) => grant.role,
+        None if admitted.loopback => here.station.place_role(),
+        None => return Err(needs_token()),
+    };
     let role = if here.station.is_read_only() {
         Role::Viewer
     } else {
-        grant.role
+        role
     };
     if role < needs {
-        let why = format!("this is for the role {}, not {}", needs.name(), role.name());
+        let mut why = format!("this is for the role {}, not {}", needs.name(), role.name());
+        if admitted.loopback && admitted.token.is_none() {
+            why.push_str(IN_CLASS);
+        }
         return Err(Refused::new(StatusCode::FORBIDDEN, why));
     }
     here.place.begin();
     Ok(role)
 }
 
-/// What may be done without a hello: by the role of the token, or as this machine's people.
+/// What a token allows, or the teacher's PIN in the place of one. `None` without either: the place decides.
 async fn granted<S: Served>(here: &Here<S>, admitted: &Admitted) -> Result<Option<Grant>, Refused> {
-    match &admitted.token {
-        Some(token) => match here.options.tokens.granted(token.clone()).await {
-            Ok(Some(grant)) => Ok(Some(grant)),
-            Ok(None) => Err(Refused::new(
-                StatusCode::UNAUTHORIZED,
-                "the token is not good",
-            )),
-            Err(_) => Err(Refused::new(StatusCode::SERVICE_UNAVAILABLE, UNCHECKED)),
-        },
-        None => Ok(admitted.loopback.then_some(Grant {
-            role: Role::Teacher,
-            token: None,
-        })),
+    let Some(token) = &admitted.token else {
+        return Ok(None);
+    };
+    #[cfg(feature = "class")]
+    if crate::class::is_pin(token) {
+        let peer = peer(here, admitted, None)?;
+        let tried = here.station.try_pin(token, &peer);
+        tried.map_err(|error| pin_refused(&error))?;
+        let (role, token) = (Role::Teacher, None);
+        return Ok(Some(Grant { role, token }));
     }
+    match here
+        .options
+        .tokens
+        .granted_at(token.clone(), admitted.loopback)
+        .await
+    {
+        Ok(Some(grant)) => Ok(Some(grant)),
+        Ok(None) => Err(Refused::new(
+            StatusCode::UNAUTHORIZED,
+            "the token is not good",
+        )),
+        Err(_) => Err(Refused::new(StatusCode::SERVICE_UNAVAILABLE, UNCHECKED)),
+    }
+}
+
+#[cfg(feature = "class")]
+fn pin_refused(error: &crate::api::RpcError) -> Refused {
+    let status = match error.code {
+        crate::api::RpcError::TOO_MANY => StatusCode::TOO_MANY_REQUESTS,
+        _ => StatusCode::UNAUTHORIZED,
+    };
+    Refused::new(status, error.message.clone())
+}
+
+fn needs_token() -> Refused {
+    let why = "a token is needed from this address";
+    Refused::new(StatusCode::UNAUTHORIZED, why)
 }
 
 fn peer<S>(here: &Here<S>, admitted: &Admitted, grant: Option<Grant>) -> Result<Peer, Refused> {
@@ -507,6 +538,11 @@ async fn upgrade<S: Served>(here: &Here<S>, request: Request, admitted: &Admitte
         Ok(upgrade) => upgrade,
         Err(rejection) => return rejection.into_response(),
     };
+    #[cfg(feature = "class")]
+    if admitted.token.as_deref().is_some_and(crate::class::is_pin) {
+        let why = "a socket says the PIN in `session.hello`";
+        return refusal(&Refused::new(StatusCode::UNAUTHORIZED, why));
+    }
     let granted = granted(here, admitted).await;
     let peer = match granted.and_then(|grant| peer(here, admitted, grant)) {
         Ok(peer) => peer,
@@ -519,6 +555,7 @@ async fn upgrade<S: Served>(here: &Here<S>, request: Request, admitted: &Admitte
         );
     };
     let (tokens, over) = (here.options.tokens.clone(), here.over.clone());
+    let loopback = admitted.loopback;
     let pacer = here.place.pacer().clone();
     upgrade
         .protocols(["magician.v1"])
@@ -527,7 +564,7 @@ async fn upgrade<S: Served>(here: &Here<S>, request: Request, admitted: &Admitte
         .max_frame_size(2 * BODY)
         .write_buffer_size(0)
         .read_buffer_size(READ_BUFFER)
-        .on_upgrade(move |socket| socket::carry(socket, client, tokens, over, pacer))
+        .on_upgrade(move |socket| socket::carry(socket, client, (tokens, loopback), over, pacer))
 }
 
 /// The calls of programs for DobotLink.
@@ -550,10 +587,7 @@ async fn rpc<S: Served>(here: &Here<S>, request: Request, admitted: &Admitted) -
         return text(StatusCode::UNSUPPORTED_MEDIA_TYPE, why);
     }
     let peer = match granted(here, admitted).await {
-        Ok(None) => Err(Refused::new(
-            StatusCode::UNAUTHORIZED,
-            "a token is needed from this address",
-        )),
+        Ok(None) if !admitted.loopback => Err(needs_token()),
         Ok(grant) => peer(here, admitted, grant),
         Err(refused) => Err(refused),
     };

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use crate::api::{Role, RpcError};
 use crate::library::ProgramStore;
 use crate::recording::RecordingStore;
 use crate::running::{Client, RunningStation};
@@ -38,6 +39,15 @@ pub trait Served: Clone + Send + Sync + 'static {
 
     /// Whether nobody is more than a viewer.
     fn is_read_only(&self) -> bool;
+
+    /// The role of this machine's people without a name.
+    fn place_role(&self) -> Role;
+
+    /// Tries the teacher's PIN of a class, for a request without a session.
+    ///
+    /// # Errors
+    /// Why it is not good.
+    fn try_pin(&self, pin: &str, peer: &Peer) -> Result<(), RpcError>;
 
     /// The names of the tokens that sessions have come with.
     fn tokens(&self) -> BTreeSet<String>;
@@ -85,6 +95,21 @@ impl Served for RunningStation {
 
     fn is_read_only(&self) -> bool {
         self.is_read_only()
+    }
+
+    fn place_role(&self) -> Role {
+        self.place_role()
+    }
+
+    #[cfg(feature = "class")]
+    fn try_pin(&self, pin: &str, peer: &Peer) -> Result<(), RpcError> {
+        self.try_pin(pin, peer)
+    }
+
+    #[cfg(not(feature = "class"))]
+    fn try_pin(&self, _: &str, _: &Peer) -> Result<(), RpcError> {
+        let why = "this station has no classes";
+        Err(RpcError::new(RpcError::FORBIDDEN, why))
     }
 
     fn tokens(&self) -> BTreeSet<String> {

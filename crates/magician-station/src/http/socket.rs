@@ -24,7 +24,7 @@ const FAREWELL: Duration = Duration::from_secs(1);
 pub(super) async fn carry(
     socket: WebSocket,
     client: impl ServedClient,
-    tokens: TokenStore,
+    (tokens, loopback): (TokenStore, bool),
     mut over: watch::Receiver<bool>,
     pacer: Pacer,
 ) {
@@ -48,7 +48,7 @@ pub(super) async fn carry(
                     }
                     if !asked && let Some(token) = Station::token_of(&text) {
                         asked = true;
-                        match tokens.granted(token).await {
+                        match tokens.granted_at(token, loopback).await {
                             Ok(grant) => client.vouch(grant),
                             Err(_) => return Some(close(1013, UNCHECKED)),
                         }

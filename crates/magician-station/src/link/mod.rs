@@ -14,9 +14,9 @@ use tokio::sync::mpsc;
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep_until};
 
 pub use self::listen::{ImageStub, LinkListener};
+use crate::RunningStation;
 use crate::running::Client;
 use crate::station::{Outgoing, Peer};
-use crate::{Grant, Role, RunningStation};
 
 /// A program that has its socket open keeps its lease: DobotLink's clients answer no pings while they compute.
 const ALIVE: Duration = Duration::from_secs(2);
@@ -80,10 +80,8 @@ impl LinkService {
         let begun = Instant::now();
         let now = || HostInstant::ZERO + begun.elapsed();
         let peer = Peer {
-            grant: Some(Grant {
-                role: Role::Teacher,
-                token: None,
-            }),
+            // DobotLink has no login: while a class is set its programs look on and stop.
+            grant: None,
             origin: Origin::Loopback,
             address,
             // It does not come back to its session.

@@ -4,24 +4,30 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use magician::Fence;
+use magician::admission::Origin;
 use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
 use super::dispatch::{Call, Handled};
 use super::keeping::IfUnkept;
 use super::queue::QueuedJob;
+use super::sessions::Entry;
 use super::socket::CloseCode;
-use super::{Station, StationConfig};
+use super::{Peer, Station, StationConfig};
 use crate::api::{Params, Role, RpcError};
 use crate::class::{ClassError, ClassFile, Schedule};
 use crate::control::{
-    ArmId, CodeBound, CodeTry, JobClaim, JobId, PersonId, RequestId, SessionId, WrongCodes,
+    ArmId, CodeBound, CodeTry, JobClaim, JobId, PersonId, RequestId, SessionId, TooManyCodes,
+    WrongCodes,
 };
+use crate::secret::same_secret;
 
 /// Where the class, the schedule and the results are kept.
 const CLASS: &str = "class.toml";
 const SCHEDULE: &str = "schedule.toml";
 const RESULTS: &str = "results.json";
+/// The name under which wrong PINs are counted. No pupil has it: names have no control characters.
+const TEACHER: &str = "\n";
 /// Slots of the schedule are counted out anew so often.
 pub(super) const ANEW: Duration = Duration::from_secs(24 * 3600);
 
@@ -29,6 +35,8 @@ pub(super) const ANEW: Duration = Duration::from_secs(24 * 3600);
 #[derive(Debug, Default)]
 pub(super) struct Class {
     pub(super) file: Option<ClassFile>,
+    /// The teacher's PIN of the class that the stations behind a hub have.
+    pub(super) elsewhere: Option<String>,
     pub(super) schedule: Option<Schedule>,
     /// When its slots are to be counted out again.
     pub(super) anew: Option<HostInstant>,
@@ -74,7 +82,14 @@ impl Class {
         let noted =
             |what: &str, error: ClassError| tracing::warn!(%error, "the {what} is not used");
         let file = kept(&config.class, CLASS).map(|text| ClassFile::parse(&text));
-        let file = file.and_then(|file| file.map_err(|error| noted("class", error)).ok());
+        let mut file = file.and_then(|file| file.map_err(|error| noted("class", error)).ok());
+        // The file of the flags has no PIN as a rule: the teacher keeps the one of the last start.
+        if let Some(file) = file.as_mut().filter(|file| file.class.pin.is_empty())
+            && let Some(before) = config.jobs.kept(CLASS)
+            && let Ok(before) = ClassFile::parse(&before)
+        {
+            file.class.pin = before.class.pin;
+        }
         let schedule = kept(&config.schedule, SCHEDULE).map(|text| Schedule::parse(&text));
         let schedule =
             schedule.and_then(|read| read.map_err(|error| noted("schedule", error)).ok());
@@ -153,15 +168,121 @@ impl Station {
                 Err(RpcError::new(RpcError::FORBIDDEN, why))
             }
             Err(met) => {
-                let wait = met.wait.as_secs_f64().ceil();
                 let of = match met.bound {
-                    CodeBound::Name => "of this name",
-                    CodeBound::Address => "from this address",
+                    CodeBound::Name => "codes of this name",
+                    CodeBound::Address => "codes from this address",
                 };
-                let why = format!("too many wrong codes {of}: wait {wait} s");
-                let error = RpcError::new(RpcError::TOO_MANY, why).with("limit", met.limit);
-                Err(error.with("wait_s", wait))
+                Err(too_many(of, &met))
             }
+        }
+    }
+
+    /// Whether a hello has the teacher's PIN, and not a pupil's code or a token beside it.
+    ///
+    /// # Errors
+    /// As [`try_pin`](Self::try_pin).
+    pub(super) fn teacher_signs_in(
+        &mut self,
+        now: HostInstant,
+        params: &Params,
+        peer: &Peer,
+    ) -> Result<bool, RpcError> {
+        let Some(pin) = params.text("pin") else {
+            return Ok(false);
+        };
+        if params.get("pupil").is_some() || params.get("token").is_some() {
+            let why = "`pin` is the teacher's: without `pupil` and `token`";
+            return Err(RpcError::param("pin", why));
+        }
+        self.try_pin(now, pin, peer).map(|()| true)
+    }
+
+    /// Tries the teacher's PIN. It counts on this machine alone: six digits are too few for a network, for which there are
+    /// tokens, and nobody beyond this machine can use up the teacher's tries.
+    ///
+    /// # Errors
+    /// -32001 for a wrong PIN, without a class, and from elsewhere; -32006 after too many wrong ones.
+    pub fn try_pin(&mut self, now: HostInstant, pin: &str, peer: &Peer) -> Result<(), RpcError> {
+        let forbidden = |why| Err(RpcError::new(RpcError::FORBIDDEN, why));
+        let Some(good) = self.pin().map(str::to_owned) else {
+            return forbidden("this station has no class: a PIN is of a class");
+        };
+        if peer.origin != Origin::Loopback {
+            return forbidden(
+                "the PIN is for the computer that has the arms: another one needs a token",
+            );
+        }
+        let wrong = &mut self.class.wrong;
+        match wrong.attempt(now, TEACHER, true, &peer.place(), || {
+            same_secret(&good, pin)
+        }) {
+            Ok(CodeTry::Right) => Ok(()),
+            Ok(CodeTry::Wrong) => forbidden(
+                "the PIN is not good: the teacher sees it where the station was started, and by `class.get`",
+            ),
+            Err(met) => Err(too_many("PINs", &met)),
+        }
+    }
+
+    /// The teacher's PIN, once the class has one.
+    #[must_use]
+    pub fn pin(&self) -> Option<&str> {
+        let own = self.class.file.as_ref().map(|file| &file.class.pin);
+        let pin = own.or(self.class.elsewhere.as_ref())?;
+        (!pin.is_empty()).then_some(pin)
+    }
+
+    /// Says which PIN the class of the stations behind this one has; none if they have no class. If that changes, the sockets
+    /// of this machine's people and of the PIN are closed, and come back with the role that they have now.
+    pub fn set_class_elsewhere(&mut self, now: HostInstant, pin: Option<String>) {
+        if self.class.elsewhere == pin {
+            return;
+        }
+        self.class.elsewhere = pin;
+        let out: Vec<_> = { self.sessions.iter() }
+            .filter(|(_, session)| matches!(session.entry, Entry::Place | Entry::Pin))
+            .map(|(id, session)| (*id, session.socket))
+            .collect();
+        for (session, socket) in out {
+            if let Some(socket) = socket {
+                self.end_socket(socket, CloseCode::AGAIN);
+            }
+            self.control.expel(now, session);
+        }
+        self.settle(now);
+    }
+
+    /// A class begins or ends, and with it changes what this machine's people without a name may do: their leases end as
+    /// those of a revoked token, and they are viewers; or they are teachers again.
+    fn place_role_changed(&mut self, now: HostInstant) {
+        let role = self.place_role();
+        let mut changed = Vec::new();
+        for (id, session) in &mut self.sessions {
+            if role == Role::Teacher && session.entry == Entry::Pin {
+                // Its class is over.
+                session.entry = Entry::Place;
+            }
+            let own = role.min(session.most);
+            if session.entry == Entry::Place && session.grant.role != own {
+                session.grant.role = own;
+                changed.push(*id);
+            }
+        }
+        for session in changed {
+            self.list.has_changed = true;
+            if role == Role::Teacher {
+                self.control.unbind(session);
+                continue;
+            }
+            for arm in self.control.held_by(session).collect::<Vec<_>>() {
+                self.control.evict(now, arm);
+            }
+            // What it waits for is over as well; the session itself stays, and looks on.
+            self.control.leave(now, session);
+            if self.sessions[&session].socket.is_some() {
+                self.control.rejoin(now, session);
+            }
+            self.identify(now, session);
         }
     }
 
@@ -243,6 +364,12 @@ impl Station {
                         file.keep_codes(before);
                     }
                     file.make_codes(self.config.random);
+                    if let Some(maker) = self.sessions.get_mut(&call.session)
+                        && maker.entry == Entry::Place
+                    {
+                        // Whoever makes the class is told its PIN by the answer.
+                        maker.entry = Entry::Pin;
+                    }
                     self.begin_class(now, Some(file));
                 }
                 self.count_out(now);
@@ -320,8 +447,15 @@ impl Station {
             );
             is.is_some() && was.is_none_or(|was| is.is_some_and(|is| was.code == is.code))
         };
+        let is_pin_same = match (&before, file) {
+            (Some(before), Some(file)) => before.class.pin == file.class.pin,
+            _ => true,
+        };
         let out: Vec<_> = { self.sessions.iter() }
-            .filter(|(_, session)| session.pupil.as_deref().is_some_and(|name| !is_same(name)))
+            .filter(|(_, session)| match &session.pupil {
+                Some(name) => !is_same(name),
+                None => session.entry == Entry::Pin && !is_pin_same,
+            })
             .map(|(id, session)| (*id, session.socket))
             .collect();
         let is_gone = |person: &Person| matches!(person, Person::Pupil(name) if file.is_none_or(|file| file.named(name).is_none()));
@@ -338,12 +472,13 @@ impl Station {
         for person in gone {
             self.control.leave_turn(now, person);
         }
+        self.place_role_changed(now);
         self.control.set_turns(now, rules);
     }
 
     pub(super) fn shown_class(&self, role: Role) -> Value {
         let Some(file) = &self.class.file else {
-            return json!({"class": null, "groups": {}, "pupils": [], "text": null});
+            return json!({"class": null, "groups": {}, "pupils": [], "pin": null, "text": null});
         };
         let teaches = role == Role::Teacher;
         let pupils = file.pupil.iter().map(|pupil| {
@@ -357,7 +492,7 @@ impl Station {
         });
         json!({
             "class": class, "groups": file.groups, "pupils": pupils.collect::<Vec<_>>(),
-            "text": teaches.then(|| file.to_text()),
+            "pin": teaches.then_some(&file.class.pin), "text": teaches.then(|| file.to_text()),
         })
     }
 
@@ -400,6 +535,13 @@ impl Station {
 
 pub(super) fn wrong(param: &str, error: ClassError) -> RpcError {
     RpcError::param(param, magician_protocol::visible(&error.0).to_string())
+}
+
+fn too_many(of: &str, met: &TooManyCodes) -> RpcError {
+    let wait = met.wait.as_secs_f64().ceil();
+    let why = format!("too many wrong {of}: wait {wait} s");
+    let error = RpcError::new(RpcError::TOO_MANY, why).with("limit", met.limit);
+    error.with("wait_s", wait)
 }
 
 fn no_class() -> RpcError {

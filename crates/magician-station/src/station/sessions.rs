@@ -3,13 +3,13 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-use magician::admission::{AdmissionLimits, NoPlace};
+use magician::admission::{AdmissionLimits, NoPlace, Origin};
 use magician_protocol::HostInstant;
 use serde_json::{Map, Value, json};
 
 use super::journal::JournalLine;
 use super::socket::{CloseCode, RATE};
-use super::{Grant, SESSION_LIST, SocketId, Station};
+use super::{Grant, Peer, SESSION_LIST, SocketId, Station};
 use crate::api::{Notice, Params, Role, RpcError};
 use crate::control::SessionId;
 use crate::secret::same_secret;
@@ -42,7 +42,7 @@ pub const LIST_INTERVAL: Duration = Duration::from_millis(200);
 /// When sessions are told who is there: all that has changed meanwhile is in one list.
 #[derive(Debug, Default)]
 pub(super) struct ListTelling {
-    has_changed: bool,
+    pub(super) has_changed: bool,
     told: Option<HostInstant>,
 }
 
@@ -54,11 +54,26 @@ impl ListTelling {
     }
 }
 
+/// By what a session has its role.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Entry {
+    /// A token, a pupil's code, or the word of its listener.
+    Granted,
+    /// It is on this machine, without a name.
+    Place,
+    /// The teacher's PIN of the class.
+    #[cfg(feature = "class")]
+    Pin,
+}
+
 /// A client with a name.
 #[derive(Debug)]
 pub(super) struct Session {
     pub(super) name: String,
     pub(super) grant: Grant,
+    pub(super) entry: Entry,
+    /// The most that it may do: what it asked for, and what the station allows.
+    pub(super) most: Role,
     /// The secret to come back with.
     secret: String,
     pub(super) since: HostInstant,
@@ -100,14 +115,24 @@ impl Station {
             None => None,
             Some(_) => return Err(RpcError::param("pupil", "this station has no classes")),
         };
+        #[cfg(feature = "class")]
+        let by_pin = self.teacher_signs_in(now, params, &peer).inspect_err(|_| {
+            if let Some(open) = self.sockets.get_mut(&socket) {
+                open.outbox.close(CloseCode::TOKEN);
+            }
+        })?;
+        #[cfg(not(feature = "class"))]
+        if params.get("pin").is_some() {
+            return Err(RpcError::param("pin", "this station has no classes"));
+        }
         let name = pupil.clone().unwrap_or(name);
-        let grant = match params.text("token") {
-            _ if pupil.is_some() => Some(Grant {
-                role: Role::Student,
-                token: None,
-            }),
-            Some(_) => vouched,
-            None => peer.grant.clone(),
+        let of_role = |role| Some(Grant { role, token: None });
+        let (entry, grant) = match params.text("token") {
+            #[cfg(feature = "class")]
+            _ if by_pin => (Entry::Pin, of_role(Role::Teacher)),
+            _ if pupil.is_some() => (Entry::Granted, of_role(Role::Student)),
+            Some(_) => (Entry::Granted, vouched),
+            None => self.grant_of(&peer),
         };
         let Some(mut grant) = grant else {
             self.end_socket(socket, CloseCode::TOKEN);
@@ -117,15 +142,12 @@ impl Station {
             };
             return Err(RpcError::new(RpcError::FORBIDDEN, why));
         };
-        if self.config.read_only {
-            grant.role = Role::Viewer;
-        }
-        if let Some(most) = params.text("role").and_then(Role::named) {
-            grant.role = grant.role.min(most);
-        }
+        let asked = params.text("role").and_then(Role::named);
+        let most = self.most_of_all().min(asked.unwrap_or(Role::Teacher));
+        grant.role = grant.role.min(most);
         let back = params
             .text("resume")
-            .and_then(|secret| self.resumed(secret, &grant));
+            .and_then(|secret| self.resumed(secret, &grant, entry));
         #[cfg(feature = "class")]
         let back = back.filter(|session| self.sessions[session].pupil == pupil);
         let is_beyond = grant.role == Role::Viewer && self.viewers(back) >= VIEWERS;
@@ -160,6 +182,8 @@ impl Station {
             Session {
                 name: name.clone(),
                 grant: grant.clone(),
+                entry,
+                most,
                 secret: peer.secret.clone(),
                 since,
                 socket: Some(socket),
@@ -198,6 +222,37 @@ impl Station {
         }))
     }
 
+    /// By what somebody without a token has a role, and which; none for who needs a token.
+    fn grant_of(&self, peer: &Peer) -> (Entry, Option<Grant>) {
+        match &peer.grant {
+            Some(grant) => (Entry::Granted, Some(grant.clone())),
+            None if peer.origin == Origin::Loopback => {
+                let (role, token) = (self.place_role(), None);
+                (Entry::Place, Some(Grant { role, token }))
+            }
+            None => (Entry::Granted, None),
+        }
+    }
+
+    /// The role of this machine's people without a name: a teacher's, or a viewer's while a class is set.
+    #[must_use]
+    pub fn place_role(&self) -> Role {
+        #[cfg(feature = "class")]
+        if self.class.file.is_some() || self.class.elsewhere.is_some() {
+            return Role::Viewer;
+        }
+        Role::Teacher
+    }
+
+    /// The most that anybody may do.
+    fn most_of_all(&self) -> Role {
+        if self.config.read_only {
+            Role::Viewer
+        } else {
+            Role::Teacher
+        }
+    }
+
     /// Number of viewers with a socket, without the session that comes back: its old socket is about to end.
     fn viewers(&self, back: Option<SessionId>) -> usize {
         let watches =
@@ -215,10 +270,10 @@ impl Station {
         let peer = { self.sockets.get(&socket) }.map(|open| open.peer.clone());
         let peer = peer.ok_or_else(|| RpcError::internal("the socket is gone"))?;
         let needs = || RpcError::new(RpcError::FORBIDDEN, "a token is needed from this address");
-        let mut grant = peer.grant.ok_or_else(needs)?;
-        if self.config.read_only {
-            grant.role = Role::Viewer;
-        }
+        let (entry, grant) = self.grant_of(&peer);
+        let mut grant = grant.ok_or_else(needs)?;
+        let most = self.most_of_all();
+        grant.role = grant.role.min(most);
         let session = SessionId(self.next_id());
         self.control.join(now, session);
         let name = grant.token.clone().unwrap_or_else(|| "request".to_owned());
@@ -227,6 +282,8 @@ impl Station {
             Session {
                 name,
                 grant,
+                entry,
+                most,
                 secret: String::new(),
                 since: now,
                 // Nothing is told to it but its answer.
@@ -255,11 +312,12 @@ impl Station {
     }
 
     /// The session that this secret belongs to, if it is of the same right.
-    fn resumed(&self, secret: &str, grant: &Grant) -> Option<SessionId> {
+    fn resumed(&self, secret: &str, grant: &Grant, entry: Entry) -> Option<SessionId> {
         let of = |session: &Session| {
             !secret.is_empty()
                 && same_secret(&session.secret, secret)
                 && session.grant.token == grant.token
+                && session.entry == entry
         };
         let (id, _) = self.sessions.iter().find(|(_, session)| of(session))?;
         Some(*id)

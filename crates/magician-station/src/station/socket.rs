@@ -41,6 +41,8 @@ impl CloseCode {
     pub const HELLO: Self = Self(4400);
     /// No token, or a wrong one.
     pub const TOKEN: Self = Self(4401);
+    /// What the client may do has changed: it comes again. (Service restart, RFC 6455's registry.)
+    pub const AGAIN: Self = Self(1012);
     /// The token was revoked.
     pub const REVOKED: Self = Self(4403);
     /// No hello in time.
@@ -56,7 +58,8 @@ impl CloseCode {
 /// Who is at the other end, as the listener knows.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Peer {
-    /// What it may do without a token; none: it needs one.
+    /// What it may do without a token; none: what its place may do, which is nothing from elsewhere, and on this machine a
+    /// teacher's role, or a viewer's while a class is set.
     pub grant: Option<Grant>,
     /// Where it comes from.
     pub origin: Origin,

@@ -51,12 +51,29 @@ impl HttpStation {
     }
 
     async fn of(admission: Admission, tls: Option<Tls>, read_only: bool, pages: Pages) -> Self {
+        let folder = TempDir::new().unwrap();
+        let tokens = TokenStore::at(folder.path().join("station/tokens.toml"));
+        Self::in_folder(admission, tls, read_only, pages, (folder, tokens)).await
+    }
+
+    /// One with these tokens.
+    pub(crate) async fn with_tokens(tokens: TokenStore) -> Self {
+        let folder = TempDir::new().unwrap();
+        let (admission, pages) = (Admission::default(), Pages::default());
+        Self::in_folder(admission, None, false, pages, (folder, tokens)).await
+    }
+
+    async fn in_folder(
+        admission: Admission,
+        tls: Option<Tls>,
+        read_only: bool,
+        pages: Pages,
+        (folder, tokens): (TempDir, TokenStore),
+    ) -> Self {
         let arm = VirtualArm::new(Controller::default(), SimSpeed::Times(20.0));
         let driver = Arm::simulated(arm.clone(), Options::default())
             .await
             .unwrap();
-        let folder = TempDir::new().unwrap();
-        let tokens = TokenStore::at(folder.path().join("station/tokens.toml"));
         let config = StationConfig {
             recordings: Arc::new(RecordingFolder::at(folder.path().join("recordings"))),
             programs: Arc::new(ProgramFolder::at(folder.path().join("programs"))),

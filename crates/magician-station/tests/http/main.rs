@@ -9,6 +9,7 @@ mod kept;
 mod link;
 mod pages;
 mod pairing;
+mod place;
 mod programs;
 mod recordings;
 mod remote;

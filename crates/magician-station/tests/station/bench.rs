@@ -176,9 +176,31 @@ impl LocalStation {
     pub(crate) fn socket_of(&self, grant: Option<Grant>, address: &str) -> Tester {
         self.sockets.set(self.sockets.get() + 1);
         let secret = format!("secret-{:032}", self.sockets.get());
+        // Who has nothing is from elsewhere: on this machine everybody has a right.
+        let origin = match grant {
+            Some(_) => Origin::Loopback,
+            None => Origin::Elsewhere,
+        };
+        self.socket_at(grant, origin, address, secret)
+    }
+
+    /// A socket of this machine's people, whom the listener knows nothing of.
+    pub(crate) fn stranger(&self) -> Tester {
+        self.sockets.set(self.sockets.get() + 1);
+        let secret = format!("secret-{:032}", self.sockets.get());
+        self.socket_at(None, Origin::Loopback, "127.0.0.1:1", secret)
+    }
+
+    fn socket_at(
+        &self,
+        grant: Option<Grant>,
+        origin: Origin,
+        address: &str,
+        secret: String,
+    ) -> Tester {
         let peer = Peer {
             grant,
-            origin: Origin::Loopback,
+            origin,
             address: address.to_owned(),
             secret,
         };
@@ -194,10 +216,15 @@ impl LocalStation {
 
     /// A request without a session of its own, on this machine.
     pub(crate) async fn once(&self, method: &str, params: Value) -> Value {
-        let grant = Some(Grant {
+        let grant = Grant {
             role: Role::Teacher,
             token: None,
-        });
+        };
+        self.once_as(Some(grant), method, params).await
+    }
+
+    /// The same, of somebody on this machine whom this token lets in, or nothing.
+    pub(crate) async fn once_as(&self, grant: Option<Grant>, method: &str, params: Value) -> Value {
         let peer = Peer {
             grant,
             origin: Origin::Loopback,

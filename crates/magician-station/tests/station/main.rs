@@ -18,6 +18,7 @@ mod messages;
 mod motors;
 mod moves;
 mod notifications;
+mod place;
 mod presets;
 mod programs;
 mod recordings;

@@ -17,9 +17,10 @@ const DANGEROUS: i64 = -32005;
 /// The columns of the table.
 const WHO: [&str; 6] = ["viewer", "pupil", "student", "teacher", "holder", "owner"];
 
-const CLASS: &str = r#"
+pub(crate) const CLASS: &str = r#"
 [class]
 turn_s = 0
+pin = "482913"
 [[pupil]]
 name = "Ada"
 code = "AAAA"
@@ -32,14 +33,14 @@ code = "CCCC"
 "#;
 
 /// A row of the table: what, its methods, and a cell for each of [`WHO`].
-struct Row {
-    what: String,
-    methods: Vec<String>,
-    cells: Vec<String>,
+pub(crate) struct Row {
+    pub(crate) what: String,
+    pub(crate) methods: Vec<String>,
+    pub(crate) cells: Vec<String>,
 }
 
 /// The rows of the table in the documents.
-fn table() -> Vec<Row> {
+pub(crate) fn table() -> Vec<Row> {
     let text = include_str!("../../../../docs/STATION.md");
     let rows = text
         .lines()
@@ -58,8 +59,8 @@ fn table() -> Vec<Row> {
 }
 
 /// A class at one arm, which Ada holds and which does her job; a job of Cem's waits.
-struct Lesson {
-    bench: LocalStation,
+pub(crate) struct Lesson {
+    pub(crate) bench: LocalStation,
     ada: Tester,
     cem: Tester,
     teacher: Tester,
@@ -69,7 +70,7 @@ struct Lesson {
 }
 
 impl Lesson {
-    async fn new() -> Self {
+    pub(crate) async fn new() -> Self {
         let bench = LocalStation::new(1).await;
         let mut teacher = bench.join_as("Ms Lee", Role::Teacher).await;
         teacher.ok("class.set", json!({"text": CLASS})).await;
@@ -114,7 +115,7 @@ impl Lesson {
     }
 
     /// Parameters with which a method is meant.
-    fn params(&self, row: &Row, method: &str) -> Map<String, Value> {
+    pub(crate) fn params(&self, row: &Row, method: &str) -> Map<String, Value> {
         let example = Example::of(method).unwrap();
         let mut params = example.params_after(&json!({"job": self.job, "lease": self.lease}));
         let named = params.as_object_mut().unwrap();

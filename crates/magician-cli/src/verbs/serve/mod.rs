@@ -394,7 +394,9 @@ impl Serve {
         } else {
             studio::pages()
         };
-        let mut options = self.front.http(store.clone(), pages);
+        // Of this machine alone, so not for the site.
+        let (store_here, own) = store.clone().with_own()?;
+        let mut options = self.front.http(store_here, pages);
         options.link = service.clone().map(link::calls);
         let (over, ends) = watch::channel(false);
         let linked = link.as_ref().map(Link::url);
@@ -408,8 +410,13 @@ impl Serve {
         };
         let serving = tokio::spawn(listener.serve(station.clone(), options, ends));
         let ports: Vec<_> = entries.iter().map(|entry| entry.port.clone()).collect();
-        let holder = Holder::write(&url, &ports, &names);
+        let holder = Holder::write(&url, &ports, &names, own);
         tell(format_args!("serving {url}"));
+        if let Some(pin) = station.pin() {
+            tell(format_args!(
+                "the class has the teacher's PIN {pin}: without it pages of this computer look on and stop"
+            ));
+        }
         if let Some(joined) = &joined {
             let (name, station) = (joined.name(), joined.station());
             let arms = names.join(", ");
