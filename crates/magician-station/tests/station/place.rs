@@ -212,3 +212,14 @@ async fn a_pin_is_made_and_kept_and_a_new_one_ends_the_sessions_of_the_old() {
         teacher.code("class.set", json!({"text": text})).await;
     }
 }
+
+#[tokio::test(start_paused = true)]
+async fn who_makes_a_class_stays_a_teacher_and_is_told_the_pin() {
+    let bench = LocalStation::new(1).await;
+    let (mut maker, mut other) = (stranger(&bench).await, stranger(&bench).await);
+    let made = maker.ok("class.set", json!({"text": CLASS})).await;
+    assert_eq!(made["pin"], json!(PIN));
+    maker.ok("class.freeze", json!({})).await;
+    let refused = other.call("class.free", json!({})).await;
+    assert!(is_refused(refused.as_ref().err()), "{refused:?}");
+}
