@@ -1046,7 +1046,7 @@ export interface Methods {
     };
     result: null;
   };
-  /** Gives it back. What the arm has queued goes on; a jog, stepper motors and the belt are stopped, and a job pauses unless its `on_lost` says otherwise. */
+  /** Gives it back; answered in the same way if it has ended already. What the arm has queued goes on; a jog, stepper motors and the belt are stopped, and a job pauses unless its `on_lost` says otherwise. */
   "lease.release": {
     params: {
       lease: string;
@@ -1820,7 +1820,7 @@ export interface Notifications {
     name: string;
     message: string | null;
   };
-  /** It waits for a lease by `lease.acquire` with `wait_s`: at once, and whenever its place is another one. */
+  /** It waits for a lease by `lease.acquire` with `wait_s`: at once, and whenever the queue has moved; its place may be the same as before. */
   "lease.queue": {
     arm: string;
     place: number;

@@ -13,10 +13,15 @@ const MESSAGES: &str = "
 
 1. Open a WebSocket at `/api/v1/ws`. Each text message is one object of JSON-RPC 2.0; arrays of requests are refused.
 2. Say `session.hello` within 5 s, from another machine 2 s, before anything else. Its `resume` is a secret that is *another one after each hello*: given in the hello
-   of a new socket, within 5 s after the old one ended, it gives session and lease back (`resumed` true). Subscriptions are made anew.
+   of a new socket, within 5 s after the old one ended, it gives session and lease back (`resumed` true), with the same ids.
+   Give `token` or `pupil` again, as before. A secret that is unknown, used, late or of another token begins a new session (`resumed`
+   false). An old socket that is still open, as after a lost network, is closed with 4409. What the arm was told to do goes on meanwhile
+   (a job that burns pauses), and its answers are lost: ask `job.get` and `arm.state`, and send `job.start` again with its `key`. A wait for a lease ends with
+   the socket, and so do jogs. Subscriptions are made anew.
 3. Answer pings. The station sends one every 2 s, with an empty payload; libraries and browsers answer by themselves, a client that writes its own frames sends a
    pong (opcode 10, masked, the same payload). Who says nothing for 5 s, neither a message nor a pong, loses the lease: what it moves is stopped.
-4. Requests have an `id`, a text or a whole number, and are answered as they end, *not in order*. Notifications of the station have none; they come between the answers.
+4. Requests have an `id`, a text or a whole number, and are answered as they end, *not in order*. Notifications of the station have none; they come between the answers:
+   `job.changed` tells of a job before `job.start` is answered.
    Ignore notifications, members and events that you do not know: more may come.
 5. `arm.stop`, `job.stop`, `jog.stop` and `jog.keep` are obeyed without an `id` as well, and in any number; nothing is answered then. Anything else without an `id` is -32600.
 

@@ -2076,7 +2076,7 @@ class LeaseAcquireParams(TypedDict, total=False):
     arm: str
     """Name of the arm."""
     wait_s: float
-    """How long to wait for it, s; 0 unless given."""
+    """How long to wait for it, s; 0 unless given: then, and when the time is over, it is refused with -32002."""
 
 class LeaseRenewParams(TypedDict):
     """Parameters of a method."""
@@ -2235,7 +2235,7 @@ class JobStartParams(_JobStartParamsWords, total=False):
     after_check: bool
     """Whether the answer comes when the check is over; yes unless given."""
     key: str
-    """A name of the caller's choice, such as a UUID: a second start with the same key starts nothing and answers as the first, also by a later server; with another program it is refused."""
+    """A name of the caller's choice, such as a UUID: a second start with the same key starts nothing and answers as the first, also by a later server; with another program, `setup`, `loops`, `from`, `keep`, `require_homed` or `unhomed` it is refused. Each arm has its keys."""
 
 class JobStartResult(TypedDict):
     """Result of a method."""

@@ -96,7 +96,7 @@ pub(super) const STATION: &[Method] = &[
             ),
         ],
         "Begins the session. The first message of a socket, once.",
-        "{session, resume, resumed, role, api, version, arms, limits}",
+        "{session, resume, resumed, role, api, version, arms, limits}: `resumed` false where `resume` gave nothing back: the session is a new one then; `limits` are bytes of a message, messages a second, and sockets of the station",
     )
     .of_sessions(),
     method(
@@ -366,7 +366,7 @@ pub(super) const STATION: &[Method] = &[
             may(
                 "wait_s",
                 Kind::Number(0.0, 3600.0),
-                "how long to wait for it, s; 0 unless given",
+                "how long to wait for it, s; 0 unless given: then, and when the time is over, it is refused with -32002",
             ),
         ],
         "Asks for the lease of an arm: the right to move it.",
@@ -385,8 +385,8 @@ pub(super) const STATION: &[Method] = &[
         "lease.release",
         Student,
         &[needed("lease", Kind::Id(IdKind::Lease), "the lease")],
-        "Gives it back. What the arm has queued goes on; a jog, stepper motors and the belt are stopped, and a job pauses unless its \
-         `on_lost` says otherwise.",
+        "Gives it back; answered in the same way if it has ended already. What the arm has queued goes on; a jog, stepper motors and \
+         the belt are stopped, and a job pauses unless its `on_lost` says otherwise.",
         "null",
     )
     .of_sessions(),
@@ -398,7 +398,7 @@ pub(super) const STATION: &[Method] = &[
             may("message", Kind::Text(200), "a sentence for the holder"),
         ],
         "Asks the holder for the lease. Without an answer in 20 s it is granted.",
-        "{granted, lease, ttl_s}",
+        "{granted, lease, ttl_s}: `granted` false, and nothing else, if the holder says no",
     )
     .of_sessions(),
     method(
@@ -551,7 +551,7 @@ pub(super) const STATION: &[Method] = &[
             may(
                 "key",
                 Kind::Text(64),
-                "a name of the caller's choice, such as a UUID: a second start with the same key starts nothing and answers as the first, also by a later server; with another program it is refused",
+                "a name of the caller's choice, such as a UUID: a second start with the same key starts nothing and answers as the first, also by a later server; with another program, `setup`, `loops`, `from`, `keep`, `require_homed` or `unhomed` it is refused. Each arm has its keys",
             ),
         ],
         "Checks a program and runs it. What is answered is on the disk.",

@@ -109,7 +109,7 @@ notices! {
     /// A place in the queue for a lease.
     LeaseQueue = "lease.queue" {
         to: "the session that waits",
-        when: "It waits for a lease by `lease.acquire` with `wait_s`: at once, and whenever its place is another one.",
+        when: "It waits for a lease by `lease.acquire` with `wait_s`: at once, and whenever the queue has moved; its place may be the same as before.",
         channel: "",
         arm: Some("arm"),
         ids: EVERYBODY,
