@@ -127,22 +127,27 @@ pub(crate) fn stations() -> impl Iterator<Item = (String, Vec<String>)> {
     all().into_iter().map(|content| (content.url, content.arms))
 }
 
+/// Hosts by which this machine reaches itself.
+const HERE: [&str; 3] = ["127.0.0.1", "localhost", "[::1]"];
+/// Hosts of a station that listens at all addresses.
+const EVERYWHERE: [&str; 2] = ["0.0.0.0", "[::]"];
+
 /// The token that the station at this address has for commands of this user. `None` for one of another machine, and for one
 /// that does not listen at this machine's own addresses, where alone the token counts.
 pub(crate) fn token_of(url: &str) -> Option<String> {
-    let asked: StationAddress = url.parse().ok()?;
-    let (host, port) = asked.host.rsplit_once(':')?;
-    if !["127.0.0.1", "localhost", "[::1]"].contains(&host) {
+    let address = |url: &str| {
+        let address: StationAddress = url.parse().ok()?;
+        let (host, port) = address.host.rsplit_once(':')?;
+        Some((host.to_owned(), port.to_owned()))
+    };
+    let (host, port) = address(url)?;
+    if !HERE.contains(&&*host) {
         return None;
     }
     let is_it = |content: &Content| {
-        let known: Option<StationAddress> = content.url.parse().ok();
-        known.is_some_and(|known| {
-            let reached = ["127.0.0.1", "localhost", "[::1]", "0.0.0.0", "[::]"];
-            known
-                .host
-                .rsplit_once(':')
-                .is_some_and(|(host, known)| known == port && reached.contains(&host))
+        let known = address(&content.url);
+        known.is_some_and(|(host, known)| {
+            known == port && (HERE.contains(&&*host) || EVERYWHERE.contains(&&*host))
         })
     };
     let token = all().into_iter().find(is_it)?.token;

@@ -42,13 +42,13 @@ pub(super) struct LeaseRequest {
 #[cfg(feature = "class")]
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Place {
-    /// Whose.
+    /// The person.
     pub person: PersonId,
     /// Any of these arms will do.
     pub arms: BTreeSet<ArmId>,
-    /// What is left of a turn that was begun; none of one that was not.
+    /// Rest of a turn that was begun. `None` for one that was not.
     pub(super) left: Option<Option<Duration>>,
-    /// It was this person's turn and nobody came: others go first until the person is there.
+    /// True if the person's turn came and the person did not: others go first until the person is there.
     pub missed: bool,
 }
 
@@ -60,7 +60,7 @@ pub struct JobClaim {
     pub job: JobId,
     /// The arm.
     pub arm: ArmId,
-    /// Whose; none: a teacher's.
+    /// The owner. `None` for a teacher.
     pub person: Option<PersonId>,
 }
 
@@ -82,6 +82,14 @@ impl Claim {
             #[cfg(feature = "class")]
             Self::Turn(_) | Self::Job(_) => None,
         }
+    }
+}
+
+impl Claims {
+    /// Takes out the first claim of which this holds.
+    fn take_claim(&mut self, which: impl Fn(&Claim) -> bool) -> Option<Claim> {
+        let at = self.0.iter().position(which)?;
+        Some(self.0.remove(at))
     }
 }
 
@@ -123,9 +131,8 @@ impl Claims {
         &mut self,
         which: impl Fn(&LeaseRequest) -> bool,
     ) -> Option<LeaseRequest> {
-        let mut claims = self.0.iter();
-        let at = claims.position(|claim| claim.request().is_some_and(&which))?;
-        self.0.remove(at).request().copied()
+        let claim = self.take_claim(|claim| claim.request().is_some_and(&which))?;
+        claim.request().copied()
     }
 
     /// When the first of them is due.
@@ -188,8 +195,7 @@ impl Claims {
     /// Takes out the place of a person, who has one at most.
     pub(super) fn take_place(&mut self, person: PersonId) -> Option<Place> {
         let of = |claim: &Claim| matches!(claim, Claim::Turn(place) if place.person == person);
-        let at = self.0.iter().position(of)?;
-        match self.0.remove(at) {
+        match self.take_claim(of)? {
             Claim::Turn(place) => Some(place),
             Claim::Lease(_) | Claim::Job(_) => None,
         }
@@ -225,8 +231,7 @@ impl Claims {
 
     pub(super) fn take_job(&mut self, job: JobId) -> Option<JobClaim> {
         let of = |claim: &Claim| matches!(claim, Claim::Job(known) if known.job == job);
-        let at = self.0.iter().position(of)?;
-        match self.0.remove(at) {
+        match self.take_claim(of)? {
             Claim::Job(job) => Some(job),
             Claim::Lease(_) | Claim::Turn(_) => None,
         }

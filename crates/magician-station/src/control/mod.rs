@@ -1,4 +1,4 @@
-//! Who may move which arm: the lease, the dead man of a jog, and what gives way to what. Without I/O, clock or text.
+//! Arbitration of the arms: the lease, the dead man of a jog, and the precedence of requests. Without I/O, clock or text.
 //!
 //! All decisions of a station about who moves an arm are made here; what follows from them comes out as [`Effect`]s, in
 //! their order. Time is what the caller says. The whole state is values, so that every interleaving of what sessions do
@@ -78,7 +78,7 @@ id! {
     PersonId
 }
 
-/// What follows from a decision. The caller carries them out in their order.
+/// Consequence of a decision. The caller carries them out in their order.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Effect {
@@ -86,7 +86,7 @@ pub enum Effect {
     Granted {
         /// The request.
         request: RequestId,
-        /// Of this arm.
+        /// The arm.
         arm: ArmId,
         /// The lease.
         lease: LeaseId,
@@ -111,7 +111,7 @@ pub enum Effect {
     Holder {
         /// The arm.
         arm: ArmId,
-        /// Its holder.
+        /// The new holder. `None` if the lease is free.
         holder: Option<SessionId>,
     },
     /// A session asks the holder for the lease.
@@ -120,7 +120,7 @@ pub enum Effect {
         arm: ArmId,
         /// The holder.
         holder: SessionId,
-        /// Who asks.
+        /// The session that asks.
         session: SessionId,
         /// The request that is answered when the holder has answered.
         request: RequestId,
@@ -145,14 +145,14 @@ pub enum Effect {
         /// The arm.
         arm: ArmId,
     },
-    /// These requests are over.
+    /// Requests under way have to be answered as ended, and the arm stopped if `stop`.
     EndWork {
         /// The arm.
         arm: ArmId,
-        /// Requests under way, each to be answered as ended.
+        /// The requests.
         requests: Vec<RequestId>,
-        /// Whether the arm has to be stopped, so that nothing of them, and of what is in its queue, is done. Not for what
-        /// steers a job, which ends in its own way.
+        /// True if the arm has to be stopped, so that nothing of them, and of what is in its queue, is done. False for
+        /// requests that steer a job, which ends in its own way.
         stop: bool,
         /// Why.
         why: WorkEnd,
@@ -163,7 +163,7 @@ pub enum Effect {
         arm: ArmId,
         /// The job.
         job: JobId,
-        /// Whether it can be resumed.
+        /// True if it has to pause, so that it can be resumed; false if it has to stop.
         pause: bool,
     },
     /// A session is over: it did not come back.
@@ -197,9 +197,9 @@ pub enum Effect {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum JogEnd {
-    /// Its session stopped it, or went away.
+    /// Stop by its session, or end of that session's socket.
     Released,
-    /// It was not kept up in time.
+    /// Missing keep within its deadline.
     NotKept,
     /// A stop of the arm came.
     Stopped,
@@ -214,7 +214,7 @@ pub enum JogEnd {
 }
 
 impl JogEnd {
-    /// Its name in interfaces.
+    /// Name in interfaces.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -248,7 +248,7 @@ pub enum Refusal {
     /// A teacher has frozen the arm.
     #[cfg(feature = "class")]
     Frozen,
-    /// There is no such lease, jog or question.
+    /// Unknown lease, jog or question.
     Unknown,
     /// The station ends: nothing begins any more.
     Closed,
@@ -269,9 +269,9 @@ struct ArmControl {
     lease: Option<Held>,
     jog: Option<Jog>,
     work: Vec<Work>,
-    /// Whether commands of the holder may wait in the arm's queue.
+    /// True if commands of the holder may wait in the arm's queue.
     queued: bool,
-    /// Whether the holder had it tell where a hand leaves it.
+    /// True while the arm tells its holder where a hand leaves it.
     guided: bool,
     job: Option<Job>,
 }
@@ -308,7 +308,7 @@ pub struct Control {
 }
 
 impl Control {
-    /// So many arms, and no session.
+    /// Creates control of `arms` arms, without sessions.
     #[must_use]
     pub fn new(arms: usize) -> Self {
         Self {
