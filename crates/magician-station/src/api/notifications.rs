@@ -95,7 +95,7 @@ notices! {
     /// Somebody asks for a lease.
     LeaseAsked = "lease.asked" {
         to: "the holder of the lease",
-        when: "Another session asks for it by `lease.ask`. Answer by `lease.answer`; without an answer it passes after 20 s.",
+        when: "Another session asks for it by `lease.ask`. Answer by `lease.answer`; without an answer it passes after 20 s. A session that asks again meanwhile is told once, and one answer is for all that it asked.",
         channel: "`waiting` of `arm.list` has who asks, for everybody.",
         arm: Some("arm"),
         ids: &[("session", Session)],

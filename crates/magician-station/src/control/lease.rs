@@ -1,5 +1,6 @@
 //! The lease of an arm: its holder, and how it passes to those who wait and ask for it.
 
+use std::collections::BTreeSet;
 use std::time::Duration;
 
 use magician_protocol::HostInstant;
@@ -112,6 +113,7 @@ impl Control {
         if !self.admits(now, session, arm, request) {
             return;
         }
+        let asks_already = { self.claims.asks_mut(arm) }.any(|ask| ask.session == session);
         self.claims.push_request(LeaseRequest {
             arm,
             session,
@@ -119,12 +121,15 @@ impl Control {
             asks: true,
             until: now + ASK,
         });
-        self.effects.push_back(Effect::Asked {
-            arm,
-            holder,
-            session,
-            request,
-        });
+        // One question for each who asks, however often: the holder answers a session, not a request.
+        if !asks_already {
+            self.effects.push_back(Effect::Asked {
+                arm,
+                holder,
+                session,
+                request,
+            });
+        }
     }
 
     /// The holder answers the session that asks.
@@ -150,6 +155,8 @@ impl Control {
         } else {
             self.deny(arm, vec![ask.request]);
         }
+        // What it has asked besides is answered with it.
+        self.deny_requests(arm, of);
         Ok(())
     }
 
@@ -317,14 +324,15 @@ impl Control {
         let Some(holder) = self.holder(arm) else {
             return;
         };
-        let asked = self.claims.asks_mut(arm).map(|ask| {
+        let mut told = BTreeSet::new();
+        let asked = self.claims.asks_mut(arm).filter_map(|ask| {
             ask.until = now + ASK;
-            Effect::Asked {
+            told.insert(ask.session).then_some(Effect::Asked {
                 arm,
                 holder,
                 session: ask.session,
                 request: ask.request,
-            }
+            })
         });
         let asked: Vec<_> = asked.collect();
         self.effects.extend(asked);

@@ -56,6 +56,27 @@ async fn a_question_that_is_not_answered_is_granted() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_session_that_asks_again_is_one_question_and_all_its_requests_are_answered() {
+    let bench = LocalStation::new(1).await;
+    let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
+    let mut cleo = bench.join_as("Cleo", Role::Teacher).await;
+    anna.lease().await;
+    let asked = [0; 3].map(|_| ben.send("lease.ask", json!({"message": "please"})));
+    anna.listen(Duration::from_millis(10)).await;
+    assert_eq!(anna.noticed("lease.asked").len(), 1);
+    // The next holder is asked as often.
+    cleo.ok("lease.take", json!({})).await;
+    cleo.listen(Duration::from_millis(10)).await;
+    let questions = cleo.noticed("lease.asked");
+    assert_eq!(questions.len(), 1);
+    let no = json!({"session": questions[0]["session"], "grant": false});
+    cleo.ok("lease.answer", no).await;
+    for request in asked {
+        assert_eq!(ben.answer(request).await.unwrap()["granted"], json!(false));
+    }
+}
+
+#[tokio::test(start_paused = true)]
 async fn the_list_of_arms_tells_who_waits_and_who_asks() {
     let bench = LocalStation::new(1).await;
     let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
