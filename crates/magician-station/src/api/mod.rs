@@ -33,6 +33,7 @@ pub use notifications::{NOTIFICATIONS, Notice, Notification};
 pub use openrpc::openrpc;
 pub use param::{Kind, Param, Params};
 pub use shape::{Member, Shape, Type};
+pub(crate) use types::JOB_STATES;
 pub use types::TYPES;
 pub use wire::{CLOSE_CODES, FEATURES, FRAME_FLAGS, FRAME_PARTS, Feature, FeatureRow, FramePart};
 

@@ -4,6 +4,7 @@
 //! ([`Station::poll_jobs`](super::Station::poll_jobs)) and is told what came of writing it
 //! ([`Station::jobs_kept`](super::Station::jobs_kept)): an answer that promises something waits for that.
 
+use std::collections::BTreeSet;
 use std::time::Duration;
 
 use magician_protocol::HostInstant;
@@ -12,6 +13,7 @@ use serde_json::{Value, json};
 
 use super::jobs::is_under_way;
 use super::records::{JobRecord, from_file, to_file};
+use crate::api::JOB_STATES;
 use crate::control::{ArmId, JobId};
 use crate::job::JobStore;
 
@@ -386,14 +388,31 @@ pub fn check_jobs(file: &Value) -> Result<(), String> {
                 }
                 None => return Err("it names no version".to_owned()),
             }
+            if members
+                .get("frozen")
+                .is_some_and(|frozen| !frozen.is_boolean())
+            {
+                return Err("it does not say whether its arm is frozen".to_owned());
+            }
+            let earlier = members.get("earlier").unwrap_or(&Value::Null);
+            if !earlier.is_null() && JobTotals::deserialize(earlier).is_err() {
+                return Err("its sums of earlier jobs are no sums".to_owned());
+            }
             let jobs = members.get("jobs").and_then(Value::as_array);
             jobs.ok_or("it has no list of jobs")?
         }
         _ => return Err("it is no list of jobs".to_owned()),
     };
+    let mut known = BTreeSet::new();
     for (at, item) in items.iter().enumerate() {
-        if from_file(item.clone(), ArmId(0)).is_none() {
-            return Err(format!("its job {} is no job", at + 1));
+        let number = at + 1;
+        let job = from_file(item.clone(), ArmId(0));
+        let job = job.ok_or_else(|| format!("its job {number} is no job"))?;
+        if !JOB_STATES.contains(&job.state.as_str()) {
+            return Err(format!("its job {number} has no state that is known"));
+        }
+        if !known.insert(job.id) {
+            return Err(format!("its job {number} has the id of another one"));
         }
     }
     Ok(())

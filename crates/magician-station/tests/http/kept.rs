@@ -150,6 +150,10 @@ fn file_that_cannot_be_read_is_named_and_left_alone() {
     let whole = file(&["j1", "j2"]).to_string();
     let newer = whole.replace("\"version\":2", "\"version\":3");
     let foreign = r#"{"version":2,"jobs":[{"job":7}]}"#;
+    let unknown = whole.replacen("\"state\":\"done\"", "\"state\":\"flying\"", 1);
+    let twice = file(&["j1", "j1"]).to_string();
+    let frozen = whole.replace("\"version\":2", "\"version\":2,\"frozen\":\"yes\"");
+    let sums = whole.replace("\"earlier\":{}", "\"earlier\":{\"jobs\":-1}");
     for (text, why) in [
         ("", "EOF"),
         (&whole[..whole.len() / 2], "EOF"),
@@ -158,6 +162,10 @@ fn file_that_cannot_be_read_is_named_and_left_alone() {
         ("{}", "no version"),
         (foreign, "its job 1"),
         (&newer, "version 3"),
+        (&unknown, "its job 1 has no state"),
+        (&twice, "its job 2 has the id of another one"),
+        (&frozen, "frozen"),
+        (&sums, "sums of earlier jobs"),
     ] {
         let place = tempfile::tempdir().unwrap();
         fs::create_dir_all(place.path().join("jobs")).unwrap();
