@@ -13,7 +13,7 @@ use super::jobs::source;
 use super::keeping::IfUnkept;
 use super::records::{JobOwner, JobRecord};
 use super::rights::{Risk, may_endanger};
-use crate::api::{Danger, RpcError};
+use crate::api::{Danger, Notice, RpcError};
 use crate::control::{ArmId, JobClaim, JobId, OnLost, QueuedChange, RequestId};
 use crate::order::{ArmOrder, JobEnd, JobOrder, JobStart};
 
@@ -394,8 +394,19 @@ impl Station {
             let Some(record) = self.records.numbered(job) else {
                 continue;
             };
-            if record.place != Some(place) || record.reason.as_deref() != held {
-                (record.place, record.reason) = (Some(place), held.map(str::to_owned));
+            let before = (record.place, record.reason.clone());
+            let after = (Some(place), held.map(str::to_owned));
+            if before == after {
+                continue;
+            }
+            let moves_alone = before.0.is_some() && before.1 == after.1;
+            (record.place, record.reason) = after;
+            if moves_alone {
+                // Another place is no other state: the log of the arm does not have it.
+                let shown = record.shown();
+                self.records.has_changed(arm);
+                self.notify_all(Notice::JobChanged, &json!({"job": shown}));
+            } else {
                 self.job_changed(now, arm, job);
             }
         }

@@ -394,6 +394,37 @@ async fn jobs_wait_for_their_arm_and_begin_in_order() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn another_place_in_the_queue_is_told_and_is_no_event() {
+    let (bench, mut teacher) = class(1).await;
+    let (mut ada, mut ben) = (pupil(&bench, "Ada").await, pupil(&bench, "Ben").await);
+    ada.ok("turn.join", json!({})).await;
+    let mut jobs = Vec::new();
+    for _ in 0..3 {
+        let queued = json!({"text": plan(2), "queue": true});
+        jobs.push(ben.ok("job.start", queued).await["job"].clone());
+    }
+    teacher.listen(Duration::from_millis(1)).await;
+    let before = teacher.ok("events.since", json!({"seq": 0})).await;
+    let told_before = teacher.noticed("job.changed").len();
+    for place in [1, 3, 1] {
+        let to = json!({"job": jobs[2], "position": place});
+        assert_eq!(ben.ok("job.reorder", to).await["place"], json!(place));
+    }
+    teacher.listen(Duration::from_millis(1)).await;
+    let told = &teacher.noticed("job.changed")[told_before..];
+    let last = |job: &Value| {
+        let of = told.iter().rev().find(|told| told["job"]["job"] == *job);
+        of.unwrap()["job"]["place"].clone()
+    };
+    assert_eq!(
+        [&jobs[0], &jobs[1], &jobs[2]].map(last),
+        [json!(2), json!(3), json!(1)]
+    );
+    let after = teacher.ok("events.since", json!({"seq": 0})).await;
+    assert_eq!(after["seq"], before["seq"]);
+}
+
+#[tokio::test(start_paused = true)]
 async fn after_a_stop_the_queue_waits_for_a_word() {
     let (bench, mut teacher) = class(1).await;
     let mut ada = pupil(&bench, "Ada").await;
