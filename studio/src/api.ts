@@ -1813,7 +1813,7 @@ export interface Notifications {
     arm: string;
     holder: Holder | null;
   };
-  /** Another session asks for it by `lease.ask`. Answer by `lease.answer`; without an answer it passes after 20 s. */
+  /** Another session asks for it by `lease.ask`. Answer by `lease.answer`; without an answer it passes after 20 s. A session that asks again meanwhile is told once, and one answer is for all that it asked. */
   "lease.asked": {
     arm: string;
     session: string;
