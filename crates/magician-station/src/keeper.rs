@@ -17,6 +17,8 @@ const LINES: usize = 4096;
 /// that a disk has at most one of them before it, however often they change.
 pub(crate) struct Keeper {
     runtime: Handle,
+    /// True where there is no thread for what may block: a page has none, and no disk.
+    is_inline: bool,
     journal: JournalSink,
     store: Arc<dyn JobStore>,
     kept: KeptSink,
@@ -53,8 +55,19 @@ impl Keeper {
         store: Arc<dyn JobStore>,
         kept: impl Fn(JobsKept) + Send + Sync + 'static,
     ) -> Arc<Self> {
+        let is_inline = cfg!(any(target_family = "wasm", feature = "single-thread"));
+        Self::with(is_inline, journal, store, kept)
+    }
+
+    fn with(
+        is_inline: bool,
+        journal: JournalSink,
+        store: Arc<dyn JobStore>,
+        kept: impl Fn(JobsKept) + Send + Sync + 'static,
+    ) -> Arc<Self> {
         Arc::new(Self {
             runtime: Handle::current(),
+            is_inline,
             journal,
             store,
             kept: Box::new(kept),
@@ -65,8 +78,8 @@ impl Keeper {
 
     /// Takes what is to be written, and returns at once.
     #[cfg(test)]
-    pub(crate) fn keep(self: &Arc<Self>, lines: Vec<JournalLine>, jobs: Option<JobsToKeep>) {
-        let _ = self.keep_all(lines, jobs.into_iter().collect(), BTreeMap::new());
+    fn keep(self: &Arc<Self>, lines: Vec<JournalLine>, jobs: Option<JobsToKeep>) -> Vec<JobsKept> {
+        self.keep_all(lines, jobs.into_iter().collect(), BTreeMap::new())
     }
 
     /// Takes what is to be written, and returns at once. Of files by their names, and of the jobs of an arm, the newest of each
@@ -91,8 +104,7 @@ impl Keeper {
         if !std::mem::replace(&mut waiting.busy, true) {
             drop(waiting);
             let keeper = Arc::clone(self);
-            // A page has no other thread, and no disk.
-            if cfg!(any(target_family = "wasm", feature = "single-thread")) {
+            if self.is_inline {
                 keeper.write(&mut |kept| written.push(kept));
             } else {
                 self.runtime
@@ -188,11 +200,29 @@ mod tests {
         }
     }
 
+    /// A keeper with a thread of its own, whatever this build has: its disk may block.
+    fn beside(journal: JournalSink, store: impl JobStore + 'static) -> Arc<Keeper> {
+        Keeper::with(false, journal, Arc::new(store), |_| {})
+    }
+
+    #[tokio::test]
+    async fn without_a_thread_jobs_are_written_by_the_return() {
+        let keeper = Keeper::with(true, Box::new(|_| {}), Arc::new(NoStore), |_| {
+            panic!("it was returned")
+        });
+        let written = keeper.keep(Vec::new(), Some(JobsToKeep::of_ids(&["first"])));
+        let [written] = written.as_slice() else {
+            panic!("{written:?}");
+        };
+        assert_eq!((written.arm, written.revision), (0, 1));
+        assert_eq!(written.outcome, Ok(()));
+    }
+
     #[tokio::test]
     async fn of_jobs_that_wait_for_the_disk_the_newest_alone_is_written() {
         let ((began, saved), (write, go)) = (mpsc::channel(), mpsc::channel());
         let go = Mutex::new(go);
-        let keeper = Keeper::new(Box::new(|_| {}), Arc::new(Slow { began, go }), |_| {});
+        let keeper = beside(Box::new(|_| {}), Slow { began, go });
         keeper.keep(Vec::new(), Some(JobsToKeep::of_ids(&["first"])));
         let id = |saved: Value| saved["jobs"][0]["job"].as_str().map(str::to_owned);
         assert_eq!(id(saved.recv().unwrap()).as_deref(), Some("first"));
@@ -218,7 +248,7 @@ mod tests {
             let _ = held.lock().unwrap().recv();
             *count.lock().unwrap() += 1;
         });
-        let keeper = Keeper::new(journal, Arc::new(NoStore), |_| {});
+        let keeper = beside(journal, NoStore);
         let line = JournalLine::default();
         keeper.keep(vec![line.clone()], None);
         // The first is at work from here on: no more than the room is held beside it.
