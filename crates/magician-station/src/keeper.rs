@@ -8,7 +8,7 @@ use tokio::sync::Notify;
 
 use crate::job::JobStore;
 use crate::running::JournalSink;
-use crate::station::{JobsToKeep, JournalLine};
+use crate::station::{FileToKeep, JobsToKeep, JournalLine};
 
 /// Lines of the journal that wait for the disk. What comes above is not written.
 const LINES: usize = 4096;
@@ -32,28 +32,37 @@ struct Waiting {
     lost: u64,
     /// By arm.
     jobs: BTreeMap<usize, JobsToKeep>,
-    files: BTreeMap<&'static str, String>,
+    files: BTreeMap<&'static str, FileToKeep>,
     /// Something is being written.
     busy: bool,
 }
 
-/// What came of writing the jobs of an arm.
+/// What came of writing something.
 #[derive(Debug)]
-pub(crate) struct JobsKept {
-    pub(crate) arm: usize,
+pub(crate) struct Written {
+    pub(crate) what: Kept,
     pub(crate) revision: u64,
     pub(crate) outcome: Result<(), String>,
 }
 
+/// What is written whole, again and again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kept {
+    /// The jobs of the arm at this place.
+    Jobs(usize),
+    /// The file of this name.
+    File(&'static str),
+}
+
 /// Hears what came of it, on the thread that wrote it.
-type KeptSink = Box<dyn Fn(JobsKept) + Send + Sync>;
+type KeptSink = Box<dyn Fn(Written) + Send + Sync>;
 
 impl Keeper {
     /// On the present runtime.
     pub(crate) fn new(
         journal: JournalSink,
         store: Arc<dyn JobStore>,
-        kept: impl Fn(JobsKept) + Send + Sync + 'static,
+        kept: impl Fn(Written) + Send + Sync + 'static,
     ) -> Arc<Self> {
         let is_inline = cfg!(any(target_family = "wasm", feature = "single-thread"));
         Self::with(is_inline, journal, store, kept)
@@ -63,7 +72,7 @@ impl Keeper {
         is_inline: bool,
         journal: JournalSink,
         store: Arc<dyn JobStore>,
-        kept: impl Fn(JobsKept) + Send + Sync + 'static,
+        kept: impl Fn(Written) + Send + Sync + 'static,
     ) -> Arc<Self> {
         Arc::new(Self {
             runtime: Handle::current(),
@@ -78,7 +87,7 @@ impl Keeper {
 
     /// Takes what is to be written, and returns at once.
     #[cfg(test)]
-    fn keep(self: &Arc<Self>, lines: Vec<JournalLine>, jobs: Option<JobsToKeep>) -> Vec<JobsKept> {
+    fn keep(self: &Arc<Self>, lines: Vec<JournalLine>, jobs: Option<JobsToKeep>) -> Vec<Written> {
         self.keep_all(lines, jobs.into_iter().collect(), BTreeMap::new())
     }
 
@@ -88,8 +97,8 @@ impl Keeper {
         self: &Arc<Self>,
         lines: Vec<JournalLine>,
         jobs: Vec<JobsToKeep>,
-        files: BTreeMap<&'static str, String>,
-    ) -> Vec<JobsKept> {
+        files: BTreeMap<&'static str, FileToKeep>,
+    ) -> Vec<Written> {
         let mut written = Vec::new();
         if lines.is_empty() && jobs.is_empty() && files.is_empty() {
             return written;
@@ -114,7 +123,7 @@ impl Keeper {
         written
     }
 
-    fn write(&self, kept: &mut dyn FnMut(JobsKept)) {
+    fn write(&self, kept: &mut dyn FnMut(Written)) {
         loop {
             let mut waiting = self.waiting();
             let lines = std::mem::take(&mut waiting.lines);
@@ -128,24 +137,32 @@ impl Keeper {
                 return;
             }
             drop(waiting);
-            // Answers wait for the jobs, and none for the journal.
+            // Answers wait for jobs and files, and none for the journal.
             for (arm, jobs) in jobs {
                 let saved = self.store.save(arm, &jobs.to_value());
                 if let Err(error) = &saved {
                     tracing::warn!(%error, "the jobs are not kept");
                 }
-                kept(JobsKept {
-                    arm,
+                kept(Written {
+                    what: Kept::Jobs(arm),
                     revision: jobs.revision(),
+                    outcome: saved.map_err(|error| error.to_string()),
+                });
+            }
+            for (name, file) in files {
+                let saved = self.store.keep(name, &file.text);
+                if let Err(error) = &saved {
+                    tracing::warn!(%error, "the file is not kept");
+                }
+                kept(Written {
+                    what: Kept::File(name),
+                    revision: file.revision,
                     outcome: saved.map_err(|error| error.to_string()),
                 });
             }
             lines.into_iter().for_each(&self.journal);
             if lost > 0 {
                 tracing::warn!(lost, "lines of the journal are lost: the disk is slow");
-            }
-            for (name, text) in files {
-                self.store.keep(name, &text);
             }
         }
     }
@@ -214,7 +231,7 @@ mod tests {
         let [written] = written.as_slice() else {
             panic!("{written:?}");
         };
-        assert_eq!((written.arm, written.revision), (0, 1));
+        assert_eq!((written.what, written.revision), (Kept::Jobs(0), 1));
         assert_eq!(written.outcome, Ok(()));
     }
 

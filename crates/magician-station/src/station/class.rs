@@ -8,6 +8,7 @@ use magician::admission::Origin;
 use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
+use super::class_files::{ClassChange, ClassFiles};
 use super::dispatch::{Call, Handled};
 use super::keeping::IfUnkept;
 use super::queue::QueuedJob;
@@ -23,8 +24,8 @@ use crate::control::{
 use crate::secret::same_secret;
 
 /// Where the class, the schedule and the results are kept.
-const CLASS: &str = "class.toml";
-const SCHEDULE: &str = "schedule.toml";
+pub(super) const CLASS: &str = "class.toml";
+pub(super) const SCHEDULE: &str = "schedule.toml";
 const RESULTS: &str = "results.json";
 /// The name under which wrong PINs are counted. No pupil has it: names have no control characters.
 const TEACHER: &str = "\n";
@@ -56,7 +57,7 @@ pub(super) struct Class {
     pub(super) results: Vec<Value>,
     /// Requests for the pictures of results.
     pub(super) pictures: BTreeMap<RequestId, String>,
-    pub(super) kept: BTreeMap<&'static str, String>,
+    pub(super) files: ClassFiles,
 }
 
 /// Somebody who takes turns.
@@ -113,20 +114,16 @@ impl Class {
 }
 
 impl Station {
-    /// Files that have changed and are to be kept: names and contents, each for its owner alone.
-    pub fn poll_kept(&mut self) -> BTreeMap<&'static str, String> {
-        std::mem::take(&mut self.class.kept)
-    }
-
     pub(super) fn class_timeout(&mut self, now: HostInstant) {
         if self.class.anew.is_some_and(|anew| anew <= now) {
             let first = self.class.anew == Some(HostInstant::ZERO);
             self.class.anew = None;
             if let Some(text) = self.config.schedule.clone().filter(|_| first) {
-                self.class.kept.insert(SCHEDULE, text);
+                self.class.files.write(SCHEDULE, text);
             }
             if first && let Some(mut file) = self.class.file.take() {
                 file.make_codes(self.config.random);
+                self.class.files.write(CLASS, file.to_text());
                 self.begin_class(now, Some(file));
             }
             self.count_out(now);
@@ -351,8 +348,8 @@ impl Station {
             "class.get" => self.shown_class(call.grant.role),
             "class.set" => {
                 let text = call.params.text("text").unwrap_or_default();
-                if text.trim().is_empty() {
-                    self.begin_class(now, None);
+                let file = if text.trim().is_empty() {
+                    None
                 } else {
                     let mut file = ClassFile::parse(text).map_err(|error| wrong("text", error))?;
                     if !call.params.is_on("elsewhere") {
@@ -364,16 +361,13 @@ impl Station {
                         file.keep_codes(before);
                     }
                     file.make_codes(self.config.random);
-                    if let Some(maker) = self.sessions.get_mut(&call.session)
-                        && maker.entry == Entry::Place
-                    {
-                        // Whoever makes the class is told its PIN by the answer.
-                        maker.entry = Entry::Pin;
-                    }
-                    self.begin_class(now, Some(file));
-                }
-                self.count_out(now);
-                self.shown_class(Role::Teacher)
+                    Some(Box::new(file))
+                };
+                let text = file
+                    .as_ref()
+                    .map_or_else(String::new, |file| file.to_text());
+                let change = ClassChange::Class(file, Some(call.session));
+                return self.change_class(call, change, text);
             }
             "class.codes" => {
                 let names = call.params.texts("pupils");
@@ -381,8 +375,9 @@ impl Station {
                 let dropped = file.drop_codes(names.as_deref());
                 dropped.map_err(|error| wrong("pupils", error))?;
                 file.make_codes(self.config.random);
-                self.begin_class(now, Some(file));
-                self.shown_class(Role::Teacher)
+                let text = file.to_text();
+                let change = ClassChange::Class(Some(Box::new(file)), None);
+                return self.change_class(call, change, text);
             }
             "class.freeze" | "class.free" => {
                 let arms = self.arms_meant(call)?;
@@ -412,10 +407,8 @@ impl Station {
                     let arms = schedule.check_arms("this station", has);
                     arms.map_err(|error| wrong("text", error))?;
                 }
-                self.class.kept.insert(SCHEDULE, text.to_owned());
-                self.class.schedule = Some(schedule);
-                self.count_out(now);
-                self.shown_schedule(now)
+                let change = ClassChange::Schedule(schedule);
+                return self.change_class(call, change, text.to_owned());
             }
             _ => return Err(RpcError::internal(format!("{name} does nothing"))),
         };
@@ -433,8 +426,6 @@ impl Station {
 
     /// A class begins, in the place of the one before, or there is none any more.
     pub(super) fn begin_class(&mut self, now: HostInstant, file: Option<ClassFile>) {
-        let text = file.as_ref().map_or_else(String::new, ClassFile::to_text);
-        self.class.kept.insert(CLASS, text);
         let rules = file.as_ref().map(ClassFile::turns);
         self.class.fence = file.as_ref().and_then(|file| file.fence().ok()?);
         let before = std::mem::replace(&mut self.class.file, file);
@@ -524,7 +515,7 @@ impl Station {
 
     pub(super) fn keep_results(&mut self) {
         let text = Value::Array(self.class.results.clone()).to_string();
-        self.class.kept.insert(RESULTS, text);
+        self.class.files.write(RESULTS, text);
     }
 
     /// The group of a pupil.

@@ -371,6 +371,15 @@ impl JobsToKeep {
     }
 }
 
+/// A file of a station's class as it was once, to be kept.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FileToKeep {
+    /// Number of the text; later ones are of a higher number.
+    pub revision: u64,
+    /// Its content.
+    pub text: String,
+}
+
 /// Checks that a station of this version reads a file of jobs as a whole.
 ///
 /// # Errors

@@ -285,3 +285,17 @@ fn interrupted_runs_of_the_command_are_those_of_the_arm_and_not_under_way() {
     drop(goes_on);
     assert_eq!(one.runs(0), []);
 }
+
+#[test]
+fn file_that_the_disk_does_not_take_is_an_error_that_names_it() {
+    let place = tempfile::tempdir().unwrap();
+    let folder = place.path().join("station");
+    let store = open(&folder, &[(real("arm", "/dev/arm"), "DT1")]).unwrap();
+    store.keep("class.toml", "first").unwrap();
+    assert_eq!(store.kept("class.toml").as_deref(), Some("first"));
+    // Root may write where nobody may: a folder that is a file takes nothing of anybody.
+    fs::remove_dir_all(&folder).unwrap();
+    fs::write(&folder, "").unwrap();
+    let refused = store.keep("class.toml", "second").unwrap_err();
+    assert!(refused.to_string().contains("class.toml"), "{refused}");
+}

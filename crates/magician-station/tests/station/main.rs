@@ -34,5 +34,6 @@ mod told;
 mod tools;
 mod turns;
 mod typed;
+mod unkept;
 mod watching;
 mod world;
