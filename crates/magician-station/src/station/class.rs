@@ -58,6 +58,8 @@ pub(super) struct Class {
     /// Requests for the pictures of results.
     pub(super) pictures: BTreeMap<RequestId, String>,
     pub(super) files: ClassFiles,
+    /// True if turns have changed since they were told.
+    pub(super) turns_changed: bool,
 }
 
 /// Somebody who takes turns.

@@ -617,8 +617,9 @@ impl Station {
         {
             self.put_fences();
             if self.begin_queued(now) {
-                self.settle(now);
+                return self.settle(now);
             }
+            self.tell_turns(now);
         }
     }
 

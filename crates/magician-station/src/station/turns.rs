@@ -47,12 +47,18 @@ impl Station {
         })
     }
 
+    /// Tells all sessions of turns, once all that followed from what happened has followed.
+    pub(super) fn tell_turns(&mut self, now: HostInstant) {
+        if std::mem::take(&mut self.class.turns_changed) {
+            let turns = self.turns(now);
+            self.notify_all(Notice::TurnChanged, &turns);
+        }
+    }
+
     pub(super) fn tell_turn(&mut self, now: HostInstant, effect: Effect) {
         match effect {
-            Effect::Turns => {
-                let turns = self.turns(now);
-                self.notify_all(Notice::TurnChanged, &turns);
-            }
+            // One change has several: a turn is kept for a person, who is there and gets the lease.
+            Effect::Turns => self.class.turns_changed = true,
             Effect::TurnEnding { arm, person, left } => {
                 let (arm, person) = (&self.arm(arm).entry.name, self.person_name(person));
                 let told = json!({"arm": arm, "person": person, "left_s": left.as_secs_f64()});
