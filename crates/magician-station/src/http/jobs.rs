@@ -11,7 +11,7 @@ use magician_job::{FileJournal, Journal, LeftRun, dirs, left_runs};
 use serde_json::{Value, json};
 
 use crate::job::{JobStore, KeptRun};
-use crate::station::{ArmEntry, check_jobs};
+use crate::station::{ArmEntry, check_jobs, damaged_jobs};
 
 /// File of all arms, by their names, that stations wrote before there was one for each arm.
 const OLD: &str = "jobs.json";
@@ -200,6 +200,9 @@ impl ArmFile {
                 Some((Err(TryLockError::Error(_)), _)) | None => None,
             };
             let content = read(&path)?.unwrap_or_default();
+            for lost in damaged_jobs(&content) {
+                tracing::warn!("{}: {lost}", path.display());
+            }
             return Ok(Self {
                 path,
                 key,

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::jobs::is_under_way;
-use super::records::{JobRecord, from_file, to_file};
+use super::records::{JobRecord, from_file, lost_parts, to_file};
 use crate::api::JOB_STATES;
 use crate::control::{ArmId, JobId};
 use crate::job::JobStore;
@@ -425,4 +425,21 @@ pub fn check_jobs(file: &Value) -> Result<(), String> {
         }
     }
     Ok(())
+}
+
+/// What of a file of jobs that is good as a whole is lost to a station that reads it: a sentence for each job.
+#[must_use]
+pub fn damaged_jobs(file: &Value) -> Vec<String> {
+    let items = file.get("jobs").unwrap_or(file).as_array();
+    let sentence = |item: &Value| {
+        let parts = lost_parts(item);
+        let lost = |part: &&str| match *part {
+            "order" => "its program, so it cannot go on",
+            _ => "whose it is, its key and its rules, so it is a teacher's",
+        };
+        let lost: Vec<_> = parts.iter().map(lost).collect();
+        let job = magician_protocol::visible(item["job"].as_str().unwrap_or_default());
+        (!lost.is_empty()).then(|| format!("job {job} has lost {}", lost.join("; and ")))
+    };
+    items.into_iter().flatten().filter_map(sentence).collect()
 }
