@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 use super::class_files::{ClassChange, ClassFiles};
 use super::dispatch::{Call, Handled};
 use super::keeping::IfUnkept;
+use super::newest::{LIST_INTERVAL, Newest};
 use super::queue::QueuedJob;
 use super::sessions::Entry;
 use super::socket::CloseCode;
@@ -268,7 +269,7 @@ impl Station {
             }
         }
         for session in changed {
-            self.list.has_changed = true;
+            self.telling.changed(Newest::Sessions, LIST_INTERVAL);
             if role == Role::Teacher {
                 self.control.unbind(session);
                 continue;

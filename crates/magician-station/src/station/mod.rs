@@ -18,6 +18,7 @@ mod leases;
 mod lengthy;
 mod library;
 mod motion;
+mod newest;
 mod outbox;
 #[cfg(feature = "class")]
 mod queue;
@@ -56,13 +57,14 @@ use self::jobs::Wants;
 pub use self::journal::JournalLine;
 use self::keeping::Keeping;
 use self::lengthy::LengthyWork;
-use self::outbox::SESSION_LIST;
+pub use self::newest::LIST_INTERVAL;
+use self::newest::{Newest, Telling};
 pub use self::outbox::{Next, Outbox};
 use self::recordings::{ArmRecordings, Recorded};
 #[cfg(feature = "http")]
 pub(crate) use self::sessions::SILENT_SOCKETS;
-use self::sessions::{LIMITS, ListTelling, Session};
-pub use self::sessions::{LIST_INTERVAL, MESSAGE, SOCKETS, VIEWERS};
+use self::sessions::{LIMITS, Session};
+pub use self::sessions::{MESSAGE, SOCKETS, VIEWERS};
 pub use self::size::StationSize;
 use self::socket::Socket;
 pub use self::socket::{CloseCode, Outgoing, Peer, RATE, UNDER_WAY};
@@ -301,7 +303,7 @@ pub struct Station {
     sessions: BTreeMap<SessionId, Session>,
     /// Sockets of listeners, and which of them gives way.
     admission: AdmissionTable<SocketId>,
-    list: ListTelling,
+    telling: Telling,
     pending: BTreeMap<RequestId, Pending>,
     orders: VecDeque<(ArmId, ArmOrder)>,
     record_orders: VecDeque<(ArmId, RecordOrder)>,
@@ -357,7 +359,7 @@ impl Station {
             sockets: BTreeMap::new(),
             sessions: BTreeMap::new(),
             admission: AdmissionTable::new(LIMITS),
-            list: ListTelling::default(),
+            telling: Telling::default(),
             pending: BTreeMap::new(),
             orders: VecDeque::new(),
             record_orders: VecDeque::new(),
@@ -541,7 +543,7 @@ impl Station {
         let saves = self.arms.iter().filter_map(|place| place.recordings.due());
         let due = (hellos.chain(self.control.poll_timeout()))
             .chain(saves)
-            .chain(self.list.due())
+            .chain(self.telling.due())
             .chain(self.end_due())
             .chain(self.keeping_due())
             .min();
@@ -596,8 +598,13 @@ impl Station {
             match self.sockets.get_mut(&socket)?.outbox.pop()? {
                 Next::Text(text) => return Some(Outgoing::Text(text)),
                 Next::Close(code) => return Some(Outgoing::Close(code)),
-                Next::State(SESSION_LIST) => return Some(Outgoing::Text(self.session_list())),
-                Next::State(subscription) => {
+                Next::State(Newest::Sessions) => return Some(Outgoing::Text(self.session_list())),
+                Next::State(Newest::Job(job)) => {
+                    if let Some(text) = self.job_notice(job) {
+                        return Some(Outgoing::Text(text));
+                    }
+                }
+                Next::State(Newest::State(subscription)) => {
                     if let Some(state) = self.state_for(socket, subscription) {
                         return Some(state);
                     }
@@ -612,7 +619,6 @@ impl Station {
         while let Some(effect) = self.control.poll_effect() {
             self.carry_out(now, effect);
         }
-        self.tell_sessions(now);
         #[cfg(feature = "class")]
         {
             self.put_fences();
@@ -621,6 +627,7 @@ impl Station {
             }
             self.tell_turns(now);
         }
+        self.tell_newest(now);
     }
 
     fn next_id(&mut self) -> u64 {

@@ -11,9 +11,10 @@ use super::class::Person;
 use super::dispatch::{Call, Handled};
 use super::jobs::source;
 use super::keeping::IfUnkept;
+use super::newest::{LIST_INTERVAL, Newest};
 use super::records::{JobOwner, JobRecord};
 use super::rights::{Risk, may_endanger};
-use crate::api::{Danger, Notice, RpcError};
+use crate::api::{Danger, RpcError};
 use crate::control::{ArmId, JobClaim, JobId, OnLost, QueuedChange, RequestId};
 use crate::order::{ArmOrder, JobEnd, JobOrder, JobStart};
 
@@ -403,9 +404,8 @@ impl Station {
             (record.place, record.reason) = after;
             if moves_alone {
                 // Another place is no other state: the log of the arm does not have it.
-                let shown = record.shown();
                 self.records.has_changed(arm);
-                self.notify_all(Notice::JobChanged, &json!({"job": shown}));
+                self.telling.changed(Newest::Job(job), LIST_INTERVAL);
             } else {
                 self.job_changed(now, arm, job);
             }

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use magician_protocol::HostInstant;
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::{Value, json};
 
@@ -68,9 +67,6 @@ pub(super) struct JobRecord {
     /// True once its program was read, since it began last.
     #[serde(skip)]
     pub(super) is_read: bool,
-    /// When it was told last.
-    #[serde(skip)]
-    pub(super) told: Option<HostInstant>,
     /// Steps that are done, over all loops.
     #[serde(skip)]
     done: u64,
@@ -159,7 +155,6 @@ impl JobRecord {
             pupil: None,
             before: None,
             is_read: false,
-            told: None,
             done: 0,
         }
     }

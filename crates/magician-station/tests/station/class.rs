@@ -3,7 +3,7 @@
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use magician_station::Role;
+use magician_station::{LIST_INTERVAL, Role};
 use serde_json::{Value, json};
 
 use crate::bench::{LocalStation, Tester};
@@ -411,7 +411,8 @@ async fn another_place_in_the_queue_is_told_and_is_no_event() {
         let to = json!({"job": jobs[2], "position": place});
         assert_eq!(ben.ok("job.reorder", to).await["place"], json!(place));
     }
-    teacher.listen(Duration::from_millis(1)).await;
+    // Places are told no more often than lists.
+    teacher.listen(LIST_INTERVAL).await;
     let told = &teacher.noticed("job.changed")[told_before..];
     let last = |job: &Value| {
         let of = told.iter().rev().find(|told| told["job"]["job"] == *job);

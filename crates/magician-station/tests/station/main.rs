@@ -17,6 +17,7 @@ mod link;
 mod messages;
 mod motors;
 mod moves;
+mod newest;
 mod notifications;
 mod place;
 mod presets;

@@ -265,15 +265,21 @@ impl Life {
 
     /// A disk that takes all but each seventh state of the jobs, and each seventh file, at once.
     fn write_all(&mut self) {
-        while let Some(jobs) = self.station.poll_jobs() {
-            let outcome = self.write();
-            self.station
-                .jobs_kept(self.now, jobs.arm(), jobs.revision(), outcome);
-        }
-        for (name, file) in self.station.poll_kept() {
-            let outcome = self.write();
-            self.station
-                .file_kept(self.now, name, file.revision, outcome);
+        loop {
+            while let Some(jobs) = self.station.poll_jobs() {
+                let outcome = self.write();
+                self.station
+                    .jobs_kept(self.now, jobs.arm(), jobs.revision(), outcome);
+            }
+            let files = self.station.poll_kept();
+            if files.is_empty() {
+                return;
+            }
+            for (name, file) in files {
+                let outcome = self.write();
+                self.station
+                    .file_kept(self.now, name, file.revision, outcome);
+            }
         }
     }
 
