@@ -73,7 +73,7 @@ fn follow(arguments: &[OsString]) -> Result<(), Failure> {
             return done.and(output.flush());
         }
     };
-    log::begin(&cli.global);
+    log::begin(&cli.global, cli.serves());
     if let Err(error) = interrupt::survive_file_limit() {
         tracing::warn!(%error, "a limit for the size of files will end this process");
     }
