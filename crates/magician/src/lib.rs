@@ -61,6 +61,8 @@ mod arm;
 #[cfg(feature = "config")]
 pub mod arms;
 pub mod blocking;
+#[doc(hidden)]
+pub mod dirs;
 #[cfg(feature = "lines")]
 pub mod discovery;
 #[doc(hidden)]
