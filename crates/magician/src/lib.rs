@@ -77,6 +77,9 @@ pub mod report;
 pub mod serve;
 #[cfg(feature = "sim")]
 mod simulation;
+#[cfg(feature = "stations")]
+#[doc(hidden)]
+pub mod stations;
 mod target;
 mod transport;
 #[cfg(feature = "sim")]
