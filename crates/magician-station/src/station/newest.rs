@@ -62,9 +62,16 @@ impl Telling {
     fn take_due(&mut self, now: HostInstant) -> Vec<Newest> {
         // After the longest interval it makes no difference any more.
         self.told.retain(|_, told| *told + LIST_INTERVAL > now);
-        let due = { &mut self.due }.extract_if(.., |_, due| *due <= now);
-        let due: Vec<_> = due.map(|(what, _)| what).collect();
-        self.told.extend(due.iter().map(|what| (*what, now)));
+        let is_due = |(_, due): &(&Newest, &HostInstant)| **due <= now;
+        let due: Vec<_> = self
+            .due
+            .iter()
+            .filter(is_due)
+            .map(|(what, _)| *what)
+            .collect();
+        for what in &due {
+            self.is_told(now, *what);
+        }
         due
     }
 }

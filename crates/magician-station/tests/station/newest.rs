@@ -40,7 +40,7 @@ fn ask(bare: &mut BareStation, socket: SocketId, method: &str, params: &Value) {
 }
 
 fn pass(bare: &mut BareStation, time: Duration) {
-    bare.now = bare.now + time;
+    bare.now += time;
     bare.station.handle_timeout(bare.now);
     carry_out(bare);
 }
