@@ -195,12 +195,25 @@ export type Turns = {
     state: "running" | "kept" | "suspended" | null;
     left_s: number | null;
     frozen: boolean;
+    jobs: Array<{
+      job: string;
+      title: string | null;
+      person: string | null;
+      reason: string | null;
+    }>;
+    slot: {
+      who: string[];
+      until: number;
+    } | null;
+    free_at: number | null;
   }>;
   queue: Array<{
     place: number;
     person: string;
     arms: string[];
     missed: boolean;
+    reason: "schedule" | "frozen" | "away" | null;
+    from: number | null;
   }>;
 };
 
@@ -212,12 +225,25 @@ export type TurnList = {
     state: "running" | "kept" | "suspended" | null;
     left_s: number | null;
     frozen: boolean;
+    jobs: Array<{
+      job: string;
+      title: string | null;
+      person: string | null;
+      reason: string | null;
+    }>;
+    slot: {
+      who: string[];
+      until: number;
+    } | null;
+    free_at: number | null;
   }>;
   queue: Array<{
     place: number;
     person: string;
     arms: string[];
     missed: boolean;
+    reason: "schedule" | "frozen" | "away" | null;
+    from: number | null;
   }>;
   you?: {
     person: string | null;
@@ -1624,10 +1650,15 @@ export interface Methods {
   /** Gives the station a class, in the place of the one before. Pupils keep their codes; the others get one. */
   "class.set": {
     params: {
-      text: string;
+      text?: string;
+      names?: string[];
+      arms?: string[];
+      turn_s?: number;
+      use_codes?: boolean;
       elsewhere?: boolean;
     };
     result: {
+      codes_kept?: string[];
       class: {
         turn_s: number;
         grace_s: number;
@@ -1640,6 +1671,9 @@ export interface Methods {
         name: string;
         group: string | null;
         code: string | null;
+        here?: boolean;
+        place?: number | null;
+        arm?: string | null;
       }>;
       pin: string | null;
       text: string | null;
@@ -1662,6 +1696,9 @@ export interface Methods {
         name: string;
         group: string | null;
         code: string | null;
+        here?: boolean;
+        place?: number | null;
+        arm?: string | null;
       }>;
       pin: string | null;
       text: string | null;
@@ -1685,6 +1722,9 @@ export interface Methods {
         name: string;
         group: string | null;
         code: string | null;
+        here?: boolean;
+        place?: number | null;
+        arm?: string | null;
       }>;
       pin: string | null;
       text: string | null;
@@ -1742,6 +1782,8 @@ export interface Methods {
         time: string;
         drawn_mm: number | null;
         strokes: number[][][];
+        svg: string;
+        time_local: string;
       }>;
     };
   };
@@ -1756,6 +1798,23 @@ export interface Methods {
   /** Gives turn and place up. */
   "turn.leave": {
     params: {
+      person?: string;
+    };
+    result: null;
+  };
+  /** Ends turns: their pupils have no place any more, and the next ones get the arms. */
+  "turn.end": {
+    params: {
+      arm?: string;
+      arms?: string[];
+    };
+    result: null;
+  };
+  /** Passes turns on to those who wait; whose turn it was gets the last place. */
+  "turn.next": {
+    params: {
+      arm?: string;
+      arms?: string[];
     };
     result: null;
   };
@@ -1853,12 +1912,25 @@ export interface Notifications {
       state: "running" | "kept" | "suspended" | null;
       left_s: number | null;
       frozen: boolean;
+      jobs: Array<{
+        job: string;
+        title: string | null;
+        person: string | null;
+        reason: string | null;
+      }>;
+      slot: {
+        who: string[];
+        until: number;
+      } | null;
+      free_at: number | null;
     }>;
     queue: Array<{
       place: number;
       person: string;
       arms: string[];
       missed: boolean;
+      reason: "schedule" | "frozen" | "away" | null;
+      from: number | null;
     }>;
   };
   /** A turn ends in 60 s, and in 10 s. */

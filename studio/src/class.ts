@@ -1,28 +1,46 @@
-// A class: whose turn it is, and who waits for one.
+// A class: who this page is to it, whose turn it is, and who waits for one.
 import { computed, effect, signal } from "@preact/signals";
 import type { Result } from "./client";
 import { t } from "./i18n";
 import { duration } from "./run/jobs";
-import { call, notified, show } from "./session";
+import { call, keepers, notified, show } from "./session";
 import * as store from "./store";
 
 type Turns = Result<"turn.list">;
+export type ArmTurn = Turns["arms"][number];
+export type Place = Turns["queue"][number];
 /** Null where there is no class. */
 export const turns = signal<Turns | null>(null);
+/** Null until the station has said whether it has a class. */
+const isOn = signal<boolean | null>(null);
+export const hasClass = computed(() => isOn.value === true);
 /** When they were told, and how long ago that is, s: what is left of a turn runs from there. */
 let toldAt = 0;
 const age = signal(0);
 setInterval(() => (age.value = turns.value === null ? 0 : Math.floor((performance.now() - toldAt) / 1000)), 1000);
 
+/** The name and code of a slip whose QR code was read; the door has them filled in. */
+export const fromSlip = signal<{ name: string; code: string } | null>(null);
+export function slip(query: URLSearchParams): void {
+  const [name, code] = [query.get("name"), query.get("code")];
+  if (name !== null && code !== null) fromSlip.value = { name: name.slice(0, 40), code: code.slice(0, 12) };
+}
+
 function hear(told: Turns): void {
   toldAt = performance.now();
   age.value = 0;
+  isOn.value = told.turn_s !== null;
   turns.value = told.turn_s === null && !told.arms.some(({ frozen }) => frozen) ? null : told;
 }
 
+const noClass = (): void => {
+  turns.value = null;
+  isOn.value = false;
+};
 // A station without classes does not know the method.
 effect(() => {
-  if (store.socket.value === "up") call("turn.list", {}).then(hear, () => (turns.value = null));
+  isOn.value = null;
+  if (store.socket.value === "up" && store.session.value !== null) call("turn.list", {}).then(hear, noClass);
   else turns.value = null;
 });
 notified.add((method, params) => {
@@ -33,19 +51,45 @@ notified.add((method, params) => {
   store.say(t("class.granted", { arm: params.arm }));
 });
 
+effect(() => {
+  if (store.backend.value !== "station") store.audience.value = store.backend.value === "none" ? store.audience.peek() : "all";
+  else if (store.refused.value === "token" && store.pupil.value === null) store.audience.value = "door";
+  else if (store.pupil.value !== null) store.audience.value = "pupil";
+  // While a lost station is looked for, the page stays made up as it is.
+  else if (isOn.value !== null) store.audience.value = isOn.value && store.role.value === "viewer" ? "door" : "all";
+});
+
+/** What is left of a turn, s; null where turns have no end. */
+export const leftOf = (turn: ArmTurn): number | null => (turn.left_s === null ? null : turn.left_s - (turn.state === "running" && !turn.frozen ? age.value : 0));
+export const turnAt = (arm: string): ArmTurn | null => turns.value?.arms.find((one) => one.arm === arm) ?? null;
+
 /** A turn in words: whose, and how long it is still. */
 export function wordsOf(arm: string): string | null {
-  const turn = turns.value?.arms.find((one) => one.arm === arm);
+  const turn = turnAt(arm);
   if (turn?.frozen) return t("class.frozen");
   if (!turn?.person) return null;
-  const left = turn.left_s === null ? "" : ` ${duration(turn.left_s - (turn.state === "running" ? age.value : 0))}`;
-  return `${t(`class.${turn.state as "running"}`, { name: turn.person })}${left}`;
+  const left = leftOf(turn);
+  return `${t(`class.${turn.state as "running"}`, { name: turn.person })}${left === null ? "" : ` ${duration(left)}`}`;
 }
 
+/** A clock of the wall, for what the station says as seconds since 1970. */
+export const clockOf = (unix: number): string => new Date(unix * 1000).toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" });
+
+/** Under which name the asker takes turns: a pupil's, or that of a student's token. */
+const me = computed(() => store.pupil.value ?? (store.role.value === "student" ? store.ownerName.value : null));
+const isMe = ({ person }: { person: string | null }) => person !== null && person === me.value;
 /** The turn or the place of the pupil who is signed in. */
+export const myTurn = computed(() => turns.value?.arms.find(isMe) ?? null);
+export const myPlace = computed(() => turns.value?.queue.find(isMe) ?? null);
 export const mine = computed(() => {
-  const is = ({ person }: { person: string | null }) => person !== null && person === store.pupil.value;
-  const turn = turns.value?.arms.find(is);
-  const place = turns.value?.queue.find(is)?.place;
-  return turn ? `${turn.arm}: ${wordsOf(turn.arm)}` : place === undefined ? null : t("class.place", { n: place });
+  if (myTurn.value !== null) return `${myTurn.value.arm}: ${wordsOf(myTurn.value.arm)}`;
+  return myPlace.value === null ? null : t("class.place", { n: myPlace.value.place });
 });
+// A page that gave its socket up would miss its turn.
+keepers.add(() => myTurn.value !== null || myPlace.value !== null);
+
+/** Why somebody at this place waits longer than for the turns before; null if for nothing else. */
+export function whyWaits({ reason, from }: Place): string | null {
+  if (!reason) return null;
+  return reason === "schedule" && from !== null ? t("class.wait.from", { time: clockOf(from) }) : t(`class.wait.${reason}`);
+}

@@ -4,21 +4,22 @@ import * as actions from "../actions";
 import { mine } from "../class";
 import { t, told } from "../i18n";
 import { clock } from "../log";
+import { again, signOut } from "../session";
 import * as store from "../store";
 import ICONS from "./icons.json";
 import { Do } from "./parts";
 
 function Nav() {
   const nav = useRef<HTMLElement>(null);
-  const route = store.route.value;
+  const [route, routes] = [store.route.value, store.routes.value];
   // On a phone the bar is longer than the screen.
   useEffect(() => nav.current?.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest", inline: "center" }), [route]);
   return (
     <nav ref={nav} aria-label={t("skip.nav")}>
-      {store.ROUTES.map((route) => (
-        <a key={route} href={`#/${route}`} aria-current={store.route.value === route ? "page" : undefined}>
-          <svg viewBox="0 0 24 24" aria-hidden="true"><path d={ICONS[route]} /></svg>
-          <span>{t(`nav.${route}`)}</span>
+      {routes.map((one) => (
+        <a key={one} href={`#/${one}`} aria-current={route === one ? "page" : undefined}>
+          <svg viewBox="0 0 24 24" aria-hidden="true"><path d={ICONS[one]} /></svg>
+          <span>{t(`nav.${one}`)}</span>
         </a>
       ))}
     </nav>
@@ -50,7 +51,8 @@ function What() {
 }
 
 function Lease() {
-  if (store.socket.value !== "up" || store.armName.value === null) return null;
+  // A pupil's arm comes with the turn, and goes with it.
+  if (store.socket.value !== "up" || store.armName.value === null || store.audience.value !== "all") return null;
   const lease = store.lease.value;
   const isViewer = store.role.value === "viewer";
   const name = store.holder.value?.name ?? "";
@@ -84,9 +86,22 @@ export function Header() {
   );
 }
 
+/** That the station has closed this page, or has no room for it: what is shown is from before. */
+function Closed({ why, since }: { why: "token" | "revoked" | "taken" | "full"; since: Date | null }) {
+  return (
+    <div class="banner lost" role="alert" data-testid="closed">
+      <p><b>{t(`closed.${why}`)}</b> {since === null ? null : t("closed.since", { time: clock(since) })} {why === "full" ? t("closed.again") : null}</p>
+      {why === "full" ? null : <div class="banner-do"><Do id="closed-signin" text={t(why === "taken" ? "closed.back" : "closed.signin")} press={why === "taken" ? again : signOut} /></div>}
+    </div>
+  );
+}
+
 /** That the connection is lost, and since when. */
 export function LinkLost() {
   const since = store.since.value;
+  const refused = store.refused.value;
+  // The door says that a code or token is wanted, and so does whoever opens another station.
+  if (refused !== null && refused !== "unreachable" && !(refused === "token" && since === null)) return <Closed why={refused} since={since} />;
   if (store.link.value !== "lost" || since === null) return null;
   return (
     <div class="banner lost" role="status">

@@ -1,0 +1,103 @@
+// A pupil's own page: the arm, the place, and where to work; nothing that is a teacher's.
+import { useSignal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+import { tried } from "../../actions";
+import { leftOf, myPlace, myTurn, turns, whyWaits } from "../../class";
+import { LANGUAGES, t } from "../../i18n";
+import { duration } from "../../run/jobs";
+import { call, signOut } from "../../session";
+import { language } from "../../settings";
+import { doingOf, watchSite } from "../../site";
+import * as store from "../../store";
+import ICONS from "../../ui/icons.json";
+import { Card, Do, Pick } from "../../ui/parts";
+import { reasonOf } from "./jobs";
+
+function MyArm() {
+  const turn = myTurn.value;
+  const arm = store.arms.value.find(({ name }) => name === turn?.arm);
+  const left = turn === null ? null : leftOf(turn);
+  return (
+    <Card title={t("pupil.arm")} class="pupil-card">
+      <div data-testid="mine-arm" role="status">
+        {turn === null || arm === undefined ? (
+          <p class="hint">{t("pupil.noArm")}</p>
+        ) : (
+          <>
+            <p class="big">{turn.arm}</p>
+            <p>{turn.frozen ? t("class.wait.frozen") : doingOf(arm)}</p>
+            {left === null ? null : <p class={`left ${left <= 60 ? "soon" : ""}`}>{t("pupil.left", { left: duration(left) })}</p>}
+          </>
+        )}
+      </div>
+      {turn === null ? null : <Do id="turn" text={t("pupil.done")} press={() => tried(() => call("turn.leave", {}))} />}
+    </Card>
+  );
+}
+
+function MyPlace() {
+  const any = "";
+  const wish = useSignal(any);
+  const place = myPlace.value;
+  const own = store.pupil.value;
+  const jobs = (turns.value?.arms ?? []).flatMap(({ arm, jobs = [] }) => jobs.filter(({ person }) => person === own).map((job) => ({ ...job, arm })));
+  const join = () => tried(() => call("turn.join", wish.value === any ? {} : { arm: wish.value }));
+  const arms = store.arms.value.map(({ name }) => name);
+  const why = place === null ? null : whyWaits(place);
+  return (
+    <Card title={t("pupil.place")} class="pupil-card">
+      <div data-testid="mine-place" role="status">
+        {place === null ? (
+          <p class="hint">{t(myTurn.value === null ? "pupil.noPlace" : "pupil.isTurn")}</p>
+        ) : (
+          <>
+            <p class="big">{t("class.place", { n: place.place })}</p>
+            <p>{place.arms.length === arms.length ? t("pupil.anyArm") : place.arms.join(", ")}</p>
+            {why === null ? null : <p class="why">{why}</p>}
+          </>
+        )}
+      </div>
+      {place !== null ? (
+        <Do id="turn" text={t("class.leave")} press={() => tried(() => call("turn.leave", {}))} />
+      ) : myTurn.value !== null ? null : (
+        <div class="join">
+          {arms.length > 1 ? <Pick id="join-arm" label={t("pupil.which")} value={wish.value} options={[{ value: any, text: t("pupil.anyArm") }, ...arms]} choose={(arm) => (wish.value = arm)} /> : null}
+          <Do id="turn" class="primary" text={t("class.join")} press={join} />
+        </div>
+      )}
+      {jobs.map(({ job, title, arm, reason }) => (
+        <p key={job} class="hint">{t("class.job", { title: title || t("class.untitled"), arm })} {reasonOf(reason)}</p>
+      ))}
+    </Card>
+  );
+}
+
+export function PupilPage() {
+  useEffect(watchSite, []);
+  const workshops = store.routes.value.filter((route) => ["draw", "teach", "run", "move"].includes(route));
+  return (
+    <>
+      <Card title={store.ownerName.value} class="arms pupil" more={store.pupil.value === null ? null : <Do id="class-signout" class="quiet small" text={t("pupil.signout")} press={leave} />}>
+        <nav class="workshops" aria-label={t("pupil.workshops")}>
+          {workshops.map((route) => (
+            <a key={route} href={`#/${route}`}>
+              <svg viewBox="0 0 24 24" aria-hidden="true"><path d={ICONS[route]} /></svg>
+              <span>{t(`nav.${route}`)}</span>
+            </a>
+          ))}
+        </nav>
+      </Card>
+      <MyArm />
+      <MyPlace />
+      <p class="arms pupil-language">
+        <Pick id="pupil-language" label={t("settings.language")} value={language.value} options={LANGUAGES} choose={(value) => (language.value = value)} />
+      </p>
+    </>
+  );
+}
+
+/** The turn passes on at once, and not after the grace that an absent pupil has. */
+async function leave(): Promise<void> {
+  if (myTurn.value !== null || myPlace.value !== null) await call("turn.leave", {}).catch(() => {});
+  signOut();
+}

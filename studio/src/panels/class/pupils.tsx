@@ -1,0 +1,55 @@
+// Who is in the class: who is here, who has an arm, who waits, who is missing.
+import { useEffect } from "preact/hooks";
+import { tried } from "../../actions";
+import { turns, whyWaits } from "../../class";
+import { t } from "../../i18n";
+import { call } from "../../session";
+import * as store from "../../store";
+import { Card, Do, Heads } from "../../ui/parts";
+import { read, type Roll, roll, watchRoll } from "./roll";
+import { slips } from "./slips";
+
+type Pupil = Roll["pupils"][number];
+
+function statusOf({ name, here, place, arm }: Pupil): { text: string; is: "arm" | "waits" | "here" | "missing" } {
+  if (arm) return { text: t("pupils.arm", { arm }), is: "arm" };
+  const inQueue = turns.value?.queue.find(({ person }) => person === name);
+  const why = inQueue === undefined ? null : whyWaits(inQueue);
+  if (place != null) return { text: `${t("class.place", { n: place })}${why === null ? "" : `. ${why}`}`, is: "waits" };
+  return here ? { text: t("pupils.here"), is: "here" } : { text: t("pupils.missing"), is: "missing" };
+}
+
+async function renew({ name, here }: Pupil): Promise<void> {
+  if (here && !(await store.ask(t("pupils.renew.title", { name }), t("pupils.renew.text"), t("pupils.renew")))) return;
+  await call("class.codes", { pupils: [name] });
+  await read();
+}
+
+export function Pupils() {
+  useEffect(watchRoll, []);
+  const pupils = roll.value?.pupils ?? [];
+  return (
+    <Card title={t("pupils.title")} class="arms" more={<Do id="class-slips" class="small" text={t("pupils.slips")} press={() => (slips.value = pupils)} />}>
+      <table data-testid="class-pupils" class="pupils">
+        <Heads names={[t("pupils.name"), t("pupils.status"), t("door.code"), t("pupils.do")]} unseen={[t("pupils.do")]} />
+        <tbody>
+          {pupils.map((pupil) => {
+            const { text, is } = statusOf(pupil);
+            return (
+              <tr key={pupil.name} class={is}>
+                <th scope="row">{pupil.name}</th>
+                <td data-testid={`pupil-${pupil.name}`}><span class={`dot ${is}`} aria-hidden="true" />{text}</td>
+                <td><code>{pupil.code}</code></td>
+                <td class="buttons-row">
+                  {pupil.place != null ? <Do class="quiet small" label={t("pupils.out.of", { name: pupil.name })} text={t("pupils.out")} press={() => tried(() => call("turn.leave", { person: pupil.name }))} /> : null}
+                  <Do id={`class-renew-${pupil.name}`} class="quiet small" label={t("pupils.renew.title", { name: pupil.name })} text={t("pupils.renew")} press={() => tried(() => renew(pupil))} />
+                </td>
+              </tr>
+            );
+          })}
+        </tbody>
+      </table>
+      {roll.value?.pin ? <p class="hint">{t("pupils.pin", { pin: roll.value.pin })}</p> : null}
+    </Card>
+  );
+}

@@ -1,0 +1,45 @@
+// What the class has made, as the station draws it.
+import { useSignal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+import { tried } from "../../actions";
+import type { Result, Told } from "../../client";
+import { t } from "../../i18n";
+import { save } from "../../log";
+import { call, files, notified } from "../../session";
+import { Card, Do } from "../../ui/parts";
+
+async function page(): Promise<void> {
+  const { url, headers } = files() ?? { url: "programs/", headers: {} };
+  const answer = await fetch(url.replace("programs/", "class/results.html"), { headers });
+  if (!answer.ok) throw new Error(await answer.text());
+  save("results.html", await answer.text(), "text/html");
+}
+
+export function Results() {
+  const results = useSignal<Result<"class.results">["results"]>([]);
+  useEffect(() => {
+    const read = () => call("class.results", {}).then((told) => (results.value = told.results), () => {});
+    const hear = (...[method, params]: Told) => {
+      if (method === "job.changed" && params.job.state === "done") void read();
+    };
+    void read();
+    notified.add(hear);
+    return () => void notified.delete(hear);
+  }, []);
+  // The newest first.
+  const all = results.value.toReversed();
+  return (
+    <Card title={t("site.pictures")} class="arms" more={<Do id="class-results" class="quiet small" off={all.length === 0} text={t("class.results")} press={() => tried(page)} />}>
+      {all.length === 0 ? <p class="hint">{t("results.none")}</p> : null}
+      <ul class="results" data-testid="results">
+        {all.map(({ job, pupil, title, arm, svg, time_local }) => (
+          <li key={job}>
+            <img alt={title ?? ""} src={`data:image/svg+xml,${encodeURIComponent(svg)}`} />
+            <p><b>{pupil}</b> {title}</p>
+            <p class="hint">{arm} · {time_local}</p>
+          </li>
+        ))}
+      </ul>
+    </Card>
+  );
+}

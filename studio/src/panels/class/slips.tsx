@@ -1,0 +1,44 @@
+// The slips of paper for pupils, as a page to print: name, code, address, and a QR code that fills the door in.
+import { signal, useSignal } from "@preact/signals";
+import { correction, generate } from "lean-qr";
+import { toSvgDataURL } from "lean-qr/extras/svg";
+import { t } from "../../i18n";
+import { Do, TextField } from "../../ui/parts";
+import type { Roll } from "./roll";
+
+/** The pupils whose slips are shown; null if none are. */
+export const slips = signal<Roll["pupils"] | null>(null);
+
+/** A slip's address: what a QR code holds, and what is typed. The code stands behind `#`, which no server is sent. */
+const addressOf = (place: string, name: string, code: string): string => `${place}/#/class?${new URLSearchParams({ name, code })}`;
+
+const pictureOf = (text: string): string => toSvgDataURL(generate(text, { minCorrectionLevel: correction.M }), { on: "#000", off: "#fff" });
+
+const isHere = (place: string): boolean => /^https?:\/\/(localhost|127\.|\[::1\])/.test(place);
+
+export function Slips() {
+  const place = useSignal(location.origin);
+  const base = place.value.trim().replace(/\/+$/, "");
+  const pupils = slips.value ?? [];
+  return (
+    <section class="arms slips-page">
+      <div class="slips-bar">
+        <TextField id="slips-address" label={t("slips.address")} value={place.value} inputMode="url" live set={(text) => (place.value = text)} hint={t(isHere(base) ? "slips.here" : "slips.hint")} bad={isHere(base)} />
+        <div class="buttons-row">
+          <Do id="slips-print" class="primary" text={t("slips.print")} press={() => print()} />
+          <Do id="slips-back" text={t("slips.back")} press={() => (slips.value = null)} />
+        </div>
+      </div>
+      <ul class="slips">
+        {pupils.map(({ name, code }) => (
+          <li key={name} data-testid={`slip-${name}`}>
+            <img alt={t("slips.qr", { name })} src={pictureOf(addressOf(base, name, code ?? ""))} />
+            <p class="slip-name">{name}</p>
+            <p class="slip-code">{code}</p>
+            <p class="slip-address">{base}/#/class</p>
+          </li>
+        ))}
+      </ul>
+    </section>
+  );
+}
