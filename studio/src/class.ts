@@ -87,9 +87,3 @@ export const mine = computed(() => {
 });
 // A page that gave its socket up would miss its turn.
 keepers.add(() => myTurn.value !== null || myPlace.value !== null);
-
-/** Why somebody at this place waits longer than for the turns before; null if for nothing else. */
-export function whyWaits({ reason, from }: Place): string | null {
-  if (!reason) return null;
-  return reason === "schedule" && from !== null ? t("class.wait.from", { time: clockOf(from) }) : t(`class.wait.${reason}`);
-}

@@ -1,12 +1,13 @@
 // What a teacher does to all arms, or to those that are chosen.
 import { agreed, complain, tried } from "../../actions";
 import { turns } from "../../class";
-import { type Key, t } from "../../i18n";
+import { t } from "../../i18n";
 import { call } from "../../session";
 import { chosen, each } from "../../site";
 import * as store from "../../store";
 import { Card, Do } from "../../ui/parts";
 import { roll } from "./roll";
+import { w, type Word } from "./words";
 
 type Method = "arm.home" | "arm.clear_alarms";
 
@@ -24,15 +25,15 @@ export async function forPupil(arm: string, method: Method, what: string): Promi
 
 async function all(key: "home" | "clear", method: Method): Promise<void> {
   const arms = store.arms.value.filter(({ link }) => link === "up").map(({ name }) => name);
-  const text = t(`class.${key}.text`, { n: arms.length });
-  if (!(await store.ask(t(`class.${key}All`), text, t(`class.${key}All`)))) return;
-  const n = await each(arms, (arm) => forPupil(arm, method, t(`class.${key}All`)));
+  const text = w(`class.${key}.text`, { n: arms.length });
+  if (!(await store.ask(w(`class.${key}All`), text, w(`class.${key}All`)))) return;
+  const n = await each(arms, (arm) => forPupil(arm, method, w(`class.${key}All`)));
   if (n > 0) store.say(t("site.done", { n }));
 }
 
 async function turnsOf(key: "end" | "next"): Promise<void> {
   const running = (turns.value?.arms ?? []).filter(({ person }) => person !== null).map(({ arm }) => arm);
-  if (!(await store.ask(t(`class.${key}All`), t(`class.${key}.text`, { n: running.length }), t(`class.${key}All`)))) return;
+  if (!(await store.ask(w(`class.${key}All`), w(`class.${key}.text`, { n: running.length }), w(`class.${key}All`)))) return;
   await call(`turn.${key}`, {}).catch(complain);
 }
 
@@ -42,21 +43,21 @@ export function Conduct() {
   const count = (is: (one: (typeof pupils)[number]) => boolean) => pupils.filter(is).length;
   const values = { n: pupils.length, here: count(({ here }) => here === true), waits: count(({ place }) => place != null), missing: count(({ here }) => here === false) };
   const frozen = turns.value?.arms.filter((one) => one.frozen).length ?? 0;
-  const button = (id: string, key: Key, press: () => unknown) => <Do id={id} text={t(key)} press={press} />;
+  const button = (id: string, key: Word, press: () => unknown) => <Do id={id} text={w(key)} press={press} />;
   return (
-    <Card title={t("class.title")} class="arms conduct" more={<p class="hint" role="status" data-testid="class-count">{t("class.count", values)}</p>}>
-      <div class="site-bar" role="group" aria-label={t("class.all")}>
-        <Do id="class-freeze-all" class="stop-all" text={t("class.freezeAll")} press={() => tried(() => call("class.freeze", {}))} />
-        {some.length > 0 ? <Do id="class-freeze-chosen" press={() => tried(() => call("class.freeze", { arms: some }))}>{t("class.freezeSome", { n: some.length })}</Do> : null}
-        <Do id="class-free" off={frozen === 0} text={t("class.freeAll")} press={() => tried(() => call("class.free", {}))} />
-        {some.length > 0 ? <Do id="class-free-chosen" off={frozen === 0} press={() => tried(() => call("class.free", { arms: some }))}>{t("class.freeSome", { n: some.length })}</Do> : null}
+    <Card title={t("class.title")} class="arms conduct" more={<p class="hint" role="status" data-testid="class-count">{w("class.count", values)}</p>}>
+      <div class="site-bar" role="group" aria-label={w("class.all")}>
+        <Do id="class-freeze-all" class="stop-all" text={w("class.freezeAll")} press={() => tried(() => call("class.freeze", {}))} />
+        {some.length > 0 ? <Do id="class-freeze-chosen" press={() => tried(() => call("class.freeze", { arms: some }))}>{w("class.freezeSome", { n: some.length })}</Do> : null}
+        <Do id="class-free" off={frozen === 0} text={w("class.freeAll")} press={() => tried(() => call("class.free", {}))} />
+        {some.length > 0 ? <Do id="class-free-chosen" off={frozen === 0} press={() => tried(() => call("class.free", { arms: some }))}>{w("class.freeSome", { n: some.length })}</Do> : null}
         <span class="bar-gap" />
         {button("class-home-all", "class.homeAll", () => all("home", "arm.home"))}
         {button("class-clear-all", "class.clearAll", () => all("clear", "arm.clear_alarms"))}
         {button("class-end-all", "class.endAll", () => turnsOf("end"))}
         {button("class-next-all", "class.nextAll", () => turnsOf("next"))}
       </div>
-      {frozen > 0 ? <p class="banner holds" role="status" data-testid="class-frozen">{t("class.frozenText", { n: frozen, all: turns.value?.arms.length ?? 0 })}</p> : null}
+      {frozen > 0 ? <p class="banner holds" role="status" data-testid="class-frozen">{w("class.frozenText", { n: frozen, all: turns.value?.arms.length ?? 0 })}</p> : null}
     </Card>
   );
 }

@@ -7,13 +7,14 @@ import { apiUrl, connect, keptPupil } from "../../session";
 import * as store from "../../store";
 import { Card, TextField } from "../../ui/parts";
 import { Connect } from "../connect";
+import { w } from "./words";
 
 /** What the station said, in the words of the page's language. */
 function faultOf(of: "pupil" | "pin"): string | undefined {
   const fault = store.signInFault.value;
   if (fault?.of !== of) return undefined;
-  if (fault.wait !== null) return t("door.wait", { seconds: Math.ceil(fault.wait) });
-  return t(of === "pin" ? "door.pin.wrong" : "door.wrong");
+  if (fault.wait !== null) return w("door.wait", { seconds: Math.ceil(fault.wait) });
+  return w(of === "pin" ? "door.pin.wrong" : "door.wrong");
 }
 
 export function Door() {
@@ -38,22 +39,22 @@ export function Door() {
   // Without a class that is known, a token may be all that is wanted.
   const isSure = hasClass.value || slip !== null;
   return (
-    <Card title={t("door.title")} class="arms door">
+    <Card title={w("door.title")} class="arms door">
       <form class="door-form" onSubmit={signIn}>
-        <TextField id="class-name" label={t("door.name")} value={name.value} most={40} autocomplete="off" live set={(text) => (name.value = text)} />
-        <TextField id="class-code" label={t("door.code")} value={code.value} most={12} live set={(text) => (code.value = text)} bad={faults.pupil !== undefined} hint={faults.pupil ?? t("door.code.hint")} />
-        <button type="submit" class="primary" data-testid="class-signin" disabled={name.value.trim() === "" || code.value.trim() === ""}>{t("door.signin")}</button>
+        <TextField id="class-name" label={w("door.name")} value={name.value} most={40} autocomplete="off" live set={(text) => (name.value = text)} />
+        <TextField id="class-code" label={w("door.code")} value={code.value} most={12} live set={(text) => (code.value = text)} bad={faults.pupil !== undefined} hint={faults.pupil ?? w("door.code.hint")} />
+        <button type="submit" class="primary" data-testid="class-signin" disabled={name.value.trim() === "" || code.value.trim() === ""}>{w("door.signin")}</button>
       </form>
       <details open={faults.pin !== undefined || !isSure}>
-        <summary data-testid="class-teacher">{t("door.teacher")}</summary>
+        <summary data-testid="class-teacher">{w("door.teacher")}</summary>
         <form class="door-form" onSubmit={teach}>
-          <TextField id="class-pin" label={t("door.pin")} value={pin.value} inputMode="decimal" live set={(text) => (pin.value = text)} bad={refused.value || faults.pin !== undefined} hint={faults.pin ?? t(refused.value ? "connect.code.refused" : "door.pin.hint")} />
-          <button type="submit" data-testid="class-pin-signin" disabled={pin.value.trim() === ""}>{t("door.signin")}</button>
+          <TextField id="class-pin" label={w("door.pin")} value={pin.value} inputMode="decimal" live set={(text) => (pin.value = text)} bad={refused.value || faults.pin !== undefined} hint={faults.pin ?? (refused.value ? t("connect.code.refused") : w("door.pin.hint"))} />
+          <button type="submit" data-testid="class-pin-signin" disabled={pin.value.trim() === ""}>{w("door.signin")}</button>
         </form>
       </details>
       <details>
-        <summary data-testid="class-other">{t("door.other")}</summary>
-        {store.socket.value === "up" ? <p><a href="#/move">{t("door.look")}</a></p> : null}
+        <summary data-testid="class-other">{w("door.other")}</summary>
+        {store.socket.value === "up" ? <p><a href="#/move">{w("door.look")}</a></p> : null}
         <Connect />
       </details>
     </Card>

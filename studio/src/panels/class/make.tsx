@@ -2,12 +2,12 @@
 import { useSignal } from "@preact/signals";
 import { tried } from "../../actions";
 import { hasClass } from "../../class";
-import { t } from "../../i18n";
 import { call } from "../../session";
 import { toggled } from "../../settings";
 import * as store from "../../store";
 import { Card, Do, Field, NumberInput } from "../../ui/parts";
 import { read, roll, type Roll } from "./roll";
+import { w } from "./words";
 
 /** Length of a turn that a new class has, minutes. */
 const TURN = 5;
@@ -29,12 +29,12 @@ function Form({ now, done }: { now: Roll | null; done: () => void }) {
   const given = namesOf(names.value);
   const long = given.find((name) => name.length > 40);
   const off = given.length === 0 || long !== undefined || arms.value.size === 0;
-  const why = long !== undefined ? t("make.long", { name: long }) : arms.value.size === 0 ? t("make.noArms") : null;
+  const why = long !== undefined ? w("make.long", { name: long }) : arms.value.size === 0 ? w("make.noArms") : null;
   const make = () =>
     tried(async () => {
       // A file has more than this form: groups, and rules for speed and fence.
       const loses = now?.pupils.some(({ group }) => group !== null) || now?.class?.speed != null || now?.class?.fence != null;
-      if (loses && !(await store.ask(t("make.change"), t("make.loses"), t("make.change")))) return;
+      if (loses && !(await store.ask(w("make.change"), w("make.loses"), w("make.change")))) return;
       const some = all.filter((name) => arms.value.has(name));
       await call("class.set", { names: given, turn_s: Math.round(minutes.value * 60), ...(some.length === all.length ? {} : { arms: some }) });
       await read();
@@ -42,24 +42,24 @@ function Form({ now, done }: { now: Roll | null; done: () => void }) {
     });
   return (
     <div class="make">
-      <Field label={t("make.names", { n: given.length })}>
+      <Field label={w("make.names", { n: given.length })}>
         <textarea rows={now ? 6 : 8} data-testid="class-names" value={names.value} spellcheck={false} placeholder={"Ada\nBen\nChen Li"} onInput={(event) => (names.value = event.currentTarget.value)} />
-        <small>{t(now ? "make.names.change" : "make.names.hint")}</small>
+        <small>{w(now ? "make.names.change" : "make.names.hint")}</small>
       </Field>
       <fieldset class="make-arms">
-        <legend>{t("make.arms")}</legend>
+        <legend>{w("make.arms")}</legend>
         {all.map((name) => (
           <label key={name}>
             <input type="checkbox" data-testid={`class-arm-${name}`} checked={arms.value.has(name)} onChange={(event) => (arms.value = toggled(arms.value, name, event.currentTarget.checked))} /> {name}
           </label>
         ))}
       </fieldset>
-      <Field label={t("make.turn")} unit="min" class="make-turn">
-        <NumberInput id="class-turn" label={t("make.turn")} value={minutes.value} step={1} least={0} most={240} set={(to) => (minutes.value = Math.min(240, Math.max(0, to)))} />
-        <small>{t("make.turn.hint")}</small>
+      <Field label={w("make.turn")} unit="min" class="make-turn">
+        <NumberInput id="class-turn" label={w("make.turn")} value={minutes.value} step={1} least={0} most={240} set={(to) => (minutes.value = Math.min(240, Math.max(0, to)))} />
+        <small>{w("make.turn.hint")}</small>
       </Field>
       <div class="buttons-row">
-        <Do id="class-make" class="primary" off={off} why="make-why" text={t(now ? "make.change" : "make.make")} press={make} />
+        <Do id="class-make" class="primary" off={off} why="make-why" text={w(now ? "make.change" : "make.make")} press={make} />
         {why === null ? null : <p id="make-why" class="hint bad">{why}</p>}
       </div>
     </div>
@@ -67,7 +67,7 @@ function Form({ now, done }: { now: Roll | null; done: () => void }) {
 }
 
 async function end(): Promise<void> {
-  if (!(await store.ask(t("make.end"), t("make.end.text"), t("make.end")))) return;
+  if (!(await store.ask(w("make.end"), w("make.end.text"), w("make.end")))) return;
   await call("class.set", { text: "" });
   roll.value = null;
 }
@@ -76,18 +76,18 @@ export function Make() {
   const isOpen = useSignal(false);
   const now = roll.value;
   if (!hasClass.value) {
-    return <Card title={t("make.title")} class="arms"><p class="hint">{t("make.text")}</p><Form now={null} done={() => {}} /></Card>;
+    return <Card title={w("make.title")} class="arms"><p class="hint">{w("make.text")}</p><Form now={null} done={() => {}} /></Card>;
   }
   if (now === null) return null;
   const more = (
     <div class="buttons-row">
-      <Do id="class-change" class="quiet small" aria-expanded={isOpen.value} text={t("make.change")} press={() => (isOpen.value = !isOpen.value)} />
-      <Do id="class-end" class="quiet small" text={t("make.end")} press={() => tried(end)} />
+      <Do id="class-change" class="quiet small" aria-expanded={isOpen.value} text={w("make.change")} press={() => (isOpen.value = !isOpen.value)} />
+      <Do id="class-end" class="quiet small" text={w("make.end")} press={() => tried(end)} />
     </div>
   );
   return (
-    <Card title={t("make.now")} class="arms" more={more}>
-      {isOpen.value ? <Form now={now} done={() => (isOpen.value = false)} /> : <p class="hint">{t("make.is", { n: now.pupils.length, minutes: (now.class?.turn_s ?? 0) / 60 })}</p>}
+    <Card title={w("make.now")} class="arms" more={more}>
+      {isOpen.value ? <Form now={now} done={() => (isOpen.value = false)} /> : <p class="hint">{w("make.is", { n: now.pupils.length, minutes: (now.class?.turn_s ?? 0) / 60 })}</p>}
     </Card>
   );
 }

@@ -2,7 +2,7 @@
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { tried } from "../../actions";
-import { leftOf, myPlace, myTurn, turns, whyWaits } from "../../class";
+import { leftOf, myPlace, myTurn, turns } from "../../class";
 import { LANGUAGES, t } from "../../i18n";
 import { duration } from "../../run/jobs";
 import { call, signOut } from "../../session";
@@ -11,26 +11,27 @@ import { doingOf, watchSite } from "../../site";
 import * as store from "../../store";
 import ICONS from "../../ui/icons.json";
 import { Card, Do, Pick } from "../../ui/parts";
-import { reasonOf } from "./jobs";
+import { reasonOf, whyWaits } from "./reasons";
+import { w } from "./words";
 
 function MyArm() {
   const turn = myTurn.value;
   const arm = store.arms.value.find(({ name }) => name === turn?.arm);
   const left = turn === null ? null : leftOf(turn);
   return (
-    <Card title={t("pupil.arm")} class="pupil-card">
+    <Card title={w("pupil.arm")} class="pupil-card">
       <div data-testid="mine-arm" role="status">
         {turn === null || arm === undefined ? (
-          <p class="hint">{t("pupil.noArm")}</p>
+          <p class="hint">{w("pupil.noArm")}</p>
         ) : (
           <>
             <p class="big">{turn.arm}</p>
-            <p>{turn.frozen ? t("class.wait.frozen") : doingOf(arm)}</p>
-            {left === null ? null : <p class={`left ${left <= 60 ? "soon" : ""}`}>{t("pupil.left", { left: duration(left) })}</p>}
+            <p>{turn.frozen ? w("class.wait.frozen") : doingOf(arm)}</p>
+            {left === null ? null : <p class={`left ${left <= 60 ? "soon" : ""}`}>{w("pupil.left", { left: duration(left) })}</p>}
           </>
         )}
       </div>
-      {turn === null ? null : <Do id="turn" text={t("pupil.done")} press={() => tried(() => call("turn.leave", {}))} />}
+      {turn === null ? null : <Do id="turn" text={w("pupil.done")} press={() => tried(() => call("turn.leave", {}))} />}
     </Card>
   );
 }
@@ -45,14 +46,14 @@ function MyPlace() {
   const arms = store.arms.value.map(({ name }) => name);
   const why = place === null ? null : whyWaits(place);
   return (
-    <Card title={t("pupil.place")} class="pupil-card">
+    <Card title={w("pupil.place")} class="pupil-card">
       <div data-testid="mine-place" role="status">
         {place === null ? (
-          <p class="hint">{t(myTurn.value === null ? "pupil.noPlace" : "pupil.isTurn")}</p>
+          <p class="hint">{w(myTurn.value === null ? "pupil.noPlace" : "pupil.isTurn")}</p>
         ) : (
           <>
             <p class="big">{t("class.place", { n: place.place })}</p>
-            <p>{place.arms.length === arms.length ? t("pupil.anyArm") : place.arms.join(", ")}</p>
+            <p>{place.arms.length === arms.length ? w("pupil.anyArm") : place.arms.join(", ")}</p>
             {why === null ? null : <p class="why">{why}</p>}
           </>
         )}
@@ -61,12 +62,12 @@ function MyPlace() {
         <Do id="turn" text={t("class.leave")} press={() => tried(() => call("turn.leave", {}))} />
       ) : myTurn.value !== null ? null : (
         <div class="join">
-          {arms.length > 1 ? <Pick id="join-arm" label={t("pupil.which")} value={wish.value} options={[{ value: any, text: t("pupil.anyArm") }, ...arms]} choose={(arm) => (wish.value = arm)} /> : null}
+          {arms.length > 1 ? <Pick id="join-arm" label={w("pupil.which")} value={wish.value} options={[{ value: any, text: w("pupil.anyArm") }, ...arms]} choose={(arm) => (wish.value = arm)} /> : null}
           <Do id="turn" class="primary" text={t("class.join")} press={join} />
         </div>
       )}
       {jobs.map(({ job, title, arm, reason }) => (
-        <p key={job} class="hint">{t("class.job", { title: title || t("class.untitled"), arm })} {reasonOf(reason)}</p>
+        <p key={job} class="hint">{w("class.job", { title: title || w("class.untitled"), arm })} {reasonOf(reason)}</p>
       ))}
     </Card>
   );
@@ -77,8 +78,8 @@ export function PupilPage() {
   const workshops = store.routes.value.filter((route) => ["draw", "teach", "run", "move"].includes(route));
   return (
     <>
-      <Card title={store.ownerName.value} class="arms pupil" more={store.pupil.value === null ? null : <Do id="class-signout" class="quiet small" text={t("pupil.signout")} press={leave} />}>
-        <nav class="workshops" aria-label={t("pupil.workshops")}>
+      <Card title={store.ownerName.value} class="arms pupil" more={store.pupil.value === null ? null : <Do id="class-signout" class="quiet small" text={w("pupil.signout")} press={leave} />}>
+        <nav class="workshops" aria-label={w("pupil.workshops")}>
           {workshops.map((route) => (
             <a key={route} href={`#/${route}`}>
               <svg viewBox="0 0 24 24" aria-hidden="true"><path d={ICONS[route]} /></svg>

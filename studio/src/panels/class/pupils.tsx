@@ -1,26 +1,28 @@
 // Who is in the class: who is here, who has an arm, who waits, who is missing.
 import { useEffect } from "preact/hooks";
 import { tried } from "../../actions";
-import { turns, whyWaits } from "../../class";
+import { turns } from "../../class";
 import { t } from "../../i18n";
 import { call } from "../../session";
 import * as store from "../../store";
 import { Card, Do, Heads } from "../../ui/parts";
+import { whyWaits } from "./reasons";
 import { read, type Roll, roll, watchRoll } from "./roll";
 import { slips } from "./slips";
+import { w } from "./words";
 
 type Pupil = Roll["pupils"][number];
 
 function statusOf({ name, here, place, arm }: Pupil): { text: string; is: "arm" | "waits" | "here" | "missing" } {
-  if (arm) return { text: t("pupils.arm", { arm }), is: "arm" };
+  if (arm) return { text: w("pupils.arm", { arm }), is: "arm" };
   const inQueue = turns.value?.queue.find(({ person }) => person === name);
   const why = inQueue === undefined ? null : whyWaits(inQueue);
   if (place != null) return { text: `${t("class.place", { n: place })}${why === null ? "" : `. ${why}`}`, is: "waits" };
-  return here ? { text: t("pupils.here"), is: "here" } : { text: t("pupils.missing"), is: "missing" };
+  return here ? { text: w("pupils.here"), is: "here" } : { text: w("pupils.missing"), is: "missing" };
 }
 
 async function renew({ name, here }: Pupil): Promise<void> {
-  if (here && !(await store.ask(t("pupils.renew.title", { name }), t("pupils.renew.text"), t("pupils.renew")))) return;
+  if (here && !(await store.ask(w("pupils.renew.title", { name }), w("pupils.renew.text"), w("pupils.renew")))) return;
   await call("class.codes", { pupils: [name] });
   await read();
 }
@@ -29,9 +31,9 @@ export function Pupils() {
   useEffect(watchRoll, []);
   const pupils = roll.value?.pupils ?? [];
   return (
-    <Card title={t("pupils.title")} class="arms" more={<Do id="class-slips" class="small" text={t("pupils.slips")} press={() => (slips.value = pupils)} />}>
+    <Card title={w("pupils.title")} class="arms" more={<Do id="class-slips" class="small" text={w("pupils.slips")} press={() => (slips.value = pupils)} />}>
       <table data-testid="class-pupils" class="pupils">
-        <Heads names={[t("pupils.name"), t("pupils.status"), t("door.code"), t("pupils.do")]} unseen={[t("pupils.do")]} />
+        <Heads names={[w("pupils.name"), w("pupils.status"), w("door.code"), w("pupils.do")]} unseen={[w("pupils.do")]} />
         <tbody>
           {pupils.map((pupil) => {
             const { text, is } = statusOf(pupil);
@@ -41,15 +43,15 @@ export function Pupils() {
                 <td data-testid={`pupil-${pupil.name}`}><span class={`dot ${is}`} aria-hidden="true" />{text}</td>
                 <td><code>{pupil.code}</code></td>
                 <td class="buttons-row">
-                  {pupil.place != null ? <Do class="quiet small" label={t("pupils.out.of", { name: pupil.name })} text={t("pupils.out")} press={() => tried(() => call("turn.leave", { person: pupil.name }))} /> : null}
-                  <Do id={`class-renew-${pupil.name}`} class="quiet small" label={t("pupils.renew.title", { name: pupil.name })} text={t("pupils.renew")} press={() => tried(() => renew(pupil))} />
+                  {pupil.place != null ? <Do class="quiet small" label={w("pupils.out.of", { name: pupil.name })} text={w("pupils.out")} press={() => tried(() => call("turn.leave", { person: pupil.name }))} /> : null}
+                  <Do id={`class-renew-${pupil.name}`} class="quiet small" label={w("pupils.renew.title", { name: pupil.name })} text={w("pupils.renew")} press={() => tried(() => renew(pupil))} />
                 </td>
               </tr>
             );
           })}
         </tbody>
       </table>
-      {roll.value?.pin ? <p class="hint">{t("pupils.pin", { pin: roll.value.pin })}</p> : null}
+      {roll.value?.pin ? <p class="hint">{w("pupils.pin", { pin: roll.value.pin })}</p> : null}
     </Card>
   );
 }

@@ -7,6 +7,7 @@ import { t } from "../../i18n";
 import { save } from "../../log";
 import { call, files, notified } from "../../session";
 import { Card, Do } from "../../ui/parts";
+import { w } from "./words";
 
 async function page(): Promise<void> {
   const { url, headers } = files() ?? { url: "programs/", headers: {} };
@@ -30,7 +31,7 @@ export function Results() {
   const all = results.value.toReversed();
   return (
     <Card title={t("site.pictures")} class="arms" more={<Do id="class-results" class="quiet small" off={all.length === 0} text={t("class.results")} press={() => tried(page)} />}>
-      {all.length === 0 ? <p class="hint">{t("results.none")}</p> : null}
+      {all.length === 0 ? <p class="hint">{w("results.none")}</p> : null}
       <ul class="results" data-testid="results">
         {all.map(({ job, pupil, title, arm, svg, time_local }) => (
           <li key={job}>

@@ -2,9 +2,9 @@
 import { signal, useSignal } from "@preact/signals";
 import { correction, generate } from "lean-qr";
 import { toSvgDataURL } from "lean-qr/extras/svg";
-import { t } from "../../i18n";
 import { Do, TextField } from "../../ui/parts";
 import type { Roll } from "./roll";
+import { w } from "./words";
 
 /** The pupils whose slips are shown; null if none are. */
 export const slips = signal<Roll["pupils"] | null>(null);
@@ -23,16 +23,16 @@ export function Slips() {
   return (
     <section class="arms slips-page">
       <div class="slips-bar">
-        <TextField id="slips-address" label={t("slips.address")} value={place.value} inputMode="url" live set={(text) => (place.value = text)} hint={t(isHere(base) ? "slips.here" : "slips.hint")} bad={isHere(base)} />
+        <TextField id="slips-address" label={w("slips.address")} value={place.value} inputMode="url" live set={(text) => (place.value = text)} hint={w(isHere(base) ? "slips.here" : "slips.hint")} bad={isHere(base)} />
         <div class="buttons-row">
-          <Do id="slips-print" class="primary" text={t("slips.print")} press={() => print()} />
-          <Do id="slips-back" text={t("slips.back")} press={() => (slips.value = null)} />
+          <Do id="slips-print" class="primary" text={w("slips.print")} press={() => print()} />
+          <Do id="slips-back" text={w("slips.back")} press={() => (slips.value = null)} />
         </div>
       </div>
       <ul class="slips">
         {pupils.map(({ name, code }) => (
           <li key={name} data-testid={`slip-${name}`}>
-            <img alt={t("slips.qr", { name })} src={pictureOf(addressOf(base, name, code ?? ""))} />
+            <img alt={w("slips.qr", { name })} src={pictureOf(addressOf(base, name, code ?? ""))} />
             <p class="slip-name">{name}</p>
             <p class="slip-code">{code}</p>
             <p class="slip-address">{base}/#/class</p>

@@ -7,7 +7,8 @@ import { isKnown } from "../../site";
 import * as store from "../../store";
 import { Do } from "../../ui/parts";
 import { forPupil } from "./conduct";
-import { reasonOf } from "./jobs";
+import { reasonOf } from "./reasons";
+import { w } from "./words";
 
 export function TeacherTile({ arm }: { arm: store.ArmEntry }) {
   const { name } = arm;
@@ -16,18 +17,18 @@ export function TeacherTile({ arm }: { arm: store.ArmEntry }) {
   const slot = turn?.slot ?? null;
   return (
     <div class="tile-teacher">
-      {slot === null ? null : <p class="tile-line" data-testid={`slot-${name}`}>{t("tile.slot", { who: slot.who.join(", "), time: clockOf(slot.until) })}</p>}
-      {slot === null && turn?.free_at != null ? <p class="tile-line" data-testid={`slot-${name}`}>{t("tile.closed", { time: clockOf(turn.free_at) })}</p> : null}
+      {slot === null ? null : <p class="tile-line" data-testid={`slot-${name}`}>{w("tile.slot", { who: slot.who.join(", "), time: clockOf(slot.until) })}</p>}
+      {slot === null && turn?.free_at != null ? <p class="tile-line" data-testid={`slot-${name}`}>{w("tile.closed", { time: clockOf(turn.free_at) })}</p> : null}
       {(turn?.jobs ?? []).map(({ job, title, person, reason }) => (
         <p key={job} class="tile-line" data-testid={`queued-${name}`}>
-          {[person, title || t("class.untitled")].filter(Boolean).join(": ")} <small>{reasonOf(reason)}</small>
+          {[person, title || w("class.untitled")].filter(Boolean).join(": ")} <small>{reasonOf(reason)}</small>
         </p>
       ))}
       <div class="tile-buttons">
-        <Do id={`tile-home-${name}`} off={off} label={t("tile.home", { name })} text={t("home")} press={() => tried(() => forPupil(name, "arm.home", t("home")))} />
-        <Do id={`tile-clear-${name}`} off={off} label={t("tile.clear", { name })} text={t("tile.clear.short")} press={() => tried(() => forPupil(name, "arm.clear_alarms", t("tile.clear", { name })))} />
-        <Do id={`tile-end-${name}`} off={!turn?.person} label={t("tile.end", { name })} text={t("tile.end.short")} press={() => tried(() => call("turn.end", { arm: name }))} />
-        <Do id={`tile-next-${name}`} off={!turn?.person} label={t("tile.next", { name })} text={t("tile.next.short")} press={() => tried(() => call("turn.next", { arm: name }))} />
+        <Do id={`tile-home-${name}`} off={off} label={w("tile.home", { name })} text={t("home")} press={() => tried(() => forPupil(name, "arm.home", t("home")))} />
+        <Do id={`tile-clear-${name}`} off={off} label={w("tile.clear", { name })} text={w("tile.clear.short")} press={() => tried(() => forPupil(name, "arm.clear_alarms", w("tile.clear", { name })))} />
+        <Do id={`tile-end-${name}`} off={!turn?.person} label={w("tile.end", { name })} text={w("tile.end.short")} press={() => tried(() => call("turn.end", { arm: name }))} />
+        <Do id={`tile-next-${name}`} off={!turn?.person} label={w("tile.next", { name })} text={w("tile.next.short")} press={() => tried(() => call("turn.next", { arm: name }))} />
       </div>
     </div>
   );
