@@ -42,6 +42,15 @@ impl Slot {
     }
 }
 
+/// Why a person gets no place in the queue.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum NoQueue {
+    /// There are no turns.
+    NoTurns,
+    /// The schedule lets the person have none of the arms.
+    Schedule,
+}
+
 /// What a turn does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TurnState {
@@ -180,21 +189,26 @@ impl Control {
         self.leave_turn(now, person);
     }
 
-    /// A person wants a turn at any of these arms. Who has a turn at one of them, or waits for the same ones, keeps it.
+    /// A person wants a turn at any of these arms that the schedule lets the person have, now or later. Who has a turn at one
+    /// of them, or waits for the same ones, keeps it.
     ///
     /// # Errors
-    /// [`Refusal::Unknown`] while there are no turns.
+    /// There are no turns, or the person may have none of the arms.
     pub fn join_turn(
         &mut self,
         now: HostInstant,
         person: PersonId,
-        arms: BTreeSet<ArmId>,
-    ) -> Result<(), Refusal> {
+        mut arms: BTreeSet<ArmId>,
+    ) -> Result<(), NoQueue> {
         if self.class.rules.is_none() || arms.is_empty() {
-            return Err(Refusal::Unknown);
+            return Err(NoQueue::NoTurns);
         }
         if self.turn_of(person).is_some() {
             return Ok(());
+        }
+        arms.retain(|arm| self.opens(now, *arm, person).is_some());
+        if arms.is_empty() {
+            return Err(NoQueue::Schedule);
         }
         let same = |place: &Place| place.person == person && place.arms == arms;
         if !self.claims.places().any(same) {
@@ -220,6 +234,51 @@ impl Control {
             self.end_turn(now, arm);
         }
         self.advance(now);
+    }
+
+    /// Ends the turn at an arm before its time. Its person has no place.
+    pub fn finish_turn(&mut self, now: HostInstant, arm: ArmId) {
+        if self.class(arm).turn.is_some() {
+            self.end_turn(now, arm);
+            self.advance(now);
+        }
+    }
+
+    /// Passes the turn at an arm to the next who waits for it. The person who had it gets the last place of the queue.
+    ///
+    /// # Errors
+    /// [`Refusal::Unknown`] if the arm has no turn, or if nobody who is there and may have the arm waits for it.
+    pub fn pass_turn(&mut self, now: HostInstant, arm: ArmId) -> Result<(), Refusal> {
+        let turn = self.class(arm).turn.clone().ok_or(Refusal::Unknown)?;
+        if !{ self.claims.places() }.any(|place| self.is_next(now, arm, place)) {
+            return Err(Refusal::Unknown);
+        }
+        self.claims.push_place(Place {
+            person: turn.person,
+            arms: turn.arms,
+            left: None,
+            missed: self.session_of_person(turn.person).is_none(),
+        });
+        self.end_turn(now, arm);
+        self.advance(now);
+        Ok(())
+    }
+
+    /// Takes out the places of persons whom the schedule lets have none of the arms that they wait for.
+    pub fn drop_closed_places(&mut self, now: HostInstant) {
+        let closed: Vec<_> = { self.claims.places() }
+            .filter(|place| {
+                let mut arms = place.arms.iter();
+                arms.all(|arm| self.opens(now, *arm, place.person).is_none())
+            })
+            .map(|place| place.person)
+            .collect();
+        if self
+            .claims
+            .drop_places(|place| closed.contains(&place.person))
+        {
+            self.turns_changed();
+        }
     }
 
     /// Stops an arm, and refuses all that moves it by anybody but a teacher. A job pauses.
@@ -272,6 +331,23 @@ impl Control {
     pub fn turn(&self, now: HostInstant, arm: ArmId) -> Option<(&Turn, Option<Duration>)> {
         let turn = self.class(arm).turn.as_ref()?;
         Some((turn, self.left(now, arm, turn)))
+    }
+
+    /// The slot of the schedule that an arm is in now. `None` where the arm has no schedule, and between slots.
+    #[must_use]
+    pub fn open_slot(&self, now: HostInstant, arm: ArmId) -> Option<&Slot> {
+        let mut slots = self.class(arm).slots.iter().flatten();
+        slots.find(|slot| slot.is_open(now))
+    }
+
+    /// When the next slot of an arm begins that is closed to everybody now. `None` for one that is open, and without a slot.
+    #[must_use]
+    pub fn next_slot(&self, now: HostInstant, arm: ArmId) -> Option<HostInstant> {
+        let slots = self.class(arm).slots.as_ref()?;
+        if self.open_slot(now, arm).is_some() {
+            return None;
+        }
+        slots.iter().filter_map(|slot| slot.from).min()
     }
 
     /// Who waits for a turn, in order.

@@ -28,7 +28,7 @@ pub use self::claims::{JobClaim, Place};
 #[cfg(feature = "class")]
 use self::class::Class;
 #[cfg(feature = "class")]
-pub use self::class::{Slot, TOLD, Turn, TurnRules, TurnState};
+pub use self::class::{NoQueue, Slot, TOLD, Turn, TurnRules, TurnState};
 #[cfg(feature = "class")]
 pub use self::codes::{
     ADDRESS_TRIES, CodeBound, CodeTry, NAME_TRIES, TooManyCodes, WINDOW, WrongCodes,
@@ -36,7 +36,7 @@ pub use self::codes::{
 use self::lease::Held;
 pub use self::lease::{ASK, GRACE, TTL};
 #[cfg(feature = "class")]
-pub use self::policy::QueuedChange;
+pub use self::policy::{Hindrance, QueuedChange};
 pub use self::work::{Busy, JobPhase, OnLost, WorkKind};
 use self::work::{Job, Jog, Work};
 

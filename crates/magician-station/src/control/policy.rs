@@ -28,6 +28,21 @@ pub enum QueuedChange {
     Resume,
 }
 
+/// What keeps a job or a person waiting for an arm, beside those in front.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Hindrance {
+    /// A teacher has frozen the arm.
+    Frozen,
+    /// The schedule: no slot of the person is open.
+    Schedule,
+    /// The arm waits for somebody else's turn to end.
+    Turn,
+    /// Something moves the arm, or somebody else has its lease.
+    Busy,
+    /// The person is not there.
+    Away,
+}
+
 impl Control {
     /// Whether a session may have the lease of an arm now, were nobody else to have it.
     #[must_use]
@@ -58,16 +73,65 @@ impl Control {
     /// Whether a job that waits may begin now.
     #[must_use]
     pub fn may_begin(&self, now: HostInstant, claim: &JobClaim) -> bool {
+        self.job_hindrance(now, claim).is_none()
+    }
+
+    /// What keeps a job from beginning now, beside the jobs in front of it.
+    #[must_use]
+    pub fn job_hindrance(&self, now: HostInstant, claim: &JobClaim) -> Option<Hindrance> {
         let JobClaim { arm, person, .. } = *claim;
+        if self.is_frozen(arm) {
+            return Some(Hindrance::Frozen);
+        }
+        if person.is_some() && !self.is_in_slot(now, arm, person) {
+            return Some(Hindrance::Schedule);
+        }
+        let turn = self.class(arm).turn.as_ref();
+        if turn.is_some_and(|turn| Some(turn.person) != person) {
+            return Some(Hindrance::Turn);
+        }
         let state = self.arm(arm);
         let idle = state.job.is_none() && state.jog.is_none() && state.work.is_empty();
         let own = self.holder(arm).is_none_or(|holder| {
             self.person(holder) == person && self.is_bound(holder) == person.is_some()
         });
-        let turn = self.class(arm).turn.as_ref();
-        let turn = turn.is_none_or(|turn| Some(turn.person) == person);
-        let slot = person.is_none() || self.is_in_slot(now, arm, person);
-        idle && !state.queued && own && turn && slot && !self.is_frozen(arm)
+        let begins = idle && !state.queued && own;
+        (!begins).then_some(Hindrance::Busy)
+    }
+
+    /// What keeps a place in the queue from becoming a turn, beside the turns and places in front of it, and when the schedule
+    /// lets it, if that is what keeps it and the time is known.
+    #[must_use]
+    pub fn place_hindrance(
+        &self,
+        now: HostInstant,
+        place: &Place,
+    ) -> Option<(Hindrance, Option<HostInstant>)> {
+        if place.missed {
+            return Some((Hindrance::Away, None));
+        }
+        let person = place.person;
+        let open = |arm: &&ArmId| self.is_in_slot(now, **arm, Some(person));
+        let mut open = place.arms.iter().filter(open).peekable();
+        if open.peek().is_none() {
+            let arms = place.arms.iter();
+            let from = arms.filter_map(|arm| self.opens(now, *arm, person)).min();
+            return Some((Hindrance::Schedule, from));
+        }
+        open.all(|arm| self.is_frozen(*arm))
+            .then_some((Hindrance::Frozen, None))
+    }
+
+    /// When a person may have an arm by the schedule: now, or from the begin of a slot on. `None`: in no slot that is known.
+    #[must_use]
+    pub fn opens(&self, now: HostInstant, arm: ArmId, person: PersonId) -> Option<HostInstant> {
+        let Some(slots) = &self.class(arm).slots else {
+            return Some(now);
+        };
+        let own = slots.iter();
+        let own = own.filter(|slot| slot.who.contains(&person) && now < slot.until);
+        own.map(|slot| slot.from.map_or(now, |from| from.max(now)))
+            .min()
     }
 
     /// Whether a session may change a job that waits so: a teacher, its owner, and the holder of the arm's lease, who has it

@@ -230,11 +230,16 @@ impl Control {
         let Some(slots) = &mut class.slots else {
             return;
         };
+        let before = slots.len();
         slots.retain(|slot| now < slot.until);
+        let mut has_changed = slots.len() != before;
         for slot in slots.iter_mut() {
-            slot.from = slot.from.filter(|from| now < *from);
+            has_changed |= slot.from.take_if(|from| *from <= now).is_some();
         }
         let turn = class.turn.as_ref().map(|turn| turn.person);
+        if has_changed {
+            self.turns_changed();
+        }
         if turn.is_some_and(|person| !self.is_in_slot(now, arm, Some(person))) {
             self.end_turn(now, arm);
         }

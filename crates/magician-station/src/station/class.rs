@@ -25,7 +25,7 @@ use crate::secret::same_secret;
 /// Where the class, the schedule and the results are kept.
 const CLASS: &str = "class.toml";
 const SCHEDULE: &str = "schedule.toml";
-const RESULTS: &str = "results.json";
+pub(super) const RESULTS: &str = "results.json";
 /// The name under which wrong PINs are counted. No pupil has it: names have no control characters.
 const TEACHER: &str = "\n";
 /// Slots of the schedule are counted out anew so often.
@@ -514,17 +514,6 @@ impl Station {
         let name = &self.arm(arm).entry.name;
         let why = format!("the teacher has frozen {name}: wait until it is freed");
         RpcError::new(RpcError::FROZEN, why).with("arm", name.clone())
-    }
-
-    /// What pupils have made, as `class.results` answers it.
-    #[must_use]
-    pub(super) fn results(&self) -> Value {
-        json!({"results": self.class.results})
-    }
-
-    pub(super) fn keep_results(&mut self) {
-        let text = Value::Array(self.class.results.clone()).to_string();
-        self.class.kept.insert(RESULTS, text);
     }
 
     /// The group of a pupil.

@@ -22,6 +22,8 @@ mod queue;
 mod recordings;
 mod records;
 mod reports;
+#[cfg(feature = "class")]
+mod results;
 mod rights;
 #[cfg(feature = "class")]
 mod schedule;

@@ -1,8 +1,5 @@
 //! Jobs that wait for their arm, and what came of those of pupils.
 
-use std::sync::Arc;
-use std::time::{Duration, UNIX_EPOCH};
-
 use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
@@ -14,15 +11,13 @@ use super::keeping::IfUnkept;
 use super::records::{JobOwner, JobRecord};
 use super::rights::{Risk, may_endanger};
 use crate::api::{Danger, Notice, RpcError};
-use crate::control::{ArmId, JobClaim, JobId, OnLost, QueuedChange, RequestId};
+use crate::control::{ArmId, JobClaim, JobId, OnLost, QueuedChange};
 use crate::order::{ArmOrder, JobEnd, JobOrder, JobStart};
 
 /// Jobs that wait for an arm, at most.
 const WAITING: usize = 20;
 /// The place behind all others.
 const LAST: usize = usize::MAX;
-/// Results that are kept, at most.
-const RESULTS: usize = 500;
 
 /// What a job that waits does. Whose it is, and its place, is in the queue of [`control`](crate::control).
 #[derive(Clone, Debug)]
@@ -442,58 +437,5 @@ impl Station {
         });
         let result = json!({"jobs": jobs.collect::<Vec<_>>()});
         Ok(self.answer_when_kept(call, arms, result, IfUnkept::Refuse))
-    }
-
-    /// Keeps what came of a pupil's job that is done, and asks for its picture.
-    pub(super) fn keep_result(&mut self, arm: ArmId, job: JobId, order: Option<&Arc<JobOrder>>) {
-        let Some(record) = self.records.numbered(job) else {
-            return;
-        };
-        let Some(pupil) = record.pupil.clone().filter(|_| record.state == "done") else {
-            return;
-        };
-        let (id, title) = (record.id.clone(), record.title.clone());
-        let ended = record.ended.unwrap_or_default();
-        let time = UNIX_EPOCH + Duration::from_secs_f64(ended.max(0.0));
-        let drawn = record.drawn_mm;
-        let group = self.group_of(&pupil).map(str::to_owned);
-        let result = json!({
-            "job": id, "pupil": pupil, "group": group, "title": title, "arm": self.arm(arm).entry.name,
-            "time": humantime::format_rfc3339_seconds(time).to_string(),
-            "drawn_mm": drawn, "strokes": [],
-        });
-        let results = &mut self.class.results;
-        // A job that is done again counts once.
-        results.retain(|known| known["job"] != json!(id));
-        results.push(result);
-        let over = results.len().saturating_sub(RESULTS);
-        results.drain(..over);
-        if let Some(order) = order {
-            let request = RequestId(self.next_id());
-            self.class.pictures.insert(request, id);
-            let (source, preview) = (Box::new(order.source.clone()), true);
-            self.order(
-                arm,
-                ArmOrder::CheckJob {
-                    request,
-                    source,
-                    preview,
-                },
-            );
-        }
-        self.keep_results();
-    }
-
-    /// The preview of a result has come; whether it was one.
-    pub(super) fn took_picture(&mut self, request: RequestId, outcome: Option<&Value>) -> bool {
-        let Some(id) = self.class.pictures.remove(&request) else {
-            return false;
-        };
-        let of = |result: &&mut Value| result["job"] == json!(id);
-        if let (Some(result), Some(outcome)) = (self.class.results.iter_mut().find(of), outcome) {
-            result["strokes"] = crate::class::picture(&outcome["preview"]);
-        }
-        self.keep_results();
-        true
     }
 }

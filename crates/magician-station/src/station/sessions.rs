@@ -73,6 +73,10 @@ pub(super) struct Session {
     pub(super) grant: Grant,
     pub(super) entry: Entry,
     /// The most that it may do: what it asked for, and what the station allows.
+    #[cfg_attr(
+        not(feature = "class"),
+        expect(dead_code, reason = "only a class changes roles")
+    )]
     pub(super) most: Role,
     /// The secret to come back with.
     secret: String,

@@ -16,6 +16,7 @@ impl Model {
                     Event::Release(session, _) => Self::person(session) == Some(person),
                     // By the end of the turn or of the slot.
                     Event::Pass => before.waits(person).is_none(),
+                    Event::EndTurn(arm) => before.turn(arm).is_some_and(|turn| turn.0 == person),
                     _ => false,
                 };
                 let law = match event {
@@ -73,12 +74,43 @@ impl Model {
                 "the queue keeps its order",
             )?;
         }
+        self.check_word_of_teacher(before, event)?;
         if let (Event::Join(person, _), Some(at)) = (event, self.waits(event_person(event))) {
             let new = before.waits(person).is_none();
             let last = self.control.control.places().count() - 1;
             must(!new || at == last, "the queue keeps its order")?;
         }
         Ok(())
+    }
+
+    /// What a teacher says of a turn is so.
+    fn check_word_of_teacher(&self, before: &Self, event: Event) -> Checked {
+        let (arm, ends) = match event {
+            Event::EndTurn(arm) => (arm, true),
+            Event::NextTurn(arm) => (arm, false),
+            _ => return Ok(()),
+        };
+        // What the word of the teacher's page begins has come before.
+        let Some((person, ..)) = before.turn(arm) else {
+            return Ok(());
+        };
+        let now = self.turn(arm).map(|(person, ..)| person);
+        if ends {
+            let over = now != Some(person) && self.places(person) == 0;
+            return must(over, "a turn that is ended is over");
+        }
+        let mut queue = before.control.control.places();
+        let next = queue.find(|place| {
+            let of = mutant::known(place.person);
+            !place.missed && place.arms.contains(&arm) && before.is_in_slot(arm, of)
+        });
+        let Some(next) = next.map(|place| mutant::known(place.person)) else {
+            return must(now == Some(person), "a turn is passed to the next");
+        };
+        must(self.places(person) == 1, "who passes a turn on waits last")?;
+        let model = self.arm(arm);
+        let waits = model.lease == Some(TEACHER) || model.job.is_some();
+        must(waits || now == Some(next), "a turn is passed to the next")
     }
 
     fn check_turn(&self, arm: ArmId, before: &Self, event: Event) -> Checked {

@@ -56,6 +56,10 @@ pub(crate) enum Event {
     QueueJob(SessionId, ArmId),
     Freeze(ArmId),
     Free(ArmId),
+    /// A teacher ends the turn at an arm.
+    EndTurn(ArmId),
+    /// A teacher passes it to the next.
+    NextTurn(ArmId),
     /// Time passes up to what is due next.
     Pass,
 }
@@ -187,6 +191,9 @@ impl Explored for Model {
             out.push(Take(arm));
             let frozen = self.arm(arm).frozen;
             out.push(if frozen { Free(arm) } else { Freeze(arm) });
+            if self.turn(arm).is_some() {
+                out.extend([EndTurn(arm), NextTurn(arm)]);
+            }
             if self.arm(arm).job.is_some() {
                 out.push(EndJob(arm));
             }

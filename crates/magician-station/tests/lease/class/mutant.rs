@@ -19,7 +19,7 @@ pub(crate) enum Bug {
     SlotForgotten,
     /// A place is the socket's, and ends with it.
     PlaceOfSocket,
-    /// A place at each arm.
+    /// A place for each arm.
     PlacePerArm,
     /// Who comes last is the first.
     JumpsQueue,
@@ -41,10 +41,16 @@ pub(crate) enum Bug {
     JobJumpsQueue,
     /// A job waits for ever where its owner has gone.
     JobForgotten,
+    /// A turn that is ended goes on.
+    EndForgotten,
+    /// Who passes a turn on has no place any more.
+    NextLosesPlace,
+    /// A turn is passed on to nobody.
+    NextToNobody,
 }
 
 /// Each bug, and the law that it breaks first.
-pub(crate) const BUGS: [(Bug, &str); 14] = [
+pub(crate) const BUGS: [(Bug, &str); 17] = [
     (Bug::NotIdentified, "who holds an arm has its turn"),
     (Bug::SlotForgotten, "nobody holds outside of a slot"),
     (Bug::PlaceOfSocket, "a reload keeps the place"),
@@ -65,6 +71,9 @@ pub(crate) const BUGS: [(Bug, &str); 14] = [
     ),
     (Bug::JobJumpsQueue, "jobs keep their order"),
     (Bug::JobForgotten, "an arm is not idle while a job waits"),
+    (Bug::EndForgotten, "a turn that is ended is over"),
+    (Bug::NextLosesPlace, "who passes a turn on waits last"),
+    (Bug::NextToNobody, "a turn and a place are kept"),
 ];
 
 /// The person whom a forged number stands for.
@@ -97,9 +106,10 @@ impl Mutant {
     pub(crate) fn join(&mut self, now: HostInstant, person: PersonId, any: bool) {
         let arms = if any { &ARMS[..] } else { &ARMS[..1] };
         if self.has(Bug::PlacePerArm) {
+            // The schedule of the second arm knows no forged number.
             for arm in arms {
                 let forged = PersonId(person.0 + 100 * arm.0);
-                let _ = self.control.join_turn(now, forged, BTreeSet::from([*arm]));
+                let _ = { &mut self.control }.join_turn(now, forged, BTreeSet::from([ARMS[0]]));
             }
             return;
         }
@@ -122,6 +132,24 @@ impl Mutant {
             self.control.leave_turn(now, person);
         }
         self.control.take(now, TEACHER, arm, request);
+    }
+
+    pub(crate) fn finish_turn(&mut self, now: HostInstant, arm: ArmId) {
+        if !self.has(Bug::EndForgotten) {
+            self.control.finish_turn(now, arm);
+        }
+    }
+
+    pub(crate) fn pass_turn(&mut self, now: HostInstant, arm: ArmId) {
+        let turn = self.control.turn(now, arm).map(|(turn, _)| turn.clone());
+        let passed = self.control.pass_turn(now, arm).is_ok();
+        let Some(turn) = turn else { return };
+        if self.has(Bug::NextLosesPlace) && passed {
+            self.control.leave_turn(now, turn.person);
+        }
+        if self.has(Bug::NextToNobody) && !passed {
+            self.control.finish_turn(now, arm);
+        }
     }
 
     pub(crate) fn gone(&mut self, now: HostInstant, session: SessionId) {

@@ -36,7 +36,9 @@ impl Model {
             | Move(session, _)
             | StartJob(session, _)
             | QueueJob(session, _) => Some(session),
-            Take(_) | Freeze(_) | Free(_) => self.sockets[&TEACHER].0.then_some(TEACHER),
+            Take(_) | Freeze(_) | Free(_) | EndTurn(_) | NextTurn(_) => {
+                self.sockets[&TEACHER].0.then_some(TEACHER)
+            }
             _ => None,
         };
         if let Some(session) = speaks {
@@ -127,6 +129,8 @@ impl Model {
                 self.arm_mut(arm).frozen = false;
                 self.control.control.free(now, arm);
             }
+            EndTurn(arm) => self.control.finish_turn(now, arm),
+            NextTurn(arm) => self.control.pass_turn(now, arm),
             Pass => {
                 let due = self.control.control.poll_timeout();
                 must(

@@ -1,0 +1,80 @@
+//! What came of pupils' jobs.
+
+use std::sync::Arc;
+use std::time::{Duration, UNIX_EPOCH};
+
+use serde_json::{Value, json};
+
+use super::Station;
+use super::class::RESULTS;
+use crate::control::{ArmId, JobId, RequestId};
+use crate::order::{ArmOrder, JobOrder};
+
+/// Results that are kept, at most.
+const MOST: usize = 500;
+
+impl Station {
+    /// Keeps what came of a pupil's job that is done, and asks for its picture.
+    pub(super) fn keep_result(&mut self, arm: ArmId, job: JobId, order: Option<&Arc<JobOrder>>) {
+        let Some(record) = self.records.numbered(job) else {
+            return;
+        };
+        let Some(pupil) = record.pupil.clone().filter(|_| record.state == "done") else {
+            return;
+        };
+        let (id, title) = (record.id.clone(), record.title.clone());
+        let ended = record.ended.unwrap_or_default();
+        let time = UNIX_EPOCH + Duration::from_secs_f64(ended.max(0.0));
+        let drawn = record.drawn_mm;
+        let group = self.group_of(&pupil).map(str::to_owned);
+        let result = json!({
+            "job": id, "pupil": pupil, "group": group, "title": title, "arm": self.arm(arm).entry.name,
+            "time": humantime::format_rfc3339_seconds(time).to_string(),
+            "drawn_mm": drawn, "strokes": [],
+        });
+        let results = &mut self.class.results;
+        // A job that is done again counts once.
+        results.retain(|known| known["job"] != json!(id));
+        results.push(result);
+        let over = results.len().saturating_sub(MOST);
+        results.drain(..over);
+        if let Some(order) = order {
+            let request = RequestId(self.next_id());
+            self.class.pictures.insert(request, id);
+            let (source, preview) = (Box::new(order.source.clone()), true);
+            self.order(
+                arm,
+                ArmOrder::CheckJob {
+                    request,
+                    source,
+                    preview,
+                },
+            );
+        }
+        self.keep_results();
+    }
+
+    /// The preview of a result has come; whether it was one.
+    pub(super) fn took_picture(&mut self, request: RequestId, outcome: Option<&Value>) -> bool {
+        let Some(id) = self.class.pictures.remove(&request) else {
+            return false;
+        };
+        let of = |result: &&mut Value| result["job"] == json!(id);
+        if let (Some(result), Some(outcome)) = (self.class.results.iter_mut().find(of), outcome) {
+            result["strokes"] = crate::class::picture(&outcome["preview"]);
+        }
+        self.keep_results();
+        true
+    }
+
+    /// What pupils have made, as `class.results` answers it.
+    #[must_use]
+    pub(super) fn results(&self) -> Value {
+        json!({"results": self.class.results})
+    }
+
+    pub(super) fn keep_results(&mut self) {
+        let text = Value::Array(self.class.results.clone()).to_string();
+        self.class.kept.insert(RESULTS, text);
+    }
+}
