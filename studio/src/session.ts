@@ -84,6 +84,11 @@ export function signOut(): void {
   if (url !== null) connect(url, "");
 }
 
+/** A class that this page has just made has a PIN: with it the page stays its teacher's, where it had no token of its own. */
+export function keepTeaching(pin: string | null): void {
+  if (address !== null && pin !== null && !address.token && !address.pupil) connect(address.url, pin);
+}
+
 /** The same once more: the page takes the session back that another one took over. */
 export function again(): void {
   if (address !== null) connect(address.url, address.token, address.pupil);

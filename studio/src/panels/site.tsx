@@ -39,6 +39,7 @@ function Tile({ arm }: { arm: store.ArmEntry }) {
   const { alarms, asks, waits, job, lost } = marksOf(arm);
   const isMine = holder !== null && holder.session === store.session.value;
   // Nobody knows who has the arm of a station that is gone.
+  const turn = store.socket.value === "up" ? wordsOf(name) : null;
   const who = store.socket.value !== "up" ? t("arms.unknown") : holder === null ? t(lost ? "arms.link.lost" : "arms.free") : isMine ? t("arms.you") : holder.name;
   const doing = doingOf(arm);
   return (
@@ -53,13 +54,12 @@ function Tile({ arm }: { arm: store.ArmEntry }) {
       </div>
       <div class="tile-view" data-place>{lost ? <span class="tile-lost" aria-hidden="true">?</span> : null}</div>
       <div class="tile-foot">
-        <p class="who" title={who}>{who}</p>
+        {turn === null ? <p class="who" title={who}>{who}</p> : <p class="who turn" title={turn} data-testid={`turn-${name}`}>{turn}</p>}
         <p title={doing}>{doing}</p>
         {arm.virtual ? null : <p class="port" title={port}>{port}</p>}
       </div>
       {store.role.value === "teacher" && hasClass.value ? <TeacherTile arm={arm} /> : null}
       <div class="tile-marks">
-        {wordsOf(name) === null ? null : <span data-testid={`turn-${name}`}>{wordsOf(name)}</span>}
         {alarms.length > 0 ? <span class="alarm">{t("site.alarm", { code: `0x${(alarms[0] ?? 0).toString(16)}` })}</span> : null}
         {asks === null ? null : <span data-testid={`hand-${name}`}>{t("site.asks", { name: asks })}</span>}
         {waits > 0 ? <span>{t("site.waits", { n: waits })}</span> : null}

@@ -36,14 +36,17 @@ function Owner() {
 function What() {
   const arm = store.arm.value;
   const kind = arm === null ? "none" : arm.virtual ? "virtual" : "real";
+  const isPupil = store.audience.value === "pupil";
   return (
     <div class="what">
-      <span class={`badge ${kind}`} data-testid="header-arm">
-        {t(`arm.${kind}`)}
-        {store.backend.value === "sim" && store.simSpeed !== 1 ? <b data-testid="header-speed"> ×{store.simSpeed}</b> : null}
-        {store.arms.value.length > 1 && arm !== null ? <b> {arm.name}</b> : null}
-      </span>
-      <Owner />
+      {store.route.value === "class" ? null : (
+        <span class={`badge ${kind}`} data-testid="header-arm">
+          {t(`arm.${kind}`)}
+          {store.backend.value === "sim" && store.simSpeed !== 1 ? <b data-testid="header-speed"> ×{store.simSpeed}</b> : null}
+          {store.arms.value.length > 1 && arm !== null ? <b> {arm.name}</b> : null}
+        </span>
+      )}
+      {isPupil && mine.value !== null ? null : <Owner />}
       {mine.value === null ? null : <span class="badge" data-testid="header-turn">{mine.value}</span>}
       {store.isLaserOn.value ? <span class="badge laser" data-testid="header-laser">{t("arm.laser")}</span> : null}
     </div>
@@ -51,8 +54,8 @@ function What() {
 }
 
 function Lease() {
-  // A pupil's arm comes with the turn, and goes with it.
-  if (store.socket.value !== "up" || store.armName.value === null || store.audience.value !== "all") return null;
+  // A pupil's arm comes with the turn, and goes with it. The class is about all arms.
+  if (store.socket.value !== "up" || store.armName.value === null || store.audience.value !== "all" || store.route.value === "class") return null;
   const lease = store.lease.value;
   const isViewer = store.role.value === "viewer";
   const name = store.holder.value?.name ?? "";
@@ -124,7 +127,8 @@ export function Update() {
 
 /** The alarms that stand, each with cause and cure. */
 export function Alarms() {
-  const alarms = store.alarms.value;
+  // The class's page is about all arms, and a pupil who has none has nothing to do about an alarm.
+  const alarms = store.route.value === "class" && store.lease.value !== "mine" ? [] : store.alarms.value;
   const holds = store.holds.value;
   const off = store.why.value !== null;
   return (

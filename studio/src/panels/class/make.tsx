@@ -2,7 +2,8 @@
 import { useSignal } from "@preact/signals";
 import { tried } from "../../actions";
 import { hasClass } from "../../class";
-import { call } from "../../session";
+import { isPin } from "../../pairing";
+import { call, keepTeaching, keptToken, signOut } from "../../session";
 import { toggled } from "../../settings";
 import * as store from "../../store";
 import { Card, Do, Field, NumberInput } from "../../ui/parts";
@@ -36,8 +37,9 @@ function Form({ now, done }: { now: Roll | null; done: () => void }) {
       const loses = now?.pupils.some(({ group }) => group !== null) || now?.class?.speed != null || now?.class?.fence != null;
       if (loses && !(await store.ask(w("make.change"), w("make.loses"), w("make.change")))) return;
       const some = all.filter((name) => arms.value.has(name));
-      await call("class.set", { names: given, turn_s: Math.round(minutes.value * 60), ...(some.length === all.length ? {} : { arms: some }) });
-      await read();
+      const { pin } = await call("class.set", { names: given, turn_s: Math.round(minutes.value * 60), ...(some.length === all.length ? {} : { arms: some }) });
+      keepTeaching(pin);
+      void read();
       done();
     });
   return (
@@ -70,6 +72,8 @@ async function end(): Promise<void> {
   if (!(await store.ask(w("make.end"), w("make.end.text"), w("make.end")))) return;
   await call("class.set", { text: "" });
   roll.value = null;
+  // Without a class this computer's people are teachers again, and there is no PIN that could be tried.
+  if (isPin(keptToken())) signOut();
 }
 
 export function Make() {

@@ -75,10 +75,15 @@ function MyPlace() {
 
 export function PupilPage() {
   useEffect(watchSite, []);
+  // What a page that was closed shows of arm and place would be of before.
+  if (store.socket.value === "closed") return <Card title={store.ownerName.value} class="arms pupil"><p class="hint">{t("why.closed")}</p></Card>;
   const workshops = store.routes.value.filter((route) => ["draw", "teach", "run", "move"].includes(route));
   return (
     <>
-      <Card title={store.ownerName.value} class="arms pupil" more={store.pupil.value === null ? null : <Do id="class-signout" class="quiet small" text={w("pupil.signout")} press={leave} />}>
+      <Card title={store.ownerName.value} class="arms pupil" more={store.pupil.value === null ? null : <Do id="class-signout" class="quiet small" text={w("pupil.signout")} press={leave} />}>{null}</Card>
+      <MyArm />
+      {myTurn.value === null ? <MyPlace /> : null}
+      <section class="arms">
         <nav class="workshops" aria-label={w("pupil.workshops")}>
           {workshops.map((route) => (
             <a key={route} href={`#/${route}`}>
@@ -87,9 +92,8 @@ export function PupilPage() {
             </a>
           ))}
         </nav>
-      </Card>
-      <MyArm />
-      <MyPlace />
+      </section>
+      {myTurn.value === null ? null : <MyPlace />}
       <p class="arms pupil-language">
         <Pick id="pupil-language" label={t("settings.language")} value={language.value} options={LANGUAGES} choose={(value) => (language.value = value)} />
       </p>

@@ -32,10 +32,12 @@ export function Slips() {
       <ul class="slips">
         {pupils.map(({ name, code }) => (
           <li key={name} data-testid={`slip-${name}`}>
-            <img alt={w("slips.qr", { name })} src={pictureOf(addressOf(base, name, code ?? ""))} />
+            <a href={addressOf(base, name, code ?? "")} target="_blank" rel="noreferrer">
+              <img alt={w("slips.qr", { name })} src={pictureOf(addressOf(base, name, code ?? ""))} />
+            </a>
             <p class="slip-name">{name}</p>
             <p class="slip-code">{code}</p>
-            <p class="slip-address">{base}/#/class</p>
+            <p class="slip-address">{base}</p>
           </li>
         ))}
       </ul>

@@ -1,0 +1,161 @@
+// A lesson at one computer: ten virtual arms, a teacher's page, and pupils on a phone, a tablet and a desktop.
+import assert from "node:assert/strict";
+import { join } from "node:path";
+import { Station, is } from "./bench.mjs";
+import { findings } from "./looks.mjs";
+
+const ARMS = Array.from({ length: 10 }, (_, nth) => `a${nth + 1}`);
+const NAMES = ["Ada", "Ben", "Chen Li", "Dora", "Emil", "Fatima", "Georg", "Hanna"];
+const PHONE = { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true, bypassCSP: true };
+const TABLET = { viewport: { width: 820, height: 1180 }, hasTouch: true, bypassCSP: true };
+const DESKTOP = { viewport: { width: 1440, height: 900 }, bypassCSP: true };
+
+export function lesson(test, { browser, program, shots, At = Station }) {
+  test("a lesson: made, signed in, turns, freeze over kill -9, a reload, a wrong code, results, end", async () => {
+    const station = new At(program, ARMS.flatMap((arm) => ["--arm", `${arm}=sim`]));
+    await station.start();
+    const says = (page, id, text) => page.getByTestId(id).getByText(text).first().waitFor();
+    let shot = 0;
+    /** A picture of a step; it fits the screen, and axe finds nothing in it. */
+    const look = async (page, name, { whole = true } = {}) => {
+      await page.waitForTimeout(350);
+      await page.screenshot({ path: join(shots, `lesson-${String(++shot).padStart(2, "0")}-${name}.png`), fullPage: whole });
+      const over = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+      assert.ok(over <= 0, `${name}: ${over} px too wide`);
+      assert.deepEqual(await findings(page), [], name);
+    };
+    try {
+      // Made from pasted names.
+      const teacher = await browser.connected(`${station.url}#/class`, DESKTOP);
+      await teacher.getByTestId("class-names").fill(`${NAMES.slice(0, 4).join("\n")}\n\n ${NAMES.slice(4).join(", ")}, Ada`);
+      await teacher.getByTestId("class-arm-a10").uncheck();
+      await teacher.getByTestId("class-turn").fill("10");
+      await look(teacher, "make");
+      await teacher.getByTestId("class-make").click();
+      await says(teacher, "class-pupils", "Hanna");
+      await is(teacher, "lease", "free");
+      assert.equal(await teacher.getByTestId("class-pupils").locator("tbody tr").count(), NAMES.length);
+      await says(teacher, "class-count", "Missing: 8.");
+      // The slips hold what signs a pupil in.
+      await teacher.getByTestId("class-slips").click();
+      const slips = {};
+      for (const name of NAMES) {
+        const slip = teacher.getByTestId(`slip-${name}`);
+        const code = await slip.locator(".slip-code").textContent();
+        const address = await slip.locator("a").getAttribute("href");
+        assert.equal(address, `${station.url}#/class?${new URLSearchParams({ name, code })}`);
+        assert.ok(await slip.locator("img").evaluate((image) => image.naturalWidth > 20));
+        slips[name] = { code, address };
+      }
+      await look(teacher, "slips");
+      await teacher.emulateMedia({ media: "print" });
+      assert.ok(!(await teacher.getByTestId("stop").isVisible()) && (await teacher.getByTestId("slip-Hanna").isVisible()));
+      await teacher.screenshot({ path: join(shots, "lesson-slips-print.png"), fullPage: true });
+      await teacher.emulateMedia({ media: null });
+      await teacher.getByTestId("slips-back").click();
+      // A slip fills the door in, and its code does not stay in the address.
+      const ada = await browser.page(slips["Ada"].address, PHONE);
+      await ada.getByTestId("class-signin").waitFor();
+      assert.equal(new URL(ada.url()).hash, "#/class");
+      await look(ada, "door-phone");
+      await ada.getByTestId("class-signin").click();
+      await says(ada, "mine-arm", "You have no arm now.");
+      await look(ada, "pupil-phone");
+      for (const hidden of ["stop-all", "site-file", "connect-serial", "station-token", "station-url", "lease-take"]) assert.equal(await ada.getByTestId(hidden).count(), 0, hidden);
+      // A wrong code is said beside its field.
+      const ben = await browser.page(station.url, TABLET);
+      await ben.getByTestId("class-name").fill("Ben");
+      await ben.getByTestId("class-code").fill("0000");
+      await ben.getByTestId("class-signin").click();
+      await ben.getByText("Name or code is wrong: both are on the slip of paper.").waitFor();
+      await look(ben, "wrong-code-tablet");
+      await ben.getByTestId("class-code").fill(slips["Ben"].code.toLowerCase());
+      await ben.getByTestId("class-signin").click();
+      await says(ben, "mine-place", "You are in no queue.");
+      const chen = await browser.page(slips["Chen Li"].address, DESKTOP);
+      await chen.getByTestId("class-signin").click();
+      await says(chen, "mine-arm", "You have no arm now.");
+      // Turns: one arm for two, and a third who waits.
+      for (const [page, first] of [[ada, true], [ben, false], [chen, false]]) {
+        await page.getByTestId("join-arm").selectOption("a1");
+        await page.getByTestId("turn").click();
+        await says(page, first ? "mine-arm" : "mine-place", first ? "a1" : page === ben ? "Place 1" : "Place 2");
+      }
+      await says(ada, "mine-arm", /(10:00|9:\d\d) left/);
+      await look(ada, "turn-phone");
+      await look(chen, "place-desktop");
+      await says(teacher, "pupil-Ada", "Has a1");
+      await says(teacher, "pupil-Ben", "Place 1 in the queue");
+      await says(teacher, "class-count", "Signed in: 3. Waiting: 2. Missing: 5.");
+      await says(teacher, "turn-a1", "Ada’s turn");
+      await look(teacher, "teacher");
+      // An arm that is kept from the class gives nobody a place.
+      const ways = await chen.getByTestId("join-arm").count();
+      assert.equal(ways, 0, "who waits joins nothing else");
+      // Freeze all is all, whatever is chosen.
+      await teacher.getByRole("checkbox", { name: "Choose a3" }).check();
+      assert.equal(await teacher.getByTestId("class-freeze-chosen").textContent(), "Freeze 1");
+      await teacher.getByTestId("class-freeze-all").click();
+      await says(teacher, "class-frozen", "Frozen: 10 of 10 arms.");
+      await says(ada, "mine-arm", "Your teacher has frozen the arms.");
+      await look(teacher, "frozen");
+      await look(ada, "frozen-phone");
+      // .. and outlives the station.
+      await station.kill();
+      await ben.getByText("No connection since").waitFor();
+      await is(teacher, "link", "lost");
+      assert.equal(await teacher.locator(".tile.lost").count(), ARMS.length);
+      assert.equal(await teacher.locator(".tile .who", { hasText: "free" }).count(), 0, "no arm is free at a station that is gone");
+      await look(teacher, "killed");
+      await station.start();
+      await says(teacher, "class-frozen", "Frozen: 10 of 10 arms.");
+      await says(ada, "mine-arm", "Your teacher has frozen the arms.");
+      await look(teacher, "after-kill");
+      await teacher.getByTestId("class-free").click();
+      await teacher.getByTestId("class-frozen").waitFor({ state: "detached" });
+      // A reload changes nothing of the turn.
+      await ada.reload();
+      await says(ada, "mine-arm", "a1");
+      // The teacher passes the turn on, and ends it.
+      await says(ben, "mine-place", "Place");
+      await teacher.getByTestId("tile-next-a1").click();
+      await says(ben, "mine-arm", "a1");
+      await says(ada, "mine-place", "Place 2");
+      await teacher.getByTestId("tile-home-a1").click();
+      await says(ben, "mine-arm", "a1");
+      await teacher.getByTestId("tile-clear-a1").click();
+      // Ben draws, and the teacher sees it.
+      await ben.goto(`${station.url}#/draw`);
+      await ben.getByTestId("draw-text").fill("Ben");
+      await ben.locator("[data-testid=draw-preview][data-shown=true]").waitFor();
+      await look(ben, "draw-tablet");
+      await ben.getByTestId("draw-start").click();
+      await is(ben, "job", "done", 60_000);
+      await teacher.getByTestId("results").getByText("Ben").first().waitFor();
+      await look(teacher, "results");
+      await ben.goto(`${station.url}#/class`);
+      await teacher.getByTestId("tile-end-a1").click();
+      await says(ben, "mine-arm", "You have no arm now.");
+      // A new code closes the page of the old one, which says so.
+      await teacher.getByTestId("class-renew-Ben").click();
+      await teacher.getByTestId("confirm-yes").click();
+      await says(ben, "closed", "The station closed this page");
+      await look(ben, "closed-tablet");
+      await ben.getByTestId("closed-signin").click();
+      await ben.getByTestId("class-code").waitFor();
+      // Who signs out leaves an empty door.
+      await chen.getByTestId("class-signout").click();
+      await chen.getByTestId("class-code").waitFor();
+      assert.equal(await chen.getByTestId("class-code").inputValue(), "");
+      // The end: pupils are out, the teacher is a teacher.
+      await teacher.getByTestId("class-end").click();
+      await teacher.getByTestId("confirm-yes").click();
+      await teacher.getByTestId("class-make").waitFor();
+      await says(ada, "closed", "The station closed this page");
+      await look(ada, "ended-phone");
+    } finally {
+      for (const context of browser.browser.contexts()) await context.close();
+      await station.end();
+    }
+  });
+}
