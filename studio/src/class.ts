@@ -39,7 +39,8 @@ const noClass = (): void => {
 };
 // A station without classes does not know the method.
 effect(() => {
-  isOn.value = null;
+  // A station that is lost, or closed this page, had a class as far as the page knows.
+  if (store.backend.value !== "station") isOn.value = null;
   if (store.socket.value === "up" && store.session.value !== null) call("turn.list", {}).then(hear, noClass);
   else turns.value = null;
 });

@@ -18,15 +18,16 @@ function MyArm() {
   const turn = myTurn.value;
   const arm = store.arms.value.find(({ name }) => name === turn?.arm);
   const left = turn === null ? null : leftOf(turn);
+  const allFrozen = turns.value?.arms.every(({ frozen }) => frozen) === true;
   return (
     <Card title={w("pupil.arm")} class="pupil-card">
       <div data-testid="mine-arm" role="status">
         {turn === null || arm === undefined ? (
-          <p class="hint">{w("pupil.noArm")}</p>
+          <p class={allFrozen ? "why" : "hint"}>{w(allFrozen ? "class.wait.frozen" : "pupil.noArm")}</p>
         ) : (
           <>
             <p class="big">{turn.arm}</p>
-            <p>{turn.frozen ? w("class.wait.frozen") : doingOf(arm)}</p>
+            <p class={turn.frozen ? "why" : ""}>{turn.frozen ? w("class.wait.frozen") : doingOf(arm)}</p>
             {left === null ? null : <p class={`left ${left <= 60 ? "soon" : ""}`}>{w("pupil.left", { left: duration(left) })}</p>}
           </>
         )}
