@@ -93,7 +93,7 @@ impl Source {
 
 impl SourceBytes {
     /// Its name, if it has one.
-    fn name(&self) -> &str {
+    pub(crate) fn name(&self) -> &str {
         match self {
             Self::Program(name) => name,
             Self::Text(_) | Self::Data(_) => "",

@@ -40,6 +40,9 @@ enum What {
     Set {
         #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
         file: Option<PathBuf>,
+        /// Take the codes and the PIN of the file where pupils have others already
+        #[arg(long, requires = "file")]
+        use_codes: bool,
     },
     /// Make new codes, for these pupils or for all: pupils who signed in with an old code have to sign in again
     Codes {
@@ -53,6 +56,16 @@ enum What {
     },
     /// Let pupils move these arms again, or all
     Free {
+        #[arg(value_name = "ARM")]
+        arms: Vec<String>,
+    },
+    /// End the turns at these arms, or at all: the next who waits gets the arm
+    End {
+        #[arg(value_name = "ARM")]
+        arms: Vec<String>,
+    },
+    /// Pass the turns at these arms, or at all, to the next who waits: whoever had it waits behind all others
+    Next {
         #[arg(value_name = "ARM")]
         arms: Vec<String>,
     },
@@ -146,9 +159,18 @@ impl Class {
                 let class = call(context, "class.get", json!({}))?;
                 list(context, &class, html.as_deref())
             }
-            What::Set { file } => {
+            What::Set { file, use_codes } => {
                 let text = file.as_deref().map(read).transpose()?.unwrap_or_default();
-                let class = call(context, "class.set", json!({"text": text}))?;
+                let params = json!({"text": text, "use_codes": use_codes});
+                let class = call(context, "class.set", params)?;
+                let kept = class["codes_kept"].as_array().into_iter().flatten();
+                let kept: Vec<_> = kept.filter_map(Value::as_str).collect();
+                if !kept.is_empty() {
+                    context.note(format_args!(
+                        "the file has other codes for {}: those that they have stay good (--use-codes takes the file's)",
+                        kept.join(", ")
+                    ));
+                }
                 list(context, &class, None)
             }
             What::Codes { pupils } => {
@@ -164,12 +186,23 @@ impl Class {
                 let done = call(context, "class.freeze", arms(&names))?;
                 context.show(&done, |out| {
                     let how = format!("frozen: free with `magician {noun} class free`");
-                    say(out, &done, &how)
+                    say(out, &done, &how, "no arm")
                 })
             }
             What::Free { arms: names } => {
                 let done = call(context, "class.free", arms(&names))?;
-                context.show(&done, |out| say(out, &done, "free"))
+                context.show(&done, |out| say(out, &done, "free", "no arm"))
+            }
+            What::End { arms: names } => {
+                let done = call(context, "turn.end", arms(&names))?;
+                context.show(&done, |out| {
+                    say(out, &done, "turn ended", "no arm has a turn")
+                })
+            }
+            What::Next { arms: names } => {
+                let done = call(context, "turn.next", arms(&names))?;
+                let nobody = "no turn is passed on: nobody who is there waits";
+                context.show(&done, |out| say(out, &done, "turn passed on", nobody))
             }
             What::Turns => {
                 let turns = call(context, "turn.list", json!({}))?;
@@ -189,9 +222,13 @@ impl Class {
     }
 }
 
-fn say(out: &mut Output, done: &Value, state: &str) -> Result<(), Failure> {
+/// Says what the arms are that an answer names, or that there is `none`.
+fn say(out: &mut Output, done: &Value, state: &str, none: &str) -> Result<(), Failure> {
     let arms = done["arms"].as_array().into_iter().flatten();
     let names: Vec<_> = arms.filter_map(Value::as_str).collect();
+    if names.is_empty() {
+        return out.line(none);
+    }
     out.line(format_args!("{} {state}", names.join(", ")))
 }
 
@@ -203,20 +240,28 @@ fn show_turns(out: &mut Output, turns: &Value) -> Result<(), Failure> {
             .as_f64()
             .map(|left| format!("{left:.0} s left"));
         let frozen = if arm["frozen"] == true { "frozen" } else { "" };
+        let jobs = arm["jobs"].as_array().map_or(0, Vec::len);
+        let waiting = match jobs {
+            0 => String::new(),
+            1 => "1 program waits".to_owned(),
+            more => format!("{more} programs wait"),
+        };
         columns.row([
             text(&arm["arm"]).as_str(),
             &text(&arm["person"]),
             &text(&arm["state"]),
             &left.unwrap_or_default(),
             frozen,
+            &waiting,
         ]);
     }
     columns.write(out)?;
     for place in turns["queue"].as_array().into_iter().flatten() {
-        let absent = if place["missed"] == true {
-            ", not there"
-        } else {
-            ""
+        let absent = match place["reason"].as_str() {
+            Some("away") => ", not there",
+            Some("schedule") => ", until the schedule has a slot",
+            Some("frozen") => ", until an arm is freed",
+            _ => "",
         };
         out.line(format_args!(
             "{} {}{absent}",
@@ -250,7 +295,7 @@ impl Results {
                     text("pupil"),
                     text("title"),
                     text("arm"),
-                    text("time"),
+                    text("time_local"),
                     &drawn.unwrap_or_default(),
                 ]);
             }

@@ -40,8 +40,10 @@ impl Hub {
         }
         let gather = self.gathers(&call, what);
         let mut params = Map::new();
-        if let Some(group) = call.params.get("group") {
-            params.insert("group".to_owned(), group.clone());
+        for name in ["group", "person"] {
+            if let Some(value) = call.params.get(name) {
+                params.insert(name.to_owned(), value.clone());
+            }
         }
         let now = call.now;
         let asks = self.asks(now, call.socket, method, params);
@@ -174,7 +176,12 @@ impl Hub {
             file.make_codes(self.random);
             file.to_text()
         });
-        let params = [("text", json!(text)), ("elsewhere", json!(true))];
+        // The codes are made or kept here, alike for all stations.
+        let params = [
+            ("text", json!(text)),
+            ("elsewhere", json!(true)),
+            ("use_codes", json!(true)),
+        ];
         let params = params.map(|(name, value)| (name.to_owned(), value));
         let call = self.continued(now, gather, "class.set", params.into_iter().collect());
         let next = self.gathers(&call, Gathers::Everywhere(method));
@@ -189,15 +196,30 @@ impl Hub {
         params: &Map<String, Value>,
         known: &[ClassFile],
     ) -> Result<Option<ClassFile>, RpcError> {
-        let text = params.get("text").and_then(Value::as_str);
-        let text = text.unwrap_or_default();
-        if text.trim().is_empty() {
-            return Ok(None);
-        }
-        let mut file = ClassFile::parse(text).map_err(|error| wrong("text", &error))?;
+        let texts = |name: &str| -> Option<Vec<&str>> {
+            let texts = params.get(name)?.as_array()?;
+            Some(texts.iter().filter_map(Value::as_str).collect())
+        };
+        let (param, read) = match (params.get("text").and_then(Value::as_str), texts("names")) {
+            (None, Some(names)) => {
+                let arms = texts("arms").unwrap_or_default();
+                let turn_s = params.get("turn_s").and_then(Value::as_u64);
+                let turn_s = turn_s.and_then(|turn_s| u32::try_from(turn_s).ok());
+                (
+                    "names",
+                    ClassFile::of_names(&names, &arms, turn_s, known.first()),
+                )
+            }
+            (text, _) if text.unwrap_or_default().trim().is_empty() => return Ok(None),
+            (text, _) => ("text", ClassFile::parse(text.unwrap_or_default())),
+        };
+        let mut file = read.map_err(|error| wrong(param, &error))?;
         let arms = file.check_arms("the site", |arm| self.arms.contains_key(arm));
-        arms.map_err(|error| wrong("text", &error))?;
-        known.iter().for_each(|known| file.keep_codes(known));
+        arms.map_err(|error| wrong(param, &error))?;
+        let uses_own = params.get("use_codes") == Some(&json!(true));
+        for known in known {
+            file.keep_codes(known, uses_own);
+        }
         Ok(Some(file))
     }
 

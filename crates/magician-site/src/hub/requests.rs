@@ -131,6 +131,7 @@ impl Hub {
                 self.fetch_program(call, &ArmAt { arm, station })
             }
             "class.freeze" | "class.free" | "class.send" => self.by_arms(&call),
+            "turn.end" | "turn.next" if arm.is_none() => self.by_arms(&call),
             "schedule.set" => self.set_schedule(call),
             "turn.list" | "turn.join" | "turn.leave" | "class.results" | "class.get"
             | "class.set" | "class.codes" | "schedule.get" => self.of_class(call),
@@ -450,13 +451,15 @@ impl Hub {
 }
 
 /// Answered from the answers of several stations.
-pub(super) const MERGED: [&str; 15] = [
+pub(super) const MERGED: [&str; 17] = [
     "session.list",
     "server.info",
     "arm.list",
     "turn.list",
     "turn.join",
     "turn.leave",
+    "turn.end",
+    "turn.next",
     "class.results",
     "class.get",
     "class.set",

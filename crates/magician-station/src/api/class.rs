@@ -6,6 +6,7 @@ use super::{Kind, Method, Param, Role};
 use Role::{Student, Teacher, Viewer};
 
 const ARMS: Param = may("arms", Kind::Texts(64), "names of arms; all unless given");
+const ARM: Param = may("arm", Kind::Text(32), "the arm; or `arms`");
 const ELSEWHERE: Param = may(
     "elsewhere",
     Kind::Switch,
@@ -20,22 +21,42 @@ pub(super) const CLASS: &[Method] = &[
         "class.set",
         Teacher,
         &[
-            needed(
+            may(
                 "text",
                 FILE,
-                "a class file, TOML; empty text ends the class",
+                "a class file, TOML; empty text ends the class; or `names`",
+            ),
+            may(
+                "names",
+                Kind::Texts(60),
+                "the pupils of a class without groups, whose other rules are those of the class before; or `text`",
+            ),
+            may(
+                "arms",
+                Kind::Texts(64),
+                "with `names`: the arms that they may have; all unless given",
+            ),
+            may(
+                "turn_s",
+                Kind::Integer(0, 86_400),
+                "with `names`: how long a turn is, s, 0 for turns without end; as before unless given",
+            ),
+            may(
+                "use_codes",
+                Kind::Switch,
+                "that the codes and the PIN of the file count where the class before has others",
             ),
             ELSEWHERE,
         ],
-        "Gives the station a class, in the place of the one before. Pupils keep their codes; the others get one.",
-        "as `class.get`, with the codes",
+        "Gives the station a class, in the place of the one before. Pupils who were in it keep their codes, whatever the file says, and so does the teacher the PIN; the others get one.",
+        "as `class.get` for a teacher, and {codes_kept: [name]}: the pupils for whom the file has another code",
     ),
     method(
         "class.get",
         Viewer,
         &[],
         "The class: its rules and pupils.",
-        "{class: {turn_s, grace_s, finish_job, speed, fence}, groups, pupils: [{name, group, code}], pin, text}: `class` null where there is none; codes, the teacher's PIN, and the class file as `text`, for teachers alone, null for others",
+        "{class: {turn_s, grace_s, finish_job, speed, fence, arms}, groups, pupils: [{name, group, code, here, place, arm}], pin, text}: `class` null where there is none; `arms` those that pupils may have, all if empty; null for all but teachers are codes, whether a pupil is signed in (`here`), the place in the queue, the arm of the turn, the teacher's PIN, and the class file as `text`",
     ),
     method(
         "class.codes",
@@ -86,7 +107,7 @@ pub(super) const CLASS: &[Method] = &[
         Teacher,
         &[],
         "What pupils have made: their jobs that are done. As a page: GET /api/v1/class/results.html.",
-        "{results: [{job, pupil, group, title, time, arm, drawn_mm, strokes: [[[x, y]]]}]}",
+        "{results: [{job, pupil, group, title, time, time_local, arm, drawn_mm, svg}]}: `svg` the drawing as it was placed, x to the right, empty without one; `time_local` by the offset of the schedule",
     ),
     method(
         "turn.join",
@@ -109,9 +130,27 @@ pub(super) const CLASS: &[Method] = &[
     method(
         "turn.leave",
         Student,
-        &[],
+        &[may(
+            "person",
+            Kind::Text(80),
+            "whose, for a teacher; the asker's own unless given",
+        )],
         "Gives turn and place up.",
         "null",
+    ),
+    method(
+        "turn.end",
+        Teacher,
+        &[ARM, ARMS],
+        "Ends the turn at an arm, at some, or at all: its person has no place any more, and the next who waits gets the arm. What moves stops as at any end of a turn.",
+        "{arms}: those that had a turn",
+    ),
+    method(
+        "turn.next",
+        Teacher,
+        &[ARM, ARMS],
+        "Passes the turn at an arm, at some, or at all, to the next who waits for it: the person who had it gets the last place of the queue. Refused for `arm` where nobody who is there waits; of others such an arm is left out.",
+        "{arms}: those that have another turn",
     ),
     method(
         "turn.list",
@@ -122,7 +161,7 @@ pub(super) const CLASS: &[Method] = &[
             "as for `turn.join`: whose arms are told in `you`",
         )],
         "Whose turn it is, and who waits.",
-        "{turn_s, arms: [{arm, person, state, left_s, frozen}], queue: [{place, person, arms, missed}], you: {person, arms}}: `you` the name under which the asker takes turns, and the arms that `turn.join` without `arm` means; not in `turn.changed`; `turn_s` 0 for turns without end, null where there are none; `state` running, kept (for somebody who is not there) or suspended (a teacher has the arm)",
+        "{turn_s, arms: [{arm, person, state, left_s, frozen, jobs, slot, free_at}], queue: [{place, person, arms, missed, reason, from}], you: {person, arms}}: `jobs` those that wait for the arm, `slot` that of the schedule that is open and `free_at` when the next begins, both null where anybody may have the arm; `you` the name under which the asker takes turns, and the arms that `turn.join` without `arm` means; not in `turn.changed`; `turn_s` 0 for turns without end, null where there are none; `state` running, kept (for somebody who is not there) or suspended (a teacher has the arm)",
     ),
     method(
         "schedule.set",

@@ -107,7 +107,7 @@ pub static ERRORS: &[ErrorRow] = &[
         RpcError::FORBIDDEN,
         "forbidden",
         "the role does not allow it, or a job that waits is somebody else's; before hello, nothing is allowed",
-        &["role", "needs", "may"],
+        &["role", "needs", "may", "arm", "until"],
     ),
     error(
         RpcError::LEASE,

@@ -130,7 +130,20 @@ pub(super) const ERROR_DATA: &[Member] = &[
     is("report", of("Report"), "what the check of a program found").optional(),
     is("expected", of("Pose"), "where the arm should stand").optional(),
     is("pose", of("Pose"), "where it stands").optional(),
-    is("arm", Text, "the arm that is frozen").optional(),
+    is(
+        "arm",
+        Text,
+        "the arm that is frozen, or that the schedule keeps",
+    )
+    .optional(),
+    is(
+        "until",
+        Number,
+        "until when the schedule keeps it, Unix time",
+    )
+    .in_unit("s")
+    .null("it is not known")
+    .optional(),
     is(
         "arms",
         List(&of("Stood")),
@@ -193,6 +206,10 @@ const BOX: &[Member] = &[
 ];
 const NO_BOUND: &str = "no bound";
 
+const JOB_REASONS: &[&str] = &[
+    "yes", "stopped", "restart", "unkept", "frozen", "schedule", "turn", "busy", "lost",
+];
+
 /// Turns of a class.
 pub(super) const TURNS: &[Member] = &[
     is("turn_s", Number, "how long a turn is; 0 without end")
@@ -213,6 +230,35 @@ pub(super) const TURNS: &[Member] = &[
                 .in_unit("s")
                 .null("it has no end, or is nobody's"),
             is("frozen", Switch, "whether a teacher has frozen the arm"),
+            is(
+                "jobs",
+                List(&Object(&[
+                    is("job", Id(Job), "the job"),
+                    is("title", Text, "its title").null("it has none"),
+                    is("person", Text, "its owner").null("a teacher"),
+                    is(
+                        "reason",
+                        Choice(JOB_REASONS),
+                        "what keeps it: yes, stopped, restart, unkept as in `job.get`; frozen: the arm is; schedule: no slot of its owner is open; turn: somebody else's; busy: something moves the arm or has its lease; lost: the arm is",
+                    )
+                    .null("the jobs in front of it alone"),
+                ])),
+                "the jobs that wait for the arm, in order",
+            ),
+            is(
+                "slot",
+                Object(&[
+                    is("who", List(&Text), "who may have the arm: pupils, groups, tokens, or teacher"),
+                    is("until", Number, "when it ends, Unix time")
+                        .in_unit("s")
+                        .null("it has no end"),
+                ]),
+                "the slot of the schedule that is open",
+            )
+            .null("anybody may have the arm, or none is open"),
+            is("free_at", Number, "when the next slot begins, Unix time")
+                .in_unit("s")
+                .null("the arm may be had now, or no slot is known"),
         ])),
         "the arms of the station",
     ),
@@ -227,6 +273,15 @@ pub(super) const TURNS: &[Member] = &[
                 Switch,
                 "whether a turn came while the person was not there",
             ),
+            is(
+                "reason",
+                Choice(&["schedule", "frozen", "away"]),
+                "what keeps it: no slot of the person is open, all its arms are frozen, or the person is not there",
+            )
+            .null("those in front of it alone"),
+            is("from", Number, "when a slot of the person begins, Unix time")
+                .in_unit("s")
+                .null("the schedule does not keep it, or has no slot"),
         ])),
         "who waits, in order",
     ),

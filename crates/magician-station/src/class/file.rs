@@ -47,6 +47,9 @@ pub struct ClassRules {
     /// A fence, with the members of `arm.fence`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fence: Option<Map<String, Value>>,
+    /// The arms that pupils may have; all of them unless given.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub arms: Vec<String>,
     /// The teacher's PIN, six digits: who gives it at the station's machine is a teacher.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub pin: String,
@@ -106,11 +109,41 @@ impl ClassFile {
         Ok(file)
     }
 
-    /// Checks that the arms of its groups are there.
+    /// A class of these pupils at these arms, all arms if there are none, with turns of this length, s. Other rules, and the
+    /// length that is not given, are those of the class `before`.
+    ///
+    /// # Errors
+    /// As [`parse`](Self::parse).
+    pub fn of_names(
+        names: &[&str],
+        arms: &[&str],
+        turn_s: Option<u32>,
+        before: Option<&Self>,
+    ) -> Result<Self, ClassError> {
+        let mut class = before.map(|file| file.class.clone()).unwrap_or_default();
+        class.turn_s = turn_s.unwrap_or(class.turn_s);
+        class.arms = arms.iter().map(|arm| (*arm).to_owned()).collect();
+        let pupil = |name: &&str| Pupil {
+            name: name.trim().to_owned(),
+            group: None,
+            code: String::new(),
+        };
+        let file = Self {
+            class,
+            groups: BTreeMap::new(),
+            pupil: names.iter().map(pupil).collect(),
+        };
+        Self::parse(&file.to_text())
+    }
+
+    /// Checks that its arms, and those of its groups, are there.
     ///
     /// # Errors
     /// One that `place` has not.
     pub fn check_arms(&self, place: &str, has: impl Fn(&str) -> bool) -> Result<(), ClassError> {
+        if let Some(arm) = self.class.arms.iter().find(|arm| !has(arm)) {
+            return wrong(format!("[class] has the arm {arm}, which {place} has not"));
+        }
         for (group, arms) in &self.groups {
             if let Some(arm) = arms.iter().find(|arm| !has(arm)) {
                 return wrong(format!(
@@ -121,16 +154,35 @@ impl ClassFile {
         Ok(())
     }
 
-    /// Pupils without a code get the one that they have in another file, and so does the teacher without a PIN.
-    pub fn keep_codes(&mut self, before: &Self) {
-        if self.class.pin.is_empty() {
+    /// Gives pupils the codes that they have in the class `before`, and the class its PIN, whatever this file says: an old file
+    /// brings no old code back. With `uses_own` those of this file count, if it has some. The names of the pupils whose code
+    /// in this file does not count.
+    pub fn keep_codes(&mut self, before: &Self, uses_own: bool) -> Vec<String> {
+        let is_kept = |own: &str| !uses_own || own.is_empty();
+        if is_kept(&self.class.pin) {
             self.class.pin.clone_from(&before.class.pin);
         }
-        for pupil in self.pupil.iter_mut().filter(|pupil| pupil.code.is_empty()) {
-            if let Some(known) = before.named(&pupil.name) {
-                pupil.code.clone_from(&known.code);
+        let mut kept = Vec::new();
+        for pupil in &mut self.pupil {
+            let Some(known) = before.named(&pupil.name) else {
+                continue;
+            };
+            if known.code.is_empty() || !is_kept(&pupil.code) {
+                continue;
             }
+            let differs = !pupil.code.eq_ignore_ascii_case(&known.code);
+            if differs && !pupil.code.is_empty() {
+                kept.push(pupil.name.clone());
+            }
+            pupil.code.clone_from(&known.code);
         }
+        kept
+    }
+
+    /// Whether pupils may have an arm.
+    pub(crate) fn has_arm(&self, arm: &str) -> bool {
+        let arms = &self.class.arms;
+        arms.is_empty() || arms.iter().any(|known| known == arm)
     }
 
     /// Takes the codes of these pupils, or of all.

@@ -6,8 +6,8 @@ mod schedule;
 
 pub(crate) use file::is_pin;
 pub use file::{ClassFile, ClassRules, Pupil};
-pub(crate) use pages::picture;
 pub use pages::{codes_page, results_page};
+pub(crate) use pages::{picture, picture_svg};
 pub use schedule::Schedule;
 
 /// Why a file of a class or a schedule cannot be used, in words for people.

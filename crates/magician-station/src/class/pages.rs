@@ -4,6 +4,8 @@ use std::fmt::Write;
 
 use serde_json::Value;
 
+/// Free space around a picture, mm.
+const MARGIN: f64 = 2.0;
 /// Points of a picture, at most.
 const POINTS: usize = 4000;
 
@@ -12,8 +14,7 @@ const HEAD: &str = "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf
 :root{color-scheme:light dark;--line:#888}\nbody{font:16px/1.4 system-ui,sans-serif;margin:1.5rem}\n\
 h1{font-size:1.4rem}ul{list-style:none;padding:0;display:grid;gap:1rem;grid-template-columns:repeat(auto-fill,minmax(15rem,1fr))}\n\
 li{border:1px dashed var(--line);border-radius:4px;padding:.8rem;break-inside:avoid}\nsmall{color:GrayText}\n\
-code{font-size:1.8rem;letter-spacing:.15em}svg{display:block;width:100%;height:12rem;margin-bottom:.5rem}\n\
-svg path{fill:none;stroke:currentColor;stroke-width:1.2;vector-effect:non-scaling-stroke;stroke-linecap:round}\n\
+code{font-size:1.8rem;letter-spacing:.15em}img{display:block;width:100%;height:12rem;margin-bottom:.5rem;object-fit:contain;background:#fff}\n\
 @media print{body{margin:0;color:#000;background:#fff}}\n</style>\n";
 
 /// Text as a page has it.
@@ -72,9 +73,9 @@ pub fn results_page(results: &Value) -> String {
             let _ = writeln!(
                 page,
                 "<li>{}<strong>{}</strong><br><small>{} · {}{}</small></li>",
-                svg(item),
+                image(text_of(item, "svg")),
                 escaped(text_of(item, "title")),
-                escaped(text_of(item, "time")),
+                escaped(text_of(item, "time_local")),
                 escaped(text_of(item, "arm")),
                 drawn.unwrap_or_default()
             );
@@ -85,9 +86,10 @@ pub fn results_page(results: &Value) -> String {
     page
 }
 
-/// The strokes of a result as a picture, x to the right as the preview has them.
-fn svg(item: &Value) -> String {
-    let strokes = item["strokes"].as_array().map_or(&[][..], Vec::as_slice);
+/// The strokes of a result as an SVG document with the size of the drawing in mm: x to the right and y up, as people place a
+/// drawing. Empty without strokes.
+pub(crate) fn picture_svg(strokes: &Value) -> String {
+    let strokes = strokes.as_array().map_or(&[][..], Vec::as_slice);
     let points = |stroke: &Value| -> Vec<[f64; 2]> {
         let points = stroke.as_array().into_iter().flatten();
         let pair = |point: &Value| Some([point[0].as_f64()?, point[1].as_f64()?]);
@@ -105,25 +107,38 @@ fn svg(item: &Value) -> String {
             most[axis] = most[axis].max(point[axis]);
         }
     }
-    // The arm's y goes to the left of a person behind it, x away: the sheet as that person sees it.
-    let [height, width] = [0, 1].map(|axis| (most[axis] - least[axis]).max(1.0));
+    let [width, height] = [0, 1].map(|axis| (most[axis] - least[axis]).max(1.0) + 2.0 * MARGIN);
     let mut path = String::new();
     for stroke in &strokes {
         for (at, point) in stroke.iter().enumerate() {
             let sign = if at == 0 { 'M' } else { 'L' };
-            let _ = write!(
-                path,
-                "{sign}{:.1} {:.1}",
-                most[1] - point[1],
-                most[0] - point[0]
-            );
+            let (x, y) = (point[0] - least[0], most[1] - point[1]);
+            let _ = write!(path, "{sign}{:.1} {:.1}", x + MARGIN, y + MARGIN);
         }
     }
     format!(
-        "<svg viewBox=\"-2 -2 {:.1} {:.1}\"><path d=\"{path}\"/></svg>",
-        width + 4.0,
-        height + 4.0
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width:.1}mm\" height=\"{height:.1}mm\" viewBox=\"0 0 {width:.1} \
+         {height:.1}\"><path d=\"{path}\" fill=\"none\" stroke=\"#222\" stroke-width=\".6\" stroke-linecap=\"round\" \
+         stroke-linejoin=\"round\"/></svg>"
     )
+}
+
+/// A picture in a page. As an image it can do nothing else, whoever made it.
+fn image(svg: &str) -> String {
+    if svg.is_empty() {
+        return String::new();
+    }
+    let mut data = String::with_capacity(svg.len() * 5 / 4);
+    for sign in svg.chars() {
+        match sign {
+            '"' => data.push('\''),
+            '<' | '>' | '#' | '%' | '&' | '\'' => {
+                let _ = write!(data, "%{:02X}", u32::from(sign));
+            }
+            _ => data.push(sign),
+        }
+    }
+    format!("<img alt=\"\" src=\"data:image/svg+xml,{data}\">")
 }
 
 /// The strokes of a preview as a result keeps them: `[[[x, y]]]`, thinned.
@@ -150,16 +165,22 @@ mod tests {
     #[test]
     fn names_and_titles_are_text_on_the_page_and_nothing_else() {
         let evil = "<script>alert(1)</script>\"&";
-        let results = json!({"results": [{"pupil": evil, "title": evil, "time": "", "arm": "arm",
-            "drawn_mm": 12.4, "strokes": [[[200, 0], [220, 10]]]}]});
+        let results = json!({"results": [{"pupil": evil, "title": evil, "time_local": evil, "arm": "arm",
+            "drawn_mm": 12.4, "svg": format!("<svg>{evil}</svg>")}]});
         let page = results_page(&results);
         assert!(!page.contains("<script"), "{page}");
-        assert!(
-            page.contains("12 mm drawn") && page.contains("M10.0 20.0L0.0 0.0"),
-            "{page}"
-        );
+        assert!(!page.contains("</svg>"), "{page}");
+        assert!(page.contains("12 mm drawn"), "{page}");
         let codes = codes_page(&json!({"pupils": [{"name": evil, "group": evil, "code": "7K3M"}]}));
         assert!(!codes.contains("<script") && codes.contains("7K3M"));
+    }
+
+    #[test]
+    fn a_picture_has_x_to_the_right_and_y_up() {
+        let svg = picture_svg(&json!([[[200, 0], [220, 10]], [[200, 10], [210, 10]]]));
+        assert!(svg.contains("M2.0 12.0L22.0 2.0M2.0 2.0L12.0 2.0"), "{svg}");
+        assert!(svg.contains("viewBox=\"0 0 24.0 14.0\""), "{svg}");
+        assert_eq!(picture_svg(&json!([])), "");
     }
 
     #[test]

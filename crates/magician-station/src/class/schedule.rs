@@ -1,5 +1,7 @@
 //! The schedule: who may use which arm when.
 
+use std::time::{Duration, UNIX_EPOCH};
+
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -48,8 +50,8 @@ struct SlotRow {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Schedule {
     text: String,
-    /// Of local time before UTC, s.
-    offset: i64,
+    /// Of local time before UTC, s. `None` if the file does not say.
+    offset: Option<i64>,
     slots: Vec<SlotRow>,
 }
 
@@ -91,7 +93,7 @@ impl Schedule {
         }
         Ok(Self {
             text: text.to_owned(),
-            offset: offset.unwrap_or_default(),
+            offset,
             slots,
         })
     }
@@ -129,7 +131,8 @@ impl Schedule {
         if slots.is_empty() {
             return None;
         }
-        let today = (now + self.offset).div_euclid(DAY);
+        let offset = self.offset.unwrap_or_default();
+        let today = (now + offset).div_euclid(DAY);
         let mut out = Vec::new();
         for slot in slots {
             let who = &slot.who[..];
@@ -143,7 +146,7 @@ impl Schedule {
                     let on =
                         (today - 1..=today + 8).filter(|day| days.contains(&day.rem_euclid(7)));
                     out.extend(on.map(|day| {
-                        let midnight = day * DAY - self.offset;
+                        let midnight = day * DAY - offset;
                         // One that ends before it begins goes on past midnight.
                         let until = if until <= from { until + DAY } else { *until };
                         Window {
@@ -158,6 +161,16 @@ impl Schedule {
         out.retain(|window| window.until > now);
         out.sort_by_key(|window| window.from);
         Some(out)
+    }
+
+    /// A time of Unix seconds for people, such as `2026-11-25 08:12`, by the clock on the wall; with `UTC` where the schedule
+    /// does not say how far that is from it.
+    pub(crate) fn local_time(&self, time: i64) -> String {
+        let since = Duration::from_secs((time + self.offset.unwrap_or_default()).max(0) as u64);
+        let text = humantime::format_rfc3339_seconds(UNIX_EPOCH + since).to_string();
+        let (day, clock) = (&text[..10], &text[11..16]);
+        let zone = if self.offset.is_none() { " UTC" } else { "" };
+        format!("{day} {clock}{zone}")
     }
 
     /// As the API has it.

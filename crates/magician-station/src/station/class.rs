@@ -83,12 +83,23 @@ impl Class {
             |what: &str, error: ClassError| tracing::warn!(%error, "the {what} is not used");
         let file = kept(&config.class, CLASS).map(|text| ClassFile::parse(&text));
         let mut file = file.and_then(|file| file.map_err(|error| noted("class", error)).ok());
-        // The file of the flags has no PIN as a rule: the teacher keeps the one of the last start.
-        if let Some(file) = file.as_mut().filter(|file| file.class.pin.is_empty())
+        if let Some(file) = &mut file
             && let Some(before) = config.jobs.kept(CLASS)
             && let Ok(before) = ClassFile::parse(&before)
         {
-            file.class.pin = before.class.pin;
+            let kept = file.keep_codes(&before, false);
+            if !kept.is_empty() {
+                let pupils = kept.join(", ");
+                tracing::warn!(
+                    pupils,
+                    "the class file has other codes for these pupils: those of the last start count, until `class set` \
+                     is told to take the file's"
+                );
+            }
+            let has = |arm: &str| config.arms.iter().any(|known| known.name == arm);
+            if let Err(ClassError(error)) = file.check_arms("this station", has) {
+                tracing::warn!(error, "another station may have it");
+            }
         }
         let schedule = kept(&config.schedule, SCHEDULE).map(|text| Schedule::parse(&text));
         let schedule =
@@ -321,60 +332,9 @@ impl Station {
     pub(super) fn class_call(&mut self, name: &str, call: &Call<'_>) -> Result<Handled, RpcError> {
         let now = call.now;
         let answer = match name {
-            "turn.list" => {
-                let mut turns = self.turns(now);
-                if let Some(person) = self.control.person(call.session) {
-                    let arms: Vec<_> = self.turn_arms(call).into_iter().flatten().collect();
-                    let (person, arms) = (self.person_name(person), self.names_of(&arms));
-                    turns["you"] = json!({"person": person, "arms": arms});
-                }
-                turns
-            }
-            "turn.join" => {
-                let arms = self.turn_arms(call)?;
-                if self.control.is_bound(call.session) {
-                    let Some(person) = self.control.person(call.session) else {
-                        let why = "turns are of persons: sign in with name and code first";
-                        return Err(RpcError::new(RpcError::FORBIDDEN, why));
-                    };
-                    let joined = self.control.join_turn(now, person, arms);
-                    joined.map_err(|_| no_class())?;
-                }
-                self.turns(now)
-            }
-            "turn.leave" => {
-                if let Some(person) = self.control.person(call.session) {
-                    self.control.leave_turn(now, person);
-                }
-                Value::Null
-            }
-            "class.get" => self.shown_class(call.grant.role),
-            "class.set" => {
-                let text = call.params.text("text").unwrap_or_default();
-                if text.trim().is_empty() {
-                    self.begin_class(now, None);
-                } else {
-                    let mut file = ClassFile::parse(text).map_err(|error| wrong("text", error))?;
-                    if !call.params.is_on("elsewhere") {
-                        let has = |arm: &str| self.arm_named(Some(arm)).is_ok();
-                        let arms = file.check_arms("this station", has);
-                        arms.map_err(|error| wrong("text", error))?;
-                    }
-                    if let Some(before) = &self.class.file {
-                        file.keep_codes(before);
-                    }
-                    file.make_codes(self.config.random);
-                    if let Some(maker) = self.sessions.get_mut(&call.session)
-                        && maker.entry == Entry::Place
-                    {
-                        // Whoever makes the class is told its PIN by the answer.
-                        maker.entry = Entry::Pin;
-                    }
-                    self.begin_class(now, Some(file));
-                }
-                self.count_out(now);
-                self.shown_class(Role::Teacher)
-            }
+            _ if name.starts_with("turn.") => self.turn_call(name, call)?,
+            "class.get" => self.shown_class(now, call.grant.role),
+            "class.set" => return self.set_class(call).map(Handled::Now),
             "class.codes" => {
                 let names = call.params.texts("pupils");
                 let mut file = self.class.file.clone().ok_or_else(no_class)?;
@@ -382,7 +342,7 @@ impl Station {
                 dropped.map_err(|error| wrong("pupils", error))?;
                 file.make_codes(self.config.random);
                 self.begin_class(now, Some(file));
-                self.shown_class(Role::Teacher)
+                self.shown_class(now, Role::Teacher)
             }
             "class.freeze" | "class.free" => {
                 let arms = self.arms_meant(call)?;
@@ -402,7 +362,7 @@ impl Station {
                 return Ok(self.answer_when_kept(call, arms, told, IfUnkept::Stand));
             }
             "class.send" => return self.send_to_arms(call),
-            "class.results" => self.results(),
+            "class.results" => self.shown_results(),
             "schedule.get" => self.shown_schedule(now),
             "schedule.set" => {
                 let text = call.params.text("text").unwrap_or_default();
@@ -420,6 +380,54 @@ impl Station {
             _ => return Err(RpcError::internal(format!("{name} does nothing"))),
         };
         Ok(Handled::Now(answer))
+    }
+
+    /// Begins the class that a request gives, as a file or by names, or ends the class.
+    fn set_class(&mut self, call: &Call<'_>) -> Result<Value, RpcError> {
+        let (text, names) = (call.params.text("text"), call.params.texts("names"));
+        let mut codes_kept = Vec::new();
+        let (param, read) = match (text, &names) {
+            (Some(text), None) if text.trim().is_empty() => ("text", None),
+            (Some(text), None) => ("text", Some(ClassFile::parse(text))),
+            (None, Some(names)) => {
+                let arms = call.params.texts("arms").unwrap_or_default();
+                let turn_s = call.params.integer("turn_s").map(|turn| turn as u32);
+                let before = self.class.file.as_ref();
+                (
+                    "names",
+                    Some(ClassFile::of_names(names, &arms, turn_s, before)),
+                )
+            }
+            _ => {
+                let why = "a class is `text`, its file, or `names`, those of its pupils";
+                return Err(RpcError::param("text", why));
+            }
+        };
+        if let Some(read) = read {
+            let mut file = read.map_err(|error| wrong(param, error))?;
+            if !call.params.is_on("elsewhere") {
+                let has = |arm: &str| self.arm_named(Some(arm)).is_ok();
+                let arms = file.check_arms("this station", has);
+                arms.map_err(|error| wrong(param, error))?;
+            }
+            if let Some(before) = &self.class.file {
+                codes_kept = file.keep_codes(before, call.params.is_on("use_codes"));
+            }
+            file.make_codes(self.config.random);
+            if let Some(maker) = self.sessions.get_mut(&call.session)
+                && maker.entry == Entry::Place
+            {
+                // Whoever makes the class is told its PIN by the answer.
+                maker.entry = Entry::Pin;
+            }
+            self.begin_class(call.now, Some(file));
+        } else {
+            self.begin_class(call.now, None);
+        }
+        self.count_out(call.now);
+        let mut shown = self.shown_class(call.now, Role::Teacher);
+        shown["codes_kept"] = json!(codes_kept);
+        Ok(shown)
     }
 
     /// Freezes the arms that were frozen when the last station ended, and stops what they still do.
@@ -476,19 +484,36 @@ impl Station {
         self.control.set_turns(now, rules);
     }
 
-    pub(super) fn shown_class(&self, role: Role) -> Value {
+    pub(super) fn shown_class(&self, now: HostInstant, role: Role) -> Value {
         let Some(file) = &self.class.file else {
             return json!({"class": null, "groups": {}, "pupils": [], "pin": null, "text": null});
         };
         let teaches = role == Role::Teacher;
         let pupils = file.pupil.iter().map(|pupil| {
-            let code = teaches.then_some(&pupil.code);
-            json!({"name": pupil.name, "group": pupil.group, "code": code})
+            let mut shown = json!({
+                "name": pupil.name, "group": pupil.group, "code": null, "here": null, "place": null, "arm": null,
+            });
+            if teaches {
+                let of = |person: &Person| matches!(person, Person::Pupil(name) if *name == pupil.name);
+                shown["here"] = json!(self.is_here(&pupil.name));
+                let number = self.class.persons.iter().position(of);
+                let person = number.map(|at| PersonId(at as u64));
+                let waits = |person| self.control.places().position(|place| place.person == person);
+                shown["place"] = json!(person.and_then(waits).map(|at| at + 1));
+                let has = |person| {
+                    let turn = |arm: &ArmId| self.control.turn(now, *arm).map(|(turn, _)| turn.person);
+                    self.arm_ids().find(|arm| turn(arm) == Some(person))
+                };
+                let arm = person.and_then(has).map(|arm| self.arm(arm).entry.name.as_str());
+                shown["arm"] = json!(arm);
+                shown["code"] = json!(pupil.code);
+            }
+            shown
         });
         let rules = &file.class;
         let class = json!({
             "turn_s": rules.turn_s, "grace_s": file.turns().grace.as_secs(),
-            "finish_job": rules.finish_job, "speed": rules.speed, "fence": rules.fence,
+            "finish_job": rules.finish_job, "speed": rules.speed, "fence": rules.fence, "arms": rules.arms,
         });
         json!({
             "class": class, "groups": file.groups, "pupils": pupils.collect::<Vec<_>>(),
@@ -496,8 +521,11 @@ impl Station {
         })
     }
 
-    /// The arms that `arms` names; without it all.
+    /// The arm of a request, else those that `arms` names, else all.
     pub(super) fn arms_meant(&self, call: &Call<'_>) -> Result<Vec<ArmId>, RpcError> {
+        if let Some(arm) = call.arm {
+            return Ok(vec![arm]);
+        }
         let Some(names) = call.params.texts("arms") else {
             return Ok(self.arm_ids().collect());
         };
@@ -514,6 +542,12 @@ impl Station {
         let name = &self.arm(arm).entry.name;
         let why = format!("the teacher has frozen {name}: wait until it is freed");
         RpcError::new(RpcError::FROZEN, why).with("arm", name.clone())
+    }
+
+    /// True if a pupil has signed in and is there.
+    fn is_here(&self, pupil: &str) -> bool {
+        let mut sessions = self.sessions.values();
+        sessions.any(|session| session.socket.is_some() && session.pupil.as_deref() == Some(pupil))
     }
 
     /// The group of a pupil.
@@ -533,7 +567,7 @@ fn too_many(of: &str, met: &TooManyCodes) -> RpcError {
     error.with("wait_s", wait)
 }
 
-fn no_class() -> RpcError {
+pub(super) fn no_class() -> RpcError {
     let why = "this station has no class: a teacher gives it one first (class.set)";
     RpcError::arm(magician::ErrorKind::InvalidInput, why)
 }

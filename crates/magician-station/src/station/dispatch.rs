@@ -209,7 +209,11 @@ impl Station {
         // Without a name a stop means all of them.
         let arm = match (method.takes_arm(), method.name) {
             (false, _) => None,
-            (true, "arm.stop" | "turn.join" | "jog.stop") if params.text("arm").is_none() => None,
+            (true, "arm.stop" | "turn.join" | "turn.end" | "turn.next" | "jog.stop")
+                if params.text("arm").is_none() =>
+            {
+                None
+            }
             (true, _) => Some(self.arm_named(params.text("arm"))?),
         };
         let grant = { self.sessions.get(&session) }.map(|session| session.grant.clone());

@@ -1,5 +1,6 @@
 //! Jobs that wait for their arm, and what came of those of pupils.
 
+use magician_program::Format;
 use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
@@ -33,7 +34,7 @@ pub(super) struct QueuedJob {
     /// It waits for somebody's word: `yes` that it may burn or that its dangerous commands are meant, `stopped` its owner's
     /// since the arm was stopped, `restart` the same since the station was started anew, `unkept` since the disk did not take
     /// its start.
-    held: Option<&'static str>,
+    pub(super) held: Option<&'static str>,
 }
 
 impl Station {
@@ -65,6 +66,9 @@ impl Station {
         let id = self.text_id('j', job.0);
         let of = (arm, self.arm(arm).entry.name.clone());
         let mut record = JobRecord::new(id, of, job, order.clone());
+        // It is read when it begins. Up to then its file is what people know it by.
+        let title = Format::title(order.source.bytes.name());
+        record.title = Some(title.to_owned()).filter(|title| !title.is_empty());
         "queued".clone_into(&mut record.state);
         record.on_lost = on_lost;
         record.hidden.owner = self.owner_of(call);
@@ -394,6 +398,7 @@ impl Station {
             if before == after {
                 continue;
             }
+            self.control.turns_changed();
             let moves_alone = before.0.is_some() && before.1 == after.1;
             (record.place, record.reason) = after;
             if moves_alone {

@@ -12,6 +12,8 @@ use crate::order::{ArmOrder, JobOrder};
 
 /// Results that are kept, at most.
 const MOST: usize = 500;
+/// The title of a program that has none, such as one that a page sent as text.
+const UNTITLED: &str = "without a title";
 
 impl Station {
     /// Keeps what came of a pupil's job that is done, and asks for its picture.
@@ -69,8 +71,23 @@ impl Station {
 
     /// What pupils have made, as `class.results` answers it.
     #[must_use]
-    pub(super) fn results(&self) -> Value {
-        json!({"results": self.class.results})
+    pub(super) fn shown_results(&self) -> Value {
+        let schedule = self.class.schedule.clone().unwrap_or_default();
+        let results = self.class.results.iter().map(|kept| {
+            let mut shown = kept.clone();
+            let time = kept["time"].as_str().unwrap_or_default();
+            let unix = humantime::parse_rfc3339(time).ok();
+            let unix = unix.and_then(|time| time.duration_since(UNIX_EPOCH).ok());
+            shown["time_local"] =
+                json!(unix.map(|unix| schedule.local_time(unix.as_secs() as i64)));
+            shown["title"] = json!(kept["title"].as_str().unwrap_or(UNTITLED));
+            if let Some(members) = shown.as_object_mut() {
+                let strokes = members.remove("strokes").unwrap_or_default();
+                members.insert("svg".to_owned(), json!(crate::class::picture_svg(&strokes)));
+            }
+            shown
+        });
+        json!({"results": results.collect::<Vec<_>>()})
     }
 
     pub(super) fn keep_results(&mut self) {

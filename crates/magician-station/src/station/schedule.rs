@@ -7,14 +7,20 @@ use serde_json::{Value, json};
 
 use super::Station;
 use super::class::{ANEW, Person};
-use crate::control::{PersonId, Slot};
+use crate::control::{ArmId, PersonId, Slot};
+
+/// A slot that is open.
+pub(super) struct OpenSlot {
+    /// Who may have the arm: pupils, groups, tokens, or `teacher`.
+    pub(super) who: Vec<String>,
+    /// When it ends, Unix seconds. `None` without end.
+    pub(super) until: Option<i64>,
+}
 
 impl Station {
-    /// Counts the slots of the schedule out, from now on.
+    /// Counts the slots of the schedule out, from now on. An arm that the class does not give to pupils is in none.
     pub(super) fn count_out(&mut self, now: HostInstant) {
-        let Some(schedule) = self.class.schedule.clone() else {
-            return;
-        };
+        let schedule = self.class.schedule.clone().unwrap_or_default();
         let unix = self.unix(now).floor() as i64;
         let at = |time: i64| {
             let since = time as f64 - self.config.unix_zero;
@@ -22,7 +28,11 @@ impl Station {
         };
         let mut all = Vec::new();
         for arm in self.arm_ids() {
-            let windows = schedule.windows(&self.arm(arm).entry.name, unix);
+            let windows = if self.is_for_pupils(arm) {
+                schedule.windows(&self.arm(arm).entry.name, unix)
+            } else {
+                Some(Vec::new())
+            };
             let windows = windows.map(|windows| {
                 let windows = windows.iter();
                 windows
@@ -42,7 +52,43 @@ impl Station {
             });
             self.control.set_slots(now, arm, slots);
         }
+        self.control.drop_closed_places(now);
         self.class.anew = Some(now + ANEW);
+    }
+
+    /// Whether the class gives an arm to pupils.
+    fn is_for_pupils(&self, arm: ArmId) -> bool {
+        let file = self.class.file.as_ref();
+        file.is_none_or(|file| file.has_arm(&self.arm(arm).entry.name))
+    }
+
+    /// The slot that an arm is in now, in the words of the schedule. `None` where anybody may have it, and between slots.
+    pub(super) fn slot(&self, now: HostInstant, arm: ArmId) -> Option<OpenSlot> {
+        if !self.is_for_pupils(arm) {
+            let who = vec!["teacher".to_owned()];
+            return Some(OpenSlot { who, until: None });
+        }
+        let unix = self.unix(now).floor() as i64;
+        let schedule = self.class.schedule.as_ref()?;
+        let windows = schedule.windows(&self.arm(arm).entry.name, unix)?;
+        let open: Vec<_> = { windows.iter() }
+            .filter(|window| window.from <= unix)
+            .collect();
+        let until = open.iter().map(|window| window.until).min()?;
+        let who = open.iter().flat_map(|window| window.who);
+        Some(OpenSlot {
+            who: who.cloned().collect::<BTreeSet<_>>().into_iter().collect(),
+            until: Some(until),
+        })
+    }
+
+    /// When the next slot of an arm begins that is in none now, Unix seconds. `None` for one that may be had, or never.
+    pub(super) fn free_at(&self, now: HostInstant, arm: ArmId) -> Option<i64> {
+        let unix = self.unix(now).floor() as i64;
+        let schedule = self.class.schedule.as_ref()?;
+        let windows = schedule.windows(&self.arm(arm).entry.name, unix)?;
+        let next = windows.first().filter(|_| self.is_for_pupils(arm))?;
+        (next.from > unix).then_some(next.from)
     }
 
     /// The persons whom names mean: pupils, groups, tokens.

@@ -234,9 +234,12 @@ impl Records {
         { self.all.iter_mut() }.find(|record| record.number == Some(job))
     }
 
+    pub(super) fn with_number(&self, job: JobId) -> Option<&JobRecord> {
+        self.all.iter().find(|record| record.number == Some(job))
+    }
+
     pub(super) fn id_of(&self, job: JobId) -> Option<String> {
-        let record = { self.all.iter() }.find(|record| record.number == Some(job));
-        record.map(|record| record.id.clone())
+        self.with_number(job).map(|record| record.id.clone())
     }
 
     /// The job of an arm that is not over.

@@ -6,11 +6,122 @@ use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
 use super::Station;
-use super::dispatch::Call;
-use crate::api::{Notice, RpcError};
-use crate::control::{ArmId, Effect, SessionId, TTL, TurnState};
+use super::class::no_class;
+use super::dispatch::{Call, forbidden};
+use crate::api::{Notice, Role, RpcError};
+use crate::control::{
+    ArmId, Effect, Hindrance, JobClaim, NoQueue, PersonId, SessionId, TTL, TurnState,
+};
 
 impl Station {
+    pub(super) fn turn_call(&mut self, name: &str, call: &Call<'_>) -> Result<Value, RpcError> {
+        let now = call.now;
+        match name {
+            "turn.list" => {
+                let mut turns = self.turns(now);
+                if let Some(person) = self.control.person(call.session) {
+                    let arms: Vec<_> = self.turn_arms(call).into_iter().flatten().collect();
+                    let (person, arms) = (self.person_name(person), self.names_of(&arms));
+                    turns["you"] = json!({"person": person, "arms": arms});
+                }
+                Ok(turns)
+            }
+            "turn.join" => {
+                let arms = self.turn_arms(call)?;
+                if self.control.is_bound(call.session) {
+                    let Some(person) = self.control.person(call.session) else {
+                        let why = "turns are of persons: sign in with name and code first";
+                        return Err(RpcError::new(RpcError::FORBIDDEN, why));
+                    };
+                    let joined = self.control.join_turn(now, person, arms.clone());
+                    joined.map_err(|why| match why {
+                        NoQueue::NoTurns => no_class(),
+                        NoQueue::Schedule => self.kept_by_schedule(now, &arms),
+                    })?;
+                }
+                Ok(self.turns(now))
+            }
+            "turn.leave" => {
+                for person in self.who_leaves(call)? {
+                    self.control.leave_turn(now, person);
+                }
+                Ok(Value::Null)
+            }
+            "turn.end" => {
+                let mut arms = self.arms_meant(call)?;
+                arms.retain(|arm| self.control.turn(now, *arm).is_some());
+                for arm in &arms {
+                    self.control.finish_turn(now, *arm);
+                }
+                Ok(json!({"arms": self.names_of(&arms)}))
+            }
+            "turn.next" => {
+                let mut arms = self.arms_meant(call)?;
+                arms.retain(|arm| self.control.pass_turn(now, *arm).is_ok());
+                if let (Some(arm), true) = (call.arm, arms.is_empty()) {
+                    let name = &self.arm(arm).entry.name;
+                    let why = format!("nobody who is there waits to follow a turn at {name}");
+                    return Err(RpcError::param("arm", why));
+                }
+                Ok(json!({"arms": self.names_of(&arms)}))
+            }
+            _ => Err(RpcError::internal(format!("{name} does nothing"))),
+        }
+    }
+
+    /// The persons who leave the queue by a request: its own, or, for a teacher, all who have the name that it gives.
+    fn who_leaves(&self, call: &Call<'_>) -> Result<Vec<PersonId>, RpcError> {
+        let own = self.control.person(call.session);
+        let Some(name) = call.params.text("person") else {
+            return Ok(own.into_iter().collect());
+        };
+        if self.control.is_bound(call.session) && own.map(|own| self.person_name(own)) != Some(name)
+        {
+            return Err(forbidden(
+                &call.grant,
+                Role::Teacher,
+                "the place of somebody else",
+            ));
+        }
+        let persons = (0..).map(PersonId).zip(&self.class.persons);
+        let named: Vec<_> = { persons.filter(|(_, person)| person.name() == name) }
+            .map(|(id, _)| id)
+            .collect();
+        if named.is_empty() {
+            let name = magician_protocol::visible(name);
+            return Err(RpcError::param(
+                "person",
+                format!("nobody is called {name}"),
+            ));
+        }
+        Ok(named)
+    }
+
+    /// Why nobody of this name gets a place at these arms.
+    fn kept_by_schedule(&self, now: HostInstant, arms: &BTreeSet<ArmId>) -> RpcError {
+        let slots = arms.iter().map(|arm| (*arm, self.slot(now, *arm)));
+        let Some((arm, slot)) = slots.min_by_key(|(_, slot)| slot.is_none()) else {
+            return no_class();
+        };
+        let name = &self.arm(arm).entry.name;
+        let until = slot.as_ref().and_then(|slot| slot.until);
+        let who = slot.map_or_else(|| "others".to_owned(), |slot| slot.who.join(", "));
+        let until_when = until.map_or_else(String::new, |until| {
+            let schedule = self.class.schedule.as_ref();
+            schedule.map_or_else(String::new, |schedule| {
+                format!(" until {}", schedule.local_time(until))
+            })
+        });
+        let several = if arms.len() > 1 {
+            ", and none of the others is for you"
+        } else {
+            ""
+        };
+        let why = format!("{name} is for {who}{until_when}{several}: ask the teacher for a slot");
+        { RpcError::new(RpcError::FORBIDDEN, why).with("arm", name.clone()) }
+            .with("until", json!(until))
+    }
+
     /// Turns and queue, as clients see them.
     pub(super) fn turns(&self, now: HostInstant) -> Value {
         let rules = self.control.turn_rules();
@@ -24,19 +135,36 @@ impl Station {
             let left = turn
                 .and_then(|(_, left)| left)
                 .map(|left| left.as_secs_f64());
+            let slot = self.slot(now, arm);
+            let jobs = self.control.jobs(arm).map(|claim| {
+                let record = self.records.with_number(claim.job);
+                json!({
+                    "job": self.job_id(claim.job),
+                    "title": record.and_then(|record| record.title.as_deref()),
+                    "person": claim.person.map(|person| self.person_name(person)),
+                    "reason": self.why_job_waits(now, claim),
+                })
+            });
             json!({
                 "arm": self.arm(arm).entry.name,
                 "person": turn.map(|(turn, _)| self.person_name(turn.person)),
                 "state": state,
                 "left_s": left,
                 "frozen": self.control.is_frozen(arm),
+                "jobs": jobs.collect::<Vec<_>>(),
+                "slot": slot.map(|slot| json!({"who": slot.who, "until": slot.until})),
+                "free_at": self.free_at(now, arm),
             })
         });
         let queue = (1..).zip(self.control.places()).map(|(at, place)| {
             let arms: Vec<_> = place.arms.iter().copied().collect();
+            let hindrance = self.control.place_hindrance(now, place);
+            let from = hindrance.and_then(|(_, from)| from);
             json!({
                 "place": at, "person": self.person_name(place.person),
                 "arms": self.names_of(&arms), "missed": place.missed,
+                "reason": hindrance.map(|(why, _)| reason(why)),
+                "from": from.map(|from| self.unix(from).round()),
             })
         });
         let queue: Vec<Value> = queue.collect();
@@ -45,6 +173,18 @@ impl Station {
             "arms": arms.collect::<Vec<_>>(),
             "queue": queue,
         })
+    }
+
+    /// Why a job waits, beside those in front of it.
+    fn why_job_waits(&self, now: HostInstant, claim: &JobClaim) -> Option<&'static str> {
+        let queued = self.class.queue.get(&claim.job);
+        if let Some(held) = queued.and_then(|queued| queued.held) {
+            return Some(held);
+        }
+        if !self.arm(claim.arm).link {
+            return Some("lost");
+        }
+        self.control.job_hindrance(now, claim).map(reason)
     }
 
     pub(super) fn tell_turn(&mut self, now: HostInstant, effect: Effect) {
@@ -127,5 +267,15 @@ impl Station {
             ),
             None => format!("the schedule gives {name} to others now"),
         })
+    }
+}
+
+const fn reason(hindrance: Hindrance) -> &'static str {
+    match hindrance {
+        Hindrance::Frozen => "frozen",
+        Hindrance::Schedule => "schedule",
+        Hindrance::Turn => "turn",
+        Hindrance::Busy => "busy",
+        Hindrance::Away => "away",
     }
 }

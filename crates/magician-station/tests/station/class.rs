@@ -295,9 +295,12 @@ async fn the_schedule_holds_by_the_stations_clock() {
     let text = "[[slot]]\narms = [\"arm\"]\nwho = [\"red\"]\nfrom = 1970-01-12T13:00:00Z\nuntil = \"1970-01-12T13:48:00Z\"\n";
     teacher.ok("schedule.set", json!({"text": text})).await;
     let (mut ada, mut ben) = (pupil(&bench, "Ada").await, pupil(&bench, "Ben").await);
-    ben.ok("turn.join", json!({})).await;
-    ben.listen(Duration::from_millis(1)).await;
-    assert!(ben.noticed("turn.granted").is_empty());
+    let kept = ben.call("turn.join", json!({})).await.unwrap_err();
+    assert_eq!(
+        (&kept["data"]["arm"], &kept["data"]["until"]),
+        (&json!("arm"), &json!(1_000_080)),
+        "no place that never comes: {kept}"
+    );
     ada.ok("lease.acquire", json!({})).await;
     pass(85, &mut [&mut ada, &mut ben]).await;
     assert_eq!(
@@ -318,6 +321,174 @@ async fn the_schedule_holds_by_the_stations_clock() {
             .unwrap()
             .contains("nose")
     );
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_place_for_a_later_slot_says_from_when_and_an_arm_whose_it_is() {
+    let (bench, mut teacher) = class(1).await;
+    let slot = |who: &str, from: &str, until: &str| {
+        format!(
+            "[[slot]]\narms = [\"arm\"]\nwho = [\"{who}\"]\nfrom = 1970-01-12T{from}Z\nuntil = 1970-01-12T{until}Z\n"
+        )
+    };
+    let text = slot("red", "13:00:00", "13:48:00") + &slot("Ben", "13:48:30", "13:50:00");
+    teacher.ok("schedule.set", json!({"text": text})).await;
+    let mut ben = pupil(&bench, "Ben").await;
+    let turns = ben.ok("turn.join", json!({})).await;
+    let place = &turns["queue"][0];
+    assert_eq!(
+        (&place["reason"], &place["from"]),
+        (&json!("schedule"), &json!(1_000_110.0))
+    );
+    let arm = &turns["arms"][0];
+    assert_eq!(arm["slot"], json!({"who": ["red"], "until": 1_000_080}));
+    pass(90, &mut [&mut ben, &mut teacher]).await;
+    let arm = ben.ok("turn.list", json!({})).await["arms"][0].clone();
+    assert_eq!(
+        (&arm["slot"], &arm["free_at"]),
+        (&Value::Null, &json!(1_000_110))
+    );
+    assert!(
+        ben.noticed("turn.changed")
+            .iter()
+            .any(|told| told["arms"][0]["slot"].is_null())
+    );
+    pass(30, &mut [&mut ben, &mut teacher]).await;
+    assert_eq!(ben.noticed("turn.granted").len(), 1);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_class_of_names_has_its_arms_and_keeps_the_codes_that_count() {
+    let bench = LocalStation::new(2).await;
+    let mut teacher = bench.join_as("Ms Lee", Role::Teacher).await;
+    let names = json!({"names": ["Ada", "Ben"], "arms": ["arm2"], "turn_s": 60});
+    let made = teacher.ok("class.set", names).await;
+    assert_eq!(
+        (&made["class"]["turn_s"], &made["class"]["arms"]),
+        (&json!(60), &json!(["arm2"]))
+    );
+    let code = |class: &Value| class["pupils"][0]["code"].as_str().unwrap().to_owned();
+    let mut ada = sign_in(&bench, "Ada", &code(&made)).await.unwrap();
+    let arm = teacher.ok("turn.list", json!({})).await["arms"][0]["arm"].clone();
+    assert_eq!(ada.code("lease.acquire", json!({"arm": arm})).await, -32002);
+    let error = ada
+        .call("turn.join", json!({"arm": arm}))
+        .await
+        .unwrap_err();
+    assert!(
+        error["message"]
+            .as_str()
+            .unwrap()
+            .contains("is for teacher"),
+        "{error}"
+    );
+    let turns = ada.ok("turn.join", json!({})).await;
+    assert_eq!(
+        turns["arms"][1]["person"], "Ada",
+        "any arm is one of the class"
+    );
+    // A renewed code outlives the file from before.
+    let old = made["text"].as_str().unwrap().to_owned();
+    let renewed = teacher.ok("class.codes", json!({"pupils": ["Ada"]})).await;
+    let again = teacher.ok("class.set", json!({"text": old})).await;
+    assert_eq!(
+        (code(&again), &again["codes_kept"]),
+        (code(&renewed), &json!(["Ada"]))
+    );
+    let meant = json!({"text": old, "use_codes": true});
+    let again = teacher.ok("class.set", meant).await;
+    assert_eq!(
+        (code(&again), &again["codes_kept"]),
+        (code(&made), &json!([]))
+    );
+    // Names alone leave the other rules as they are.
+    let fewer = teacher.ok("class.set", json!({"names": ["Ada"]})).await;
+    assert_eq!(
+        (code(&fewer), &fewer["class"]["turn_s"]),
+        (code(&made), &json!(60))
+    );
+    for wrong in [
+        json!({}),
+        json!({"names": ["Ada"], "text": ""}),
+        json!({"names": ["Ada", "ada"]}),
+        json!({"names": [" "]}),
+    ] {
+        assert_eq!(
+            teacher.code("class.set", wrong.clone()).await,
+            -32602,
+            "{wrong}"
+        );
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_teacher_ends_a_turn_passes_it_on_and_takes_a_place_away() {
+    let (bench, mut teacher) = class(1).await;
+    let (mut ada, mut ben) = (pupil(&bench, "Ada").await, pupil(&bench, "Ben").await);
+    ada.ok("turn.join", json!({})).await;
+    assert_eq!(
+        teacher.code("turn.next", json!({"arm": "arm"})).await,
+        -32602
+    );
+    ben.ok("turn.join", json!({})).await;
+    let class = teacher.ok("class.get", json!({})).await["pupils"].clone();
+    let of =
+        |at: usize| [&class[at]["here"], &class[at]["place"], &class[at]["arm"]].map(Value::clone);
+    assert_eq!(of(0), [json!(true), Value::Null, json!("arm")]);
+    assert_eq!(of(1), [json!(true), json!(1), Value::Null]);
+    assert_eq!(
+        ada.ok("class.get", json!({})).await["pupils"][1]["here"],
+        Value::Null
+    );
+    assert_eq!(ada.code("turn.next", json!({})).await, -32001);
+    teacher.ok("turn.next", json!({"arm": "arm"})).await;
+    let turns = teacher.ok("turn.list", json!({})).await;
+    assert_eq!(
+        (&turns["arms"][0]["person"], &turns["queue"][0]["person"]),
+        (&json!("Ben"), &json!("Ada"))
+    );
+    ben.ok("arm.move", json!({"to": [220, 0, 40, 0]})).await;
+    assert_eq!(
+        ben.code("turn.leave", json!({"person": "Ada"})).await,
+        -32001
+    );
+    teacher.ok("turn.leave", json!({"person": "Ada"})).await;
+    assert_eq!(
+        teacher.ok("turn.end", json!({})).await["arms"],
+        json!(["arm"])
+    );
+    let turns = teacher.ok("turn.list", json!({})).await;
+    assert_eq!(
+        (&turns["arms"][0]["person"], &turns["queue"]),
+        (&Value::Null, &json!([]))
+    );
+    assert_eq!(
+        teacher.code("turn.leave", json!({"person": "Eve"})).await,
+        -32602
+    );
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_job_that_waits_is_shown_at_its_arm_with_what_keeps_it() {
+    let (bench, mut teacher) = class(1).await;
+    let mut ada = pupil(&bench, "Ada").await;
+    ada.ok("turn.join", json!({})).await;
+    let put = json!({"name": "strokes.json", "text": plan(2)});
+    teacher.ok("program.put", put).await;
+    teacher
+        .ok("class.send", json!({"program": "strokes.json"}))
+        .await;
+    let waits = |turns: &Value| turns["arms"][0]["jobs"][0].clone();
+    let job = waits(&teacher.ok("turn.list", json!({})).await);
+    assert_eq!(
+        (&job["title"], &job["reason"]),
+        (&json!("strokes"), &json!("turn")),
+        "{job}"
+    );
+    teacher.ok("class.freeze", json!({})).await;
+    teacher.listen(Duration::from_millis(1)).await;
+    let told = teacher.noticed("turn.changed");
+    assert_eq!(waits(told.last().unwrap())["reason"], "frozen");
 }
 
 #[tokio::test(start_paused = true)]

@@ -204,7 +204,14 @@ async fn a_pin_is_made_and_kept_and_a_new_one_ends_the_sessions_of_the_old() {
     assert_eq!(page.ok("class.get", json!({})).await["pin"], json!(pin));
     let other = if pin == PIN { "111111" } else { PIN };
     let text = made.replace("[class]", &format!("[class]\npin = \"{other}\""));
-    teacher.ok("class.set", json!({"text": text})).await;
+    let kept = teacher.ok("class.set", json!({"text": text})).await;
+    assert_eq!(
+        kept["pin"],
+        json!(pin),
+        "an old file brings no old PIN back"
+    );
+    let set = json!({"text": text, "use_codes": true});
+    teacher.ok("class.set", set).await;
     page.listen(Duration::from_secs(1)).await;
     assert_eq!(page.closed.map(|code| code.0), Some(4403));
     for wrong in ["12345", "1234567", "12345a"] {

@@ -72,7 +72,7 @@ pub(crate) const BUGS: [(Bug, &str); 17] = [
     (Bug::JobJumpsQueue, "jobs keep their order"),
     (Bug::JobForgotten, "an arm is not idle while a job waits"),
     (Bug::EndForgotten, "a turn that is ended is over"),
-    (Bug::NextLosesPlace, "who passes a turn on waits last"),
+    (Bug::NextLosesPlace, "a turn and a place are kept"),
     (Bug::NextToNobody, "a turn and a place are kept"),
 ];
 
