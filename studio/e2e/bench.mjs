@@ -48,10 +48,11 @@ export class Station {
     rmSync(this.state, { recursive: true, force: true });
   }
 
-  /** A call past the page. */
+  /** A call past the page; of a class with this PIN as its teacher. */
   async call(method, params = {}) {
     const body = JSON.stringify({ jsonrpc: "2.0", id: 1, method, params });
-    const answer = await fetch(`${this.url}api/v1/rpc`, { method: "POST", headers: { "content-type": "application/json" }, body });
+    const headers = { "content-type": "application/json", ...(this.pin ? { authorization: `Bearer ${this.pin}` } : {}) };
+    const answer = await fetch(`${this.url}api/v1/rpc`, { method: "POST", headers, body });
     const { result, error } = await answer.json();
     if (error) throw new Error(`${method}: ${error.message}`);
     return result;

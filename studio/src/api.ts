@@ -125,6 +125,7 @@ export type JobError = {
   expected?: Pose;
   pose?: Pose;
   arm?: string;
+  until?: number | null;
   arms?: Stood[];
   role?: "viewer" | "student" | "teacher";
   needs?: "viewer" | "student" | "teacher";
@@ -162,6 +163,7 @@ export type ErrorData = {
   expected?: Pose;
   pose?: Pose;
   arm?: string;
+  until?: number | null;
   arms?: Stood[];
   role?: "viewer" | "student" | "teacher";
   needs?: "viewer" | "student" | "teacher";
@@ -199,11 +201,11 @@ export type Turns = {
       job: string;
       title: string | null;
       person: string | null;
-      reason: string | null;
+      reason: "yes" | "stopped" | "restart" | "unkept" | "frozen" | "schedule" | "turn" | "busy" | "lost" | null;
     }>;
     slot: {
       who: string[];
-      until: number;
+      until: number | null;
     } | null;
     free_at: number | null;
   }>;
@@ -229,11 +231,11 @@ export type TurnList = {
       job: string;
       title: string | null;
       person: string | null;
-      reason: string | null;
+      reason: "yes" | "stopped" | "restart" | "unkept" | "frozen" | "schedule" | "turn" | "busy" | "lost" | null;
     }>;
     slot: {
       who: string[];
-      until: number;
+      until: number | null;
     } | null;
     free_at: number | null;
   }>;
@@ -743,6 +745,29 @@ export type Preset = {
   options?: Setup;
   text?: string;
   problem?: string;
+};
+
+export type Class = {
+  class: {
+    turn_s: number;
+    grace_s: number;
+    finish_job: boolean;
+    speed: number | null;
+    fence: FenceChange | null;
+    arms: string[];
+  } | null;
+  groups: Record<string, string[]>;
+  pupils: Array<{
+    name: string;
+    group: string | null;
+    code: string | null;
+    here: boolean | null;
+    place: number | null;
+    arm: string | null;
+  }>;
+  pin: string | null;
+  text: string | null;
+  codes_kept?: string[];
 };
 
 export interface Methods {
@@ -1647,7 +1672,7 @@ export interface Methods {
       outlines: number[][][];
     };
   };
-  /** Gives the station a class, in the place of the one before. Pupils keep their codes; the others get one. */
+  /** Gives the station a class, in the place of the one before. Pupils who were in it keep their codes, whatever the file says, and so does the teacher the PIN; the others get one. */
   "class.set": {
     params: {
       text?: string;
@@ -1657,78 +1682,20 @@ export interface Methods {
       use_codes?: boolean;
       elsewhere?: boolean;
     };
-    result: {
-      codes_kept?: string[];
-      class: {
-        turn_s: number;
-        grace_s: number;
-        finish_job: boolean;
-        speed: number | null;
-        fence: FenceChange | null;
-      } | null;
-      groups: Record<string, string[]>;
-      pupils: Array<{
-        name: string;
-        group: string | null;
-        code: string | null;
-        here?: boolean;
-        place?: number | null;
-        arm?: string | null;
-      }>;
-      pin: string | null;
-      text: string | null;
-    };
+    result: Class;
   };
   /** The class: its rules and pupils. */
   "class.get": {
     params: {
     };
-    result: {
-      class: {
-        turn_s: number;
-        grace_s: number;
-        finish_job: boolean;
-        speed: number | null;
-        fence: FenceChange | null;
-      } | null;
-      groups: Record<string, string[]>;
-      pupils: Array<{
-        name: string;
-        group: string | null;
-        code: string | null;
-        here?: boolean;
-        place?: number | null;
-        arm?: string | null;
-      }>;
-      pin: string | null;
-      text: string | null;
-    };
+    result: Class;
   };
   /** Makes new codes: pupils who signed in with an old code have to sign in again. */
   "class.codes": {
     params: {
       pupils?: string[];
     };
-    result: {
-      class: {
-        turn_s: number;
-        grace_s: number;
-        finish_job: boolean;
-        speed: number | null;
-        fence: FenceChange | null;
-      } | null;
-      groups: Record<string, string[]>;
-      pupils: Array<{
-        name: string;
-        group: string | null;
-        code: string | null;
-        here?: boolean;
-        place?: number | null;
-        arm?: string | null;
-      }>;
-      pin: string | null;
-      text: string | null;
-    };
+    result: Class;
   };
   /** Stops arms: jobs pause, the rest ends, the laser is off. Nobody but a teacher moves them until `class.free`; the time of turns stands. */
   "class.freeze": {
@@ -1777,13 +1744,12 @@ export interface Methods {
         job: string;
         pupil: string;
         group: string | null;
-        title: string | null;
+        title: string;
         arm: string;
         time: string;
-        drawn_mm: number | null;
-        strokes: number[][][];
-        svg: string;
         time_local: string;
+        drawn_mm: number | null;
+        svg: string;
       }>;
     };
   };
@@ -1802,21 +1768,25 @@ export interface Methods {
     };
     result: null;
   };
-  /** Ends turns: their pupils have no place any more, and the next ones get the arms. */
+  /** Ends the turn at an arm, at some, or at all: its person has no place any more, and the next who waits gets the arm. What moves stops as at any end of a turn. */
   "turn.end": {
     params: {
       arm?: string;
       arms?: string[];
     };
-    result: null;
+    result: {
+      arms: string[];
+    };
   };
-  /** Passes turns on to those who wait; whose turn it was gets the last place. */
+  /** Passes the turn at an arm, at some, or at all, to the next who waits for it: the person who had it gets the last place of the queue. Refused for `arm` where nobody who is there waits; of others such an arm is left out. */
   "turn.next": {
     params: {
       arm?: string;
       arms?: string[];
     };
-    result: null;
+    result: {
+      arms: string[];
+    };
   };
   /** Whose turn it is, and who waits. */
   "turn.list": {
@@ -1916,11 +1886,11 @@ export interface Notifications {
         job: string;
         title: string | null;
         person: string | null;
-        reason: string | null;
+        reason: "yes" | "stopped" | "restart" | "unkept" | "frozen" | "schedule" | "turn" | "busy" | "lost" | null;
       }>;
       slot: {
         who: string[];
-        until: number;
+        until: number | null;
       } | null;
       free_at: number | null;
     }>;

@@ -25,6 +25,8 @@ export function slip(query: URLSearchParams): void {
   const [name, code] = [query.get("name"), query.get("code")];
   if (name !== null && code !== null) fromSlip.value = { name: name.slice(0, 40), code: code.slice(0, 12) };
 }
+// A shared tablet: whoever comes next does not find the code in the door.
+effect(() => void (store.pupil.value !== null && (fromSlip.value = null)));
 
 function hear(told: Turns): void {
   toldAt = performance.now();
@@ -64,10 +66,11 @@ effect(() => {
 export const leftOf = (turn: ArmTurn): number | null => (turn.left_s === null ? null : turn.left_s - (turn.state === "running" && !turn.frozen ? age.value : 0));
 export const turnAt = (arm: string): ArmTurn | null => turns.value?.arms.find((one) => one.arm === arm) ?? null;
 
-/** A turn in words: whose, and how long it is still. */
-export function wordsOf(arm: string): string | null {
+/** A turn in words: whose, and how long it is still; that its arm is frozen goes before. */
+export const wordsOf = (arm: string): string | null => (turnAt(arm)?.frozen ? t("class.frozen") : turnOf(arm));
+
+export function turnOf(arm: string): string | null {
   const turn = turnAt(arm);
-  if (turn?.frozen) return t("class.frozen");
   if (!turn?.person) return null;
   const left = leftOf(turn);
   return `${t(`class.${turn.state as "running"}`, { name: turn.person })}${left === null ? "" : ` ${duration(left)}`}`;
@@ -78,6 +81,8 @@ export const clockOf = (unix: number): string => new Date(unix * 1000).toLocaleT
 
 /** Under which name the asker takes turns: a pupil's, or that of a student's token. */
 const me = computed(() => store.pupil.value ?? (store.role.value === "student" ? store.ownerName.value : null));
+/** The arms that a pupil may ever have: all but those that are the teacher's alone. */
+export const myArms = computed(() => (turns.value?.arms ?? []).filter(({ slot }) => slot === null || slot.until !== null).map(({ arm }) => arm));
 const isMe = ({ person }: { person: string | null }) => person !== null && person === me.value;
 /** The turn or the place of the pupil who is signed in. */
 export const myTurn = computed(() => turns.value?.arms.find(isMe) ?? null);

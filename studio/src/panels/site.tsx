@@ -2,7 +2,7 @@
 import { effect, useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { complain, stop } from "../actions";
-import { hasClass, wordsOf } from "../class";
+import { hasClass, turnAt, turnOf } from "../class";
 import { t } from "../i18n";
 import { save } from "../log";
 import { call, show } from "../session";
@@ -39,11 +39,12 @@ function Tile({ arm }: { arm: store.ArmEntry }) {
   const { alarms, asks, waits, job, lost } = marksOf(arm);
   const isMine = holder !== null && holder.session === store.session.value;
   // Nobody knows who has the arm of a station that is gone.
-  const turn = store.socket.value === "up" ? wordsOf(name) : null;
-  const who = store.socket.value !== "up" ? t("arms.unknown") : holder === null ? t(lost ? "arms.link.lost" : "arms.free") : isMine ? t("arms.you") : holder.name;
+  const turn = store.socket.value === "up" ? turnOf(name) : null;
+  const frozen = store.socket.value === "up" && turnAt(name)?.frozen === true;
+  const who = store.socket.value !== "up" ? "" : holder === null ? t(lost ? "arms.link.lost" : "arms.free") : isMine ? t("arms.you") : holder.name;
   const doing = doingOf(arm);
   return (
-    <li class={`tile ${isMine ? "mine" : ""} ${alarms.length > 0 ? "alarmed" : ""} ${lost ? "lost" : "up"}`} data-testid={`arm-${name}`} data-holder={holder?.name ?? ""}>
+    <li class={`tile ${isMine ? "mine" : ""} ${alarms.length > 0 ? "alarmed" : ""} ${lost ? "lost" : "up"} ${frozen ? "frozen" : ""}`} data-testid={`arm-${name}`} data-holder={holder?.name ?? ""}>
       <div class="tile-head">
         <a href="#/move" onClick={() => show(name)} title={t("arms.show", { name })} aria-current={name === store.armName.value ? "true" : undefined}>
           {name}
@@ -60,6 +61,7 @@ function Tile({ arm }: { arm: store.ArmEntry }) {
       </div>
       {store.role.value === "teacher" && hasClass.value ? <TeacherTile arm={arm} /> : null}
       <div class="tile-marks">
+        {frozen ? <span class="frozen" data-testid={`frozen-${name}`}>{t("class.frozen")}</span> : null}
         {alarms.length > 0 ? <span class="alarm">{t("site.alarm", { code: `0x${(alarms[0] ?? 0).toString(16)}` })}</span> : null}
         {asks === null ? null : <span data-testid={`hand-${name}`}>{t("site.asks", { name: asks })}</span>}
         {waits > 0 ? <span>{t("site.waits", { n: waits })}</span> : null}
@@ -133,7 +135,7 @@ function Bar() {
   const none = mine.length === 0;
   const isViewer = store.role.value === "viewer";
   useEffect(() => {
-    call("program.list", {}).then(({ programs: all }) => (programs.value = all.map(({ name }) => name)), complain);
+    if (store.socket.value === "up") call("program.list", {}).then(({ programs: all }) => (programs.value = all.map(({ name }) => name)), complain);
   }, [store.socket.value]);
   const said = (work: Promise<number>) => void work.then((n) => n > 0 && store.say(t("site.done", { n })));
   const off = none || isViewer;

@@ -37,18 +37,25 @@ async function turnsOf(key: "end" | "next"): Promise<void> {
   await call(`turn.${key}`, {}).catch(complain);
 }
 
+/** As with Stop, the button is never off: that nothing was sent is said, with what stops the arms all the same. */
+async function freeze(which: { arms?: string[] }): Promise<void> {
+  if (store.socket.value !== "up") return store.say(w("class.freeze.unsent"), true);
+  await tried(() => call("class.freeze", which));
+}
+
 export function Conduct() {
   const some = [...chosen.value];
   const pupils = roll.value?.pupils ?? [];
   const count = (is: (one: (typeof pupils)[number]) => boolean) => pupils.filter(is).length;
   const values = { n: pupils.length, here: count(({ here }) => here === true), waits: count(({ place }) => place != null), missing: count(({ here }) => here === false) };
   const frozen = turns.value?.arms.filter((one) => one.frozen).length ?? 0;
-  const button = (id: string, key: Word, press: () => unknown) => <Do id={id} text={w(key)} press={press} />;
+  const off = store.socket.value !== "up";
+  const button = (id: string, key: Word, press: () => unknown) => <Do id={id} off={off} text={w(key)} press={press} />;
   return (
     <Card title={t("class.title")} class="arms conduct" more={<p class="hint" role="status" data-testid="class-count">{w("class.count", values)}</p>}>
       <div class="site-bar" role="group" aria-label={w("class.all")}>
-        <Do id="class-freeze-all" class="stop-all" text={w("class.freezeAll")} press={() => tried(() => call("class.freeze", {}))} />
-        {some.length > 0 ? <Do id="class-freeze-chosen" press={() => tried(() => call("class.freeze", { arms: some }))}>{w("class.freezeSome", { n: some.length })}</Do> : null}
+        <Do id="class-freeze-all" class="stop-all" text={w("class.freezeAll")} press={() => freeze({})} />
+        {some.length > 0 ? <Do id="class-freeze-chosen" press={() => freeze({ arms: some })}>{w("class.freezeSome", { n: some.length })}</Do> : null}
         <Do id="class-free" off={frozen === 0} text={w("class.freeAll")} press={() => tried(() => call("class.free", {}))} />
         {some.length > 0 ? <Do id="class-free-chosen" off={frozen === 0} press={() => tried(() => call("class.free", { arms: some }))}>{w("class.freeSome", { n: some.length })}</Do> : null}
         <span class="bar-gap" />

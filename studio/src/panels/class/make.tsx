@@ -16,11 +16,8 @@ const TURN = 5;
 /** Names as people paste them: one a line, or in a row with commas; each once. */
 export const namesOf = (text: string): string[] => [...new Set(text.split(/[\n,;\t]+/).map((name) => name.trim().replace(/\s+/g, " ")).filter((name) => name !== ""))];
 
-/** The arms that pupils of a class may have: those of its groups, else all. */
-const armsOf = (now: Roll | null): string[] => {
-  const limited = Object.values(now?.groups ?? {}).flat();
-  return limited.length > 0 ? limited : store.arms.value.map(({ name }) => name);
-};
+/** The arms that pupils of a class may have; none are named where they may have all. */
+const armsOf = (now: Roll | null): string[] => (now?.class?.arms.length ? now.class.arms : store.arms.value.map(({ name }) => name));
 
 function Form({ now, done }: { now: Roll | null; done: () => void }) {
   const names = useSignal((now?.pupils ?? []).map(({ name }) => name).join("\n"));
@@ -33,8 +30,7 @@ function Form({ now, done }: { now: Roll | null; done: () => void }) {
   const why = long !== undefined ? w("make.long", { name: long }) : arms.value.size === 0 ? w("make.noArms") : null;
   const make = () =>
     tried(async () => {
-      // A file has more than this form: groups, and rules for speed and fence.
-      const loses = now?.pupils.some(({ group }) => group !== null) || now?.class?.speed != null || now?.class?.fence != null;
+      const loses = now?.pupils.some(({ group }) => group !== null);
       if (loses && !(await store.ask(w("make.change"), w("make.loses"), w("make.change")))) return;
       const some = all.filter((name) => arms.value.has(name));
       const { pin } = await call("class.set", { names: given, turn_s: Math.round(minutes.value * 60), ...(some.length === all.length ? {} : { arms: some }) });

@@ -30,12 +30,12 @@ export function Results() {
   // The newest first.
   const all = results.value.toReversed();
   return (
-    <Card title={t("site.pictures")} class="arms" more={<Do id="class-results" class="quiet small" off={all.length === 0} text={t("class.results")} press={() => tried(page)} />}>
+    <Card title={t("site.pictures")} class="arms" more={<Do id="class-results" class="quiet small" text={t("class.results")} press={() => tried(page)} />}>
       {all.length === 0 ? <p class="hint">{w("results.none")}</p> : null}
       <ul class="results" data-testid="results">
         {all.map(({ job, pupil, title, arm, svg, time_local }) => (
           <li key={job}>
-            <img alt={title ?? ""} src={`data:image/svg+xml,${encodeURIComponent(svg)}`} />
+            {svg === "" ? <p class="hint">{w("results.noPicture")}</p> : <img alt={title} src={`data:image/svg+xml,${encodeURIComponent(svg)}`} />}
             <p><b>{pupil}</b> {title}</p>
             <p class="hint">{arm} · {time_local}</p>
           </li>
