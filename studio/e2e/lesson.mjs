@@ -88,6 +88,7 @@ export function lesson(test, { browser, program, shots, At = Station }) {
       await says(teacher, "pupil-Ben", "Place 1 in the queue");
       await says(teacher, "class-count", "Signed in: 3. Waiting: 2. Missing: 5.");
       await says(teacher, "turn-a1", "Ada’s turn");
+      await says(teacher, "arm-a10", "Teacher only");
       await look(teacher, "teacher");
       // An arm that is kept from the class gives nobody a place.
       const ways = await chen.getByTestId("join-arm").count();
@@ -97,7 +98,7 @@ export function lesson(test, { browser, program, shots, At = Station }) {
       assert.equal(await teacher.getByTestId("class-freeze-chosen").textContent(), "Freeze 1");
       await teacher.getByTestId("class-freeze-all").click();
       await says(teacher, "class-frozen", "Frozen: 10 of 10 arms.");
-      await says(ada, "mine-arm", "Your teacher has frozen the arms.");
+      await says(ada, "mine-arm", "Frozen by the teacher.");
       await look(teacher, "frozen");
       await look(ada, "frozen-phone");
       // .. and outlives the station.
@@ -109,7 +110,7 @@ export function lesson(test, { browser, program, shots, At = Station }) {
       await look(teacher, "killed");
       await station.start();
       await says(teacher, "class-frozen", "Frozen: 10 of 10 arms.");
-      await says(ada, "mine-arm", "Your teacher has frozen the arms.");
+      await says(ada, "mine-arm", "Frozen by the teacher.");
       await look(teacher, "after-kill");
       await teacher.getByTestId("class-free").click();
       await teacher.getByTestId("class-frozen").waitFor({ state: "detached" });
@@ -135,6 +136,8 @@ export function lesson(test, { browser, program, shots, At = Station }) {
       await look(ben, "draw-tablet");
       await ben.getByTestId("draw-start").click();
       await is(ben, "job", "done", 60_000);
+      await teacher.getByTestId("results").locator("img").waitFor();
+      assert.ok(await teacher.getByTestId("results").locator("img").evaluate(async (image) => (await image.decode(), image.naturalWidth > 0)));
       await teacher.getByTestId("results").getByText("Ben").first().waitFor();
       await look(teacher, "results");
       await ben.goto(`${station.url}#/class`);

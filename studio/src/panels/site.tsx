@@ -14,7 +14,8 @@ import * as store from "../store";
 import { Card, Do, OpenFile, Pick } from "../ui/parts";
 import type { FleetScene } from "../view/fleet";
 import { boundsOf, pathOf, UP, viewBox } from "../view/flat";
-import { TeacherTile } from "./class/tile";
+import { isTeachers, TeacherTile } from "./class/tile";
+import { w } from "./class/words";
 import "./arms.css";
 
 /** Up to so many arms each has a larger place. */
@@ -41,7 +42,7 @@ function Tile({ arm }: { arm: store.ArmEntry }) {
   // Nobody knows who has the arm of a station that is gone.
   const turn = store.socket.value === "up" ? turnOf(name) : null;
   const frozen = store.socket.value === "up" && turnAt(name)?.frozen === true;
-  const who = store.socket.value !== "up" ? "" : holder === null ? t(lost ? "arms.link.lost" : "arms.free") : isMine ? t("arms.you") : holder.name;
+  const who = store.socket.value !== "up" ? "" : holder === null ? (lost ? t("arms.link.lost") : isTeachers(turnAt(name)) ? w("tile.teacher") : t("arms.free")) : isMine ? t("arms.you") : holder.name;
   const doing = doingOf(arm);
   return (
     <li class={`tile ${isMine ? "mine" : ""} ${alarms.length > 0 ? "alarmed" : ""} ${lost ? "lost" : "up"} ${frozen ? "frozen" : ""}`} data-testid={`arm-${name}`} data-holder={holder?.name ?? ""}>

@@ -76,8 +76,8 @@ function MyPlace() {
 
 export function PupilPage() {
   useEffect(watchSite, []);
-  // What a page that was closed shows of arm and place would be of before.
-  if (store.socket.value === "closed") return <Card title={store.ownerName.value} class="arms pupil"><p class="hint">{t("why.closed")}</p></Card>;
+  // The banner says that the page was closed; arm and place would be of before.
+  if (store.socket.value === "closed") return null;
   const workshops = store.routes.value.filter((route) => ["draw", "teach", "run", "move"].includes(route));
   return (
     <>

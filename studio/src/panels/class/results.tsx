@@ -1,13 +1,18 @@
 // What the class has made, as the station draws it.
-import { useSignal } from "@preact/signals";
+import { effect, useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { tried } from "../../actions";
 import type { Result, Told } from "../../client";
 import { t } from "../../i18n";
 import { save } from "../../log";
 import { call, files, notified } from "../../session";
+import * as store from "../../store";
 import { Card, Do } from "../../ui/parts";
 import { w } from "./words";
+
+/** How often a result without a picture is looked at, and the pause between, ms. */
+const LOOKS = 5;
+const AGAIN = 1000;
 
 async function page(): Promise<void> {
   const { url, headers } = files() ?? { url: "programs/", headers: {} };
@@ -19,13 +24,25 @@ async function page(): Promise<void> {
 export function Results() {
   const results = useSignal<Result<"class.results">["results"]>([]);
   useEffect(() => {
-    const read = () => call("class.results", {}).then((told) => (results.value = told.results), () => {});
-    const hear = (...[method, params]: Told) => {
-      if (method === "job.changed" && params.job.state === "done") void read();
+    let timer: ReturnType<typeof setTimeout> | undefined;
+    // A picture is made after its job is done, which nothing tells.
+    const read = (looks: number) => {
+      clearTimeout(timer);
+      call("class.results", {}).then((told) => {
+        results.value = told.results;
+        if (looks > 1 && told.results.at(-1)?.svg === "") timer = setTimeout(() => read(looks - 1), AGAIN);
+      }, () => {});
     };
-    void read();
+    const hear = (...[method, params]: Told) => {
+      if (method === "job.changed" && params.job.state === "done") read(LOOKS);
+    };
+    const end = effect(() => void (store.socket.value === "up" && read(LOOKS)));
     notified.add(hear);
-    return () => void notified.delete(hear);
+    return () => {
+      notified.delete(hear);
+      clearTimeout(timer);
+      end();
+    };
   }, []);
   // The newest first.
   const all = results.value.toReversed();
@@ -35,8 +52,8 @@ export function Results() {
       <ul class="results" data-testid="results">
         {all.map(({ job, pupil, title, arm, svg, time_local }) => (
           <li key={job}>
-            {svg === "" ? <p class="hint">{w("results.noPicture")}</p> : <img alt={title} src={`data:image/svg+xml,${encodeURIComponent(svg)}`} />}
-            <p><b>{pupil}</b> {title}</p>
+            {svg === "" ? <p class="hint">{w("results.noPicture")}</p> : <img alt={title || w("class.untitled")} src={`data:image/svg+xml,${encodeURIComponent(svg)}`} />}
+            <p><b>{pupil}</b> {title || w("class.untitled")}</p>
             <p class="hint">{arm} · {time_local}</p>
           </li>
         ))}

@@ -1,6 +1,6 @@
 // What a teacher sees and does at one arm in a lesson.
 import { tried } from "../../actions";
-import { clockOf, turnAt, turns } from "../../class";
+import { type ArmTurn, clockOf, turnAt, turns } from "../../class";
 import { t } from "../../i18n";
 import { call } from "../../session";
 import { isKnown } from "../../site";
@@ -10,6 +10,9 @@ import { forPupil } from "./conduct";
 import { reasonOf } from "./reasons";
 import { w } from "./words";
 
+/** Whether the class leaves an arm to the teacher alone. */
+export const isTeachers = (turn: ArmTurn | null): boolean => turn?.slot != null && turn.slot.until === null;
+
 export function TeacherTile({ arm }: { arm: store.ArmEntry }) {
   const { name } = arm;
   const turn = turnAt(name);
@@ -18,7 +21,7 @@ export function TeacherTile({ arm }: { arm: store.ArmEntry }) {
   const waits = turns.value?.queue.some(({ arms }) => arms.includes(name)) === true;
   return (
     <div class="tile-teacher">
-      {slot === null ? null : <p class="tile-line" data-testid={`slot-${name}`}>{slot.until === null ? w("tile.teacher") : w("tile.slot", { who: slot.who.join(", "), time: clockOf(slot.until) })}</p>}
+      {slot === null || slot.until === null ? null : <p class="tile-line" data-testid={`slot-${name}`}>{w("tile.slot", { who: slot.who.join(", "), time: clockOf(slot.until) })}</p>}
       {slot === null && turn?.free_at != null ? <p class="tile-line" data-testid={`slot-${name}`}>{w("tile.closed", { time: clockOf(turn.free_at) })}</p> : null}
       {(turn?.jobs ?? []).map(({ job, title, person, reason }) => (
         <p key={job} class="tile-line" data-testid={`queued-${name}`}>
