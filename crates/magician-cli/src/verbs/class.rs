@@ -114,6 +114,14 @@ fn list(context: &mut Context, class: &Value, html: Option<&Path>) -> Result<(),
             columns.row([text("name"), text("group"), text("code")]);
         }
         columns.write(out)?;
+        let kept = class["codes_kept"].as_array().into_iter().flatten();
+        let kept: Vec<_> = kept.filter_map(Value::as_str).collect();
+        if !kept.is_empty() {
+            let kept = kept.join(", ");
+            out.line(format_args!(
+                "the file has other codes for {kept}: those above stay good, and --use-codes takes the file's"
+            ))?;
+        }
         match class["pin"].as_str() {
             Some(pin) => out.line(format_args!(
                 "the teacher's PIN, at the arms' computer: {pin}"
@@ -163,14 +171,6 @@ impl Class {
                 let text = file.as_deref().map(read).transpose()?.unwrap_or_default();
                 let params = json!({"text": text, "use_codes": use_codes});
                 let class = call(context, "class.set", params)?;
-                let kept = class["codes_kept"].as_array().into_iter().flatten();
-                let kept: Vec<_> = kept.filter_map(Value::as_str).collect();
-                if !kept.is_empty() {
-                    context.note(format_args!(
-                        "the file has other codes for {}: those that they have stay good (--use-codes takes the file's)",
-                        kept.join(", ")
-                    ));
-                }
                 list(context, &class, None)
             }
             What::Codes { pupils } => {

@@ -63,18 +63,17 @@ __all__ = [
     "Bounds",
     "Box",
     "Choice",
+    "Class",
+    "ClassClass",
     "ClassCodesParams",
     "ClassCodesResult",
-    "ClassCodesResultClass",
-    "ClassCodesResultPupilsItem",
     "ClassFreeParams",
     "ClassFreeResult",
     "ClassFreezeParams",
     "ClassFreezeResult",
     "ClassGetParams",
     "ClassGetResult",
-    "ClassGetResultClass",
-    "ClassGetResultPupilsItem",
+    "ClassPupilsItem",
     "ClassResultsParams",
     "ClassResultsResult",
     "ClassResultsResultResultsItem",
@@ -83,8 +82,6 @@ __all__ = [
     "ClassSendResultJobsItem",
     "ClassSetParams",
     "ClassSetResult",
-    "ClassSetResultClass",
-    "ClassSetResultPupilsItem",
     "ClientName",
     "CommandFinishedEvent",
     "Complaint",
@@ -272,7 +269,11 @@ __all__ = [
     "Tool",
     "TurnChangedNotification",
     "TurnChangedNotificationArmsItem",
+    "TurnChangedNotificationArmsItemJobsItem",
+    "TurnChangedNotificationArmsItemSlot",
     "TurnChangedNotificationQueueItem",
+    "TurnEndParams",
+    "TurnEndResult",
     "TurnEndingNotification",
     "TurnGrantedNotification",
     "TurnJoinParams",
@@ -281,12 +282,18 @@ __all__ = [
     "TurnLeaveResult",
     "TurnList",
     "TurnListArmsItem",
+    "TurnListArmsItemJobsItem",
+    "TurnListArmsItemSlot",
     "TurnListParams",
     "TurnListQueueItem",
     "TurnListResult",
     "TurnListYou",
+    "TurnNextParams",
+    "TurnNextResult",
     "Turns",
     "TurnsArmsItem",
+    "TurnsArmsItemJobsItem",
+    "TurnsArmsItemSlot",
     "TurnsQueueItem",
     "UnaccountedEvent",
     "WorldFaultParams",
@@ -554,7 +561,9 @@ class JobError(_JobErrorWords, _JobError, total=False):
     pose: Pose
     """Where it stands."""
     arm: str
-    """The arm that is frozen."""
+    """The arm that is frozen, or that the schedule keeps."""
+    until: Union[float, None]
+    """Until when the schedule keeps it, Unix time, s; null: it is not known."""
     arms: list[Stood]
     """The arms that stand all the same."""
     role: Literal["viewer", "student", "teacher"]
@@ -627,7 +636,9 @@ class ErrorData(_ErrorDataWords, total=False):
     pose: Pose
     """Where it stands."""
     arm: str
-    """The arm that is frozen."""
+    """The arm that is frozen, or that the schedule keeps."""
+    until: Union[float, None]
+    """Until when the schedule keeps it, Unix time, s; null: it is not known."""
     arms: list[Stood]
     """The arms that stand all the same."""
     role: Literal["viewer", "student", "teacher"]
@@ -673,6 +684,26 @@ class Remedy(TypedDict, total=False):
     effect: str
     """What comes of it."""
 
+class TurnsArmsItemJobsItem(TypedDict):
+    """Part of a message."""
+
+    job: str
+    """The job."""
+    title: Union[str, None]
+    """Its title; null: it has none."""
+    person: Union[str, None]
+    """Its owner; null: a teacher."""
+    reason: Union[Literal["yes", "stopped", "restart", "unkept", "frozen", "schedule", "turn", "busy", "lost"], None]
+    """What keeps it: yes, stopped, restart, unkept as in `job.get`; frozen: the arm is; schedule: no slot of its owner is open; turn: somebody else's; busy: something moves the arm or has its lease; lost: the arm is; null: the jobs in front of it alone."""
+
+class TurnsArmsItemSlot(TypedDict):
+    """The slot of the schedule that is open; null: anybody may have the arm, or none is open."""
+
+    who: list[str]
+    """Who may have the arm: pupils, groups, tokens, or teacher."""
+    until: Union[float, None]
+    """When it ends, Unix time, s; null: it has no end."""
+
 class TurnsArmsItem(TypedDict):
     """Part of a message."""
 
@@ -686,8 +717,19 @@ class TurnsArmsItem(TypedDict):
     """What is left of the turn, s; null: it has no end, or is nobody's."""
     frozen: bool
     """Whether a teacher has frozen the arm."""
+    jobs: list[TurnsArmsItemJobsItem]
+    """The jobs that wait for the arm, in order."""
+    slot: Union[TurnsArmsItemSlot, None]
+    """The slot of the schedule that is open; null: anybody may have the arm, or none is open."""
+    free_at: Union[float, None]
+    """When the next slot begins, Unix time, s; null: the arm may be had now, or no slot is known."""
 
-class TurnsQueueItem(TypedDict):
+_TurnsQueueItemWords = TypedDict(
+    "_TurnsQueueItemWords",
+    {"from": "Union[float, None]", },
+)
+
+class TurnsQueueItem(_TurnsQueueItemWords):
     """Part of a message."""
 
     place: int
@@ -698,6 +740,8 @@ class TurnsQueueItem(TypedDict):
     """The arms that will do."""
     missed: bool
     """Whether a turn came while the person was not there."""
+    reason: Union[Literal["schedule", "frozen", "away"], None]
+    """What keeps it: no slot of the person is open, all its arms are frozen, or the person is not there; null: those in front of it alone."""
 
 class Turns(TypedDict):
     """Whose turn it is in a class, and who waits."""
@@ -708,6 +752,26 @@ class Turns(TypedDict):
     """The arms of the station."""
     queue: list[TurnsQueueItem]
     """Who waits, in order."""
+
+class TurnListArmsItemJobsItem(TypedDict):
+    """Part of a message."""
+
+    job: str
+    """The job."""
+    title: Union[str, None]
+    """Its title; null: it has none."""
+    person: Union[str, None]
+    """Its owner; null: a teacher."""
+    reason: Union[Literal["yes", "stopped", "restart", "unkept", "frozen", "schedule", "turn", "busy", "lost"], None]
+    """What keeps it: yes, stopped, restart, unkept as in `job.get`; frozen: the arm is; schedule: no slot of its owner is open; turn: somebody else's; busy: something moves the arm or has its lease; lost: the arm is; null: the jobs in front of it alone."""
+
+class TurnListArmsItemSlot(TypedDict):
+    """The slot of the schedule that is open; null: anybody may have the arm, or none is open."""
+
+    who: list[str]
+    """Who may have the arm: pupils, groups, tokens, or teacher."""
+    until: Union[float, None]
+    """When it ends, Unix time, s; null: it has no end."""
 
 class TurnListArmsItem(TypedDict):
     """Part of a message."""
@@ -722,8 +786,19 @@ class TurnListArmsItem(TypedDict):
     """What is left of the turn, s; null: it has no end, or is nobody's."""
     frozen: bool
     """Whether a teacher has frozen the arm."""
+    jobs: list[TurnListArmsItemJobsItem]
+    """The jobs that wait for the arm, in order."""
+    slot: Union[TurnListArmsItemSlot, None]
+    """The slot of the schedule that is open; null: anybody may have the arm, or none is open."""
+    free_at: Union[float, None]
+    """When the next slot begins, Unix time, s; null: the arm may be had now, or no slot is known."""
 
-class TurnListQueueItem(TypedDict):
+_TurnListQueueItemWords = TypedDict(
+    "_TurnListQueueItemWords",
+    {"from": "Union[float, None]", },
+)
+
+class TurnListQueueItem(_TurnListQueueItemWords):
     """Part of a message."""
 
     place: int
@@ -734,6 +809,8 @@ class TurnListQueueItem(TypedDict):
     """The arms that will do."""
     missed: bool
     """Whether a turn came while the person was not there."""
+    reason: Union[Literal["schedule", "frozen", "away"], None]
+    """What keeps it: no slot of the person is open, all its arms are frozen, or the person is not there; null: those in front of it alone."""
 
 class TurnListYou(TypedDict):
     """Who asks."""
@@ -1664,6 +1741,42 @@ class Preset(_Preset, total=False):
     options: Setup
     text: str
     problem: str
+
+class ClassClass(TypedDict):
+    """Part of a message."""
+
+    turn_s: float
+    grace_s: float
+    finish_job: bool
+    speed: Union[float, None]
+    fence: Union[FenceChange, None]
+    arms: list[str]
+
+class ClassPupilsItem(TypedDict):
+    """Part of a message."""
+
+    name: str
+    group: Union[str, None]
+    code: Union[str, None]
+    here: Union[bool, None]
+    place: Union[float, None]
+    arm: Union[str, None]
+
+__ClassWords = TypedDict(
+    "__ClassWords",
+    {"class": "Union[ClassClass, None]", },
+)
+
+class _Class(__ClassWords):
+    groups: dict[str, list[str]]
+    pupils: list[ClassPupilsItem]
+    pin: Union[str, None]
+    text: Union[str, None]
+
+class Class(_Class, total=False):
+    """Part of a message."""
+
+    codes_kept: list[str]
 
 class _SessionHelloParams(TypedDict):
     client: ClientName
@@ -2842,111 +2955,30 @@ class MotionReachResult(TypedDict):
 
     outlines: list[list[list[float]]]
 
-class _ClassSetParams(TypedDict):
-    text: str
-    """A class file, TOML; empty text ends the class."""
-
-class ClassSetParams(_ClassSetParams, total=False):
+class ClassSetParams(TypedDict, total=False):
     """Parameters of a method."""
 
+    text: str
+    """A class file, TOML; empty text ends the class; or `names`."""
+    names: list[str]
+    """The pupils of a class without groups, whose other rules are those of the class before; or `text`."""
+    arms: list[str]
+    """With `names`: the arms that they may have; all unless given."""
+    turn_s: int
+    """With `names`: how long a turn is, s, 0 for turns without end; as before unless given."""
+    use_codes: bool
+    """That the codes and the PIN of the file count where the class before has others."""
     elsewhere: bool
     """That arms which this station has not are other stations' of its site, not mistakes."""
 
-class ClassSetResultClass(TypedDict):
-    """Part of a message."""
-
-    turn_s: float
-    grace_s: float
-    finish_job: bool
-    speed: Union[float, None]
-    fence: Union[FenceChange, None]
-
-class ClassSetResultPupilsItem(TypedDict):
-    """Part of a message."""
-
-    name: str
-    group: Union[str, None]
-    code: Union[str, None]
-
-_ClassSetResultWords = TypedDict(
-    "_ClassSetResultWords",
-    {"class": "Union[ClassSetResultClass, None]", },
-)
-
-class ClassSetResult(_ClassSetResultWords):
-    """Result of a method."""
-
-    groups: dict[str, list[str]]
-    pupils: list[ClassSetResultPupilsItem]
-    pin: Union[str, None]
-    text: Union[str, None]
-
 class ClassGetParams(TypedDict):
     """Parameters of a method."""
-
-class ClassGetResultClass(TypedDict):
-    """Part of a message."""
-
-    turn_s: float
-    grace_s: float
-    finish_job: bool
-    speed: Union[float, None]
-    fence: Union[FenceChange, None]
-
-class ClassGetResultPupilsItem(TypedDict):
-    """Part of a message."""
-
-    name: str
-    group: Union[str, None]
-    code: Union[str, None]
-
-_ClassGetResultWords = TypedDict(
-    "_ClassGetResultWords",
-    {"class": "Union[ClassGetResultClass, None]", },
-)
-
-class ClassGetResult(_ClassGetResultWords):
-    """Result of a method."""
-
-    groups: dict[str, list[str]]
-    pupils: list[ClassGetResultPupilsItem]
-    pin: Union[str, None]
-    text: Union[str, None]
 
 class ClassCodesParams(TypedDict, total=False):
     """Parameters of a method."""
 
     pupils: list[str]
     """Whose; of all unless given."""
-
-class ClassCodesResultClass(TypedDict):
-    """Part of a message."""
-
-    turn_s: float
-    grace_s: float
-    finish_job: bool
-    speed: Union[float, None]
-    fence: Union[FenceChange, None]
-
-class ClassCodesResultPupilsItem(TypedDict):
-    """Part of a message."""
-
-    name: str
-    group: Union[str, None]
-    code: Union[str, None]
-
-_ClassCodesResultWords = TypedDict(
-    "_ClassCodesResultWords",
-    {"class": "Union[ClassCodesResultClass, None]", },
-)
-
-class ClassCodesResult(_ClassCodesResultWords):
-    """Result of a method."""
-
-    groups: dict[str, list[str]]
-    pupils: list[ClassCodesResultPupilsItem]
-    pin: Union[str, None]
-    text: Union[str, None]
 
 class ClassFreezeParams(TypedDict, total=False):
     """Parameters of a method."""
@@ -3010,11 +3042,12 @@ class ClassResultsResultResultsItem(TypedDict):
     job: str
     pupil: str
     group: Union[str, None]
-    title: Union[str, None]
+    title: str
     arm: str
     time: str
+    time_local: str
     drawn_mm: Union[float, None]
-    strokes: list[list[list[float]]]
+    svg: str
 
 class ClassResultsResult(TypedDict):
     """Result of a method."""
@@ -3029,8 +3062,37 @@ class TurnJoinParams(TypedDict, total=False):
     group: str
     """The group whose arms are meant; the pupil's own unless given."""
 
-class TurnLeaveParams(TypedDict):
+class TurnLeaveParams(TypedDict, total=False):
     """Parameters of a method."""
+
+    person: str
+    """Whose, for a teacher; the asker's own unless given."""
+
+class TurnEndParams(TypedDict, total=False):
+    """Parameters of a method."""
+
+    arm: str
+    """The arm; or `arms`."""
+    arms: list[str]
+    """Names of arms; all unless given."""
+
+class TurnEndResult(TypedDict):
+    """Result of a method."""
+
+    arms: list[str]
+
+class TurnNextParams(TypedDict, total=False):
+    """Parameters of a method."""
+
+    arm: str
+    """The arm; or `arms`."""
+    arms: list[str]
+    """Names of arms; all unless given."""
+
+class TurnNextResult(TypedDict):
+    """Result of a method."""
+
+    arms: list[str]
 
 class TurnListParams(TypedDict, total=False):
     """Parameters of a method."""
@@ -3155,6 +3217,26 @@ class ServerEndingNotification(TypedDict):
     left_s: float
     """How long it is until then, s."""
 
+class TurnChangedNotificationArmsItemJobsItem(TypedDict):
+    """Part of a message."""
+
+    job: str
+    """The job."""
+    title: Union[str, None]
+    """Its title; null: it has none."""
+    person: Union[str, None]
+    """Its owner; null: a teacher."""
+    reason: Union[Literal["yes", "stopped", "restart", "unkept", "frozen", "schedule", "turn", "busy", "lost"], None]
+    """What keeps it: yes, stopped, restart, unkept as in `job.get`; frozen: the arm is; schedule: no slot of its owner is open; turn: somebody else's; busy: something moves the arm or has its lease; lost: the arm is; null: the jobs in front of it alone."""
+
+class TurnChangedNotificationArmsItemSlot(TypedDict):
+    """The slot of the schedule that is open; null: anybody may have the arm, or none is open."""
+
+    who: list[str]
+    """Who may have the arm: pupils, groups, tokens, or teacher."""
+    until: Union[float, None]
+    """When it ends, Unix time, s; null: it has no end."""
+
 class TurnChangedNotificationArmsItem(TypedDict):
     """Part of a message."""
 
@@ -3168,8 +3250,19 @@ class TurnChangedNotificationArmsItem(TypedDict):
     """What is left of the turn, s; null: it has no end, or is nobody's."""
     frozen: bool
     """Whether a teacher has frozen the arm."""
+    jobs: list[TurnChangedNotificationArmsItemJobsItem]
+    """The jobs that wait for the arm, in order."""
+    slot: Union[TurnChangedNotificationArmsItemSlot, None]
+    """The slot of the schedule that is open; null: anybody may have the arm, or none is open."""
+    free_at: Union[float, None]
+    """When the next slot begins, Unix time, s; null: the arm may be had now, or no slot is known."""
 
-class TurnChangedNotificationQueueItem(TypedDict):
+_TurnChangedNotificationQueueItemWords = TypedDict(
+    "_TurnChangedNotificationQueueItemWords",
+    {"from": "Union[float, None]", },
+)
+
+class TurnChangedNotificationQueueItem(_TurnChangedNotificationQueueItemWords):
     """Part of a message."""
 
     place: int
@@ -3180,6 +3273,8 @@ class TurnChangedNotificationQueueItem(TypedDict):
     """The arms that will do."""
     missed: bool
     """Whether a turn came while the person was not there."""
+    reason: Union[Literal["schedule", "frozen", "away"], None]
+    """What keeps it: no slot of the person is open, all its arms are frozen, or the person is not there; null: those in front of it alone."""
 
 class TurnChangedNotification(TypedDict):
     """Parameters of a notification."""
@@ -3252,6 +3347,9 @@ WorldGuideResult = State
 WorldPlaceResult = None
 WorldInputResult = None
 WorldFaultResult = None
+ClassSetResult = Class
+ClassGetResult = Class
+ClassCodesResult = Class
 TurnJoinResult = TurnList
 TurnLeaveResult = None
 TurnListResult = TurnList

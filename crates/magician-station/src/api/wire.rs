@@ -104,6 +104,10 @@ pub const CLOSE_CODES: &[(u16, &str)] = &[
     (4409, "its session has another socket"),
     (4413, "it reads too slowly: more than 256 KiB wait for it"),
     (4429, "too many messages for five seconds"),
+    (
+        4503,
+        "the station has as many sessions, or viewers, as it takes: come again when one has gone",
+    ),
 ];
 
 /// Something that not every station can do.
@@ -189,6 +193,7 @@ mod tests {
             CloseCode::TAKEN_OVER,
             CloseCode::SLOW,
             CloseCode::TOO_MANY,
+            CloseCode::FULL,
         ];
         for code in own {
             assert!(CLOSE_CODES.iter().any(|(known, _)| *known == code.0));

@@ -18,6 +18,7 @@ use super::trust::{self, Stream, no_station};
 use super::{ClientError, Connection, Notice, StationAddress};
 use crate::api::RpcError;
 use crate::frame::StateFrame;
+use crate::station::CloseCode;
 
 pub(super) type Socket = WebSocketStream<Box<dyn Stream>>;
 type Reply = oneshot::Sender<Result<Value, ClientError>>;
@@ -138,6 +139,11 @@ impl Task {
                             })?;
                             return Ok((socket, hello));
                         }
+                    }
+                    Some(Ok(Message::Close(Some(end))))
+                        if u16::from(end.code) == CloseCode::FULL.0 =>
+                    {
+                        return Err(busy(address, &end.reason));
                     }
                     Some(Ok(_)) => {}
                     _ => return Err(no_station(address, "it hung up")),

