@@ -103,10 +103,12 @@ export class Browser {
   }
 
   async page(url, options = {}) {
-    const { init, processor = false, ...rest } = options;
+    const { init, processor = false, clock = false, ...rest } = options;
     const context = await this.browser.newContext({ viewport: { width: 1280, height: 860 }, ...rest });
     const page = await context.newPage();
     if (init) await page.addInitScript(init);
+    // Its timers are the test's.
+    if (clock) await page.clock.install();
     // As with a graphics chip, which most people have; here a processor draws.
     if (!processor) await page.addInitScript(() => {
       const get = WebGL2RenderingContext.prototype.getExtension;

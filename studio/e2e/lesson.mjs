@@ -10,6 +10,13 @@ const PHONE = { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile:
 const TABLET = { viewport: { width: 820, height: 1180 }, hasTouch: true, bypassCSP: true };
 const DESKTOP = { viewport: { width: 1440, height: 900 }, bypassCSP: true };
 
+/** Takes the page out of sight, or shows it again, as a browser does. */
+const hide = (page, is) =>
+  page.evaluate((is) => {
+    Object.defineProperty(document, "hidden", { configurable: true, get: () => is });
+    document.dispatchEvent(new Event("visibilitychange"));
+  }, is);
+
 export function lesson(test, { browser, program, shots, At = Station }) {
   test("a lesson: made, signed in, turns, freeze over kill -9, a reload, a wrong code, results, end", async () => {
     const station = new At(program, ARMS.flatMap((arm) => ["--arm", `${arm}=sim`]));
@@ -107,6 +114,7 @@ export function lesson(test, { browser, program, shots, At = Station }) {
       await is(teacher, "link", "lost");
       assert.equal(await teacher.locator(".tile.lost").count(), ARMS.length);
       assert.equal(await teacher.locator(".tile .who", { hasText: "free" }).count(), 0, "no arm is free at a station that is gone");
+      await says(teacher, "class-pupils", "Hanna");
       await look(teacher, "killed");
       await station.start();
       await says(teacher, "class-frozen", "Frozen: 10 of 10 arms.");
@@ -150,6 +158,20 @@ export function lesson(test, { browser, program, shots, At = Station }) {
       await look(ben, "closed-tablet");
       await ben.getByTestId("closed-signin").click();
       await ben.getByTestId("class-code").waitFor();
+      // Whoever takes control is asked for a name once.
+      await teacher.getByTestId("arm-a5").getByRole("link").click();
+      await is(teacher, "route", "move");
+      await teacher.getByTestId("lease-take").click();
+      await teacher.getByTestId("naming-name").fill("Ms Lee");
+      await look(teacher, "naming", { whole: false });
+      await teacher.getByTestId("naming-take").click();
+      await is(teacher, "lease", "mine");
+      await says(teacher, "owner", "Ms Lee, teacher");
+      await teacher.getByTestId("lease-release").click();
+      await teacher.getByTestId("lease-take").click();
+      await is(teacher, "lease", "mine");
+      await teacher.getByTestId("lease-release").click();
+      await teacher.goto(`${station.url}#/class`);
       // Who signs out leaves an empty door.
       await chen.getByTestId("class-signout").click();
       await chen.getByTestId("class-code").waitFor();
@@ -160,6 +182,75 @@ export function lesson(test, { browser, program, shots, At = Station }) {
       await teacher.getByTestId("class-make").waitFor();
       await says(ada, "closed", "The station closed this page");
       await look(ada, "ended-phone");
+    } finally {
+      for (const context of browser.browser.contexts()) await context.close();
+      await station.end();
+    }
+  });
+
+  test("a page that nobody sees gives its socket up after a minute, unless it has a place", async () => {
+    const station = new At(program, ["--arm", "left=sim", "--arm", "right=sim"]);
+    await station.start();
+    try {
+      const { pin, pupils } = await station.call("class.set", { names: ["Ada", "Ben"], turn_s: 600 });
+      station.pin = pin;
+      const here = async () => (await station.call("class.get")).pupils.filter((pupil) => pupil.here).map(({ name }) => name);
+      const pages = {};
+      for (const { name, code } of pupils) {
+        const page = await browser.page(`${station.url}#/class?${new URLSearchParams({ name, code })}`, { ...TABLET, clock: true });
+        await page.getByTestId("class-signin").click();
+        await page.getByTestId("mine-arm").getByText("You have no arm now.").waitFor();
+        pages[name] = page;
+      }
+      await pages["Ben"].getByTestId("turn").click();
+      await pages["Ben"].getByTestId("mine-arm").getByText(/\d left/).waitFor();
+      assert.deepEqual(await here(), ["Ada", "Ben"]);
+      for (const page of Object.values(pages)) {
+        await hide(page, true);
+        await page.clock.fastForward(61_000);
+      }
+      await is(pages["Ada"], "link", "closed");
+      for (let looks = 0; (await here()).length > 1 && looks < 100; looks++) await pages["Ada"].waitForTimeout(50);
+      assert.deepEqual(await here(), ["Ben"]);
+      for (const page of Object.values(pages)) await hide(page, false);
+      await is(pages["Ada"], "link", "up");
+      await pages["Ada"].getByTestId("mine-arm").getByText("You have no arm now.").waitFor();
+      assert.deepEqual(await here(), ["Ada", "Ben"]);
+    } finally {
+      for (const context of browser.browser.contexts()) await context.close();
+      await station.end();
+    }
+  });
+
+  test("a full station says so, and lets the page in when there is room", async () => {
+    const station = new At(program, ["--arm", "left=sim"]);
+    await station.start();
+    try {
+      const crowd = await (await browser.browser.newContext()).newPage();
+      await crowd.goto(`${station.url}healthz`);
+      const opened = await crowd.evaluate(async (address) => {
+        const sockets = Array.from({ length: 128 }, () => new WebSocket(address, "magician.v1"));
+        window.sockets = sockets;
+        const hello = JSON.stringify({ jsonrpc: "2.0", id: 1, method: "session.hello", params: { client: { name: "crowd" } } });
+        return Promise.all(sockets.map((socket) => new Promise((done) => {
+          socket.onopen = () => socket.send(hello);
+          socket.onmessage = () => done(true);
+          socket.onclose = () => done(false);
+        })));
+      }, `${station.url.replace("http", "ws")}api/v1/ws`);
+      assert.equal(opened.filter(Boolean).length, 128);
+      const page = await browser.page(`${station.url}#/arms`, { ...TABLET, clock: true });
+      await page.getByTestId("closed").getByText("The station is full").waitFor();
+      assert.deepEqual(await findings(page), []);
+      await page.screenshot({ path: join(shots, "lesson-full.png") });
+      await crowd.context().close();
+      const isUp = () => page.evaluate(() => document.body.dataset.link === "up");
+      for (let looks = 0; looks < 50 && !(await isUp()); looks++) {
+        await page.clock.fastForward(25_000);
+        await page.waitForTimeout(100);
+      }
+      await is(page, "link", "up");
+      assert.equal(await page.getByTestId("closed").count(), 0);
     } finally {
       for (const context of browser.browser.contexts()) await context.close();
       await station.end();

@@ -139,7 +139,7 @@ function Bar() {
     if (store.socket.value === "up") call("program.list", {}).then(({ programs: all }) => (programs.value = all.map(({ name }) => name)), complain);
   }, [store.socket.value]);
   const said = (work: Promise<number>) => void work.then((n) => n > 0 && store.say(t("site.done", { n })));
-  const off = none || isViewer;
+  const off = none || isViewer || store.socket.value !== "up";
   return (
     <div class="site-bar" role="group" aria-label={t("site.bar")}>
       <Do id="stop-all" class="stop-all" text={t("site.stopAll")} press={() => stop(true)} />

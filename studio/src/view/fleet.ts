@@ -85,7 +85,7 @@ export class FleetScene {
   /** Where the arms stand in the page: each is drawn into its place. */
   setPlaces(places: readonly Place[], width: number, height: number): void {
     this.renderer.setSize(width, height);
-    this.scale = SEEN / Math.min(places[0]?.width ?? 1, (places[0]?.height ?? 1) * 1.25);
+    this.scale = SEEN / Math.min(places[0]?.width ?? 1, places[0]?.height ?? 1);
     const [half, tall] = [(width * this.scale) / 2, (height * this.scale) / 2];
     Object.assign(this.camera, { left: -half, right: half, top: tall, bottom: -tall, near: 1, far: 9000 });
     this.camera.updateProjectionMatrix();

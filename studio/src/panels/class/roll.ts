@@ -10,8 +10,12 @@ export const roll = signal<Roll | null>(null);
 const LOOK = 2000;
 
 export async function read(): Promise<void> {
-  const told = await call("class.get", {}).catch(() => null);
-  roll.value = told?.class ? told : null;
+  try {
+    const told = await call("class.get", {});
+    roll.value = told.class ? told : null;
+  } catch {
+    // Of a station that is away the names stay.
+  }
 }
 
 export function watchRoll(): () => void {
