@@ -256,4 +256,41 @@ export function lesson(test, { browser, program, shots, At = Station }) {
       await station.end();
     }
   });
+
+  test("the schedule stands at the arm that it keeps, and gives nobody a place that is of no use", async () => {
+    const station = new At(program, ["--arm", "left=sim", "--arm", "right=sim"]);
+    await station.start();
+    try {
+      const { pin, pupils } = await station.call("class.set", { names: ["Ada", "Ben"], turn_s: 600 });
+      station.pin = pin;
+      // `left` is Ben's for days; Ada's time there is tomorrow. `right` is the teacher's.
+      const at = (hours) => new Date(Date.now() + hours * 3_600_000).toISOString().replace(/\.\d+/, "");
+      const slot = (arms, who, from, until) => `[[slot]]\narms = ["${arms}"]\nwho = ["${who}"]\nfrom = ${at(from)}\nuntil = ${at(until)}\n`;
+      await station.call("schedule.set", { text: slot("left", "Ben", -1, 20) + slot("left", "Ada", 20, 24) + slot("right", "teacher", -1, 24 * 8) });
+      const [{ name, code }] = pupils;
+      const ada = await browser.page(`${station.url}#/class?${new URLSearchParams({ name, code })}`, PHONE);
+      await ada.getByTestId("class-signin").click();
+      await ada.getByTestId("join-arm").selectOption("right");
+      await ada.getByTestId("turn").click();
+      await ada.getByTestId("notice").getByText(/right is for teacher until .*ask the teacher/).waitFor();
+      assert.deepEqual((await station.call("turn.list")).queue, []);
+      await ada.getByTestId("join-arm").selectOption("left");
+      await ada.getByTestId("turn").click();
+      await ada.getByTestId("mine-place").getByText(/The arm is for others by the schedule, until .*\d:\d\d/).waitFor();
+      await ada.screenshot({ path: join(shots, "lesson-schedule-phone.png") });
+      assert.deepEqual(await findings(ada), []);
+      const teacher = await browser.page(`${station.url}#/class`, TABLET);
+      await teacher.getByTestId("class-teacher").click();
+      await teacher.getByTestId("class-pin").fill(pin);
+      await teacher.getByTestId("class-pin-signin").click();
+      await teacher.getByTestId("slot-left").getByText(/Ben until .*\d:\d\d/).waitFor();
+      await teacher.getByTestId("slot-right").getByText(/teacher until/).waitFor();
+      await teacher.getByTestId("pupil-Ada").getByText(/Place 1 in the queue. The arm is for others/).waitFor();
+      await teacher.screenshot({ path: join(shots, "lesson-schedule-tablet.png"), fullPage: true });
+      assert.deepEqual(await findings(teacher), []);
+    } finally {
+      for (const context of browser.browser.contexts()) await context.close();
+      await station.end();
+    }
+  });
 }

@@ -76,8 +76,12 @@ export function turnOf(arm: string): string | null {
   return `${t(`class.${turn.state as "running"}`, { name: turn.person })}${left === null ? "" : ` ${duration(left)}`}`;
 }
 
-/** A clock of the wall, for what the station says as seconds since 1970. */
-export const clockOf = (unix: number): string => new Date(unix * 1000).toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" });
+/** A clock of the wall, for what the station says as seconds since 1970; on another day with the day. */
+export function clockOf(unix: number): string {
+  const at = new Date(unix * 1000);
+  const isToday = at.toDateString() === new Date().toDateString();
+  return at.toLocaleString(t("language.tag"), { hour: "2-digit", minute: "2-digit", ...(isToday ? {} : { weekday: "short", day: "numeric", month: "short" }) });
+}
 
 /** Under which name the asker takes turns: a pupil's, or that of a student's token. */
 const me = computed(() => store.pupil.value ?? (store.role.value === "student" ? store.ownerName.value : null));

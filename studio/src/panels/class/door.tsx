@@ -46,7 +46,7 @@ export function Door() {
         <button type="submit" class="primary" data-testid="class-signin" disabled={name.value.trim() === "" || code.value.trim() === ""}>{w("door.signin")}</button>
       </form>
       <details open={faults.pin !== undefined || !isSure}>
-        <summary data-testid="class-teacher">{w("door.teacher")}</summary>
+        <summary data-testid="class-teacher">{w(isSure ? "door.teacher" : "door.token")}</summary>
         <form class="door-form" onSubmit={teach}>
           <TextField id="class-pin" label={w("door.pin")} value={pin.value} inputMode="decimal" live set={(text) => (pin.value = text)} bad={refused.value || faults.pin !== undefined} hint={faults.pin ?? (refused.value ? t("connect.code.refused") : w("door.pin.hint"))} />
           <button type="submit" data-testid="class-pin-signin" disabled={pin.value.trim() === ""}>{w("door.signin")}</button>
