@@ -47,7 +47,7 @@ function MyPlace() {
   const arms = myArms.value;
   const why = place === null ? null : whyWaits(place);
   return (
-    <Card title={w("pupil.place")} class="pupil-card">
+    <Card title={w("pupil.place")} class={`pupil-card ${myTurn.value === null ? "" : "later"}`}>
       <div data-testid="mine-place" role="status">
         {place === null ? (
           <p class="hint">{w(myTurn.value === null ? "pupil.noPlace" : "pupil.isTurn")}</p>
@@ -83,7 +83,7 @@ export function PupilPage() {
     <>
       <Card title={store.ownerName.value} class="arms pupil" more={store.pupil.value === null ? null : <Do id="class-signout" class="quiet small" text={w("pupil.signout")} press={leave} />}>{null}</Card>
       <MyArm />
-      {myTurn.value === null ? <MyPlace /> : null}
+      <MyPlace />
       <section class="arms">
         <nav class="workshops" aria-label={w("pupil.workshops")}>
           {workshops.map((route) => (
@@ -94,7 +94,6 @@ export function PupilPage() {
           ))}
         </nav>
       </section>
-      {myTurn.value === null ? null : <MyPlace />}
       <p class="arms pupil-language">
         <Pick id="pupil-language" label={t("settings.language")} value={language.value} options={LANGUAGES} choose={(value) => (language.value = value)} />
       </p>
