@@ -70,7 +70,7 @@ export function classes(test, { browser, program, shots }) {
     await page.getByTestId("hand-seat01").getByText("Ben asks").waitFor();
     await station.call("world.fault", { arm: "seat07", fault: "alarm", alarm: 64 });
     await page.getByTestId("arm-seat07").getByText("Alarm 0x40").waitFor();
-    await page.getByTestId("site-count").getByText("Arms: 30. Alarms: 1. Jobs: 0. Raised hands: 1.").waitFor();
+    await page.getByTestId("site-count").getByText("Arms: 30. Lost: 0. Alarms: 1. Jobs: 0. Raised hands: 1.").waitFor();
     const moving = SEATS.slice(9);
     for (const arm of moving) await station.call("arm.speed", { arm, percent: 1 });
     const moves = moving.map((arm) => station.call("arm.move", { arm, to: [200, 180, 60, 0] }).then(() => "arrived", () => "stopped"));

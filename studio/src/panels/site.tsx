@@ -42,7 +42,7 @@ function Tile({ arm }: { arm: store.ArmEntry }) {
   // Nobody knows who has the arm of a station that is gone.
   const turn = store.socket.value === "up" ? turnOf(name) : null;
   const frozen = store.socket.value === "up" && turnAt(name)?.frozen === true;
-  const who = store.socket.value !== "up" ? "" : holder === null ? (lost ? t("arms.link.lost") : isTeachers(turnAt(name)) ? w("tile.teacher") : t("arms.free")) : isMine ? t("arms.you") : holder.name;
+  const who = store.socket.value !== "up" ? "" : holder === null ? (lost ? t("arms.link.lost") : jobOf(arm) !== null ? t("arms.busy") : isTeachers(turnAt(name)) ? w("tile.teacher") : t("arms.free")) : isMine ? t("arms.you") : holder.name;
   const doing = doingOf(arm);
   return (
     <li class={`tile ${isMine ? "mine" : ""} ${alarms.length > 0 ? "alarmed" : ""} ${lost ? "lost" : "up"} ${frozen ? "frozen" : ""}`} data-testid={`arm-${name}`} data-holder={holder?.name ?? ""}>
