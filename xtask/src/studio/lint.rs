@@ -129,8 +129,7 @@ fn every_language_has_every_sentence_and_its_values() {
 
 #[test]
 fn sentences_of_the_class_are_in_every_language_with_their_values() {
-    let file =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("../studio/src/panels/class/words.json");
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../studio/src/panels/class/words.json");
     let json = std::fs::read(&file).expect("the sentences");
     let mut texts: BTreeMap<String, BTreeMap<String, String>> =
         serde_json::from_slice(&json).expect("sentences by language and key");
