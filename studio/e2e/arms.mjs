@@ -70,7 +70,7 @@ export function classes(test, { browser, program, shots }) {
     await page.getByTestId("hand-seat01").getByText("Ben asks").waitFor();
     await station.call("world.fault", { arm: "seat07", fault: "alarm", alarm: 64 });
     await page.getByTestId("arm-seat07").getByText("Alarm 0x40").waitFor();
-    await page.getByTestId("site-count").getByText("Arms: 30. Alarms: 1. Jobs: 0. Raised hands: 1.").waitFor();
+    await page.getByTestId("site-count").getByText("Arms: 30. Lost: 0. Alarms: 1. Jobs: 0. Raised hands: 1.").waitFor();
     const moving = SEATS.slice(9);
     for (const arm of moving) await station.call("arm.speed", { arm, percent: 1 });
     const moves = moving.map((arm) => station.call("arm.move", { arm, to: [200, 180, 60, 0] }).then(() => "arrived", () => "stopped"));
@@ -192,22 +192,25 @@ export function classes(test, { browser, program, shots }) {
     const left = new Station(program, ["--arm", "left=sim"]);
     await left.start();
     try {
-      const text = '[class]\nturn_s = 600\n[[pupil]]\nname = "Ada"\ncode = "7K3M"\n[[pupil]]\nname = "Ben"\ncode = "8P4R"\n';
-      await left.call("class.set", { text });
       await left.call("program.put", { name: "line.plan.json", text: LINE });
       await left.call("arm.clear_alarms", { arm: "left" });
+      const text = '[class]\nturn_s = 600\npin = "482913"\n[[pupil]]\nname = "Ada"\ncode = "7K3M"\n[[pupil]]\nname = "Ben"\ncode = "8P4R"\n';
+      await left.call("class.set", { text });
+      left.pin = "482913";
       const signIn = async (page, name, code) => {
-        await page.getByLabel("Name in the class").fill(name);
-        await page.getByLabel("Token", { exact: true }).fill(code);
-        await page.getByTestId("connect-station").click();
+        await page.getByTestId("class-name").fill(name);
+        await page.getByTestId("class-code").fill(code);
+        await page.getByTestId("class-signin").click();
       };
       const pupil = async (name, code) => {
-        const page = await browser.connected(`${left.url}#/arms`, TABLET);
+        // Without an address of its own the page opens at the door.
+        const page = await browser.connected(left.url, TABLET);
+        await is(page, "route", "class");
         await signIn(page, name, code);
         return page;
       };
       const ada = await pupil("Ada", "0000");
-      await ada.getByText("The server needs a valid token.").waitFor();
+      await ada.getByText("Name or code is wrong: both are on the slip of paper.").waitFor();
       await signIn(ada, "Ada", "7k3m");
       await ada.getByRole("button", { name: "Join the queue" }).click();
       await ada.getByTestId("notice").getByText("It is your turn: left is yours.").waitFor();
@@ -218,9 +221,15 @@ export function classes(test, { browser, program, shots }) {
       // A page that is loaded anew is the same person.
       await ben.reload();
       await ben.getByTestId("header-turn").getByText("Place 1 in the queue").waitFor();
-      const page = await browser.connected(`${left.url}#/arms`, TABLET);
+      const page = await browser.connected(`${left.url}#/class`, TABLET);
+      await page.getByTestId("class-teacher").click();
+      await page.getByTestId("class-pin").fill("000000");
+      await page.getByTestId("class-pin-signin").click();
+      await page.getByText("The PIN is wrong.").waitFor();
+      await page.getByTestId("class-pin").fill("482913");
+      await page.getByTestId("class-pin-signin").click();
       await page.getByTestId("turn-left").getByText("Ada’s turn").waitFor();
-      await page.getByTestId("class-freeze").click();
+      await page.getByTestId("class-freeze-all").click();
       await ada.getByTestId("header-turn").getByText("left: Frozen").waitFor();
       await ada.goto(`${left.url}#/move`);
       await ada.getByTestId("home").click();
@@ -231,10 +240,11 @@ export function classes(test, { browser, program, shots }) {
       await ada.getByTestId("header-turn").getByText("Ada’s turn").waitFor();
       const { job } = await left.call("class.send", { program: "line.plan.json", arms: ["left"] }).then(({ jobs: [sent] }) => sent);
       assert.equal((await left.call("job.get", { job })).state, "queued", "a teacher's program waits for the turns");
-      await ada.goto(`${left.url}#/arms`);
-      await ada.getByRole("button", { name: "Give up" }).click();
+      await page.getByTestId("queued-left").getByText("line.plan.json").waitFor();
+      await ada.goto(`${left.url}#/class`);
+      await ada.getByRole("button", { name: "I am done" }).click();
       await ben.getByTestId("header-turn").getByText("left: Ben’s turn").waitFor();
-      await ben.getByRole("button", { name: "Give up" }).click();
+      await ben.getByRole("button", { name: "I am done" }).click();
       await until("it has run", async () => (await left.call("job.get", { job })).state === "done");
       const [results] = await Promise.all([page.waitForEvent("download"), page.getByTestId("class-results").click()]);
       assert.match(readFileSync(await results.path(), "utf8"), /What the class has made/);

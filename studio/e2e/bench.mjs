@@ -36,6 +36,8 @@ export class Station {
   }
 
   async kill(signal = "SIGKILL") {
+    // A test that fails after a kill ends its station all the same.
+    if (this.child.exitCode !== null || this.child.signalCode !== null) return;
     const over = once(this.child, "exit");
     this.child.kill(signal);
     await over;
@@ -46,10 +48,11 @@ export class Station {
     rmSync(this.state, { recursive: true, force: true });
   }
 
-  /** A call past the page. */
+  /** A call past the page; of a class with this PIN as its teacher. */
   async call(method, params = {}) {
     const body = JSON.stringify({ jsonrpc: "2.0", id: 1, method, params });
-    const answer = await fetch(`${this.url}api/v1/rpc`, { method: "POST", headers: { "content-type": "application/json" }, body });
+    const headers = { "content-type": "application/json", ...(this.pin ? { authorization: `Bearer ${this.pin}` } : {}) };
+    const answer = await fetch(`${this.url}api/v1/rpc`, { method: "POST", headers, body });
     const { result, error } = await answer.json();
     if (error) throw new Error(`${method}: ${error.message}`);
     return result;
@@ -100,10 +103,12 @@ export class Browser {
   }
 
   async page(url, options = {}) {
-    const { init, processor = false, ...rest } = options;
+    const { init, processor = false, clock = false, ...rest } = options;
     const context = await this.browser.newContext({ viewport: { width: 1280, height: 860 }, ...rest });
     const page = await context.newPage();
     if (init) await page.addInitScript(init);
+    // Its timers are the test's.
+    if (clock) await page.clock.install();
     // As with a graphics chip, which most people have; here a processor draws.
     if (!processor) await page.addInitScript(() => {
       const get = WebGL2RenderingContext.prototype.getExtension;

@@ -6,7 +6,7 @@ import { join } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
 import { is } from "./bench.mjs";
 
-const ROUTES = ["move", "teach", "draw", "engrave", "run", "io", "plots", "world", "arms", "settings"];
+const ROUTES = ["move", "teach", "draw", "engrave", "run", "io", "plots", "world", "class", "arms", "settings"];
 const SIZES = { phone: [360, 740], tablet: [768, 1024], desktop: [1280, 860], "at-200": [640, 450] };
 const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 

@@ -12,6 +12,7 @@ import { classes } from "./arms.mjs";
 import { client } from "./client.mjs";
 import { drawing } from "./draw.mjs";
 import { firsts } from "./firsts.mjs";
+import { lesson } from "./lesson.mjs";
 import { looks } from "./looks.mjs";
 import { worlds } from "./world.mjs";
 import { running } from "./run.mjs";
@@ -426,6 +427,7 @@ test("everything is reached by Tab, and nothing traps it", async () => {
 app(test, { browser, program });
 worlds(test, { browser, station, shots, closed });
 classes(test, { browser, program, shots });
+lesson(test, { browser, program, shots });
 running(test, { browser, station, closed, shots });
 teaching(test, { browser, station, closed, shots });
 drawing(test, { station, browser, url, closed, shots, outlives: true });

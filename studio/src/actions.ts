@@ -4,7 +4,9 @@ import { LINE_ENDED, RpcError } from "./client";
 import { t, told } from "./i18n";
 import { endJog } from "./jog";
 import { log } from "./log";
-import { call, giveBack, shown, takeControl } from "./session";
+import { turns } from "./class";
+import { call, giveBack, renamed, shown, takeControl } from "./session";
+import { ownName, remember, remembered } from "./settings";
 import * as store from "./store";
 
 const DANGEROUS = -32005;
@@ -68,8 +70,20 @@ export async function tried(work: () => Promise<unknown>): Promise<void> {
   }
 }
 
+/** Asks for a name before control is taken, once a tab, where others see who has it: in a class, and at another computer's arm. */
+async function named(): Promise<void> {
+  const isOwn = ["localhost", "127.0.0.1", "[::1]"].includes(location.hostname);
+  if (store.backend.value !== "station" || store.pupil.value !== null || ownName.value !== "" || remembered("sessionStorage", "unnamed") !== null) return;
+  if (isOwn && turns.value === null) return;
+  const name = await new Promise<string | null>((done) => (store.naming.value = done));
+  if (name === null) return remember("sessionStorage", "unnamed", "yes");
+  ownName.value = name;
+  await renamed();
+}
+
 export const take = () =>
   tried(async () => {
+    await named();
     if (store.lease.value === "other") {
       const name = store.holder.value?.name ?? "";
       const sure = await store.ask(t("take.title", { name }), t("take.text", { name }), t("lease.take"));

@@ -1,51 +1,107 @@
-// A class: whose turn it is, and who waits for one.
+// A class: who this page is to it, whose turn it is, and who waits for one.
 import { computed, effect, signal } from "@preact/signals";
 import type { Result } from "./client";
 import { t } from "./i18n";
 import { duration } from "./run/jobs";
-import { call, notified, show } from "./session";
+import { call, keepers, notified, show } from "./session";
 import * as store from "./store";
 
 type Turns = Result<"turn.list">;
+export type ArmTurn = Turns["arms"][number];
+export type Place = Turns["queue"][number];
 /** Null where there is no class. */
 export const turns = signal<Turns | null>(null);
+/** Null until the station has said whether it has a class. */
+const isOn = signal<boolean | null>(null);
+export const hasClass = computed(() => isOn.value === true);
 /** When they were told, and how long ago that is, s: what is left of a turn runs from there. */
 let toldAt = 0;
 const age = signal(0);
 setInterval(() => (age.value = turns.value === null ? 0 : Math.floor((performance.now() - toldAt) / 1000)), 1000);
 
+/** The name and code of a slip whose QR code was read; the door has them filled in. */
+export const fromSlip = signal<{ name: string; code: string } | null>(null);
+export function slip(query: URLSearchParams): void {
+  const [name, code] = [query.get("name"), query.get("code")];
+  if (name !== null && code !== null) fromSlip.value = { name: name.slice(0, 40), code: code.slice(0, 12) };
+}
+// A shared tablet: whoever comes next does not find the code in the door.
+effect(() => void (store.pupil.value !== null && (fromSlip.value = null)));
+
 function hear(told: Turns): void {
   toldAt = performance.now();
   age.value = 0;
+  isOn.value = told.turn_s !== null;
   turns.value = told.turn_s === null && !told.arms.some(({ frozen }) => frozen) ? null : told;
 }
 
+const noClass = (): void => {
+  turns.value = null;
+  isOn.value = false;
+};
 // A station without classes does not know the method.
 effect(() => {
-  if (store.socket.value === "up") call("turn.list", {}).then(hear, () => (turns.value = null));
+  // A station that is lost, or closed this page, had a class as far as the page knows.
+  if (store.backend.value !== "station") isOn.value = null;
+  if (store.socket.value === "up" && store.session.value !== null) call("turn.list", {}).then(hear, noClass);
   else turns.value = null;
 });
+/** States of jobs, by their ids: a job that begins to wait, or no longer waits, is told as a job alone. */
+const jobs = new Map<string, string>();
 notified.add((method, params) => {
   if (method === "turn.changed") hear(params);
+  if (method === "job.changed" && hasClass.peek()) {
+    const { job, state } = params.job;
+    const before = jobs.get(job);
+    jobs.set(job, state);
+    if (before !== state && (before === "queued" || state === "queued")) call("turn.list", {}).then(hear, () => {});
+  }
   if (method === "turn.ending" && params.person === store.pupil.value) store.say(t("class.ending", { arm: params.arm, left: duration(params.left_s) }));
   if (method !== "turn.granted") return;
   show(params.arm);
   store.say(t("class.granted", { arm: params.arm }));
 });
 
-/** A turn in words: whose, and how long it is still. */
-export function wordsOf(arm: string): string | null {
-  const turn = turns.value?.arms.find((one) => one.arm === arm);
-  if (turn?.frozen) return t("class.frozen");
+effect(() => {
+  if (store.backend.value !== "station") store.audience.value = store.backend.value === "none" ? store.audience.peek() : "all";
+  else if (store.refused.value === "token" && store.pupil.value === null) store.audience.value = "door";
+  else if (store.pupil.value !== null) store.audience.value = "pupil";
+  // While a lost station is looked for, the page stays made up as it is.
+  else if (isOn.value !== null) store.audience.value = isOn.value && store.role.value === "viewer" ? "door" : "all";
+});
+
+/** What is left of a turn, s; null where turns have no end. */
+export const leftOf = (turn: ArmTurn): number | null => (turn.left_s === null ? null : turn.left_s - (turn.state === "running" && !turn.frozen ? age.value : 0));
+export const turnAt = (arm: string): ArmTurn | null => turns.value?.arms.find((one) => one.arm === arm) ?? null;
+
+/** A turn in words: whose, and how long it is still; that its arm is frozen goes before. */
+export const wordsOf = (arm: string): string | null => (turnAt(arm)?.frozen ? t("class.frozen") : turnOf(arm));
+
+export function turnOf(arm: string): string | null {
+  const turn = turnAt(arm);
   if (!turn?.person) return null;
-  const left = turn.left_s === null ? "" : ` ${duration(turn.left_s - (turn.state === "running" ? age.value : 0))}`;
-  return `${t(`class.${turn.state as "running"}`, { name: turn.person })}${left}`;
+  const left = leftOf(turn);
+  return `${t(`class.${turn.state as "running"}`, { name: turn.person })}${left === null ? "" : ` ${duration(left)}`}`;
 }
 
+/** A clock of the wall, for what the station says as seconds since 1970; on another day with the day. */
+export function clockOf(unix: number): string {
+  const at = new Date(unix * 1000);
+  const isToday = at.toDateString() === new Date().toDateString();
+  return at.toLocaleString(t("language.tag"), { hour: "2-digit", minute: "2-digit", ...(isToday ? {} : { weekday: "short", day: "numeric", month: "short" }) });
+}
+
+/** Under which name the asker takes turns: a pupil's, or that of a student's token. */
+const me = computed(() => store.pupil.value ?? (store.role.value === "student" ? store.ownerName.value : null));
+/** The arms that a pupil may ever have: all but those that are the teacher's alone. */
+export const myArms = computed(() => (turns.value?.arms ?? []).filter(({ slot }) => slot === null || slot.until !== null).map(({ arm }) => arm));
+const isMe = ({ person }: { person: string | null }) => person !== null && person === me.value;
 /** The turn or the place of the pupil who is signed in. */
+export const myTurn = computed(() => turns.value?.arms.find(isMe) ?? null);
+export const myPlace = computed(() => turns.value?.queue.find(isMe) ?? null);
 export const mine = computed(() => {
-  const is = ({ person }: { person: string | null }) => person !== null && person === store.pupil.value;
-  const turn = turns.value?.arms.find(is);
-  const place = turns.value?.queue.find(is)?.place;
-  return turn ? `${turn.arm}: ${wordsOf(turn.arm)}` : place === undefined ? null : t("class.place", { n: place });
+  if (myTurn.value !== null) return `${myTurn.value.arm}: ${wordsOf(myTurn.value.arm)}`;
+  return myPlace.value === null ? null : t("class.place", { n: myPlace.value.place });
 });
+// A page that gave its socket up would miss its turn.
+keepers.add(() => myTurn.value !== null || myPlace.value !== null);

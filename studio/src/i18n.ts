@@ -28,9 +28,10 @@ effect(() => {
 
 /** A sentence, with what stands in braces replaced. */
 export function t(key: Key, values: Record<string, string | number> = {}): string {
-  const text = texts.value[key] ?? en[key];
-  return text.replace(/\{(\w+)\}/g, (all, name: string) => String(values[name] ?? all));
+  return filled(texts.value[key] ?? en[key], values);
 }
+
+export const filled = (text: string, values: Record<string, string | number>): string => text.replace(/\{(\w+)\}/g, (all, name: string) => String(values[name] ?? all));
 
 /** What the language has under this key, else what the station says: English it says by itself. */
 export const told = (key: string, or: string): string => (texts.value as Record<string, string>)[key] ?? or;

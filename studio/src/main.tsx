@@ -2,6 +2,7 @@
 import { effect } from "@preact/signals";
 import { render } from "preact";
 import "./app.css";
+import { slip } from "./class";
 import { t } from "./i18n";
 import { phase } from "./jog";
 import { listen } from "./keys";
@@ -14,8 +15,13 @@ import { App } from "./ui/app";
 import { load } from "./ui/routes";
 
 function follow(): void {
-  const wanted = location.hash.replace(/^#\//, "");
-  store.route.value = store.ROUTES.find((route) => route === wanted) ?? "move";
+  const [wanted = "", query] = location.hash.replace(/^#\//, "").split("?");
+  if (query !== undefined) {
+    slip(new URLSearchParams(query));
+    // A code is nothing for the history of a tablet that others use.
+    history.replaceState(null, "", `#/${wanted}`);
+  }
+  store.wanted.value = wanted;
 }
 
 function carryState(): void {

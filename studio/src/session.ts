@@ -1,5 +1,5 @@
 // The session with a station: connected, kept, found again; what it tells goes to the store.
-import { batch } from "@preact/signals";
+import { batch, effect } from "@preact/signals";
 import type { Holder, Job, State } from "./api";
 import { NO_WORKER, PORT_BUSY, PORT_GONE, PORT_SILENT, SERIAL, SIM, type ToWorker, type Wire } from "./carrier";
 import { Client, LINE_ENDED, type Method, type Params, type Result, RpcError, type Told } from "./client";
@@ -21,6 +21,10 @@ const SILENT = 1500;
 const CHECKING = 60_000;
 /** A worker with a real arm that is silent for so long more is ended. */
 const DEAD = 8000;
+/** A page that nobody sees for so long gives its socket up if it holds nothing, ms: a station has room for 128. */
+const UNSEEN = 60_000;
+/** A full station is asked again after this, ms, and up to half as much more: pages that were refused together come apart. */
+const FULL_AGAIN = 15_000;
 const RESUME = "resume";
 /** A token is kept until the tab is closed: tablets are shared. */
 const TOKEN = "token";
@@ -31,9 +35,14 @@ let address: { url: string; token: string; pupil: string } | null = null;
 let resume: string | null = null;
 let leaseId: string | null = null;
 let tries = 0;
-let again: ReturnType<typeof setTimeout> | undefined;
+let nextTry: ReturnType<typeof setTimeout> | undefined;
 let wordAt = 0;
 let probedAt: number | null = null;
+let unseen: ReturnType<typeof setTimeout> | undefined;
+/** Whether the socket was given up because nobody sees the page. */
+let rests = false;
+/** Whether this page has a place in a queue, or anything else that it would lose. `class.ts` knows. */
+export const keepers = new Set<() => boolean>();
 
 export const notified = new Set<(...told: Told) => void>();
 
@@ -54,14 +63,35 @@ export function apiUrl(text: string): string | null {
 export function connect(url: string, token: string, pupil = ""): void {
   disconnect();
   address = { url, token, pupil };
-  if (token) remember("sessionStorage", TOKEN, token);
-  remember("sessionStorage", PUPIL, pupil || null);
+  keepAccess(token, pupil);
   resume = remembered("sessionStorage", RESUME);
   remember("sessionStorage", RESUME, null);
   const isSim = url.startsWith(SIM);
   used.value = isSim ? "sim" : "none";
   store.backend.value = isSim ? "sim" : url.startsWith(SERIAL) ? "serial" : "station";
   open();
+}
+
+function keepAccess(token: string, pupil: string): void {
+  remember("sessionStorage", TOKEN, token || null);
+  remember("sessionStorage", PUPIL, pupil || null);
+}
+
+/** Who this page was is forgotten: at a shared tablet the next one signs in. */
+export function signOut(): void {
+  const url = address?.url ?? apiUrl(location.origin);
+  store.signInFault.value = null;
+  if (url !== null) connect(url, "");
+}
+
+/** A class that this page has just made has a PIN: with it the page stays its teacher's, where it had no token of its own. */
+export function keepTeaching(pin: string | null): void {
+  if (address !== null && pin !== null && !address.token && !address.pupil) connect(address.url, pin);
+}
+
+/** The same once more: the page takes the session back that another one took over. */
+export function again(): void {
+  if (address !== null) connect(address.url, address.token, address.pupil);
 }
 
 /** A real arm at a port that the person chooses; while one is lost, the port where it is now. */
@@ -92,7 +122,8 @@ export const keptToken = (): string => remembered("sessionStorage", TOKEN) ?? ""
 export const keptPupil = (): string => remembered("sessionStorage", PUPIL) ?? "";
 
 export function disconnect(): void {
-  clearTimeout(again);
+  clearTimeout(nextTry);
+  rests = false;
   client?.close();
   address = null;
   used.value = "none";
@@ -103,6 +134,7 @@ export function disconnect(): void {
     store.refused.value = null;
     store.portFault.value = null;
     store.since.value = null;
+    store.pupil.value = null;
     forget();
     store.arms.value = [];
     store.armName.value = null;
@@ -127,7 +159,7 @@ function forget(): void {
 
 function open(): void {
   if (address === null) return;
-  clearTimeout(again);
+  clearTimeout(nextTry);
   // A port stays open under another session; `close` would stop its arm.
   if (store.backend.value === "serial") client?.fail();
   else client?.close();
@@ -166,8 +198,9 @@ async function hello(made: Client): Promise<void> {
     batch(() => {
       resume = answer.resume;
       tries = 0;
-      clearTimeout(again);
+      clearTimeout(nextTry);
       store.refused.value = null;
+      if (pupil || token) store.signInFault.value = null;
       store.session.value = answer.session;
       store.role.value = answer.role as typeof store.role.value;
       store.ownerName.value = pupil || name;
@@ -189,7 +222,9 @@ async function hello(made: Client): Promise<void> {
     // The end of the line says why.
     if (!(error instanceof RpcError) || error.code === LINE_ENDED) return;
     log(error.message);
-    if (isPin(token) && !pupil) store.say(error.message, true);
+    const wait = error.data["wait_s"];
+    const of = pupil ? "pupil" : isPin(token) ? "pin" : null;
+    if (of !== null) store.signInFault.value = { of, message: error.message, wait: typeof wait === "number" ? wait : null };
   }
 }
 
@@ -250,15 +285,20 @@ function lost(code: number): void {
   // The script itself did not come.
   if (code === NO_WORKER) client = null;
   store.subscription.value = null;
-  const final = { 4401: "token", 4403: "revoked", 4409: "taken" } as const;
+  const final = { 4401: "token", 4403: "revoked", 4409: "taken", 4503: "full" } as const;
   const refused = final[code as keyof typeof final] ?? null;
+  const wasIn = store.socket.value === "up" || store.socket.value === "lost";
+  // A name, code or PIN that is wrong is not tried again, and takes nothing away: who looked on before looks on.
+  if (refused === "token" && !wasIn && address.token && store.signInFault.value !== null) return connect(address.url, "");
   batch(() => {
     store.asking.value = false;
     store.asked.value = null;
     if (refused !== null) {
       store.refused.value = refused;
       store.socket.value = "closed";
+      store.since.value = wasIn ? new Date() : null;
       forget();
+      if (refused === "full") nextTry = setTimeout(open, FULL_AGAIN * (1 + Math.random() / 2));
     } else {
       const wasUp = store.socket.value === "up";
       if (wasUp) {
@@ -267,7 +307,7 @@ function lost(code: number): void {
       }
       if (wasUp || store.socket.value === "lost") store.socket.value = "lost";
       else store.refused.value = "unreachable";
-      again = setTimeout(open, PAUSES[Math.min(tries++, PAUSES.length - 1)]);
+      nextTry = setTimeout(open, PAUSES[Math.min(tries++, PAUSES.length - 1)]);
     }
   });
 }
@@ -288,7 +328,7 @@ function lostPort(code: number): void {
     });
     log(t("log.lost"));
     client?.tell({ kind: "open", url: address?.url ?? "" });
-    again = setTimeout(() => lostPort(NO_WORKER), DEAD);
+    nextTry = setTimeout(() => lostPort(NO_WORKER), DEAD);
     return;
   }
   if (why === undefined) {
@@ -431,9 +471,22 @@ export function rename(): void {
   if (store.socket.value === "up") open();
 }
 
+/** As `rename`; done when the session goes on. */
+export function renamed(): Promise<void> {
+  rename();
+  return new Promise((done) => {
+    const end = effect(() => {
+      if (store.socket.value === "connecting" || store.socket.value === "lost") return;
+      queueMicrotask(() => end());
+      done();
+    });
+  });
+}
+
 setInterval(() => {
   const now = performance.now();
   if (now - store.heardAt.value > STALE) store.stale.value = true;
+  if (rests) return;
   // A virtual arm in the worker has no line that could be lost.
   if (store.socket.value !== "up" || client === null || store.backend.value === "sim") return;
   const limit = store.backend.value === "serial" && client.computes ? CHECKING : SILENT;
@@ -445,7 +498,28 @@ setInterval(() => {
   }
 }, 250);
 
+/** Whether something would be lost with the socket: an arm, a place, a job of its own. */
+function isKept(): boolean {
+  const own = (holder: Holder | null) => holder !== null && holder.session === store.session.value;
+  return store.arms.value.some(({ holder }) => own(holder)) || [...keepers].some((keeps) => keeps());
+}
+
+function rest(): void {
+  if (!document.hidden || store.backend.value !== "station" || store.socket.value !== "up") return;
+  if (isKept()) return void (unseen = setTimeout(rest, UNSEEN));
+  rests = true;
+  client?.close();
+  store.subscription.value = null;
+  store.socket.value = "connecting";
+}
+
 document.addEventListener("visibilitychange", () => {
+  clearTimeout(unseen);
+  if (document.hidden) unseen = setTimeout(rest, UNSEEN);
+  else if (rests) {
+    rests = false;
+    open();
+  }
   // After a sleep the next try may be seconds away.
   if (!document.hidden && store.backend.value !== "serial" && (store.socket.value === "lost" || store.refused.value === "unreachable")) open();
 });

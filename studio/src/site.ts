@@ -8,6 +8,7 @@ import { turns } from "./class";
 import { t } from "./i18n";
 import { LINE_ENDED, RpcError } from "./client";
 import { change, kept, newest } from "./results";
+import { isUnderWay } from "./run/jobs";
 import { call, notified } from "./session";
 import { remember, remembered } from "./settings";
 import * as store from "./store";
@@ -63,6 +64,25 @@ export function watchSite(): () => void {
     over = true;
     timers.forEach(clearTimeout);
   };
+}
+
+/** Whether what is known of an arm is of now: it is reached, and the station as well. */
+export const isKnown = (arm: store.ArmEntry): boolean => arm.link === "up" && store.socket.value === "up";
+
+/** The job that has an arm, in words; null if none has. */
+export function jobOf(arm: store.ArmEntry): string | null {
+  const job = jobs.value.get(arm.name);
+  if (job === undefined || !isUnderWay(job)) return null;
+  const percent = job.steps ? ` ${Math.floor((100 * job.step) / job.steps)} %` : "";
+  return `${t(`job.${job.state}` as "job.running")}${percent}`;
+}
+
+/** What an arm does, in words. */
+export function doingOf(arm: store.ArmEntry): string {
+  if (!isKnown(arm)) return t(store.socket.value === "up" ? "arms.link.lost" : "arms.unknown");
+  const job = jobOf(arm);
+  if (job !== null) return [jobs.value.get(arm.name)?.title, job].filter(Boolean).join(": ");
+  return t(states.value.get(arm.name)?.moving === true ? "site.moves" : "site.stands");
 }
 
 export async function list(): Promise<void> {

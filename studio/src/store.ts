@@ -7,11 +7,14 @@ export type Model = Methods["arm.model"]["result"];
 export type Alarm = NonNullable<Methods["arm.alarms"]["result"]["alarms"]>[number];
 export type Fence = Methods["arm.fence"]["result"]["fence"];
 
-export type Route = "move" | "teach" | "draw" | "engrave" | "run" | "io" | "plots" | "world" | "arms" | "settings";
-/** As they stand in the page's frame. */
-export const ROUTES: readonly Route[] = ["move", "teach", "draw", "engrave", "run", "io", "plots", "world", "arms", "settings"];
-
-export const route = signal<Route>("move");
+export type Route = "move" | "teach" | "draw" | "engrave" | "run" | "io" | "plots" | "world" | "class" | "arms" | "settings";
+const ROUTES: readonly Route[] = ["move", "teach", "draw", "engrave", "run", "io", "plots", "world", "class", "arms", "settings"];
+/** Routes of people in front of whom a class has its door: look on and sign in. */
+const AT_DOOR: readonly Route[] = ["class", "move", "arms", "settings"];
+/** Routes of pupils, in the order of a lesson. */
+const OF_PUPILS: readonly Route[] = ["class", "draw", "teach", "run", "move"];
+/** Not in a pupil's frame, and shown where its address is opened: with a laser that pupils may use. */
+const HIDDEN_OF_PUPILS: readonly Route[] = ["engrave"];
 
 /** How the station is reached: `none` before anything is chosen. */
 export const backend = signal<"none" | "sim" | "station" | "serial">("none");
@@ -24,8 +27,10 @@ export const update = signal<(() => void) | null>(null);
 /** `lost`: it was there, and is looked for; `closed`: it is not looked for. */
 export const socket = signal<"closed" | "connecting" | "up" | "lost">("closed");
 export const since = signal<Date | null>(null);
-/** Why the page does not try again: a token is wanted, another page took the session over. */
-export const refused = signal<"token" | "revoked" | "taken" | "unreachable" | null>(null);
+/** Why the page is not let in: a token is wanted, another page took the session over, all places are taken. */
+export const refused = signal<"token" | "revoked" | "taken" | "full" | "unreachable" | null>(null);
+/** What the station said of a name, code or PIN that it did not take. */
+export const signInFault = signal<{ of: "pupil" | "pin"; message: string; wait: number | null } | null>(null);
 /** Why the serial port did not lead to an arm. */
 export const portFault = signal<"busy" | "gone" | "silent" | "died" | "denied" | null>(null);
 
@@ -37,6 +42,19 @@ export const role = signal<"viewer" | "student" | "teacher">("viewer");
 export const ownerName = signal("");
 /** Who is signed in as a pupil of a class. */
 export const pupil = signal<string | null>(null);
+/** For whom the page is made up: `door` for people whom a class does not know yet. `class.ts` says it. */
+export const audience = signal<"all" | "door" | "pupil">("all");
+/** The address behind the `#` of the page. */
+export const wanted = signal("");
+/** As they stand in the page's frame. */
+export const routes = computed<readonly Route[]>(() => {
+  if (audience.value !== "all") return audience.value === "door" ? AT_DOOR : OF_PUPILS;
+  return backend.value === "station" ? ROUTES : ROUTES.filter((one) => one !== "class");
+});
+export const route = computed<Route>(() => {
+  const shown = audience.value === "pupil" ? [...routes.value, ...HIDDEN_OF_PUPILS] : routes.value;
+  return shown.find((one) => one === wanted.value) ?? shown[0] ?? "move";
+});
 export const arms = signal<ArmEntry[]>([]);
 export const armName = signal<string | null>(null);
 export const state = signal<State | null>(null);
@@ -77,8 +95,10 @@ export const isBusy = computed(() => BUSY.includes(jobState.value));
 export function barred(isThere: boolean) {
   if (socket.value === "closed") return "why.closed" as const;
   if (!isThere) return "why.lost" as const;
-  if (role.value === "viewer") return "why.viewer" as const;
-  return { mine: null, other: "why.other" as const, free: "why.free" as const }[lease.value];
+  if (role.value === "viewer") return audience.value === "door" ? ("why.door" as const) : ("why.viewer" as const);
+  if (lease.value === "mine") return null;
+  if (audience.value === "pupil") return "why.turn" as const;
+  return lease.value === "other" ? ("why.other" as const) : ("why.free" as const);
 }
 /** Why nothing can be moved now. */
 export const why = computed(() => barred(isUp.value) ?? (isBusy.value ? ("why.busy" as const) : null));
@@ -110,4 +130,6 @@ export function ask(title: string, text: string, yes: string): Promise<boolean> 
     question.value = { title, text, yes, answer };
   });
 }
+/** Asks for the person's own name, once a tab; answered with null if none is given. */
+export const naming = signal<((name: string | null) => void) | null>(null);
 export const showsKeys = signal(false);

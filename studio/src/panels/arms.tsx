@@ -4,7 +4,6 @@ import { clock, lines, save } from "../log";
 import { tried } from "../actions";
 import { canTrace, trace } from "../session";
 import { Card, Do } from "../ui/parts";
-import { Class } from "./class";
 import { Connect } from "./connect";
 import { Site } from "./site";
 
@@ -40,7 +39,6 @@ export function Arms() {
   return (
     <div class="columns">
       <Site />
-      <Class />
       <Connect />
       <Log />
     </div>

@@ -2,19 +2,20 @@
 import { effect, useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { complain, stop } from "../actions";
-import { wordsOf } from "../class";
+import { hasClass, turnAt, turnOf } from "../class";
 import { t } from "../i18n";
 import { save } from "../log";
 import { call, show } from "../session";
 import { page } from "../results";
-import { isUnderWay } from "../run/jobs";
 import { base64 } from "../run/programs";
-import { chosen, drop, each, give, jobs, pictures, send, states, take, watchSite } from "../site";
+import { chosen, doingOf, drop, each, give, isKnown, jobOf, jobs, pictures, send, states, take, watchSite } from "../site";
 import { toggled } from "../settings";
 import * as store from "../store";
 import { Card, Do, OpenFile, Pick } from "../ui/parts";
 import type { FleetScene } from "../view/fleet";
 import { boundsOf, pathOf, UP, viewBox } from "../view/flat";
+import { isTeachers, TeacherTile } from "./class/tile";
+import { w } from "./class/words";
 import "./arms.css";
 
 /** Up to so many arms each has a larger place. */
@@ -25,24 +26,26 @@ function marksOf(arm: store.ArmEntry) {
   const state = states.value.get(arm.name);
   const job = jobs.value.get(arm.name);
   const asks = arm.waiting.find((waiter) => waiter.asks);
-  const percent = job?.steps ? Math.floor((100 * job.step) / job.steps) : null;
   return {
-    alarms: (arm.link === "up" ? state?.alarms : null)?.filter((code) => code !== 0) ?? [],
+    lost: !isKnown(arm),
+    alarms: (isKnown(arm) ? state?.alarms : null)?.filter((code) => code !== 0) ?? [],
     asks: asks?.name ?? null,
     waits: arm.waiting.filter((waiter) => !waiter.asks).length,
-    job: job && isUnderWay(job) ? `${t(`job.${job.state}` as "job.running")}${percent === null ? "" : ` ${percent} %`}` : job?.state === "failed" ? t("job.failed") : null,
-    moving: state?.moving === true,
+    job: jobOf(arm) ?? (job?.state === "failed" ? t("job.failed") : null),
   };
 }
 
 function Tile({ arm }: { arm: store.ArmEntry }) {
-  const { name, holder, link } = arm;
-  const { alarms, asks, waits, job, moving } = marksOf(arm);
+  const { name, holder, port } = arm;
+  const { alarms, asks, waits, job, lost } = marksOf(arm);
   const isMine = holder !== null && holder.session === store.session.value;
-  const who = holder === null ? t("arms.free") : isMine ? t("arms.you") : holder.name;
-  const doing = link === "lost" ? t("arms.link.lost") : (jobs.value.get(name)?.title ?? t(moving ? "site.moves" : "site.stands"));
+  // Nobody knows who has the arm of a station that is gone.
+  const turn = store.socket.value === "up" ? turnOf(name) : null;
+  const frozen = store.socket.value === "up" && turnAt(name)?.frozen === true;
+  const who = store.socket.value !== "up" ? "" : holder === null ? (lost ? t("arms.link.lost") : jobOf(arm) !== null ? t("arms.busy") : isTeachers(turnAt(name)) ? w("tile.teacher") : t("arms.free")) : isMine ? t("arms.you") : holder.name;
+  const doing = doingOf(arm);
   return (
-    <li class={`tile ${isMine ? "mine" : ""} ${alarms.length > 0 ? "alarmed" : ""} ${link}`} data-testid={`arm-${name}`} data-holder={holder?.name ?? ""}>
+    <li class={`tile ${isMine ? "mine" : ""} ${alarms.length > 0 ? "alarmed" : ""} ${lost ? "lost" : "up"} ${frozen ? "frozen" : ""}`} data-testid={`arm-${name}`} data-holder={holder?.name ?? ""}>
       <div class="tile-head">
         <a href="#/move" onClick={() => show(name)} title={t("arms.show", { name })} aria-current={name === store.armName.value ? "true" : undefined}>
           {name}
@@ -51,13 +54,15 @@ function Tile({ arm }: { arm: store.ArmEntry }) {
           <input type="checkbox" aria-label={t("site.choose", { name })} data-testid={`choose-${name}`} checked={chosen.value.has(name)} onChange={(event) => (chosen.value = toggled(chosen.value, name, event.currentTarget.checked))} />
         </label>
       </div>
-      <div class="tile-view" data-place />
+      <div class="tile-view" data-place>{lost ? <span class="tile-lost" aria-hidden="true">?</span> : null}</div>
       <div class="tile-foot">
-        <p class="who" title={who}>{who}</p>
+        {turn === null ? <p class="who" title={who}>{who}</p> : <p class="who turn" title={turn} data-testid={`turn-${name}`}>{turn}</p>}
         <p title={doing}>{doing}</p>
+        {arm.virtual ? null : <p class="port" title={port}>{port}</p>}
       </div>
+      {store.role.value === "teacher" && hasClass.value ? <TeacherTile arm={arm} /> : null}
       <div class="tile-marks">
-        {wordsOf(name) === null ? null : <span data-testid={`turn-${name}`}>{wordsOf(name)}</span>}
+        {frozen ? <span class="frozen" data-testid={`frozen-${name}`}>{t("class.frozen")}</span> : null}
         {alarms.length > 0 ? <span class="alarm">{t("site.alarm", { code: `0x${(alarms[0] ?? 0).toString(16)}` })}</span> : null}
         {asks === null ? null : <span data-testid={`hand-${name}`}>{t("site.asks", { name: asks })}</span>}
         {waits > 0 ? <span>{t("site.waits", { n: waits })}</span> : null}
@@ -106,9 +111,11 @@ function useFleet(place: { current: HTMLDivElement | null }): void {
       sizes.observe(element);
       end = effect(() => {
         const seen = states.value;
+        const arms = store.arms.value;
         scene?.setJoints(order.map((name) => {
           const state = seen.get(name);
-          return state ? [state.j1, state.j2, state.j3, state.j4, state.rail ?? 0] : [0, 0, 0, 0, 0];
+          const arm = arms.find((one) => one.name === name);
+          return state && arm && isKnown(arm) ? [state.j1, state.j2, state.j3, state.j4, state.rail ?? 0] : null;
         }));
       });
     }, () => {});
@@ -129,10 +136,10 @@ function Bar() {
   const none = mine.length === 0;
   const isViewer = store.role.value === "viewer";
   useEffect(() => {
-    call("program.list", {}).then(({ programs: all }) => (programs.value = all.map(({ name }) => name)), complain);
+    if (store.socket.value === "up") call("program.list", {}).then(({ programs: all }) => (programs.value = all.map(({ name }) => name)), complain);
   }, [store.socket.value]);
   const said = (work: Promise<number>) => void work.then((n) => n > 0 && store.say(t("site.done", { n })));
-  const off = none || isViewer;
+  const off = none || isViewer || store.socket.value !== "up";
   return (
     <div class="site-bar" role="group" aria-label={t("site.bar")}>
       <Do id="stop-all" class="stop-all" text={t("site.stopAll")} press={() => stop(true)} />
@@ -190,13 +197,14 @@ function Pictures() {
 function Count() {
   const marks = store.arms.value.map(marksOf);
   const count = (is: (one: ReturnType<typeof marksOf>) => boolean) => marks.filter(is).length;
-  const values = { n: marks.length, alarms: count(({ alarms }) => alarms.length > 0), jobs: count(({ job }) => job !== null), hands: count(({ asks }) => asks !== null) };
+  const values = { n: marks.length, lost: count(({ lost }) => lost), alarms: count(({ alarms }) => alarms.length > 0), jobs: count(({ job }) => job !== null), hands: count(({ asks }) => asks !== null) };
   return (
     <p class="hint" data-testid="site-count" role="status">{t("site.count", values)}</p>
   );
 }
 
-export function Site() {
+/** The arms; with the pictures that this browser has of them, unless the station's own results stand beside. */
+export function Site({ pictures: withPictures = true }: { pictures?: boolean }) {
   const place = useRef<HTMLDivElement>(null);
   useEffect(watchSite, []);
   useFleet(place);
@@ -219,7 +227,7 @@ export function Site() {
           </>
         )}
       </Card>
-      <Pictures />
+      {withPictures ? <Pictures /> : null}
     </>
   );
 }

@@ -1,10 +1,11 @@
 // Questions and lists over the page. They leave Stop reachable: nothing behind them is locked.
+import { useSignal } from "@preact/signals";
 import type { ComponentChildren, ComponentProps } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import * as actions from "../actions";
 import { t } from "../i18n";
 import * as store from "../store";
-import { Do } from "./parts";
+import { Do, TextField } from "./parts";
 
 interface SheetProps {
   role: "alertdialog" | "dialog";
@@ -66,6 +67,34 @@ function Asked() {
   );
 }
 
+/** Asks for the person's own name: others see who has control. */
+function Naming() {
+  const answer = store.naming.value;
+  const name = useSignal("");
+  if (answer === null) return null;
+  const done = (text: string | null) => {
+    store.naming.value = null;
+    answer(text);
+  };
+  return (
+    <Sheet role="dialog" id="naming" testId="naming" title={t("naming.title")}>
+      <form
+        onSubmit={(event) => {
+          event.preventDefault();
+          done(name.value.trim() || null);
+        }}
+      >
+        <p id="naming-text" class="hint">{t("settings.name.hint")}</p>
+        <TextField id="naming-name" label={t("settings.name")} value={name.value} most={40} autocomplete="nickname" live set={(text) => (name.value = text)} />
+        <div class="sheet-buttons">
+          <Do text={t("naming.without")} press={() => done(null)} />
+          <button type="submit" class="primary" data-testid="naming-take" disabled={name.value.trim() === ""}>{t("lease.take")}</button>
+        </div>
+      </form>
+    </Sheet>
+  );
+}
+
 const KEYS = [
   ["↑ ↓ ← →", "keys.move"],
   ["W S", "keys.z"],
@@ -107,6 +136,7 @@ export function Dialogs() {
     <>
       <Question />
       <Asked />
+      <Naming />
       <Keys />
       <div class="notice-place" role="status" data-testid="notice">
         {notice ? <p class={`notice ${notice.bad ? "bad" : ""}`}>{notice.text}</p> : null}

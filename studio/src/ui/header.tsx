@@ -4,21 +4,22 @@ import * as actions from "../actions";
 import { mine } from "../class";
 import { t, told } from "../i18n";
 import { clock } from "../log";
+import { again, signOut } from "../session";
 import * as store from "../store";
 import ICONS from "./icons.json";
 import { Do } from "./parts";
 
 function Nav() {
   const nav = useRef<HTMLElement>(null);
-  const route = store.route.value;
+  const [route, routes] = [store.route.value, store.routes.value];
   // On a phone the bar is longer than the screen.
   useEffect(() => nav.current?.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest", inline: "center" }), [route]);
   return (
     <nav ref={nav} aria-label={t("skip.nav")}>
-      {store.ROUTES.map((route) => (
-        <a key={route} href={`#/${route}`} aria-current={store.route.value === route ? "page" : undefined}>
-          <svg viewBox="0 0 24 24" aria-hidden="true"><path d={ICONS[route]} /></svg>
-          <span>{t(`nav.${route}`)}</span>
+      {routes.map((one) => (
+        <a key={one} href={`#/${one}`} aria-current={route === one ? "page" : undefined}>
+          <svg viewBox="0 0 24 24" aria-hidden="true"><path d={ICONS[one]} /></svg>
+          <span>{t(`nav.${one}`)}</span>
         </a>
       ))}
     </nav>
@@ -35,14 +36,17 @@ function Owner() {
 function What() {
   const arm = store.arm.value;
   const kind = arm === null ? "none" : arm.virtual ? "virtual" : "real";
+  const isPupil = store.audience.value === "pupil";
   return (
     <div class="what">
-      <span class={`badge ${kind}`} data-testid="header-arm">
-        {t(`arm.${kind}`)}
-        {store.backend.value === "sim" && store.simSpeed !== 1 ? <b data-testid="header-speed"> ×{store.simSpeed}</b> : null}
-        {store.arms.value.length > 1 && arm !== null ? <b> {arm.name}</b> : null}
-      </span>
-      <Owner />
+      {store.route.value === "class" ? null : (
+        <span class={`badge ${kind}`} data-testid="header-arm">
+          {t(`arm.${kind}`)}
+          {store.backend.value === "sim" && store.simSpeed !== 1 ? <b data-testid="header-speed"> ×{store.simSpeed}</b> : null}
+          {store.arms.value.length > 1 && arm !== null ? <b> {arm.name}</b> : null}
+        </span>
+      )}
+      {isPupil && mine.value !== null ? null : <Owner />}
       {mine.value === null ? null : <span class="badge" data-testid="header-turn">{mine.value}</span>}
       {store.isLaserOn.value ? <span class="badge laser" data-testid="header-laser">{t("arm.laser")}</span> : null}
     </div>
@@ -50,7 +54,8 @@ function What() {
 }
 
 function Lease() {
-  if (store.socket.value !== "up" || store.armName.value === null) return null;
+  // A pupil's arm comes with the turn, and goes with it. The class is about all arms.
+  if (store.socket.value !== "up" || store.armName.value === null || store.audience.value !== "all" || store.route.value === "class") return null;
   const lease = store.lease.value;
   const isViewer = store.role.value === "viewer";
   const name = store.holder.value?.name ?? "";
@@ -84,9 +89,22 @@ export function Header() {
   );
 }
 
+/** That the station has closed this page, or has no room for it: what is shown is from before. */
+function Closed({ why, since }: { why: "token" | "revoked" | "taken" | "full"; since: Date | null }) {
+  return (
+    <div class="banner lost" role="alert" data-testid="closed">
+      <p><b>{t(`closed.${why}`)}</b> {since === null ? null : t("closed.since", { time: clock(since) })} {why === "full" ? t("closed.again") : null}</p>
+      {why === "full" ? null : <div class="banner-do"><Do id="closed-signin" text={t(why === "taken" ? "closed.back" : "closed.signin")} press={why === "taken" ? again : signOut} /></div>}
+    </div>
+  );
+}
+
 /** That the connection is lost, and since when. */
 export function LinkLost() {
   const since = store.since.value;
+  const refused = store.refused.value;
+  // The door says that a code or token is wanted, and so does whoever opens another station.
+  if (refused !== null && refused !== "unreachable" && !(refused === "token" && since === null)) return <Closed why={refused} since={since} />;
   if (store.link.value !== "lost" || since === null) return null;
   return (
     <div class="banner lost" role="status">
@@ -109,7 +127,8 @@ export function Update() {
 
 /** The alarms that stand, each with cause and cure. */
 export function Alarms() {
-  const alarms = store.alarms.value;
+  // The class's page is about all arms, and a pupil who has none has nothing to do about an alarm.
+  const alarms = store.route.value === "class" && store.lease.value !== "mine" ? [] : store.alarms.value;
   const holds = store.holds.value;
   const off = store.why.value !== null;
   return (

@@ -14,6 +14,7 @@ const LATER: Partial<Record<store.Route, () => Promise<ComponentType>>> = {
   io: () => import("../panels/io").then(({ Io }) => Io),
   plots: () => import("../panels/plot").then(({ Plots }) => Plots),
   world: () => import("../panels/world").then(({ World }) => World),
+  class: () => import("../panels/class").then(({ Class }) => Class),
   arms: () => import("../panels/arms").then(({ Arms }) => Arms),
   settings: () => import("../panels/settings").then(({ Settings }) => Settings),
 };

@@ -85,7 +85,7 @@ export class FleetScene {
   /** Where the arms stand in the page: each is drawn into its place. */
   setPlaces(places: readonly Place[], width: number, height: number): void {
     this.renderer.setSize(width, height);
-    this.scale = SEEN / Math.min(places[0]?.width ?? 1, (places[0]?.height ?? 1) * 1.25);
+    this.scale = SEEN / Math.min(places[0]?.width ?? 1, places[0]?.height ?? 1);
     const [half, tall] = [(width * this.scale) / 2, (height * this.scale) / 2];
     Object.assign(this.camera, { left: -half, right: half, top: tall, bottom: -tall, near: 1, far: 9000 });
     this.camera.updateProjectionMatrix();
@@ -102,11 +102,12 @@ export class FleetScene {
     this.wake();
   }
 
-  setJoints(joints: readonly Joints[]): void {
+  /** An arm without joints is not drawn: nobody knows how it stands. */
+  setJoints(joints: ReadonlyArray<Joints | null>): void {
     const before = this.wanted;
-    this.wanted = joints.map((one) => [...one]);
-    if (this.wanted.every((one, arm) => one.every((value, joint) => value === before[arm]?.[joint]))) return;
-    this.from = this.wanted.map((one, arm) => [...(this.shown[arm] ?? one)]);
+    this.wanted = joints.map((one) => [...(one ?? [])]);
+    if (this.wanted.every((one, arm) => one.length === before[arm]?.length && one.every((value, joint) => value === before[arm]?.[joint]))) return;
+    this.from = this.wanted.map((one, arm) => [...(before[arm]?.length ? (this.shown[arm] ?? one) : one)]);
     this.movedAt = performance.now();
     this.wake();
   }
@@ -134,7 +135,7 @@ export class FleetScene {
       const [from, to] = [this.from[arm] ?? [], this.wanted[arm] ?? []];
       const now = (this.shown[arm] ??= []);
       for (let joint = 0; joint < NAMES.length; joint++) now[joint] = (from[joint] ?? 0) + ((to[joint] ?? 0) - (from[joint] ?? 0)) * share;
-      this.pose(arm, now);
+      this.pose(arm, now, to.length > 0);
     }
     for (const { mesh } of this.parts) {
       mesh.count = count;
@@ -145,7 +146,7 @@ export class FleetScene {
     if (share < 1) this.wake();
   }
 
-  private pose(arm: number, joints: readonly number[]): void {
+  private pose(arm: number, joints: readonly number[], isSeen: boolean): void {
     this.parts.forEach(({ mesh, parent, axis, at, own, joint, sign }, nth) => {
       const frame = this.frames[nth];
       const origin = this.origins[arm];
@@ -156,7 +157,7 @@ export class FleetScene {
       const base = this.frames[parent];
       if (base === undefined) frame.makeTranslation(origin).multiply(this.step);
       else frame.multiplyMatrices(base, this.step);
-      mesh.setMatrixAt(arm, this.placed.multiplyMatrices(frame, own));
+      mesh.setMatrixAt(arm, isSeen ? this.placed.multiplyMatrices(frame, own) : this.placed.makeScale(0, 0, 0));
     });
   }
 }

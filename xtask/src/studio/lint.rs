@@ -127,6 +127,25 @@ fn every_language_has_every_sentence_and_its_values() {
     }
 }
 
+#[test]
+fn sentences_of_the_class_are_in_every_language_with_their_values() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../studio/src/panels/class/words.json");
+    let json = std::fs::read(&file).expect("the sentences");
+    let mut texts: BTreeMap<String, BTreeMap<String, String>> =
+        serde_json::from_slice(&json).expect("sentences by language and key");
+    let english = texts.remove("en").expect("English");
+    assert!(!texts.is_empty() && english.len() > 80);
+    for (name, texts) in &texts {
+        let differs: Vec<_> = { english.keys().chain(texts.keys()) }
+            .filter(|key| {
+                let in_both = english.get(*key).zip(texts.get(*key));
+                in_both.is_none_or(|(english, text)| values(english) != values(text))
+            })
+            .collect();
+        assert!(differs.is_empty(), "{name}: {differs:?}");
+    }
+}
+
 /// What stands in braces.
 fn values(text: &str) -> BTreeSet<&str> {
     let parts = text.split('{').skip(1);

@@ -1,0 +1,70 @@
+// What a teacher does to all arms, or to those that are chosen.
+import { agreed, complain, tried } from "../../actions";
+import { turns } from "../../class";
+import { t } from "../../i18n";
+import { call } from "../../session";
+import { chosen, each } from "../../site";
+import * as store from "../../store";
+import { Card, Do } from "../../ui/parts";
+import { roll } from "./roll";
+import { w, type Word } from "./words";
+
+type Method = "arm.home" | "arm.clear_alarms";
+
+/** Moves an arm for its pupil: whoever has it is asked for nothing, and has it again afterwards with the rest of the turn. */
+export async function forPupil(arm: string, method: Method, what: string): Promise<void> {
+  const holder = store.arms.value.find(({ name }) => name === arm)?.holder ?? null;
+  const isMine = holder?.session === store.session.value;
+  const lease = holder === null || isMine ? null : (await call("lease.take", { arm })).lease;
+  try {
+    await agreed(what, (yes) => call(method, { arm, ...yes }));
+  } finally {
+    if (lease !== null) await call("lease.release", { lease });
+  }
+}
+
+async function all(key: "home" | "clear", method: Method): Promise<void> {
+  const arms = store.arms.value.filter(({ link }) => link === "up").map(({ name }) => name);
+  const text = w(`class.${key}.text`, { n: arms.length });
+  if (!(await store.ask(w(`class.${key}All`), text, w(`class.${key}All`)))) return;
+  const n = await each(arms, (arm) => forPupil(arm, method, w(`class.${key}All`)));
+  if (n > 0) store.say(t("site.done", { n }));
+}
+
+async function turnsOf(key: "end" | "next"): Promise<void> {
+  const running = (turns.value?.arms ?? []).filter(({ person }) => person !== null).map(({ arm }) => arm);
+  if (!(await store.ask(w(`class.${key}All`), w(`class.${key}.text`, { n: running.length }), w(`class.${key}All`)))) return;
+  await call(`turn.${key}`, {}).catch(complain);
+}
+
+/** As with Stop, the button is never off: that nothing was sent is said, with what stops the arms all the same. */
+async function freeze(which: { arms?: string[] }): Promise<void> {
+  if (store.socket.value !== "up") return store.say(w("class.freeze.unsent"), true);
+  await tried(() => call("class.freeze", which));
+}
+
+export function Conduct() {
+  const some = [...chosen.value];
+  const pupils = roll.value?.pupils ?? [];
+  const count = (is: (one: (typeof pupils)[number]) => boolean) => pupils.filter(is).length;
+  const values = { n: pupils.length, here: count(({ here }) => here === true), waits: count(({ place }) => place != null), missing: count(({ here }) => here === false) };
+  const frozen = turns.value?.arms.filter((one) => one.frozen).length ?? 0;
+  const off = store.socket.value !== "up";
+  const button = (id: string, key: Word, press: () => unknown) => <Do id={id} off={off} text={w(key)} press={press} />;
+  return (
+    <Card title={t("class.title")} class="arms conduct" more={<p class="hint" role="status" data-testid="class-count">{w("class.count", values)}</p>}>
+      <div class="site-bar" role="group" aria-label={w("class.all")}>
+        <Do id="class-freeze-all" class="stop-all" text={w("class.freezeAll")} press={() => freeze({})} />
+        {some.length > 0 ? <Do id="class-freeze-chosen" press={() => freeze({ arms: some })}>{w("class.freezeSome", { n: some.length })}</Do> : null}
+        <Do id="class-free" off={frozen === 0} text={w("class.freeAll")} press={() => tried(() => call("class.free", {}))} />
+        {some.length > 0 ? <Do id="class-free-chosen" off={frozen === 0} press={() => tried(() => call("class.free", { arms: some }))}>{w("class.freeSome", { n: some.length })}</Do> : null}
+        <span class="bar-gap" />
+        {button("class-home-all", "class.homeAll", () => all("home", "arm.home"))}
+        {button("class-clear-all", "class.clearAll", () => all("clear", "arm.clear_alarms"))}
+        {button("class-end-all", "class.endAll", () => turnsOf("end"))}
+        {button("class-next-all", "class.nextAll", () => turnsOf("next"))}
+      </div>
+      {frozen > 0 ? <p class="banner holds" role="status" data-testid="class-frozen">{w("class.frozenText", { n: frozen, all: turns.value?.arms.length ?? 0 })}</p> : null}
+    </Card>
+  );
+}

@@ -1,0 +1,47 @@
+// The class, for whoever has the page: its door, a pupil's own page, or what a teacher needs in a lesson.
+import { hasClass } from "../../class";
+import { t } from "../../i18n";
+import * as store from "../../store";
+import { Card } from "../../ui/parts";
+import { Site } from "../site";
+import { Conduct } from "./conduct";
+import { Door } from "./door";
+import { Make } from "./make";
+import { Pupils } from "./pupils";
+import { PupilPage } from "./pupil";
+import { Results } from "./results";
+import { Slips, slips } from "./slips";
+import "./class.css";
+
+function Teacher() {
+  if (slips.value !== null) return <Slips />;
+  return hasClass.value ? (
+    <>
+      <Conduct />
+      <Site pictures={false} />
+      <Pupils />
+      <Results />
+      <Make />
+    </>
+  ) : (
+    <Make />
+  );
+}
+
+export function Class() {
+  const audience = store.audience.value;
+  const role = store.role.value;
+  return (
+    <div class="columns class-page">
+      {audience === "door" ? (
+        <Door />
+      ) : audience === "pupil" || (hasClass.value && role === "student") ? (
+        <PupilPage />
+      ) : role === "teacher" ? (
+        <Teacher />
+      ) : (
+        <Card title={t("class.title")} class="arms"><p class="hint">{t(store.socket.value === "up" ? "class.none" : "link.connecting")}</p></Card>
+      )}
+    </div>
+  );
+}

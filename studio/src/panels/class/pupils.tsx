@@ -1,0 +1,67 @@
+// Who is in the class: who is here, who has an arm, who waits, who is missing.
+import { useSignal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+import { tried } from "../../actions";
+import { turns } from "../../class";
+import { t } from "../../i18n";
+import { call } from "../../session";
+import * as store from "../../store";
+import { Card, Do, Heads } from "../../ui/parts";
+import { whyWaits } from "./reasons";
+import { read, type Roll, roll, watchRoll } from "./roll";
+import { slips } from "./slips";
+import { w } from "./words";
+
+type Pupil = Roll["pupils"][number];
+
+function statusOf({ name, here, place, arm }: Pupil): { text: string; is: "arm" | "waits" | "here" | "missing" } {
+  if (arm) return { text: w("pupils.arm", { arm }), is: "arm" };
+  const inQueue = turns.value?.queue.find(({ person }) => person === name);
+  const why = inQueue === undefined ? null : whyWaits(inQueue);
+  if (place != null) return { text: `${t("class.place", { n: place })}${why === null ? "" : `. ${why}`}`, is: "waits" };
+  if (here === undefined) return { text: "", is: "missing" };
+  return here ? { text: w("pupils.here"), is: "here" } : { text: w("pupils.missing"), is: "missing" };
+}
+
+async function renew({ name, here }: Pupil): Promise<void> {
+  if (here && !(await store.ask(w("pupils.renew.title", { name }), w("pupils.renew.text"), w("pupils.renew")))) return;
+  await call("class.codes", { pupils: [name] });
+  await read();
+}
+
+export function Pupils() {
+  useEffect(watchRoll, []);
+  // The page may be on a wall for all to see.
+  const shows = useSignal(false);
+  const pupils = roll.value?.pupils ?? [];
+  const more = (
+    <div class="buttons-row">
+      <Do id="class-codes" class="quiet small" aria-pressed={shows.value} text={w(shows.value ? "pupils.hide" : "pupils.show")} press={() => (shows.value = !shows.value)} />
+      <Do id="class-slips" class="small" text={w("pupils.slips")} press={() => (slips.value = pupils)} />
+    </div>
+  );
+  return (
+    <Card title={w("pupils.title")} class="arms" more={more}>
+      <table data-testid="class-pupils" class="pupils">
+        <Heads names={[w("pupils.name"), w("pupils.status"), w("door.code"), w("pupils.do")]} unseen={[w("pupils.do")]} />
+        <tbody>
+          {pupils.map((pupil) => {
+            const { text, is } = statusOf(pupil);
+            return (
+              <tr key={pupil.name} class={is}>
+                <th scope="row">{pupil.name}</th>
+                <td data-testid={`pupil-${pupil.name}`}><span class={`dot ${is}`} aria-hidden="true" />{text}</td>
+                <td>{shows.value ? <code>{pupil.code}</code> : <span aria-label={w("pupils.hidden")} role="img">••••••</span>}</td>
+                <td><div class="buttons-row">
+                  {pupil.place != null ? <Do class="quiet small" label={w("pupils.out.of", { name: pupil.name })} text={w("pupils.out")} press={() => tried(() => call("turn.leave", { person: pupil.name }))} /> : null}
+                  <Do id={`class-renew-${pupil.name}`} class="quiet small" label={w("pupils.renew.title", { name: pupil.name })} text={w("pupils.renew")} press={() => tried(() => renew(pupil))} />
+                </div></td>
+              </tr>
+            );
+          })}
+        </tbody>
+      </table>
+      {shows.value && roll.value?.pin ? <p class="hint">{w("pupils.pin", { pin: roll.value.pin })}</p> : null}
+    </Card>
+  );
+}
