@@ -94,7 +94,7 @@ export function clockOf(unix: number): string {
 /** Under which name the asker takes turns: a pupil's, or that of a student's token. */
 const me = computed(() => store.pupil.value ?? (store.role.value === "student" ? store.ownerName.value : null));
 /** The arms that a pupil may ever have: all but those that are the teacher's alone. */
-export const myArms = computed(() => (turns.value?.arms ?? []).filter(({ slot }) => slot === null || slot.until !== null).map(({ arm }) => arm));
+export const myArms = computed(() => (turns.value?.arms ?? []).filter(({ slot }) => slot == null || slot.until !== null).map(({ arm }) => arm));
 const isMe = ({ person }: { person: string | null }) => person !== null && person === me.value;
 /** The turn or the place of the pupil who is signed in. */
 export const myTurn = computed(() => turns.value?.arms.find(isMe) ?? null);
