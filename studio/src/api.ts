@@ -1854,7 +1854,7 @@ export interface Notifications {
     arm: string;
     place: number;
   };
-  /** A job has another state, at once; its progress, ten times a second at most. */
+  /** A job has another state, at once; its progress, ten times a second at most; its place in the queue, five times a second at most: it is the newest one. */
   "job.changed": {
     job: Job;
   };

@@ -24,8 +24,9 @@ const CRATES: [&str; 13] = [
     "magician-measure",
 ];
 
-/// What begins a line for the operating system's shell (`Act::System`): its flags are of other programs.
-const OF_THE_SYSTEM: [&str; 2] = ["sudo ", "printf "];
+/// What begins a line for the operating system's shell: of `Act::System`, whose flags are of other programs, and of
+/// `Act::UseStation`, which is such a line in the JSON of every front end.
+const OF_THE_SYSTEM: [&str; 3] = ["sudo ", "printf ", "magician --station {url} VERB"];
 
 /// Attributes whose texts no user sees.
 const FOR_PROGRAMMERS: [&str; 7] = [

@@ -76,6 +76,15 @@ impl Cli {
         context.leave(outcome)
     }
 
+    /// True for a station or a hub, which runs unattended and says on stderr what becomes of it.
+    pub(crate) fn serves(&self) -> bool {
+        match &self.verb {
+            Some(Verb::Serve(_) | Verb::Studio(_)) => true,
+            Some(Verb::Fleet(fleet)) => fleet.serves(),
+            _ => false,
+        }
+    }
+
     /// Does the command line and keeps the connection.
     fn follow(self, context: &mut Context) -> Result<(), Failure> {
         self.check_files()?;

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use magician::report::ErrorFigures;
-use magician::{Act, ErrorCode, ErrorKind, Remedy, Voice};
+use magician::{ErrorCode, ErrorKind, Voice};
 use magician_job::recording::RecordError;
 use magician_job::report::Note;
 use magician_motion::MotionError;
@@ -76,8 +76,6 @@ pub(crate) struct Failure {
     /// What to do about it, where it is not among the figures; for people only.
     hint: Option<String>,
     figures: Option<Box<ErrorFigures>>,
-    /// The station of this machine that has the port, and the arm there.
-    station: Option<String>,
     /// The same with its place in a file, drawn for people.
     drawn: Option<Box<str>>,
     /// Notes on the file, which people have read by then.
@@ -98,8 +96,6 @@ struct Body<'a> {
     message: &'a str,
     #[serde(flatten)]
     figures: Option<&'a ErrorFigures>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    station: Option<&'a str>,
     #[serde(skip_serializing_if = "<[Note]>::is_empty")]
     notes: &'a [Note],
 }
@@ -111,7 +107,6 @@ impl Failure {
             message: message.into(),
             hint: None,
             figures: None,
-            station: None,
             drawn: None,
             notes: Vec::new(),
             told: false,
@@ -173,18 +168,6 @@ impl Failure {
         self
     }
 
-    /// Adds that a station has the port, at this address: the arm can be used there.
-    pub(crate) fn at_station(mut self, url: String) -> Self {
-        let command = format!("magician --station {url} VERB");
-        let remedy = Remedy::new(
-            Act::System(command.into()),
-            "uses the arm through the station that has its port",
-        );
-        self.figures.get_or_insert_default().remedies.push(remedy);
-        self.station = Some(url);
-        self
-    }
-
     /// Adds the notes on the file: the reason may be among them.
     pub(crate) fn noted<'n>(mut self, notes: impl IntoIterator<Item = &'n Diagnostic>) -> Self {
         self.notes = Note::all(&Command, notes);
@@ -215,7 +198,6 @@ impl Failure {
                 kind: self.kind.name(),
                 message: &self.message,
                 figures: self.figures.as_deref(),
-                station: self.station.as_deref(),
                 notes: &self.notes,
             },
         };

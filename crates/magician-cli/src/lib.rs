@@ -17,7 +17,6 @@ mod failure;
 mod fence;
 mod interrupt;
 mod json;
-mod local_stations;
 mod log;
 mod mdns;
 mod mounted;
@@ -33,6 +32,7 @@ mod serving;
 mod source;
 mod terminal;
 mod throttle;
+mod tokens;
 mod usage;
 mod values;
 mod verbs;
@@ -73,7 +73,7 @@ fn follow(arguments: &[OsString]) -> Result<(), Failure> {
             return done.and(output.flush());
         }
     };
-    log::begin(&cli.global);
+    log::begin(&cli.global, cli.serves());
     if let Err(error) = interrupt::survive_file_limit() {
         tracing::warn!(%error, "a limit for the size of files will end this process");
     }

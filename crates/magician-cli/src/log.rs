@@ -1,5 +1,6 @@
 //! What the crates below have to say, on stderr: warnings, and with `-v` more. Nothing with
-//! `--json` unless asked for, because stderr then belongs to the error object.
+//! `--json` unless asked for, because stderr then belongs to the error object; but for a verb that
+//! serves, whose stderr has its lines as text with `--json` too.
 
 use std::fmt;
 
@@ -17,9 +18,9 @@ use crate::options::Global;
 use crate::paint::Paint;
 use crate::terminal::LogWriter;
 
-/// Begins to listen.
-pub(crate) fn begin(global: &Global) {
-    let level = match (global.verbose, global.json) {
+/// Begins to listen. `serves`: [`Cli::serves`](crate::args::Cli::serves).
+pub(crate) fn begin(global: &Global, serves: bool) {
+    let level = match (global.verbose, global.json && !serves) {
         (0, true) => LevelFilter::OFF,
         (0, false) => LevelFilter::WARN,
         (1, _) => LevelFilter::INFO,

@@ -10,7 +10,7 @@ use magician_motion::ToolBias;
 use magician_station::client::Trust;
 
 use crate::failure::Failure;
-use crate::local_stations::token_of;
+use crate::tokens::token_of;
 
 /// How a tool is written.
 pub(crate) const TOOL: &str = "NAME|X,Y,Z";

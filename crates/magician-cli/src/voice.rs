@@ -69,6 +69,10 @@ impl Voice for Command {
         format!("`{line}`")
     }
 
+    fn use_station(&self, url: &str) -> String {
+        format!("`magician --station {url} VERB`")
+    }
+
     fn setting(&self, setting: Setting) -> String {
         match setting {
             Setting::AllowLaser | Setting::TryQueue => "--yes".to_owned(),
@@ -204,6 +208,7 @@ mod tests {
             Remedy::new((Setting::Start, Given::Any("X,Y,Z")), "says it"),
             Remedy::without(Setting::Raw),
             Remedy::new(Act::System("sudo rfkill".into()), ""),
+            Remedy::new(Act::UseStation("http://h/".into()), "uses it"),
         ];
         let expected = serde_json::json!([
             {"action": "home", "effect": "homes it"},
@@ -214,6 +219,7 @@ mod tests {
             {"option": "start", "effect": "says it"},
             {"without": "raw"},
             {"system": "sudo rfkill"},
+            {"system": "magician --station http://h/ VERB", "effect": "uses it"},
         ]);
         let json = json(&remedies, serde_json::value::Serializer).expect("it has a JSON form");
         assert_eq!(json, expected);

@@ -54,6 +54,8 @@ pub enum Act {
     System(Cow<'static, str>),
     /// Give a pin, by its EIO address, this function.
     SetPin(u8, PinUse),
+    /// Use the arm through the station at this address.
+    UseStation(Cow<'static, str>),
 }
 
 /// Functions of a pin that is driven.
@@ -98,6 +100,7 @@ impl fmt::Display for Act {
             Self::Omit(setting) => write!(f, "without {}", setting.name()),
             Self::System(line) => f.write_str(line),
             Self::SetPin(pin, function) => write!(f, "{SET_PIN} {pin} {}", function.name()),
+            Self::UseStation(url) => write!(f, "use-station {url}"),
         }
     }
 }
@@ -340,6 +343,11 @@ pub trait Voice {
         Act::SetPin(pin, function).to_string()
     }
 
+    /// The way to an arm of the station at this address: `magician --station URL VERB`, `magician.Station("URL")`.
+    fn use_station(&self, url: &str) -> String {
+        format!("the station {url}")
+    }
+
     /// The act.
     fn act(&self, act: &Act) -> String {
         match act {
@@ -348,6 +356,7 @@ pub trait Voice {
             Act::Omit(setting) => format!("leave out {}", self.setting(*setting)),
             Act::System(line) => self.system(line),
             Act::SetPin(pin, function) => self.set_pin(*pin, *function),
+            Act::UseStation(url) => self.use_station(url),
         }
     }
 
@@ -415,6 +424,10 @@ mod tests {
                 "at 200,-5.5",
             ),
             (Act::Omit(Setting::PenZ), "without pen_z"),
+            (
+                Act::UseStation("http://127.0.0.1:8910/".into()),
+                "use-station http://127.0.0.1:8910/",
+            ),
         ];
         for (act, name) in names {
             assert_eq!(act.to_string(), name);

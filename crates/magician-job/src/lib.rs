@@ -53,7 +53,6 @@
 
 pub mod beside;
 #[cfg(feature = "files")]
-pub mod dirs;
 mod engine;
 mod error;
 mod event;
@@ -95,6 +94,8 @@ pub use homings::homings;
 #[cfg(feature = "files")]
 pub use journal::{FileJournal, LeftRun, left_runs};
 pub use journal::{InterruptedJob, Journal, JournalError, JournalKey, NoJournal};
+#[cfg(feature = "files")]
+pub use magician::dirs;
 pub use observed::{ObservedState, Speeds};
 pub use polled::Polled;
 pub use saved::{Access, SavedSettings, Settled};

@@ -456,7 +456,7 @@ kinds! {
     StartPosition { 0 = Ask, 1 = At(at), 2 = Unknown, 3 = Staged }
     PrepareStage { 0 = Read, 1 = Place }
     Side { 0 = Left, 1 = Right }
-    Act { 0 = Do(deed), 1 = Give(setting, given), 2 = Omit(setting), 3 = System(line), 4 = SetPin(pin, function) }
+    Act { 0 = Do(deed), 1 = Give(setting, given), 2 = Omit(setting), 3 = System(line), 4 = SetPin(pin, function), 5 = UseStation(url) }
     PinUse { 0 = DigitalOutput, 1 = Pwm }
     Given { 0 = On, 1 = Off, 2 = Number(number), 3 = Point(x, y), 4 = Word(word), 5 = Any(word), 6 = Position(at) }
 }

@@ -32,6 +32,7 @@ fn made(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
         .alarms()
         .map(|alarms| alarms.codes().map(u32::from).collect());
     parts.set_item("alarms", codes)?;
+    parts.set_item("station", error.station())?;
     let told = py.import("magician._told")?.getattr("error")?;
     let message = sentence(error);
     let exception = told.call((error.kind().name(), message), Some(&parts))?;

@@ -61,6 +61,10 @@ impl Voice for Python {
         format!("`{line}`")
     }
 
+    fn use_station(&self, url: &str) -> String {
+        format!("`magician.Station(\"{url}\")`")
+    }
+
     fn setting(&self, setting: Setting) -> String {
         setting.name().to_owned()
     }

@@ -14,6 +14,7 @@ from typing import Any
 import magician
 import pytest
 from magician import errors
+from stationed import Server
 
 ANY = "127.0.0.1:0"
 WORLD = 'tool = { kind = "suction" }\ntable = { height = -60 }\n'
@@ -48,6 +49,22 @@ def test_a_pseudo_terminal_is_gone_at_the_end(tmp_path: Path) -> None:
         with pytest.raises(errors.PortError, match="is served already"):
             magician.sim(pty=path)
     assert not path.is_symlink()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
+def test_a_port_of_a_station_names_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    path = tmp_path / "arm"
+    where = ("--port", str(path), "--listen", "127.0.0.1:0")
+    with magician.sim(pty=path, speed="max"), Server(tmp_path, *where) as server:
+        with pytest.raises(errors.PortError) as caught:
+            magician.Arm(path)
+        for error in (caught.value, magician.doctor(str(path)).error):
+            assert isinstance(error, errors.PortError)
+            assert error.station == f"{server.url}/"
+            assert error.remedies == (f"use-station {error.station}",)
+            way = f'`magician.Station("{error.station}")` uses the arm through the station that has its port'
+            assert way in str(error)
 
 
 def test_an_exception_ends_it_too() -> None:

@@ -516,9 +516,13 @@ pub trait JobStore: Send + Sync {
         None
     }
 
-    /// Keeps this under a name, for its owner alone.
-    fn keep(&self, name: &str, text: &str) {
+    /// Keeps this under a name, for its owner alone. It is on the disk when this returns.
+    ///
+    /// # Errors
+    /// The cause; then what was kept before is still kept.
+    fn keep(&self, name: &str, text: &str) -> io::Result<()> {
         let _ = (name, text);
+        Ok(())
     }
 }
 

@@ -8,7 +8,7 @@ use tokio::sync::Notify;
 
 use crate::job::JobStore;
 use crate::running::JournalSink;
-use crate::station::{JobsToKeep, JournalLine};
+use crate::station::{FileToKeep, JobsToKeep, JournalLine};
 
 /// Lines of the journal that wait for the disk. What comes above is not written.
 const LINES: usize = 4096;
@@ -17,6 +17,8 @@ const LINES: usize = 4096;
 /// that a disk has at most one of them before it, however often they change.
 pub(crate) struct Keeper {
     runtime: Handle,
+    /// True where there is no thread for what may block: a page has none, and no disk.
+    is_inline: bool,
     journal: JournalSink,
     store: Arc<dyn JobStore>,
     kept: KeptSink,
@@ -30,31 +32,51 @@ struct Waiting {
     lost: u64,
     /// By arm.
     jobs: BTreeMap<usize, JobsToKeep>,
-    files: BTreeMap<&'static str, String>,
+    files: BTreeMap<&'static str, FileToKeep>,
     /// Something is being written.
     busy: bool,
 }
 
-/// What came of writing the jobs of an arm.
+/// What came of writing something.
 #[derive(Debug)]
-pub(crate) struct JobsKept {
-    pub(crate) arm: usize,
+pub(crate) struct Written {
+    pub(crate) what: Kept,
     pub(crate) revision: u64,
     pub(crate) outcome: Result<(), String>,
 }
 
+/// What is written whole, again and again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kept {
+    /// The jobs of the arm at this place.
+    Jobs(usize),
+    /// The file of this name.
+    File(&'static str),
+}
+
 /// Hears what came of it, on the thread that wrote it.
-type KeptSink = Box<dyn Fn(JobsKept) + Send + Sync>;
+type KeptSink = Box<dyn Fn(Written) + Send + Sync>;
 
 impl Keeper {
     /// On the present runtime.
     pub(crate) fn new(
         journal: JournalSink,
         store: Arc<dyn JobStore>,
-        kept: impl Fn(JobsKept) + Send + Sync + 'static,
+        kept: impl Fn(Written) + Send + Sync + 'static,
+    ) -> Arc<Self> {
+        let is_inline = cfg!(any(target_family = "wasm", feature = "single-thread"));
+        Self::with(is_inline, journal, store, kept)
+    }
+
+    fn with(
+        is_inline: bool,
+        journal: JournalSink,
+        store: Arc<dyn JobStore>,
+        kept: impl Fn(Written) + Send + Sync + 'static,
     ) -> Arc<Self> {
         Arc::new(Self {
             runtime: Handle::current(),
+            is_inline,
             journal,
             store,
             kept: Box::new(kept),
@@ -65,8 +87,8 @@ impl Keeper {
 
     /// Takes what is to be written, and returns at once.
     #[cfg(test)]
-    pub(crate) fn keep(self: &Arc<Self>, lines: Vec<JournalLine>, jobs: Option<JobsToKeep>) {
-        let _ = self.keep_all(lines, jobs.into_iter().collect(), BTreeMap::new());
+    fn keep(self: &Arc<Self>, lines: Vec<JournalLine>, jobs: Option<JobsToKeep>) -> Vec<Written> {
+        self.keep_all(lines, jobs.into_iter().collect(), BTreeMap::new())
     }
 
     /// Takes what is to be written, and returns at once. Of files by their names, and of the jobs of an arm, the newest of each
@@ -75,8 +97,8 @@ impl Keeper {
         self: &Arc<Self>,
         lines: Vec<JournalLine>,
         jobs: Vec<JobsToKeep>,
-        files: BTreeMap<&'static str, String>,
-    ) -> Vec<JobsKept> {
+        files: BTreeMap<&'static str, FileToKeep>,
+    ) -> Vec<Written> {
         let mut written = Vec::new();
         if lines.is_empty() && jobs.is_empty() && files.is_empty() {
             return written;
@@ -91,8 +113,7 @@ impl Keeper {
         if !std::mem::replace(&mut waiting.busy, true) {
             drop(waiting);
             let keeper = Arc::clone(self);
-            // A page has no other thread, and no disk.
-            if cfg!(any(target_family = "wasm", feature = "single-thread")) {
+            if self.is_inline {
                 keeper.write(&mut |kept| written.push(kept));
             } else {
                 self.runtime
@@ -102,7 +123,7 @@ impl Keeper {
         written
     }
 
-    fn write(&self, kept: &mut dyn FnMut(JobsKept)) {
+    fn write(&self, kept: &mut dyn FnMut(Written)) {
         loop {
             let mut waiting = self.waiting();
             let lines = std::mem::take(&mut waiting.lines);
@@ -116,24 +137,32 @@ impl Keeper {
                 return;
             }
             drop(waiting);
-            // Answers wait for the jobs, and none for the journal.
+            // Answers wait for jobs and files, and none for the journal.
             for (arm, jobs) in jobs {
                 let saved = self.store.save(arm, &jobs.to_value());
                 if let Err(error) = &saved {
                     tracing::warn!(%error, "the jobs are not kept");
                 }
-                kept(JobsKept {
-                    arm,
+                kept(Written {
+                    what: Kept::Jobs(arm),
                     revision: jobs.revision(),
+                    outcome: saved.map_err(|error| error.to_string()),
+                });
+            }
+            for (name, file) in files {
+                let saved = self.store.keep(name, &file.text);
+                if let Err(error) = &saved {
+                    tracing::warn!(%error, "the file is not kept");
+                }
+                kept(Written {
+                    what: Kept::File(name),
+                    revision: file.revision,
                     outcome: saved.map_err(|error| error.to_string()),
                 });
             }
             lines.into_iter().for_each(&self.journal);
             if lost > 0 {
                 tracing::warn!(lost, "lines of the journal are lost: the disk is slow");
-            }
-            for (name, text) in files {
-                self.store.keep(name, &text);
             }
         }
     }
@@ -188,11 +217,29 @@ mod tests {
         }
     }
 
+    /// A keeper with a thread of its own, whatever this build has: its disk may block.
+    fn beside(journal: JournalSink, store: impl JobStore + 'static) -> Arc<Keeper> {
+        Keeper::with(false, journal, Arc::new(store), |_| {})
+    }
+
+    #[tokio::test]
+    async fn without_a_thread_jobs_are_written_by_the_return() {
+        let keeper = Keeper::with(true, Box::new(|_| {}), Arc::new(NoStore), |_| {
+            panic!("it was returned")
+        });
+        let written = keeper.keep(Vec::new(), Some(JobsToKeep::of_ids(&["first"])));
+        let [written] = written.as_slice() else {
+            panic!("{written:?}");
+        };
+        assert_eq!((written.what, written.revision), (Kept::Jobs(0), 1));
+        assert_eq!(written.outcome, Ok(()));
+    }
+
     #[tokio::test]
     async fn of_jobs_that_wait_for_the_disk_the_newest_alone_is_written() {
         let ((began, saved), (write, go)) = (mpsc::channel(), mpsc::channel());
         let go = Mutex::new(go);
-        let keeper = Keeper::new(Box::new(|_| {}), Arc::new(Slow { began, go }), |_| {});
+        let keeper = beside(Box::new(|_| {}), Slow { began, go });
         keeper.keep(Vec::new(), Some(JobsToKeep::of_ids(&["first"])));
         let id = |saved: Value| saved["jobs"][0]["job"].as_str().map(str::to_owned);
         assert_eq!(id(saved.recv().unwrap()).as_deref(), Some("first"));
@@ -218,7 +265,7 @@ mod tests {
             let _ = held.lock().unwrap().recv();
             *count.lock().unwrap() += 1;
         });
-        let keeper = Keeper::new(journal, Arc::new(NoStore), |_| {});
+        let keeper = beside(journal, NoStore);
         let line = JournalLine::default();
         keeper.keep(vec![line.clone()], None);
         // The first is at work from here on: no more than the room is held beside it.

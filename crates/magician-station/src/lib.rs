@@ -60,9 +60,9 @@ pub use recording::{
 };
 pub use running::{Client, JournalSink, RunningStation};
 pub use station::{
-    ArmEntry, CloseCode, CutOff, Grant, JobsToKeep, JournalLine, LIST_INTERVAL, MESSAGE, Next,
-    Outbox, Outgoing, Pace, Peer, RATE, RunsEnd, SOCKETS, SocketId, Station, StationConfig,
-    StationSize, Throttle, UNDER_WAY, VIEWERS, check_jobs,
+    ArmEntry, CloseCode, CutOff, FileToKeep, Grant, JobsToKeep, JournalLine, LIST_INTERVAL,
+    MESSAGE, Next, Outbox, Outgoing, Pace, Peer, RATE, RunsEnd, SOCKETS, SocketId, Station,
+    StationConfig, StationSize, Throttle, UNDER_WAY, VIEWERS, check_jobs, damaged_jobs,
 };
 pub use surface::{ArmSurface, KnownSurface, MemorySurfaces, SurfaceStore};
 

@@ -23,7 +23,7 @@ use crate::control::ArmId;
 use crate::engine::ArmEngine;
 use crate::fair::FairLine;
 use crate::job::Reader;
-use crate::keeper::{JobsKept, Keeper};
+use crate::keeper::{Keeper, Kept, Written};
 use crate::library::{LibraryOrder, ProgramStore};
 use crate::order::ArmReport;
 use crate::recording::{Recorder, RecordingStore};
@@ -127,13 +127,19 @@ struct Inner {
 }
 
 impl Inner {
-    fn take_kept(&mut self, now: HostInstant, kept: JobsKept) {
-        let JobsKept {
-            arm,
+    fn take_kept(&mut self, now: HostInstant, kept: Written) {
+        let Written {
+            what,
             revision,
             outcome,
         } = kept;
-        self.station.jobs_kept(now, arm, revision, outcome);
+        match what {
+            Kept::Jobs(arm) => self.station.jobs_kept(now, arm, revision, outcome),
+            #[cfg(feature = "class")]
+            Kept::File(name) => self.station.file_kept(now, name, revision, outcome),
+            #[cfg(not(feature = "class"))]
+            Kept::File(_) => {}
+        }
     }
 }
 
@@ -526,8 +532,8 @@ impl Shared {
         outcome
     }
 
-    /// Hands out what the station has for others. `None` if it is at rest, else what was written at once of its jobs.
-    fn carry_out(&self, inner: &mut Inner) -> Option<Vec<JobsKept>> {
+    /// Hands out what the station has for others. `None` if it is at rest, else what was written at once.
+    fn carry_out(&self, inner: &mut Inner) -> Option<Vec<Written>> {
         while let Some((arm, order)) = inner.station.poll_order() {
             if let Some(engine) = inner.engines.get(arm.0 as usize) {
                 engine.order(order);

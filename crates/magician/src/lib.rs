@@ -61,6 +61,8 @@ mod arm;
 #[cfg(feature = "config")]
 pub mod arms;
 pub mod blocking;
+#[doc(hidden)]
+pub mod dirs;
 #[cfg(feature = "lines")]
 pub mod discovery;
 #[doc(hidden)]
@@ -75,6 +77,9 @@ pub mod report;
 pub mod serve;
 #[cfg(feature = "sim")]
 mod simulation;
+#[cfg(feature = "stations")]
+#[doc(hidden)]
+pub mod stations;
 mod target;
 mod transport;
 #[cfg(feature = "sim")]

@@ -284,6 +284,9 @@ pub struct ErrorFigures {
     /// What to do about it.
     #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "remedies")]
     pub remedies: Vec<Remedy>,
+    /// Address of the station of this machine that has the port.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub station: Option<String>,
     /// What is wrong, without the command of the protocol before it.
     #[serde(skip)]
     pub fact: Option<String>,
@@ -304,6 +307,7 @@ impl ErrorFigures {
             from: error.from_index(),
             to: error.to_index(),
             remedies: error.remedies().to_vec(),
+            station: error.station().map(str::to_owned),
             fact: error.command().map(|_| error.message().to_owned()),
         }
     }
@@ -348,6 +352,10 @@ impl Serialize for Told<'_> {
                 map.serialize_entry("action", magician_host::SET_PIN)?;
                 map.serialize_entry("pin", pin)?;
                 map.serialize_entry("function", function.name())?;
+            }
+            // A line that is typed, in whichever program the error came up.
+            Act::UseStation(url) => {
+                map.serialize_entry("system", &format!("magician --station {url} VERB"))?;
             }
             #[cfg(not(magician_workspace))]
             _ => unreachable!(),

@@ -16,7 +16,6 @@ use tokio::time::timeout;
 use super::policy::{Burns, Rules, UnderWay};
 use super::{Context, FAREWELL};
 use crate::failure::{Failure, Kind};
-use crate::local_stations::url_of;
 use crate::paint::tell;
 use crate::progress::attended;
 use crate::serving::grow;
@@ -227,9 +226,7 @@ impl Context {
                 let arm = VirtualArm::new(Controller::default().with_tool(tool), speed);
                 Arm::simulated(arm, options).await?
             }
-            (target, _, _) => Arm::connect_with(&target, options)
-                .await
-                .map_err(|error| held(Failure::from(&error), &target.to_string()))?,
+            (target, _, _) => Arm::connect_with(&target, options).await?,
         };
         Ok(Connected {
             arm,
@@ -380,14 +377,6 @@ impl Context {
                 found => found?,
             },
         })
-    }
-}
-
-/// What is wrong with a port, and at which station it is, if one of this machine has it.
-pub(crate) fn held(failure: Failure, port: &str) -> Failure {
-    match url_of(port) {
-        Some(url) => failure.at_station(url),
-        None => failure,
     }
 }
 

@@ -22,7 +22,7 @@ use crate::output::{Output, Text};
 use crate::saved::SavedSettings;
 
 use connect::{Connected, Stage, Trace};
-pub(crate) use connect::{Sim, Taken, held};
+pub(crate) use connect::{Sim, Taken};
 pub(crate) use job::Ended;
 pub(crate) use policy::{Burns, JobPolicy, StopPolicy, ToldPolicy};
 pub(crate) use stop::{INTERRUPTED, STATION_ENDED, kind_of_stop, not_confirmed, place, stop};

@@ -7,8 +7,8 @@ use serde::Serialize;
 use crate::columns::{Columns, note};
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::local_stations::stations;
 use crate::mdns::{self, FoundStation};
+use magician::stations::stations;
 
 /// How long arms on Wi-Fi, and stations, have to answer, unless `--timeout` says otherwise.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -142,10 +142,11 @@ impl Ports {
 /// The stations of this computer, and those that were found elsewhere, each once.
 fn all_stations(elsewhere: Vec<FoundStation>) -> Vec<FoundStation> {
     let mut all: Vec<_> = stations()
-        .map(|(url, arms)| FoundStation {
-            url: url.trim_end_matches('/').to_owned(),
+        .into_iter()
+        .map(|here| FoundStation {
+            url: here.url.trim_end_matches('/').to_owned(),
             name: "this computer".to_owned(),
-            arms,
+            arms: here.arms,
         })
         .collect();
     for found in elsewhere {

@@ -10,8 +10,8 @@ use super::class::{Class, Results};
 use crate::columns::Columns;
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::local_stations::{folder, stations};
 use crate::serving::unix_time;
+use magician::stations::{folder, stations};
 
 /// Tokens for a station, codes for tokens, and the class of a station
 #[derive(Args, Debug)]
@@ -102,7 +102,7 @@ fn call(context: &mut Context, method: &str, params: Value) -> Result<Value, Fai
     let url = match &context.global.station {
         Some(url) => url.clone(),
         None => {
-            let mut running: Vec<_> = stations().map(|(url, _)| url).collect();
+            let mut running: Vec<_> = stations().into_iter().map(|known| known.url).collect();
             match running.len() {
                 1 => running.remove(0),
                 0 => {

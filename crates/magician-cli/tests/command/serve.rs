@@ -1,10 +1,10 @@
 //! `magician serve` and `magician station` as other programs use them.
 #![cfg(unix)]
 
-use std::io::{Read, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use magician_program::{Action, Origin, Plan, Travel};
 use serde_json::{Value, json};
@@ -109,8 +109,20 @@ fn address_in_use_names_the_station_that_has_it() {
     );
 }
 
+/// Verbs that open a port, each by its own way.
+const OPENING: [&[&str]; 8] = [
+    &["pose"],
+    &["move", "220", "0", "40"],
+    &["serve", "--listen", "127.0.0.1:0"],
+    &["proxy", "--udp", "127.0.0.1:0"],
+    &["conform", "--yes"],
+    &["doctor"],
+    &["bench", "--only", "h1", "--yes"],
+    &["watch"],
+];
+
 #[test]
-fn busy_port_names_its_station_however_it_is_spelled() {
+fn busy_port_names_its_station_at_every_verb_and_in_every_spelling() {
     let state = tempfile::tempdir().expect("a directory");
     let place = tempfile::tempdir().expect("a directory");
     let arm = place.path().join("arm");
@@ -126,30 +138,71 @@ fn busy_port_names_its_station_however_it_is_spelled() {
     std::os::unix::fs::symlink("arm", place.path().join("other")).expect("linked");
     let terminal = std::fs::canonicalize(&arm).expect("it is there");
     assert!(terminal.starts_with("/dev/"), "{terminal:?}");
-    let spellings = [
-        terminal.as_path(),
-        &arm,
-        Path::new("./arm"),
-        Path::new("./other"),
-    ];
-    for port in spellings.map(|path| path.to_str().expect("text")) {
-        for verb in [&["pose"][..], &["serve", "--listen", "127.0.0.1:0"]] {
-            let mut second = with_state();
-            second.args(["--json", "--port", port]).args(verb);
-            let refused = crate::magician::Run::of(&mut second, b"");
-            assert_eq!(refused.status, 4, "{port}: {refused:?}");
-            let told: Value = serde_json::from_str(&refused.err).expect("JSON");
-            let error = &told["error"];
-            assert_eq!(error["station"], json!(url), "{port}: {error}");
-            let remedy = format!("magician --station {url} VERB");
-            assert_eq!(error["remedies"][0]["system"], json!(remedy), "{error}");
-        }
+    let remedy = json!({
+        "system": format!("magician --station {url} VERB"),
+        "effect": "uses the arm through the station that has its port",
+    });
+    let refused = |port: &str, words: &[&str]| {
         let mut second = with_state();
-        second.args(["--port", port, "pose"]);
+        second.args(["--port", port]).args(words);
         let refused = crate::magician::Run::of(&mut second, b"");
-        assert!(
-            refused.err.contains(&format!("--station {url} ")),
-            "{refused:?}"
+        assert_eq!(refused.status, 4, "{port} {words:?}: {refused:?}");
+        refused
+    };
+    let json = |port: &str, verb: &[&str]| {
+        let refused = refused(port, &[&["--json"], verb].concat());
+        let told: Value = serde_json::from_str(&refused.err).expect("JSON");
+        let error = &told["error"];
+        assert_eq!(error["station"], json!(url), "{port} {verb:?}: {error}");
+        assert_eq!(error["remedies"], json!([remedy]), "{verb:?}: {error}");
+    };
+    let arm = arm.to_str().expect("text");
+    for verb in OPENING {
+        json(arm, verb);
+        // The findings of `doctor` are its output.
+        let said = refused(arm, verb);
+        let said = said.out + &said.err;
+        let hint = format!("`magician --station {url} VERB`");
+        assert!(said.contains(&hint), "{verb:?}: {said}");
+    }
+    for port in [terminal.to_str().expect("text"), "./arm", "./other"] {
+        json(port, &["pose"]);
+    }
+}
+
+#[test]
+fn warnings_of_a_station_are_said_with_json_too() {
+    let job = json!({
+        "job": "j1-1", "arm": "arm", "title": null, "state": "done", "step": 0, "steps": null,
+        "first_step": null, "loops": 1, "loop": 1, "seconds_left": null, "drawn_mm": null,
+        "travel_mm": null, "started": 1.0, "ended": 2.0, "holder": null, "part": null,
+        "reason": null, "text": null, "error": null, "kept": {"owner": 5},
+    });
+    let file = json!({"version": 2, "jobs": [job]}).to_string();
+    for json in [&[][..], &["--json"]] {
+        let state = tempfile::tempdir().expect("a directory");
+        let jobs = state.path().join("magician/station/jobs");
+        std::fs::create_dir_all(&jobs).expect("made");
+        std::fs::write(jobs.join("virtual-arm.json"), &file).expect("written");
+        let mut command = command();
+        command.env("XDG_STATE_HOME", state.path());
+        command.args(["serve", "--port", "sim", "--listen", "127.0.0.1:0"]);
+        command.args(json).stdin(Stdio::null());
+        command.stdout(Stdio::null()).stderr(Stdio::piped());
+        let mut station = command.spawn().expect("the command starts");
+        let lines = BufReader::new(station.stderr.take().expect("stderr")).lines();
+        let lines = lines.map(|line| line.expect("UTF-8"));
+        let said: Vec<_> = lines.take_while(|line| !line.contains("serving")).collect();
+        station.kill().expect("it runs");
+        station.wait().expect("it ends");
+        let is_it = |line: &String| {
+            let of_file = line.contains("warning:") && line.contains("virtual-arm.json");
+            of_file && line.contains("job j1-1 has lost whose it is")
+        };
+        assert_eq!(
+            said.iter().filter(|line| is_it(line)).count(),
+            1,
+            "{json:?}: {said:?}"
         );
     }
 }

@@ -48,6 +48,8 @@ struct Details {
     breach: Option<Breach>,
     /// The check of a program that has refused it.
     guard: Option<&'static str>,
+    /// Address of the station of this machine that has the port.
+    station: Option<String>,
     source: Option<io::Error>,
 }
 
@@ -156,6 +158,22 @@ impl Error {
         self.0.guard
     }
 
+    /// Address of the station of this machine that has the port, with the name of the arm there where it has several: the arm
+    /// can be used through it. `None` where no station has it.
+    ///
+    /// ```
+    /// use magician_host::{Error, ErrorCode};
+    ///
+    /// let busy = Error::new(ErrorCode::PortBusy, "/dev/ttyUSB0 is in use");
+    /// let busy = busy.at_station("http://127.0.0.1:8910/", "uses the arm there");
+    /// assert_eq!(busy.station(), Some("http://127.0.0.1:8910/"));
+    /// assert_eq!(busy.remedies()[0].effect, "uses the arm there");
+    /// ```
+    #[must_use]
+    pub fn station(&self) -> Option<&str> {
+        self.0.station.as_deref()
+    }
+
     /// What of the arm's fence it would break.
     #[must_use]
     pub fn breach(&self) -> Option<&Breach> {
@@ -184,6 +202,7 @@ impl Error {
             remedies: Vec::new(),
             breach: None,
             guard: None,
+            station: None,
             source: None,
         }))
     }
@@ -223,6 +242,18 @@ impl Error {
     ) -> Self {
         self.0.remedies.push(Remedy::new(act, effect));
         self
+    }
+
+    /// Adds that the station at this address has the port, and what using that does.
+    #[must_use]
+    pub fn at_station(
+        mut self,
+        url: impl Into<String>,
+        effect: impl Into<std::borrow::Cow<'static, str>>,
+    ) -> Self {
+        let url = url.into();
+        self.0.station = Some(url.clone());
+        self.remedy(Act::UseStation(url.into()), effect)
     }
 
     /// Adds the value and the limit it breaks.
@@ -326,6 +357,7 @@ impl Error {
             command: self.0.command.clone(),
             alarms: self.0.alarms,
             remedies: self.0.remedies.clone(),
+            station: self.0.station.clone(),
             ..*self.0
         }))
     }

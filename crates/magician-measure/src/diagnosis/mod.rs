@@ -9,7 +9,7 @@ pub use line::try_queue;
 use std::borrow::Cow;
 use std::future::Future;
 
-use magician::{Act, Action, Error, ErrorKind, Fence, Given, Setting, Voice};
+use magician::{Act, Action, Error, ErrorKind, Fence, Given, Remedy, Setting, Voice};
 
 /// One thing that was looked at.
 #[derive(Clone, Debug)]
@@ -117,6 +117,21 @@ pub enum Part {
 }
 
 impl Advice {
+    /// The remedies of an error in one sentence. `None` if it has none.
+    fn of(remedies: &[Remedy]) -> Option<Self> {
+        let mut parts = Vec::new();
+        for Remedy { act, effect } in remedies {
+            if !parts.is_empty() {
+                parts.push(Part::from("; "));
+            }
+            parts.push(Part::Act(act.clone()));
+            if !effect.is_empty() {
+                parts.push(format!(" {effect}").into());
+            }
+        }
+        (!parts.is_empty()).then_some(Self(parts))
+    }
+
     /// Its parts.
     #[must_use]
     pub fn parts(&self) -> &[Part] {
@@ -335,14 +350,16 @@ impl Diagnosis {
         NoArm::Found(kind, message).into()
     }
 
-    /// The same for an error of the driver, which says what to do itself.
+    /// The same for an error of the driver, with what it says is to be done.
     fn end_with<A: Attendant>(
         &mut self,
         check: &'static str,
         error: Error,
         to: &mut A,
     ) -> A::Failure {
-        if let Err(failure) = self.add(Finding::bad(check, error.to_string()), to) {
+        let mut finding = Finding::bad(check, error.to_string());
+        finding.advice = Advice::of(error.remedies());
+        if let Err(failure) = self.add(finding, to) {
             return failure;
         }
         self.ended = true;

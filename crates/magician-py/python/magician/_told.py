@@ -76,6 +76,7 @@ def error(
     from_index: int | None = None,
     to_index: int | None = None,
     alarms: Sequence[int] | None = None,
+    station: str | None = None,
 ) -> Error:
     """The exception of a kind."""
     return _ERRORS.get(kind, Error)(
@@ -90,6 +91,7 @@ def error(
         from_index=from_index,
         to_index=to_index,
         alarms=alarms,
+        station=station,
     )
 
 
@@ -139,6 +141,7 @@ def failure(message: str, about: dict[str, Any]) -> Error:
         from_index=about.get("from"),
         to_index=about.get("to"),
         alarms=about.get("alarms"),
+        station=about.get("station"),
     )
 
 

@@ -67,6 +67,7 @@ class Error(Exception):
         from_index: int | None = None,
         to_index: int | None = None,
         alarms: Sequence[int] | None = None,
+        station: str | None = None,
     ) -> None:
         super().__init__(message)
         self.code = self.kind if code is None else code
@@ -87,6 +88,10 @@ class Error(Exception):
         self.alarms = None if alarms is None else tuple(Alarm(code) for code in alarms)
         """The alarms that stand, or ``None``. None of them when an alarm has gone and what is left of it holds the
         queue.
+        """
+        self.station = station
+        """Address of the station of this computer that has the port, or ``None``: ``magician.Station(error.station)`` uses
+        the arm through it.
         """
 
     def __str__(self) -> str:

@@ -63,7 +63,7 @@ pub(super) const CLASS: &[Method] = &[
         Teacher,
         &[may("pupils", Kind::Texts(60), "whose; of all unless given")],
         "Makes new codes: pupils who signed in with an old code have to sign in again.",
-        "as `class.get`",
+        "as `class.set`",
     ),
     method(
         "class.freeze",

@@ -118,7 +118,7 @@ notices! {
     /// A job does something else.
     JobChanged = "job.changed" {
         to: "every session",
-        when: "A job has another state, at once; its progress, ten times a second at most.",
+        when: "A job has another state, at once; its progress, ten times a second at most; its place in the queue, five times a second at most: it is the newest one.",
         channel: "This one follows a job. The event `job` is for logs, `job` of State says which job has the arm.",
         arm: Some("job.arm"),
         ids: &[

@@ -371,14 +371,11 @@ impl Control {
     pub fn queue_job(&mut self, claim: JobClaim, place: usize) {
         self.claims.take_job(claim.job);
         self.claims.insert_job(claim, place);
-        self.turns_changed();
     }
 
     /// Takes out a job that waits.
     pub fn take_job(&mut self, job: JobId) -> Option<JobClaim> {
-        let taken = self.claims.take_job(job)?;
-        self.turns_changed();
-        Some(taken)
+        self.claims.take_job(job)
     }
 
     /// The first job that waits for an arm and may begin now, of those of which this holds.

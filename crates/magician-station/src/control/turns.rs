@@ -295,8 +295,7 @@ impl Control {
         { self.arm(arm).job }.is_some_and(|job| job.phase == JobPhase::Active)
     }
 
-    /// Says that turns, or who waits for an arm and why, are others.
-    pub fn turns_changed(&mut self) {
+    pub(super) fn turns_changed(&mut self) {
         if self.effects.back() != Some(&Effect::Turns) {
             self.effects.push_back(Effect::Turns);
         }

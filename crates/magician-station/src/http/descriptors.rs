@@ -59,7 +59,7 @@ mod tests {
 
     #[test]
     fn connections_leave_descriptors_for_files() {
-        for descriptors in [220, 256, 300, 512, 800] {
+        for descriptors in [240, 256, 300, 512, 800] {
             let limits = within(LIMITS, Some(descriptors));
             let places = limits.loopback_strangers + limits.strangers + limits.claims;
             let used = places + SOCKETS + SILENT_SOCKETS + KEPT_FREE;

@@ -11,7 +11,7 @@ use magician_job::{FileJournal, Journal, LeftRun, dirs, left_runs};
 use serde_json::{Value, json};
 
 use crate::job::{JobStore, KeptRun};
-use crate::station::{ArmEntry, check_jobs};
+use crate::station::{ArmEntry, check_jobs, damaged_jobs};
 
 /// File of all arms, by their names, that stations wrote before there was one for each arm.
 const OLD: &str = "jobs.json";
@@ -200,6 +200,9 @@ impl ArmFile {
                 Some((Err(TryLockError::Error(_)), _)) | None => None,
             };
             let content = read(&path)?.unwrap_or_default();
+            for lost in damaged_jobs(&content) {
+                tracing::warn!("{}: {lost}", path.display());
+            }
             return Ok(Self {
                 path,
                 key,
@@ -219,19 +222,23 @@ impl ArmFile {
             "serial": self.key.serial,
             "port": self.key.port,
         });
-        let told = |error: io::Error| {
-            io::Error::new(error.kind(), format!("{}: {error}", self.path.display()))
-        };
-        replace_private(&self.path, &file.to_string()).map_err(told)?;
-        // Renamed, the file is on the disk when its folder is.
-        #[cfg(unix)]
-        if let Some(folder) = self.path.parent() {
-            File::open(folder)
-                .and_then(|folder| folder.sync_all())
-                .map_err(told)?;
-        }
-        Ok(())
+        write_synced(&self.path, &file.to_string())
     }
+}
+
+/// Writes a private file whole. It is on the disk when this returns.
+fn write_synced(path: &Path, text: &str) -> io::Result<()> {
+    let told =
+        |error: io::Error| io::Error::new(error.kind(), format!("{}: {error}", path.display()));
+    replace_private(path, text).map_err(told)?;
+    // Renamed, the file is on the disk when its folder is.
+    #[cfg(unix)]
+    if let Some(folder) = path.parent() {
+        File::open(folder)
+            .and_then(|folder| folder.sync_all())
+            .map_err(told)?;
+    }
+    Ok(())
 }
 
 impl ArmKey {
@@ -381,11 +388,8 @@ impl JobStore for JobFolder {
         fs::read_to_string(self.folder.join(name)).ok()
     }
 
-    fn keep(&self, name: &str, text: &str) {
-        let path = self.folder.join(name);
-        if let Err(error) = replace_private(&path, text) {
-            tracing::warn!(%error, path = %path.display(), "the file is not kept");
-        }
+    fn keep(&self, name: &str, text: &str) -> io::Result<()> {
+        write_synced(&self.folder.join(name), text)
     }
 
     fn runs(&self, arm: usize) -> Vec<KeptRun> {

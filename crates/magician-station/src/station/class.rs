@@ -8,8 +8,10 @@ use magician::admission::Origin;
 use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
+use super::class_files::{ClassChange, ClassFiles};
 use super::dispatch::{Call, Handled};
 use super::keeping::IfUnkept;
+use super::newest::{LIST_INTERVAL, Newest};
 use super::queue::QueuedJob;
 use super::sessions::Entry;
 use super::socket::CloseCode;
@@ -23,8 +25,8 @@ use crate::control::{
 use crate::secret::same_secret;
 
 /// Where the class, the schedule and the results are kept.
-const CLASS: &str = "class.toml";
-const SCHEDULE: &str = "schedule.toml";
+pub(super) const CLASS: &str = "class.toml";
+pub(super) const SCHEDULE: &str = "schedule.toml";
 pub(super) const RESULTS: &str = "results.json";
 /// The name under which wrong PINs are counted. No pupil has it: names have no control characters.
 const TEACHER: &str = "\n";
@@ -56,7 +58,9 @@ pub(super) struct Class {
     pub(super) results: Vec<Value>,
     /// Requests for the pictures of results.
     pub(super) pictures: BTreeMap<RequestId, String>,
-    pub(super) kept: BTreeMap<&'static str, String>,
+    pub(super) files: ClassFiles,
+    /// True if turns have changed since they were told.
+    pub(super) turns_changed: bool,
 }
 
 /// Somebody who takes turns.
@@ -124,20 +128,16 @@ impl Class {
 }
 
 impl Station {
-    /// Files that have changed and are to be kept: names and contents, each for its owner alone.
-    pub fn poll_kept(&mut self) -> BTreeMap<&'static str, String> {
-        std::mem::take(&mut self.class.kept)
-    }
-
     pub(super) fn class_timeout(&mut self, now: HostInstant) {
         if self.class.anew.is_some_and(|anew| anew <= now) {
             let first = self.class.anew == Some(HostInstant::ZERO);
             self.class.anew = None;
             if let Some(text) = self.config.schedule.clone().filter(|_| first) {
-                self.class.kept.insert(SCHEDULE, text);
+                self.class.files.write(SCHEDULE, text);
             }
             if first && let Some(mut file) = self.class.file.take() {
                 file.make_codes(self.config.random);
+                self.class.files.write(CLASS, file.to_text());
                 self.begin_class(now, Some(file));
             }
             self.count_out(now);
@@ -280,7 +280,7 @@ impl Station {
             }
         }
         for session in changed {
-            self.list.has_changed = true;
+            self.telling.changed(Newest::Sessions, LIST_INTERVAL);
             if role == Role::Teacher {
                 self.control.unbind(session);
                 continue;
@@ -334,15 +334,20 @@ impl Station {
         let answer = match name {
             _ if name.starts_with("turn.") => self.turn_call(name, call)?,
             "class.get" => self.shown_class(now, call.grant.role),
-            "class.set" => return self.set_class(call).map(Handled::Now),
+            "class.set" => return self.set_class(call),
             "class.codes" => {
                 let names = call.params.texts("pupils");
                 let mut file = self.class.file.clone().ok_or_else(no_class)?;
                 let dropped = file.drop_codes(names.as_deref());
                 dropped.map_err(|error| wrong("pupils", error))?;
                 file.make_codes(self.config.random);
-                self.begin_class(now, Some(file));
-                self.shown_class(now, Role::Teacher)
+                let text = file.to_text();
+                let change = ClassChange::Class {
+                    file: Some(Box::new(file)),
+                    maker: None,
+                    codes_kept: Vec::new(),
+                };
+                return self.change_class(call, change, text);
             }
             "class.freeze" | "class.free" => {
                 let arms = self.arms_meant(call)?;
@@ -372,10 +377,8 @@ impl Station {
                     let arms = schedule.check_arms("this station", has);
                     arms.map_err(|error| wrong("text", error))?;
                 }
-                self.class.kept.insert(SCHEDULE, text.to_owned());
-                self.class.schedule = Some(schedule);
-                self.count_out(now);
-                self.shown_schedule(now)
+                let change = ClassChange::Schedule(schedule);
+                return self.change_class(call, change, text.to_owned());
             }
             _ => return Err(RpcError::internal(format!("{name} does nothing"))),
         };
@@ -383,9 +386,8 @@ impl Station {
     }
 
     /// Begins the class that a request gives, as a file or by names, or ends the class.
-    fn set_class(&mut self, call: &Call<'_>) -> Result<Value, RpcError> {
+    fn set_class(&mut self, call: &Call<'_>) -> Result<Handled, RpcError> {
         let (text, names) = (call.params.text("text"), call.params.texts("names"));
-        let mut codes_kept = Vec::new();
         let (param, read) = match (text, &names) {
             (Some(text), None) if text.trim().is_empty() => ("text", None),
             (Some(text), None) => ("text", Some(ClassFile::parse(text))),
@@ -393,18 +395,18 @@ impl Station {
                 let arms = call.params.texts("arms").unwrap_or_default();
                 let turn_s = call.params.integer("turn_s").map(|turn| turn as u32);
                 let before = self.class.file.as_ref();
-                (
-                    "names",
-                    Some(ClassFile::of_names(names, &arms, turn_s, before)),
-                )
+                let file = ClassFile::of_names(names, &arms, turn_s, before);
+                ("names", Some(file))
             }
             _ => {
                 let why = "a class is `text`, its file, or `names`, those of its pupils";
                 return Err(RpcError::param("text", why));
             }
         };
-        if let Some(read) = read {
-            let mut file = read.map_err(|error| wrong(param, error))?;
+        let file = read.transpose();
+        let mut file = file.map_err(|error| wrong(param, error))?;
+        let mut codes_kept = Vec::new();
+        if let Some(file) = &mut file {
             if !call.params.is_on("elsewhere") {
                 let has = |arm: &str| self.arm_named(Some(arm)).is_ok();
                 let arms = file.check_arms("this station", has);
@@ -414,20 +416,14 @@ impl Station {
                 codes_kept = file.keep_codes(before, call.params.is_on("use_codes"));
             }
             file.make_codes(self.config.random);
-            if let Some(maker) = self.sessions.get_mut(&call.session)
-                && maker.entry == Entry::Place
-            {
-                // Whoever makes the class is told its PIN by the answer.
-                maker.entry = Entry::Pin;
-            }
-            self.begin_class(call.now, Some(file));
-        } else {
-            self.begin_class(call.now, None);
         }
-        self.count_out(call.now);
-        let mut shown = self.shown_class(call.now, Role::Teacher);
-        shown["codes_kept"] = json!(codes_kept);
-        Ok(shown)
+        let text = file.as_ref().map_or_else(String::new, ClassFile::to_text);
+        let change = ClassChange::Class {
+            file: file.map(Box::new),
+            maker: Some(call.session),
+            codes_kept,
+        };
+        self.change_class(call, change, text)
     }
 
     /// Freezes the arms that were frozen when the last station ended, and stops what they still do.
@@ -441,8 +437,6 @@ impl Station {
 
     /// A class begins, in the place of the one before, or there is none any more.
     pub(super) fn begin_class(&mut self, now: HostInstant, file: Option<ClassFile>) {
-        let text = file.as_ref().map_or_else(String::new, ClassFile::to_text);
-        self.class.kept.insert(CLASS, text);
         let rules = file.as_ref().map(ClassFile::turns);
         self.class.fence = file.as_ref().and_then(|file| file.fence().ok()?);
         let before = std::mem::replace(&mut self.class.file, file);

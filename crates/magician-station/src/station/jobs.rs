@@ -12,18 +12,16 @@ use super::dispatch::{Call, Handled};
 use super::keeping::IfUnkept;
 use super::lengthy::Lengthy;
 use super::library::program;
+use super::newest::{Newest, PROGRESS_INTERVAL};
 use super::records::{JobRecord, digest};
 use super::rights::{Risk, may_endanger};
 use super::{Awaited, Station};
-use crate::api::{ArmEvent, Danger, Notice, RpcError};
+use crate::api::{ArmEvent, Danger, RpcError};
 #[cfg(feature = "class")]
 use crate::control::QueuedChange;
 use crate::control::{ArmId, JobId, JobPhase, OnLost, RequestId, WorkEnd, WorkKind};
 use crate::job::{Source, SourceBytes, setup_and_preset};
 use crate::order::{ArmOrder, JobNews, JobOrder, JobStart};
-
-/// Between two notifications of how far a job is, ms.
-const TOLD: u64 = 100;
 
 /// What a request about a job waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -429,14 +427,7 @@ impl Station {
             JobNews::Progress(progress) => {
                 record.reaches(progress.step);
                 record.seconds_left = progress.left.map(|left| left.as_secs_f64());
-                let due = record
-                    .told
-                    .is_none_or(|told| now - told >= std::time::Duration::from_millis(TOLD));
-                if due {
-                    record.told = Some(now);
-                    let shown = record.shown();
-                    self.notify_all(Notice::JobChanged, &json!({"job": shown}));
-                }
+                self.telling.changed(Newest::Job(job), PROGRESS_INTERVAL);
             }
             JobNews::State(state, text) => {
                 let name = match state {
@@ -583,7 +574,6 @@ impl Station {
         let Some(record) = self.records.numbered(job) else {
             return;
         };
-        record.told = Some(now);
         let phase = match record.state.as_str() {
             "paused" => Some(JobPhase::Paused),
             state if is_under_way(state) => Some(JobPhase::Active),
@@ -595,7 +585,7 @@ impl Station {
             self.control.job_is(now, arm, job, on_lost, phase);
         }
         self.records.has_changed(arm);
-        self.notify_all(Notice::JobChanged, &json!({"job": shown}));
+        self.tell_job(now, job);
         let fields = vec![
             ("job", shown["job"].clone()),
             ("state", shown["state"].clone()),

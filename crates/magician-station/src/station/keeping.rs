@@ -349,7 +349,7 @@ fn forgotten(why: &str) -> RpcError {
 }
 
 /// The error of what the disk did not take.
-fn unkept(why: &str) -> RpcError {
+pub(super) fn unkept(why: &str) -> RpcError {
     let message = format!("the change is not kept, so it does not count: {why}");
     RpcError::arm(ErrorKind::Closed, message).with("reason", json!("unkept"))
 }

@@ -3,6 +3,8 @@
 mod calls;
 #[cfg(feature = "class")]
 mod class;
+#[cfg(feature = "class")]
+mod class_files;
 mod dispatch;
 mod effects;
 mod ending;
@@ -16,6 +18,7 @@ mod leases;
 mod lengthy;
 mod library;
 mod motion;
+mod newest;
 mod outbox;
 #[cfg(feature = "class")]
 mod queue;
@@ -56,19 +59,20 @@ use self::jobs::Wants;
 pub use self::journal::JournalLine;
 use self::keeping::Keeping;
 use self::lengthy::LengthyWork;
-use self::outbox::SESSION_LIST;
+pub use self::newest::LIST_INTERVAL;
+use self::newest::{Newest, Telling};
 pub use self::outbox::{Next, Outbox};
 use self::recordings::{ArmRecordings, Recorded};
 #[cfg(feature = "http")]
 pub(crate) use self::sessions::SILENT_SOCKETS;
-use self::sessions::{LIMITS, ListTelling, Session};
-pub use self::sessions::{LIST_INTERVAL, MESSAGE, SOCKETS, VIEWERS};
+use self::sessions::{LIMITS, Session};
+pub use self::sessions::{MESSAGE, SOCKETS, VIEWERS};
 pub use self::size::StationSize;
 use self::socket::Socket;
 pub use self::socket::{CloseCode, Outgoing, Peer, RATE, UNDER_WAY};
 use self::state::SharedState;
 use self::store::Records;
-pub use self::store::{JobsToKeep, check_jobs};
+pub use self::store::{FileToKeep, JobsToKeep, check_jobs, damaged_jobs};
 pub use self::throttle::{Pace, Throttle};
 use crate::api::{Message, MessageId, Notice, Params, Role, RpcError};
 use crate::control::{ArmId, Control, JobId, JogId, LeaseId, RequestId, SessionId};
@@ -301,7 +305,7 @@ pub struct Station {
     sessions: BTreeMap<SessionId, Session>,
     /// Sockets of listeners, and which of them gives way.
     admission: AdmissionTable<SocketId>,
-    list: ListTelling,
+    telling: Telling,
     pending: BTreeMap<RequestId, Pending>,
     orders: VecDeque<(ArmId, ArmOrder)>,
     record_orders: VecDeque<(ArmId, RecordOrder)>,
@@ -357,7 +361,7 @@ impl Station {
             sockets: BTreeMap::new(),
             sessions: BTreeMap::new(),
             admission: AdmissionTable::new(LIMITS),
-            list: ListTelling::default(),
+            telling: Telling::default(),
             pending: BTreeMap::new(),
             orders: VecDeque::new(),
             record_orders: VecDeque::new(),
@@ -541,7 +545,7 @@ impl Station {
         let saves = self.arms.iter().filter_map(|place| place.recordings.due());
         let due = (hellos.chain(self.control.poll_timeout()))
             .chain(saves)
-            .chain(self.list.due())
+            .chain(self.telling.due())
             .chain(self.end_due())
             .chain(self.keeping_due())
             .min();
@@ -596,8 +600,16 @@ impl Station {
             match self.sockets.get_mut(&socket)?.outbox.pop()? {
                 Next::Text(text) => return Some(Outgoing::Text(text)),
                 Next::Close(code) => return Some(Outgoing::Close(code)),
-                Next::State(SESSION_LIST) => return Some(Outgoing::Text(self.session_list())),
-                Next::State(subscription) => {
+                // They are told with the time that is left of them, and so never wait.
+                #[cfg(feature = "class")]
+                Next::State(Newest::Turns) => {}
+                Next::State(Newest::Sessions) => return Some(Outgoing::Text(self.session_list())),
+                Next::State(Newest::Job(job)) => {
+                    if let Some(text) = self.job_notice(job) {
+                        return Some(Outgoing::Text(text));
+                    }
+                }
+                Next::State(Newest::State(subscription)) => {
                     if let Some(state) = self.state_for(socket, subscription) {
                         return Some(state);
                     }
@@ -612,14 +624,15 @@ impl Station {
         while let Some(effect) = self.control.poll_effect() {
             self.carry_out(now, effect);
         }
-        self.tell_sessions(now);
         #[cfg(feature = "class")]
         {
             self.put_fences();
             if self.begin_queued(now) {
-                self.settle(now);
+                return self.settle(now);
             }
+            self.tell_turns(now);
         }
+        self.tell_newest(now);
     }
 
     fn next_id(&mut self) -> u64 {

@@ -9,32 +9,30 @@ const NOTICES: usize = 256 * 1024;
 /// Unsent answers, bytes.
 const ANSWERS: usize = 8 * 1024 * 1024;
 
-/// In place of a subscription, whose numbers begin with 1: the list of sessions.
-pub(super) const SESSION_LIST: u16 = 0;
-
 #[derive(Debug)]
-enum Waiting {
+enum Waiting<K> {
     Answer(String),
     Notice(String),
     /// The newest state, made when it is sent.
-    State(u16),
+    State(K),
 }
 
 /// What a socket sends next.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Next {
+pub enum Next<K = u16> {
     /// A text.
     Text(String),
-    /// The state of this subscription, as it is now.
-    State(u16),
+    /// The state of this, as it is now.
+    State(K),
     /// The end.
     Close(CloseCode),
 }
 
-/// What waits to be sent to a client. One that reads too little is at its end: by then nothing else is sent.
-#[derive(Debug, Default)]
-pub struct Outbox {
-    waiting: VecDeque<Waiting>,
+/// What waits to be sent to a client, with states of what `K` names. One that reads too little is at its end: by then nothing
+/// else is sent.
+#[derive(Debug)]
+pub struct Outbox<K = u16> {
+    waiting: VecDeque<Waiting<K>>,
     notices: usize,
     answers: usize,
     /// It is over when what waits was sent.
@@ -43,7 +41,19 @@ pub struct Outbox {
     ended: bool,
 }
 
-impl Outbox {
+impl<K> Default for Outbox<K> {
+    fn default() -> Self {
+        Self {
+            waiting: VecDeque::new(),
+            notices: 0,
+            answers: 0,
+            closing: None,
+            ended: false,
+        }
+    }
+}
+
+impl<K: Copy + PartialEq> Outbox<K> {
     /// Whether it comes to its end.
     #[must_use]
     pub fn is_closing(&self) -> bool {
@@ -94,34 +104,33 @@ impl Outbox {
     }
 
     /// A state is due. One that waits already is the newest when it is sent.
-    pub fn state_due(&mut self, subscription: u16) -> bool {
-        let waits =
-            |waiting: &Waiting| matches!(waiting, Waiting::State(id) if *id == subscription);
+    pub fn state_due(&mut self, what: K) -> bool {
+        let waits = |waiting: &Waiting<K>| matches!(waiting, Waiting::State(id) if *id == what);
         if self.closing.is_some() || self.waiting.iter().any(waits) {
             return false;
         }
-        self.waiting.push_back(Waiting::State(subscription));
+        self.waiting.push_back(Waiting::State(what));
         true
     }
 
     /// A state that was due is not sent.
-    pub fn state_is_void(&mut self, subscription: u16) {
+    pub fn state_is_void(&mut self, what: K) {
         self.waiting
-            .retain(|waiting| !matches!(waiting, Waiting::State(id) if *id == subscription));
+            .retain(|waiting| !matches!(waiting, Waiting::State(id) if *id == what));
     }
 
     /// What waits to be sent: bytes, without states.
     #[must_use]
     pub fn unsent(&self) -> usize {
-        let text = |waiting: &Waiting| match waiting {
+        let text = |waiting: &Waiting<K>| match waiting {
             Waiting::Answer(text) | Waiting::Notice(text) => text.len(),
             Waiting::State(_) => 0,
         };
         self.waiting.iter().map(text).sum()
     }
 
-    /// What is to be sent next: a text, the state of a subscription, or the end.
-    pub fn pop(&mut self) -> Option<Next> {
+    /// What is to be sent next: a text, a state, or the end.
+    pub fn pop(&mut self) -> Option<Next<K>> {
         match self.waiting.pop_front() {
             Some(Waiting::Answer(text)) => {
                 self.answers -= text.len();
@@ -131,7 +140,7 @@ impl Outbox {
                 self.notices -= text.len();
                 Some(Next::Text(text))
             }
-            Some(Waiting::State(subscription)) => Some(Next::State(subscription)),
+            Some(Waiting::State(what)) => Some(Next::State(what)),
             None => {
                 self.ended = self.closing.is_some();
                 self.closing.map(Next::Close)

@@ -9,9 +9,10 @@ use super::class::Person;
 use super::dispatch::{Call, Handled};
 use super::jobs::source;
 use super::keeping::IfUnkept;
+use super::newest::{LIST_INTERVAL, Newest};
 use super::records::{JobOwner, JobRecord};
 use super::rights::{Risk, may_endanger};
-use crate::api::{Danger, Notice, RpcError};
+use crate::api::{Danger, RpcError};
 use crate::control::{ArmId, JobClaim, JobId, OnLost, QueuedChange};
 use crate::order::{ArmOrder, JobEnd, JobOrder, JobStart};
 
@@ -99,6 +100,7 @@ impl Station {
     /// Takes a job out of the queue. None where it does not wait.
     fn take_from_queue(&mut self, job: JobId) -> Option<(JobClaim, QueuedJob)> {
         let claim = self.control.take_job(job);
+        self.telling.changed(Newest::Turns, LIST_INTERVAL);
         claim.zip(self.class.queue.remove(&job))
     }
 
@@ -398,14 +400,13 @@ impl Station {
             if before == after {
                 continue;
             }
-            self.control.turns_changed();
+            self.telling.changed(Newest::Turns, LIST_INTERVAL);
             let moves_alone = before.0.is_some() && before.1 == after.1;
             (record.place, record.reason) = after;
             if moves_alone {
                 // Another place is no other state: the log of the arm does not have it.
-                let shown = record.shown();
                 self.records.has_changed(arm);
-                self.notify_all(Notice::JobChanged, &json!({"job": shown}));
+                self.telling.changed(Newest::Job(job), LIST_INTERVAL);
             } else {
                 self.job_changed(now, arm, job);
             }

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use magician_protocol::HostInstant;
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::{Value, json};
 
@@ -68,9 +67,6 @@ pub(super) struct JobRecord {
     /// True once its program was read, since it began last.
     #[serde(skip)]
     pub(super) is_read: bool,
-    /// When it was told last.
-    #[serde(skip)]
-    pub(super) told: Option<HostInstant>,
     /// Steps that are done, over all loops.
     #[serde(skip)]
     done: u64,
@@ -159,7 +155,6 @@ impl JobRecord {
             pupil: None,
             before: None,
             is_read: false,
-            told: None,
             done: 0,
         }
     }
@@ -308,6 +303,25 @@ pub(super) fn to_file(record: &JobRecord) -> Value {
     serde_json::to_value(kept).unwrap_or(Value::Null)
 }
 
+/// Names of the parts of a job in a file that [`from_file`] leaves out, because they are damaged or of a version that knew
+/// other parameters.
+pub(super) fn lost_parts(item: &Value) -> Vec<&'static str> {
+    let mut lost = Vec::new();
+    if item
+        .get("kept")
+        .is_some_and(|kept| Hidden::deserialize(kept).is_err())
+    {
+        lost.push("kept");
+    }
+    if item
+        .get("order")
+        .is_some_and(|order| JobOrder::deserialize(order).is_err())
+    {
+        lost.push("order");
+    }
+    lost
+}
+
 /// Reads one. An order of a version that knew other parameters costs the order alone: the job stays in the list.
 pub(super) fn from_file(mut item: Value, at: ArmId) -> Option<JobRecord> {
     let mut taken = |name| item.as_object_mut().and_then(|fields| fields.remove(name));
@@ -316,14 +330,12 @@ pub(super) fn from_file(mut item: Value, at: ArmId) -> Option<JobRecord> {
     record.at = at;
     let order = order.and_then(|order| serde_json::from_value(order).ok());
     record.order = order.map(Arc::new);
-    record.hidden = match hidden {
-        Some(hidden) => serde_json::from_value(hidden).unwrap_or_default(),
-        // Older stations did not say it.
-        None => Hidden {
-            ran: record.step > 0 || record.state == "done",
-            ..Hidden::default()
-        },
-    };
+    let hidden = hidden.and_then(|hidden| serde_json::from_value(hidden).ok());
+    // Older stations did not say it.
+    record.hidden = hidden.unwrap_or_else(|| Hidden {
+        ran: record.step > 0 || record.state == "done",
+        ..Hidden::default()
+    });
     record.on_lost = OnLost::named(record.hidden.on_lost.as_deref());
     Some(record)
 }

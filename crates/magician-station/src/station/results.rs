@@ -92,6 +92,6 @@ impl Station {
 
     pub(super) fn keep_results(&mut self) {
         let text = Value::Array(self.class.results.clone()).to_string();
-        self.class.kept.insert(RESULTS, text);
+        self.class.files.write(RESULTS, text);
     }
 }

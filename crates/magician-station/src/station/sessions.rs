@@ -1,15 +1,15 @@
 //! Sessions: hello, coming back, and who is there.
 
 use std::collections::BTreeSet;
-use std::time::Duration;
 
 use magician::admission::{AdmissionLimits, NoPlace, Origin};
 use magician_protocol::HostInstant;
 use serde_json::{Map, Value, json};
 
 use super::journal::JournalLine;
+use super::newest::{LIST_INTERVAL, Newest};
 use super::socket::{CloseCode, RATE};
-use super::{Grant, Peer, SESSION_LIST, SocketId, Station};
+use super::{Grant, Peer, SocketId, Station};
 use crate::api::{Notice, Params, Role, RpcError};
 use crate::control::SessionId;
 use crate::secret::same_secret;
@@ -33,26 +33,9 @@ pub(super) const LIMITS: AdmissionLimits = AdmissionLimits {
 #[cfg(feature = "http")]
 pub(crate) const SILENT_SOCKETS: usize = LIMITS.loopback_strangers + LIMITS.strangers;
 /// Sessions without a socket that may come back, at most, beside those with a lease: a whole class whose access point fails.
-const KEPT: usize = SOCKETS;
+const KEPT: usize = 80;
 /// Bytes of a session's name. The list of all sessions goes to each of them.
 const NAME: usize = 96;
-/// Least time from one list of sessions to the next for a client, as people cannot read it faster.
-pub const LIST_INTERVAL: Duration = Duration::from_millis(200);
-
-/// When sessions are told who is there: all that has changed meanwhile is in one list.
-#[derive(Debug, Default)]
-pub(super) struct ListTelling {
-    pub(super) has_changed: bool,
-    told: Option<HostInstant>,
-}
-
-impl ListTelling {
-    /// When the next list goes out. `None` if nothing has changed.
-    pub(super) fn due(&self) -> Option<HostInstant> {
-        let next = self.told.map(|told| told + LIST_INTERVAL);
-        self.has_changed.then(|| next.unwrap_or(HostInstant::ZERO))
-    }
-}
 
 /// By what a session has its role.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -212,7 +195,7 @@ impl Station {
         }
         #[cfg(feature = "class")]
         self.identify(now, session);
-        self.list.has_changed = true;
+        self.telling.changed(Newest::Sessions, LIST_INTERVAL);
         let arms: Vec<_> = self.arms.iter().map(|arm| arm.entry.name.clone()).collect();
         Ok(json!({
             "session": self.session_id(session),
@@ -360,7 +343,7 @@ impl Station {
     pub(super) fn session_over(&mut self, session: SessionId) {
         let over = self.sessions.remove(&session);
         if over.is_some_and(|over| !over.one_shot) {
-            self.list.has_changed = true;
+            self.telling.changed(Newest::Sessions, LIST_INTERVAL);
         }
     }
 
@@ -407,25 +390,6 @@ impl Station {
             })
         });
         json!({"sessions": list.collect::<Vec<_>>()})
-    }
-
-    /// Tells all sessions who is there, if that has changed and is due. The list is made when it is sent: of a client that
-    /// reads slowly one waits, which is the newest.
-    pub(super) fn tell_sessions(&mut self, now: HostInstant) {
-        if self.list.due().is_none_or(|due| due > now) {
-            return;
-        }
-        self.list = ListTelling {
-            has_changed: false,
-            told: Some(now),
-        };
-        for socket in self.sessions.values().filter_map(|session| session.socket) {
-            if let Some(open) = self.sockets.get_mut(&socket)
-                && open.outbox.state_due(SESSION_LIST)
-            {
-                self.awake.insert(socket);
-            }
-        }
     }
 
     /// The list of sessions as a notification.

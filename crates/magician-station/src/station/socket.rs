@@ -10,6 +10,7 @@ use magician_protocol::HostInstant;
 use serde_json::{Map, Value};
 
 use super::Grant;
+use super::newest::Newest;
 use super::outbox::Outbox;
 use super::throttle::{Pace, Throttle};
 use crate::control::{ArmId, SessionId};
@@ -127,7 +128,7 @@ pub(super) struct Socket {
     pub(super) subscriptions: Vec<Subscription>,
     pub(super) under_way: usize,
     next_subscription: u16,
-    pub(super) outbox: Outbox,
+    pub(super) outbox: Outbox<Newest>,
     throttle: Throttle,
     /// It is a link's: it has methods of its own, and its own bounds in place of those of a socket.
     pub(super) link: bool,

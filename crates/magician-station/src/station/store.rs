@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::jobs::is_under_way;
-use super::records::{JobRecord, from_file, to_file};
+use super::records::{JobRecord, from_file, lost_parts, to_file};
 use crate::api::JOB_STATES;
 use crate::control::{ArmId, JobId};
 use crate::job::JobStore;
@@ -374,6 +374,15 @@ impl JobsToKeep {
     }
 }
 
+/// A file of a station's class as it was once, to be kept.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FileToKeep {
+    /// Number of the text; later ones are of a higher number.
+    pub revision: u64,
+    /// Its content.
+    pub text: String,
+}
+
 /// Checks that a station of this version reads a file of jobs as a whole.
 ///
 /// # Errors
@@ -419,4 +428,21 @@ pub fn check_jobs(file: &Value) -> Result<(), String> {
         }
     }
     Ok(())
+}
+
+/// What of a file of jobs that is good as a whole is lost to a station that reads it: a sentence for each job.
+#[must_use]
+pub fn damaged_jobs(file: &Value) -> Vec<String> {
+    let items = file.get("jobs").unwrap_or(file).as_array();
+    let sentence = |item: &Value| {
+        let parts = lost_parts(item);
+        let lost = |part: &&str| match *part {
+            "order" => "its program, so it cannot go on",
+            _ => "whose it is, its key and its rules, so it is a teacher's",
+        };
+        let lost: Vec<_> = parts.iter().map(lost).collect();
+        let job = magician_protocol::visible(item["job"].as_str().unwrap_or_default());
+        (!lost.is_empty()).then(|| format!("job {job} has lost {}", lost.join("; and ")))
+    };
+    items.into_iter().flatten().filter_map(sentence).collect()
 }

@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use super::Station;
 use super::class::no_class;
 use super::dispatch::{Call, forbidden};
+use super::newest::Newest;
 use crate::api::{Notice, Role, RpcError};
 use crate::control::{
     ArmId, Effect, Hindrance, JobClaim, NoQueue, PersonId, SessionId, TTL, TurnState,
@@ -187,12 +188,19 @@ impl Station {
         self.control.job_hindrance(now, claim).map(reason)
     }
 
+    /// Tells all sessions of turns, once all that followed from what happened has followed.
+    pub(super) fn tell_turns(&mut self, now: HostInstant) {
+        if std::mem::take(&mut self.class.turns_changed) {
+            let turns = self.turns(now);
+            self.telling.is_told(now, Newest::Turns);
+            self.notify_all(Notice::TurnChanged, &turns);
+        }
+    }
+
     pub(super) fn tell_turn(&mut self, now: HostInstant, effect: Effect) {
         match effect {
-            Effect::Turns => {
-                let turns = self.turns(now);
-                self.notify_all(Notice::TurnChanged, &turns);
-            }
+            // One change has several: a turn is kept for a person, who is there and gets the lease.
+            Effect::Turns => self.class.turns_changed = true,
             Effect::TurnEnding { arm, person, left } => {
                 let (arm, person) = (&self.arm(arm).entry.name, self.person_name(person));
                 let told = json!({"arm": arm, "person": person, "left_s": left.as_secs_f64()});

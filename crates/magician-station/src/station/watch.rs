@@ -7,6 +7,7 @@ use magician::Pin;
 use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
+use super::newest::Newest;
 use super::socket::{SUBSCRIPTIONS, Subscription};
 use super::state::told;
 use super::{Outgoing, SocketId, Station};
@@ -163,7 +164,7 @@ impl Station {
         for (socket, id) in &told {
             if let Some(open) = self.sockets.get_mut(socket) {
                 // One that waits would be made when it is sent, and come before this.
-                open.outbox.state_is_void(*id);
+                open.outbox.state_is_void(Newest::State(*id));
             }
         }
         for (socket, id) in told {
@@ -202,7 +203,7 @@ impl Station {
             subscription.sequence = subscription.sequence.wrapping_add(1);
             subscription.lost = false;
         }
-        if open.outbox.state_due(id) {
+        if open.outbox.state_due(Newest::State(id)) {
             self.awake.insert(socket);
         }
     }

@@ -8,7 +8,7 @@ use magician_protocol::HostInstant;
 use magician_station::control::ArmId;
 use magician_station::{
     ArmEntry, ArmOrder, ArmReport, CloseCode, Grant, JobNews, Outcome, Outgoing, Peer, Role,
-    SocketId, Station, StationConfig, VIEWERS,
+    SOCKETS, SocketId, Station, StationConfig, VIEWERS,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -339,9 +339,9 @@ impl Scene {
             assert!(*last - *first >= Duration::from_millis(940), "{second:?}");
         }
         let size = self.station.size();
-        assert!(size.sessions <= 64 + 64, "{size:?}");
+        assert!(size.sessions <= SOCKETS + 80, "{size:?}");
         let longest = list.to_string().len();
-        assert!(longest < 48 * 1024, "{longest} bytes of sessions");
+        assert!(longest < 80 * 1024, "{longest} bytes of sessions");
     }
 }
 
@@ -415,7 +415,7 @@ fn refusal(scene: &mut Scene, socket: SocketId) -> Value {
     let Some(Outgoing::Text(text)) = scene.station.poll_send(socket) else {
         panic!("an answer");
     };
-    let end = Some(Outgoing::Close(CloseCode::TOO_MANY));
+    let end = Some(Outgoing::Close(CloseCode::FULL));
     assert_eq!(scene.station.poll_send(socket), end);
     serde_json::from_str::<Value>(&text).expect("JSON")["error"].clone()
 }
@@ -449,8 +449,8 @@ fn viewers_beyond_their_places_are_refused_and_who_may_stop_gets_in() {
 fn hello_beyond_the_last_place_is_refused_and_loopback_still_gets_in() {
     let mut scene = Scene::new();
     let late = scene.open(Some(Role::Student)).expect("room");
-    // Sixty of sixty-four places are for clients from elsewhere, and the student has one.
-    for _ in 1..60 {
+    // All places but four are for clients from elsewhere, and the student has one.
+    for _ in 1..SOCKETS - 4 {
         let socket = scene.open(Some(Role::Student)).expect("room");
         scene.station.receive(scene.now, socket, &hello("s", false));
     }

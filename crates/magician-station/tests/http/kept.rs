@@ -285,3 +285,44 @@ fn interrupted_runs_of_the_command_are_those_of_the_arm_and_not_under_way() {
     drop(goes_on);
     assert_eq!(one.runs(0), []);
 }
+
+#[test]
+fn file_that_the_disk_does_not_take_is_an_error_that_names_it() {
+    let place = tempfile::tempdir().unwrap();
+    let folder = place.path().join("station");
+    let store = open(&folder, &[(real("arm", "/dev/arm"), "DT1")]).unwrap();
+    store.keep("class.toml", "first").unwrap();
+    assert_eq!(store.kept("class.toml").as_deref(), Some("first"));
+    // Root may write where nobody may: a folder that is a file takes nothing of anybody.
+    fs::remove_dir_all(&folder).unwrap();
+    fs::write(&folder, "").unwrap();
+    let refused = store.keep("class.toml", "second").unwrap_err();
+    assert!(refused.to_string().contains("class.toml"), "{refused}");
+}
+
+#[test]
+fn damaged_part_of_a_job_is_named_and_the_job_stays() {
+    let mut damaged = file(&["good", "whose", "what", "both"]);
+    let kept = json!({"ran": true, "owner": {"pupil": "Ada"}, "later": 1});
+    damaged["jobs"][0]["kept"] = kept;
+    damaged["jobs"][1]["kept"] = json!({"ran": true, "owner": {"pupil": 5}});
+    damaged["jobs"][2]["order"] = json!({"source": 5});
+    damaged["jobs"][3]["kept"] = json!("nothing");
+    damaged["jobs"][3]["order"] = json!([]);
+    assert_eq!(magician_station::check_jobs(&damaged), Ok(()));
+    let said = magician_station::damaged_jobs(&damaged);
+    let whose = "has lost whose it is, its key and its rules, so it is a teacher's";
+    let what = "its program, so it cannot go on";
+    let expected = [
+        format!("job whose {whose}"),
+        format!("job what has lost {what}"),
+        format!("job both {whose}; and {what}"),
+    ];
+    assert_eq!(said, expected);
+    let place = tempfile::tempdir().unwrap();
+    let path = place.path().join("jobs/serial-DT1.json");
+    fs::create_dir_all(path.parent().unwrap()).unwrap();
+    fs::write(&path, damaged.to_string()).unwrap();
+    let store = open(place.path(), &[(real("arm", "/dev/arm"), "DT1")]).unwrap();
+    assert_eq!(ids(&store, 0), ["good", "whose", "what", "both"]);
+}

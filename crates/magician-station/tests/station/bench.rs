@@ -259,6 +259,8 @@ pub(crate) struct Kept {
     /// True if the disk is full.
     pub(crate) full: Arc<AtomicBool>,
     pub(crate) runs: Vec<KeptRun>,
+    /// Of the class, by their names.
+    pub(crate) files: Arc<Mutex<BTreeMap<String, String>>>,
     journals: Arc<Mutex<BTreeMap<String, Checkpoint>>>,
 }
 
@@ -269,6 +271,7 @@ impl Kept {
             jobs: Arc::new(Mutex::new(self.jobs.lock().unwrap().clone())),
             full: Arc::default(),
             runs: self.runs.clone(),
+            files: Arc::new(Mutex::new(self.files.lock().unwrap().clone())),
             journals: Arc::new(Mutex::new(self.journals.lock().unwrap().clone())),
         }
     }
@@ -289,6 +292,19 @@ impl JobStore for Kept {
         if arm == 0 {
             *self.jobs.lock().unwrap() = jobs.clone();
         }
+        Ok(())
+    }
+
+    fn kept(&self, name: &str) -> Option<String> {
+        self.files.lock().unwrap().get(name).cloned()
+    }
+
+    fn keep(&self, name: &str, text: &str) -> io::Result<()> {
+        if self.full.load(Ordering::SeqCst) {
+            return Err(io::ErrorKind::StorageFull.into());
+        }
+        let mut files = self.files.lock().unwrap();
+        files.insert(name.to_owned(), text.to_owned());
         Ok(())
     }
 

@@ -1,8 +1,9 @@
 //! A class: signing in, turns, freezes, the schedule, jobs that wait, and results.
 
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use magician_station::Role;
+use magician_station::{LIST_INTERVAL, Role};
 use serde_json::{Value, json};
 
 use crate::bench::{LocalStation, Tester};
@@ -581,7 +582,8 @@ async fn another_place_in_the_queue_is_told_and_is_no_event() {
         let to = json!({"job": jobs[2], "position": place});
         assert_eq!(ben.ok("job.reorder", to).await["place"], json!(place));
     }
-    teacher.listen(Duration::from_millis(1)).await;
+    // Places are told no more often than lists.
+    teacher.listen(LIST_INTERVAL).await;
     let told = &teacher.noticed("job.changed")[told_before..];
     let last = |job: &Value| {
         let of = told.iter().rev().find(|told| told["job"]["job"] == *job);
@@ -705,4 +707,52 @@ async fn a_teacher_sends_a_program_to_all_arms() {
         let shown = teacher.ok("job.get", json!({"job": job["job"]})).await;
         assert_eq!(shown["state"], "done", "{shown}");
     }
+}
+
+#[tokio::test(start_paused = true)]
+async fn change_that_the_disk_does_not_take_is_refused_and_changes_nothing() {
+    const SCHEDULE: &str = "[[slot]]\narms = [\"arm\"]\nwho = [\"Ada\"]\nfrom = 1970-01-12T13:00:00Z\nuntil = 1970-01-12T13:48:00Z\n";
+    let (bench, mut teacher) = class(1).await;
+    let shown = async |teacher: &mut Tester| {
+        let class = teacher.ok("class.get", json!({})).await;
+        (
+            class,
+            teacher.ok("schedule.get", json!({})).await["text"].clone(),
+        )
+    };
+    let files = || bench.kept.files.lock().unwrap().clone();
+    let (before, on_disk) = (shown(&mut teacher).await, files());
+    assert!(on_disk["class.toml"].contains("7K3M"));
+    let changes = [
+        ("class.set", json!({"text": ""})),
+        ("class.set", json!({"text": "[[pupil]]\nname = \"Cem\"\n"})),
+        ("class.codes", json!({"pupils": ["Ada"]})),
+        ("schedule.set", json!({"text": SCHEDULE})),
+    ];
+    bench.kept.full.store(true, Ordering::SeqCst);
+    for (method, params) in &changes {
+        let refused = teacher.call(method, params.clone()).await;
+        let refused = refused.expect_err(method);
+        assert_eq!(refused["data"]["kind"], "closed", "{method}: {refused}");
+        assert_eq!(refused["data"]["reason"], "unkept", "{method}: {refused}");
+        assert_eq!(shown(&mut teacher).await, before, "{method}");
+    }
+    assert_eq!(files(), on_disk);
+    sign_in(&bench, "Ada", "7K3M")
+        .await
+        .expect("her code is good");
+    bench.kept.full.store(false, Ordering::SeqCst);
+    for (method, params) in changes.into_iter().rev() {
+        teacher.ok(method, params).await;
+    }
+    let on_disk = files();
+    assert_eq!(on_disk["schedule.toml"], SCHEDULE);
+    assert_eq!(on_disk["class.toml"], "");
+}
+
+#[tokio::test(start_paused = true)]
+async fn class_is_answered_by_post() {
+    let bench = LocalStation::new(1).await;
+    let set = bench.once("class.set", json!({"text": CLASS})).await;
+    assert_eq!(set["result"]["pupils"][0]["name"], "Ada", "{set}");
 }

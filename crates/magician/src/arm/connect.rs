@@ -33,11 +33,13 @@ impl Arm {
     async fn go(way: transport::Route, breaks: bool, options: Options) -> Result<Self> {
         let way = Arc::new(way.fitted(&options)?);
         let line = way.open().await?;
+        let to_open = Arc::clone(&way);
         let again: Opener = Box::new(move || {
-            let way = Arc::clone(&way);
+            let way = Arc::clone(&to_open);
             Box::pin(async move { way.open().await })
         });
-        Self::greet(line, breaks.then_some(again), options).await
+        let greeted = Self::greet(line, breaks.then_some(again), options).await;
+        greeted.map_err(|error| way.named(error))
     }
 
     /// Talks to an arm over any stream of bytes that keeps their order. When it breaks, it is gone;

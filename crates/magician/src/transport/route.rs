@@ -120,7 +120,7 @@ impl Route {
         if let Some(spoiler) = &self.spoiler {
             spoiler.reachable(&name)?;
         }
-        let (transport, settings, tried) = self.plain().await?;
+        let (transport, settings, tried) = self.plain().await.map_err(|error| self.named(error))?;
         #[cfg(any(feature = "faults", feature = "trace"))]
         let mut transport = transport;
         #[cfg(feature = "faults")]
@@ -141,6 +141,13 @@ impl Route {
             arm: lock(&self.arm).clone(),
             is_shared: self.is_shared(),
         })
+    }
+
+    /// The error of this way with the station of this machine that has its target, if one has.
+    pub(crate) fn named(&self, error: crate::Error) -> crate::Error {
+        #[cfg(feature = "stations")]
+        let error = crate::stations::named(error, &self.target);
+        error
     }
 
     /// Whether others may speak to the arm besides: all lines but an open serial port and an arm of this program alone.

@@ -53,12 +53,14 @@ pub(super) fn adapter(target: &Target, present: &[Port]) -> Result<String> {
 /// again; what is in use is left alone.
 pub(super) async fn arm(wanted: &str, candidates: &[Port]) -> Result<(String, Serial)> {
     let mut seen = Vec::new();
+    let mut station = None;
     for Port { path, .. } in candidates {
         let mut port = match serial::open(path) {
             Ok(port) => port,
             // The sentence names the port, and the program that holds it.
             Err(error) => {
                 seen.push(error.to_string());
+                station = station.or_else(|| station_at(path));
                 continue;
             }
         };
@@ -68,7 +70,22 @@ pub(super) async fn arm(wanted: &str, candidates: &[Port]) -> Result<(String, Se
             None => seen.push(format!("{path} does not answer")),
         }
     }
-    let message = match seen.as_slice() {
+    Err(not_found(wanted, &seen, station))
+}
+
+/// Address at which another program serves the port of this path.
+fn station_at(path: &str) -> Option<String> {
+    #[cfg(feature = "stations")]
+    return crate::stations::url_of(path);
+    #[cfg(not(feature = "stations"))]
+    let _ = path;
+    #[cfg(not(feature = "stations"))]
+    None
+}
+
+/// The error of a search that has seen this, and a port of this station that it could not ask.
+fn not_found(wanted: &str, seen: &[String], station: Option<String>) -> Error {
+    let message = match seen {
         [] => format!(
             "the arm {wanted} was not found: no adapter of an arm is plugged in; is it switched \
                 on and \
@@ -79,7 +96,11 @@ pub(super) async fn arm(wanted: &str, candidates: &[Port]) -> Result<(String, Se
             seen.join("; ")
         ),
     };
-    Err(Error::new(ErrorCode::NoArm, message))
+    let error = Error::new(ErrorCode::NoArm, message);
+    match station {
+        Some(url) => error.at_station(url, "has a port that could not be asked: it may be the arm"),
+        None => error,
+    }
 }
 
 /// Asks whatever is at the end of a line for its serial number, with little patience.
@@ -205,6 +226,19 @@ mod tests {
         unlockpt(&controller).unwrap();
         let name = ptsname(&controller, Vec::new()).unwrap();
         (controller, name.into_string().unwrap())
+    }
+
+    #[test]
+    fn port_of_a_station_that_cannot_be_asked_is_named_with_it() {
+        let seen = ["/dev/ttyUSB0 is in use by magician".to_owned()];
+        let url = "http://127.0.0.1:8910/left";
+        let error = not_found("DT", &seen, Some(url.to_owned()));
+        assert_eq!(
+            (error.code(), error.station()),
+            (ErrorCode::NoArm, Some(url))
+        );
+        assert_eq!(error.remedies().len(), 1);
+        assert_eq!(not_found("DT", &seen, None).station(), None);
     }
 
     #[test]

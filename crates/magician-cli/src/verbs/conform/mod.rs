@@ -11,7 +11,7 @@ use clap::Args;
 use magician::{ErrorKind, RawLine, SimSpeed, Target};
 use magician_conform::{Case, LineTarget, Outcome, Runner, SimTarget, Suite};
 
-use crate::context::{Context, held};
+use crate::context::Context;
 use crate::failure::{Failure, Kind};
 use crate::output::Output;
 use crate::progress::attended;
@@ -89,10 +89,7 @@ impl Conform {
         };
         permit(&target, &cases, context)?;
         let options = context.line_options()?;
-        let open = async |_: &mut Output| {
-            let opened = RawLine::open_with(&target, options).await;
-            opened.map_err(|error| held(Failure::from(error), &target.to_string()))
-        };
+        let open = async |_: &mut Output| Ok(RawLine::open_with(&target, options).await?);
         let line = context.attending(open)?;
         run_on(LineTarget::new(line), &cases, context)
     }

@@ -53,6 +53,13 @@ pub(crate) struct Fleet {
     deed: Deed,
 }
 
+impl Fleet {
+    /// True for the hub.
+    pub(crate) fn serves(&self) -> bool {
+        matches!(self.deed, Deed::Studio(_))
+    }
+}
+
 #[derive(Debug, Subcommand)]
 enum Deed {
     /// List the arms: name, station, machine, port, state, holder, job

@@ -15,10 +15,10 @@ use tokio::time::timeout;
 use super::{Studio, gather};
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::local_stations::folder;
 use crate::paint::tell;
 use crate::serving::{say_ready, unix_time};
 use crate::verbs::{job, serve};
+use magician::stations::folder;
 
 /// Sockets say goodbye within this.
 const STOPPING: Duration = Duration::from_secs(2);

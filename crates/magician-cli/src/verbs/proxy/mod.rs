@@ -13,7 +13,7 @@ use magician::serve::{Endpoints, ProxyServer};
 use magician::{LineOptions, RawLine, Target};
 use magician_protocol::Row;
 
-use crate::context::{Context, held};
+use crate::context::Context;
 use crate::failure::Failure;
 use crate::interrupt::Signal;
 use crate::serving::{DOORS, grow, pty, say_ready};
@@ -107,8 +107,7 @@ impl Proxy {
         };
         let signal = context.alone(async |_, signals| {
             let options = LineOptions::default().faults(self.faults.unwrap_or_default());
-            let opened = RawLine::open_with(&target, options).await;
-            let line = opened.map_err(|error| held(Failure::from(error), &target.to_string()))?;
+            let line = RawLine::open_with(&target, options).await?;
             let settings = Settings {
                 fresh: u64::try_from(self.fresh.as_micros()).unwrap_or(u64::MAX),
                 transparent: self.transparent,

@@ -14,9 +14,9 @@ use magician_station::http::{
 
 use crate::config::Config;
 use crate::failure::Failure;
-use crate::local_stations::stations;
 use crate::paint::tell;
 use crate::verbs::station::tokens;
+use magician::stations::{LocalStation, stations};
 
 #[derive(Args, Debug)]
 pub(crate) struct FrontFlags {
@@ -149,9 +149,9 @@ fn taken(error: ListenError) -> Failure {
     };
     let failure = Failure::from(error);
     let is_there = |url: &str| url.trim_end_matches('/').ends_with(&format!(":{port}"));
-    let station = stations().find(|(url, _)| is_there(url));
+    let station = stations().into_iter().find(|known| is_there(&known.url));
     failure.hint(match station {
-        Some((url, arms)) => format!(
+        Some(LocalStation { url, arms, .. }) => format!(
             "a station runs there, of {}: open {url}, or give this one another port: --listen 127.0.0.1:0 takes a \
              free one",
             arms.join(", ")

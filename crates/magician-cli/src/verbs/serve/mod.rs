@@ -34,14 +34,14 @@ use self::link::{Link, LinkFlags};
 use self::site::SiteFlags;
 use super::sim::scenario_of;
 use crate::config::Config;
-use crate::context::{Context, Sim, Taken, held};
+use crate::context::{Context, Sim, Taken};
 use crate::failure::{Failure, Kind};
 use crate::interrupt::Signals;
-use crate::local_stations::{Holder, folder};
 use crate::mdns::Announcement;
 use crate::paint::tell;
 use crate::serving::{say_ready, unix_time};
 use crate::verbs::job;
+use magician::stations::{Holder, folder};
 pub(crate) use site::name_of_site;
 #[cfg(not(feature = "site"))]
 pub(crate) use site::unsupported;
@@ -257,9 +257,7 @@ impl Serve {
                     }
                     _ => Arm::connect_with(target, options.clone()).await,
                 };
-                let opened =
-                    opened.map_err(|error| held(Failure::from(&error), &target.to_string()))?;
-                connected.push(opened);
+                connected.push(opened?);
             }
             let entries: Vec<_> = arms.iter().map(|(entry, ..)| entry.clone()).collect();
             let kept = Kept {

@@ -15,8 +15,8 @@ use serde::Serialize;
 use super::{Serve, Shown, window};
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::local_stations::stations;
 use crate::paint::tell;
+use magician::stations::{LocalStation, stations};
 
 /// Limits of a page that is built without its WebAssembly modules.
 const NO_MODULES: &str = "this build has no WebAssembly modules: its page works over a station, but has no virtual arm of its own and no Web Serial";
@@ -73,7 +73,7 @@ impl Studio {
         }
         // A second double click.
         if self.serve.is_as_usual(context)
-            && let Some((url, _)) = stations().next()
+            && let Some(LocalStation { url, .. }) = stations().into_iter().next()
         {
             tell(format_args!("a station runs already: {url}"));
             show(Shown::InWindow, &url);

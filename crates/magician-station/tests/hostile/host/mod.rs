@@ -217,7 +217,7 @@ impl Life {
 
     /// Takes the orders that came of a message of a client, or of nobody's.
     fn take_orders(&mut self, by: Option<usize>) {
-        self.write_jobs();
+        self.write_all();
         while let Some((arm, order)) = self.station.poll_order() {
             let moves = matches!(
                 order,
@@ -263,16 +263,31 @@ impl Life {
         self.spy();
     }
 
-    /// A disk that takes all but each seventh state of the jobs, at once.
-    fn write_jobs(&mut self) {
-        while let Some(jobs) = self.station.poll_jobs() {
-            self.writes += 1;
-            let outcome = match self.writes % 7 {
-                0 => Err("No space left on device".to_owned()),
-                _ => Ok(()),
-            };
-            self.station
-                .jobs_kept(self.now, jobs.arm(), jobs.revision(), outcome);
+    /// A disk that takes all but each seventh state of the jobs, and each seventh file, at once.
+    fn write_all(&mut self) {
+        loop {
+            while let Some(jobs) = self.station.poll_jobs() {
+                let outcome = self.write();
+                self.station
+                    .jobs_kept(self.now, jobs.arm(), jobs.revision(), outcome);
+            }
+            let files = self.station.poll_kept();
+            if files.is_empty() {
+                return;
+            }
+            for (name, file) in files {
+                let outcome = self.write();
+                self.station
+                    .file_kept(self.now, name, file.revision, outcome);
+            }
+        }
+    }
+
+    fn write(&mut self) -> Result<(), String> {
+        self.writes += 1;
+        match self.writes % 7 {
+            0 => Err("No space left on device".to_owned()),
+            _ => Ok(()),
         }
     }
 

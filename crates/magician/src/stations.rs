@@ -1,27 +1,29 @@
 //! The stations of this machine: where each is, which ports and arms it has; a file for each `serve`.
 
-use std::fs;
 use std::path::{Path, PathBuf};
+use std::{fmt, fs};
 
-use magician::{Port, SimSpeed, Target, ports};
-use magician_job::dirs;
-use magician_job::files::replace_private;
-use magician_station::client::StationAddress;
 use serde::{Deserialize, Serialize};
 
+use crate::files::replace_private;
+use crate::{Error, ErrorKind, Port, SimSpeed, Target, dirs, ports};
+
 /// Returns the folder where a station keeps its files; `None` where the system names no place.
-pub(crate) fn folder() -> Option<PathBuf> {
+#[must_use]
+pub fn folder() -> Option<PathBuf> {
     dirs::state().map(|state| state.join("station"))
 }
 
-/// The file of a `serve`, while it lasts.
+/// The file of a station, while it lasts.
 #[derive(Debug)]
-pub(crate) struct Holder(Option<PathBuf>);
+pub struct Holder(Option<PathBuf>);
 
-#[derive(Debug, Deserialize, Serialize)]
-struct Content {
+/// What a station says of itself to programs of the same user.
+#[derive(Clone, Deserialize, Serialize)]
+pub struct LocalStation {
     pid: u32,
-    url: String,
+    /// Its address.
+    pub url: String,
     /// The ports as they were spelled, one for each arm.
     ports: Vec<String>,
     /// The devices that these meant when they were opened: real paths, which other spellings lead to as well.
@@ -29,13 +31,24 @@ struct Content {
     devices: Vec<String>,
     /// The names of its arms.
     #[serde(default)]
-    arms: Vec<String>,
+    pub arms: Vec<String>,
     /// A teacher's token for commands of this user on this machine: the file is for its owner alone.
     #[serde(default)]
-    token: String,
+    pub token: String,
 }
 
-impl Content {
+/// Without the token, which belongs into no log.
+impl fmt::Debug for LocalStation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("LocalStation")
+            .field("url", &self.url)
+            .field("ports", &self.ports)
+            .field("arms", &self.arms)
+            .finish_non_exhaustive()
+    }
+}
+
+impl LocalStation {
     /// Address of the arm at this device, if it is one of this station.
     fn url_of(&self, wanted: &str) -> Option<String> {
         let is_it = |(at, served): (usize, &String)| {
@@ -83,9 +96,10 @@ fn device(port: &str) -> String {
 
 impl Holder {
     /// Writes it. Without a place for it others just do not learn the address.
-    pub(crate) fn write(url: &str, ports: &[String], arms: &[String], token: String) -> Self {
+    #[must_use]
+    pub fn write(url: &str, ports: &[String], arms: &[String], token: String) -> Self {
         let pid = std::process::id();
-        let content = Content {
+        let content = LocalStation {
             pid,
             url: url.to_owned(),
             ports: ports.to_vec(),
@@ -112,50 +126,35 @@ impl Drop for Holder {
     }
 }
 
-/// The address at which a port is served, however it is spelled, if a `serve` of this machine has it.
+/// Names the station of this machine that has a target, in the error of a line that could not be opened or does not answer. A
+/// station is no reason for any other error, and the one of this program none at all.
+pub(crate) fn named(error: Error, target: &Target) -> Error {
+    const EFFECT: &str = "uses the arm through the station that has its port";
+    let of_line = matches!(
+        error.kind(),
+        ErrorKind::Port | ErrorKind::Timeout | ErrorKind::Unexpected
+    );
+    // Every station has virtual arms of its own.
+    if !of_line || error.station().is_some() || matches!(target, Target::Sim(_)) {
+        return error;
+    }
+    match url_of(&target.to_string()) {
+        Some(url) => error.at_station(url, EFFECT),
+        None => error,
+    }
+}
+
+/// The address at which a port is served, however it is spelled, if another program of this machine serves it.
 pub(crate) fn url_of(port: &str) -> Option<String> {
     let wanted = device(port);
-    // Every station has virtual arms of its own.
-    if matches!(Target::parse(port, SimSpeed::Max), Ok(Target::Sim(_))) {
-        return None;
-    }
-    all().iter().find_map(|content| content.url_of(&wanted))
+    let own = std::process::id();
+    let mut others = stations().into_iter().filter(|station| station.pid != own);
+    others.find_map(|station| station.url_of(&wanted))
 }
 
-/// The stations of this machine: where each is, and its arms.
-pub(crate) fn stations() -> impl Iterator<Item = (String, Vec<String>)> {
-    all().into_iter().map(|content| (content.url, content.arms))
-}
-
-/// Hosts by which this machine reaches itself.
-const HERE: [&str; 3] = ["127.0.0.1", "localhost", "[::1]"];
-/// Hosts of a station that listens at all addresses.
-const EVERYWHERE: [&str; 2] = ["0.0.0.0", "[::]"];
-
-/// The token that the station at this address has for commands of this user. `None` for one of another machine, and for one
-/// that does not listen at this machine's own addresses, where alone the token counts.
-pub(crate) fn token_of(url: &str) -> Option<String> {
-    let address = |url: &str| {
-        let address: StationAddress = url.parse().ok()?;
-        let (host, port) = address.host.rsplit_once(':')?;
-        Some((host.to_owned(), port.to_owned()))
-    };
-    let (host, port) = address(url)?;
-    if !HERE.contains(&&*host) {
-        return None;
-    }
-    let is_it = |content: &Content| {
-        let known = address(&content.url);
-        known.is_some_and(|(host, known)| {
-            known == port && (HERE.contains(&&*host) || EVERYWHERE.contains(&&*host))
-        })
-    };
-    let token = all().into_iter().find(is_it)?.token;
-    Some(token).filter(|token| !token.is_empty())
-}
-
-/// What each `serve` of this machine says of itself. The file of one that has ended is removed.
-fn all() -> Vec<Content> {
+/// The stations of this machine. The file of one that has ended is removed.
+#[must_use]
+pub fn stations() -> Vec<LocalStation> {
     let read = || fs::read_dir(folder()?).ok();
     let files = read().into_iter().flatten().flatten();
     let content = files.filter_map(|entry| {
@@ -165,7 +164,7 @@ fn all() -> Vec<Content> {
         if !(name.starts_with("serve-") && name.ends_with(".json")) {
             return None;
         }
-        let content: Content = serde_json::from_str(&fs::read_to_string(&path).ok()?).ok()?;
+        let content: LocalStation = serde_json::from_str(&fs::read_to_string(&path).ok()?).ok()?;
         if !lives(content.pid) {
             let _ = fs::remove_file(&path);
             return None;
@@ -195,7 +194,7 @@ mod tests {
             std::os::unix::fs::symlink(path("tty"), path(link)).expect("linked");
         }
         let real = device(&path("tty"));
-        let served = |ports: &[String], devices: &[String]| Content {
+        let served = |ports: &[String], devices: &[String]| LocalStation {
             pid: 1,
             url: "http://127.0.0.1:8910/".to_owned(),
             ports: ports.to_vec(),

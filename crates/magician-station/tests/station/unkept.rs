@@ -1,0 +1,66 @@
+//! Changes of a class before their file is on the disk: they do not count, and wait for their answer.
+
+use serde_json::{Value, json};
+
+use crate::bare::BareStation;
+
+const CLASS: &str = "[[pupil]]\nname = \"Ada\"\n";
+
+/// The answers that have come since.
+fn answers(bare: &mut BareStation) -> Vec<Value> {
+    let mut heard = bare.heard();
+    heard.retain(|message| message.get("id").is_some());
+    heard
+}
+
+#[test]
+fn change_counts_and_is_answered_once_its_file_is_on_the_disk() {
+    let mut bare = BareStation::new();
+    bare.send("class.set", &json!({"text": CLASS}));
+    bare.send("class.get", &json!({}));
+    let before = answers(&mut bare);
+    assert_eq!(before.len(), 1, "{before:?}");
+    assert_eq!(before[0]["result"]["class"], Value::Null);
+    let files = bare.station.poll_kept();
+    let file = &files["class.toml"];
+    assert!(file.text.contains("Ada"), "{}", file.text);
+    let written = file.revision;
+    // What was written before it is another file.
+    bare.station
+        .file_kept(bare.now, "class.toml", written - 1, Ok(()));
+    bare.station
+        .file_kept(bare.now, "schedule.toml", written, Ok(()));
+    assert_eq!(answers(&mut bare), Vec::<Value>::new());
+    bare.station
+        .file_kept(bare.now, "class.toml", written, Ok(()));
+    let after = answers(&mut bare);
+    assert_eq!(after[0]["result"]["pupils"][0]["name"], "Ada", "{after:?}");
+}
+
+#[test]
+fn second_change_is_refused_until_the_first_is_answered() {
+    let mut bare = BareStation::new();
+    bare.send("class.set", &json!({"text": CLASS}));
+    bare.send("class.set", &json!({"text": ""}));
+    let refused = answers(&mut bare);
+    assert_eq!(refused.len(), 1, "{refused:?}");
+    assert_eq!(refused[0]["error"]["data"]["kind"], "queue-full");
+    // The schedule is another file.
+    bare.send("schedule.set", &json!({"text": ""}));
+    let files = bare.station.poll_kept();
+    for (name, file) in files {
+        bare.station
+            .file_kept(bare.now, name, file.revision, Ok(()));
+    }
+    assert_eq!(answers(&mut bare).len(), 2);
+    bare.send("class.codes", &json!({}));
+    let files = bare.station.poll_kept();
+    let why = Err("full".to_owned());
+    bare.station
+        .file_kept(bare.now, "class.toml", files["class.toml"].revision, why);
+    let refused = answers(&mut bare);
+    assert_eq!(
+        refused[0]["error"]["data"]["reason"], "unkept",
+        "{refused:?}"
+    );
+}
