@@ -3,7 +3,7 @@ import { computed, effect, signal } from "@preact/signals";
 import type { Result } from "./client";
 import { t } from "./i18n";
 import { duration } from "./run/jobs";
-import { call, keepers, notified, show } from "./session";
+import { call, notified, show } from "./session";
 import * as store from "./store";
 
 type Turns = Result<"turn.list">;
@@ -103,5 +103,3 @@ export const mine = computed(() => {
   if (myTurn.value !== null) return `${myTurn.value.arm}: ${wordsOf(myTurn.value.arm)}`;
   return myPlace.value === null ? null : t("class.place", { n: myPlace.value.place });
 });
-// A page that gave its socket up would miss its turn.
-keepers.add(() => myTurn.value !== null || myPlace.value !== null);
