@@ -1,5 +1,5 @@
 // What a teacher does to all arms, or to those that are chosen.
-import { agreed, complain, tried } from "../../actions";
+import { agreed, tried } from "../../actions";
 import { turns } from "../../class";
 import { t } from "../../i18n";
 import { call } from "../../session";
@@ -37,7 +37,10 @@ async function all(key: "home" | "clear", method: Method): Promise<void> {
 async function turnsOf(key: "end" | "next"): Promise<void> {
   const running = (turns.value?.arms ?? []).filter(({ person }) => person !== null).map(({ arm }) => arm);
   if (!(await store.ask(w(`class.${key}All`), w(`class.${key}.text`, { n: running.length }), w(`class.${key}All`)))) return;
-  await call(`turn.${key}`, {}).catch(complain);
+  await tried(async () => {
+    const { arms } = await call(`turn.${key}`, {});
+    store.say(arms.length > 0 ? t("site.done", { n: arms.length }) : w(`class.${key}.nobody`));
+  });
 }
 
 /** As with Stop, the button is never off: that nothing was sent is said, with what stops the arms all the same. */
