@@ -240,7 +240,7 @@ export function classes(test, { browser, program, shots }) {
       await ada.getByTestId("header-turn").getByText("Ada’s turn").waitFor();
       const { job } = await left.call("class.send", { program: "line.plan.json", arms: ["left"] }).then(({ jobs: [sent] }) => sent);
       assert.equal((await left.call("job.get", { job })).state, "queued", "a teacher's program waits for the turns");
-      await page.getByTestId("queued-left").getByText("line.plan.json").waitFor();
+      await page.getByTestId("queued-left").getByText(/line.*somebody else’s turn/).waitFor();
       await ada.goto(`${left.url}#/class`);
       await ada.getByRole("button", { name: "I am done" }).click();
       await ben.getByTestId("header-turn").getByText("left: Ben’s turn").waitFor();

@@ -122,6 +122,11 @@ export function lesson(test, { browser, program, shots, At = Station }) {
       await look(teacher, "after-kill");
       await teacher.getByTestId("class-free").click();
       await teacher.getByTestId("class-frozen").waitFor({ state: "detached" });
+      // What is done to all arms asks once.
+      await teacher.getByTestId("class-clear-all").click();
+      await teacher.getByTestId("confirm").getByText("all 10 arms").waitFor();
+      await teacher.getByTestId("confirm-yes").click();
+      await says(teacher, "notice", "Done on 10 arms.");
       // The turns of before are gone with the station; a reload changes nothing of the new ones.
       for (const page of [ada, ben]) {
         await page.getByTestId("join-arm").selectOption("a1");

@@ -3,7 +3,7 @@ import { computed, effect, signal } from "@preact/signals";
 import type { Result } from "./client";
 import { t } from "./i18n";
 import { duration } from "./run/jobs";
-import { call, keepers, notified, show } from "./session";
+import { call, notified, show } from "./session";
 import * as store from "./store";
 
 type Turns = Result<"turn.list">;
@@ -94,7 +94,7 @@ export function clockOf(unix: number): string {
 /** Under which name the asker takes turns: a pupil's, or that of a student's token. */
 const me = computed(() => store.pupil.value ?? (store.role.value === "student" ? store.ownerName.value : null));
 /** The arms that a pupil may ever have: all but those that are the teacher's alone. */
-export const myArms = computed(() => (turns.value?.arms ?? []).filter(({ slot }) => slot === null || slot.until !== null).map(({ arm }) => arm));
+export const myArms = computed(() => (turns.value?.arms ?? []).filter(({ slot }) => slot == null || slot.until !== null).map(({ arm }) => arm));
 const isMe = ({ person }: { person: string | null }) => person !== null && person === me.value;
 /** The turn or the place of the pupil who is signed in. */
 export const myTurn = computed(() => turns.value?.arms.find(isMe) ?? null);
@@ -103,5 +103,3 @@ export const mine = computed(() => {
   if (myTurn.value !== null) return `${myTurn.value.arm}: ${wordsOf(myTurn.value.arm)}`;
   return myPlace.value === null ? null : t("class.place", { n: myPlace.value.place });
 });
-// A page that gave its socket up would miss its turn.
-keepers.add(() => myTurn.value !== null || myPlace.value !== null);

@@ -13,6 +13,7 @@ import { used } from "./settings";
 import * as store from "./store";
 import { App } from "./ui/app";
 import { load } from "./ui/routes";
+import "./unseen";
 
 function follow(): void {
   const [wanted = "", query] = location.hash.replace(/^#\//, "").split("?");

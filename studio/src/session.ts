@@ -21,8 +21,6 @@ const SILENT = 1500;
 const CHECKING = 60_000;
 /** A worker with a real arm that is silent for so long more is ended. */
 const DEAD = 8000;
-/** A page that nobody sees for so long gives its socket up if it holds nothing, ms: a station has room for 128. */
-const UNSEEN = 60_000;
 /** A full station is asked again after this, ms, and up to half as much more: pages that were refused together come apart. */
 const FULL_AGAIN = 15_000;
 const RESUME = "resume";
@@ -38,11 +36,6 @@ let tries = 0;
 let nextTry: ReturnType<typeof setTimeout> | undefined;
 let wordAt = 0;
 let probedAt: number | null = null;
-let unseen: ReturnType<typeof setTimeout> | undefined;
-/** Whether the socket was given up because nobody sees the page. */
-let rests = false;
-/** Whether this page has a place in a queue, or anything else that it would lose. `class.ts` knows. */
-export const keepers = new Set<() => boolean>();
 
 export const notified = new Set<(...told: Told) => void>();
 
@@ -123,7 +116,6 @@ export const keptPupil = (): string => remembered("sessionStorage", PUPIL) ?? ""
 
 export function disconnect(): void {
   clearTimeout(nextTry);
-  rests = false;
   client?.close();
   address = null;
   used.value = "none";
@@ -486,7 +478,6 @@ export function renamed(): Promise<void> {
 setInterval(() => {
   const now = performance.now();
   if (now - store.heardAt.value > STALE) store.stale.value = true;
-  if (rests) return;
   // A virtual arm in the worker has no line that could be lost.
   if (store.socket.value !== "up" || client === null || store.backend.value === "sim") return;
   const limit = store.backend.value === "serial" && client.computes ? CHECKING : SILENT;
@@ -498,28 +489,15 @@ setInterval(() => {
   }
 }, 250);
 
-/** Whether something would be lost with the socket: an arm, a place, a job of its own. */
-function isKept(): boolean {
-  const own = (holder: Holder | null) => holder !== null && holder.session === store.session.value;
-  return store.arms.value.some(({ holder }) => own(holder)) || [...keepers].some((keeps) => keeps());
-}
-
-function rest(): void {
-  if (!document.hidden || store.backend.value !== "station" || store.socket.value !== "up") return;
-  if (isKept()) return void (unseen = setTimeout(rest, UNSEEN));
-  rests = true;
+/** Leaves the station for a while; `wake` goes on with the same session if it is still there. */
+export function rest(): void {
   client?.close();
   store.subscription.value = null;
   store.socket.value = "connecting";
 }
+export const wake = (): void => open();
 
 document.addEventListener("visibilitychange", () => {
-  clearTimeout(unseen);
-  if (document.hidden) unseen = setTimeout(rest, UNSEEN);
-  else if (rests) {
-    rests = false;
-    open();
-  }
   // After a sleep the next try may be seconds away.
   if (!document.hidden && store.backend.value !== "serial" && (store.socket.value === "lost" || store.refused.value === "unreachable")) open();
 });

@@ -80,7 +80,8 @@ impl Station {
             let unix = unix.and_then(|time| time.duration_since(UNIX_EPOCH).ok());
             shown["time_local"] =
                 json!(unix.map(|unix| schedule.local_time(unix.as_secs() as i64)));
-            shown["title"] = json!(kept["title"].as_str().unwrap_or(UNTITLED));
+            let title = kept["title"].as_str().filter(|title| !title.is_empty());
+            shown["title"] = json!(title.unwrap_or(UNTITLED));
             if let Some(members) = shown.as_object_mut() {
                 let strokes = members.remove("strokes").unwrap_or_default();
                 members.insert("svg".to_owned(), json!(crate::class::picture_svg(&strokes)));

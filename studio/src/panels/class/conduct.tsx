@@ -1,5 +1,5 @@
 // What a teacher does to all arms, or to those that are chosen.
-import { agreed, complain, tried } from "../../actions";
+import { agreed, tried } from "../../actions";
 import { turns } from "../../class";
 import { t } from "../../i18n";
 import { call } from "../../session";
@@ -11,13 +11,16 @@ import { w, type Word } from "./words";
 
 type Method = "arm.home" | "arm.clear_alarms";
 
-/** Moves an arm for its pupil: whoever has it is asked for nothing, and has it again afterwards with the rest of the turn. */
-export async function forPupil(arm: string, method: Method, what: string): Promise<void> {
-  const holder = store.arms.value.find(({ name }) => name === arm)?.holder ?? null;
-  const isMine = holder?.session === store.session.value;
-  const lease = holder === null || isMine ? null : (await call("lease.take", { arm })).lease;
+/** Moves an arm in a lesson: the teacher has it for that time. Whoever had it is asked for nothing, and has it again afterwards with
+    the rest of the turn. */
+export async function forPupil(arm: string, method: Method, what: string, isSure = false): Promise<void> {
+  const entry = store.arms.value.find(({ name }) => name === arm);
+  if (!isSure && method === "arm.home" && entry?.virtual === false && !(await store.ask(what, t("home.text"), what))) return;
+  const isMine = entry?.holder != null && entry.holder.session === store.session.value;
+  const lease = isMine ? null : (await call("lease.take", { arm })).lease;
   try {
-    await agreed(what, (yes) => call(method, { arm, ...yes }));
+    if (isSure) await call(method, { arm, yes: true });
+    else await agreed(what, (yes) => call(method, { arm, ...yes }));
   } finally {
     if (lease !== null) await call("lease.release", { lease });
   }
@@ -27,14 +30,17 @@ async function all(key: "home" | "clear", method: Method): Promise<void> {
   const arms = store.arms.value.filter(({ link }) => link === "up").map(({ name }) => name);
   const text = w(`class.${key}.text`, { n: arms.length });
   if (!(await store.ask(w(`class.${key}All`), text, w(`class.${key}All`)))) return;
-  const n = await each(arms, (arm) => forPupil(arm, method, w(`class.${key}All`)));
+  const n = await each(arms, (arm) => forPupil(arm, method, w(`class.${key}All`), true));
   if (n > 0) store.say(t("site.done", { n }));
 }
 
 async function turnsOf(key: "end" | "next"): Promise<void> {
   const running = (turns.value?.arms ?? []).filter(({ person }) => person !== null).map(({ arm }) => arm);
   if (!(await store.ask(w(`class.${key}All`), w(`class.${key}.text`, { n: running.length }), w(`class.${key}All`)))) return;
-  await call(`turn.${key}`, {}).catch(complain);
+  await tried(async () => {
+    const { arms } = await call(`turn.${key}`, {});
+    store.say(arms.length > 0 ? t("site.done", { n: arms.length }) : w(`class.${key}.nobody`));
+  });
 }
 
 /** As with Stop, the button is never off: that nothing was sent is said, with what stops the arms all the same. */
