@@ -1679,6 +1679,7 @@ export interface Methods {
       names?: string[];
       arms?: string[];
       turn_s?: number;
+      offset?: string;
       use_codes?: boolean;
       elsewhere?: boolean;
     };

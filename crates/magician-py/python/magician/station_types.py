@@ -2966,6 +2966,8 @@ class ClassSetParams(TypedDict, total=False):
     """With `names`: the arms that they may have; all unless given."""
     turn_s: int
     """With `names`: how long a turn is, s, 0 for turns without end; as before unless given."""
+    offset: str
+    """With `names`: how far the clock on the wall is from UTC, such as `+01:00`; as before unless given."""
     use_codes: bool
     """That the codes and the PIN of the file count where the class before has others."""
     elsewhere: bool

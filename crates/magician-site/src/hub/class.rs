@@ -203,11 +203,12 @@ impl Hub {
         let (param, read) = match (params.get("text").and_then(Value::as_str), texts("names")) {
             (None, Some(names)) => {
                 let arms = texts("arms").unwrap_or_default();
+                let offset = params.get("offset").and_then(Value::as_str);
                 let turn_s = params.get("turn_s").and_then(Value::as_u64);
                 let turn_s = turn_s.and_then(|turn_s| u32::try_from(turn_s).ok());
                 (
                     "names",
-                    ClassFile::of_names(&names, &arms, turn_s, known.first()),
+                    ClassFile::of_names(&names, &arms, turn_s, offset, known.first()),
                 )
             }
             (text, _) if text.unwrap_or_default().trim().is_empty() => return Ok(None),

@@ -42,6 +42,11 @@ pub(super) const CLASS: &[Method] = &[
                 "with `names`: how long a turn is, s, 0 for turns without end; as before unless given",
             ),
             may(
+                "offset",
+                Kind::Text(6),
+                "with `names`: how far the clock on the wall is from UTC, such as `+01:00`; as before unless given",
+            ),
+            may(
                 "use_codes",
                 Kind::Switch,
                 "that the codes and the PIN of the file count where the class before has others",
@@ -107,7 +112,7 @@ pub(super) const CLASS: &[Method] = &[
         Teacher,
         &[],
         "What pupils have made: their jobs that are done. As a page: GET /api/v1/class/results.html.",
-        "{results: [{job, pupil, group, title, time, time_local, arm, drawn_mm, svg}]}: `svg` the drawing as it was placed, x to the right, empty without one; `time_local` by the offset of the schedule",
+        "{results: [{job, pupil, group, title, time, time_local, arm, drawn_mm, svg}]}: `svg` the drawing as it was placed, x to the right, empty without one; `time_local` by the offset of the schedule, or else of the class",
     ),
     method(
         "turn.join",

@@ -47,6 +47,9 @@ pub struct ClassRules {
     /// A fence, with the members of `arm.fence`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fence: Option<Map<String, Value>>,
+    /// How far the clock on the wall is from UTC, such as `+01:00`, where the schedule does not say it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub offset: Option<String>,
     /// The arms that pupils may have; all of them unless given.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub arms: Vec<String>,
@@ -105,12 +108,17 @@ impl ClassFile {
         if !pin.is_empty() && !is_pin(pin) {
             return wrong("[class] pin must be six digits; leave it out to have one made");
         }
+        if let Some(text) = &file.class.offset
+            && super::offset_of(text).is_none()
+        {
+            return wrong("[class] offset must be like \"+01:00\"");
+        }
         file.fence()?;
         Ok(file)
     }
 
-    /// A class of these pupils at these arms, all arms if there are none, with turns of this length, s. Other rules, and the
-    /// length that is not given, are those of the class `before`.
+    /// A class of these pupils at these arms, all arms if there are none, with turns of this length, s, and this offset from
+    /// UTC. Other rules, and what is not given, are those of the class `before`.
     ///
     /// # Errors
     /// As [`parse`](Self::parse).
@@ -118,10 +126,12 @@ impl ClassFile {
         names: &[&str],
         arms: &[&str],
         turn_s: Option<u32>,
+        offset: Option<&str>,
         before: Option<&Self>,
     ) -> Result<Self, ClassError> {
         let mut class = before.map(|file| file.class.clone()).unwrap_or_default();
         class.turn_s = turn_s.unwrap_or(class.turn_s);
+        class.offset = offset.map(str::to_owned).or(class.offset);
         class.arms = arms.iter().map(|arm| (*arm).to_owned()).collect();
         let pupil = |name: &&str| Pupil {
             name: name.trim().to_owned(),

@@ -9,6 +9,7 @@ pub use file::{ClassFile, ClassRules, Pupil};
 pub use pages::{codes_page, results_page};
 pub(crate) use pages::{picture, picture_svg};
 pub use schedule::Schedule;
+pub(crate) use schedule::{local_time, offset as offset_of};
 
 /// Why a file of a class or a schedule cannot be used, in words for people.
 #[derive(Clone, Debug, PartialEq, Eq)]

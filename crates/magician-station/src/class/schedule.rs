@@ -163,14 +163,9 @@ impl Schedule {
         Some(out)
     }
 
-    /// A time of Unix seconds for people, such as `2026-11-25 08:12`, by the clock on the wall; with `UTC` where the schedule
-    /// does not say how far that is from it.
-    pub(crate) fn local_time(&self, time: i64) -> String {
-        let since = Duration::from_secs((time + self.offset.unwrap_or_default()).max(0) as u64);
-        let text = humantime::format_rfc3339_seconds(UNIX_EPOCH + since).to_string();
-        let (day, clock) = (&text[..10], &text[11..16]);
-        let zone = if self.offset.is_none() { " UTC" } else { "" };
-        format!("{day} {clock}{zone}")
+    /// How far local time is before UTC, s. `None` if the file does not say.
+    pub(crate) const fn offset(&self) -> Option<i64> {
+        self.offset
     }
 
     /// As the API has it.
@@ -242,8 +237,18 @@ fn time(text: &str) -> Option<i64> {
     fine.then_some(hour * 3600 + minute * 60 + second)
 }
 
+/// A time of Unix seconds for people, such as `2026-11-25 08:12`, by the clock on the wall that is so many seconds before UTC;
+/// with `UTC` where that is not known.
+pub(crate) fn local_time(time: i64, offset: Option<i64>) -> String {
+    let since = Duration::from_secs((time + offset.unwrap_or_default()).max(0) as u64);
+    let text = humantime::format_rfc3339_seconds(UNIX_EPOCH + since).to_string();
+    let (day, clock) = (&text[..10], &text[11..16]);
+    let zone = if offset.is_none() { " UTC" } else { "" };
+    format!("{day} {clock}{zone}")
+}
+
 /// `Z`, `+HH:MM` or `-HH:MM`: seconds before UTC.
-fn offset(text: &str) -> Option<i64> {
+pub(crate) fn offset(text: &str) -> Option<i64> {
     if text.eq_ignore_ascii_case("z") {
         return Some(0);
     }
@@ -309,6 +314,17 @@ days = ["mon", "wed"]
 from = "22:00"
 until = "01:00"
 "#;
+
+    #[test]
+    fn a_time_for_people_is_that_of_the_clock_on_the_wall() {
+        for (offset, text) in [
+            (Some(5400), "2026-11-25 09:42"),
+            (Some(-5400), "2026-11-25 06:42"),
+            (None, "2026-11-25 08:12 UTC"),
+        ] {
+            assert_eq!(local_time(1_795_594_320, offset), text);
+        }
+    }
 
     #[test]
     fn times_are_those_of_the_calendar() {

@@ -395,7 +395,8 @@ impl Station {
                 let arms = call.params.texts("arms").unwrap_or_default();
                 let turn_s = call.params.integer("turn_s").map(|turn| turn as u32);
                 let before = self.class.file.as_ref();
-                let file = ClassFile::of_names(names, &arms, turn_s, before);
+                let offset = call.params.text("offset");
+                let file = ClassFile::of_names(names, &arms, turn_s, offset, before);
                 ("names", Some(file))
             }
             _ => {

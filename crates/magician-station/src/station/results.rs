@@ -72,14 +72,12 @@ impl Station {
     /// What pupils have made, as `class.results` answers it.
     #[must_use]
     pub(super) fn shown_results(&self) -> Value {
-        let schedule = self.class.schedule.clone().unwrap_or_default();
         let results = self.class.results.iter().map(|kept| {
             let mut shown = kept.clone();
             let time = kept["time"].as_str().unwrap_or_default();
             let unix = humantime::parse_rfc3339(time).ok();
             let unix = unix.and_then(|time| time.duration_since(UNIX_EPOCH).ok());
-            shown["time_local"] =
-                json!(unix.map(|unix| schedule.local_time(unix.as_secs() as i64)));
+            shown["time_local"] = json!(unix.map(|unix| self.local_time(unix.as_secs() as i64)));
             let title = kept["title"].as_str().filter(|title| !title.is_empty());
             shown["title"] = json!(title.unwrap_or(UNTITLED));
             if let Some(members) = shown.as_object_mut() {

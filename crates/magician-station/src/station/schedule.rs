@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use super::Station;
 use super::class::{ANEW, Person};
+use crate::class::{Schedule, local_time, offset_of};
 use crate::control::{ArmId, PersonId, Slot};
 
 /// A slot that is open.
@@ -54,6 +55,13 @@ impl Station {
         }
         self.control.drop_closed_places(now);
         self.class.anew = Some(now + ANEW);
+    }
+
+    /// A time of Unix seconds by the clock on the wall, as the schedule or else the class says how far it is from UTC.
+    pub(super) fn local_time(&self, time: i64) -> String {
+        let of_schedule = self.class.schedule.as_ref().and_then(Schedule::offset);
+        let of_class = || offset_of(self.class.file.as_ref()?.class.offset.as_deref()?);
+        local_time(time, of_schedule.or_else(of_class))
     }
 
     /// Whether the class gives an arm to pupils.

@@ -108,10 +108,7 @@ impl Station {
         let until = slot.as_ref().and_then(|slot| slot.until);
         let who = slot.map_or_else(|| "others".to_owned(), |slot| slot.who.join(", "));
         let until_when = until.map_or_else(String::new, |until| {
-            let schedule = self.class.schedule.as_ref();
-            schedule.map_or_else(String::new, |schedule| {
-                format!(" until {}", schedule.local_time(until))
-            })
+            format!(" until {}", self.local_time(until))
         });
         let several = if arms.len() > 1 {
             ", and none of the others is for you"

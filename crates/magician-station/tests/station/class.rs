@@ -362,7 +362,8 @@ async fn a_place_for_a_later_slot_says_from_when_and_an_arm_whose_it_is() {
 async fn a_class_of_names_has_its_arms_and_keeps_the_codes_that_count() {
     let bench = LocalStation::new(2).await;
     let mut teacher = bench.join_as("Ms Lee", Role::Teacher).await;
-    let names = json!({"names": ["Ada", "Ben"], "arms": ["arm2"], "turn_s": 60});
+    let names =
+        json!({"names": ["Ada", "Ben"], "arms": ["arm2"], "turn_s": 60, "offset": "+01:00"});
     let made = teacher.ok("class.set", names).await;
     assert_eq!(
         (&made["class"]["turn_s"], &made["class"]["arms"]),
@@ -413,6 +414,7 @@ async fn a_class_of_names_has_its_arms_and_keeps_the_codes_that_count() {
         json!({"names": ["Ada"], "text": ""}),
         json!({"names": ["Ada", "ada"]}),
         json!({"names": [" "]}),
+        json!({"names": ["Ada"], "offset": "1 h"}),
     ] {
         assert_eq!(
             teacher.code("class.set", wrong.clone()).await,

@@ -19,6 +19,13 @@ export const namesOf = (text: string): string[] => [...new Set(text.split(/[\n,;
 /** The arms that pupils of a class may have; none are named where they may have all. */
 const armsOf = (now: Roll | null): string[] => (now?.class?.arms.length ? now.class.arms : store.arms.value.map(({ name }) => name));
 
+/** How far the clock of this browser is from UTC, such as `+01:00`. */
+function offsetNow(): string {
+  const minutes = -new Date().getTimezoneOffset();
+  const two = (n: number) => String(Math.trunc(Math.abs(n))).padStart(2, "0");
+  return `${minutes < 0 ? "-" : "+"}${two(minutes / 60)}:${two(minutes % 60)}`;
+}
+
 function Form({ now, done }: { now: Roll | null; done: () => void }) {
   const names = useSignal((now?.pupils ?? []).map(({ name }) => name).join("\n"));
   const arms = useSignal<ReadonlySet<string>>(new Set(armsOf(now)));
@@ -33,7 +40,7 @@ function Form({ now, done }: { now: Roll | null; done: () => void }) {
       const loses = now?.pupils.some(({ group }) => group !== null);
       if (loses && !(await store.ask(w("make.change"), w("make.loses"), w("make.change")))) return;
       const some = all.filter((name) => arms.value.has(name));
-      const { pin } = await call("class.set", { names: given, turn_s: Math.round(minutes.value * 60), ...(some.length === all.length ? {} : { arms: some }) });
+      const { pin } = await call("class.set", { names: given, turn_s: Math.round(minutes.value * 60), offset: offsetNow(), ...(some.length === all.length ? {} : { arms: some }) });
       keepTeaching(pin);
       void read();
       done();
