@@ -3,6 +3,7 @@ import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { agreed, complain, tried } from "../actions";
 import { t } from "../i18n";
+import { wordsOf } from "../words";
 import { language } from "../settings";
 import { type Field as TableField, io, levels, refresh, type Row, watchOf, watchPins } from "../pins";
 import { call, shown } from "../session";
@@ -10,6 +11,9 @@ import * as store from "../store";
 import { Card, Do, Field, Heads, NumberInput, Pick, Range } from "../ui/parts";
 import "./io.css";
 import texts from "./io.words.json";
+import sentences from "./pins.json";
+
+const w = wordsOf(sentences);
 
 type Pin = NonNullable<typeof io.value>["pins"][number];
 const WHY = "io-why";
@@ -50,11 +54,11 @@ function Setting({ pin, off }: { pin: Pin; off: boolean }) {
   const { address } = pin;
   const kind = watchOf(pin.function);
   const level = levels.value.get(address) ?? 0;
-  const driven = { id: `pin-${address}-drive`, label: t("io.drive", { n: address }), off: store.lease.value !== "mine", why: WHY };
+  const driven = { id: `pin-${address}-drive`, label: w("io.drive", { n: address }), off: store.lease.value !== "mine", why: WHY };
   if (kind === "output") {
     const is = levels.value.get(address) ?? pin.level ?? 0;
     const turn = () => setPin("output", [address, is === 0 ? 1 : 0]);
-    return <Do id={`pin-${address}-set`} aria-pressed={is !== 0} label={t("io.set", { n: address })} off={off} why={WHY} text={t(is === 0 ? "io.high" : "io.low")} press={turn} />;
+    return <Do id={`pin-${address}-set`} aria-pressed={is !== 0} label={w("io.set", { n: address })} off={off} why={WHY} text={w(is === 0 ? "io.high" : "io.low")} press={turn} />;
   }
   if (pin.frequency !== null) {
     const [, hertz, percent] = rowOf("signal")?.sets ?? [];
@@ -67,7 +71,7 @@ function Setting({ pin, off }: { pin: Pin; off: boolean }) {
       <>
         {number(hertz, frequency)}
         {number(percent, duty)}
-        <Do id={`pin-${address}-set`} class="small" label={t("io.set", { n: address })} off={off} why={WHY} text={t("io.signal")} press={setSignal} />
+        <Do id={`pin-${address}-set`} class="small" label={w("io.set", { n: address })} off={off} why={WHY} text={w("io.signal")} press={setSignal} />
       </>
     );
   }
@@ -81,7 +85,7 @@ function Setting({ pin, off }: { pin: Pin; off: boolean }) {
       </>
     );
   }
-  return <Do {...driven} class="quiet" aria-pressed={level !== 0} text={t(level === 0 ? "io.driveHigh" : "io.driveLow")} press={() => drive(address, { level: level === 0 })} />;
+  return <Do {...driven} class="quiet" aria-pressed={level !== 0} text={w(level === 0 ? "io.driveHigh" : "io.driveLow")} press={() => drive(address, { level: level === 0 })} />;
 }
 
 function PinRow({ pin, off }: { pin: Pin; off: boolean }) {
@@ -93,9 +97,9 @@ function PinRow({ pin, off }: { pin: Pin; off: boolean }) {
       <td>
         <Pick
           id={`pin-${address}-function`}
-          label={t("io.function.of", { n: address })}
+          label={w("io.function.of", { n: address })}
           value={pin.function}
-          options={(io.value?.functions ?? []).map(({ value, about }) => ({ value, text: value === 0 ? t("io.none") : words(about), disabled: pin.can !== null && !pin.can.includes(value) }))}
+          options={(io.value?.functions ?? []).map(({ value, about }) => ({ value, text: value === 0 ? w("io.none") : words(about), disabled: pin.can !== null && !pin.can.includes(value) }))}
           off={off}
           why={WHY}
           choose={(to) => setPin("function", [address, to])}
@@ -179,11 +183,11 @@ function Device({ row, off }: { row: Row; off: boolean }) {
       </div>
       <div class="readings">
         <button type="submit" disabled={off} aria-describedby={off ? WHY : undefined} data-testid={`device-${row.command}`}>
-          {t("io.send")}
+          {w("io.send")}
         </button>
         {tells.length > 0 ? (
           <Do id={`read-${row.command}`} aria-pressed={reads.value} off={!store.isUp.value} press={() => (reads.value = !reads.value)}>
-            {t(reads.value ? "io.reading" : "io.read")}
+            {w(reads.value ? "io.reading" : "io.read")}
           </Do>
         ) : null}
         {seen.value === null ? null : (
@@ -191,7 +195,7 @@ function Device({ row, off }: { row: Row; off: boolean }) {
             {isColor ? <span class="swatch" style={{ background: `rgb(${tells.map(({ name }) => seen.value?.[name] ?? 0).join(" ")})` }} /> : null}
             {tells.map(({ name, about, unit, kind }) => (
               <span key={name}>
-                {words(about)} <b>{kind === "switch" ? t(seen.value?.[name] ? "yes" : "io.no") : seen.value?.[name]}</b>
+                {words(about)} <b>{kind === "switch" ? (seen.value?.[name] ? t("yes") : w("io.no")) : seen.value?.[name]}</b>
                 {kind === "number" && unit !== "counts" ? ` ${words(unit)}` : ""}
               </span>
             ))}
@@ -209,13 +213,13 @@ export function Io() {
   const devices = (role: string) => known?.rows.filter((row) => row.role === role).map((row) => <Device key={row.command} row={row} off={off !== null} />);
   return (
     <div class="io">
-      <Card title={t("io.pins")} class="pins-card">
-        <p class={`jog-status ${off === null ? "" : "off"}`} id={WHY}>{t(off ?? "io.hint")}</p>
+      <Card title={w("io.pins")} class="pins-card">
+        <p class={`jog-status ${off === null ? "" : "off"}`} id={WHY}>{off === null ? w("io.hint") : t(off)}</p>
         {known === null ? (
           <p class="hint">{t(store.socket.value === "closed" ? "why.closed" : "link.connecting")}</p>
         ) : (
-          <table class="pins" aria-label={t("io.pins")}>
-            <Heads names={[t("io.pin"), t("io.function"), t("io.level"), t("io.setting")]} />
+          <table class="pins" aria-label={w("io.pins")}>
+            <Heads names={[w("io.pin"), w("io.function"), w("io.level"), w("io.setting")]} />
             <tbody>
               {known.pins.map((pin) => (
                 <PinRow key={pin.address} pin={pin} off={off !== null} />
@@ -225,8 +229,8 @@ export function Io() {
         )}
       </Card>
       <div class="io-side">
-        <Card title={t("io.sensors")}>{devices("sensor")}</Card>
-        <Card title={t("io.steppers")}>{devices("stepper")}</Card>
+        <Card title={w("io.sensors")}>{devices("sensor")}</Card>
+        <Card title={w("io.steppers")}>{devices("stepper")}</Card>
       </div>
     </div>
   );

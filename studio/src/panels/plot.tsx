@@ -4,6 +4,7 @@ import { useEffect, useRef } from "preact/hooks";
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
 import { t } from "../i18n";
+import { wordsOf } from "../words";
 import { save } from "../log";
 import { io, levels, watchOf, watchPins } from "../pins";
 import { at, beat, POSE, type Readings, readings, snapshot } from "../ring";
@@ -11,6 +12,9 @@ import { theme } from "../settings";
 import * as store from "../store";
 import { Card, Choice, Do, Heads, Range } from "../ui/parts";
 import "./plot.css";
+import texts from "./plot.json";
+
+const w = wordsOf(texts);
 
 type Group = "tip" | "joints" | "speed" | "queue" | "pins";
 const GROUPS: readonly Group[] = ["tip", "joints", "speed", "queue", "pins"];
@@ -31,12 +35,12 @@ function linesOf(group: Group): Line[] {
   const line = (name: string, unit: string, column: number, scale = 1): Line => ({ name, unit, column, scale });
   if (group === "tip") return [line("x", "mm", at.x), line("y", "mm", at.y), line("z", "mm", at.z), line("r", "°", at.r)];
   if (group === "joints") return (["j1", "j2", "j3", "j4"] as const).map((name) => line(name.toUpperCase(), "°", at[name]));
-  if (group === "speed") return [line(t("plot.speed"), "mm/s", at.speed)];
-  if (group === "queue") return [line(t("plot.left"), "", at.left)];
+  if (group === "speed") return [line(w("plot.speed"), "mm/s", at.speed)];
+  if (group === "queue") return [line(w("plot.left"), "", at.left)];
   const { counts = 1, volts = 1 } = io.value?.analog ?? {};
   return (io.value?.pins ?? []).flatMap(({ address, function: own }) => {
     const kind = watchOf(own);
-    const name = t("plot.pin", { n: address });
+    const name = w("plot.pin", { n: address });
     return kind === null ? [] : [kind === "analog" ? line(name, "V", at.pin + address, volts / counts) : line(name, "", at.pin + address)];
   });
 }
@@ -176,7 +180,7 @@ function Chart({ lines, source, span, back, live }: ChartProps) {
       chart?.destroy();
     };
   }, [lines.map(({ name }) => name).join(), source, span, back, live]);
-  return <div class="plot-place" ref={place} role="img" aria-label={t("plot.name")} aria-describedby="plot-table" data-testid="plot" />;
+  return <div class="plot-place" ref={place} role="img" aria-label={w("plot.name")} aria-describedby="plot-table" data-testid="plot" />;
 }
 
 /** An arm that stands is a level line, not its noise. */
@@ -224,16 +228,16 @@ export function Plots() {
         title={t("nav.plots")}
         more={
           <div class="sheet-buttons">
-            <Do id="plot-pause" aria-pressed={held.value !== null} text={t(held.value === null ? "plot.pause" : "plot.go")} press={() => hold(held.value === null)} />
+            <Do id="plot-pause" aria-pressed={held.value !== null} text={w(held.value === null ? "plot.pause" : "plot.go")} press={() => hold(held.value === null)} />
             <Do id="plot-export" class="quiet" off={from.count === 0} press={() => save(`${store.armName.value ?? "arm"}-readings.csv`, csv(source()))}>
-              {t("plot.export")}
+              {w("plot.export")}
             </Do>
           </div>
         }
       >
         <div class="plot-bar">
-          <Choice<Group> name="plot" label={t("plot.group")} value={group.value} choose={(value) => (group.value = value)} options={GROUPS.map((value) => ({ value, text: t(`plot.${value}`) }))} />
-          <Choice name="plot-span" label={t("plot.span")} value={span.value} choose={(value) => (span.value = value)} options={SPANS.map((value) => ({ value, text: `${value} s` }))} />
+          <Choice<Group> name="plot" label={w("plot.group")} value={group.value} choose={(value) => (group.value = value)} options={GROUPS.map((value) => ({ value, text: w(`plot.${value}`) }))} />
+          <Choice name="plot-span" label={w("plot.span")} value={span.value} choose={(value) => (span.value = value)} options={SPANS.map((value) => ({ value, text: `${value} s` }))} />
         </div>
         <div class="plot-legend">
           {lines.map((line, nth) => (
@@ -243,19 +247,19 @@ export function Plots() {
               <b>{high === 0 ? "–" : `${number(from.value(high - 1, line.column) * line.scale)} ${line.unit}`}</b>
             </span>
           ))}
-          {lines.length === 0 ? <p class="hint">{t("plot.noPins")}</p> : null}
+          {lines.length === 0 ? <p class="hint">{w("plot.noPins")}</p> : null}
         </div>
         <Chart lines={lines} source={source} span={Number(span.value)} back={back.value} live={held.value === null} />
         <label class="plot-scrub">
-          {t("plot.scrub")}
-          <Range id="plot-scrub" least={-Math.floor(all)} most={0} value={-back.value} text={t("plot.back", { n: back.value })} set={scrub} />
-          <output>{t("plot.back", { n: back.value })}</output>
+          {w("plot.scrub")}
+          <Range id="plot-scrub" least={-Math.floor(all)} most={0} value={-back.value} text={w("plot.back", { n: back.value })} set={scrub} />
+          <output>{w("plot.back", { n: back.value })}</output>
         </label>
       </Card>
-      <Card title={t("plot.last")}>
-        <div class="plot-table" role="region" aria-label={t("plot.last")} tabIndex={0}>
+      <Card title={w("plot.last")}>
+        <div class="plot-table" role="region" aria-label={w("plot.last")} tabIndex={0}>
           <table id="plot-table" data-testid="plot-table">
-            <Heads names={["s", ...POSE, "mm/s", t("plot.index"), t("plot.left"), t("alarms.title")]} />
+            <Heads names={["s", ...POSE, "mm/s", w("plot.index"), w("plot.left"), t("alarms.title")]} />
             <tbody>
               {rows.map((row, nth) => (
                 <tr key={nth}>

@@ -1,9 +1,9 @@
 // The table of points: a row a move, edited where it stands.
 import { useSignal } from "@preact/signals";
-import { type Key, t } from "../i18n";
 import { underWay } from "../teach/actions";
 import * as program from "../teach/rows";
 import { Heads, NumberInput, Pick } from "../ui/parts";
+import { type Word, w } from "../teach/words";
 
 const WAYS = ["joints", "line", "jump"] as const;
 const AXES = { move: ["x", "y", "z", "r"], joints: ["J1", "J2", "J3", "J4"] } as const;
@@ -34,25 +34,25 @@ function Motion({ row, nth }: { row: program.Row; nth: number }) {
   const kind = motion?.move ? "move" : motion?.joints ? "joints" : null;
   if (motion === null || kind === null) {
     return (
-      <td class="plain" colSpan={5} data-label={t("teach.way")}>{motion === null ? "–" : plain(motion)}</td>
+      <td class="plain" colSpan={5} data-label={w("teach.way")}>{motion === null ? "–" : plain(motion)}</td>
     );
   }
   const values = motion[kind] ?? [];
   const ways = kind === "move" ? WAYS : WAYS.slice(0, 2);
   return (
     <>
-      <td class="way-cell" data-label={t("teach.way")}>
+      <td class="way-cell" data-label={w("teach.way")}>
         <Pick
-          label={t("teach.wayOf", { n: nth + 1 })}
+          label={w("teach.wayOf", { n: nth + 1 })}
           value={motion.by ?? "joints"}
-          options={ways.map((way) => ({ value: way as string, text: t(`teach.${way}`) }))}
+          options={ways.map((way) => ({ value: way as string, text: w(`teach.${way}`) }))}
           choose={(by) => program.edit(nth, { motion: { ...motion, by } })}
         />
       </td>
       {AXES[kind].map((axis, at) => (
         <td key={axis} class="number" data-label={axis}>
           <NumberInput
-            label={t("teach.valueOf", { axis, n: nth + 1 })}
+            label={w("teach.valueOf", { axis, n: nth + 1 })}
             digits={2}
             value={values[at] ?? 0}
             set={(value) => program.edit(nth, { motion: { ...motion, [kind]: values.with(at, value) } })}
@@ -100,7 +100,7 @@ function Row({ row, nth, over }: { row: program.Row; nth: number; over: { value:
       <td class="pick-cell">
         <input
           type="checkbox"
-          aria-label={t("teach.pick", { n })}
+          aria-label={w("teach.pick", { n })}
           checked={program.picked.value.has(row)}
           data-testid={`teach-pick-${n}`}
           onChange={(event) => program.pick(row, event.currentTarget.checked)}
@@ -109,7 +109,7 @@ function Row({ row, nth, over }: { row: program.Row; nth: number; over: { value:
       <th
         scope="row"
         class="handle"
-        title={t("teach.drag")}
+        title={w("teach.drag")}
         onPointerDown={(event) => {
           event.currentTarget.setPointerCapture(event.pointerId);
           over.value = nth;
@@ -123,27 +123,27 @@ function Row({ row, nth, over }: { row: program.Row; nth: number; over: { value:
         <span aria-hidden="true">⠿</span>
         {n}
       </th>
-      <td class="name" data-label={t("teach.name")}>
+      <td class="name" data-label={w("teach.name")}>
         <input
           type="text"
           autocomplete="off"
           maxLength={80}
-          aria-label={t("teach.nameOf", { n })}
+          aria-label={w("teach.nameOf", { n })}
           value={row.name}
           onChange={(event) => program.edit(nth, { name: event.currentTarget.value.trim() })}
         />
       </td>
       <Motion row={row} nth={nth} />
-      <td class="tool-cell" data-label={t("teach.tool")}>
+      <td class="tool-cell" data-label={w("teach.tool")}>
         <Pick
-          label={t("teach.toolOf", { n })}
+          label={w("teach.toolOf", { n })}
           value={tool}
-          options={[...(tool === "both" ? ["both"] : []), ...Object.keys(TOOLS)].map((value) => ({ value, text: t(`teach.tool.${value}` as Key) }))}
+          options={[...(tool === "both" ? ["both"] : []), ...Object.keys(TOOLS)].map((value) => ({ value, text: w(`teach.tool.${value}` as Word) }))}
           choose={(name) => program.edit(nth, TOOLS[name] ?? {})}
         />
       </td>
-      <td class="number wait-cell" data-label={t("teach.wait")}>
-        <NumberInput label={t("teach.waitOf", { n })} digits={2} value={row.wait ?? 0} set={(wait) => program.edit(nth, { wait: wait > 0 ? wait : null })} />
+      <td class="number wait-cell" data-label={w("teach.wait")}>
+        <NumberInput label={w("teach.waitOf", { n })} digits={2} value={row.wait ?? 0} set={(wait) => program.edit(nth, { wait: wait > 0 ? wait : null })} />
       </td>
     </tr>
   );
@@ -152,11 +152,11 @@ function Row({ row, nth, over }: { row: program.Row; nth: number; over: { value:
 export function Points() {
   const over = useSignal<number | null>(null);
   const all = program.rows.value;
-  if (all.length === 0) return <p class="hint empty">{t("teach.empty")}</p>;
-  const heads = [t("teach.picked"), t("teach.n"), t("teach.name"), t("teach.way"), ...AXES.move, t("teach.tool"), t("teach.wait")];
+  if (all.length === 0) return <p class="hint empty">{w("teach.empty")}</p>;
+  const heads = [w("teach.picked"), w("teach.n"), w("teach.name"), w("teach.way"), ...AXES.move, w("teach.tool"), w("teach.wait")];
   return (
-    <div class="points-scroll" tabIndex={0} role="group" aria-label={t("teach.points")}>
-      <table class="points" aria-label={t("teach.points")}>
+    <div class="points-scroll" tabIndex={0} role="group" aria-label={w("teach.points")}>
+      <table class="points" aria-label={w("teach.points")}>
         <Heads names={heads} unseen={heads.slice(0, 1)} />
         <tbody>
           {all.map((row, nth) => (

@@ -2,6 +2,7 @@
 import { computed, effect, signal, useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { t } from "../i18n";
+import { wordsOf } from "../words";
 import * as check from "../run/check";
 import { change, found, isFound, type Place, place, type Point, setWidth, size, turned, wanted } from "../run/place";
 import { call } from "../session";
@@ -10,6 +11,9 @@ import { Do, Field, NumberInput } from "../ui/parts";
 import { boundsOf, type Frame, pathOf, UP, viewBox } from "../view/flat";
 import { drawn, watchWorld } from "../view/seen";
 import "./sheet.css";
+import texts from "./sheet.json";
+
+const w = wordsOf(texts);
 
 /** What is seen before the station has said what the arm reaches, and round it. */
 const ROOM = { x: -240, y: -340, width: 580, height: 680 };
@@ -135,7 +139,7 @@ export function Sheet({ hint }: { hint: string }) {
   };
   const isThere = now !== null && was !== null && wide + high > 0;
   return (
-    <section class="card sheet-card" aria-label={t("sheet.title")}>
+    <section class="card sheet-card" aria-label={w("sheet.title")}>
       <div
         class={`plane ${check.isChecking.value ? "checking" : ""}`}
         style={{ "--ratio": width / height }}
@@ -143,7 +147,7 @@ export function Sheet({ hint }: { hint: string }) {
         data-shown={isThere && !check.isChecking.value && isFound.value}
         role="group"
         tabIndex={0}
-        aria-label={t("sheet.name")}
+        aria-label={w("sheet.name")}
         aria-describedby="sheet-keys"
         onKeyDown={keys}
       >
@@ -197,11 +201,11 @@ export function Sheet({ hint }: { hint: string }) {
         </div>
       </div>
       <div class="cameras" role="group" aria-label={t("view.cameras")}>
-        <Do id="draw-near" aria-pressed={isNear.value} text={t("sheet.near")} press={() => (isNear.value = !isNear.value)} />
-        <Do id="draw-fit" aria-pressed={isThere && wanted.value === null} off={!isThere} text={t("sheet.fit")} press={() => (wanted.value = null)} />
-        <Do id="draw-ghost" aria-pressed={ghost.value} off={!isThere} text={t("sheet.ghost")} press={() => (ghost.value = !ghost.value)} />
+        <Do id="draw-near" aria-pressed={isNear.value} text={w("sheet.near")} press={() => (isNear.value = !isNear.value)} />
+        <Do id="draw-fit" aria-pressed={isThere && wanted.value === null} off={!isThere} text={w("sheet.fit")} press={() => (wanted.value = null)} />
+        <Do id="draw-ghost" aria-pressed={ghost.value} off={!isThere} text={w("sheet.ghost")} press={() => (ghost.value = !ghost.value)} />
       </div>
-      <p id="sheet-keys" class="hint">{t("sheet.keys")}</p>
+      <p id="sheet-keys" class="hint">{w("sheet.keys")}</p>
       <Placing off={!isThere} />
     </section>
   );
@@ -219,8 +223,8 @@ function Placing({ off }: { off: boolean }) {
   return (
     <div class="placing">
       {fields.map(({ name, unit, value, set }) => (
-        <Field key={name} label={t(`sheet.${name}`)} unit={unit}>
-          <NumberInput id={`draw-place-${name}`} label={t(`sheet.${name}`)} value={value} step={1} off={off} set={set} />
+        <Field key={name} label={w(`sheet.${name}`)} unit={unit}>
+          <NumberInput id={`draw-place-${name}`} label={w(`sheet.${name}`)} value={value} step={1} off={off} set={set} />
         </Field>
       ))}
     </div>

@@ -15,6 +15,7 @@ import { Pose } from "./pose";
 import { ArmCard } from "./tools";
 import "./run.css";
 import "./teach.css";
+import { w } from "../teach/words";
 
 /** Pins that may be outputs, by their addresses. */
 const PINS = 20;
@@ -28,21 +29,21 @@ function Add() {
   return (
     <>
       <div class="buttons-row add-bar">
-        <Do id="teach-add" class="primary" off={off} why={why} text={t("teach.add")} press={actions.capture} />
-        <Do id="teach-undo" off={!program.canUndo.value} text={t("teach.undo")} press={program.undo} />
-        <Do id="teach-redo" off={!program.canRedo.value} text={t("teach.redo")} press={program.redo} />
-        <Do id="teach-delete" off={program.rows.value.length === 0} text={count > 1 ? t("teach.deleteMany", { count }) : t("teach.delete")} press={program.remove} />
+        <Do id="teach-add" class="primary" off={off} why={why} text={w("teach.add")} press={actions.capture} />
+        <Do id="teach-undo" off={!program.canUndo.value} text={w("teach.undo")} press={program.undo} />
+        <Do id="teach-redo" off={!program.canRedo.value} text={w("teach.redo")} press={program.redo} />
+        <Do id="teach-delete" off={program.rows.value.length === 0} text={count > 1 ? w("teach.deleteMany", { count }) : w("teach.delete")} press={program.remove} />
       </div>
       <Why id={why} text={off ? t(store.why.value ?? "why.free") : null} />
       <details class="more">
-        <summary>{t("teach.more")}</summary>
+        <summary>{w("teach.more")}</summary>
         <div class="more-body">
-          <Switch id="teach-guide" label={t("teach.guide")} on={actions.guides.value} off={off} why={why} flip={actions.guide} />
+          <Switch id="teach-guide" label={w("teach.guide")} on={actions.guides.value} off={off} why={why} flip={actions.guide} />
           <div class="buttons-row">
-            <Do id="teach-wait" text={t("teach.addWait")} press={actions.addWait} />
-            <Times id="teach-pin" label={t("teach.pin")} least={1} most={PINS} value={pin} />
-            <Do id="teach-output-high" text={t("teach.high")} press={() => actions.addOutput(pin.value, true)} />
-            <Do id="teach-output-low" text={t("teach.low")} press={() => actions.addOutput(pin.value, false)} />
+            <Do id="teach-wait" text={w("teach.addWait")} press={actions.addWait} />
+            <Times id="teach-pin" label={w("teach.pin")} least={1} most={PINS} value={pin} />
+            <Do id="teach-output-high" text={w("teach.high")} press={() => actions.addOutput(pin.value, true)} />
+            <Do id="teach-output-low" text={w("teach.low")} press={() => actions.addOutput(pin.value, false)} />
           </div>
         </div>
       </details>
@@ -58,12 +59,12 @@ function Play() {
   const leads = program.rows.value[nth]?.motion !== null;
   return (
     <div class="buttons-row play">
-      <Do id="teach-play" class="primary" off={off} why="play-why" text={t("teach.play")} press={() => actions.play("all")} />
+      <Do id="teach-play" class="primary" off={off} why="play-why" text={w("teach.play")} press={() => actions.play("all")} />
       <Times id="teach-loops" label={t("run.times")} hint={t("run.times.hint")} value={actions.loops} />
-      <Do id="teach-from" off={off} why="play-why" text={t("teach.from", { n })} press={() => actions.play("from")} />
-      <Do id="teach-step" off={off} why="play-why" text={t("teach.one", { n })} press={() => actions.play("one")} />
-      <Do id="teach-again" off={store.why.value !== null || off || !leads} why="play-why" text={t("teach.again", { n })} press={() => actions.reteach(nth)} />
-      <span id="play-why" class="unseen">{why === null ? t("teach.empty") : t(why)}</span>
+      <Do id="teach-from" off={off} why="play-why" text={w("teach.from", { n })} press={() => actions.play("from")} />
+      <Do id="teach-step" off={off} why="play-why" text={w("teach.one", { n })} press={() => actions.play("one")} />
+      <Do id="teach-again" off={store.why.value !== null || off || !leads} why="play-why" text={w("teach.again", { n })} press={() => actions.reteach(nth)} />
+      <span id="play-why" class="unseen">{why === null ? w("teach.empty") : t(why)}</span>
     </div>
   );
 }
@@ -75,10 +76,10 @@ function Files() {
       <TextField
         id="teach-title"
         class="title"
-        label={t("teach.title")}
+        label={w("teach.title")}
         value={program.taught.value.title}
         most={60}
-        placeholder={t("teach.untitled")}
+        placeholder={w("teach.untitled")}
         set={(text) => program.change({ title: text.trim() })}
       />
       <Pick
@@ -88,7 +89,7 @@ function Files() {
         options={(["plan", "playback"] as const).map((value) => ({ value, text: t(`format.${value}`) }))}
         choose={(format) => (actions.format.value = format)}
       />
-      <Do id="teach-save" off={off || program.rows.value.length === 0} text={t("teach.save")} press={actions.save} />
+      <Do id="teach-save" off={off || program.rows.value.length === 0} text={w("teach.save")} press={actions.save} />
       <OpenFile id="teach-open" accept=".playback,.json,.plan,.csv,.xyz,.blockly,.xml" off={off} text={t("programs.open")} open={([file]) => file && actions.open(file)} />
     </div>
   );
@@ -115,7 +116,7 @@ export function Teach() {
       <div class="move-look">
         <ArmView />
         <Pose />
-        <Card title={t("teach.points")} class="points-card" more={<span class="hint">{t(isSaved ? "teach.isSaved" : "teach.unsaved")}</span>}>
+        <Card title={w("teach.points")} class="points-card" more={<span class="hint">{w(isSaved ? "teach.isSaved" : "teach.unsaved")}</span>}>
           <Add />
           <Points />
           <Play />

@@ -4,6 +4,7 @@ import { useEffect } from "preact/hooks";
 import { complain, tried } from "../actions";
 import type { Params } from "../client";
 import { t, told } from "../i18n";
+import { wordsOf } from "../words";
 import { save } from "../log";
 import { call, shown } from "../session";
 import * as store from "../store";
@@ -13,6 +14,9 @@ import { hand } from "../view/layers";
 import { begin, darkness, drawn, look, type Stroke, world, worldless } from "../view/seen";
 import { ArmView } from "../view/view";
 import "./world.css";
+import texts from "./world.json";
+
+const w = wordsOf(texts);
 
 /** Above everything: what is put there falls onto what is below. */
 const ABOVE = 300;
@@ -29,7 +33,7 @@ const place = (name: string, x: number, y: number) => done(() => call("world.pla
 const load = (text: string) =>
   done(async () => {
     const objects = await begin(text);
-    store.say(t("world.begun", { n: objects.length }));
+    store.say(w("world.begun", { n: objects.length }));
   });
 
 function Scenario({ off }: { off: boolean }) {
@@ -41,15 +45,15 @@ function Scenario({ off }: { off: boolean }) {
   const current = title === null && world.value?.table == null ? "" : (all.value.find((one) => one.title === title)?.name ?? "own");
   const noTeacher = store.role.value !== "teacher";
   return (
-    <Card title={t("world.scenario")}>
+    <Card title={w("world.scenario")}>
       <div class="row">
         <Pick
-          title={t("world.scenario.pick")}
+          title={w("world.scenario.pick")}
           id="world-scenario"
           value={current}
           options={[
-            { value: "", text: t("world.empty") },
-            ...(current === "own" ? [{ value: "own", text: title ?? t("world.own") }] : []),
+            { value: "", text: w("world.empty") },
+            ...(current === "own" ? [{ value: "own", text: title ?? w("world.own") }] : []),
             ...all.value.map((one) => ({ value: one.name, text: told(`scenario.${one.name}`, one.title ?? one.name) })),
           ]}
           off={off || noTeacher}
@@ -59,9 +63,9 @@ function Scenario({ off }: { off: boolean }) {
             if (name === "" || wanted) void load(wanted?.text ?? "");
           }}
         />
-        <OpenFile id="world-scenario-open" accept=".toml" off={off || noTeacher} why={off ? WHY : "world-note"} text={t("world.open")} open={async ([file]) => file && load(await file.text())} />
+        <OpenFile id="world-scenario-open" accept=".toml" off={off || noTeacher} why={off ? WHY : "world-note"} text={w("world.open")} open={async ([file]) => file && load(await file.text())} />
       </div>
-      <p class="hint" id="world-note">{t(noTeacher ? "world.teacher" : "world.note")}</p>
+      <p class="hint" id="world-note">{noTeacher ? t("world.teacher") : w("world.note")}</p>
     </Card>
   );
 }
@@ -70,14 +74,14 @@ function Objects({ off }: { off: boolean }) {
   const objects = world.value?.objects ?? [];
   if (objects.length === 0) return null;
   return (
-    <Card title={t("world.objects")}>
-      <p class="hint">{t("world.objects.hint")}</p>
+    <Card title={w("world.objects")}>
+      <p class="hint">{w("world.objects.hint")}</p>
       <ul class="objects">
         {objects.map(({ name, color, held, at: [x = 0, y = 0, z = 0] }) => {
           const field = (axis: "x" | "y", value: number) => (
             <label>
               {axis}
-              <NumberInput label={t("world.object.axis", { name, axis })} value={value} step={5} off={off} why={WHY} set={(to) => void place(name, axis === "x" ? to : x, axis === "y" ? to : y)} />
+              <NumberInput label={w("world.object.axis", { name, axis })} value={value} step={5} off={off} why={WHY} set={(to) => void place(name, axis === "x" ? to : x, axis === "y" ? to : y)} />
             </label>
           );
           return (
@@ -85,7 +89,7 @@ function Objects({ off }: { off: boolean }) {
               <span class="swatch" style={{ background: color }} />
               <b>
                 {name}
-                {held ? <small>{t("world.held")}</small> : null}
+                {held ? <small>{w("world.held")}</small> : null}
               </b>
               {field("x", x)}
               {field("y", y)}
@@ -113,14 +117,14 @@ function Paper() {
   const frame = kept.length === 0 ? { x: 150, y: -150, width: 150, height: 300 } : boundsOf(kept, 5);
   return (
     <Card
-      title={t("world.paper")}
+      title={w("world.paper")}
       more={
         <Do id="world-paper-save" class="quiet small" off={strokes.length === 0} press={() => save(`${store.armName.value}-drawing.svg`, svg)}>
-          {t("world.paper.save")}
+          {w("world.paper.save")}
         </Do>
       }
     >
-      <svg class={`paper ${strokes.length === 0 ? "blank" : ""}`} data-testid="world-paper" role="img" aria-label={t("world.paper.text", { n: strokes.length })} viewBox={viewBox(frame)}>
+      <svg class={`paper ${strokes.length === 0 ? "blank" : ""}`} data-testid="world-paper" role="img" aria-label={w("world.paper.text", { n: strokes.length })} viewBox={viewBox(frame)}>
         <g transform={UP}>
           {table == null ? null : <rect {...boundsOf(kept)} />}
           {[...lines].map(([look, { of: { burnt, points }, data }]) => (
@@ -128,7 +132,7 @@ function Paper() {
           ))}
         </g>
       </svg>
-      {strokes.length === 0 ? <p class="hint" data-testid="world-paper-none">{t(world.value?.draws == null ? "world.draws.none" : "world.paper.none")}</p> : null}
+      {strokes.length === 0 ? <p class="hint" data-testid="world-paper-none">{w(world.value?.draws == null ? "world.draws.none" : "world.paper.none")}</p> : null}
     </Card>
   );
 }
@@ -154,8 +158,8 @@ function Guide() {
   const limits = store.model.value?.limits;
   if (state === null || limits === undefined) return null;
   return (
-    <div class="guide" role="group" aria-label={t("world.guide")}>
-      <p class="hint">{t("world.guide.text")}</p>
+    <div class="guide" role="group" aria-label={w("world.guide")}>
+      <p class="hint">{w("world.guide.text")}</p>
       {JOINTS.map((joint, at) => (
         <label key={joint}>
           <b>{joint.toUpperCase()}</b>
@@ -178,14 +182,14 @@ function Hands({ off }: { off: boolean }) {
   const seen = world.value;
   const press = (long: boolean) => done(() => call("world.press", { ...shown(), long }));
   return (
-    <Card title={t("world.hands")}>
-      <div class="row" role="group" aria-label={t("world.key")}>
-        <Do id="world-press" off={off} why={WHY} text={t("world.press")} press={() => press(false)} />
-        <Do id="world-press-long" off={off} why={WHY} text={t("world.press.long")} press={() => press(true)} />
+    <Card title={w("world.hands")}>
+      <div class="row" role="group" aria-label={w("world.key")}>
+        <Do id="world-press" off={off} why={WHY} text={w("world.press")} press={() => press(false)} />
+        <Do id="world-press-long" off={off} why={WHY} text={w("world.press.long")} press={() => press(true)} />
       </div>
-      <Switch id="world-unlock" label={t("world.unlock")} on={seen?.unlocked ?? null} off={off} why={WHY} flip={(held) => done(() => call("world.unlock", { ...shown(), held }))} />
+      <Switch id="world-unlock" label={w("world.unlock")} on={seen?.unlocked ?? null} off={off} why={WHY} flip={(held) => done(() => call("world.unlock", { ...shown(), held }))} />
       {seen?.unlocked && !off ? <Guide /> : null}
-      <Switch id="world-plugged" label={t("world.plugged")} on={seen?.plugged ?? null} off={off} why={WHY} flip={(plugged) => done(() => call("world.unplug", { ...shown(), plugged }))} />
+      <Switch id="world-plugged" label={w("world.plugged")} on={seen?.plugged ?? null} off={off} why={WHY} flip={(plugged) => done(() => call("world.unplug", { ...shown(), plugged }))} />
     </Card>
   );
 }
@@ -201,17 +205,17 @@ function Faults({ off }: { off: boolean }) {
     </Field>
   );
   return (
-    <Card title={t("world.faults")}>
-      <p class="hint">{t("world.faults.text")}</p>
+    <Card title={w("world.faults")}>
+      <p class="hint">{w("world.faults.text")}</p>
       <div class="row">
-        {number(t("world.slip.joint"), joint, 1, 4)}
-        {number(t("world.slip.by"), degrees, -90, 90)}
-        <Do id="world-slip" off={off} why={WHY} text={t("world.slip")} press={() => fault({ fault: "slip", joint: joint.value, degrees: degrees.value })} />
+        {number(w("world.slip.joint"), joint, 1, 4)}
+        {number(w("world.slip.by"), degrees, -90, 90)}
+        <Do id="world-slip" off={off} why={WHY} text={w("world.slip")} press={() => fault({ fault: "slip", joint: joint.value, degrees: degrees.value })} />
       </div>
       <div class="row">
-        {number(t("world.alarm.code"), code, 0, 255)}
-        <Do id="world-alarm" off={off} why={WHY} text={t("world.alarm")} press={() => fault({ fault: "alarm", alarm: code.value })} />
-        <Do id="world-reset" off={off} why={WHY} text={t("world.reset")} press={() => fault({ fault: "reset" })} />
+        {number(w("world.alarm.code"), code, 0, 255)}
+        <Do id="world-alarm" off={off} why={WHY} text={w("world.alarm")} press={() => fault({ fault: "alarm", alarm: code.value })} />
+        <Do id="world-reset" off={off} why={WHY} text={w("world.reset")} press={() => fault({ fault: "reset" })} />
       </div>
     </Card>
   );
@@ -232,7 +236,7 @@ export function World() {
   }, []);
   if (worldless.value || store.arm.value?.virtual === false || store.backend.value === "none") {
     return (
-      <Card title={t("nav.world")}><p>{t(store.backend.value === "none" ? "why.closed" : "world.none")}</p></Card>
+      <Card title={t("nav.world")}><p>{store.backend.value === "none" ? t("why.closed") : w("world.none")}</p></Card>
     );
   }
   return (

@@ -3,7 +3,6 @@ import { computed, effect, signal } from "@preact/signals";
 import { tried } from "../actions";
 import type { Plan, PlanStep } from "../api";
 import type { Told } from "../client";
-import { t } from "../i18n";
 import { save as download } from "../log";
 import * as jobs from "../run/jobs";
 import * as library from "../run/programs";
@@ -11,6 +10,7 @@ import { call, notified, shown } from "../session";
 import * as store from "../store";
 import { type Lines, show } from "../view/layers";
 import * as program from "./rows";
+import { w } from "./words";
 
 /** What is played: its job, and which steps of its plan belong to which row. */
 const playing = signal<{ job: string; first: number[]; from: number } | null>(null);
@@ -90,7 +90,7 @@ function mark(): void {
 
 async function plan(rows = program.rows.value) {
   const { title, tool, surface } = program.taught.value;
-  return call("teach.plan", { title: title || t("teach.untitled"), tool: (tool as "none" | number[] | null), surface, rows: rows as Array<typeof rows[number] & { motion: PlanStep | null }> });
+  return call("teach.plan", { title: title || w("teach.untitled"), tool: (tool as "none" | number[] | null), surface, rows: rows as Array<typeof rows[number] & { motion: PlanStep | null }> });
 }
 
 /** Plays all, or what begins with a row, or one row alone. */
@@ -105,13 +105,13 @@ export const play = (what: "all" | "from" | "one") =>
     // As `magician teach` plays: where the points are, and the tool stays at the one where it ends.
     const setup = { raw: true, stay: true };
     const order = { text: JSON.stringify(made), format: "plan", setup, ...from, ...(what === "all" ? { loops: loops.value } : {}) };
-    const job = await jobs.start(order, program.taught.value.title || t("teach.untitled"), "");
+    const job = await jobs.start(order, program.taught.value.title || w("teach.untitled"), "");
     if (job !== null) playing.value = { job, first, from: only ? at : 0 };
   });
 
 /** What this page has saved may be replaced by it without a question. */
 const own = new Set<string>();
-const fileName = () => library.nameOf(program.taught.value.title || t("teach.untitled"));
+const fileName = () => library.nameOf(program.taught.value.title || w("teach.untitled"));
 
 /** Keeps the program in the library, where `#/run` finds it, and gives it as a file. */
 export const save = () =>
@@ -134,10 +134,10 @@ export const save = () =>
       await library.list();
       const entry = library.programs.value.find((one) => one.name === to);
       if (entry) download(to, await library.get(entry));
-      if (lost.length > 0) store.say(t("teach.lost", { what: lost.join("; ") }), true);
+      if (lost.length > 0) store.say(w("teach.lost", { what: lost.join("; ") }), true);
     }
     if (program.rows.value === rows) program.markSaved();
-    store.say(t("teach.saved", { name }));
+    store.say(w("teach.saved", { name }));
   });
 
 /** A file that is no plan, as one: the station converts it, and keeps nothing of that. */

@@ -128,21 +128,30 @@ fn every_language_has_every_sentence_and_its_values() {
 }
 
 #[test]
-fn sentences_of_the_class_are_in_every_language_with_their_values() {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../studio/src/panels/class/words.json");
-    let json = std::fs::read(&file).expect("the sentences");
-    let mut texts: BTreeMap<String, BTreeMap<String, String>> =
-        serde_json::from_slice(&json).expect("sentences by language and key");
-    let english = texts.remove("en").expect("English");
-    assert!(!texts.is_empty() && english.len() > 80);
-    for (name, texts) in &texts {
-        let differs: Vec<_> = { english.keys().chain(texts.keys()) }
-            .filter(|key| {
-                let in_both = english.get(*key).zip(texts.get(*key));
-                in_both.is_none_or(|(english, text)| values(english) != values(text))
-            })
-            .collect();
-        assert!(differs.is_empty(), "{name}: {differs:?}");
+fn sentences_of_panels_are_in_every_language_with_their_values() {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../studio/src");
+    for file in [
+        "panels/class/words.json",
+        "panels/pins.json",
+        "panels/plot.json",
+        "panels/sheet.json",
+        "panels/world.json",
+        "teach/words.json",
+    ] {
+        let json = std::fs::read(source.join(file)).expect("the sentences");
+        let mut texts: BTreeMap<String, BTreeMap<String, String>> =
+            serde_json::from_slice(&json).expect("sentences by language and key");
+        let english = texts.remove("en").expect("English");
+        assert!(!texts.is_empty() && english.len() > 4, "{file}");
+        for (name, texts) in &texts {
+            let differs: Vec<_> = { english.keys().chain(texts.keys()) }
+                .filter(|key| {
+                    let in_both = english.get(*key).zip(texts.get(*key));
+                    in_both.is_none_or(|(english, text)| values(english) != values(text))
+                })
+                .collect();
+            assert!(differs.is_empty(), "{file}, {name}: {differs:?}");
+        }
     }
 }
 

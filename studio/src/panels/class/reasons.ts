@@ -1,9 +1,12 @@
 // Why pupils and their programs wait, in words.
 import { clockOf, type Place } from "../../class";
-import { w, words } from "./words";
+import { isWord, w } from "./words";
 
 /** Why a program waits; a reason that the page does not know is said as it came. */
-export const reasonOf = (reason: string | null): string => (reason === null ? w("class.reason.front") : (words()[`class.reason.${reason}`] ?? reason));
+export function reasonOf(reason: string | null): string {
+  const key = `class.reason.${reason ?? "front"}`;
+  return isWord(key) ? w(key) : String(reason);
+}
 
 /** Why somebody at this place waits longer than for the turns before; null if for nothing else. */
 export function whyWaits({ reason, from }: Place): string | null {
