@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use magician::Arm;
-use magician_site::carrier::{CarrierError, NodeOptions, ServedArm, SiteNode, ZenohSite};
+use magician_site::carrier::{
+    CarrierError, LINGER_FLAW, NodeOptions, ServedArm, SiteNode, ZenohSite,
+};
 use magician_site::{
     ArmAt, Caller, Channel, FromStation, Site, SiteError, SiteEvent, SiteEvents, ToStation,
 };
@@ -17,6 +19,11 @@ use tokio::time::timeout;
 
 /// Everything here takes milliseconds; a machine under load gets this.
 const PATIENCE: Duration = Duration::from_secs(30);
+
+#[test]
+fn builds_of_the_repository_close_links_without_lingering() {
+    assert_eq!(LINGER_FLAW, None);
+}
 
 struct Lab {
     folder: TempDir,

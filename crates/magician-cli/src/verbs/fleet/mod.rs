@@ -161,6 +161,7 @@ mod with {
     use super::{Deed, Fleet};
     use crate::context::Context;
     use crate::failure::{Failure, Kind};
+    use crate::verbs::serve::tell_flaw;
 
     /// A site that is joined shows its arms within this.
     const GATHERING: Duration = Duration::from_millis(700);
@@ -184,6 +185,7 @@ mod with {
                         .hint("give --site NAME, as the stations have it, or set MAGICIAN_SITE"));
                 };
                 let name = name.parse().map_err(Failure::usage)?;
+                tell_flaw();
                 Ok::<_, Failure>(ZenohSite::join(name, config).await?)
             };
             match self.deed {

@@ -132,10 +132,19 @@ impl SiteFlags {
             config: self.site_config.clone(),
         };
         let node = SiteNode::join(options, station.clone(), tokens.clone()).await?;
+        tell_flaw();
         Ok(Some(Joined {
             name: name.clone(),
             node,
         }))
+    }
+}
+
+/// Says once what is wrong with this build.
+#[cfg(feature = "site")]
+pub(crate) fn tell_flaw() {
+    if let Some(flaw) = magician_site::carrier::LINGER_FLAW {
+        crate::paint::tell(flaw);
     }
 }
 
