@@ -1,5 +1,6 @@
 //! What a class asks of several stations at once, and what they answer together.
 
+use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 use magician::ErrorKind;
@@ -112,7 +113,9 @@ impl Hub {
         match self.undone(gather) {
             None => Ok(json!({ list: done })),
             Some((kind, which)) => {
-                Err(RpcError::arm(kind, not_everywhere(method, &which)).with(list, done))
+                let error = RpcError::arm(kind, not_everywhere(method, &which));
+                let missing = self.missing(gather);
+                Err(error.with(list, done).with("missing", missing))
             }
         }
     }
@@ -304,16 +307,71 @@ impl Hub {
                 (None, Some((_, shown))) => Ok(shown),
                 (None, None) => Err(nobody_answers()),
                 (Some((kind, which)), _) => {
-                    Err(RpcError::arm(kind, not_everywhere(method, &which)))
+                    let error = RpcError::arm(kind, not_everywhere(method, &which));
+                    Err(error.with("missing", self.missing(gather)))
                 }
             },
-            Gathers::Alike => match (lists.into_iter().next(), error) {
-                (Some((_, shown)), _) => Ok(shown),
+            Gathers::Alike => match (self.alike(gather, &lists), error) {
+                (Some(shown), _) => Ok(shown),
                 (None, Some(error)) => Err(error),
                 (None, None) => Err(nobody_answers()),
             },
             _ => Ok(merged(self)),
         })
+    }
+
+    /// The class or schedule that most of the stations with one have, with the arms of those that have another or none (`differ`)
+    /// and of those that do not answer (`missing`), where there are such.
+    fn alike(&self, gather: &mut Gather, lists: &[(StationId, Value)]) -> Option<Value> {
+        let text = |answer: &Value| {
+            let text = answer.get("text").unwrap_or(answer).clone();
+            let is_blank = text.as_str().is_some_and(|text| text.trim().is_empty());
+            if is_blank { Value::Null } else { text }
+        };
+        let texts: Vec<_> = lists.iter().map(|(_, answer)| text(answer)).collect();
+        let weight = |at: usize| {
+            let like = texts.iter().filter(|other| **other == texts[at]).count();
+            (!texts[at].is_null(), like, Reverse(at))
+        };
+        let most = (0..lists.len()).max_by_key(|at| weight(*at))?;
+        let mut shown = lists[most].1.clone();
+        let arms_of = |station: &StationId| {
+            let known = self.stations.get(station);
+            known.map(|(_, arms)| arms.clone()).unwrap_or_default()
+        };
+        let others = { lists.iter().zip(&texts) }.filter(|(_, text)| **text != texts[most]);
+        // By their arms: numbers of stations say nothing to a person.
+        let differ: BTreeMap<_, _> = others
+            .map(|((station, _), text)| {
+                let (arms, machine) = (arms_of(station), self.machine_of(*station));
+                let shown = json!({"arms": arms, "machine": machine, "none": text.is_null()});
+                ((arms, *station), shown)
+            })
+            .collect();
+        let differ: Vec<_> = differ.into_values().collect();
+        let gone = { self.arms.iter() }.filter(|(_, place)| place.at.is_empty());
+        gather.beyond.extend(gone.map(|(name, _)| name.clone()));
+        let refused = gather.parts.iter().filter(|(_, part)| part.is_err());
+        let refused = refused.filter_map(|(station, _)| station.as_ref());
+        gather.beyond.extend(refused.flat_map(arms_of));
+        for (member, value) in [
+            ("differ", json!(differ)),
+            ("missing", json!(self.missing(gather))),
+        ] {
+            if value != json!([]) {
+                shown[member] = value;
+            }
+        }
+        Some(shown)
+    }
+
+    /// The machine of a station, as far as it has said so.
+    fn machine_of(&self, station: StationId) -> Option<&str> {
+        let mut known = self
+            .arms
+            .values()
+            .filter_map(|place| place.at.get(&station));
+        known.find_map(|news| news.as_ref().map(|(_, news)| news.machine.as_str()))
     }
 
     /// The same request of a client, which waits on.
