@@ -12,8 +12,10 @@ use serde_json::{Map, Value, json};
 use super::requests::Call;
 use super::socket::{Gather, GatherId, Gathers, Way};
 use super::turns::{items, nobody_answers};
-use super::{ArmPlace, Hub, SocketId};
-use crate::site::StationId;
+use super::{ArmPlace, Hub, HubAct, RequestId, SocketId};
+use crate::message::EXPECT;
+use crate::roster::Roster;
+use crate::site::{ArmAt, StationId};
 
 impl Hub {
     /// A method of classes that several stations answer.
@@ -223,6 +225,37 @@ impl Hub {
         }
     }
 
+    /// All stations are told to expect the arms that are there, beside those that are expected already. Nobody waits for it.
+    fn expect_present(&mut self, socket: SocketId) {
+        let mut roster = Roster::default();
+        for (name, place) in &self.arms {
+            let mut news = place.at.values().flatten();
+            let machine = news.next().map_or("", |(_, news)| &news.machine);
+            if place.expected || !place.at.is_empty() {
+                roster.expect(name.clone(), machine);
+            }
+        }
+        let params: Value = serde_json::from_str(&roster.to_text()).unwrap_or_default();
+        let text = json!({"jsonrpc": "2.0", "id": 0, "method": EXPECT, "params": params});
+        let token = { self.sockets.get(&socket) }.and_then(|open| open.token.clone());
+        let stations = self.stations.iter().filter_map(|(station, (_, arms))| {
+            let (arm, station) = (arms.first()?.clone(), *station);
+            Some(ArmAt { arm, station })
+        });
+        for at in stations.collect::<Vec<_>>() {
+            let request = RequestId(self.next_id());
+            self.acts.push_back(HubAct::Call {
+                request,
+                socket,
+                at,
+                token: token.clone(),
+                text: text.to_string(),
+                ends: false,
+            });
+        }
+        self.expects(&roster);
+    }
+
     /// What stations have answered; none where more is asked of them first.
     pub(super) fn class_gathered(
         &mut self,
@@ -304,7 +337,12 @@ impl Hub {
                 }
             }
             Gathers::Everywhere(method) => match (self.undone(gather), lists.into_iter().next()) {
-                (None, Some((_, shown))) => Ok(shown),
+                (None, Some((_, shown))) => {
+                    if method == "class.set" {
+                        self.expect_present(gather.socket);
+                    }
+                    Ok(shown)
+                }
                 (None, None) => Err(nobody_answers()),
                 (Some((kind, which)), _) => {
                     let error = RpcError::arm(kind, not_everywhere(method, &which));

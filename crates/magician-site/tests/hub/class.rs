@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use magician_site::StationId;
+use magician_site::message::EXPECT;
 use magician_station::Peer;
 use serde_json::{Value, json};
 
@@ -459,4 +460,22 @@ async fn stations_with_another_class_or_no_answer_are_named_beside_the_class_of_
     assert!(class.get("missing").is_none(), "{class}");
     let schedule = teacher.ok("schedule.get", json!({})).await;
     assert!(schedule.get("differ").is_none(), "{schedule}");
+}
+
+#[tokio::test(start_paused = true)]
+async fn class_that_all_stations_have_taken_expects_the_arms_that_are_there() {
+    let bench = class(2, &[]).await;
+    let mut teacher = bench.join("Ms Lee").await;
+    let told = || {
+        let calls = bench.site.calls.lock().unwrap();
+        calls.iter().filter(|method| *method == EXPECT).count()
+    };
+    teacher.ok("class.set", json!({"text": CLASS})).await;
+    assert_eq!(told(), 2);
+    bench.site.cut(2);
+    teacher.live(Duration::from_secs(700)).await;
+    let frozen = teacher.fails("class.freeze", json!({})).await;
+    assert_eq!(frozen["data"]["missing"], json!(["arm1"]), "{frozen}");
+    teacher.fails("class.set", json!({"text": CLASS})).await;
+    assert_eq!(told(), 2, "a class that is not everywhere changes nothing");
 }
