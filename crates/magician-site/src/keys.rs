@@ -118,6 +118,19 @@ impl Keys {
         format!("magician/{}/{arm}/alive/*", self.site)
     }
 
+    /// Where a station answers with its roster. No arm is called so, and `*` does not mean it: parts that begin with `@` are meant
+    /// by themselves alone.
+    #[must_use]
+    pub fn roster(&self, station: StationId) -> String {
+        format!("magician/{}/@roster/{station}", self.site)
+    }
+
+    /// All rosters.
+    #[must_use]
+    pub fn all_rosters(&self) -> String {
+        format!("magician/{}/@roster/*", self.site)
+    }
+
     /// The keys of a session's channel.
     #[must_use]
     pub fn channel<'a>(&'a self, arm: &'a str, channel: u128) -> ChannelKeys<'a> {

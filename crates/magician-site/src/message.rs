@@ -170,12 +170,18 @@ pub enum Act {
 #[must_use]
 pub fn act(text: &str) -> Act {
     let method = Message::parse(text).ok();
+    let is_expect = { method.as_ref() }.is_some_and(|message| message.method == EXPECT);
     match method.and_then(|message| Method::named(&message.method)) {
         Some(method) if method.always => Act::Stops,
         Some(method) if method.role != Role::Viewer => Act::Does,
+        None if is_expect => Act::Does,
         _ => Act::Looks,
     }
 }
+
+/// The method by which a teacher writes the roster of a station: `{"arms": [{"arm", "machine"}]}`. It is the site's own; the station
+/// does not know it.
+pub const EXPECT: &str = "site.expect";
 
 const NAMELESS: &str =
     "`station` is missing: what does more than to look or stop names the station that is meant";
@@ -383,6 +389,7 @@ mod tests {
             ("arm.move", calls.clone(), Heard::Refused(NAMELESS)),
             ("job.start", calls.clone(), Heard::Refused(NAMELESS)),
             ("preset.remove", calls.clone(), Heard::Refused(NAMELESS)),
+            (EXPECT, calls.clone(), Heard::Refused(NAMELESS)),
             ("arm.state", calls.clone(), calls.clone()),
             ("job.check", calls.clone(), calls.clone()),
             ("arm.stop", stops.clone(), stops.clone()),

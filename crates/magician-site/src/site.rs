@@ -10,6 +10,7 @@ use serde_json::Value;
 use tokio::sync::Notify;
 
 use crate::channel::Channel;
+use crate::roster::Roster;
 
 /// A station of a site: another one at each start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -132,6 +133,12 @@ pub trait Site: Send + Sync + 'static {
         caller: &'a Caller,
         request: String,
     ) -> Later<'a, Result<Option<String>, SiteError>>;
+
+    /// The arms that are expected, by the rosters of all stations that answer in time. Anybody on the network may answer as well, so it
+    /// can have names that nobody has written.
+    fn roster(&self) -> Later<'_, Roster> {
+        Box::pin(async { Roster::default() })
+    }
 
     /// Opens a session with a station: the equal of a WebSocket to it. Its first message is `session.hello`, with the token.
     fn open(&self, station: StationId) -> Later<'_, Result<Channel, SiteError>>;

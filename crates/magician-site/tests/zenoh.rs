@@ -5,9 +5,12 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use magician::Arm;
-use magician_site::carrier::{CarrierError, NodeOptions, ServedArm, SiteNode, ZenohSite};
+use magician_site::carrier::{
+    CarrierError, LINGER_FLAW, NodeOptions, ServedArm, SiteNode, ZenohSite,
+};
+use magician_site::message::EXPECT;
 use magician_site::{
-    ArmAt, Caller, Channel, FromStation, Site, SiteError, SiteEvent, SiteEvents, ToStation,
+    ArmAt, Caller, Channel, FromStation, Roster, Site, SiteError, SiteEvent, SiteEvents, ToStation,
 };
 use magician_station::http::TokenStore;
 use magician_station::{ArmEntry, Role, RunningStation, StationConfig};
@@ -17,6 +20,11 @@ use tokio::time::timeout;
 
 /// Everything here takes milliseconds; a machine under load gets this.
 const PATIENCE: Duration = Duration::from_secs(30);
+
+#[test]
+fn builds_of_the_repository_close_links_without_lingering() {
+    assert_eq!(LINGER_FLAW, None);
+}
 
 struct Lab {
     folder: TempDir,
@@ -77,6 +85,7 @@ impl Lab {
                 is_virtual: true,
             }],
             config: Some(config.to_owned()),
+            roster: Some(config.with_extension("roster")),
         };
         let joined = SiteNode::join(options, station.clone(), self.tokens.clone()).await;
         (station, joined)
@@ -285,4 +294,88 @@ async fn a_wrong_token_closes_a_session_with_its_code() {
             return;
         }
     }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn roster_is_kept_by_stations_and_a_stranger_only_adds_to_it() {
+    let lab = Lab::new();
+    let port = free_port();
+    let config = lab.config("a", Some(port), &[]);
+    let (_station, node) = lab.node("a", &config).await;
+    let site = lab.site(&[port]).await;
+    let mut events = site.watch();
+    let (at, _) = arrives(&mut events, "a").await;
+    assert!(site.roster().await.is_empty());
+
+    let expected = json!({"arms": [{"arm": "a", "machine": "m"}, {"arm": "b", "machine": "m"}]});
+    let write = |params: &Value| request(EXPECT, params);
+    let student = lab.caller();
+    let refused = site.call(&at, &student, write(&expected)).await;
+    assert!(refused.unwrap().unwrap().contains("-32001"));
+    assert!(site.roster().await.is_empty());
+    let (_, token) = lab.tokens.create(None, Role::Teacher).unwrap();
+    let teacher = Caller {
+        token: Some(token),
+        client: "desk".to_owned(),
+    };
+    let wrong = json!({"arms": [{"arm": "*"}]});
+    let refused = site.call(&at, &teacher, write(&wrong)).await;
+    assert!(refused.unwrap().unwrap().contains("-32602"));
+    let written = site.call(&at, &teacher, write(&expected)).await;
+    assert!(written.unwrap().unwrap().contains("result"));
+    let names =
+        |roster: &Roster| -> Vec<_> { roster.arms().map(|(arm, _)| arm.to_owned()).collect() };
+    assert_eq!(names(&site.roster().await), ["a", "b"]);
+    // It is on disk.
+    let kept = std::fs::read_to_string(config.with_extension("roster")).unwrap();
+    assert_eq!(Roster::parse(&kept).unwrap(), site.roster().await);
+
+    // Somebody on the network with rosters of their own: one that hides, one that adds, one that is none.
+    let stranger = lab.config("stranger", Some(free_port()), &[port]);
+    let stranger = zenoh::open(zenoh::Config::from_file(stranger).unwrap());
+    let stranger = stranger.await.unwrap();
+    let mut declared = Vec::new();
+    for (station, said) in [
+        (1, r#"{"arms": []}"#),
+        (
+            2,
+            r#"{"arms": [{"arm": "a", "machine": "elsewhere"}, {"arm": "ghost"}]}"#,
+        ),
+        (3, r#"{"arms": [{"arm": "c", "gone": "a"}]}"#),
+        (4, "no roster"),
+    ] {
+        let key = format!("magician/lab/@roster/{station:016x}");
+        let said = said.to_owned();
+        let answer = move |query: zenoh::query::Query| {
+            let said = said.clone();
+            std::thread::spawn(move || {
+                let _ = zenoh::Wait::wait(query.reply(query.key_expr().clone(), said));
+            });
+        };
+        declared.push(
+            stranger
+                .declare_queryable(key)
+                .callback(answer)
+                .await
+                .unwrap(),
+        );
+    }
+    let ghost = async {
+        while !site.roster().await.has("ghost") {
+            tokio::task::yield_now().await;
+        }
+    };
+    timeout(PATIENCE, ghost).await.unwrap();
+    let roster = site.roster().await;
+    assert_eq!(names(&roster), ["a", "b", "ghost"]);
+    drop(declared);
+    node.leave().await;
+    // A station that starts again has what it was told.
+    let (_station, _node) = lab.node("a", &config).await;
+    let back = async {
+        while names(&site.roster().await) != ["a", "b"] {
+            tokio::task::yield_now().await;
+        }
+    };
+    timeout(PATIENCE, back).await.unwrap();
 }

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use crate::columns::Columns;
 use crate::context::Context;
-use crate::failure::Failure;
+use crate::failure::{Failure, Kind};
 use crate::output::Output;
 
 #[derive(Args, Debug)]
@@ -131,6 +131,51 @@ fn list(context: &mut Context, class: &Value, html: Option<&Path>) -> Result<(),
     })
 }
 
+/// Fails where the stations of a site have not all answered the same; one station alone always has.
+fn alike(shown: &Value) -> Result<(), Failure> {
+    let names = |arms: &Value| {
+        let arms = arms.as_array().into_iter().flatten();
+        let names: Vec<_> = arms.filter_map(Value::as_str).collect();
+        names.join(", ")
+    };
+    let mut flaws = Vec::new();
+    for (member, what) in [
+        (
+            "differ",
+            if shown.get("class").is_some() {
+                "class"
+            } else {
+                "schedule"
+            },
+        ),
+        ("differ_in_schedule", "schedule"),
+    ] {
+        for station in shown[member].as_array().into_iter().flatten() {
+            let has = if station["none"] == true {
+                "no"
+            } else {
+                "another"
+            };
+            let machine = station["machine"].as_str();
+            let machine = machine.map_or_else(String::new, |machine| format!(" (on {machine})"));
+            flaws.push(format!(
+                "{has} {what} at {}{machine}",
+                names(&station["arms"])
+            ));
+        }
+    }
+    let missing = names(&shown["missing"]);
+    if !missing.is_empty() {
+        flaws.push(format!("no answer from {missing}"));
+    }
+    if flaws.is_empty() {
+        return Ok(());
+    }
+    let message = format!("not the same at all stations: {}", flaws.join("; "));
+    let timeout = Kind::Driver(magician::ErrorKind::Timeout);
+    Err(Failure::new(timeout, message))
+}
+
 fn arms(names: &[String]) -> Value {
     if names.is_empty() {
         json!({})
@@ -165,7 +210,8 @@ impl Class {
             }
             What::List { html } => {
                 let class = call(context, "class.get", json!({}))?;
-                list(context, &class, html.as_deref())
+                list(context, &class, html.as_deref())?;
+                alike(&class)
             }
             What::Set { file, use_codes } => {
                 let text = file.as_deref().map(read).transpose()?.unwrap_or_default();
@@ -216,7 +262,8 @@ impl Class {
                 context.show(&schedule, |out| match schedule["text"].as_str() {
                     Some(text) if !text.trim().is_empty() => out.line(text.trim_end()),
                     _ => out.line("no schedule: every arm is free at any time"),
-                })
+                })?;
+                alike(&schedule)
             }
         }
     }

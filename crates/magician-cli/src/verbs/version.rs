@@ -15,7 +15,15 @@ struct Version {
     firmware_profile: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     commit: Option<&'static str>,
+    /// What is wrong with sites in this build.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    site_flaw: Option<&'static str>,
 }
+
+#[cfg(feature = "site")]
+const SITE_FLAW: Option<&str> = magician_site::carrier::LINGER_FLAW;
+#[cfg(not(feature = "site"))]
+const SITE_FLAW: Option<&str> = None;
 
 /// Prints the version.
 pub(crate) fn run(context: &mut Context) -> Result<(), Failure> {
@@ -26,8 +34,10 @@ pub(crate) fn run(context: &mut Context) -> Result<(), Failure> {
         protocol: PROTOCOL,
         firmware_profile: format!("magician-{major}.{minor}.{revision}"),
         commit: option_env!("MAGICIAN_COMMIT"),
+        site_flaw: SITE_FLAW,
     };
     context.show(&version, |out| {
-        out.line(format_args!("{} {}", version.name, version.version))
+        out.line(format_args!("{} {}", version.name, version.version))?;
+        version.site_flaw.map_or(Ok(()), |flaw| out.line(flaw))
     })
 }

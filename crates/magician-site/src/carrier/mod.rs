@@ -25,6 +25,28 @@ pub use site::ZenohSite;
 use crate::StationId;
 use crate::keys::SiteName;
 
+/// Flaw of this build, if it has it: `None` in builds from the repository.
+///
+/// Zenoh 1.10.2 closes a link with a linger that it reads when it is compiled. Meanwhile the close blocks one of two threads that
+/// receive for all links (eclipse-zenoh/zenoh#1101), so stops of other stations wait for it.
+pub const LINGER_FLAW: Option<&str> = if is_zero(option_env!("TCP_LINGER_TIMEOUT"))
+    && is_zero(option_env!("TLS_LINGER_TIMEOUT"))
+{
+    None
+} else {
+    Some(
+        "this build may hold up stops for 10 s and more when a cable is pulled: it was compiled without \
+             TCP_LINGER_TIMEOUT=0 and TLS_LINGER_TIMEOUT=0",
+    )
+};
+
+const fn is_zero(seconds: Option<&str>) -> bool {
+    match seconds {
+        Some(seconds) => matches!(seconds.as_bytes(), b"0"),
+        None => false,
+    }
+}
+
 /// How long the farewell may take.
 const FAREWELL: Duration = Duration::from_secs(1);
 

@@ -6,8 +6,9 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use magician_station::http::{TokenStore, UNCHECKED};
-use magician_station::{MESSAGE, Peer, RunningStation};
+use magician_station::api::{self, Message, RpcError};
+use magician_station::http::{Served, TokenStore, UNCHECKED};
+use magician_station::{MESSAGE, Peer, Role, RunningStation};
 use serde_json::{Value, json};
 use tokio::runtime::Handle;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
@@ -21,8 +22,8 @@ use super::line::{Ends, Line};
 use super::publish::{Own, TOGETHER, Told, tell};
 use super::{Aborting, CarrierError, Connection, FAREWELL, patiently};
 use crate::keys::{Keys, SiteName, Topic};
-use crate::message::{Asked, ChannelId, Heard, StateMessage, hear};
-use crate::{ArmAt, StateTelling, StationId, carry, channel};
+use crate::message::{Asked, ChannelId, EXPECT, Heard, StateMessage, hear};
+use crate::{ArmAt, KeptRoster, Roster, StateTelling, StationId, carry, channel};
 
 /// Requests under way, at most.
 const CALLS: usize = 64;
@@ -57,6 +58,8 @@ pub struct NodeOptions {
     pub arms: Vec<ServedArm>,
     /// A file of Zenoh's settings.
     pub config: Option<PathBuf>,
+    /// The file of the roster.
+    pub roster: Option<PathBuf>,
 }
 
 /// A station on its site. Dropping it leaves the site.
@@ -104,7 +107,10 @@ impl SiteNode {
         let id = own.id;
         let ended = || CarrierError::Network("it ended".to_owned());
         let joined = connection
-            .within(|session| async move { begin(&session, own, options.arms, tokens).await })
+            .within(|session| async move {
+                let roster = KeptRoster::open(options.roster);
+                begin(&session, own, options.arms, tokens, roster).await
+            })
             .await;
         match joined.unwrap_or_else(|| Err(ended())) {
             Ok(presence) => Ok(Self {
@@ -151,6 +157,7 @@ async fn begin(
     own: Arc<Own>,
     arms: Vec<ServedArm>,
     tokens: TokenStore,
+    roster: KeptRoster,
 ) -> Result<Presence, CarrierError> {
     for arm in &arms {
         refuse_taken(session, &own, arm, |_| true).await?;
@@ -167,8 +174,14 @@ async fn begin(
         calls: Arc::new(Semaphore::new(CALLS)),
         stops: Arc::new(Semaphore::new(STOPS)),
         channels: Mutex::default(),
+        roster,
         runtime: Handle::current(),
     });
+    let (door_here, key) = (Arc::clone(&door), own.keys.roster(own.id));
+    let answer = move |query| door_here.tell_roster(query);
+    presence
+        ._queryables
+        .push(session.declare_queryable(key).callback(answer).await?);
     for together in arms.chunks(TOGETHER) {
         // Each tells once whether somebody listens, and then when that changes.
         let (listened, listening) = mpsc::channel(64 * TOGETHER);
@@ -264,6 +277,7 @@ struct Door {
     calls: Arc<Semaphore>,
     stops: Arc<Semaphore>,
     channels: Mutex<BTreeSet<u128>>,
+    roster: KeptRoster,
     runtime: Handle,
 }
 
@@ -328,11 +342,11 @@ impl Door {
                 drop(place);
                 self.open(arm, query, &asked, id).await;
             }
-            Heard::Calls { .. } => self.call(query, &asked, text).await,
+            Heard::Calls { .. } => self.call(query, &asked, text.to_owned()).await,
         }
     }
 
-    async fn call(&self, query: &Query, asked: &Asked, text: &str) {
+    async fn call(self: &Arc<Self>, query: &Query, asked: &Asked, text: String) {
         let Some(token) = asked.token.clone() else {
             return refuse(query, "a token is needed on a site");
         };
@@ -341,12 +355,44 @@ impl Door {
             Ok(None) => return refuse(query, "the token is not good"),
             Err(_) => return refuse(query, UNCHECKED),
         };
+        if let Ok(message) = Message::parse(&text)
+            && message.method == EXPECT
+        {
+            let door = Arc::clone(self);
+            // The disk is waited for.
+            let done = tokio::task::spawn_blocking(move || door.expect(grant.role, &message));
+            return reply(query, done.await.unwrap_or_default());
+        }
         let peer = match Peer::elsewhere(Some(grant), address(asked)) {
             Ok(peer) => peer,
             Err(error) => return refuse(query, &error.to_string()),
         };
-        let answer = self.own.station.call(peer, text).await;
+        let answer = self.own.station.call(peer, &text).await;
         reply(query, answer.unwrap_or_default());
+    }
+
+    /// Writes the roster, and answers with it.
+    fn expect(&self, role: Role, message: &Message) -> String {
+        let write = || {
+            if role != Role::Teacher || self.own.station.is_read_only() {
+                let why = "the roster of a site is a teacher's to write, at a station that is not read-only";
+                return Err(RpcError::new(RpcError::FORBIDDEN, why));
+            }
+            let params = Value::Object(message.params.clone());
+            let roster = Roster::parse(&params.to_string());
+            let roster = roster.map_err(|why| RpcError::new(RpcError::PARAMS, why))?;
+            let kept = self.roster.set(roster);
+            kept.map_err(|error| RpcError::new(RpcError::INTERNAL, error.to_string()))?;
+            Ok(params)
+        };
+        api::answer(message.id.as_ref(), &write())
+    }
+
+    /// The roster, for who asks. Called by the network.
+    fn tell_roster(self: &Arc<Self>, query: Query) {
+        let door = Arc::clone(self);
+        self.runtime
+            .spawn(async move { reply(&query, door.roster.roster().to_text()) });
     }
 
     /// Opens a session, and lets it go on by itself.

@@ -20,8 +20,8 @@ use super::{CarrierError, Connection, patiently};
 use crate::keys::{Keys, SiteName, Topic};
 use crate::message::{Act, Asked, ChannelId, EventMessage, JobMessage, StateMessage, act};
 use crate::{
-    ArmAt, ArmNews, Caller, Channel, Later, Site, SiteError, SiteEvents, SiteView, StationId,
-    channel,
+    ArmAt, ArmNews, Caller, Channel, Later, Roster, Site, SiteError, SiteEvents, SiteView,
+    StationId, channel,
 };
 
 /// A state that is asked for comes within this, or not.
@@ -30,6 +30,8 @@ const STATE: Duration = Duration::from_secs(1);
 const STATES: usize = 32;
 /// A session is open within this, or not.
 const OPENING: Duration = Duration::from_secs(3);
+/// A station that says which arms are expected has said so by then.
+const ROSTER: Duration = Duration::from_millis(500);
 /// A request may take as long as a motion does. When its station is gone it is over at once.
 const CALL: Duration = Duration::from_secs(3600);
 
@@ -249,6 +251,27 @@ impl Site for ZenohSite {
                 .within(|session| async move { ask(&session, key, &asked, request, CALL).await });
             let answer = answer.await;
             answer.unwrap_or(Err(SiteError::NoAnswer))
+        })
+    }
+
+    fn roster(&self) -> Later<'_, Roster> {
+        Box::pin(async move {
+            let key = self.shared.keys.all_rosters();
+            let read = self.connection.within(|session| async move {
+                let mut roster = Roster::default();
+                let asked = session.get(key).target(QueryTarget::All).timeout(ROSTER);
+                let asked = asked.consolidation(ConsolidationMode::None).await;
+                let Ok(replies) = asked else { return roster };
+                while let Ok(reply) = replies.recv_async().await {
+                    let said = reply.result().ok().map(Sample::payload);
+                    let said = said.and_then(|bytes| bytes.try_to_string().ok());
+                    if let Some(Ok(said)) = said.map(|text| Roster::parse(&text)) {
+                        roster.add(&said);
+                    }
+                }
+                roster
+            });
+            read.await.unwrap_or_default()
         })
     }
 

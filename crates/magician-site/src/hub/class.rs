@@ -1,5 +1,6 @@
 //! What a class asks of several stations at once, and what they answer together.
 
+use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 use magician::ErrorKind;
@@ -11,8 +12,10 @@ use serde_json::{Map, Value, json};
 use super::requests::Call;
 use super::socket::{Gather, GatherId, Gathers, Way};
 use super::turns::{items, nobody_answers};
-use super::{ArmPlace, Hub, SocketId};
-use crate::site::StationId;
+use super::{ArmPlace, Hub, HubAct, RequestId, SocketId};
+use crate::message::EXPECT;
+use crate::roster::Roster;
+use crate::site::{ArmAt, StationId};
 
 impl Hub {
     /// A method of classes that several stations answer.
@@ -114,7 +117,9 @@ impl Hub {
         match self.undone(gather) {
             None => Ok(json!({ list: done })),
             Some((kind, which)) => {
-                Err(RpcError::arm(kind, not_everywhere(method, &which)).with(list, done))
+                let error = RpcError::arm(kind, not_everywhere(method, &which));
+                let missing = self.missing(gather);
+                Err(error.with(list, done).with("missing", missing))
             }
         }
     }
@@ -243,6 +248,37 @@ impl Hub {
         }
     }
 
+    /// All stations are told to expect the arms that are there, beside those that are expected already. Nobody waits for it.
+    fn expect_present(&mut self, socket: SocketId) {
+        let mut roster = Roster::default();
+        for (name, place) in &self.arms {
+            let mut news = place.at.values().flatten();
+            let machine = news.next().map_or("", |(_, news)| &news.machine);
+            if place.expected || !place.at.is_empty() {
+                roster.expect(name.clone(), machine);
+            }
+        }
+        let params: Value = serde_json::from_str(&roster.to_text()).unwrap_or_default();
+        let text = json!({"jsonrpc": "2.0", "id": 0, "method": EXPECT, "params": params});
+        let token = { self.sockets.get(&socket) }.and_then(|open| open.token.clone());
+        let stations = self.stations.iter().filter_map(|(station, (_, arms))| {
+            let (arm, station) = (arms.first()?.clone(), *station);
+            Some(ArmAt { arm, station })
+        });
+        for at in stations.collect::<Vec<_>>() {
+            let request = RequestId(self.next_id());
+            self.acts.push_back(HubAct::Call {
+                request,
+                socket,
+                at,
+                token: token.clone(),
+                text: text.to_string(),
+                ends: false,
+            });
+        }
+        self.expects(&roster);
+    }
+
     /// What stations have answered; none where more is asked of them first.
     pub(super) fn class_gathered(
         &mut self,
@@ -324,19 +360,79 @@ impl Hub {
                 }
             }
             Gathers::Everywhere(method) => match (self.undone(gather), lists.into_iter().next()) {
-                (None, Some((_, shown))) => Ok(shown),
+                (None, Some((_, shown))) => {
+                    if method == "class.set" {
+                        self.expect_present(gather.socket);
+                    }
+                    Ok(shown)
+                }
                 (None, None) => Err(nobody_answers()),
                 (Some((kind, which)), _) => {
-                    Err(RpcError::arm(kind, not_everywhere(method, &which)))
+                    let error = RpcError::arm(kind, not_everywhere(method, &which));
+                    Err(error.with("missing", self.missing(gather)))
                 }
             },
-            Gathers::Alike => match (lists.into_iter().next(), error) {
-                (Some((_, shown)), _) => Ok(shown),
+            Gathers::Alike => match (self.alike(gather, &lists), error) {
+                (Some(shown), _) => Ok(shown),
                 (None, Some(error)) => Err(error),
                 (None, None) => Err(nobody_answers()),
             },
             _ => Ok(merged(self)),
         })
+    }
+
+    /// The class or schedule that most of the stations with one have, with the arms of those that have another or none (`differ`)
+    /// and of those that do not answer (`missing`), where there are such.
+    fn alike(&self, gather: &mut Gather, lists: &[(StationId, Value)]) -> Option<Value> {
+        let text = |answer: &Value| {
+            let text = answer.get("text").unwrap_or(answer).clone();
+            let is_blank = text.as_str().is_some_and(|text| text.trim().is_empty());
+            if is_blank { Value::Null } else { text }
+        };
+        let texts: Vec<_> = lists.iter().map(|(_, answer)| text(answer)).collect();
+        let weight = |at: usize| {
+            let like = texts.iter().filter(|other| **other == texts[at]).count();
+            (!texts[at].is_null(), like, Reverse(at))
+        };
+        let most = (0..lists.len()).max_by_key(|at| weight(*at))?;
+        let mut shown = lists[most].1.clone();
+        let arms_of = |station: &StationId| {
+            let known = self.stations.get(station);
+            known.map(|(_, arms)| arms.clone()).unwrap_or_default()
+        };
+        let others = { lists.iter().zip(&texts) }.filter(|(_, text)| **text != texts[most]);
+        // By their arms: numbers of stations say nothing to a person.
+        let differ: BTreeMap<_, _> = others
+            .map(|((station, _), text)| {
+                let (arms, machine) = (arms_of(station), self.machine_of(*station));
+                let shown = json!({"arms": arms, "machine": machine, "none": text.is_null()});
+                ((arms, *station), shown)
+            })
+            .collect();
+        let differ: Vec<_> = differ.into_values().collect();
+        let gone = { self.arms.iter() }.filter(|(_, place)| place.at.is_empty());
+        gather.beyond.extend(gone.map(|(name, _)| name.clone()));
+        let refused = gather.parts.iter().filter(|(_, part)| part.is_err());
+        let refused = refused.filter_map(|(station, _)| station.as_ref());
+        gather.beyond.extend(refused.flat_map(arms_of));
+        for (member, value) in [
+            ("differ", json!(differ)),
+            ("missing", json!(self.missing(gather))),
+        ] {
+            if value != json!([]) {
+                shown[member] = value;
+            }
+        }
+        Some(shown)
+    }
+
+    /// The machine of a station, as far as it has said so.
+    fn machine_of(&self, station: StationId) -> Option<&str> {
+        let mut known = self
+            .arms
+            .values()
+            .filter_map(|place| place.at.get(&station));
+        known.find_map(|news| news.as_ref().map(|(_, news)| news.machine.as_str()))
     }
 
     /// The same request of a client, which waits on.

@@ -1,6 +1,6 @@
 //! What several stations answer together: lists, and a stop of all.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use magician::ErrorKind;
@@ -385,9 +385,21 @@ impl Hub {
             None => Ok(json!({ "arms": arms })),
             Some((kind, which)) => {
                 let why = format!("not all arms are known to stand: {which}");
-                Err(RpcError::arm(kind, why).with("arms", arms))
+                let missing = self.missing(gather);
+                Err(RpcError::arm(kind, why)
+                    .with("arms", arms)
+                    .with("missing", missing))
             }
         }
+    }
+
+    /// The arms that have not answered: their station cannot be reached, or says nothing.
+    pub(super) fn missing(&self, gather: &Gather) -> Vec<String> {
+        let silent = gather.left.values().flatten();
+        let silent = silent.filter_map(|station| self.stations.get(station));
+        let silent = silent.flat_map(|(_, arms)| arms);
+        let missing: BTreeSet<_> = silent.chain(&gather.beyond).cloned().collect();
+        missing.into_iter().collect()
     }
 
     /// The arms at which something is not known to be done, and why.
@@ -417,7 +429,7 @@ impl Hub {
             });
         }
         let silent: Vec<_> = gather.left.values().flatten().filter_map(names).collect();
-        let kind = if silent.is_empty() {
+        let kind = if silent.is_empty() && gather.beyond.is_empty() {
             ErrorKind::Port
         } else {
             ErrorKind::Timeout

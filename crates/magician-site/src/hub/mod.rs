@@ -28,6 +28,7 @@ use serde_json::Value;
 use self::names::Names;
 pub use self::running::{HubClient, HubConfig, RunningHub};
 use self::socket::{Gather, GatherId, Line, Pending, Socket};
+use crate::roster::Roster;
 use crate::site::{ArmAt, ArmNews, SiteEvent, StationId};
 
 /// A line that does not come up, and a station that does not say a word for so long, are given up.
@@ -98,6 +99,8 @@ struct ArmPlace {
     /// What was listed of it last.
     row: Option<Value>,
     gone: Option<HostInstant>,
+    /// It is in the roster: it is named as missing until it comes, however long that takes.
+    expected: bool,
 }
 
 /// A session of the hub, as stations know it.
@@ -214,6 +217,13 @@ impl Hub {
         }
     }
 
+    /// These arms are expected on the site: whatever is asked of all names those that are missing.
+    pub fn expects(&mut self, roster: &Roster) {
+        for (arm, _) in roster.arms() {
+            self.arms.entry(arm.to_owned()).or_default().expected = true;
+        }
+    }
+
     fn arrives(&mut self, now: HostInstant, at: ArmAt) {
         let ArmAt { arm, station } = at;
         let slot = self.names.arrives(station, &arm);
@@ -238,7 +248,7 @@ impl Hub {
     fn leaves(&mut self, now: HostInstant, at: &ArmAt) {
         if let Some(place) = self.arms.get_mut(&at.arm) {
             place.at.remove(&at.station);
-            if place.at.is_empty() {
+            if place.at.is_empty() && !place.expected {
                 place.gone = Some(now);
             }
         }

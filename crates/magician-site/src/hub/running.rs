@@ -22,6 +22,7 @@ use tokio::time::{Instant, sleep, sleep_until};
 
 use super::{Hub, HubAct, LineId, LineMessage, SocketId};
 use crate::channel::{Closed, FromStation, ToStation};
+use crate::roster::Roster;
 use crate::site::{Caller, Site, SiteEvent, StationId};
 
 /// Time from one look at the class of the stations to the next: a person waits so long for a change of role.
@@ -152,6 +153,13 @@ impl RunningHub {
     /// Looks whether a station has a class, for what this machine's people may do here. It goes on looking by itself.
     pub async fn look_at_class(&self) {
         self.shared.look_at_class().await;
+    }
+
+    /// Learns from the stations' rosters which arms are expected.
+    pub async fn read_roster(&self) -> Roster {
+        let roster = self.shared.site.roster().await;
+        self.shared.with(|hub, _| hub.expects(&roster));
+        roster
     }
 
     /// How many clients it has at present.

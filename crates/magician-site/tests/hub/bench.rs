@@ -9,8 +9,8 @@ use magician::sim::Scenario;
 use magician::{Arm, Options, SimSpeed, VirtualArm};
 use magician_site::hub::{HubClient, HubConfig, RunningHub};
 use magician_site::{
-    ArmAt, ArmNews, Caller, Channel, Later, Site, SiteError, SiteEvent, SiteEvents, SiteTeller,
-    StationEnd, StationId, carry, channel, watcher,
+    ArmAt, ArmNews, Caller, Channel, Later, Roster, Site, SiteError, SiteEvent, SiteEvents,
+    SiteTeller, StationEnd, StationId, carry, channel, watcher,
 };
 use magician_station::http::{ProgramFolder, ServedClient, TokenStore};
 use magician_station::{
@@ -48,6 +48,8 @@ struct State {
 pub(crate) struct TestSite {
     state: Mutex<State>,
     opened: AtomicUsize,
+    /// What the rosters of its stations say.
+    pub(crate) roster: Mutex<Roster>,
     /// What was called beside lines: the method.
     pub(crate) calls: Mutex<Vec<String>>,
 }
@@ -256,6 +258,11 @@ impl Site for TestSite {
             }
             Ok(station.running.call(peer(), &request).await)
         })
+    }
+
+    fn roster(&self) -> Later<'_, Roster> {
+        let roster = self.roster.lock().unwrap().clone();
+        Box::pin(async move { roster })
     }
 
     fn open(&self, station: StationId) -> Later<'_, Result<Channel, SiteError>> {

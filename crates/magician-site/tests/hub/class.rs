@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use magician_site::StationId;
+use magician_site::message::EXPECT;
 use magician_station::Peer;
 use serde_json::{Value, json};
 
@@ -401,4 +403,82 @@ async fn two_pages_that_ask_in_one_moment_get_one_turn() {
         pages[0].ok("turn.leave", json!({})).await;
         assert!(has(&mut pages[1], "Ada").await.0.is_empty());
     }
+}
+
+#[tokio::test(start_paused = true)]
+async fn arm_that_is_expected_and_never_came_is_named_until_it_comes() {
+    let bench = class(2, &[1, 2]).await;
+    { bench.site.roster.lock().unwrap() }.expect("arm9".to_owned(), "bench-9");
+    bench.hub.read_roster().await;
+    let mut teacher = bench.join("Ms Lee").await;
+    // Longer than an arm that was there once is remembered.
+    for wait in [0, 700] {
+        teacher.live(Duration::from_secs(wait)).await;
+        let frozen = teacher.fails("class.freeze", json!({})).await;
+        assert_eq!(frozen["data"]["missing"], json!(["arm9"]), "{frozen}");
+        assert_eq!(frozen["data"]["arms"], json!(["arm0", "arm1"]), "{frozen}");
+        let stopped = teacher.fails("arm.stop", json!({})).await;
+        assert_eq!(stopped["data"]["missing"], json!(["arm9"]), "{stopped}");
+        assert_eq!(stopped["data"]["arms"].as_array().unwrap().len(), 2);
+        let class = teacher.ok("class.get", json!({})).await;
+        assert_eq!(class["missing"], json!(["arm9"]), "{class}");
+        assert_eq!(class["pupils"].as_array().unwrap().len(), 3);
+        assert_eq!(teacher.row("arm9").await["link"], "lost");
+    }
+    bench.site.start(StationId(9), &["arm9".to_owned()]).await;
+    teacher.live(Duration::from_secs(1)).await;
+    teacher.ok("class.freeze", json!({})).await;
+    teacher.ok("arm.stop", json!({})).await;
+    // And named again once it is gone, however long ago.
+    bench.site.cut(9);
+    teacher.live(Duration::from_secs(700)).await;
+    let frozen = teacher.fails("class.freeze", json!({})).await;
+    assert_eq!(frozen["data"]["missing"], json!(["arm9"]), "{frozen}");
+}
+
+#[tokio::test(start_paused = true)]
+async fn stations_with_another_class_or_no_answer_are_named_beside_the_class_of_most() {
+    let bench = class(4, &[]).await;
+    let same = CLASS.replace("turn_s", "pin = \"123456\"\nturn_s");
+    let other = same.replace("120", "130");
+    for (id, class) in [(2, &same), (3, &other), (4, &same)] {
+        let params = json!({"text": class});
+        let text = json!({"jsonrpc": "2.0", "id": 1, "method": "class.set", "params": params});
+        let (station, text) = (bench.site.station(id), text.to_string());
+        let set = station.running.call(crate::bench::peer(), &text).await;
+        assert!(set.unwrap().contains("result"));
+    }
+    let mut teacher = bench.join("Ms Lee").await;
+    bench.site.news(1, "arm0").await;
+    bench.site.start(StationId(5), &["arm4".to_owned()]).await;
+    teacher.live(Duration::from_secs(1)).await;
+    let class = teacher.ok("class.get", json!({})).await;
+    assert_eq!(class["class"]["turn_s"], 120, "{class}");
+    let differ = json!([
+        {"arms": ["arm0"], "machine": "test", "none": true},
+        {"arms": ["arm2"], "machine": null, "none": false},
+        {"arms": ["arm4"], "machine": null, "none": true},
+    ]);
+    assert_eq!(class["differ"], differ, "{class}");
+    assert!(class.get("missing").is_none(), "{class}");
+    let schedule = teacher.ok("schedule.get", json!({})).await;
+    assert!(schedule.get("differ").is_none(), "{schedule}");
+}
+
+#[tokio::test(start_paused = true)]
+async fn class_that_all_stations_have_taken_expects_the_arms_that_are_there() {
+    let bench = class(2, &[]).await;
+    let mut teacher = bench.join("Ms Lee").await;
+    let told = || {
+        let calls = bench.site.calls.lock().unwrap();
+        calls.iter().filter(|method| *method == EXPECT).count()
+    };
+    teacher.ok("class.set", json!({"text": CLASS})).await;
+    assert_eq!(told(), 2);
+    bench.site.cut(2);
+    teacher.live(Duration::from_secs(700)).await;
+    let frozen = teacher.fails("class.freeze", json!({})).await;
+    assert_eq!(frozen["data"]["missing"], json!(["arm1"]), "{frozen}");
+    teacher.fails("class.set", json!({"text": CLASS})).await;
+    assert_eq!(told(), 2, "a class that is not everywhere changes nothing");
 }

@@ -92,7 +92,11 @@ async fn drawn_once(room: &Room) {
             .ask(job.station, "job.get", json!({"job": job.job}))
             .await;
         if let Some(started) = shown["started"].as_f64() {
-            let end = if job.interrupted { "failed" } else { "done" };
+            let end = if job.interrupted {
+                "interrupted"
+            } else {
+                "done"
+            };
             assert_eq!(shown["state"], end, "{shown}");
             let row = (started, job.strokes, job.interrupted);
             by_arm.entry(job.arm).or_default().push(row);

@@ -2,16 +2,16 @@
 
 use std::sync::Arc;
 
-use magician_site::Caller;
 use magician_site::carrier::ZenohSite;
 use magician_site::hub::{HubConfig, RunningHub};
+use magician_site::{Caller, Site};
 use magician_station::client::ClientError;
 use magician_station::http::Served;
 use magician_station::{Grant, Peer, Role, StationConfig};
 use serde_json::{Value, json};
 
-use super::gather;
 use super::stop::no_token;
+use super::{expect, gather};
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::serving::unix_time;
@@ -25,9 +25,17 @@ pub(super) fn asks(
         let token = caller.token.ok_or_else(no_token)?;
         context.alone(async |_, signals| {
             let asked = async {
-                let site = join().await?;
+                let site = Arc::new(join().await?);
                 gather(&site).await?;
-                ask(site, token, method, params).await
+                let answer = ask(Arc::clone(&site), token.clone(), method, params).await?;
+                if method == "class.set" {
+                    let caller = Caller {
+                        token: Some(token),
+                        client: caller.client,
+                    };
+                    expect_present(&site, &caller).await?;
+                }
+                Ok(answer)
             };
             tokio::select! {
                 answer = asked => answer,
@@ -37,8 +45,17 @@ pub(super) fn asks(
     }
 }
 
+/// A class expects the arms that it began with, beside those that were expected before.
+async fn expect_present(site: &ZenohSite, caller: &Caller) -> Result<(), Failure> {
+    let known = site.arms();
+    let mut roster = expect::of(&known);
+    roster.add(&site.roster().await);
+    expect::write(site, &known, &roster, caller).await
+}
+
+/// Asks by a hub that knows which arms are expected. What is alike everywhere is shown with those that differ.
 async fn ask(
-    site: ZenohSite,
+    site: Arc<ZenohSite>,
     token: String,
     method: &str,
     params: Value,
@@ -52,7 +69,17 @@ async fn ask(
         // Stations write down what is asked of them.
         journal: Box::new(|_| {}),
     };
-    let hub = RunningHub::start(hub, Arc::new(site));
+    let hub = RunningHub::start(hub, Arc::clone(&site) as _);
+    expect::wait_for(&site, &hub.read_roster().await).await;
+    let mut answer = call(&hub, method, params).await?;
+    if method == "class.get" {
+        let schedule = call(&hub, "schedule.get", json!({})).await?;
+        answer["differ_in_schedule"] = schedule["differ"].clone();
+    }
+    Ok(answer)
+}
+
+async fn call(hub: &RunningHub, method: &str, params: Value) -> Result<Value, Failure> {
     // What it may do the stations decide, by its token.
     let grant = Grant {
         role: Role::Teacher,
@@ -67,6 +94,20 @@ async fn ask(
         .unwrap_or_default();
     match answer.get_mut("error").map(Value::take) {
         None => Ok(answer["result"].take()),
+        // Whoever is missing may come back, and is no mistake of the request.
+        Some(error)
+            if error["data"]["missing"]
+                .as_array()
+                .is_some_and(|arms| !arms.is_empty()) =>
+        {
+            let mut message = error["message"].as_str().unwrap_or_default().to_owned();
+            let done = error["data"]["arms"].as_array().into_iter().flatten();
+            let done: Vec<_> = done.filter_map(Value::as_str).collect();
+            if !done.is_empty() {
+                message.push_str(&format!("; done at {}", done.join(", ")));
+            }
+            Err(expect::absent(message))
+        }
         Some(mut error) => Err(Failure::from(ClientError::Refused {
             code: error["code"].as_i64().unwrap_or_default(),
             message: error["message"].as_str().unwrap_or_default().to_owned(),

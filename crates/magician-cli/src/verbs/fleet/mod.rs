@@ -1,6 +1,8 @@
 //! `fleet`: the arms of a site, wherever they are.
 
 #[cfg(feature = "site")]
+mod expect;
+#[cfg(feature = "site")]
 mod hub;
 #[cfg(feature = "site")]
 mod list;
@@ -37,6 +39,7 @@ stations, in MAGICIAN_TOKEN; `magician station token` makes one.
   magician fleet --site lab list
   magician fleet --site lab watch
   magician fleet --site lab stop --all
+  magician fleet --site lab expect
   magician fleet --site lab run star.svg --on a1,a2,a3 --stagger 2
   magician fleet --site lab run star.svg --any 5 --fit
   magician fleet --site lab studio
@@ -68,6 +71,8 @@ enum Deed {
     Watch,
     /// Stop arms, all at once
     Stop(Stop),
+    /// Expect the arms that are on the site now: `stop --all` and `class` then name those that are missing
+    Expect(Expect),
     /// Run a file on several arms
     Run(Box<Run>),
     /// See and move all arms in the browser, as those of one station
@@ -100,6 +105,19 @@ struct Stop {
     /// Every arm of the site
     #[arg(long)]
     all: bool,
+}
+
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Each station keeps the list; `class set` adds the arms that are there. An arm that a station expects is named as missing until it comes, or until \
+that station is told again what to expect.")]
+struct Expect {
+    /// Print the arms that are expected, and which of them are missing
+    #[arg(long, conflicts_with = "none")]
+    show: bool,
+    /// Expect no arms any more
+    #[arg(long)]
+    none: bool,
 }
 
 #[derive(Args, Debug)]
@@ -168,6 +186,7 @@ mod with {
     use super::{Deed, Fleet};
     use crate::context::Context;
     use crate::failure::{Failure, Kind};
+    use crate::verbs::serve::tell_flaw;
 
     /// A site that is joined shows its arms within this.
     const GATHERING: Duration = Duration::from_millis(700);
@@ -191,12 +210,14 @@ mod with {
                         .hint("give --site NAME, as the stations have it, or set MAGICIAN_SITE"));
                 };
                 let name = name.parse().map_err(Failure::usage)?;
+                tell_flaw();
                 Ok::<_, Failure>(ZenohSite::join(name, config).await?)
             };
             match self.deed {
                 Deed::List => super::list::run(context, join),
                 Deed::Watch => super::watch::run(context, join),
                 Deed::Stop(stop) => stop.run(context, caller, join),
+                Deed::Expect(expect) => expect.run(context, caller, join),
                 Deed::Run(run) => run.run(context, caller, join),
                 Deed::Studio(studio) => studio.run(context, caller, join),
                 Deed::Class(class) => class.run(context, "fleet", super::hub::asks(caller, join)),

@@ -10,12 +10,13 @@ use serde_json::{Value, json};
 use tokio::task::JoinSet;
 use tokio::time::timeout;
 
+use super::expect::{missing, wait_for};
 use super::{Stop, gather};
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
 
 /// An arm that has not stood by then has not answered.
-const PATIENCE: Duration = Duration::from_secs(5);
+pub(super) const PATIENCE: Duration = Duration::from_secs(5);
 
 impl Stop {
     pub(super) fn run(
@@ -35,15 +36,29 @@ impl Stop {
             let arms: Vec<_> = known.keys().filter(meant).cloned().collect();
             let is_there = |name: &&String| arms.iter().any(|at| at.arm == **name);
             let absent = self.names.iter().filter(|name| !is_there(name));
-            let absent: Vec<_> = absent.cloned().collect();
+            let mut absent: Vec<_> = absent
+                .map(|name| (name.clone(), "it is not on the site".to_owned()))
+                .collect();
             let mut stops = JoinSet::new();
-            for arms in requests(arms, self.all) {
-                let (site, caller) = (std::sync::Arc::clone(&site), caller.clone());
-                stops.spawn(async move { stop(&site, arms, self.all, &caller).await });
+            let mut begin = |arms| {
+                for arms in requests(arms, self.all) {
+                    let (site, caller) = (std::sync::Arc::clone(&site), caller.clone());
+                    stops.spawn(async move { stop(&site, arms, self.all, &caller).await });
+                }
+            };
+            begin(arms);
+            if self.all {
+                // Under way are the stops of all that have shown themselves.
+                let expected = site.roster().await;
+                wait_for(&site, &expected).await;
+                let there = site.arms().into_keys();
+                begin(there.filter(|at| !known.contains_key(at)).collect());
+                let missing = missing(&site, &expected).into_iter();
+                let why = |place| format!("it is expected{place} and is not on the site");
+                absent.extend(missing.map(|(name, place)| (name, why(place))));
             }
             let mut failed = Vec::new();
-            for name in absent {
-                let why = "it is not on the site";
+            for (name, why) in absent {
                 if json {
                     out.event(&json!({"arm": name, "stood": false, "error": why}))?;
                 } else {

@@ -70,6 +70,7 @@ impl Studio {
             let name = site.name().to_owned();
             let hub = RunningHub::start(hub, Arc::new(site));
             hub.look_at_class().await;
+            hub.read_roster().await;
             let (url, api) = (listener.url(), listener.api_url());
             let exposed = !listener.is_loopback();
             let options = self.front.http(store.clone(), serve::pages());

@@ -43,6 +43,8 @@ use crate::serving::{say_ready, unix_time};
 use crate::verbs::job;
 use magician::stations::{Holder, folder};
 pub(crate) use site::name_of_site;
+#[cfg(feature = "site")]
+pub(crate) use site::tell_flaw;
 #[cfg(not(feature = "site"))]
 pub(crate) use site::unsupported;
 pub(crate) use studio::Studio;

@@ -130,12 +130,23 @@ impl SiteFlags {
             machine: crate::mdns::host_name(),
             arms: arms.collect(),
             config: self.site_config.clone(),
+            roster: crate::local_stations::folder()
+                .map(|folder| folder.join(format!("site-{name}.json"))),
         };
         let node = SiteNode::join(options, station.clone(), tokens.clone()).await?;
+        tell_flaw();
         Ok(Some(Joined {
             name: name.clone(),
             node,
         }))
+    }
+}
+
+/// Says once what is wrong with this build.
+#[cfg(feature = "site")]
+pub(crate) fn tell_flaw() {
+    if let Some(flaw) = magician_site::carrier::LINGER_FLAW {
+        crate::paint::tell(flaw);
     }
 }
 

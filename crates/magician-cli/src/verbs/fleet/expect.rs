@@ -1,0 +1,159 @@
+//! `fleet expect`: the arms that have to be on a site.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use magician::ErrorKind;
+use magician_site::carrier::ZenohSite;
+use magician_site::message::EXPECT;
+use magician_site::{ArmAt, Caller, Roster, Site};
+use serde_json::{Value, json};
+use tokio::time::timeout;
+
+use super::stop::no_token;
+use super::{Expect, Known, gather};
+use crate::columns::Columns;
+use crate::context::Context;
+use crate::failure::{Failure, Kind};
+
+/// An arm that is expected and not there yet may come within this.
+const LATE: Duration = Duration::from_millis(600);
+
+impl Expect {
+    pub(super) fn run(
+        self,
+        context: &mut Context,
+        caller: Caller,
+        join: impl AsyncFnOnce() -> Result<ZenohSite, Failure>,
+    ) -> Result<(), Failure> {
+        if caller.token.is_none() && !self.show {
+            return Err(no_token());
+        }
+        let (expected, missing) = context.attending(async |_| {
+            let site = join().await?;
+            let known = gather(&site).await?;
+            if !self.show {
+                let roster = if self.none {
+                    Roster::default()
+                } else {
+                    of(&known)
+                };
+                write(&site, &known, &roster, &caller).await?;
+            }
+            let expected = site.roster().await;
+            wait_for(&site, &expected).await;
+            let missing = missing(&site, &expected);
+            site.leave().await;
+            Ok((expected, missing))
+        })?;
+        let is_there = |arm: &str| !missing.iter().any(|(name, _)| name == arm);
+        let rows: Vec<_> = { expected.arms() }
+            .map(|(arm, machine)| json!({"name": arm, "machine": machine, "there": is_there(arm)}))
+            .collect();
+        context.show(&json!({ "expected": rows }), |out| {
+            if expected.is_empty() {
+                return out.line("no arms are expected");
+            }
+            let mut columns = Columns::default();
+            for (arm, machine) in expected.arms() {
+                let state = if is_there(arm) { "" } else { "missing" };
+                columns.row([arm, machine, state]);
+            }
+            columns.write(out)
+        })?;
+        if missing.is_empty() {
+            return Ok(());
+        }
+        let missing = missing.iter().map(|(arm, place)| format!("{arm}{place}"));
+        let missing: Vec<_> = missing.collect();
+        Err(absent(format!(
+            "expected and not on the site: {}",
+            missing.join(", ")
+        )))
+    }
+}
+
+/// Everything that is there.
+pub(super) fn of(known: &Known) -> Roster {
+    let mut roster = Roster::default();
+    for (at, news) in known {
+        let machine = news.as_ref().map_or("", |news| &news.machine);
+        roster.expect(at.arm.clone(), machine);
+    }
+    roster
+}
+
+/// The arms that are expected and not there, each with ` on MACHINE` as far as that is known.
+pub(super) fn missing(site: &ZenohSite, expected: &Roster) -> Vec<(String, String)> {
+    let there = site.arms();
+    let is_there = |arm: &str| there.keys().any(|at| at.arm == arm);
+    let missing = expected.arms().filter(|(arm, _)| !is_there(arm));
+    let place = |machine: &str| match machine {
+        "" => String::new(),
+        machine => format!(" on {machine}"),
+    };
+    missing
+        .map(|(arm, machine)| (arm.to_owned(), place(machine)))
+        .collect()
+}
+
+/// Gives arms that are expected the time to show themselves.
+pub(super) async fn wait_for(site: &ZenohSite, expected: &Roster) {
+    let mut events = site.watch();
+    let all_there = async {
+        while !missing(site, expected).is_empty() {
+            events.next().await;
+        }
+    };
+    let _ = timeout(LATE, all_there).await;
+}
+
+/// Somebody is missing.
+pub(super) fn absent(message: String) -> Failure {
+    Failure::new(Kind::Driver(ErrorKind::Timeout), message)
+}
+
+/// Each station keeps the roster, or is named.
+pub(super) async fn write(
+    site: &ZenohSite,
+    known: &Known,
+    roster: &Roster,
+    caller: &Caller,
+) -> Result<(), Failure> {
+    let params: Value = serde_json::from_str(&roster.to_text()).unwrap_or_default();
+    let request = json!({"jsonrpc": "2.0", "id": 1, "method": EXPECT, "params": params});
+    let request = request.to_string();
+    let stations: BTreeMap<_, &ArmAt> = known.keys().map(|at| (at.station, at)).collect();
+    let mut failed = Vec::new();
+    for at in stations.into_values() {
+        let asked = timeout(
+            super::stop::PATIENCE,
+            site.call(at, caller, request.clone()),
+        );
+        let why = match asked.await {
+            Err(_) => Some("it does not answer".to_owned()),
+            Ok(Err(error)) => Some(error.to_string()),
+            Ok(Ok(answer)) => refusal(answer.as_deref().unwrap_or_default()),
+        };
+        if let Some(why) = why {
+            failed.push(format!("the station of {}: {why}", at.arm));
+        }
+    }
+    if failed.is_empty() {
+        return Ok(());
+    }
+    Err(absent(format!(
+        "not all stations have taken what to expect: {}",
+        failed.join("; ")
+    )))
+}
+
+/// Why a station has not done it.
+fn refusal(answer: &str) -> Option<String> {
+    let answer: Value = serde_json::from_str(answer).unwrap_or_default();
+    if answer.get("result").is_some() {
+        return None;
+    }
+    let why = answer["error"]["message"].as_str();
+    Some(why.unwrap_or("it gives no answer").to_owned())
+}
