@@ -298,6 +298,8 @@ pub(crate) enum Verb {
     Studio(Box<serve::Studio>),
     Serve(Box<serve::Serve>),
     Station(station::Station),
+    // It is refused where it is not built in; nobody is led to it there.
+    #[cfg_attr(not(feature = "site"), command(hide = true))]
     Fleet(Box<fleet::Fleet>),
     Conform(conform::Conform),
     Doctor(doctor::Doctor),

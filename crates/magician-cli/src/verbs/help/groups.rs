@@ -73,6 +73,9 @@ fn listed(command: &Command) -> String {
         let _ = writeln!(text, "{header}{heading}:{header:#}");
         for name in verbs {
             let verb = command.find_subcommand(name);
+            if verb.is_some_and(Command::is_hide_set) {
+                continue;
+            }
             let about = verb.and_then(Command::get_about).map(ToString::to_string);
             let about = about.unwrap_or_default();
             let _ = writeln!(text, "  {literal}{name:<11}{literal:#} {about}");

@@ -66,7 +66,6 @@ restore settings; a second Ctrl-C ends that.
   magician serve --port /dev/ttyUSB0 --listen 192.168.1.5:8910 --pair
   magician serve --arm left=/dev/ttyUSB0 --arm right=/dev/ttyUSB1
   magician serve                       every arm of the settings ([arms.NAME]), else the one that is found
-  magician serve --site lab            as one of many stations: `magician fleet --site lab`
 
 Programs talk JSON-RPC to ws://HOST:8910/api/v1/ws, or POST one request to /api/v1/rpc; /api/v1/openrpc.json lists the methods. Without --listen only \
 this machine is let in, and needs no token. From elsewhere a token is needed: `magician station token` makes one, `magician station pair` a code for one.")]

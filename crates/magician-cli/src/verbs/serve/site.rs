@@ -11,10 +11,10 @@ use crate::failure::Failure;
 #[derive(Args, Debug)]
 pub(crate) struct SiteFlags {
     /// Join a site, so that `magician fleet --site NAME` on other machines sees the arms: their names are needed once each
-    #[arg(long, value_name = "NAME", value_parser = name_of_site)]
+    #[arg(long, value_name = "NAME", value_parser = name_of_site, hide = cfg!(not(feature = "site")))]
     pub(super) site: Option<String>,
     /// Settings of Zenoh for the site, JSON5: whom to connect to, certificates, who may do what
-    #[arg(long, value_name = "FILE", requires = "site", value_hint = ValueHint::FilePath)]
+    #[arg(long, value_name = "FILE", requires = "site", value_hint = ValueHint::FilePath, hide = cfg!(not(feature = "site")))]
     site_config: Option<PathBuf>,
 }
 
@@ -46,7 +46,7 @@ mod without {
     pub(crate) fn unsupported() -> Failure {
         let message = "this build of magician cannot join sites";
         Failure::new(Kind::Driver(ErrorKind::Unsupported), message)
-            .hint("`cargo install magician-cli --features site` builds one that does")
+            .hint("one that is built from its sources with `--features site` can")
     }
 }
 
