@@ -10,6 +10,7 @@ use serde_json::Value;
 
 use magician_protocol::HostInstant;
 use magician_station::api::{Message, RpcError, answer};
+use magician_station::class::is_pin;
 use magician_station::http::{Served, ServedClient};
 use magician_station::{
     Client, Grant, JournalSink, NoRecordings, Outgoing, Peer, ProgramStore, RecordingStore, Role,
@@ -29,8 +30,6 @@ use crate::site::{Caller, Site, SiteEvent, StationId};
 const CLASS: Duration = Duration::from_secs(1);
 /// What stations are asked then.
 const ASKED: &str = r#"{"jsonrpc":"2.0","id":1,"method":"class.get","params":{}}"#;
-/// Characters of a PIN; a token has more.
-const PIN: usize = 6;
 
 /// What a hub is made of.
 pub struct HubConfig {
@@ -228,7 +227,7 @@ impl Served for RunningHub {
             return self.shared.home.call(peer, text).await;
         };
         // The PIN in the place of a token is the hub's to look at: stations know the hub's own token.
-        let token = token.filter(|token| token.len() > PIN);
+        let token = token.filter(|token| !is_pin(token));
         if message.id.is_none() && known.is_some_and(|method| !method.always) {
             let error = RpcError::request(format!("{} needs an `id`", message.method));
             return Some(answer(None, &Err(error)));

@@ -1,6 +1,7 @@
 //! A site of stations in this process, a hub over it, and its clients, in virtual time.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -48,6 +49,8 @@ struct State {
 pub(crate) struct TestSite {
     state: Mutex<State>,
     opened: AtomicUsize,
+    /// Where the tokens of its stations are.
+    tokens: Mutex<PathBuf>,
     /// What the rosters of its stations say.
     pub(crate) roster: Mutex<Roster>,
     /// What was called beside lines: the method.
@@ -278,7 +281,7 @@ impl Site for TestSite {
                 return Ok(client);
             }
             let running = state.stations[&station].running.clone();
-            let tokens = TokenStore::at("/nowhere/tokens.toml");
+            let tokens = TokenStore::at(self.tokens.lock().unwrap().clone());
             let carried = tokio::spawn(carry(running.connect(peer()), tokens, end));
             state
                 .carried
@@ -302,14 +305,29 @@ impl TestHub {
         Self::over(TestSite::of(stations, arms).await, false).await
     }
 
+    /// A hub that has a teacher's token of the stations.
+    pub(crate) async fn with_token(stations: usize, arms: usize) -> Self {
+        Self::start(TestSite::of(stations, arms).await, false, true)
+    }
+
     pub(crate) async fn over(site: Arc<TestSite>, read_only: bool) -> Self {
+        Self::start(site, read_only, false)
+    }
+
+    fn start(site: Arc<TestSite>, read_only: bool, has_token: bool) -> Self {
         let mut station = StationConfig::new(Vec::new(), "hub");
         station.read_only = read_only;
         let programs = tempfile::tempdir().unwrap();
         station.programs = Arc::new(ProgramFolder::at(programs.path()));
+        let tokens = programs.path().join("tokens.toml");
+        let token = has_token.then(|| {
+            let store = TokenStore::at(&tokens);
+            store.create(None, Role::Teacher).unwrap().1
+        });
+        *site.tokens.lock().unwrap() = tokens;
         let config = HubConfig {
             station,
-            token: None,
+            token,
             journal: Box::new(|_| {}),
         };
         let hub = RunningHub::start(config, Arc::clone(&site) as _);

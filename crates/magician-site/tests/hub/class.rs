@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use magician::admission::Origin;
 use magician_site::StationId;
 use magician_site::message::EXPECT;
 use magician_station::Peer;
@@ -26,7 +27,10 @@ code = "C4C4"
 
 /// Stations with one arm each; those of these numbers have the class.
 async fn class(stations: usize, with: &[u64]) -> TestHub {
-    let bench = TestHub::new(stations, 1).await;
+    class_of(TestHub::new(stations, 1).await, with).await
+}
+
+async fn class_of(bench: TestHub, with: &[u64]) -> TestHub {
     for id in with {
         let client = bench
             .site
@@ -227,6 +231,48 @@ async fn classes(bench: &TestHub, of: &[u64]) -> Vec<Value> {
         out.push(answer["result"].clone());
     }
     out
+}
+
+/// Whoever sits at the hub's computer, without a name.
+fn at_the_hub() -> Peer {
+    let mut peer = Peer::elsewhere(None, "127.0.0.1:1".to_owned()).unwrap();
+    peer.origin = Origin::Loopback;
+    peer
+}
+
+#[tokio::test(start_paused = true)]
+async fn while_a_station_has_a_class_the_hubs_computer_looks_on_until_it_has_the_pin() {
+    let bench = class_of(TestHub::with_token(2, 1).await, &[2]).await;
+    tokio::time::sleep(Duration::from_secs(3)).await;
+    let mut page = bench.socket_of(at_the_hub());
+    let hello = json!({"client": {"name": "page"}});
+    let shown = page.call("session.hello", hello).await.unwrap();
+    assert_eq!(shown["role"], "viewer");
+    page.live(Duration::from_millis(50)).await;
+    let shown = page.ok("class.get", json!({})).await;
+    assert_eq!(shown["pin"], Value::Null, "{shown}");
+    assert_eq!(shown["pupils"][0]["code"], Value::Null);
+    for (method, params) in [
+        ("class.freeze", json!({})),
+        ("class.codes", json!({})),
+        ("turn.end", json!({})),
+        ("lease.take", json!({"arm": "arm0"})),
+        ("arm.move", json!({"arm": "arm0", "to": [220, 0, 40, 0]})),
+    ] {
+        let error = page.fails(method, params).await;
+        assert!(
+            [-32001, -32002].contains(&error["code"].as_i64().unwrap()),
+            "{method}: {error}"
+        );
+    }
+    let stopped = page.ok("arm.stop", json!({"arm": "arm0"})).await;
+    assert_eq!(stopped["arms"][0]["stood"], json!(true), "{stopped}");
+    let known = classes(&bench, &[2]).await;
+    let pin = known[0]["pin"].as_str().unwrap();
+    let mut teacher = bench.socket_of(at_the_hub());
+    let hello = json!({"client": {"name": "page"}, "pin": pin});
+    let shown = teacher.call("session.hello", hello).await.unwrap();
+    assert_eq!(shown["role"], "teacher");
 }
 
 #[tokio::test(start_paused = true)]

@@ -296,7 +296,8 @@ impl ClassFile {
     }
 }
 
-/// Whether a text has the form of a PIN, which no token has.
-pub(crate) fn is_pin(text: &str) -> bool {
+/// Whether a text has the form of a PIN, six digits, which no token has.
+#[must_use]
+pub fn is_pin(text: &str) -> bool {
     text.len() == 6 && text.bytes().all(|byte| byte.is_ascii_digit())
 }

@@ -4,8 +4,7 @@ mod file;
 mod pages;
 mod schedule;
 
-pub(crate) use file::is_pin;
-pub use file::{ClassFile, ClassRules, Pupil};
+pub use file::{ClassFile, ClassRules, Pupil, is_pin};
 pub use pages::{codes_page, results_page};
 pub(crate) use pages::{picture, picture_svg};
 pub use schedule::Schedule;
