@@ -133,7 +133,13 @@ impl Hub {
         });
         checked.map_err(|error| wrong("text", &error))?;
         call.params.insert("elsewhere".to_owned(), json!(true));
-        let gather = self.gathers(&call, Gathers::Everywhere("schedule.set"));
+        let gather = self.gathers(
+            &call,
+            Gathers::Everywhere {
+                method: "schedule.set",
+                codes_kept: Vec::new(),
+            },
+        );
         let stations = self.stations.keys().copied().collect();
         self.set_everywhere(&call, gather, stations);
         Ok(None)
@@ -168,8 +174,9 @@ impl Hub {
         let files = files.filter_map(|(_, class)| ClassFile::parse(class["text"].as_str()?).ok());
         let files: Vec<_> = files.collect();
         let mut stations: Vec<_> = self.stations.keys().copied().collect();
+        let mut codes_kept = Vec::new();
         let file = if method == "class.set" {
-            self.class_to_set(params, &files)?
+            self.class_to_set(params, &files, &mut codes_kept)?
         } else {
             // Who has not answered has the class too, as far as is known.
             let none = known.iter().filter(|(_, class)| class["class"].is_null());
@@ -189,7 +196,8 @@ impl Hub {
         ];
         let params = params.map(|(name, value)| (name.to_owned(), value));
         let call = self.continued(now, gather, "class.set", params.into_iter().collect());
-        let next = self.gathers(&call, Gathers::Everywhere(method));
+        let what = Gathers::Everywhere { method, codes_kept };
+        let next = self.gathers(&call, what);
         let asks = self.asks(now, gather.socket, "class.set", call.params);
         self.set_everywhere(&asks, next, stations);
         Ok(())
@@ -200,6 +208,7 @@ impl Hub {
         &self,
         params: &Map<String, Value>,
         known: &[ClassFile],
+        codes_kept: &mut Vec<String>,
     ) -> Result<Option<ClassFile>, RpcError> {
         let texts = |name: &str| -> Option<Vec<&str>> {
             let texts = params.get(name)?.as_array()?;
@@ -223,9 +232,16 @@ impl Hub {
         let arms = file.check_arms("the site", |arm| self.arms.contains_key(arm));
         arms.map_err(|error| wrong(param, &error))?;
         let uses_own = params.get("use_codes") == Some(&json!(true));
-        for known in known {
-            file.keep_codes(known, uses_own);
+        let mut before = ClassFile::default();
+        for pupil in known.iter().flat_map(|known| &known.pupil) {
+            if !before.pupil.iter().any(|one| one.name == pupil.name) {
+                before.pupil.push(pupil.clone());
+            }
         }
+        if let Some(known) = known.first() {
+            before.class.pin.clone_from(&known.class.pin);
+        }
+        *codes_kept = file.keep_codes(&before, uses_own);
         Ok(Some(file))
     }
 
@@ -359,19 +375,25 @@ impl Hub {
                     Err(error) => Err(error),
                 }
             }
-            Gathers::Everywhere(method) => match (self.undone(gather), lists.into_iter().next()) {
-                (None, Some((_, shown))) => {
-                    if method == "class.set" {
-                        self.expect_present(gather.socket);
+            Gathers::Everywhere { method, codes_kept } => {
+                match (self.undone(gather), lists.into_iter().next()) {
+                    (None, Some((_, mut shown))) => {
+                        // The stations were given codes that they had to take.
+                        if shown.get("codes_kept").is_some() {
+                            shown["codes_kept"] = json!(codes_kept);
+                        }
+                        if method == "class.set" {
+                            self.expect_present(gather.socket);
+                        }
+                        Ok(shown)
                     }
-                    Ok(shown)
+                    (None, None) => Err(nobody_answers()),
+                    (Some((kind, which)), _) => {
+                        let error = RpcError::arm(kind, not_everywhere(method, &which));
+                        Err(error.with("missing", self.missing(gather)))
+                    }
                 }
-                (None, None) => Err(nobody_answers()),
-                (Some((kind, which)), _) => {
-                    let error = RpcError::arm(kind, not_everywhere(method, &which));
-                    Err(error.with("missing", self.missing(gather)))
-                }
-            },
+            }
             Gathers::Alike => match (self.alike(gather, &lists), error) {
                 (Some(shown), _) => Ok(shown),
                 (None, Some(error)) => Err(error),

@@ -287,7 +287,7 @@ impl Hub {
             | Gathers::Results
             | Gathers::ByArms(_)
             | Gathers::Class(..)
-            | Gathers::Everywhere(_)
+            | Gathers::Everywhere { .. }
             | Gathers::Alike => match self.class_gathered(now, &mut gather) {
                 Some(outcome) => outcome,
                 // It goes on.

@@ -242,7 +242,12 @@ pub(super) enum Gathers {
     /// The class that stations have, before this is made of it.
     Class(&'static str, Map<String, Value>),
     /// What all stations have to take.
-    Everywhere(&'static str),
+    Everywhere {
+        /// The method that was asked of the hub.
+        method: &'static str,
+        /// Pupils for whom the file had another code than the one that counts.
+        codes_kept: Vec<String>,
+    },
     Arms,
     Sessions,
     Stops,

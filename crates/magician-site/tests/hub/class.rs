@@ -311,6 +311,11 @@ group = \"blue\"
     assert_eq!(texts(&all), vec![again["text"].clone(); 3]);
     dan.live(Duration::from_millis(100)).await;
     assert_eq!(dan.closed.map(|code| code.0), Some(4403));
+    // An old file brings no old code back, and that is said.
+    let old = again["text"].as_str().unwrap().replace("7K3M", "OLD1");
+    let kept = lee.ok("class.set", json!({"text": old})).await;
+    assert_eq!(code_of(&kept, "Ada"), "7K3M");
+    assert_eq!(kept["codes_kept"], json!(["Ada"]));
     // Empty text ends the class.
     lee.ok("class.set", json!({"text": ""})).await;
     let all = classes(&bench, &[1, 2, 3]).await;
