@@ -4,7 +4,7 @@ import { LINE_ENDED, RpcError } from "./client";
 import { t, told } from "./i18n";
 import { endJog } from "./jog";
 import { log } from "./log";
-import { turns } from "./class";
+import { stopsAll, turns } from "./class";
 import { call, giveBack, renamed, shown, takeControl } from "./session";
 import { ownName, remember, remembered } from "./settings";
 import * as store from "./store";
@@ -46,8 +46,8 @@ export function problemOf(error: unknown): Problem {
   return { text: inWords(error), remedies: Array.isArray(remedies) ? (remedies as Remedy[]) : [] };
 }
 
-/** Stops the shown arm, or all of the station, and whatever the page holds. Never refused, never asked. */
-export async function stop(all = false): Promise<void> {
+/** Stops the shown arm, or all of the station as the button says, and whatever the page holds. Never refused, never asked. */
+export async function stop(all = stopsAll.value): Promise<void> {
   endJog("stopped");
   store.question.value?.answer(false);
   const arm = store.armName.value;

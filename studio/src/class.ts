@@ -56,7 +56,7 @@ notified.add((method, params) => {
     jobs.set(job, state);
     if (before !== state && (before === "queued" || state === "queued")) call("turn.list", {}).then(hear, () => {});
   }
-  if (method === "turn.ending" && params.person === store.pupil.value) store.say(t("class.ending", { arm: params.arm, left: duration(params.left_s) }));
+  if (method === "turn.ending" && isOwn(params.person)) store.say(t("class.ending", { arm: params.arm, left: duration(params.left_s) }));
   if (method !== "turn.granted") return;
   show(params.arm);
   store.say(t("class.granted", { arm: params.arm }));
@@ -95,7 +95,9 @@ export function clockOf(unix: number): string {
 const me = computed(() => store.pupil.value ?? (store.role.value === "student" ? store.ownerName.value : null));
 /** The arms that a pupil may ever have: all but those that are the teacher's alone. */
 export const myArms = computed(() => (turns.value?.arms ?? []).filter(({ slot }) => slot == null || slot.until !== null).map(({ arm }) => arm));
-const isMe = ({ person }: { person: string | null }) => person !== null && person === me.value;
+/** Whether a name is that of the pupil at this page, who may have typed it in other letters: the station takes them for the same. */
+export const isOwn = (person: string | null): boolean => person !== null && person.toLowerCase() === me.value?.toLowerCase();
+const isMe = ({ person }: { person: string | null }) => isOwn(person);
 /** The turn or the place of the pupil who is signed in. */
 export const myTurn = computed(() => turns.value?.arms.find(isMe) ?? null);
 export const myPlace = computed(() => turns.value?.queue.find(isMe) ?? null);
@@ -103,3 +105,6 @@ export const mine = computed(() => {
   if (myTurn.value !== null) return `${myTurn.value.arm}: ${wordsOf(myTurn.value.arm)}`;
   return myPlace.value === null ? null : t("class.place", { n: myPlace.value.place });
 });
+
+/** Whether the stop of this page is for all arms: where all are shown, and for a pupil who has none. */
+export const stopsAll = computed(() => (store.audience.value === "pupil" ? myTurn.value === null : store.arms.value.length > 1 && (store.route.value === "class" || store.route.value === "arms")));

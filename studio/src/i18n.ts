@@ -28,7 +28,7 @@ effect(() => {
 
 /** A sentence, with what stands in braces replaced. */
 export function t(key: Key, values: Record<string, string | number> = {}): string {
-  return filled(texts.value[key] ?? en[key], values);
+  return filled(texts.value[key] ?? en[key] ?? key, values);
 }
 
 export const filled = (text: string, values: Record<string, string | number>): string => text.replace(/\{(\w+)\}/g, (all, name: string) => String(values[name] ?? all));

@@ -510,7 +510,8 @@ pub trait JobStore: Send + Sync {
         Vec::new()
     }
 
-    /// What was kept under a name: of a class and its schedule.
+    /// What was kept under a name: of a class and its schedule. `None` if there is nothing; of what cannot be read a text that
+    /// nobody takes for a class.
     fn kept(&self, name: &str) -> Option<String> {
         let _ = name;
         None

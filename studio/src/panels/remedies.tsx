@@ -13,7 +13,7 @@ const DONE: Record<string, { text: () => string; press: () => Promise<unknown> }
   "laser-off": { text: () => t("remedy.laser-off"), press: () => actions.laser(false) },
   "suction-off": { text: () => t("remedy.suction-off"), press: () => actions.tool({ suction: false }) },
   "gripper-off": { text: () => t("remedy.gripper-off"), press: () => actions.tool({ gripper: "off" }) },
-  stop: { text: () => t("remedy.stop"), press: () => actions.stop() },
+  stop: { text: () => t("remedy.stop"), press: () => actions.stop(false) },
 };
 
 /** What is done by itself, or by an option that this page asks. */

@@ -1,7 +1,7 @@
 // What stands above every route: Stop, what is connected, who has control, where to go.
 import { useEffect, useRef } from "preact/hooks";
 import * as actions from "../actions";
-import { mine } from "../class";
+import { mine, stopsAll } from "../class";
 import { t, told } from "../i18n";
 import { clock } from "../log";
 import { again, signOut } from "../session";
@@ -81,7 +81,7 @@ function Lease() {
 export function Header() {
   return (
     <header>
-      <Do id="stop" class="stop" title={t("stop.hint")} text={t("stop")} press={actions.stop} />
+      <Do id="stop" class="stop" title={t("stop.hint")} text={t(stopsAll.value ? "site.stopAll" : "stop")} press={() => actions.stop()} />
       <What />
       <Lease />
       <Nav />

@@ -82,8 +82,22 @@ impl ClassFile {
         if file.pupil.len() > PUPILS {
             return wrong(format!("a class has {PUPILS} pupils at most"));
         }
+        // JSON has no such numbers: they come as null.
+        if file
+            .class
+            .fence
+            .as_ref()
+            .is_some_and(|fence| fence.values().any(has_null))
+        {
+            return wrong("[class] fence must have finite numbers");
+        }
         for pupil in &file.pupil {
             let name = &pupil.name;
+            if name == "teacher" || pupil.group.as_deref() == Some("teacher") {
+                return wrong(
+                    "`teacher` is whoever teaches in a schedule: no pupil or group is called so",
+                );
+            }
             let fine = name.trim() == name
                 && (1..=40).contains(&name.chars().count())
                 && !name.chars().any(char::is_control);
@@ -293,6 +307,15 @@ impl ClassFile {
             fence.unwrap_or_default(),
             &bounds,
         )))
+    }
+}
+
+fn has_null(value: &Value) -> bool {
+    match value {
+        Value::Null => true,
+        Value::Array(values) => values.iter().any(has_null),
+        Value::Object(members) => members.values().any(has_null),
+        _ => false,
     }
 }
 

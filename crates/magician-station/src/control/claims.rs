@@ -176,6 +176,17 @@ impl Claims {
         places.find(|place| place.person == person && place.missed)
     }
 
+    /// Notes that a person's turn came and the person did not.
+    pub(super) fn miss(&mut self, person: PersonId) {
+        for claim in &mut self.0 {
+            if let Claim::Turn(place) = claim
+                && place.person == person
+            {
+                place.missed = true;
+            }
+        }
+    }
+
     pub(super) fn push_place(&mut self, place: Place) {
         self.0.push(Claim::Turn(place));
     }

@@ -250,8 +250,18 @@ impl Control {
     /// [`Refusal::Unknown`] if the arm has no turn, or if nobody who is there and may have the arm waits for it.
     pub fn pass_turn(&mut self, now: HostInstant, arm: ArmId) -> Result<(), Refusal> {
         let turn = self.class(arm).turn.clone().ok_or(Refusal::Unknown)?;
-        if !{ self.claims.places() }.any(|place| self.is_next(now, arm, place)) {
+        let waits = self
+            .claims
+            .places()
+            .filter(|place| self.is_next(now, arm, place));
+        let is_here = |person: &PersonId| self.session_of_person(*person).is_some();
+        let persons: Vec<_> = waits.map(|place| place.person).collect();
+        let Some(next) = persons.iter().position(is_here) else {
             return Err(Refusal::Unknown);
+        };
+        for person in &persons[..next] {
+            // Their turn has come without them.
+            self.claims.miss(*person);
         }
         self.claims.push_place(Place {
             person: turn.person,

@@ -385,7 +385,12 @@ impl JobStore for JobFolder {
     }
 
     fn kept(&self, name: &str) -> Option<String> {
-        fs::read_to_string(self.folder.join(name)).ok()
+        match fs::read(self.folder.join(name)) {
+            Ok(bytes) => Some(String::from_utf8_lossy(&bytes).into_owned()),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => None,
+            // It is there: whoever reads the text finds that it is none.
+            Err(error) => Some(format!("\u{fffd} {error}")),
+        }
     }
 
     fn keep(&self, name: &str, text: &str) -> io::Result<()> {

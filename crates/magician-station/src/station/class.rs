@@ -1,6 +1,6 @@
 //! A class at the station: signing in, turns, the schedule, what the teacher does for all, and by which fence pupils move.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use magician::Fence;
@@ -28,6 +28,7 @@ use crate::secret::same_secret;
 pub(super) const CLASS: &str = "class.toml";
 pub(super) const SCHEDULE: &str = "schedule.toml";
 pub(super) const RESULTS: &str = "results.json";
+const DAMAGED: &str = "results-damaged.json";
 /// The name under which wrong PINs are counted. No pupil has it: names have no control characters.
 const TEACHER: &str = "\n";
 /// Slots of the schedule are counted out anew so often.
@@ -85,8 +86,15 @@ impl Class {
         let kept = |given: &Option<String>, name| given.clone().or_else(|| config.jobs.kept(name));
         let noted =
             |what: &str, error: ClassError| tracing::warn!(%error, "the {what} is not used");
-        let file = kept(&config.class, CLASS).map(|text| ClassFile::parse(&text));
-        let mut file = file.and_then(|file| file.map_err(|error| noted("class", error)).ok());
+        // What ends a class is an empty file.
+        let file = kept(&config.class, CLASS).filter(|text| !text.trim().is_empty());
+        let mut file = file.map(|text| {
+            ClassFile::parse(&text).unwrap_or_else(|error| {
+                noted("class", error);
+                // There is one that cannot be read: until another is set, nobody without the PIN is a teacher.
+                ClassFile::default()
+            })
+        });
         if let Some(file) = &mut file
             && let Some(before) = config.jobs.kept(CLASS)
             && let Ok(before) = ClassFile::parse(&before)
@@ -108,10 +116,19 @@ impl Class {
         let schedule = kept(&config.schedule, SCHEDULE).map(|text| Schedule::parse(&text));
         let schedule =
             schedule.and_then(|read| read.map_err(|error| noted("schedule", error)).ok());
-        let results = { config.jobs.kept(RESULTS) }
-            .and_then(|text| serde_json::from_str(&text).ok())
-            .unwrap_or_default();
+        let mut files = ClassFiles::default();
+        let results = config.jobs.kept(RESULTS).unwrap_or_default();
+        let results = match serde_json::from_str(&results) {
+            Ok(results) => results,
+            Err(_) if results.is_empty() => Vec::new(),
+            Err(error) => {
+                tracing::warn!(%error, "the results cannot be read: they are kept as {DAMAGED}");
+                files.write(DAMAGED, results);
+                Vec::new()
+            }
+        };
         Self {
+            files,
             file,
             schedule,
             // The first look at the clock counts them out.
@@ -525,7 +542,9 @@ impl Station {
             return Ok(self.arm_ids().collect());
         };
         let arms = names.iter().map(|name| self.arm_named(Some(name)));
-        arms.collect()
+        // One that is named twice is meant once.
+        let arms: Result<BTreeSet<_>, _> = arms.collect();
+        Ok(arms?.into_iter().collect())
     }
 
     pub(super) fn names_of(&self, arms: &[ArmId]) -> Vec<&str> {

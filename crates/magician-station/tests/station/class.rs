@@ -409,7 +409,16 @@ async fn a_class_of_names_has_its_arms_and_keeps_the_codes_that_count() {
         (code(&fewer), &fewer["class"]["turn_s"]),
         (code(&made), &json!(60))
     );
+    for fence in ["floor = nan", "top_speed = inf", "box = { x = [nan, 300] }"] {
+        let text = format!("[class]\nfence = {{ {fence} }}\n[[pupil]]\nname = \"Ada\"\n");
+        assert_eq!(
+            teacher.code("class.set", json!({"text": text})).await,
+            -32602,
+            "{fence}"
+        );
+    }
     for wrong in [
+        json!({"names": ["teacher"]}),
         json!({}),
         json!({"names": ["Ada"], "text": ""}),
         json!({"names": ["Ada", "ada"]}),
@@ -456,10 +465,8 @@ async fn a_teacher_ends_a_turn_passes_it_on_and_takes_a_place_away() {
         -32001
     );
     teacher.ok("turn.leave", json!({"person": "Ada"})).await;
-    assert_eq!(
-        teacher.ok("turn.end", json!({})).await["arms"],
-        json!(["arm"])
-    );
+    let twice = json!({"arms": ["arm", "arm"]});
+    assert_eq!(teacher.ok("turn.end", twice).await["arms"], json!(["arm"]));
     let turns = teacher.ok("turn.list", json!({})).await;
     assert_eq!(
         (&turns["arms"][0]["person"], &turns["queue"]),

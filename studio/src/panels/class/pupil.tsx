@@ -2,7 +2,7 @@
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { tried } from "../../actions";
-import { leftOf, myArms, myPlace, myTurn, turns } from "../../class";
+import { isOwn, leftOf, myArms, myPlace, myTurn, turns } from "../../class";
 import { LANGUAGES, t } from "../../i18n";
 import { duration } from "../../run/jobs";
 import { call, signOut } from "../../session";
@@ -41,8 +41,7 @@ function MyPlace() {
   const any = "";
   const wish = useSignal(any);
   const place = myPlace.value;
-  const own = store.pupil.value;
-  const jobs = (turns.value?.arms ?? []).flatMap(({ arm, jobs = [] }) => jobs.filter(({ person }) => person === own).map((job) => ({ ...job, arm })));
+  const jobs = (turns.value?.arms ?? []).flatMap(({ arm, jobs = [] }) => jobs.filter(({ person }) => isOwn(person)).map((job) => ({ ...job, arm })));
   const join = () => tried(() => call("turn.join", wish.value === any ? {} : { arm: wish.value }));
   const arms = myArms.value;
   const why = place === null ? null : whyWaits(place);

@@ -102,7 +102,9 @@ impl Model {
         let mut queue = before.control.control.places();
         let next = queue.find(|place| {
             let of = mutant::known(place.person);
-            !place.missed && place.arms.contains(&arm) && before.is_in_slot(arm, of)
+            let mut pages = before.sockets.iter().filter(|(_, (open, _))| *open);
+            let is_here = pages.any(|(session, _)| Self::person(*session) == Some(of));
+            is_here && !place.missed && place.arms.contains(&arm) && before.is_in_slot(arm, of)
         });
         let Some(next) = next.map(|place| mutant::known(place.person)) else {
             return must(now == Some(person), "a turn is passed to the next");
