@@ -291,7 +291,8 @@ impl Control {
         }
     }
 
-    /// Stops an arm, and refuses all that moves it by anybody but a teacher. A job pauses.
+    /// Stops an arm, and refuses all that moves it by anybody but a teacher. A job that burns ends at once; another one pauses,
+    /// for which [`stop_frozen`](Self::stop_frozen) bounds the time.
     pub fn freeze(&mut self, now: HostInstant, arm: ArmId, by: Option<SessionId>) {
         if self.class(arm).frozen.is_none() {
             self.class_mut(arm).frozen = Some(now);
@@ -303,12 +304,21 @@ impl Control {
         self.effects.push_back(Effect::EndWork {
             arm,
             requests,
-            // A job comes to its pause by itself, with the laser off.
+            // A job comes to its pause or end by itself, with the laser off.
             stop: running.is_none(),
             why: WorkEnd::Stop(by),
         });
         if let Some(job) = running {
-            let (job, pause) = (job.id, true);
+            let (job, pause) = (job.id, !job.burns);
+            self.effects.push_back(Effect::EndJob { arm, job, pause });
+        }
+    }
+
+    /// Stops a frozen arm whose job has not come to its pause.
+    pub fn stop_frozen(&mut self, arm: ArmId) {
+        let job = self.arm(arm).job.filter(|_| self.is_frozen(arm));
+        if let Some(job) = job.filter(|job| job.phase.is_under_way()) {
+            let (job, pause) = (job.id, false);
             self.effects.push_back(Effect::EndJob { arm, job, pause });
         }
     }

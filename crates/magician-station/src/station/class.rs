@@ -31,6 +31,8 @@ pub(super) const RESULTS: &str = "results.json";
 const DAMAGED: &str = "results-damaged.json";
 /// The name under which wrong PINs are counted. No pupil has it: names have no control characters.
 const TEACHER: &str = "\n";
+/// A job of an arm that is frozen comes to its pause within this time, at the end of a short step; else it ends.
+const PAUSE: Duration = Duration::from_secs(1);
 /// Slots of the schedule are counted out anew so often.
 pub(super) const ANEW: Duration = Duration::from_secs(24 * 3600);
 
@@ -43,6 +45,8 @@ pub(super) struct Class {
     pub(super) schedule: Option<Schedule>,
     /// When its slots are to be counted out again.
     pub(super) anew: Option<HostInstant>,
+    /// When the jobs of frozen arms have had their time to pause.
+    pub(super) pauses_end: BTreeMap<ArmId, HostInstant>,
     /// Who has a number, by it.
     pub(super) persons: Vec<Person>,
     pub(super) wrong: WrongCodes,
@@ -140,12 +144,16 @@ impl Class {
     }
 
     pub(super) fn next(&self) -> Option<HostInstant> {
-        self.anew
+        self.pauses_end.values().copied().chain(self.anew).min()
     }
 }
 
 impl Station {
     pub(super) fn class_timeout(&mut self, now: HostInstant) {
+        let over = { &mut self.class.pauses_end }.extract_if(.., |_, end| *end <= now);
+        for (arm, _) in over.collect::<Vec<_>>() {
+            self.control.stop_frozen(arm);
+        }
         if self.class.anew.is_some_and(|anew| anew <= now) {
             let first = self.class.anew == Some(HostInstant::ZERO);
             self.class.anew = None;
@@ -376,6 +384,7 @@ impl Station {
                         continue;
                     }
                     self.control.freeze(now, arm, Some(call.session));
+                    self.class.pauses_end.insert(arm, now + PAUSE);
                     let error = self.frozen(arm);
                     self.stop_before_found(now, arm, &error);
                 }

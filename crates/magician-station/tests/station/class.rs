@@ -253,6 +253,58 @@ async fn a_frozen_arm_pauses_its_job_and_no_pupil_moves_it() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_frozen_arm_stands_within_two_seconds_whatever_its_job_does() {
+    let (bench, mut teacher) = class(1).await;
+    let mut ada = pupil(&bench, "Ada").await;
+    ada.ok("lease.acquire", json!({})).await;
+    ada.ok("arm.speed", json!({"percent": 5})).await;
+    let steps = json!([{"move": [220, -100, 20, 0]}, {"move": [220, 100, 20, 0]}]);
+    let slow = json!({"format": "magician-plan", "version": 1, "title": "slow", "steps": steps});
+    let job = ada.ok("job.start", json!({"text": slow.to_string()})).await["job"].clone();
+    pass(6, &mut [&mut ada, &mut teacher]).await;
+    teacher.ok("class.freeze", json!({})).await;
+    pass(2, &mut [&mut ada, &mut teacher]).await;
+    let y = async |ada: &mut Tester| ada.ok("arm.state", json!({})).await["y"].clone();
+    let stands = y(&mut ada).await;
+    pass(5, &mut [&mut ada, &mut teacher]).await;
+    assert_eq!(y(&mut ada).await, stands);
+    let ended = ada.ok("job.get", json!({"job": job})).await;
+    assert_eq!(ended["state"], "stopped", "{ended}");
+    teacher.ok("class.free", json!({})).await;
+    ada.ok("job.resume", json!({"job": job})).await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_freeze_ends_a_job_that_burns_at_once() {
+    let (bench, mut teacher) = class(1).await;
+    let mut ada = pupil(&bench, "Ada").await;
+    ada.ok("lease.acquire", json!({})).await;
+    ada.ok("arm.speed", json!({"percent": 5})).await;
+    let svg = "<svg xmlns='http://www.w3.org/2000/svg' width='100mm' height='10mm' viewBox='0 0 100 10'><path \
+               d='M0 5H100' stroke='black' fill='none'/></svg>";
+    let setup = json!({"tool": "laser", "speed": 5, "surface": -60});
+    let start = json!({"text": svg, "format": "svg", "setup": setup, "yes": true});
+    let job = ada.ok("job.start", start).await["job"].clone();
+    let lit =
+        async |ada: &mut Tester| ada.ok("arm.state", json!({})).await["tool"]["laser"].clone();
+    for _ in 0..50 {
+        if lit(&mut ada).await == json!(true) {
+            break;
+        }
+        tokio::time::sleep(Duration::from_millis(100)).await;
+    }
+    assert_eq!(lit(&mut ada).await, json!(true), "it burns");
+    teacher.ok("class.freeze", json!({})).await;
+    tokio::time::sleep(Duration::from_millis(300)).await;
+    assert_eq!(lit(&mut ada).await, json!(false));
+    pass(2, &mut [&mut ada, &mut teacher]).await;
+    assert_eq!(
+        ada.ok("job.get", json!({"job": job})).await["state"],
+        "stopped"
+    );
+}
+
+#[tokio::test(start_paused = true)]
 async fn a_freeze_that_is_answered_outlives_its_station_and_ends_where_it_is_freed() {
     let (bench, mut teacher) = class(1).await;
     teacher.ok("class.freeze", json!({})).await;
