@@ -167,6 +167,12 @@ impl Control {
         // Who holds an arm without a turn has one from now on.
         for arm in self.arm_ids() {
             if let Some(holder) = self.holder(arm) {
+                let turn = self.person(holder).and_then(|person| self.turn_of(person));
+                if turn.is_some_and(|at| at != arm) {
+                    // A person has one turn.
+                    self.end_lease(now, arm, LeaseEnd::Over);
+                    continue;
+                }
                 self.turn_granted(now, arm, holder);
                 if !self.may_hold(now, holder, arm) {
                     self.end_lease(now, arm, LeaseEnd::Over);

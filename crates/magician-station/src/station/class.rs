@@ -500,6 +500,7 @@ impl Station {
         }
         for person in gone {
             self.control.leave_turn(now, person);
+            self.stop_queued_of(now, person);
         }
         self.place_role_changed(now);
         self.control.set_turns(now, rules);

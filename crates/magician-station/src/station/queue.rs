@@ -13,7 +13,7 @@ use super::newest::{LIST_INTERVAL, Newest};
 use super::records::{JobOwner, JobRecord};
 use super::rights::{Risk, may_endanger};
 use crate::api::{Danger, RpcError};
-use crate::control::{ArmId, JobClaim, JobId, OnLost, QueuedChange};
+use crate::control::{ArmId, JobClaim, JobId, OnLost, PersonId, QueuedChange};
 use crate::order::{ArmOrder, JobEnd, JobOrder, JobStart};
 
 /// Jobs that wait for an arm, at most.
@@ -282,6 +282,18 @@ impl Station {
         }
         self.job_changed(now, claim.arm, job);
         self.tell_queue(now, claim.arm);
+    }
+
+    /// Takes all jobs of a person out of the queues.
+    pub(super) fn stop_queued_of(&mut self, now: HostInstant, person: PersonId) {
+        let of = |claim: &&JobClaim| claim.person == Some(person);
+        let arms = self.arm_ids();
+        let jobs: Vec<_> = { arms.flat_map(|arm| self.control.jobs(arm).filter(of)) }
+            .map(|claim| claim.job)
+            .collect();
+        for job in jobs {
+            self.stop_queued(now, job);
+        }
     }
 
     /// Takes up the jobs that waited when the last station ended, in their order. None begins before a person says so.

@@ -3,7 +3,7 @@
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use magician_station::{LIST_INTERVAL, Role};
+use magician_station::{Grant, LIST_INTERVAL, Role};
 use serde_json::{Value, json};
 
 use crate::bench::{LocalStation, Tester};
@@ -528,6 +528,44 @@ async fn a_teacher_ends_a_turn_passes_it_on_and_takes_a_place_away() {
         teacher.code("turn.leave", json!({"person": "Eve"})).await,
         -32602
     );
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_a_pupil_has_waiting_goes_with_the_pupil() {
+    let (bench, mut teacher) = class(1).await;
+    let (mut ada, mut ben) = (pupil(&bench, "Ada").await, pupil(&bench, "Ben").await);
+    ada.ok("turn.join", json!({})).await;
+    let queued = json!({"text": plan(2), "queue": true});
+    let job = ben.ok("job.start", queued).await["job"].clone();
+    teacher.ok("class.set", json!({"names": ["Ada"]})).await;
+    let job = teacher.ok("job.get", json!({"job": job})).await;
+    assert_eq!(job["state"], "stopped", "{job}");
+}
+
+#[tokio::test(start_paused = true)]
+async fn who_has_two_arms_when_a_class_begins_has_one_turn() {
+    let bench = LocalStation::new(2).await;
+    let token = Grant {
+        role: Role::Student,
+        token: Some("desk".to_owned()),
+    };
+    let mut desk = bench.socket_of(Some(token), "127.0.0.1:1");
+    let hello = json!({"client": {"name": "desk"}});
+    desk.call("session.hello", hello).await.unwrap();
+    let mut teacher = bench.join_as("Ms Lee", Role::Teacher).await;
+    let arms = teacher.ok("turn.list", json!({})).await["arms"].clone();
+    for arm in arms.as_array().unwrap() {
+        desk.ok("lease.acquire", json!({"arm": arm["arm"]})).await;
+    }
+    teacher.ok("class.set", json!({"text": CLASS})).await;
+    let turns = teacher.ok("turn.list", json!({})).await["arms"].clone();
+    let persons: Vec<_> = turns
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|arm| arm["person"].clone())
+        .collect();
+    assert_eq!(persons, [json!("desk"), Value::Null]);
 }
 
 #[tokio::test(start_paused = true)]
