@@ -150,10 +150,14 @@ impl Class {
 
 impl Station {
     pub(super) fn class_timeout(&mut self, now: HostInstant) {
-        let over = { &mut self.class.pauses_end }.extract_if(.., |_, end| *end <= now);
-        for (arm, _) in over.collect::<Vec<_>>() {
-            self.control.stop_frozen(arm);
-        }
+        let control = &mut self.control;
+        self.class.pauses_end.retain(|arm, end| {
+            let is_over = *end <= now;
+            if is_over {
+                control.stop_frozen(*arm);
+            }
+            !is_over
+        });
         if self.class.anew.is_some_and(|anew| anew <= now) {
             let first = self.class.anew == Some(HostInstant::ZERO);
             self.class.anew = None;
