@@ -52,7 +52,6 @@
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
 pub mod beside;
-#[cfg(feature = "files")]
 mod engine;
 mod error;
 mod event;
