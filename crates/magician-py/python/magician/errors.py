@@ -90,8 +90,8 @@ class Error(Exception):
         queue.
         """
         self.station = station
-        """Address of the station of this computer that has the port, or ``None``: ``magician.Station(error.station)`` uses
-        the arm through it.
+        """Address of the station of this computer that has the port, or ``None``:
+        ``magician.Station(error.station)`` uses the arm through it.
         """
 
     def __str__(self) -> str:
