@@ -1698,7 +1698,7 @@ export interface Methods {
     };
     result: Class;
   };
-  /** Stops arms: jobs pause, the rest ends, the laser is off. Nobody but a teacher moves them until `class.free`; the time of turns stands. */
+  /** Stops arms: a job pauses where its step ends within a second, and ends elsewhere, at once if it burns (`job.resume` goes on with both); the rest ends, and the laser is off. Nobody but a teacher moves them until `class.free`; the time of turns stands. */
   "class.freeze": {
     params: {
       arms?: string[];
