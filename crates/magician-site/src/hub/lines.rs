@@ -598,6 +598,7 @@ impl Hub {
             // for ending.
             "server.ending" => return,
             "turn.changed" => {
+                self.names.rename(slot, &mut params, known.ids);
                 self.hears_turns(now, line, params);
                 return self.turns_changed(now, socket);
             }

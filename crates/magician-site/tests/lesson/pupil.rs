@@ -1,6 +1,7 @@
 //! What a pupil does in the lesson.
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use magician::sim::ExternalEvent;
@@ -316,8 +317,13 @@ impl Script {
                     self.says("has drawn the name");
                     return;
                 }
-                "stopped" | "failed" => panic!("{}: {state}", self.pupil.name),
-                "paused" | "interrupted" if page.has_turn() && !self.room.is_frozen() => {
+                "failed" => panic!("{}: {state}", self.pupil.name),
+                "stopped" if !self.room.was_frozen.load(Ordering::SeqCst) => {
+                    panic!("{}: {state}", self.pupil.name)
+                }
+                "paused" | "interrupted" | "stopped"
+                    if page.has_turn() && !self.room.is_frozen() =>
+                {
                     let resumed = page.call("job.resume", json!({"job": job})).await;
                     if resumed.is_ok() {
                         self.says("goes on with the drawing");

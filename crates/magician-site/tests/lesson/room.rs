@@ -53,6 +53,8 @@ pub(crate) struct Room {
     pub(crate) bench: TestHub,
     pub(crate) notes: Mutex<Notes>,
     pub(crate) frozen: AtomicBool,
+    /// True from the first freeze on: it ends a drawing in the middle of a long line.
+    pub(crate) was_frozen: AtomicBool,
     begun: Instant,
     _state: tempfile::TempDir,
 }
@@ -83,6 +85,7 @@ impl Room {
             bench,
             notes: Mutex::default(),
             frozen: AtomicBool::new(false),
+            was_frozen: AtomicBool::new(false),
             begun: Instant::now(),
             _state: state,
         })

@@ -90,6 +90,7 @@ impl Teacher {
 
     async fn freezes(&mut self) {
         self.waits(24, 0).await;
+        self.room.was_frozen.store(true, Ordering::SeqCst);
         self.room.frozen.store(true, Ordering::SeqCst);
         self.hub.ok("class.freeze", json!({})).await;
         self.room.says(WHO, "freezes all arms");

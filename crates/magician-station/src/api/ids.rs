@@ -32,6 +32,9 @@ const JOB: &[IdPlace] = &[
     ("error.by", Session),
 ];
 
+/// The ids in turns.
+pub(super) const TURNS: &[IdPlace] = &[("arms[].jobs[].job", Job)];
+
 /// The ids in the results of methods; the others have none.
 const RESULTS: &[(&str, &[IdPlace])] = &[
     ("session.hello", &[("session", Session)]),
@@ -61,6 +64,8 @@ const RESULTS: &[(&str, &[IdPlace])] = &[
             ("events[].jog", Jog),
         ],
     ),
+    ("turn.join", TURNS),
+    ("turn.list", TURNS),
     ("lease.acquire", &[("lease", Lease)]),
     ("lease.ask", &[("lease", Lease)]),
     ("lease.take", &[("lease", Lease)]),

@@ -170,7 +170,7 @@ notices! {
         when: "A turn began or ended, somebody joined or left the queue, an arm was frozen or freed, a class was set.",
         channel: "`turn.list` answers the same, and which arms are meant by the asker's `turn.join`.",
         arm: None,
-        ids: EVERYBODY,
+        ids: super::ids::TURNS,
         params: super::types::TURNS,
     }
     /// A turn comes to its end.
