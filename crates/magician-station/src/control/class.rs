@@ -359,23 +359,6 @@ impl Control {
         Some((turn, self.left(now, arm, turn)))
     }
 
-    /// The slot of the schedule that an arm is in now. `None` where the arm has no schedule, and between slots.
-    #[must_use]
-    pub fn open_slot(&self, now: HostInstant, arm: ArmId) -> Option<&Slot> {
-        let mut slots = self.class(arm).slots.iter().flatten();
-        slots.find(|slot| slot.is_open(now))
-    }
-
-    /// When the next slot of an arm begins that is closed to everybody now. `None` for one that is open, and without a slot.
-    #[must_use]
-    pub fn next_slot(&self, now: HostInstant, arm: ArmId) -> Option<HostInstant> {
-        let slots = self.class(arm).slots.as_ref()?;
-        if self.open_slot(now, arm).is_some() {
-            return None;
-        }
-        slots.iter().filter_map(|slot| slot.from).min()
-    }
-
     /// Who waits for a turn, in order.
     pub fn places(&self) -> impl Iterator<Item = &Place> {
         self.claims.places()

@@ -18,6 +18,16 @@ pub(super) struct OpenSlot {
     pub(super) until: Option<i64>,
 }
 
+/// What the schedule says of an arm.
+pub(super) enum SlotNow {
+    /// Anybody may have it.
+    Free,
+    /// It is in a slot.
+    Open(OpenSlot),
+    /// It is between slots. When the next one begins, Unix seconds; `None` if none is known.
+    Closed(Option<i64>),
+}
+
 impl Station {
     /// Counts the slots of the schedule out, from now on. An arm that the class does not give to pupils is in none.
     pub(super) fn count_out(&mut self, now: HostInstant) {
@@ -70,33 +80,27 @@ impl Station {
         file.is_none_or(|file| file.has_arm(&self.arm(arm).entry.name))
     }
 
-    /// The slot that an arm is in now, in the words of the schedule. `None` where anybody may have it, and between slots.
-    pub(super) fn slot(&self, now: HostInstant, arm: ArmId) -> Option<OpenSlot> {
+    /// What the schedule says of an arm now, in its own words.
+    pub(super) fn slot(&self, now: HostInstant, arm: ArmId) -> SlotNow {
         if !self.is_for_pupils(arm) {
             let who = vec!["teacher".to_owned()];
-            return Some(OpenSlot { who, until: None });
+            return SlotNow::Open(OpenSlot { who, until: None });
         }
         let unix = self.unix(now).floor() as i64;
-        let schedule = self.class.schedule.as_ref()?;
-        let windows = schedule.windows(&self.arm(arm).entry.name, unix)?;
-        let open: Vec<_> = { windows.iter() }
-            .filter(|window| window.from <= unix)
-            .collect();
-        let until = open.iter().map(|window| window.until).min()?;
-        let who = open.iter().flat_map(|window| window.who);
-        Some(OpenSlot {
-            who: who.cloned().collect::<BTreeSet<_>>().into_iter().collect(),
+        let schedule = self.class.schedule.as_ref();
+        let name = &self.arm(arm).entry.name;
+        let Some(windows) = schedule.and_then(|schedule| schedule.windows(name, unix)) else {
+            return SlotNow::Free;
+        };
+        let open = windows.iter().filter(|window| window.from <= unix);
+        let Some(until) = open.clone().map(|window| window.until).min() else {
+            return SlotNow::Closed(windows.first().map(|window| window.from));
+        };
+        let who: BTreeSet<_> = open.flat_map(|window| window.who).cloned().collect();
+        SlotNow::Open(OpenSlot {
+            who: who.into_iter().collect(),
             until: Some(until),
         })
-    }
-
-    /// When the next slot of an arm begins that is in none now, Unix seconds. `None` for one that may be had, or never.
-    pub(super) fn free_at(&self, now: HostInstant, arm: ArmId) -> Option<i64> {
-        let unix = self.unix(now).floor() as i64;
-        let schedule = self.class.schedule.as_ref()?;
-        let windows = schedule.windows(&self.arm(arm).entry.name, unix)?;
-        let next = windows.first().filter(|_| self.is_for_pupils(arm))?;
-        (next.from > unix).then_some(next.from)
     }
 
     /// The persons whom names mean: pupils, groups, tokens.

@@ -9,6 +9,7 @@ use super::Station;
 use super::class::no_class;
 use super::dispatch::{Call, forbidden};
 use super::newest::Newest;
+use super::schedule::SlotNow;
 use crate::api::{Notice, Role, RpcError};
 use crate::control::{
     ArmId, Effect, Hindrance, JobClaim, NoQueue, PersonId, SessionId, TTL, TurnState,
@@ -100,7 +101,10 @@ impl Station {
 
     /// Why nobody of this name gets a place at these arms.
     fn kept_by_schedule(&self, now: HostInstant, arms: &BTreeSet<ArmId>) -> RpcError {
-        let slots = arms.iter().map(|arm| (*arm, self.slot(now, *arm)));
+        let slots = arms.iter().map(|arm| match self.slot(now, *arm) {
+            SlotNow::Open(slot) => (*arm, Some(slot)),
+            SlotNow::Free | SlotNow::Closed(_) => (*arm, None),
+        });
         let Some((arm, slot)) = slots.min_by_key(|(_, slot)| slot.is_none()) else {
             return no_class();
         };
@@ -133,7 +137,11 @@ impl Station {
             let left = turn
                 .and_then(|(_, left)| left)
                 .map(|left| left.as_secs_f64());
-            let slot = self.slot(now, arm);
+            let (slot, free_at) = match self.slot(now, arm) {
+                SlotNow::Free => (None, None),
+                SlotNow::Open(slot) => (Some(slot), None),
+                SlotNow::Closed(from) => (None, from),
+            };
             let jobs = self.control.jobs(arm).map(|claim| {
                 let record = self.records.with_number(claim.job);
                 json!({
@@ -151,7 +159,7 @@ impl Station {
                 "frozen": self.control.is_frozen(arm),
                 "jobs": jobs.collect::<Vec<_>>(),
                 "slot": slot.map(|slot| json!({"who": slot.who, "until": slot.until})),
-                "free_at": self.free_at(now, arm),
+                "free_at": free_at,
             })
         });
         let queue = (1..).zip(self.control.places()).map(|(at, place)| {
