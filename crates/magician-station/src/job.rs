@@ -510,11 +510,13 @@ pub trait JobStore: Send + Sync {
         Vec::new()
     }
 
-    /// What was kept under a name: of a class and its schedule. `None` if there is nothing; of what cannot be read a text that
-    /// nobody takes for a class.
-    fn kept(&self, name: &str) -> Option<String> {
+    /// Returns the text that was kept under a name, of a class and its schedule. `None` if there is none.
+    ///
+    /// # Errors
+    /// The cause, if there is one that cannot be read.
+    fn kept(&self, name: &str) -> io::Result<Option<String>> {
         let _ = name;
-        None
+        Ok(None)
     }
 
     /// Keeps this under a name, for its owner alone. It is on the disk when this returns.

@@ -384,12 +384,11 @@ impl JobStore for JobFolder {
         file.map_or(Ok(()), |file| file.write(jobs))
     }
 
-    fn kept(&self, name: &str) -> Option<String> {
+    fn kept(&self, name: &str) -> io::Result<Option<String>> {
         match fs::read(self.folder.join(name)) {
-            Ok(bytes) => Some(String::from_utf8_lossy(&bytes).into_owned()),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => None,
-            // It is there: whoever reads the text finds that it is none.
-            Err(error) => Some(format!("\u{fffd} {error}")),
+            Ok(bytes) => Ok(Some(String::from_utf8_lossy(&bytes).into_owned())),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+            Err(error) => Err(error),
         }
     }
 

@@ -87,23 +87,26 @@ impl Person {
 impl Class {
     /// What the flags say, else what an earlier station has kept.
     pub(super) fn load(config: &StationConfig) -> Self {
-        let kept = |given: &Option<String>, name| given.clone().or_else(|| config.jobs.kept(name));
+        let kept = |name| { config.jobs.kept(name) }.map_err(|error| ClassError(error.to_string()));
         let noted =
-            |what: &str, error: ClassError| tracing::warn!(%error, "the {what} is not used");
-        // What ends a class is an empty file.
-        let file = kept(&config.class, CLASS).filter(|text| !text.trim().is_empty());
-        let mut file = file.map(|text| {
-            ClassFile::parse(&text).unwrap_or_else(|error| {
-                noted("class", error);
+            |what: &str, error: &ClassError| tracing::warn!(%error, "the {what} is not used");
+        let before = match kept(CLASS) {
+            // What ends a class is an empty file.
+            Ok(text) => {
+                { text.filter(|text| !text.trim().is_empty()) }.map(|text| ClassFile::parse(&text))
+            }
+            Err(error) => Some(Err(error)),
+        };
+        let given = config.class.as_deref().map(ClassFile::parse);
+        let mut file = given.or_else(|| before.clone()).map(|file| {
+            file.unwrap_or_else(|error| {
+                noted("class", &error);
                 // There is one that cannot be read: until another is set, nobody without the PIN is a teacher.
                 ClassFile::default()
             })
         });
-        if let Some(file) = &mut file
-            && let Some(before) = config.jobs.kept(CLASS)
-            && let Ok(before) = ClassFile::parse(&before)
-        {
-            let kept = file.keep_codes(&before, false);
+        if let (Some(file), Some(Ok(before))) = (&mut file, &before) {
+            let kept = file.keep_codes(before, false);
             if !kept.is_empty() {
                 let pupils = kept.join(", ");
                 tracing::warn!(
@@ -112,25 +115,35 @@ impl Class {
                      is told to take the file's"
                 );
             }
-            let has = |arm: &str| config.arms.iter().any(|known| known.name == arm);
-            if let Err(ClassError(error)) = file.check_arms("this station", has) {
-                tracing::warn!(error, "another station may have it");
-            }
         }
-        let schedule = kept(&config.schedule, SCHEDULE).map(|text| Schedule::parse(&text));
-        let schedule =
-            schedule.and_then(|read| read.map_err(|error| noted("schedule", error)).ok());
-        let mut files = ClassFiles::default();
-        let results = config.jobs.kept(RESULTS).unwrap_or_default();
-        let results = match serde_json::from_str(&results) {
-            Ok(results) => results,
-            Err(_) if results.is_empty() => Vec::new(),
-            Err(error) => {
-                tracing::warn!(%error, "the results cannot be read: they are kept as {DAMAGED}");
-                files.write(DAMAGED, results);
-                Vec::new()
-            }
+        let has = |arm: &str| config.arms.iter().any(|known| known.name == arm);
+        if let Some(Err(ClassError(error))) =
+            { file.as_ref() }.map(|file| file.check_arms("this station", has))
+        {
+            tracing::warn!(error, "another station may have it");
+        }
+        let schedule = match &config.schedule {
+            Some(text) => Ok(Some(text.clone())),
+            None => kept(SCHEDULE),
         };
+        let schedule =
+            schedule.and_then(|text| text.map(|text| Schedule::parse(&text)).transpose());
+        let schedule = schedule.unwrap_or_else(|error| {
+            noted("schedule", &error);
+            None
+        });
+        let mut files = ClassFiles::default();
+        let results = kept(RESULTS).unwrap_or_else(|error| {
+            noted("file of results", &error);
+            None
+        });
+        let results = results.map_or_else(Vec::new, |text| {
+            serde_json::from_str(&text).unwrap_or_else(|error| {
+                tracing::warn!(%error, "the results cannot be read: they are kept as {DAMAGED}");
+                files.write(DAMAGED, text);
+                Vec::new()
+            })
+        });
         Self {
             files,
             file,

@@ -295,8 +295,8 @@ impl JobStore for Kept {
         Ok(())
     }
 
-    fn kept(&self, name: &str) -> Option<String> {
-        self.files.lock().unwrap().get(name).cloned()
+    fn kept(&self, name: &str) -> io::Result<Option<String>> {
+        Ok(self.files.lock().unwrap().get(name).cloned())
     }
 
     fn keep(&self, name: &str, text: &str) -> io::Result<()> {

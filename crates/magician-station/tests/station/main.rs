@@ -9,6 +9,7 @@ mod examples;
 mod fence;
 mod jobs;
 mod jogs;
+mod kept_class;
 mod leases;
 mod life;
 mod limits;

@@ -1,0 +1,59 @@
+//! The files of a class at the next start: ended, damaged, and gone.
+
+use magician_station::Role;
+use serde_json::{Value, json};
+
+use crate::bench::LocalStation;
+
+/// What a station has after a start with this text in the place of one of the files that an earlier one has kept.
+async fn after(name: &'static str, change: impl FnOnce(&str) -> String) -> LocalStation {
+    let bench = LocalStation::new(1).await;
+    let mut teacher = bench.join_as("Ms Lee", Role::Teacher).await;
+    let names = json!({"names": ["Ada"]});
+    teacher.ok("class.set", names).await;
+    let kept = bench.kept.copy();
+    {
+        let mut files = kept.files.lock().unwrap();
+        let text = files.get(name).cloned().unwrap_or_default();
+        files.insert(name.to_owned(), change(&text));
+    }
+    LocalStation::after(kept).await
+}
+
+async fn class(bench: &LocalStation) -> Value {
+    let mut teacher = bench.join_as("Ms Lee", Role::Teacher).await;
+    teacher.ok("class.get", json!({})).await
+}
+
+async fn role_of_a_stranger(bench: &LocalStation) -> Value {
+    let mut page = bench.stranger();
+    let hello = json!({"client": {"name": "page"}});
+    page.call("session.hello", hello).await.unwrap()["role"].clone()
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_class_that_was_ended_stays_ended() {
+    let bench = after("class.toml", |_| String::new()).await;
+    assert_eq!(class(&bench).await["class"], Value::Null);
+    assert_eq!(role_of_a_stranger(&bench).await, "teacher");
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_class_that_cannot_be_read_makes_nobody_a_teacher() {
+    let bench = after("class.toml", |text| text.replace("[class]", "[class")).await;
+    assert_eq!(role_of_a_stranger(&bench).await, "viewer");
+    let shown = class(&bench).await;
+    assert_eq!(shown["pupils"], json!([]), "{shown}");
+    assert!(shown["pin"].is_string());
+}
+
+#[tokio::test(start_paused = true)]
+async fn results_that_cannot_be_read_are_kept_aside() {
+    let bench = after("results.json", |_| "[{".to_owned()).await;
+    let mut teacher = bench.join_as("Ms Lee", Role::Teacher).await;
+    let shown = teacher.ok("class.results", json!({})).await;
+    assert_eq!(shown["results"], json!([]));
+    bench.station.flush().await;
+    let files = bench.kept.files.lock().unwrap().clone();
+    assert_eq!(files["results-damaged.json"], "[{");
+}
