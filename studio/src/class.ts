@@ -46,16 +46,8 @@ effect(() => {
   if (store.socket.value === "up" && store.session.value !== null) call("turn.list", {}).then(hear, noClass);
   else turns.value = null;
 });
-/** States of jobs, by their ids: a job that begins to wait, or no longer waits, is told as a job alone. */
-const jobs = new Map<string, string>();
 notified.add((method, params) => {
   if (method === "turn.changed") hear(params);
-  if (method === "job.changed" && hasClass.peek()) {
-    const { job, state } = params.job;
-    const before = jobs.get(job);
-    jobs.set(job, state);
-    if (before !== state && (before === "queued" || state === "queued")) call("turn.list", {}).then(hear, () => {});
-  }
   if (method === "turn.ending" && isOwn(params.person)) store.say(t("class.ending", { arm: params.arm, left: duration(params.left_s) }));
   if (method !== "turn.granted") return;
   show(params.arm);

@@ -3,7 +3,7 @@ import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { agreed, complain, tried } from "../actions";
 import { t } from "../i18n";
-import { wordsOf } from "../words";
+import { sentencesOf } from "../words";
 import { language } from "../settings";
 import { type Field as TableField, io, levels, refresh, type Row, watchOf, watchPins } from "../pins";
 import { call, shown } from "../session";
@@ -13,7 +13,7 @@ import "./io.css";
 import texts from "./io.words.json";
 import sentences from "./pins.json";
 
-const w = wordsOf(sentences);
+const w = sentencesOf(sentences);
 
 type Pin = NonNullable<typeof io.value>["pins"][number];
 const WHY = "io-why";

@@ -4,7 +4,7 @@ import { useEffect, useRef } from "preact/hooks";
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
 import { t } from "../i18n";
-import { wordsOf } from "../words";
+import { sentencesOf } from "../words";
 import { save } from "../log";
 import { io, levels, watchOf, watchPins } from "../pins";
 import { at, beat, POSE, type Readings, readings, snapshot } from "../ring";
@@ -14,7 +14,7 @@ import { Card, Choice, Do, Heads, Range } from "../ui/parts";
 import "./plot.css";
 import texts from "./plot.json";
 
-const w = wordsOf(texts);
+const w = sentencesOf(texts);
 
 type Group = "tip" | "joints" | "speed" | "queue" | "pins";
 const GROUPS: readonly Group[] = ["tip", "joints", "speed", "queue", "pins"];

@@ -2,7 +2,7 @@
 import { computed, effect, signal, useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { t } from "../i18n";
-import { wordsOf } from "../words";
+import { sentencesOf } from "../words";
 import * as check from "../run/check";
 import { change, found, isFound, type Place, place, type Point, setWidth, size, turned, wanted } from "../run/place";
 import { call } from "../session";
@@ -13,7 +13,7 @@ import { drawn, watchWorld } from "../view/seen";
 import "./sheet.css";
 import texts from "./sheet.json";
 
-const w = wordsOf(texts);
+const w = sentencesOf(texts);
 
 /** What is seen before the station has said what the arm reaches, and round it. */
 const ROOM = { x: -240, y: -340, width: 580, height: 680 };

@@ -4,7 +4,7 @@ import { useEffect } from "preact/hooks";
 import { complain, tried } from "../actions";
 import type { Params } from "../client";
 import { t, told } from "../i18n";
-import { wordsOf } from "../words";
+import { sentencesOf } from "../words";
 import { save } from "../log";
 import { call, shown } from "../session";
 import * as store from "../store";
@@ -16,7 +16,7 @@ import { ArmView } from "../view/view";
 import "./world.css";
 import texts from "./world.json";
 
-const w = wordsOf(texts);
+const w = sentencesOf(texts);
 
 /** Above everything: what is put there falls onto what is below. */
 const ABOVE = 300;

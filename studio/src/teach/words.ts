@@ -1,7 +1,7 @@
 // The sentences of teaching.
-import { wordsOf } from "../words";
+import { sentencesOf } from "../words";
 import texts from "./words.json";
 
 export type Word = keyof typeof texts.en;
 
-export const w = wordsOf(texts);
+export const w = sentencesOf(texts);
