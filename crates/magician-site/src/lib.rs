@@ -9,6 +9,8 @@
 
 #[cfg(feature = "zenoh")]
 pub mod carrier;
+#[cfg(feature = "zenoh")]
+pub mod certificates;
 mod channel;
 pub mod hub;
 pub mod keys;

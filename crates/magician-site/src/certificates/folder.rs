@@ -1,0 +1,167 @@
+//! The folder of a site on one machine.
+
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use magician::files::replace_private;
+use tokio_rustls::rustls::pki_types::pem::{self, PemObject};
+
+use super::CertificateError;
+use super::list::RevocationList;
+
+/// The folder of a site: `ca.pem` (the authority's certificate), `own.pem` and `own.key` (this
+/// machine's), `revoked.pem` once a certificate was revoked. The authority's machine has `ca.key` and
+/// `members.json` as well. `own.pem` is written last: without it the folder is unfinished.
+#[derive(Clone, Debug)]
+pub struct SiteFolder(PathBuf);
+
+/// Keeps other processes from changing a folder.
+#[derive(Debug)]
+pub(super) struct Locked {
+    _file: File,
+}
+
+impl SiteFolder {
+    /// Names the folder; nothing is read.
+    #[must_use]
+    pub fn at(path: &Path) -> Self {
+        Self(path.to_owned())
+    }
+
+    /// Its path.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+
+    /// The authority's certificate.
+    #[must_use]
+    pub fn authority(&self) -> PathBuf {
+        self.0.join("ca.pem")
+    }
+
+    /// The authority's private key.
+    #[must_use]
+    pub fn authority_key(&self) -> PathBuf {
+        self.0.join("ca.key")
+    }
+
+    /// This machine's certificate.
+    #[must_use]
+    pub fn certificate(&self) -> PathBuf {
+        self.0.join("own.pem")
+    }
+
+    /// This machine's private key.
+    #[must_use]
+    pub fn key(&self) -> PathBuf {
+        self.0.join("own.key")
+    }
+
+    /// The list of revoked certificates.
+    #[must_use]
+    pub fn revoked(&self) -> PathBuf {
+        self.0.join("revoked.pem")
+    }
+
+    /// What the authority has signed.
+    #[must_use]
+    pub fn members(&self) -> PathBuf {
+        self.0.join("members.json")
+    }
+
+    /// Makes the folder, for its owner alone, and waits until no other process changes it.
+    pub(super) fn lock(&self) -> Result<Locked, CertificateError> {
+        let unwritable = |error| CertificateError::Write(self.0.clone(), error);
+        make_private(&self.0).map_err(unwritable)?;
+        let mut options = File::options();
+        let options = options.create(true).truncate(false).write(true);
+        let file = options.open(self.0.join("lock")).map_err(unwritable)?;
+        match file.lock() {
+            // Some network file systems have no locks; one process at a time is the usual case.
+            Err(error) if error.kind() != io::ErrorKind::Unsupported => Err(unwritable(error)),
+            _ => Ok(Locked { _file: file }),
+        }
+    }
+
+    /// The current list of revoked certificates, if there is one.
+    pub(super) fn list(
+        &self,
+        authority: &[u8],
+    ) -> Result<Option<RevocationList>, CertificateError> {
+        let path = self.revoked();
+        if !is_there(&path)? {
+            return Ok(None);
+        }
+        let der = read_pem::<tokio_rustls::rustls::pki_types::CertificateRevocationListDer<'_>>(
+            &path,
+            "list of revoked certificates",
+        )?;
+        match RevocationList::read(&der, authority) {
+            Some(list) => Ok(Some(list)),
+            None => Err(CertificateError::Content(
+                path,
+                "list of revoked certificates of the site",
+            )),
+        }
+    }
+
+    /// Keeps a list if it is newer than the one that is there, and returns the newer of both.
+    pub(super) fn keep_list(
+        &self,
+        list: RevocationList,
+        authority: &[u8],
+        _: &Locked,
+    ) -> Result<RevocationList, CertificateError> {
+        match self.list(authority)? {
+            Some(kept) if kept.number >= list.number => Ok(kept),
+            _ => {
+                write(&self.revoked(), &list.to_pem())?;
+                Ok(list)
+            }
+        }
+    }
+}
+
+/// True if there is a file.
+pub(super) fn is_there(path: &Path) -> Result<bool, CertificateError> {
+    path.try_exists()
+        .map_err(|error| CertificateError::Read(path.to_owned(), error))
+}
+
+/// Reads the first item of this kind of a PEM file.
+pub(super) fn read_pem<T: PemObject>(
+    path: &Path,
+    what: &'static str,
+) -> Result<T, CertificateError> {
+    T::from_pem_file(path).map_err(|error| match error {
+        pem::Error::Io(error) => CertificateError::Read(path.to_owned(), error),
+        _ => CertificateError::Content(path.to_owned(), what),
+    })
+}
+
+/// Writes a file whole, for its owner alone.
+pub(super) fn write(path: &Path, text: &str) -> Result<(), CertificateError> {
+    replace_private(path, text).map_err(|error| CertificateError::Write(path.to_owned(), error))
+}
+
+#[cfg(unix)]
+fn make_private(folder: &Path) -> io::Result<()> {
+    use std::os::unix::fs::{DirBuilderExt, PermissionsExt};
+
+    if let Some(parent) = folder.parent() {
+        fs::create_dir_all(parent)?;
+    }
+    match fs::DirBuilder::new().mode(0o700).create(folder) {
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
+            fs::set_permissions(folder, fs::Permissions::from_mode(0o700))
+        }
+        made => made,
+    }
+}
+
+#[cfg(not(unix))]
+fn make_private(folder: &Path) -> io::Result<()> {
+    fs::create_dir_all(folder)
+}

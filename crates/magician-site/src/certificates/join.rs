@@ -1,0 +1,198 @@
+//! Joining: the new machine's side.
+
+use std::io;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use rcgen::KeyPair;
+use tokio::io::{AsyncRead, AsyncWrite};
+use tokio::net::TcpStream;
+use tokio::time::timeout;
+use tokio_rustls::TlsConnector;
+use tokio_rustls::rustls::pki_types::pem::PemObject;
+use tokio_rustls::rustls::pki_types::{
+    CertificateDer, CertificateRevocationListDer, PrivateKeyDer, ServerName,
+};
+
+use super::folder::{is_there, read_pem, write};
+use super::list::RevocationList;
+use super::wire::{self, Answer, LARGEST_ANSWER, Request};
+use super::{CertificateError, Identity, JoinCode, JoinError, SiteFolder, tls, x509};
+
+/// Time for all of it. The invitation gives up earlier.
+const JOIN_TIMEOUT: Duration = Duration::from_secs(15);
+
+/// A machine that joined.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct Joined {
+    /// What it has of the site.
+    pub identity: Identity,
+    /// True if it had a certificate before.
+    pub is_renewal: bool,
+}
+
+/// Joins the site of a code, or renews this machine's certificate there. Files go to the folder of the
+/// site's name in `folders`. The machine gets the name that it has on the site already, else `name`,
+/// else `usual`. After an interruption the same call goes on with the same key.
+///
+/// # Errors
+/// [`JoinError`]. Nothing secret is sent unless the other side is the authority of the code.
+pub async fn join(
+    code: &JoinCode,
+    folders: &Path,
+    name: Option<&str>,
+    usual: &str,
+) -> Result<Joined, JoinError> {
+    let address = code.address();
+    let joining = async {
+        let stream = TcpStream::connect(address).await;
+        let stream = stream.map_err(|error| JoinError::Connection(address.to_owned(), error))?;
+        join_over(stream, code, folders, name, usual).await
+    };
+    match timeout(JOIN_TIMEOUT, joining).await {
+        Ok(joined) => joined,
+        Err(_) => Err(JoinError::Silent(address.to_owned())),
+    }
+}
+
+/// Joins over a connection that is there.
+pub(super) async fn join_over(
+    stream: impl AsyncRead + AsyncWrite + Unpin,
+    code: &JoinCode,
+    folders: &Path,
+    name: Option<&str>,
+    usual: &str,
+) -> Result<Joined, JoinError> {
+    let failed = |error: io::Error| match error.kind() {
+        io::ErrorKind::InvalidData if tls::is_stranger(&error) => {
+            JoinError::Stranger(code.address().to_owned())
+        }
+        io::ErrorKind::InvalidData => JoinError::Answer,
+        _ => JoinError::Connection(code.address().to_owned(), error),
+    };
+    let config = tls::joining(code.clone()).map_err(CertificateError::Tls)?;
+    // Not sent, and not compared: the code names the certificate.
+    let anybody = ServerName::try_from("magician").map_err(|_| JoinError::Answer)?;
+    let connector = TlsConnector::from(Arc::new(config));
+    let mut stream = connector.connect(anybody, stream).await.map_err(failed)?;
+    let shown = stream.get_ref().1.peer_certificates().unwrap_or_default();
+    let authority = shown.first().ok_or(JoinError::Answer)?.clone().into_owned();
+    let (site, _) = x509::read_authority(&authority).ok_or(JoinError::Answer)?;
+
+    let seat = Seat::of(&folders.join(site), &authority, name, usual)?;
+    let request = Request {
+        secret: code.secret().to_owned(),
+        name: seat.name.clone(),
+        request: seat.request()?,
+    };
+    wire::write(&mut stream, &request).await.map_err(failed)?;
+    match wire::read(&mut stream, LARGEST_ANSWER)
+        .await
+        .map_err(failed)?
+    {
+        Answer::Refused(refusal) => Err(JoinError::Refused(refusal)),
+        Answer::Joined {
+            certificate,
+            revoked,
+        } => seat.take(authority, &certificate, &revoked),
+    }
+}
+
+/// The place of this machine on a site: its folder, key and name.
+struct Seat {
+    folder: SiteFolder,
+    key: KeyPair,
+    name: String,
+    is_renewal: bool,
+}
+
+impl Seat {
+    /// Finds what the machine has of the site, or makes a key.
+    fn of(
+        folder: &Path,
+        authority: &CertificateDer<'_>,
+        name: Option<&str>,
+        usual: &str,
+    ) -> Result<Self, JoinError> {
+        let own = Identity::open(folder)?;
+        let folder = SiteFolder::at(folder);
+        let other = || JoinError::Other(folder.path().to_owned());
+        if let Some(own) = &own {
+            if own.authority() != authority {
+                return Err(other());
+            }
+            if name.is_some_and(|name| name != own.machine()) {
+                let folder = folder.path().to_owned();
+                return Err(JoinError::Named(own.machine().to_owned(), folder));
+            }
+        } else if is_there(&folder.authority_key())? {
+            // An authority that was not finished, or lost a file.
+            return Err(other());
+        }
+        let _locked = folder.lock()?;
+        let key = if is_there(&folder.key())? {
+            let what = "private key as PEM";
+            let key: PrivateKeyDer<'_> = read_pem(&folder.key(), what)?;
+            KeyPair::try_from(&key)
+                .map_err(|_| CertificateError::Content(folder.key(), "private key of P-256"))?
+        } else {
+            let key = KeyPair::generate().map_err(CertificateError::Make)?;
+            // Kept before it is sent: if the answer is lost, the next try has the same key, and so the
+            // name is not taken.
+            write(&folder.key(), &key.serialize_pem())?;
+            key
+        };
+        let usual = own.as_ref().map_or(usual, Identity::machine);
+        Ok(Self {
+            name: name.unwrap_or(usual).to_owned(),
+            is_renewal: own.is_some(),
+            folder,
+            key,
+        })
+    }
+
+    /// The request for a certificate.
+    fn request(&self) -> Result<String, CertificateError> {
+        let request = rcgen::CertificateParams::default().serialize_request(&self.key)?;
+        Ok(request.pem()?)
+    }
+
+    /// Checks and keeps the answer.
+    fn take(
+        self,
+        authority: CertificateDer<'static>,
+        certificate: &str,
+        revoked: &str,
+    ) -> Result<Joined, JoinError> {
+        let parsed = CertificateDer::from_pem_slice(certificate.as_bytes());
+        let parsed = parsed.map_err(|_| JoinError::Answer)?;
+        let list = match revoked {
+            "" => None,
+            revoked => {
+                let list = CertificateRevocationListDer::from_pem_slice(revoked.as_bytes());
+                let list = list.map_err(|_| JoinError::Answer)?;
+                Some(RevocationList::read(&list, &authority).ok_or(JoinError::Answer)?)
+            }
+        };
+        let key = PrivateKeyDer::from(self.key);
+        let locked = self.folder.lock()?;
+        let identity = Identity::of(self.folder.clone(), authority.clone(), parsed, key)?;
+        if identity.machine() != self.name {
+            return Err(JoinError::Answer);
+        }
+        write(
+            &self.folder.authority(),
+            &pem::encode(&pem::Pem::new("CERTIFICATE", authority.to_vec())),
+        )?;
+        if let Some(list) = list {
+            self.folder.keep_list(list, &authority, &locked)?;
+        }
+        write(&self.folder.certificate(), certificate)?;
+        Ok(Joined {
+            identity,
+            is_renewal: self.is_renewal,
+        })
+    }
+}

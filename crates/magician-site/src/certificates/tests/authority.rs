@@ -1,0 +1,282 @@
+//! Making a site, signing and revoking.
+
+use std::fs;
+
+use super::{Machines, files, request};
+use crate::certificates::x509::{read_authority, read_machine};
+use crate::certificates::{Authority, CertificateError, Identity, is_machine_name, machine_of};
+
+const ALL: [&str; 5] = ["ca.key", "ca.pem", "members.json", "own.key", "own.pem"];
+
+fn has_name(error: &CertificateError) -> Option<&str> {
+    match error {
+        CertificateError::Taken(name) | CertificateError::Revoked(name) => Some(name),
+        _ => None,
+    }
+}
+
+#[test]
+fn init_makes_a_site_once() {
+    let machines = Machines::new();
+    let folder = machines.folder("desk");
+    assert!(Identity::open(&folder).unwrap().is_none());
+    assert!(Authority::open(&folder).unwrap().is_none());
+    let made = machines.init("desk");
+    assert_eq!(files(&folder), ALL);
+    let before = fs::read(folder.join("ca.key")).unwrap();
+    let again = Authority::init(&folder, "lab", "desk").unwrap_err();
+    assert!(matches!(again, CertificateError::Exists(_)), "{again}");
+    assert_eq!(fs::read(folder.join("ca.key")).unwrap(), before);
+
+    let opened = machines.authority("desk");
+    let identity = machines.identity("desk");
+    assert_eq!((opened.site(), identity.site()), ("lab", "lab"));
+    assert_eq!(identity.machine(), "desk");
+    assert_eq!(made.fingerprint(), opened.fingerprint());
+    assert_eq!(made.fingerprint(), identity.fingerprint());
+    assert_eq!(made.ends(), opened.ends());
+    assert_eq!(identity.fingerprint().len(), 16 * 5 - 1);
+    assert!(identity.revoked().is_empty() && !identity.is_revoked());
+    let members = opened.members().unwrap();
+    assert_eq!(members.len(), 1);
+    assert_eq!((&*members[0].name, members[0].revoked), ("desk", None));
+    assert_eq!(members[0].ends, identity.ends());
+}
+
+#[test]
+fn certificates_last_as_long_as_they_should_and_are_apart() {
+    let machines = Machines::new();
+    let authority = machines.init("desk");
+    let signed = authority.sign(&request(), "bench-2").unwrap();
+    let pem = signed.certificate.as_bytes();
+    let der: tokio_rustls::rustls::pki_types::CertificateDer<'_> =
+        tokio_rustls::rustls::pki_types::pem::PemObject::from_pem_slice(pem).unwrap();
+    let details = read_machine(&der).unwrap();
+    // A day of margin before it.
+    assert_eq!(details.ends - details.begins, 826 * 86_400);
+    assert_eq!(details.serial.len(), 16);
+    assert_eq!(machine_of(&der).as_deref(), Some("bench-2"));
+    assert!(authority.ends() - details.ends > 17 * 365 * 86_400);
+    assert_eq!(read_authority(&der), None, "CA:FALSE");
+    assert_eq!(machine_of(authority.certificate()), None);
+    let (_, parsed) = x509_parser::parse_x509_certificate(&der).unwrap();
+    let usage = parsed.extended_key_usage().unwrap().unwrap().value;
+    assert!(usage.server_auth && usage.client_auth);
+    assert!(!parsed.is_ca() && parsed.basic_constraints().unwrap().is_some());
+}
+
+#[test]
+fn init_that_was_killed_is_done_again_from_any_part() {
+    for parts in 0..ALL.len() {
+        let machines = Machines::new();
+        machines.init("desk");
+        let folder = machines.folder("desk");
+        // In the order in which they are written.
+        let written = ["ca.key", "ca.pem", "members.json", "own.key", "own.pem"];
+        for missing in &written[parts..] {
+            fs::remove_file(folder.join(missing)).unwrap();
+        }
+        assert!(Identity::open(&folder).unwrap().is_none(), "{parts}");
+        assert!(Authority::open(&folder).unwrap().is_none(), "{parts}");
+        machines.init("desk");
+        assert_eq!(machines.identity("desk").machine(), "desk", "{parts}");
+        machines.authority("desk").sign(&request(), "b").unwrap();
+    }
+}
+
+#[test]
+fn init_leaves_an_authority_with_machines_alone() {
+    let machines = Machines::new();
+    machines.init("desk").sign(&request(), "bench-2").unwrap();
+    let folder = machines.folder("desk");
+    fs::remove_file(folder.join("own.pem")).unwrap();
+    let before = fs::read(folder.join("ca.key")).unwrap();
+    let refused = Authority::init(&folder, "lab", "desk").unwrap_err();
+    assert!(matches!(
+        refused,
+        CertificateError::Incomplete(_, "own.pem")
+    ));
+    assert_eq!(fs::read(folder.join("ca.key")).unwrap(), before);
+}
+
+#[cfg(unix)]
+#[test]
+fn only_the_owner_reads_keys_and_folder() {
+    use std::os::unix::fs::PermissionsExt;
+
+    let machines = Machines::new();
+    let folder = machines.folder("desk");
+    fs::create_dir_all(&folder).unwrap();
+    fs::set_permissions(&folder, fs::Permissions::from_mode(0o755)).unwrap();
+    machines.init("desk");
+    let mode = |path| fs::metadata(path).unwrap().permissions().mode() & 0o777;
+    assert_eq!(mode(folder.clone()), 0o700);
+    for file in ALL {
+        assert_eq!(mode(folder.join(file)), 0o600, "{file}");
+    }
+}
+
+#[test]
+fn names_are_names_of_hosts_too() {
+    for name in ["desk", "a", "bench-2", "pi_", "0xq", "7a", &"x".repeat(32)] {
+        assert!(is_machine_name(name), "{name}");
+    }
+    let machines = Machines::new();
+    let authority = machines.init("desk");
+    for wrong in [
+        "",
+        "7",
+        "42",
+        "0x1f",
+        "bench-",
+        "-a",
+        "Desk",
+        "a.b",
+        "a/b",
+        "*",
+        "ä",
+        &"x".repeat(33),
+    ] {
+        assert!(!is_machine_name(wrong), "{wrong}");
+        let refused = authority.sign(&request(), wrong).unwrap_err();
+        assert!(matches!(refused, CertificateError::Name(_)), "{wrong}");
+        let refused = Authority::init(&machines.folder("other"), "lab", wrong).unwrap_err();
+        assert!(matches!(refused, CertificateError::Name(_)), "{wrong}");
+        assert!(!machines.folder("other").exists(), "{wrong}");
+    }
+    let refused = Authority::init(&machines.folder("other"), "L/b", "desk").unwrap_err();
+    assert!(matches!(refused, CertificateError::Name(_)));
+}
+
+#[test]
+fn a_name_belongs_to_a_key() {
+    let machines = Machines::new();
+    let authority = machines.init("desk");
+    let bench = request();
+    assert!(!authority.sign(&bench, "bench-2").unwrap().is_renewal);
+    assert!(authority.sign(&bench, "bench-2").unwrap().is_renewal);
+    for taken in ["bench-2", "desk"] {
+        let refused = authority.sign(&request(), taken).unwrap_err();
+        assert!(matches!(refused, CertificateError::Taken(_)), "{refused}");
+        assert_eq!(has_name(&refused), Some(taken));
+    }
+    assert_eq!(authority.members().unwrap().len(), 2);
+}
+
+#[test]
+fn neither_name_nor_key_of_a_revoked_machine_comes_back() {
+    let machines = Machines::new();
+    let authority = machines.init("desk");
+    let bench = request();
+    authority.sign(&bench, "bench-2").unwrap();
+    authority.revoke("bench-2").unwrap();
+    for (request, name) in [
+        (&bench, "bench-2"),
+        (&request(), "bench-2"),
+        (&bench, "bench-3"),
+    ] {
+        let refused = authority.sign(request, name).unwrap_err();
+        assert!(matches!(refused, CertificateError::Revoked(_)), "{refused}");
+        assert_eq!(has_name(&refused), Some("bench-2"));
+    }
+    let members = authority.members().unwrap();
+    assert_eq!(members.len(), 2);
+    assert!(members[1].revoked.is_some());
+}
+
+#[test]
+fn requests_that_are_damaged_are_refused_and_leave_no_member() {
+    let machines = Machines::new();
+    let authority = machines.init("desk");
+    let good = request();
+    let body: Vec<_> = good.lines().collect();
+    // A request whose name was changed after it was signed: of the signature, the last line is a part.
+    let mut forged: Vec<_> = body.clone();
+    let swapped = forged[1].replacen('M', "N", 1);
+    forged[1] = &swapped;
+    for wrong in [
+        "",
+        "no PEM",
+        "-----BEGIN CERTIFICATE REQUEST-----\n-----END CERTIFICATE REQUEST-----\n",
+        "-----BEGIN CERTIFICATE REQUEST-----\nAAAA\n-----END CERTIFICATE REQUEST-----\n",
+        &good[..good.len() / 2],
+        &forged.join("\n"),
+        &good.replacen("CERTIFICATE REQUEST", "CERTIFICATE", 2)[..40],
+    ] {
+        let refused = authority.sign(wrong, "bench-2").unwrap_err();
+        assert!(matches!(refused, CertificateError::Request), "{wrong}");
+    }
+    // Another kind of key than the site's.
+    let key = rcgen::KeyPair::generate_for(&rcgen::PKCS_ED25519).unwrap();
+    let other = rcgen::CertificateParams::default().serialize_request(&key);
+    let refused = authority.sign(&other.unwrap().pem().unwrap(), "bench-2");
+    assert!(matches!(refused, Err(CertificateError::Request)));
+    assert_eq!(authority.members().unwrap().len(), 1);
+}
+
+#[test]
+fn revoking_counts_up_once_for_each_machine() {
+    let machines = Machines::new();
+    let authority = machines.init("desk");
+    for name in ["bench-2", "bench-3"] {
+        authority.sign(&request(), name).unwrap();
+    }
+    let first = authority.revoke("bench-2").unwrap();
+    assert_eq!(authority.revoke("bench-2").unwrap(), first);
+    let identity = machines.identity("desk");
+    assert_eq!(identity.revoked(), first);
+    let second = authority.revoke("bench-3").unwrap();
+    assert_ne!(first, second);
+    // Another process of the machine wrote it.
+    assert_eq!(identity.revoked(), second);
+    assert!(!identity.learn(&first).unwrap());
+
+    let unknown = authority.revoke("bench-9").unwrap_err();
+    assert!(matches!(unknown, CertificateError::Unknown(_)), "{unknown}");
+    let own = authority.revoke("desk").unwrap_err();
+    assert!(matches!(own, CertificateError::Own(_)), "{own}");
+}
+
+#[test]
+fn revoking_that_was_killed_before_the_list_is_done_again() {
+    let machines = Machines::new();
+    let authority = machines.init("desk");
+    let bench = request();
+    authority.sign(&bench, "bench-2").unwrap();
+    authority.revoke("bench-2").unwrap();
+    fs::remove_file(machines.folder("desk").join("revoked.pem")).unwrap();
+    let refused = authority.sign(&bench, "bench-2").unwrap_err();
+    assert!(matches!(refused, CertificateError::Revoked(_)));
+    assert!(machines.identity("desk").revoked().is_empty());
+    let list = authority.revoke("bench-2").unwrap();
+    assert_eq!(machines.identity("desk").revoked(), list);
+}
+
+#[test]
+fn a_damaged_authority_is_no_authority() {
+    for (file, content) in [
+        ("ca.key", "no key"),
+        ("ca.pem", "no certificate"),
+        ("members.json", "{"),
+    ] {
+        let machines = Machines::new();
+        machines.init("desk").sign(&request(), "bench-2").unwrap();
+        let path = machines.folder("desk").join(file);
+        fs::write(&path, content).unwrap();
+        let opened = Authority::open(&machines.folder("desk"));
+        let error = match opened {
+            Ok(authority) => authority.unwrap().sign(&request(), "b").unwrap_err(),
+            Err(error) => error,
+        };
+        assert!(error.to_string().contains(file), "{error}");
+        assert_eq!(fs::read_to_string(&path).unwrap(), content);
+    }
+    // The key of another authority.
+    let (machines, others) = (Machines::new(), Machines::new());
+    machines.init("desk");
+    others.init("desk");
+    let key = |machines: &Machines| machines.folder("desk").join("ca.key");
+    fs::copy(key(&others), key(&machines)).unwrap();
+    let error = Authority::open(&machines.folder("desk")).unwrap_err();
+    assert!(error.to_string().contains("ca.key"), "{error}");
+}
