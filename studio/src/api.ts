@@ -263,6 +263,11 @@ export type Pupil = {
   code: string;
 };
 
+export type ExpectedArm = {
+  arm: string;
+  machine?: string;
+};
+
 export type PinAddress = {
   kind: "input" | "output" | "analog";
   address: number;
@@ -1828,6 +1833,23 @@ export interface Methods {
         until: number;
       }>;
       now: number;
+    };
+  };
+  /** The arms that this station expects on its site. */
+  "site.roster": {
+    params: {
+    };
+    result: {
+      arms: ExpectedArm[];
+    };
+  };
+  /** Replaces the roster: whatever is asked of all arms of the site names those of the roster that are missing. */
+  "site.expect": {
+    params: {
+      arms: ExpectedArm[];
+    };
+    result: {
+      arms: ExpectedArm[];
     };
   };
 }

@@ -13,7 +13,7 @@ use magician::commands::{CpCmd, Pose};
 use magician::sim::Controller;
 use magician::{Arm, Options, SimSpeed, Tracer, VirtualArm};
 use magician_protocol::CpMode;
-use magician_station::http::{Admission, HttpOptions, Listener, Pages, TokenStore, Tries, Uploads};
+use magician_station::http::{Admission, HttpOptions, Listener, TokenStore};
 use magician_station::link::{LinkListener, LinkOptions, LinkService};
 use magician_station::{ArmEntry, RunningStation, StationConfig};
 use serde_json::{Value, json};
@@ -140,15 +140,7 @@ async fn main() {
     let listener = Listener::bind(Some("127.0.0.1:0")).await.expect("a port");
     let url = format!("ws://{}/api/v1/ws", listener.addresses()[0]);
     let (_over, ends) = watch::channel(false);
-    let options = HttpOptions {
-        admission: Admission::default(),
-        tokens: TokenStore::at("/nonexistent/tokens.toml"),
-        version: "0".into(),
-        tries: Tries::default(),
-        uploads: Uploads::default(),
-        link: None,
-        pages: Pages::default(),
-    };
+    let options = HttpOptions::new(TokenStore::at("/nonexistent/tokens.toml"), "0");
     let mut programs = Programs::at(station.clone(), ends.clone()).await;
     tokio::spawn(listener.serve(station, options, ends));
 

@@ -27,10 +27,13 @@ mod keeper;
 mod library;
 #[cfg(feature = "link")]
 pub mod link;
+mod names;
 mod order;
 mod presets;
 mod reading;
 mod recording;
+#[cfg(feature = "class")]
+mod roster;
 mod running;
 mod secret;
 mod station;
@@ -49,6 +52,7 @@ pub use library::{
     LARGEST_PROGRAM, LibraryAct, LibraryError, LibraryOrder, LibraryQuotas, LibraryUse, NoPrograms,
     OverQuota, ProgramEntry, ProgramName, ProgramStore, Upload,
 };
+pub use names::{LONGEST_NAME, is_name};
 pub use order::{
     ArmAct, ArmOrder, ArmRead, ArmReport, Fault, JobEnd, JobNews, JobOrder, JobStart, Outcome,
     WorldAct,
@@ -58,6 +62,8 @@ pub use reading::{ArmReading, FIELDS, ToolReading};
 pub use recording::{
     NoRecordings, Note, RecordOrder, RecordReport, RecordingFile, RecordingStore, Sample,
 };
+#[cfg(feature = "class")]
+pub use roster::Roster;
 pub use running::{Client, JournalSink, RunningStation};
 pub use station::{
     ArmEntry, CloseCode, CutOff, FileToKeep, Grant, JobsToKeep, JournalLine, LIST_INTERVAL,
@@ -65,6 +71,11 @@ pub use station::{
     StationConfig, StationSize, Throttle, UNDER_WAY, VIEWERS, check_jobs, damaged_jobs,
 };
 pub use surface::{ArmSurface, KnownSurface, MemorySurfaces, SurfaceStore};
+
+/// Bytes that a socket reads at once. The WebSocket library clears as many each time it looks whether
+/// there is anything, and its own 128 KiB cost as much as all else that a station at rest does.
+#[cfg(any(feature = "http", feature = "client", feature = "link"))]
+pub(crate) const READ_BUFFER: usize = 4096;
 
 /// Compiles the README's program with the tests.
 #[cfg(doctest)]

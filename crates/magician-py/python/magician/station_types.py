@@ -89,6 +89,7 @@ __all__ = [
     "Event",
     "EventsSinceParams",
     "EventsSinceResult",
+    "ExpectedArm",
     "Fence",
     "FenceChange",
     "Field",
@@ -245,6 +246,10 @@ __all__ = [
     "SessionListParams",
     "SessionListResult",
     "Setup",
+    "SiteExpectParams",
+    "SiteExpectResult",
+    "SiteRosterParams",
+    "SiteRosterResult",
     "State",
     "StateChange",
     "Stood",
@@ -851,6 +856,16 @@ class Pupil(TypedDict):
     """The name."""
     code: str
     """The pupil's code."""
+
+class _ExpectedArm(TypedDict):
+    arm: str
+    """Its name."""
+
+class ExpectedArm(_ExpectedArm, total=False):
+    """An arm that is expected on a site."""
+
+    machine: str
+    """The machine of its station."""
 
 class PinAddress(TypedDict):
     """A pin to watch."""
@@ -3154,6 +3169,25 @@ class ScheduleGetResult(TypedDict):
     text: str
     slots: list[ScheduleGetResultSlotsItem]
     now: float
+
+class SiteRosterParams(TypedDict):
+    """Parameters of a method."""
+
+class SiteRosterResult(TypedDict):
+    """Result of a method."""
+
+    arms: list[ExpectedArm]
+
+class SiteExpectParams(TypedDict):
+    """Parameters of a method."""
+
+    arms: list[ExpectedArm]
+    """All arms that are expected from now on, 10,000 at most."""
+
+class SiteExpectResult(TypedDict):
+    """Result of a method."""
+
+    arms: list[ExpectedArm]
 
 class SessionChangedNotification(TypedDict):
     """Parameters of a notification."""

@@ -189,4 +189,22 @@ pub(super) const CLASS: &[Method] = &[
         "The schedule.",
         "{text, slots: [{arms, who, days, from, until}], now}: Unix seconds, and with `days` seconds of the local day",
     ),
+    method(
+        "site.roster",
+        Viewer,
+        &[],
+        "The arms that this station expects on its site.",
+        "{arms: [{arm, machine}]}: `machine` empty where it is not known",
+    ),
+    method(
+        "site.expect",
+        Teacher,
+        &[needed(
+            "arms",
+            Kind::Objects("ExpectedArm"),
+            "all arms that are expected from now on, 10,000 at most",
+        )],
+        "Replaces the roster: whatever is asked of all arms of the site names those of the roster that are missing.",
+        "as `site.roster`",
+    ),
 ];

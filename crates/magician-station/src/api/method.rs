@@ -117,8 +117,8 @@ pub(super) const fn method(
 impl Method {
     /// Whether it changes something of a class.
     pub(crate) fn is_of_class(&self) -> bool {
-        let of_class = ["class.", "turn.", "schedule."];
-        let reads = [".get", ".list", ".results"];
+        let of_class = ["class.", "turn.", "schedule.", "site."];
+        let reads = [".get", ".list", ".results", ".roster"];
         of_class.iter().any(|of| self.name.starts_with(of))
             && !reads.iter().any(|reads| self.name.ends_with(reads))
     }

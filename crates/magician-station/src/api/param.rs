@@ -238,6 +238,13 @@ impl Params {
         self.get(name)?.as_object()
     }
 
+    /// Objects of a list; none where it is not given.
+    #[cfg(feature = "class")]
+    pub(crate) fn objects(&self, name: &str) -> &[Value] {
+        let items = self.get(name).and_then(Value::as_array);
+        items.map_or(&[], Vec::as_slice)
+    }
+
     /// All of them.
     #[must_use]
     pub fn into_map(self) -> Map<String, Value> {

@@ -495,6 +495,14 @@ pub static TYPES: &[Type] = &[
         members: &[is("name", Text, "the name"), is("code", Text, "the pupil's code")],
     },
     Type {
+        name: "ExpectedArm",
+        about: "An arm that is expected on a site.",
+        members: &[
+            is("arm", Text, "its name"),
+            is("machine", Text, "the machine of its station").optional(),
+        ],
+    },
+    Type {
         name: "PinAddress",
         about: "A pin to watch.",
         members: &[

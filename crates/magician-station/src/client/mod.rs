@@ -1,6 +1,7 @@
 //! A client of a station: requests and notifications over a WebSocket that comes back, and a line to an arm through it.
 
 mod address;
+mod dial;
 mod homings;
 mod line;
 mod request;
@@ -17,11 +18,15 @@ use serde_json::{Value, json};
 use tokio::sync::{broadcast, mpsc, oneshot, watch};
 
 pub use self::address::StationAddress;
+pub use self::dial::StationDial;
 pub use self::homings::StationHomings;
 pub use self::line::{LineEnd, LineLease, StationLine};
 use self::task::{Order, Task};
-pub use self::trust::Trust;
+pub use self::trust::{Stream, Trust};
 use crate::frame::StateFrame;
+
+/// A WebSocket of a station, for those who say hello themselves.
+pub type RawSocket = tokio_tungstenite::WebSocketStream<Box<dyn Stream>>;
 
 /// Notifications that are kept for a slow reader.
 const KEPT: usize = 256;

@@ -3,13 +3,14 @@
 use http::header::{AUTHORIZATION, CONTENT_TYPE, HOST};
 use http::{Request, StatusCode};
 use http_body_util::BodyExt;
+use hyper::body::Bytes;
 use hyper::client::conn::http1;
 use hyper_util::rt::TokioIo;
 use serde_json::{Value, json};
 use tokio::time::timeout;
 
 use super::task::{OPENING, SILENT, outcome, refused};
-use super::trust::{self, Trust, no_station};
+use super::trust::{self, Stream, Trust, no_station};
 use super::{ClientError, StationAddress};
 
 pub(super) async fn call(
@@ -20,21 +21,34 @@ pub(super) async fn call(
     params: &Value,
 ) -> Result<Value, ClientError> {
     let connector = address.encrypted.then(|| trust.connector()).transpose()?;
-    let opening = async {
-        let stream = trust::open(address, connector.as_ref()).await?;
-        let handshake = http1::handshake(TokioIo::new(stream)).await;
-        handshake.map_err(|error| no_station(address, error))
-    };
-    let opened = timeout(OPENING, opening).await;
-    let (mut sender, connection) = opened.unwrap_or_else(|_| Err(no_station(address, SILENT)))?;
+    let opened = timeout(OPENING, trust::open(address, connector.as_ref())).await;
+    let stream = opened.unwrap_or_else(|_| Err(no_station(&address.host, SILENT)))?;
     let message = json!({"jsonrpc": "2.0", "id": 1, "method": method, "params": params});
+    let host = &address.host;
+    let (status, body) = exchange(stream, host, token, message.to_string()).await?;
+    if status != StatusCode::OK {
+        return Err(refused(host, status, Some(&body)));
+    }
+    let answer: Value = serde_json::from_slice(&body).map_err(|_| ClientError::Lost)?;
+    outcome(&answer)
+}
+
+/// Posts a request on a connection that is open, and reads the whole answer.
+pub(super) async fn exchange(
+    stream: Box<dyn Stream>,
+    host: &str,
+    token: Option<&str>,
+    text: String,
+) -> Result<(StatusCode, Bytes), ClientError> {
+    let handshake = http1::handshake(TokioIo::new(stream)).await;
+    let (mut sender, connection) = handshake.map_err(|error| no_station(host, error))?;
     let mut request = Request::post("/api/v1/rpc")
-        .header(HOST, &address.host)
+        .header(HOST, host)
         .header(CONTENT_TYPE, "application/json");
     if let Some(token) = token {
         request = request.header(AUTHORIZATION, format!("Bearer {token}"));
     }
-    let request = request.body(message.to_string());
+    let request = request.body(text);
     let request = request.map_err(|error| ClientError::Address(error.to_string()))?;
     let answer = async {
         let response = sender.send_request(request).await.map_err(lost)?;
@@ -43,15 +57,10 @@ pub(super) async fn call(
         Ok((status, body.to_bytes()))
     };
     // The connection ends with the answer.
-    let (status, body) = tokio::select! {
-        answer = answer => answer?,
-        Err(error) = connection => return Err(lost(error)),
-    };
-    if status != StatusCode::OK {
-        return Err(refused(address, status, Some(&body)));
+    tokio::select! {
+        answer = answer => answer,
+        Err(error) = connection => Err(lost(error)),
     }
-    let answer: Value = serde_json::from_slice(&body).map_err(|_| ClientError::Lost)?;
-    outcome(&answer)
 }
 
 fn lost(_: hyper::Error) -> ClientError {

@@ -11,16 +11,17 @@ use tokio::sync::{broadcast, mpsc, oneshot, watch};
 use tokio::time::{sleep, timeout};
 use tokio_rustls::TlsConnector;
 use tokio_tungstenite::tungstenite::client::IntoClientRequest;
+use tokio_tungstenite::tungstenite::protocol::WebSocketConfig;
 use tokio_tungstenite::tungstenite::{Error, Message};
-use tokio_tungstenite::{WebSocketStream, client_async};
+use tokio_tungstenite::client_async_with_config;
 
 use super::trust::{self, Stream, no_station};
-use super::{ClientError, Connection, Notice, StationAddress};
+use super::{ClientError, Connection, Notice, RawSocket, StationAddress};
 use crate::api::RpcError;
 use crate::frame::StateFrame;
+use crate::READ_BUFFER;
 use crate::station::CloseCode;
 
-pub(super) type Socket = WebSocketStream<Box<dyn Stream>>;
 type Reply = oneshot::Sender<Result<Value, ClientError>>;
 
 /// A connection has to be there within this time.
@@ -96,28 +97,21 @@ impl Task {
     }
 
     /// Opens a connection and says hello: the answer comes along.
-    pub(super) async fn greet(mut self) -> Result<(Self, Socket, Value), ClientError> {
+    pub(super) async fn greet(mut self) -> Result<(Self, RawSocket, Value), ClientError> {
         let (socket, hello) = self.open().await?;
         Ok((self, socket, hello))
     }
 
-    async fn open(&mut self) -> Result<(Socket, Value), ClientError> {
+    async fn open(&mut self) -> Result<(RawSocket, Value), ClientError> {
         let (host, address) = (&self.address.host, &self.address);
-        let unreachable = |error: Error| no_station(address, error);
+        let unreachable = |error: Error| no_station(host, error);
         let opening = async {
             let stream = trust::open(address, self.connector.as_ref()).await?;
             let scheme = match self.connector {
                 Some(_) => "wss",
                 None => "ws",
             };
-            let request = format!("{scheme}://{host}/api/v1/ws").into_client_request();
-            let socket = client_async(request.map_err(unreachable)?, stream).await;
-            let (mut socket, _) = socket.map_err(|error| match error {
-                Error::Http(response) => {
-                    refused(address, response.status(), response.body().as_deref())
-                }
-                error => unreachable(error),
-            })?;
+            let mut socket = upgrade(stream, scheme, host).await?;
             let mut params = json!({"client": self.client});
             for (name, value) in [("token", &self.token), ("resume", &self.resume)] {
                 if let Some(value) = value {
@@ -133,7 +127,7 @@ impl Task {
                         if answer.get("id") == Some(&json!(0)) {
                             let hello = outcome(&answer).map_err(|error| match error {
                                 ClientError::Refused { code, message, .. } if code == TOO_MANY => {
-                                    busy(address, &message)
+                                    busy(host, &message)
                                 }
                                 error => error,
                             })?;
@@ -143,21 +137,21 @@ impl Task {
                     Some(Ok(Message::Close(Some(end))))
                         if u16::from(end.code) == CloseCode::FULL.0 =>
                     {
-                        return Err(busy(address, &end.reason));
+                        return Err(busy(host, &end.reason));
                     }
                     Some(Ok(_)) => {}
-                    _ => return Err(no_station(address, "it hung up")),
+                    _ => return Err(no_station(host, "it hung up")),
                 }
             }
         };
         let opened = timeout(OPENING, opening).await;
-        let (socket, hello) = opened.unwrap_or_else(|_| Err(no_station(address, SILENT)))?;
+        let (socket, hello) = opened.unwrap_or_else(|_| Err(no_station(host, SILENT)))?;
         self.resume = hello["resume"].as_str().map(str::to_owned);
         Ok((socket, hello))
     }
 
     /// Carries messages until nobody is left, or the station says that it is over.
-    pub(super) async fn run(mut self, mut socket: Socket) {
+    pub(super) async fn run(mut self, mut socket: RawSocket) {
         loop {
             let end = self.carry(&mut socket).await;
             drop(socket);
@@ -182,7 +176,7 @@ impl Task {
         }
     }
 
-    async fn open_again(&mut self) -> Option<Socket> {
+    async fn open_again(&mut self) -> Option<RawSocket> {
         let mut pause = FIRST;
         loop {
             let until = sleep(pause);
@@ -211,7 +205,7 @@ impl Task {
         }
     }
 
-    async fn carry(&mut self, socket: &mut Socket) -> End {
+    async fn carry(&mut self, socket: &mut RawSocket) -> End {
         loop {
             tokio::select! {
                 order = self.inbox.recv() => {
@@ -300,27 +294,40 @@ fn message(id: Option<u64>, method: &str, params: &Value) -> Message {
     Message::text(message.to_string())
 }
 
+/// Makes a WebSocket of a connection.
+pub(super) async fn upgrade(
+    stream: Box<dyn Stream>,
+    scheme: &str,
+    host: &str,
+) -> Result<RawSocket, ClientError> {
+    let unreachable = |error: Error| no_station(host, error);
+    let request = format!("{scheme}://{host}/api/v1/ws").into_client_request();
+    let config = WebSocketConfig::default().read_buffer_size(READ_BUFFER);
+    let request = request.map_err(unreachable)?;
+    let opened = client_async_with_config(request, stream, Some(config)).await;
+    let (socket, _) = opened.map_err(|error| match error {
+        Error::Http(response) => refused(host, response.status(), response.body().as_deref()),
+        error => unreachable(error),
+    })?;
+    Ok(socket)
+}
+
 /// Error of a status that is no success, with what the station says of it.
-pub(super) fn refused(
-    address: &StationAddress,
-    status: StatusCode,
-    body: Option<&[u8]>,
-) -> ClientError {
+pub(super) fn refused(at: &str, status: StatusCode, body: Option<&[u8]>) -> ClientError {
     let body = body.map(String::from_utf8_lossy).unwrap_or_default();
     let why = match body.trim() {
         "" => status.to_string(),
         why => why.to_owned(),
     };
     match status {
-        StatusCode::SERVICE_UNAVAILABLE => busy(address, &why),
-        _ => no_station(address, why),
+        StatusCode::SERVICE_UNAVAILABLE => busy(at, &why),
+        _ => no_station(at, why),
     }
 }
 
-fn busy(address: &StationAddress, why: &str) -> ClientError {
-    let host = &address.host;
+fn busy(at: &str, why: &str) -> ClientError {
     ClientError::Busy(format!(
-        "the station at {host} serves nobody more now: {why}"
+        "the station at {at} serves nobody more now: {why}"
     ))
 }
 

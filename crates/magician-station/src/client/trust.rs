@@ -16,7 +16,7 @@ use tokio_rustls::rustls::{self, ClientConfig, RootCertStore};
 use super::{ClientError, StationAddress};
 
 /// A connection, encrypted or not.
-pub(super) trait Stream: AsyncRead + AsyncWrite + Send + Unpin {}
+pub trait Stream: AsyncRead + AsyncWrite + Send + Unpin {}
 
 impl<T: AsyncRead + AsyncWrite + Send + Unpin> Stream for T {}
 
@@ -76,7 +76,7 @@ pub(super) async fn open(
     connector: Option<&TlsConnector>,
 ) -> Result<Box<dyn Stream>, ClientError> {
     let stream = TcpStream::connect(address.host.as_str()).await;
-    let stream = stream.map_err(|error| no_station(address, error))?;
+    let stream = stream.map_err(|error| no_station(&address.host, error))?;
     // A stop is one small message.
     let _ = stream.set_nodelay(true);
     match connector {
@@ -86,8 +86,8 @@ pub(super) async fn open(
 }
 
 /// Error of an address where no station lets this client in.
-pub(super) fn no_station(address: &StationAddress, why: impl fmt::Display) -> ClientError {
-    ClientError::Unreachable(format!("no station at {}: {why}", address.host))
+pub(super) fn no_station(at: &str, why: impl fmt::Display) -> ClientError {
+    ClientError::Unreachable(format!("no station at {at}: {why}"))
 }
 
 /// Encrypts a connection to a host, which has to show a certificate of its name.
@@ -101,12 +101,12 @@ async fn encrypt(
         .map_err(|_| ClientError::Address(format!("{host} is no name of a host")))?;
     match connector.connect(name, stream).await {
         Ok(stream) => Ok(Box::new(stream)),
-        Err(error) => Err(refused(host, &error)),
+        Err(error) => Err(refused_certificate(host, &error)),
     }
 }
 
 /// Why no encrypted connection came about.
-fn refused(host: &str, error: &std::io::Error) -> ClientError {
+pub(super) fn refused_certificate(host: &str, error: &std::io::Error) -> ClientError {
     use rustls::Error;
     let source = error.get_ref();
     match source.and_then(|source| source.downcast_ref::<Error>()) {

@@ -33,12 +33,8 @@ pub use pages::{PageFile, Pages};
 pub(crate) use places::{Place, Places};
 pub use programs::Uploads;
 pub use recordings::RecordingFolder;
-pub use routes::{HttpOptions, LinkCalls, ROUTES, Route, RouteNeeds, Tries};
+pub use routes::{HttpOptions, LinkCalls, ROUTES, Route, RouteNeeds, SignsOfLife, Tries};
 pub use security::{Admission, Ends};
 pub use served::{Served, ServedClient};
 pub use tls::{Tls, TlsError};
 pub use tokens::{CODE, TokenEntry, TokenError, TokenStore, UNCHECKED};
-
-/// Bytes that a socket reads at once. The library clears as many each time it looks whether there is anything, and its own 128 KiB
-/// cost as much as all else that a station at rest does.
-pub(crate) const READ_BUFFER: usize = 4096;

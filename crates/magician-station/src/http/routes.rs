@@ -23,7 +23,8 @@ use super::programs::{self, Uploads};
 use super::security::{Admission, Admitted, Ends, Refused};
 use super::served::Served;
 use super::tokens::{TokenStore, UNCHECKED, beside};
-use super::{READ_BUFFER, recordings, socket};
+use super::{recordings, socket};
+use crate::READ_BUFFER;
 use crate::Role;
 use crate::station::{Grant, Peer};
 
@@ -183,6 +184,37 @@ pub struct HttpOptions {
     pub link: Option<LinkCalls>,
     /// The page for browsers, where one is served.
     pub pages: Pages,
+    /// Who gives the signs of life of a client.
+    pub signs: SignsOfLife,
+}
+
+impl HttpOptions {
+    /// Without pages, for requests to the station's own names.
+    #[must_use]
+    pub fn new(tokens: TokenStore, version: impl Into<String>) -> Self {
+        Self {
+            admission: Admission::default(),
+            tokens,
+            version: version.into(),
+            tries: Tries::default(),
+            uploads: Uploads::default(),
+            link: None,
+            pages: Pages::default(),
+            signs: SignsOfLife::default(),
+        }
+    }
+}
+
+/// Who gives the signs of life of a client of a socket. A holder of a lease without one for five
+/// seconds loses it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SignsOfLife {
+    /// Its answers to pings.
+    #[default]
+    Pings,
+    /// The hub between, by a pong for each sign of the client behind it. Pings would be answered by
+    /// the hub, whether that client lives or not.
+    Hub,
 }
 
 /// Tells the calls of programs for DobotLink.
@@ -560,9 +592,9 @@ async fn upgrade<S: Served>(here: &Here<S>, request: Request, admitted: &Admitte
         return upgrade.on_upgrade(socket::turn_away);
     };
     let (tokens, over) = (here.options.tokens.clone(), here.over.clone());
-    let loopback = admitted.loopback;
+    let (loopback, signs) = (admitted.loopback, here.options.signs);
     let pacer = here.place.pacer().clone();
-    upgrade.on_upgrade(move |socket| socket::carry(socket, client, (tokens, loopback), over, pacer))
+    upgrade.on_upgrade(move |socket| socket::carry(socket, client, (tokens, loopback), signs, over, pacer))
 }
 
 /// The calls of programs for DobotLink.

@@ -9,6 +9,7 @@ use tokio::time::{MissedTickBehavior, interval, timeout};
 
 use super::listen::ended;
 use super::pacing::{Lane, Pacer};
+use super::routes::SignsOfLife;
 use super::served::ServedClient;
 use super::tokens::{TokenStore, UNCHECKED};
 use crate::station::{CloseCode, MESSAGE, Outgoing, Station};
@@ -25,6 +26,7 @@ pub(super) async fn carry(
     socket: WebSocket,
     client: impl ServedClient,
     (tokens, loopback): (TokenStore, bool),
+    signs: SignsOfLife,
     mut over: watch::Receiver<bool>,
     pacer: Pacer,
 ) {
@@ -77,7 +79,7 @@ pub(super) async fn carry(
                     Outgoing::Frame(bytes) => Message::Binary(bytes.into()),
                     Outgoing::Close(code) => return Some(close(code.0, "")),
                 },
-                _ = pings.tick() => Message::Ping(Vec::new().into()),
+                _ = pings.tick(), if signs == SignsOfLife::Pings => Message::Ping(Vec::new().into()),
             };
             // What waits meanwhile stays in the station, where a newer state takes the place of an older one.
             match timeout(STUCK, sink.send(message)).await {

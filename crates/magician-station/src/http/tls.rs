@@ -89,6 +89,12 @@ impl Tls {
         Ok(Self(TlsAcceptor::from(Arc::new(config))))
     }
 
+    /// Uses settings that are made elsewhere.
+    #[must_use]
+    pub fn with(config: Arc<ServerConfig>) -> Self {
+        Self(TlsAcceptor::from(config))
+    }
+
     /// Agrees with a client on how to talk.
     pub(super) async fn accept<S: AsyncRead + AsyncWrite + Unpin>(
         &self,

@@ -18,8 +18,9 @@ use tokio_tungstenite::tungstenite::{Error, Message};
 use tokio_tungstenite::{WebSocketStream, accept_hdr_async_with_config};
 
 use super::{Heard, LinkService};
+use crate::READ_BUFFER;
 use crate::http::{
-    Admission, Ends, Lane, ListenError, Listener, Paced, Place, Places, READ_BUFFER, Wanted, next,
+    Admission, Ends, Lane, ListenError, Listener, Paced, Place, Places, Wanted, next,
 };
 use crate::station::{MESSAGE, SOCKETS};
 

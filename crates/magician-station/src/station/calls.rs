@@ -30,7 +30,7 @@ impl Station {
             return self.lease_call(name, call);
         }
         #[cfg(feature = "class")]
-        if ["class.", "turn.", "schedule."]
+        if ["class.", "turn.", "schedule.", "site."]
             .iter()
             .any(|of| name.starts_with(of))
         {

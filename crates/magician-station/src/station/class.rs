@@ -22,11 +22,13 @@ use crate::control::{
     ArmId, CodeBound, CodeTry, JobClaim, JobId, PersonId, RequestId, SessionId, TooManyCodes,
     WrongCodes,
 };
+use crate::roster::Roster;
 use crate::secret::same_secret;
 
 /// Where the class, the schedule and the results are kept.
 pub(super) const CLASS: &str = "class.toml";
 pub(super) const SCHEDULE: &str = "schedule.toml";
+pub(super) const ROSTER: &str = "roster.json";
 pub(super) const RESULTS: &str = "results.json";
 const DAMAGED: &str = "results-damaged.json";
 /// The name under which wrong PINs are counted. No pupil has it: names have no control characters.
@@ -43,6 +45,8 @@ pub(super) struct Class {
     /// The teacher's PIN of the class that the stations behind a hub have.
     pub(super) elsewhere: Option<String>,
     pub(super) schedule: Option<Schedule>,
+    /// The arms that are expected on the site.
+    pub(super) roster: Roster,
     /// When its slots are to be counted out again.
     pub(super) anew: Option<HostInstant>,
     /// When the jobs of frozen arms have had their time to pause.
@@ -132,6 +136,14 @@ impl Class {
             noted("schedule", &error);
             None
         });
+        let roster = kept(ROSTER).and_then(|text| {
+            let roster = text.map(|text| Roster::parse(&text).map_err(ClassError));
+            roster.unwrap_or_else(|| Ok(Roster::default()))
+        });
+        let roster = roster.unwrap_or_else(|error| {
+            noted("roster", &error);
+            Roster::default()
+        });
         let mut files = ClassFiles::default();
         let results = kept(RESULTS).unwrap_or_else(|error| {
             noted("file of results", &error);
@@ -148,6 +160,7 @@ impl Class {
             files,
             file,
             schedule,
+            roster,
             // The first look at the clock counts them out.
             anew: Some(HostInstant::ZERO),
             fences: config.arms.iter().map(|arm| arm.fence).collect(),
@@ -422,6 +435,13 @@ impl Station {
                 }
                 let change = ClassChange::Schedule(schedule);
                 return self.change_class(call, change, text.to_owned());
+            }
+            "site.roster" => self.class.roster.to_value(),
+            "site.expect" => {
+                let roster = Roster::of(call.params.objects("arms"));
+                let roster = roster.map_err(|why| RpcError::param("arms", why))?;
+                let text = roster.to_value().to_string();
+                return self.change_class(call, ClassChange::Roster(roster), text);
             }
             _ => return Err(RpcError::internal(format!("{name} does nothing"))),
         };

@@ -7,7 +7,7 @@ use magician::ErrorKind;
 use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
-use super::class::{CLASS, SCHEDULE};
+use super::class::{CLASS, ROSTER, SCHEDULE};
 use super::dispatch::{Call, Handled};
 use super::keeping::unkept;
 use super::sessions::Entry;
@@ -16,6 +16,7 @@ use super::{Awaited, Station};
 use crate::api::{Role, RpcError};
 use crate::class::{ClassFile, Schedule};
 use crate::control::{RequestId, SessionId};
+use crate::roster::Roster;
 
 /// What of the files waits.
 #[derive(Debug, Default)]
@@ -47,6 +48,8 @@ pub(super) enum ClassChange {
         codes_kept: Vec<String>,
     },
     Schedule(Schedule),
+    /// The arms that are expected on the site.
+    Roster(Roster),
 }
 
 impl ClassFiles {
@@ -104,6 +107,7 @@ impl Station {
         let name = match &change {
             ClassChange::Class { .. } => CLASS,
             ClassChange::Schedule(_) => SCHEDULE,
+            ClassChange::Roster(_) => ROSTER,
         };
         let files = &mut self.class.files;
         if files.held.iter().any(|held| held.name == name) {
@@ -145,6 +149,10 @@ impl Station {
                 self.class.schedule = Some(schedule);
                 self.count_out(now);
                 self.shown_schedule(now)
+            }
+            ClassChange::Roster(roster) => {
+                self.class.roster = roster;
+                self.class.roster.to_value()
             }
         }
     }

@@ -7,7 +7,6 @@ use futures_util::{SinkExt, StreamExt};
 use magician::{Arm, Options, SimSpeed, VirtualArm, sim::Controller};
 use magician_station::http::{
     Admission, HttpOptions, Listener, Pages, ProgramFolder, RecordingFolder, Tls, TokenStore,
-    Tries, Uploads,
 };
 use magician_station::{ArmEntry, Role, RunningStation, StationConfig};
 use serde_json::{Value, json};
@@ -89,12 +88,8 @@ impl HttpStation {
         let (over, ends) = watch::channel(false);
         let options = HttpOptions {
             admission,
-            tokens: tokens.clone(),
-            version: "0.0.0".to_owned(),
-            tries: Tries::default(),
-            uploads: Uploads::default(),
-            link: None,
             pages,
+            ..HttpOptions::new(tokens.clone(), "0.0.0")
         };
         tokio::spawn(listener.serve(station.clone(), options, ends));
         Self {

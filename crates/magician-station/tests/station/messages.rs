@@ -176,7 +176,7 @@ async fn every_method_does_something() {
                 "lease" => lease.clone(),
                 "format" => json!("svg"),
                 "plan" => json!({"format": "magician-plan", "version": 1, "steps": []}),
-                "rows" => json!([]),
+                "rows" | "arms" => json!([]),
                 "address" => json!(4),
                 "grant" | "held" | "high" | "on" | "plugged" => json!(true),
                 "at" => json!([200, 0, 0]),

@@ -64,3 +64,32 @@ fn second_change_is_refused_until_the_first_is_answered() {
         "{refused:?}"
     );
 }
+
+#[test]
+fn roster_counts_once_it_is_on_the_disk() {
+    let mut bare = BareStation::new();
+    let expected = json!({"arms": [{"arm": "a1", "machine": "bench-1"}, {"arm": "a2", "machine": ""}]});
+    let mut write = |outcome: Result<(), String>| {
+        bare.send("site.expect", &expected);
+        assert_eq!(answers(&mut bare), Vec::<Value>::new());
+        let file = &bare.station.poll_kept()["roster.json"];
+        assert_eq!(serde_json::from_str::<Value>(&file.text).unwrap(), expected);
+        bare.station
+            .file_kept(bare.now, "roster.json", file.revision, outcome);
+        let answer = answers(&mut bare).remove(0);
+        bare.send("site.roster", &json!({}));
+        (answer, answers(&mut bare)[0]["result"].clone())
+    };
+    let (refused, after) = write(Err("full".to_owned()));
+    assert_eq!(refused["error"]["data"]["reason"], "unkept", "{refused}");
+    assert_eq!(after, json!({"arms": []}));
+    let (written, after) = write(Ok(()));
+    assert_eq!((&written["result"], &after), (&expected, &expected));
+    for wrong in [json!([{"arm": "*"}]), json!([{"machine": "m"}]), json!([{"arm": "a", "x": 1}])] {
+        bare.send("site.expect", &json!({"arms": wrong}));
+        let refused = answers(&mut bare);
+        assert_eq!(refused[0]["error"]["code"], -32602, "{refused:?}");
+    }
+    bare.send("site.roster", &json!({}));
+    assert_eq!(answers(&mut bare)[0]["result"], expected);
+}

@@ -1,0 +1,102 @@
+//! Connections to a station that is known by the name in its certificate, not by its address.
+
+use std::fmt;
+use std::net::SocketAddr;
+use std::sync::Arc;
+
+use futures_util::future::select_ok;
+use http::StatusCode;
+use tokio::net::TcpStream;
+use tokio::time::timeout;
+use tokio_rustls::TlsConnector;
+use tokio_rustls::rustls::ClientConfig;
+use tokio_rustls::rustls::pki_types::ServerName;
+
+use super::request::exchange;
+use super::task::{OPENING, SILENT, refused, upgrade};
+use super::trust::{Stream, no_station, refused_certificate};
+use super::{ClientError, RawSocket};
+
+/// A station by the name in its certificate, and the addresses where it may answer. An address is a
+/// hint: a station that cannot show a certificate of that name gets nothing, no token above all.
+#[derive(Clone)]
+pub struct StationDial {
+    name: String,
+    addresses: Vec<SocketAddr>,
+    connector: TlsConnector,
+}
+
+impl fmt::Debug for StationDial {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("StationDial")
+            .field("name", &self.name)
+            .field("addresses", &self.addresses)
+            .finish_non_exhaustive()
+    }
+}
+
+impl StationDial {
+    /// A station of this name. `config` says whose certificates count, and has that of this program
+    /// where stations ask for one.
+    #[must_use]
+    pub fn new(name: &str, addresses: Vec<SocketAddr>, config: Arc<ClientConfig>) -> Self {
+        Self {
+            name: name.to_owned(),
+            addresses,
+            connector: TlsConnector::from(config),
+        }
+    }
+
+    /// Sends one request of JSON-RPC by POST. The answer is its text, empty for a notification.
+    ///
+    /// # Errors
+    /// [`ClientError::Unreachable`], [`ClientError::Untrusted`] and [`ClientError::Busy`]: nothing was
+    /// done, but by a busy station a stop; [`ClientError::Lost`]: it may be done or not.
+    pub async fn post(&self, token: Option<&str>, text: String) -> Result<String, ClientError> {
+        let stream = self.open().await?;
+        let (status, body) = exchange(stream, &self.name, token, text).await?;
+        match status {
+            StatusCode::OK | StatusCode::NO_CONTENT => {
+                String::from_utf8(body.to_vec()).map_err(|_| ClientError::Lost)
+            }
+            status => Err(refused(&self.name, status, Some(&body))),
+        }
+    }
+
+    /// Opens a WebSocket, on which nothing was said yet.
+    ///
+    /// # Errors
+    /// As [`post`](Self::post).
+    pub async fn socket(&self) -> Result<RawSocket, ClientError> {
+        let opening = async {
+            let stream = self.open().await?;
+            upgrade(stream, "wss", &self.name).await
+        };
+        let opened = timeout(OPENING, opening).await;
+        opened.unwrap_or_else(|_| Err(no_station(&self.name, SILENT)))
+    }
+
+    /// Connects to the first address at which a station of this name answers.
+    async fn open(&self) -> Result<Box<dyn Stream>, ClientError> {
+        if self.addresses.is_empty() {
+            return Err(no_station(&self.name, "it has not said where it listens"));
+        }
+        let tries = self.addresses.iter().map(|at| Box::pin(self.open_at(*at)));
+        let opened = timeout(OPENING, select_ok(tries)).await;
+        let opened = opened.unwrap_or_else(|_| Err(no_station(&self.name, SILENT)));
+        opened.map(|(stream, _)| stream)
+    }
+
+    async fn open_at(&self, at: SocketAddr) -> Result<Box<dyn Stream>, ClientError> {
+        let stream = TcpStream::connect(at).await;
+        let stream = stream.map_err(|error| no_station(&self.name, error))?;
+        // A stop is one small message.
+        let _ = stream.set_nodelay(true);
+        let name = ServerName::try_from(self.name.clone())
+            .map_err(|_| ClientError::Address(format!("{} is no name of a host", self.name)))?;
+        match self.connector.connect(name, stream).await {
+            Ok(stream) => Ok(Box::new(stream)),
+            Err(error) => Err(refused_certificate(&self.name, &error)),
+        }
+    }
+}

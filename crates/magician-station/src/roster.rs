@@ -1,0 +1,150 @@
+//! The roster of a site: the arms that are expected there. Whatever is asked of all arms compares
+//! itself with it, because an arm that cannot be reached says nothing.
+
+use std::collections::BTreeMap;
+
+use magician_protocol::visible;
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use crate::names::is_name;
+
+/// Arms that are expected, at most: what more are told of, by a stranger as well, is left out.
+const MOST: usize = 10_000;
+/// Characters of a machine's name that are kept.
+const MACHINE: usize = 64;
+
+/// Arms that a site is expected to have, each with the name of its machine.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Roster(BTreeMap<String, String>);
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Content {
+    arms: Vec<Value>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Expected {
+    arm: String,
+    #[serde(default)]
+    machine: String,
+}
+
+impl Roster {
+    /// Parses a roster as JSON: `{"arms": [{"arm", "machine"}]}`.
+    ///
+    /// # Errors
+    /// What is wrong with the text: no JSON of this form, or a name that no arm can have.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let content: Content = serde_json::from_str(text).map_err(|error| error.to_string())?;
+        Self::of(&content.arms)
+    }
+
+    /// The roster of these arms: `{"arm", "machine"}` each.
+    ///
+    /// # Errors
+    /// What is wrong with one of them.
+    pub fn of(arms: &[Value]) -> Result<Self, String> {
+        let mut roster = Self::default();
+        for arm in arms {
+            let Expected { arm, machine } =
+                Expected::deserialize(arm).map_err(|error| error.to_string())?;
+            if !is_name(&arm) {
+                return Err(format!("`{}` is no name of an arm", visible(&arm)));
+            }
+            roster.expect(arm, &machine);
+        }
+        Ok(roster)
+    }
+
+    /// The roster as JSON, which [`parse`](Self::parse) reads.
+    #[must_use]
+    pub fn to_value(&self) -> Value {
+        let arms = self.arms();
+        let arms = arms.map(|(arm, machine)| json!({"arm": arm, "machine": machine}));
+        json!({"arms": arms.collect::<Vec<_>>()})
+    }
+
+    /// Expects an arm, at this machine unless it is expected already. No effect at 10,000 arms.
+    pub fn expect(&mut self, arm: String, machine: &str) {
+        if self.0.len() < MOST {
+            let machine = machine.chars().take(MACHINE).collect();
+            self.0.entry(arm).or_insert(machine);
+        }
+    }
+
+    /// Expects all arms of another roster as well. Nothing is removed, so a stranger's roster cannot hide an arm.
+    pub fn add(&mut self, other: &Self) {
+        for (arm, machine) in other.arms() {
+            self.expect(arm.to_owned(), machine);
+        }
+    }
+
+    /// The arms and their machines, by name.
+    pub fn arms(&self) -> impl Iterator<Item = (&str, &str)> {
+        let arms = self.0.iter();
+        arms.map(|(arm, machine)| (arm.as_str(), machine.as_str()))
+    }
+
+    /// True if no arm is expected.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// True if the arm is expected.
+    #[must_use]
+    pub fn has(&self, arm: &str) -> bool {
+        self.0.contains_key(arm)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn roster(arms: &[(&str, &str)]) -> Roster {
+        let mut roster = Roster::default();
+        for (arm, machine) in arms {
+            roster.expect((*arm).to_owned(), machine);
+        }
+        roster
+    }
+
+    #[test]
+    fn roster_is_read_as_it_is_written() {
+        let known = roster(&[("a1", "bench-1"), ("b1", "")]);
+        assert_eq!(Roster::parse(&known.to_value().to_string()), Ok(known));
+        for wrong in [
+            "",
+            "[]",
+            r#"{"arms": [{"machine": "m"}]}"#,
+            r#"{"arms": [{"arm": "*"}]}"#,
+            r#"{"arms": [{"arm": "a1", "gone": true}]}"#,
+        ] {
+            assert!(Roster::parse(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn roster_of_another_adds_arms_and_changes_none() {
+        let mut own = roster(&[("a1", "bench-1"), ("a2", "bench-1")]);
+        own.add(&roster(&[("a1", "elsewhere"), ("a3", "bench-3")]));
+        let all = roster(&[("a1", "bench-1"), ("a2", "bench-1"), ("a3", "bench-3")]);
+        assert_eq!(own, all);
+        own.add(&Roster::default());
+        assert_eq!(own, all);
+    }
+
+    #[test]
+    fn roster_of_a_flood_is_bounded() {
+        let mut own = Roster::default();
+        for at in 0..=MOST {
+            own.expect(format!("a{at}"), &"m".repeat(MACHINE + 1));
+        }
+        assert_eq!(own.arms().count(), MOST);
+        assert!(own.arms().all(|(_, machine)| machine.len() == MACHINE));
+    }
+}
