@@ -1,7 +1,8 @@
 //! Looks at a site as a hub does, and tells what it measures: the other half of `interop/site/scale`.
 //!
-//! `observer SITE CONFIG` takes a command a line: `wait ARMS`, `measure SECONDS`, `stop ROUNDS`, `gone ARMS`. Each is answered by a line
-//! of JSON. The token is that of MAGICIAN_TOKEN.
+//! `observer SITE CONFIG FOLDER` takes a command a line: `wait ARMS`, `measure SECONDS`, `stop ROUNDS`, `gone ARMS`. Each is answered by a line
+//! of JSON. FOLDER has the
+//! certificate of this machine. The token is that of MAGICIAN_TOKEN.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -10,6 +11,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use magician_site::carrier::ZenohSite;
+use magician_site::certificates::Identity;
 use magician_site::{Caller, Site, SiteEvent};
 use serde_json::{Value, json};
 use tokio::time::{sleep, timeout_at};
@@ -20,11 +22,13 @@ const PATIENCE: Duration = Duration::from_secs(90);
 #[tokio::main]
 async fn main() -> Result<(), Box<dyn Error>> {
     let mut words = std::env::args().skip(1);
-    let (Some(name), Some(config)) = (words.next(), words.next()) else {
-        return Err("observer SITE CONFIG".into());
+    let (Some(name), Some(config), Some(folder)) = (words.next(), words.next(), words.next())
+    else {
+        return Err("observer SITE CONFIG FOLDER".into());
     };
     let config = PathBuf::from(config);
-    let site = Arc::new(ZenohSite::join(name.parse()?, Some(&config)).await?);
+    let identity = Identity::open(&PathBuf::from(folder))?;
+    let site = Arc::new(ZenohSite::join(name.parse()?, Some(&config), identity).await?);
     // The network has a runtime of its own, so that waiting here keeps nobody.
     for line in std::io::stdin().lines() {
         let line = line?;

@@ -1,22 +1,12 @@
-//! Where the messages of a site go: keys of `/`-separated parts, `magician/SITE/ARM/...`.
+//! Where the messages of a site go: keys of `/`-separated parts, `magician/SITE/STATION/...`.
 
 use std::fmt;
 use std::str::FromStr;
 
 use crate::{ArmAt, StationId};
 
-/// Characters of a name, at most.
-const LONGEST: usize = 32;
-
-/// Whether a text is a name, of a site as of an arm: `[a-z0-9][a-z0-9_-]{0,31}`.
-#[must_use]
-pub fn is_name(text: &str) -> bool {
-    let sign = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_' || c == '-';
-    !text.is_empty()
-        && text.len() <= LONGEST
-        && !text.starts_with(['_', '-'])
-        && text.chars().all(sign)
-}
+pub use magician_station::is_name;
+use magician_station::LONGEST_NAME;
 
 /// The name that is nearest to a text, such as that of a machine; none where nothing of it can stay.
 #[must_use]
@@ -26,7 +16,7 @@ pub fn name_like(text: &str) -> Option<String> {
         _ => '-',
     });
     let name: String = signs.skip_while(|c| "_-".contains(*c)).collect();
-    let name: String = name.trim_end_matches('-').chars().take(LONGEST).collect();
+    let name: String = name.trim_end_matches('-').chars().take(LONGEST_NAME).collect();
     is_name(&name).then_some(name)
 }
 
@@ -58,107 +48,69 @@ impl FromStr for SiteName {
     }
 }
 
-/// What an arm's station publishes or answers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Topic {
-    /// Its state; also answered to whoever asks.
-    State,
-    /// Its events.
-    Event,
-    /// Its jobs.
-    Job,
-    /// Requests to its station.
-    Rpc,
-}
-
-impl Topic {
-    const ALL: [Self; 4] = [Self::State, Self::Event, Self::Job, Self::Rpc];
-
-    const fn name(self) -> &'static str {
-        match self {
-            Self::State => "state",
-            Self::Event => "event",
-            Self::Job => "job",
-            Self::Rpc => "rpc",
-        }
-    }
-}
-
-/// The keys of a site.
+/// The keys of a site. Each names the machine of its station, so that access lists can bind it to a
+/// certificate.
 #[derive(Clone, Debug)]
 pub struct Keys {
     /// The site.
     pub site: SiteName,
 }
 
-/// The two directions of a session's channel, as seen from the station.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ChannelKeys<'a> {
-    site: &'a SiteName,
-    arm: &'a str,
-    channel: u128,
-}
-
 impl Keys {
-    /// A topic of one arm; of all with `*`.
+    /// Where a station tells the state of an arm, and answers with it; `*` for any.
     #[must_use]
-    pub fn topic(&self, arm: &str, topic: Topic) -> String {
-        format!("magician/{}/{arm}/{}", self.site, topic.name())
+    pub fn state(&self, machine: &str, arm: &str) -> String {
+        self.key(machine, &format!("state/{arm}"))
     }
 
     /// The token by which a station says that an arm is there.
     #[must_use]
-    pub fn alive(&self, at: &ArmAt) -> String {
-        format!("magician/{}/{}/alive/{}", self.site, at.arm, at.station)
+    pub fn alive(&self, machine: &str, at: &ArmAt) -> String {
+        self.key(machine, &format!("alive/{}/{}", at.arm, at.station))
     }
 
     /// All such tokens of one name; of all with `*`.
     #[must_use]
     pub fn all_alive(&self, arm: &str) -> String {
-        format!("magician/{}/{arm}/alive/*", self.site)
+        self.key("*", &format!("alive/{arm}/*"))
     }
 
-    /// Where a station answers with its roster. No arm is called so, and `*` does not mean it: parts that begin with `@` are meant
-    /// by themselves alone.
+    /// Where a station answers with its roster; `*` for all.
     #[must_use]
-    pub fn roster(&self, station: StationId) -> String {
-        format!("magician/{}/@roster/{station}", self.site)
+    pub fn roster(&self, machine: &str) -> String {
+        self.key(machine, "roster")
     }
 
-    /// All rosters.
+    /// Where a machine tells the list of revoked certificates, and answers with it; `*` for all.
     #[must_use]
-    pub fn all_rosters(&self) -> String {
-        format!("magician/{}/@roster/*", self.site)
+    pub fn revoked(&self, machine: &str) -> String {
+        self.key(machine, "revoked")
     }
 
-    /// The keys of a session's channel.
+    /// The machine and the arm whose token a key is; none for any other key.
     #[must_use]
-    pub fn channel<'a>(&'a self, arm: &'a str, channel: u128) -> ChannelKeys<'a> {
-        ChannelKeys {
-            site: &self.site,
-            arm,
-            channel,
-        }
-    }
-
-    /// The arm whose token a key is; none for any other key.
-    #[must_use]
-    pub fn read_alive(&self, key: &str) -> Option<ArmAt> {
-        let [arm, "alive", station] = self.parts(key)? else {
+    pub fn read_alive<'a>(&self, key: &'a str) -> Option<(&'a str, ArmAt)> {
+        let [machine, "alive", arm, station] = self.parts(key)? else {
             return None;
         };
-        Some(ArmAt {
+        let at = ArmAt {
             arm: arm.to_owned(),
             station: StationId::named(station)?,
-        })
+        };
+        is_name(arm).then_some((machine, at))
     }
 
-    /// The arm and the topic of a key; none for any other key.
+    /// The machine and the arm whose state a key has; none for any other key.
     #[must_use]
-    pub fn read_topic<'a>(&self, key: &'a str) -> Option<(&'a str, Topic)> {
-        let [arm, topic] = self.parts(key)?;
-        let topic = Topic::ALL.into_iter().find(|one| one.name() == topic)?;
-        Some((arm, topic))
+    pub fn read_state<'a>(&self, key: &'a str) -> Option<(&'a str, &'a str)> {
+        let [machine, "state", arm] = self.parts(key)? else {
+            return None;
+        };
+        is_name(arm).then_some((machine, arm))
+    }
+
+    fn key(&self, machine: &str, rest: &str) -> String {
+        format!("magician/{}/{machine}/{rest}", self.site)
     }
 
     /// What follows the site, if there are so many parts and the first is a name.
@@ -174,37 +126,6 @@ impl Keys {
     }
 }
 
-impl ChannelKeys<'_> {
-    fn key(&self, last: &str) -> String {
-        let Self { site, arm, channel } = self;
-        format!("magician/{site}/{arm}/session/{channel:032x}/{last}")
-    }
-
-    /// To the station.
-    #[must_use]
-    pub fn up(&self) -> String {
-        self.key("up")
-    }
-
-    /// From the station.
-    #[must_use]
-    pub fn down(&self) -> String {
-        self.key("down")
-    }
-
-    /// The token of the client.
-    #[must_use]
-    pub fn hub(&self) -> String {
-        self.key("hub")
-    }
-
-    /// The token of the station.
-    #[must_use]
-    pub fn station(&self) -> String {
-        self.key("station")
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -216,24 +137,9 @@ mod tests {
     }
 
     #[test]
-    fn a_name_is_a_part_of_a_key_and_nothing_else() {
-        for name in ["a", "0", "a1_-", &"x".repeat(32)] {
-            assert!(is_name(name), "{name}");
-        }
-        for wrong in [
-            "",
-            "A",
-            "_a",
-            "-a",
-            "a/b",
-            "*",
-            "a*",
-            "ä",
-            "a b",
-            "$*",
-            &"x".repeat(33),
-        ] {
-            assert!(!is_name(wrong), "{wrong}");
+    fn site_has_a_name_as_an_arm_has() {
+        assert!("lab-2".parse::<SiteName>().is_ok());
+        for wrong in ["", "A", "a/b", "*"] {
             assert!(wrong.parse::<SiteName>().is_err(), "{wrong}");
         }
     }
@@ -261,24 +167,16 @@ mod tests {
             arm: "left".to_owned(),
             station: StationId(7),
         };
-        let alive = keys.alive(&at);
-        assert_eq!(alive, "magician/lab/left/alive/0000000000000007");
-        assert_eq!(keys.read_alive(&alive), Some(at));
-        for topic in Topic::ALL {
-            let key = keys.topic("left", topic);
-            assert_eq!(keys.read_topic(&key), Some(("left", topic)), "{key}");
-            assert_eq!(keys.read_alive(&key), None);
+        let alive = keys.alive("bench-1", &at);
+        assert_eq!(alive, "magician/lab/bench-1/alive/left/0000000000000007");
+        assert_eq!(keys.read_alive(&alive), Some(("bench-1", at)));
+        assert_eq!(keys.read_state(&alive), None);
+        let state = keys.state("bench-1", "left");
+        assert_eq!(state, "magician/lab/bench-1/state/left");
+        assert_eq!(keys.read_state(&state), Some(("bench-1", "left")));
+        for other in [state, keys.roster("bench-1"), keys.revoked("bench-1")] {
+            assert_eq!(keys.read_alive(&other), None, "{other}");
         }
-        let channel = keys.channel("left", 1);
-        let up = "magician/lab/left/session/00000000000000000000000000000001/up";
-        assert_eq!(channel.up(), up);
-        let all = [
-            channel.up(),
-            channel.down(),
-            channel.hub(),
-            channel.station(),
-        ];
-        assert!(all.iter().all(|key| keys.read_alive(key).is_none()));
     }
 
     #[test]
@@ -288,20 +186,24 @@ mod tests {
             "",
             "magician",
             "magician/lab",
-            "magician/lab/left",
-            "magician/lab/left/alive",
-            "magician/lab/left/alive/7",
-            "magician/lab/left/alive/0000000000000007/more",
-            "magician/lab/Left/alive/0000000000000007",
-            "magician/lab/*/alive/0000000000000007",
-            "magician/labor/left/alive/0000000000000007",
-            "magician/other/left/alive/0000000000000007",
-            "elsewhere/lab/left/alive/0000000000000007",
+            "magician/lab/bench/alive/left",
+            "magician/lab/bench/alive/left/7",
+            "magician/lab/bench/alive/left/0000000000000007/more",
+            "magician/lab/Bench/alive/left/0000000000000007",
+            "magician/lab/bench/alive/Left/0000000000000007",
+            "magician/lab/*/alive/left/0000000000000007",
+            "magician/labor/bench/alive/left/0000000000000007",
+            "elsewhere/lab/bench/alive/left/0000000000000007",
         ] {
             assert_eq!(keys.read_alive(wrong), None, "{wrong}");
         }
-        for wrong in ["magician/lab/left/stat", "magician/lab//state", "state"] {
-            assert_eq!(keys.read_topic(wrong), None, "{wrong}");
+        for wrong in [
+            "magician/lab/bench/stat/left",
+            "magician/lab//state/left",
+            "magician/lab/bench/state/*",
+            "state",
+        ] {
+            assert_eq!(keys.read_state(wrong), None, "{wrong}");
         }
     }
 }

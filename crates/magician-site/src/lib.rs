@@ -14,14 +14,14 @@ pub mod certificates;
 mod channel;
 pub mod hub;
 pub mod keys;
+#[cfg(feature = "zenoh")]
 pub mod message;
-mod roster;
 mod site;
 mod telling;
 mod view;
 
 pub use channel::{Channel, Closed, FromStation, StationEnd, ToStation, WINDOW, carry, channel};
-pub use roster::{KeptRoster, Roster};
+pub use magician_station::Roster;
 pub use site::{
     ArmAt, ArmNews, Caller, Later, Site, SiteError, SiteEvent, SiteEvents, SiteTeller, StationId,
     watcher,

@@ -6,11 +6,11 @@ use std::future::Future;
 use std::pin::Pin;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
+use magician_station::Roster;
 use serde_json::Value;
 use tokio::sync::Notify;
 
 use crate::channel::Channel;
-use crate::roster::Roster;
 
 /// A station of a site: another one at each start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -64,10 +64,6 @@ pub enum SiteEvent {
     Left(ArmAt),
     /// What its station says of it now: when something has changed, ten times a second at most, and every second.
     News(ArmAt, ArmNews),
-    /// An event of it, as `arm.event` has it.
-    Event(ArmAt, Value),
-    /// A job that has changed, as `job.get` answers it.
-    Job(ArmAt, Value),
     /// Too much waited to be read and is lost, arms that came and went as well: ask [`Site::arms`] again.
     Missed,
 }
@@ -89,6 +85,8 @@ pub enum SiteError {
     Gone,
     /// It did not answer in time. What was asked may be done or not.
     NoAnswer,
+    /// It has not proved that it is a station of the site, so that it was sent nothing.
+    Unproved(String),
     /// The station refuses it, before it looks at the request: no token, a wrong one, too many sessions.
     Refused(String),
     /// The network refuses it.
@@ -102,6 +100,7 @@ impl fmt::Display for SiteError {
             Self::NoAnswer => {
                 f.write_str("the station does not answer: what was asked may be done or not")
             }
+            Self::Unproved(why) => f.write_str(why),
             Self::Refused(why) => write!(f, "the station refuses it: {why}"),
             Self::Network(why) => write!(f, "the network of the site fails: {why}"),
         }
@@ -152,15 +151,12 @@ struct Inbox {
     waiting: VecDeque<Entry>,
     /// The newest of each arm that waits to be read.
     news: BTreeMap<ArmAt, ArmNews>,
-    /// The newest of each job that waits to be read, by its id.
-    jobs: BTreeMap<(ArmAt, String), Value>,
     missed: bool,
 }
 
 #[derive(Debug)]
 enum Entry {
     News(ArmAt),
-    Job(ArmAt, String),
     Other(SiteEvent),
 }
 
@@ -170,13 +166,6 @@ impl Inbox {
             SiteEvent::News(at, news) => {
                 if self.news.insert(at.clone(), news).is_none() {
                     self.waiting.push_back(Entry::News(at));
-                }
-            }
-            SiteEvent::Job(at, job) => {
-                let id = job["job"].as_str().unwrap_or_default().to_owned();
-                let known = (at, id);
-                if self.jobs.insert(known.clone(), job).is_none() {
-                    self.waiting.push_back(Entry::Job(known.0, known.1));
                 }
             }
             other => {
@@ -192,7 +181,6 @@ impl Inbox {
         if self.waiting.len() - self.news.len() > WAITING {
             self.waiting.clear();
             self.news.clear();
-            self.jobs.clear();
             self.missed = true;
         }
     }
@@ -204,12 +192,6 @@ impl Inbox {
         loop {
             match self.waiting.pop_front()? {
                 Entry::Other(event) => return Some(event),
-                Entry::Job(at, id) => {
-                    let known = (at, id);
-                    if let Some(job) = self.jobs.remove(&known) {
-                        return Some(SiteEvent::Job(known.0, job));
-                    }
-                }
                 Entry::News(at) => {
                     if let Some(news) = self.news.remove(&at) {
                         return Some(SiteEvent::News(at, news));
@@ -232,7 +214,7 @@ impl Shared {
     }
 }
 
-/// What happens on a site, in order; of states and of jobs that were not read in time the newest alone.
+/// What happens on a site, in order; of states that were not read in time the newest alone.
 #[derive(Debug)]
 pub struct SiteEvents(Arc<Shared>);
 
@@ -319,7 +301,7 @@ mod tests {
             SiteEvent::Arrived(at("a")),
             news("a", 1),
             news("b", 1),
-            SiteEvent::Event(at("a"), json!({"seq": 1})),
+            SiteEvent::Left(at("c")),
             news("a", 2),
         ] {
             assert!(teller.tell(event));
@@ -328,27 +310,13 @@ mod tests {
             SiteEvent::Arrived(at("a")),
             news("a", 2),
             news("b", 1),
-            SiteEvent::Event(at("a"), json!({"seq": 1})),
+            SiteEvent::Left(at("c")),
         ];
         assert_eq!(read(&mut events), expected);
         teller.tell(news("a", 3));
         assert_eq!(read(&mut events), [news("a", 3)]);
         drop(events);
         assert!(!teller.tell(news("a", 4)));
-    }
-
-    #[test]
-    fn of_what_a_job_does_the_newest_is_read_and_each_job_has_its_end() {
-        let (teller, mut events) = watcher();
-        let job = |id: &str, step: u32| SiteEvent::Job(at("a"), json!({"job": id, "step": step}));
-        for step in 0..=WAITING as u32 {
-            teller.tell(job("j1", step));
-        }
-        teller.tell(job("j2", 0));
-        teller.tell(job("j1", 9999));
-        assert_eq!(read(&mut events), [job("j1", 9999), job("j2", 0)]);
-        teller.tell(job("j1", 10_000));
-        assert_eq!(read(&mut events), [job("j1", 10_000)]);
     }
 
     #[test]
@@ -369,8 +337,8 @@ mod tests {
     #[test]
     fn whoever_does_not_read_hears_that_something_is_lost() {
         let (teller, mut events) = watcher();
-        for seq in 0..=WAITING {
-            teller.tell(SiteEvent::Event(at("a"), json!({"seq": seq})));
+        for _ in 0..=WAITING {
+            teller.tell(SiteEvent::Left(at("b")));
         }
         teller.tell(news("a", 1));
         assert_eq!(read(&mut events), [SiteEvent::Missed, news("a", 1)]);

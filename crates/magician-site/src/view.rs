@@ -1,15 +1,20 @@
 //! What is known of a site at present, and who is told of it.
 
 use std::collections::BTreeMap;
+use std::pin::pin;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use serde_json::Value;
+use tokio::sync::Notify;
 
 use crate::{ArmAt, ArmNews, SiteEvent, SiteEvents, SiteTeller, StationId, watcher};
 
 /// The arms of a site with the last that was heard of each. Whatever carries a site fills it.
 #[derive(Debug, Default)]
-pub struct SiteView(Mutex<Inner>);
+pub struct SiteView {
+    inner: Mutex<Inner>,
+    /// An arm has left.
+    departed: Notify,
+}
 
 #[derive(Debug, Default)]
 struct Inner {
@@ -25,7 +30,7 @@ impl Inner {
 
 impl SiteView {
     fn lock(&self) -> MutexGuard<'_, Inner> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// An arm is there.
@@ -43,6 +48,20 @@ impl SiteView {
         let mut inner = self.lock();
         if inner.arms.remove(at).is_some() {
             inner.tell(&SiteEvent::Left(at.clone()));
+            self.departed.notify_waiters();
+        }
+    }
+
+    /// Completes when a station has no arm on the site any more.
+    pub async fn gone(&self, station: StationId) {
+        loop {
+            let mut departed = pin!(self.departed.notified());
+            // Before the look: a departure between the two counts.
+            departed.as_mut().enable();
+            if self.arm_of(station).is_none() {
+                return;
+            }
+            departed.await;
         }
     }
 
@@ -54,23 +73,6 @@ impl SiteView {
         };
         *known = Some(news.clone());
         inner.tell(&SiteEvent::News(at, news));
-    }
-
-    /// An event of an arm.
-    pub fn event(&self, at: ArmAt, event: Value) {
-        self.of_arm(at, |at| SiteEvent::Event(at, event));
-    }
-
-    /// News of a job.
-    pub fn job(&self, at: ArmAt, job: Value) {
-        self.of_arm(at, |at| SiteEvent::Job(at, job));
-    }
-
-    fn of_arm(&self, at: ArmAt, event: impl FnOnce(ArmAt) -> SiteEvent) {
-        let mut inner = self.lock();
-        if inner.arms.contains_key(&at) {
-            inner.tell(&event(at));
-        }
     }
 
     /// All arms.
@@ -165,9 +167,8 @@ mod tests {
         let mut events = view.watch();
         events.try_next();
         view.news(at("a", 2), news(1));
-        view.event(at("a", 2), json!({}));
         view.left(&at("a", 1));
-        view.job(at("a", 1), json!({}));
+        view.news(at("a", 1), news(1));
         assert_eq!(events.try_next(), Some(SiteEvent::Left(at("a", 1))));
         assert_eq!(events.try_next(), None);
         assert!(view.arms().is_empty());

@@ -1,11 +1,12 @@
 //! Zenoh's own settings: those of a file, and what this program needs where the file says nothing.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 use zenoh::Config;
 
 use super::CarrierError;
+use crate::certificates::Identity;
 use crate::message::LARGEST;
 
 /// What is set where a file does not set it. Presence is lost within three seconds of a cut cable: Zenoh takes a link for dead one lease
@@ -16,14 +17,74 @@ const OURS: [(&str, &str); 3] = [
     ("transport/link/tx/keep_alive", "2"),
     ("transport/link/rx/max_message_size", LARGEST_TEXT),
 ];
-const LARGEST_TEXT: &str = "16777216";
-const _: () = assert!(LARGEST == 16_777_216);
+const LARGEST_TEXT: &str = "2097152";
+const _: () = assert!(LARGEST == 2_097_152);
+/// What stations and hubs of a site with certificates may say to each other, and nothing else.
+const ACCESS: &str = r#"{
+    enabled: true,
+    default_permission: "deny",
+    rules: [{
+        id: "tells",
+        messages: ["put", "reply", "liveliness_token", "declare_queryable",
+            "declare_subscriber", "query", "liveliness_query", "declare_liveliness_subscriber"],
+        flows: ["ingress", "egress"],
+        permission: "allow",
+        key_exprs: ["magician/*/*/state/*", "magician/*/*/alive/*/*", "magician/*/*/roster", "magician/*/*/revoked"],
+    }],
+    subjects: [{ id: "everybody" }],
+    policies: [{ rules: ["tells"], subjects: ["everybody"] }],
+}"#;
 
-/// The settings of a file, or the usual ones.
-pub(super) fn read(file: Option<&Path>) -> Result<Config, CarrierError> {
-    let Some(file) = file else {
-        return with_ours(Config::default(), &Value::Null);
+/// The settings of a file, or the usual ones; with certificates connections are encrypted, and made
+/// with machines of the same authority alone.
+pub(super) fn read(
+    file: Option<&Path>,
+    identity: Option<&Identity>,
+) -> Result<Config, CarrierError> {
+    let (mut config, said) = match file {
+        Some(file) => from_file(file)?,
+        None => (Config::default(), Value::Null),
     };
+    let mut ours: Vec<_> = OURS.map(|(key, value)| (key, value.to_owned())).to_vec();
+    if let Some(identity) = identity {
+        let text = |path: PathBuf| Value::from(path.to_string_lossy()).to_string();
+        let (key, certificate) = (text(identity.key_file()), text(identity.certificate_file()));
+        let encrypted = [
+            ("listen/endpoints", r#"["tls/0.0.0.0:0"]"#.to_owned()),
+            ("transport/link/protocols", r#"["tls"]"#.to_owned()),
+            (
+                "transport/link/tls/root_ca_certificate",
+                text(identity.authority_file()),
+            ),
+            ("transport/link/tls/enable_mtls", "true".to_owned()),
+            ("transport/link/tls/listen_private_key", key.clone()),
+            (
+                "transport/link/tls/listen_certificate",
+                certificate.clone(),
+            ),
+            ("transport/link/tls/connect_private_key", key),
+            ("transport/link/tls/connect_certificate", certificate),
+            // Machines find each other by address, which is in no certificate. Who has signed it counts.
+            (
+                "transport/link/tls/verify_name_on_connect",
+                "false".to_owned(),
+            ),
+            ("access_control", ACCESS.to_owned()),
+        ];
+        ours.extend(encrypted);
+    }
+    for (key, value) in ours {
+        if said.pointer(&format!("/{key}")).is_none() {
+            config
+                .insert_json5(key, &value)
+                .map_err(|error| CarrierError::Config(error.to_string()))?;
+        }
+    }
+    Ok(config)
+}
+
+/// The settings of a file, and what it says.
+fn from_file(file: &Path) -> Result<(Config, Value), CarrierError> {
     let wrong = |why: String| CarrierError::Config(format!("{}: {why}", file.display()));
     let text = std::fs::read_to_string(file).map_err(|error| wrong(error.to_string()))?;
     let said: Value = json5::from_str(&text).map_err(|error| wrong(error.to_string()))?;
@@ -31,18 +92,7 @@ pub(super) fn read(file: Option<&Path>) -> Result<Config, CarrierError> {
         return Err(wrong("it is no object".to_owned()));
     }
     let config = Config::from_file(file).map_err(|error| wrong(error.to_string()))?;
-    with_ours(config, &said)
-}
-
-fn with_ours(mut config: Config, said: &Value) -> Result<Config, CarrierError> {
-    for (key, value) in OURS {
-        if said.pointer(&format!("/{key}")).is_none() {
-            config
-                .insert_json5(key, value)
-                .map_err(|error| CarrierError::Config(error.to_string()))?;
-        }
-    }
-    Ok(config)
+    Ok((config, said))
 }
 
 #[cfg(test)]
@@ -54,20 +104,20 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("site.json5");
         let lease = |config: &Config| config.get_json("transport/link/tx/lease").unwrap();
-        assert_eq!(lease(&read(None).unwrap()), "2000");
+        assert_eq!(lease(&read(None, None).unwrap()), "2000");
         let text = "// Zenoh's own.\n{ scouting: { multicast: { enabled: false } } }";
         std::fs::write(&file, text).unwrap();
-        let config = read(Some(&file)).unwrap();
+        let config = read(Some(&file), None).unwrap();
         assert_eq!(lease(&config), "2000");
         let scouts = config.get_json("scouting/multicast/enabled").unwrap();
         assert_eq!(scouts, "false");
         std::fs::write(&file, "{ transport: { link: { tx: { lease: 10000 } } } }").unwrap();
-        assert_eq!(lease(&read(Some(&file)).unwrap()), "10000");
+        assert_eq!(lease(&read(Some(&file), None).unwrap()), "10000");
         for wrong in ["{", "{ lease: 1 }", "[]"] {
             std::fs::write(&file, wrong).unwrap();
-            let error = read(Some(&file)).unwrap_err().to_string();
+            let error = read(Some(&file), None).unwrap_err().to_string();
             assert!(error.contains("site.json5"), "{wrong}: {error}");
         }
-        assert!(read(Some(&folder.path().join("none.json5"))).is_err());
+        assert!(read(Some(&folder.path().join("none.json5")), None).is_err());
     }
 }

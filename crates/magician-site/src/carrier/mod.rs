@@ -3,9 +3,11 @@
 //! Zenoh needs a runtime of several threads, so each of the two has one of its own. What the library calls back does nothing but hand
 //! on; what may wait for the network waits where nothing else has to.
 
+mod api;
 mod config;
-mod line;
+mod dial;
 mod node;
+mod revoked;
 mod publish;
 mod site;
 
@@ -17,12 +19,15 @@ use std::time::Duration;
 use tokio::runtime::{Builder, Runtime};
 use tokio::task::{AbortHandle, block_in_place};
 use tokio::time::timeout;
+use zenoh::query::Query;
 use zenoh::{Session, Wait};
 
 pub use node::{NodeOptions, ServedArm, SiteNode};
+pub use revoked::tell_revoked;
 pub use site::ZenohSite;
 
 use crate::StationId;
+use crate::certificates::Identity;
 use crate::keys::SiteName;
 
 /// Flaw of this build, if it has it: `None` in builds from the repository.
@@ -58,6 +63,8 @@ pub enum CarrierError {
     Config(String),
     /// The network cannot be used.
     Network(String),
+    /// The certificate of this machine cannot be used.
+    Certificate(String),
     /// An arm of this name is on the site already.
     Taken {
         /// The site.
@@ -66,15 +73,15 @@ pub enum CarrierError {
         arm: String,
         /// The station that has it.
         station: StationId,
-        /// The machine that this station runs on, if it has said so.
-        machine: Option<String>,
+        /// The machine that this station runs on.
+        machine: String,
     },
 }
 
 impl fmt::Display for CarrierError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Config(why) => f.write_str(why),
+            Self::Config(why) | Self::Certificate(why) => f.write_str(why),
             Self::Network(why) => write!(f, "the network of the site cannot be used: {why}"),
             Self::Taken {
                 site,
@@ -84,11 +91,8 @@ impl fmt::Display for CarrierError {
             } => {
                 write!(
                     f,
-                    "the site {site} has an arm {arm} already: station {station}"
-                )?;
-                machine
-                    .as_ref()
-                    .map_or(Ok(()), |machine| write!(f, " on {machine}"))
+                    "the site {site} has an arm {arm} already: station {station} on {machine}"
+                )
             }
         }
     }
@@ -109,8 +113,11 @@ struct Connection {
 }
 
 impl Connection {
-    async fn open(file: Option<&Path>) -> Result<Self, CarrierError> {
-        let config = config::read(file)?;
+    async fn open(
+        file: Option<&Path>,
+        identity: Option<&Identity>,
+    ) -> Result<Self, CarrierError> {
+        let config = config::read(file, identity)?;
         let threads = Builder::new_multi_thread()
             .worker_threads(2)
             .thread_name("site")
@@ -174,6 +181,11 @@ impl Drop for Aborting {
     fn drop(&mut self) {
         self.0.abort();
     }
+}
+
+/// Answers a query; one that has given up hears nothing.
+fn reply(query: &Query, bytes: Vec<u8>) {
+    let _ = patiently(|| query.reply(query.key_expr().clone(), bytes).wait());
 }
 
 /// Does what may wait for a slow network, where nothing else has to wait for it. On the runtime of a [`Connection`] alone.

@@ -1,23 +1,23 @@
-//! What a station tells of its arms: state while somebody listens, events and jobs always.
+//! What a station tells of its arms: their states, while somebody listens.
 
 use std::future::pending;
+use std::net::SocketAddr;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use magician_station::http::TokenError;
 use magician_station::{Client, Grant, Outgoing, Peer, Role, RunningStation};
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 use tokio::sync::mpsc;
 use tokio::time::{Instant, sleep, sleep_until};
 use zenoh::pubsub::Publisher;
-use zenoh::qos::{CongestionControl, Priority};
+use zenoh::qos::CongestionControl;
 use zenoh::{Session, Wait};
 
 use super::node::ServedArm;
-use super::patiently;
-use crate::keys::{Keys, Topic};
-use crate::message::{EventMessage, JobMessage, StateMessage};
-use crate::{ArmNews, StateTelling, StationId};
+use crate::keys::Keys;
+use crate::message::StateMessage;
+use crate::{StateTelling, StationId};
 
 /// Arms that one client of the station tells of: as many as a socket has subscriptions.
 pub(super) const TOGETHER: usize = 16;
@@ -31,6 +31,8 @@ pub(super) struct Own {
     pub(super) keys: Keys,
     pub(super) id: StationId,
     pub(super) machine: String,
+    /// Where it can be dialled.
+    pub(super) at: Vec<SocketAddr>,
     pub(super) station: RunningStation,
 }
 
@@ -46,19 +48,16 @@ impl Own {
 
     /// What is told of an arm in this state.
     pub(super) fn state_message(&self, arm: &ServedArm, state: Value) -> Vec<u8> {
-        let news = ArmNews {
-            machine: self.machine.clone(),
+        let message = StateMessage {
+            station: self.id,
+            at: self.at.clone(),
             port: arm.port.clone(),
             is_virtual: arm.is_virtual,
             state,
         };
-        bytes(&StateMessage::new(self.id, news))
+        // Maps of text and numbers are text always.
+        serde_json::to_vec(&message).unwrap_or_default()
     }
-}
-
-fn bytes(message: &impl serde::Serialize) -> Vec<u8> {
-    // Maps of text and numbers are text always.
-    serde_json::to_vec(message).unwrap_or_default()
 }
 
 /// An arm that is told of.
@@ -66,8 +65,6 @@ pub(super) struct Told {
     pub(super) arm: ServedArm,
     telling: Arc<Mutex<StateTelling>>,
     state: Publisher<'static>,
-    event: Publisher<'static>,
-    job: Publisher<'static>,
     is_listened: bool,
     /// The subscription at the station; 0 while it is asked for.
     subscription: Option<u64>,
@@ -80,19 +77,13 @@ impl Told {
     /// Declares what is published of an arm, the `at`-th of those that are told of together.
     pub(super) async fn declare(
         session: &Session,
-        keys: &Keys,
+        own: &Own,
         arm: ServedArm,
         at: usize,
         listened: mpsc::Sender<Listened>,
     ) -> zenoh::Result<Self> {
-        let publisher = |topic, congestion, priority| {
-            let key = keys.topic(&arm.name, topic);
-            let publisher = session.declare_publisher(key);
-            publisher.congestion_control(congestion).priority(priority)
-        };
-        let state = publisher(Topic::State, CongestionControl::Drop, Priority::Data).await?;
-        let event = publisher(Topic::Event, CongestionControl::Block, Priority::DataHigh).await?;
-        let job = publisher(Topic::Job, CongestionControl::Block, Priority::DataHigh).await?;
+        let state = session.declare_publisher(own.keys.state(&own.machine, &arm.name));
+        let state = state.congestion_control(CongestionControl::Drop).await?;
         let tell = listened.clone();
         let listener = state.matching_listener().callback(move |status| {
             let _ = tell.try_send((at, status.matching()));
@@ -103,8 +94,6 @@ impl Told {
             arm,
             telling: Arc::default(),
             state,
-            event,
-            job,
             is_listened: false,
             subscription: None,
         })
@@ -166,7 +155,7 @@ pub(super) async fn tell(
             tokio::select! {
                 outgoing = client.receive() => match outgoing {
                     Outgoing::Text(text) => {
-                        hear(&own, &mut arms, &client, &text, begun.elapsed());
+                        hear(&mut arms, &client, &text, begun.elapsed());
                     }
                     Outgoing::Frame(_) => {}
                     Outgoing::Close(_) => break,
@@ -198,7 +187,7 @@ async fn until(due: Option<Instant>) {
 }
 
 /// Something of the station.
-fn hear(own: &Own, arms: &mut [Told], client: &Client, text: &str, now: Duration) {
+fn hear(arms: &mut [Told], client: &Client, text: &str, now: Duration) {
     let Ok(mut message) = serde_json::from_str::<Value>(text) else {
         return;
     };
@@ -211,44 +200,14 @@ fn hear(own: &Own, arms: &mut [Told], client: &Client, text: &str, now: Duration
         }
         return;
     }
-    let mut params = message["params"].take();
-    match message["method"].as_str() {
-        Some("arm.state") => {
-            let id = params["subscription"].as_u64();
-            let of = arms
-                .iter()
-                .find(|told| id.is_some() && told.subscription == id);
-            if let (Some(told), Ok(change)) = (of, fields(params["state"].take())) {
-                told.with(|telling| telling.hear(now, change));
-            }
-        }
-        Some("arm.event") => {
-            if let Some(told) = named(arms, &params["arm"]) {
-                let message = EventMessage {
-                    station: own.id,
-                    event: params,
-                };
-                let _ = patiently(|| told.event.put(bytes(&message)).wait());
-            }
-        }
-        Some("job.changed") => {
-            let job = params["job"].take();
-            if let Some(told) = named(arms, &job["arm"]) {
-                let message = JobMessage {
-                    station: own.id,
-                    job,
-                };
-                let _ = patiently(|| told.job.put(bytes(&message)).wait());
-            }
-        }
-        _ => {}
+    if message["method"] != "arm.state" {
+        return;
     }
-}
-
-fn fields(value: Value) -> Result<Map<String, Value>, serde_json::Error> {
-    serde_json::from_value(value)
-}
-
-fn named<'a>(arms: &'a [Told], name: &Value) -> Option<&'a Told> {
-    arms.iter().find(|told| *name == *told.arm.name)
+    let mut params = message["params"].take();
+    let id = params["subscription"].as_u64();
+    let of = { arms.iter() }.find(|told| id.is_some() && told.subscription == id);
+    let change = serde_json::from_value(params["state"].take());
+    if let (Some(told), Ok(change)) = (of, change) {
+        told.with(|telling| telling.hear(now, change));
+    }
 }

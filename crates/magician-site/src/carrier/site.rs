@@ -2,49 +2,61 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::net::SocketAddr;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use magician_station::api::{Message, Method};
+use magician_station::client::StationDial;
 use tokio::runtime::Handle;
 use tokio::sync::Semaphore;
-use zenoh::bytes::ZBytes;
+use tokio_rustls::rustls::ClientConfig;
+use zenoh::Session;
 use zenoh::pubsub::Subscriber;
-use zenoh::qos::{CongestionControl, Priority};
 use zenoh::query::{ConsolidationMode, QueryTarget};
 use zenoh::sample::{Sample, SampleKind};
-use zenoh::{Session, Wait};
 
-use super::line::{Ends, Line};
-use super::{CarrierError, Connection, patiently};
-use crate::keys::{Keys, SiteName, Topic};
-use crate::message::{Act, Asked, ChannelId, EventMessage, JobMessage, StateMessage, act};
+use super::dial::{failed, session};
+use super::revoked::{self, Lists};
+use super::{CarrierError, Connection};
+use crate::certificates::Identity;
+use crate::keys::{Keys, SiteName};
+use crate::message::StateMessage;
 use crate::{
     ArmAt, ArmNews, Caller, Channel, Later, Roster, Site, SiteError, SiteEvents, SiteView,
-    StationId, channel,
+    StationId,
 };
 
 /// A state that is asked for comes within this, or not.
 const STATE: Duration = Duration::from_secs(1);
 /// States that are asked for at once.
 const STATES: usize = 32;
-/// A session is open within this, or not.
-const OPENING: Duration = Duration::from_secs(3);
 /// A station that says which arms are expected has said so by then.
 const ROSTER: Duration = Duration::from_millis(500);
-/// A request may take as long as a motion does. When its station is gone it is over at once.
-const CALL: Duration = Duration::from_secs(3600);
-
 /// A site over Zenoh.
 pub struct ZenohSite {
     shared: Arc<Shared>,
     connection: Connection,
-    _subscribers: Vec<Subscriber<()>>,
+    _declared: Declared,
 }
 
 struct Shared {
     keys: Keys,
     view: SiteView,
+    identity: Option<Identity>,
+    /// The stations that are there.
+    places: Mutex<BTreeMap<StationId, StationPlace>>,
+    /// How connections are made, by the newest list of revoked certificates.
+    config: Mutex<Option<Arc<ClientConfig>>>,
+}
+
+/// Where a station is.
+#[derive(Debug, Default)]
+struct StationPlace {
+    machine: String,
+    /// Hints: whoever answers there has to show a certificate of the machine.
+    at: Vec<SocketAddr>,
 }
 
 impl fmt::Debug for ZenohSite {
@@ -56,27 +68,42 @@ impl fmt::Debug for ZenohSite {
 }
 
 impl ZenohSite {
-    /// Joins a site, by Zenoh's settings of a file or by the usual ones. On any runtime.
+    /// Joins a site, by Zenoh's settings of a file or by the usual ones. Without a certificate it shows
+    /// what stations say of themselves, and sends them nothing. On any runtime.
     ///
     /// # Errors
     /// [`CarrierError`].
-    pub async fn join(site: SiteName, config: Option<&Path>) -> Result<Self, CarrierError> {
-        let connection = Connection::open(config).await?;
+    pub async fn join(
+        site: SiteName,
+        config: Option<&Path>,
+        identity: Option<Identity>,
+    ) -> Result<Self, CarrierError> {
+        let connection = Connection::open(config, identity.as_ref()).await?;
         let shared = Arc::new(Shared {
             keys: Keys { site },
             view: SiteView::default(),
+            identity,
+            places: Mutex::default(),
+            config: Mutex::default(),
         });
         let watched = Arc::clone(&shared);
         let ended = || CarrierError::Network("it ended".to_owned());
-        let subscribers = connection
+        let declared = connection
             .within(|session| async move { watch(&session, watched).await })
             .await
             .ok_or_else(ended)??;
         Ok(Self {
             shared,
             connection,
-            _subscribers: subscribers,
+            _declared: declared,
         })
+    }
+
+    /// Whether this machine has a certificate of the site, so that what is shown comes from its
+    /// machines, and they can be told something.
+    #[must_use]
+    pub fn is_proved(&self) -> bool {
+        self.shared.identity.is_some()
     }
 
     /// Leaves the site.
@@ -85,43 +112,56 @@ impl ZenohSite {
     }
 }
 
+/// What is declared while a site is looked at.
+struct Declared {
+    _subscribers: [Subscriber<()>; 2],
+    _lists: Option<Lists>,
+}
+
 /// Has the view filled from here on.
-async fn watch(session: &Session, shared: Arc<Shared>) -> zenoh::Result<Vec<Subscriber<()>>> {
-    let mut subscribers = Vec::new();
-    for topic in [Topic::State, Topic::Event, Topic::Job] {
-        let key = shared.keys.topic("*", topic);
-        let shared = Arc::clone(&shared);
-        let take = move |sample: Sample| shared.take(topic, &sample);
-        subscribers.push(session.declare_subscriber(key).callback(take).await?);
-    }
+async fn watch(session: &Session, shared: Arc<Shared>) -> zenoh::Result<Declared> {
+    let lists = match &shared.identity {
+        None => None,
+        Some(identity) => {
+            let here = Arc::clone(&shared);
+            let newer = move || *here.config() = None;
+            Some(revoked::follow(session, &shared.keys, identity, newer).await?)
+        }
+    };
+    let told = Arc::clone(&shared);
+    let states = session.declare_subscriber(shared.keys.state("*", "*"));
+    let states = states.callback(move |sample| told.hears(&sample)).await?;
     let (asking, runtime) = (Arc::new(Semaphore::new(STATES)), Handle::current());
     let asked = session.clone();
     let key = shared.keys.all_alive("*");
     let presence = move |sample: Sample| {
-        let Some(at) = shared.keys.read_alive(sample.key_expr()) else {
+        let Some((machine, at)) = shared.keys.read_alive(sample.key_expr()) else {
             return;
         };
         if sample.kind() == SampleKind::Delete {
-            shared.view.left(&at);
+            shared.leaves(&at);
             return;
         }
-        shared.view.arrived(at.clone());
+        shared.arrives(machine, at.clone());
+        let key = shared.keys.state(machine, &at.arm);
         let (session, shared) = (asked.clone(), Arc::clone(&shared));
         let asking = Arc::clone(&asking);
         runtime.spawn(async move {
             let _turn = asking.acquire().await;
-            ask_state(&session, &shared, &at).await;
+            ask_state(&session, &shared, key).await;
         });
     };
     let liveliness = session.liveliness();
     let alive = liveliness.declare_subscriber(key).history(true);
-    subscribers.push(alive.callback(presence).await?);
-    Ok(subscribers)
+    let alive = alive.callback(presence).await?;
+    Ok(Declared {
+        _subscribers: [states, alive],
+        _lists: lists,
+    })
 }
 
 /// Asks for the state of an arm that has come, so that nobody has to wait until it is told next.
-async fn ask_state(session: &Session, shared: &Shared, at: &ArmAt) {
-    let key = shared.keys.topic(&at.arm, Topic::State);
+async fn ask_state(session: &Session, shared: &Shared, key: String) {
     let asked = session.get(key).target(QueryTarget::All).timeout(STATE);
     let asked = asked.consolidation(ConsolidationMode::None);
     let Ok(replies) = asked.await else {
@@ -129,50 +169,80 @@ async fn ask_state(session: &Session, shared: &Shared, at: &ArmAt) {
     };
     while let Ok(reply) = replies.recv_async().await {
         if let Ok(sample) = reply.result() {
-            shared.take(Topic::State, sample);
+            shared.hears(sample);
         }
     }
 }
 
 impl Shared {
-    /// Something of an arm.
-    fn take(&self, topic: Topic, sample: &Sample) {
-        let Some((arm, _)) = self.keys.read_topic(sample.key_expr()) else {
-            return;
+    fn places(&self) -> MutexGuard<'_, BTreeMap<StationId, StationPlace>> {
+        self.places.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn config(&self) -> MutexGuard<'_, Option<Arc<ClientConfig>>> {
+        self.config.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn arrives(&self, machine: &str, at: ArmAt) {
+        let place = || StationPlace {
+            machine: machine.to_owned(),
+            at: Vec::new(),
         };
-        let bytes = sample.payload().to_bytes();
-        let at = |station| ArmAt {
-            arm: arm.to_owned(),
-            station,
-        };
-        match topic {
-            Topic::State => {
-                if let Ok(message) = serde_json::from_slice::<StateMessage>(&bytes) {
-                    let (station, news) = message.split();
-                    self.view.news(at(station), news);
-                }
-            }
-            Topic::Event => {
-                if let Ok(message) = serde_json::from_slice::<EventMessage>(&bytes) {
-                    self.view.event(at(message.station), message.event);
-                }
-            }
-            Topic::Job => {
-                if let Ok(message) = serde_json::from_slice::<JobMessage>(&bytes) {
-                    self.view.job(at(message.station), message.job);
-                }
-            }
-            Topic::Rpc => {}
+        self.places().entry(at.station).or_insert_with(place);
+        self.view.arrived(at);
+    }
+
+    fn leaves(&self, at: &ArmAt) {
+        self.view.left(at);
+        if self.view.arm_of(at.station).is_none() {
+            self.places().remove(&at.station);
         }
     }
 
-    /// Whether an arm may be asked for this: it is there, and its name is one arm, or it is stopped.
-    fn may_ask(&self, at: &ArmAt, request: &str) -> Result<(), SiteError> {
-        if !self.view.has(at) {
-            return Err(SiteError::Gone);
+    /// A state of an arm.
+    fn hears(&self, sample: &Sample) {
+        let key = self.keys.read_state(sample.key_expr());
+        let message = StateMessage::parse(&sample.payload().to_bytes());
+        let (Some((machine, arm)), Some(message)) = (key, message) else {
+            return;
+        };
+        let station = message.station;
+        match self.places().get_mut(&station) {
+            // A station speaks from its own machine alone.
+            Some(place) if place.machine == machine => place.at.clone_from(&message.at),
+            _ => return,
         }
+        let arm = arm.to_owned();
+        self.view.news(ArmAt { arm, station }, message.news(machine));
+    }
+
+    /// How a station is dialled.
+    fn dial(&self, station: StationId) -> Result<StationDial, SiteError> {
+        let places = self.places();
+        let place = places.get(&station).ok_or(SiteError::Gone)?;
+        let unproved = |why: String| SiteError::Unproved(why);
+        let Some(identity) = &self.identity else {
+            let why = "this machine has no certificate of the site, so stations are shown and told nothing";
+            return Err(unproved(why.to_owned()));
+        };
+        let mut config = self.config();
+        let config = match &*config {
+            Some(config) => Arc::clone(config),
+            None => {
+                let made = identity.client();
+                let made = made.map_err(|error| unproved(error.to_string()))?;
+                Arc::clone(config.insert(made))
+            }
+        };
+        Ok(StationDial::new(&place.machine, place.at.clone(), config))
+    }
+
+    /// Whether an arm may be asked for this: its name is one arm, or it is stopped.
+    fn may_ask(&self, at: &ArmAt, request: &str) -> Result<(), SiteError> {
         let same = self.view.named(&at.arm);
-        if same > 1 && act(request) != Act::Stops {
+        let message = Message::parse(request).ok();
+        let method = message.and_then(|message| Method::named(&message.method));
+        if same > 1 && !method.is_some_and(|method| method.always) {
             let why = format!(
                 "{same} stations have an arm {}: only stops reach it",
                 at.arm
@@ -180,41 +250,6 @@ impl Shared {
             return Err(SiteError::Refused(why));
         }
         Ok(())
-    }
-}
-
-/// One request to one station: sent once, answered once or not at all.
-async fn ask(
-    session: &Session,
-    key: String,
-    asked: &Asked,
-    text: String,
-    within: Duration,
-) -> Result<Option<String>, SiteError> {
-    let network = |error: zenoh::Error| SiteError::Network(error.to_string());
-    let attachment =
-        serde_json::to_vec(asked).map_err(|error| SiteError::Network(error.to_string()))?;
-    let query = session
-        .get(key)
-        .payload(text)
-        .attachment(attachment)
-        .target(QueryTarget::All)
-        .consolidation(ConsolidationMode::None)
-        .congestion_control(CongestionControl::Block)
-        .priority(Priority::InteractiveHigh)
-        .express(true)
-        .timeout(within);
-    let replies = patiently(|| query.wait()).map_err(network)?;
-    let text = |bytes: &ZBytes| bytes.try_to_string().ok().map(|text| text.into_owned());
-    let Ok(reply) = replies.recv_async().await else {
-        return Err(SiteError::NoAnswer);
-    };
-    match reply.result() {
-        Ok(sample) => Ok(text(sample.payload()).filter(|text| !text.is_empty())),
-        // Zenoh itself answers so when the time is up.
-        Err(error) => Err(text(error.payload())
-            .and_then(|text| super::node::read_refusal(&text))
-            .map_or(SiteError::NoAnswer, SiteError::Refused)),
     }
 }
 
@@ -239,24 +274,19 @@ impl Site for ZenohSite {
     ) -> Later<'a, Result<Option<String>, SiteError>> {
         Box::pin(async move {
             self.shared.may_ask(at, &request)?;
-            let asked = Asked {
-                token: caller.token.clone(),
-                station: Some(at.station),
-                client: caller.client.clone(),
-                open: None,
+            let dial = self.shared.dial(at.station)?;
+            let answer = tokio::select! {
+                answer = dial.post(caller.token.as_deref(), request) => answer.map_err(failed)?,
+                // A cut line would not say so itself for minutes.
+                () = self.shared.view.gone(at.station) => return Err(SiteError::NoAnswer),
             };
-            let key = self.shared.keys.topic(&at.arm, Topic::Rpc);
-            let answer = self
-                .connection
-                .within(|session| async move { ask(&session, key, &asked, request, CALL).await });
-            let answer = answer.await;
-            answer.unwrap_or(Err(SiteError::NoAnswer))
+            Ok(Some(answer).filter(|answer| !answer.is_empty()))
         })
     }
 
     fn roster(&self) -> Later<'_, Roster> {
         Box::pin(async move {
-            let key = self.shared.keys.all_rosters();
+            let key = self.shared.keys.roster("*");
             let read = self.connection.within(|session| async move {
                 let mut roster = Roster::default();
                 let asked = session.get(key).target(QueryTarget::All).timeout(ROSTER);
@@ -277,39 +307,11 @@ impl Site for ZenohSite {
 
     fn open(&self, station: StationId) -> Later<'_, Result<Channel, SiteError>> {
         Box::pin(async move {
-            let at = self.shared.view.arm_of(station).ok_or(SiteError::Gone)?;
+            let dial = self.shared.dial(station)?;
+            let socket = dial.socket().await.map_err(failed)?;
             let shared = Arc::clone(&self.shared);
-            let opened = self
-                .connection
-                .within(|session| async move { open(&session, &shared, &at).await })
-                .await;
-            opened.unwrap_or(Err(SiteError::NoAnswer))
+            let gone = async move { shared.view.gone(station).await };
+            Ok(session(socket, gone))
         })
     }
-}
-
-async fn open(session: &Session, shared: &Shared, at: &ArmAt) -> Result<Channel, SiteError> {
-    let mut random = [0; 16];
-    getrandom::fill(&mut random).map_err(|error| SiteError::Network(error.to_string()))?;
-    let id = ChannelId(u128::from_le_bytes(random));
-    let keys = shared.keys.channel(&at.arm, id.0);
-    let ends = Ends {
-        to: keys.up(),
-        from: keys.down(),
-        own: keys.hub(),
-        other: keys.station(),
-    };
-    let line = Line::open(session, &ends)
-        .await
-        .map_err(|error| SiteError::Network(error.to_string()))?;
-    let asked = Asked {
-        station: Some(at.station),
-        open: Some(id),
-        ..Asked::default()
-    };
-    let key = shared.keys.topic(&at.arm, Topic::Rpc);
-    ask(session, key, &asked, String::new(), OPENING).await?;
-    let (client, end) = channel();
-    tokio::spawn(line.carry(end.from_client, end.to_client));
-    Ok(client)
 }

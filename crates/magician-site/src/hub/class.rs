@@ -13,8 +13,7 @@ use super::requests::Call;
 use super::socket::{Gather, GatherId, Gathers, Way};
 use super::turns::{items, nobody_answers};
 use super::{ArmPlace, Hub, HubAct, RequestId, SocketId};
-use crate::message::EXPECT;
-use crate::roster::Roster;
+use crate::Roster;
 use crate::site::{ArmAt, StationId};
 
 impl Hub {
@@ -274,8 +273,9 @@ impl Hub {
                 roster.expect(name.clone(), machine);
             }
         }
-        let params: Value = serde_json::from_str(&roster.to_text()).unwrap_or_default();
-        let text = json!({"jsonrpc": "2.0", "id": 0, "method": EXPECT, "params": params});
+        let params = roster.to_value();
+        let text =
+            json!({"jsonrpc": "2.0", "id": 0, "method": "site.expect", "params": params});
         let token = { self.sockets.get(&socket) }.and_then(|open| open.token.clone());
         let stations = self.stations.iter().filter_map(|(station, (_, arms))| {
             let (arm, station) = (arms.first()?.clone(), *station);

@@ -28,7 +28,7 @@ use serde_json::Value;
 use self::names::Names;
 pub use self::running::{HubClient, HubConfig, RunningHub};
 use self::socket::{Gather, GatherId, Line, Pending, Socket};
-use crate::roster::Roster;
+use crate::Roster;
 use crate::site::{ArmAt, ArmNews, SiteEvent, StationId};
 
 /// A line that does not come up, and a station that does not say a word for so long, are given up.
@@ -195,8 +195,7 @@ impl Hub {
                     *known = Some((now, news));
                 }
             }
-            // Clients hear of these by their own sessions.
-            SiteEvent::Event(..) | SiteEvent::Job(..) | SiteEvent::Missed => {}
+            SiteEvent::Missed => {}
         }
     }
 

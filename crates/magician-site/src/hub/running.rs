@@ -23,7 +23,7 @@ use tokio::time::{Instant, sleep, sleep_until};
 
 use super::{Hub, HubAct, LineId, LineMessage, SocketId};
 use crate::channel::{Closed, FromStation, ToStation};
-use crate::roster::Roster;
+use crate::Roster;
 use crate::site::{Caller, Site, SiteEvent, StationId};
 
 /// Time from one look at the class of the stations to the next: a person waits so long for a change of role.

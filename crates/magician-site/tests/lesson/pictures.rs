@@ -6,7 +6,7 @@ use std::process::Command;
 
 use magician_site::hub::RunningHub;
 use magician_station::http::{
-    Admission, HttpOptions, Listener, PageFile, Pages, TokenStore, Tries, Uploads,
+    HttpOptions, Listener, PageFile, Pages, TokenStore,
 };
 use tokio::sync::watch;
 
@@ -46,13 +46,8 @@ impl Camera {
             gzip: file.gzip,
         });
         let options = HttpOptions {
-            admission: Admission::default(),
-            tokens: TokenStore::at("/nowhere/tokens.toml"),
-            version: "0.0.0".to_owned(),
-            tries: Tries::default(),
-            uploads: Uploads::default(),
-            link: None,
             pages: Pages::new(files),
+            ..HttpOptions::new(TokenStore::at("/nowhere/tokens.toml"), "0.0.0")
         };
         let (over, ends) = watch::channel(false);
         let url = listener.url();

@@ -3,12 +3,6 @@
 /// What is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Bug {
-    /// Whoever has an arm of the name does what was meant for one of them.
-    HeardByAll,
-    /// A packet that is missing is not missed.
-    GapIsFilled,
-    /// The request for a session, doubled by the network, opens two.
-    OpenedTwice,
     /// A line that is lost does not end its socket.
     LineOutlived,
     /// What a station knew of its sessions outlives its kill, without their lines.
@@ -20,16 +14,7 @@ pub(crate) enum Bug {
 }
 
 /// Each bug, and the law that it breaks first.
-pub(crate) const BUGS: [(Bug, &str); 7] = [
-    (
-        Bug::HeardByAll,
-        "a command is carried out by the station that is meant",
-    ),
-    (
-        Bug::GapIsFilled,
-        "what a line carries is obeyed in order, without a gap",
-    ),
-    (Bug::OpenedTwice, "a line has one session"),
+pub(crate) const BUGS: [(Bug, &str); 4] = [
     (Bug::LineOutlived, "a lease ends with its line"),
     (Bug::LeaseOutlivesKill, "a lease ends with its line"),
     (Bug::ScheduleForgotten, "nobody holds outside of a slot"),

@@ -13,9 +13,6 @@ pub(crate) fn must(good: bool, what: &str) -> Checked {
 
 impl World {
     pub(crate) fn check(&self, before: &Self, event: Event) -> Checked {
-        for line in self.lines.iter().flatten().flatten() {
-            must(line.ends.len() <= 1, "a line has one session")?;
-        }
         for (at, place) in self.places.iter().enumerate() {
             let holder = place.control.holder(ARM);
             for motion in place.motions.iter().filter(|motion| !motion.free) {
@@ -44,7 +41,8 @@ impl World {
     fn user_of(&self, at: usize, session: SessionId) -> Option<usize> {
         self.lines.iter().position(|lines| {
             let line = lines[at].as_ref();
-            line.is_some_and(|line| line.ends.iter().any(|end| end.session == session))
+            let end = line.and_then(|line| line.end.as_ref());
+            end.is_some_and(|end| end.session == session)
         })
     }
 
@@ -57,7 +55,7 @@ impl World {
             .any(|(gone, left)| *gone == holder && place.now - *left >= GRACE);
         let ends = self.lines.iter().filter_map(|lines| lines[at].as_ref());
         let mut ends = ends
-            .flat_map(|line| &line.ends)
+            .filter_map(|line| line.end.as_ref())
             .filter(|end| end.session == holder);
         let silent = ends.any(|end| place.now - end.heard >= TTL);
         must(

@@ -1,9 +1,9 @@
 //! Who may move an arm where stations, programs and the network between them fail each by itself: three users come to three
-//! stations that serve an arm of the same name (a site that was torn apart and healed), over lines that lose, double and delay
-//! what they carry; each station has its own clock, which agrees with no other, and its own schedule. Everything that can happen
+//! stations that serve an arm of the same name (a site that was torn apart and healed), over connections that delay
+//! what they carry and are cut; each station has its own clock, which agrees with no other, and its own schedule. Everything that can happen
 //! is tried, up to a depth at which each of the planted bugs is found.
 //!
-//! What is tried is the real thing: the control of a station, the packets of a session and the choice of who is meant.
+//! What is tried is the real thing: the control of a station.
 
 mod bug;
 mod laws;

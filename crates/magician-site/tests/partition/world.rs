@@ -5,8 +5,6 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::time::Duration;
 
 use magician_protocol::HostInstant;
-use magician_site::StationId;
-use magician_site::message::{Asked, Flow, Heard, Packet, hear};
 use magician_station::control::{
     ArmId, Control, Effect, GRACE, LeaseId, PersonId, RequestId, SessionId, Slot, TTL, WorkKind,
 };
@@ -22,7 +20,7 @@ pub(crate) const ARM: ArmId = ArmId(0);
 pub(crate) const SLOT: Duration = Duration::from_secs(12);
 /// A silence that ends a lease.
 const SILENCE: Duration = Duration::from_secs(6);
-/// Packets on their way, at most.
+/// Messages on their way, at most.
 const IN_FLIGHT: usize = 2;
 
 /// What a user says.
@@ -38,13 +36,12 @@ pub(crate) enum Said {
 pub(crate) enum Event {
     /// A user opens a line.
     Open(usize, usize),
-    /// The network brings the request for it once more.
-    OpenAgain(usize, usize),
     Say(usize, usize, Said),
-    /// The first packet on its way arrives.
+    /// The first message on its way arrives.
     Arrive(usize, usize),
-    /// It is lost.
-    Lose(usize, usize),
+    /// The cable is pulled for longer than a connection lasts: what is on its way is lost, and neither
+    /// end knows yet.
+    Cut(usize, usize),
     /// The user's end of a line is gone: its program was killed, or cut off and has noticed.
     UserGone(usize, usize),
     /// The station notices that a line is dead.
@@ -55,31 +52,26 @@ pub(crate) enum Event {
     Pass(usize),
     /// A station is killed, and starts again.
     Kill(usize),
-    /// A command outside of sessions, to the name that all arms have, for one of the stations.
+    /// A request of its own, without a session.
     Call(usize, usize),
 }
 
 /// A station's end of a line.
 #[derive(Clone, Debug)]
 pub(crate) struct End {
-    flow: Flow,
     pub(crate) session: SessionId,
     /// The last word, by the station's clock.
     pub(crate) heard: HostInstant,
-    /// What was obeyed.
-    obeyed: u32,
 }
 
-/// A session's channel between a user and a station.
+/// A connection between a user and a station: in order and without gaps, or cut.
 #[derive(Clone, Debug)]
 pub(crate) struct Line {
-    flow: Flow,
-    /// What was said.
-    said: u32,
     /// Whether the user's end is there.
     open: bool,
-    way: VecDeque<Vec<u8>>,
-    pub(crate) ends: Vec<End>,
+    cut: bool,
+    way: VecDeque<Said>,
+    pub(crate) end: Option<End>,
 }
 
 #[derive(Clone, Copy, Debug, Hash)]
@@ -103,7 +95,6 @@ pub(crate) struct Place {
     lease: Option<(SessionId, LeaseId)>,
     /// Sessions whose line has ended, and when.
     pub(crate) left: Vec<(SessionId, HostInstant)>,
-    boot: u64,
 }
 
 /// A state of the search.
@@ -118,7 +109,7 @@ pub(crate) struct World {
 }
 
 impl Place {
-    fn new(now: HostInstant, slot: HostInstant, boot: u64, forgets: bool) -> Self {
+    fn new(now: HostInstant, slot: HostInstant, forgets: bool) -> Self {
         let mut control = Control::new(1);
         let slots = [(None, slot, 0), (Some(slot), slot + SLOT, 1)];
         let slots = slots.map(|(from, until, person)| Slot {
@@ -135,7 +126,6 @@ impl Place {
             motions: Vec::new(),
             lease: None,
             left: Vec::new(),
-            boot,
         }
     }
 
@@ -210,7 +200,7 @@ impl World {
         // No two clocks are the same.
         let place = |station: u64| {
             let now = HostInstant::from_micros(60_000_000 + 1_000_000 * station);
-            Place::new(now, now + SLOT, 0, false)
+            Place::new(now, now + SLOT, false)
         };
         Self {
             bug,
@@ -230,21 +220,21 @@ impl World {
             out.push(Event::Open(user, station));
             return;
         };
-        if line.open && line.way.len() < IN_FLIGHT {
+        if line.open && !line.cut && line.way.len() < IN_FLIGHT {
             let said = [Said::Acquire, Said::Move, Said::Release];
             out.extend(said.map(|said| Event::Say(user, station, said)));
         }
         if !line.way.is_empty() {
-            out.extend([Event::Arrive(user, station), Event::Lose(user, station)]);
+            out.push(Event::Arrive(user, station));
+        }
+        if !line.cut {
+            out.push(Event::Cut(user, station));
         }
         if line.open {
             out.push(Event::UserGone(user, station));
         }
-        if !line.ends.is_empty() {
-            out.extend([
-                Event::OpenAgain(user, station),
-                Event::StationNotices(user, station),
-            ]);
+        if line.end.is_some() {
+            out.push(Event::StationNotices(user, station));
         }
     }
 
@@ -259,47 +249,32 @@ impl World {
             };
         }
         let station = match event {
-            Open(_, at) | OpenAgain(_, at) | Say(_, at, _) | Arrive(_, at) | Lose(_, at) => at,
+            Open(_, at) | Say(_, at, _) | Arrive(_, at) | Cut(_, at) => at,
             UserGone(_, at) | StationNotices(_, at) | Call(_, at) => at,
             Finish(at) | Pass(at) | Kill(at) => at,
         };
         self.used = self.used.max(station + 1);
         match event {
             Open(user, at) => {
-                let (flow, way) = (Flow::default(), VecDeque::new());
+                let end = self.opened(user, at);
                 self.lines[user][at] = Some(Line {
-                    flow,
-                    said: 0,
                     open: true,
-                    way,
-                    ends: Vec::new(),
+                    cut: false,
+                    way: VecDeque::new(),
+                    end: Some(end),
                 });
-                self.opened(user, at);
             }
-            // A channel that is open is not opened.
-            OpenAgain(user, at) if self.has(Bug::OpenedTwice) => self.opened(user, at),
-            OpenAgain(..) => {}
-            Say(user, at, said) => {
-                let line = self.lines[user][at].as_mut().ok_or("a line")?;
-                let packet = Packet::Text(format!("{} {said:?}", line.said));
-                line.said += 1;
-                line.way.push_back(line.flow.pack(&packet));
-            }
+            Say(user, at, said) => self.line(user, at)?.way.push_back(said),
             Arrive(user, at) => self.arrive(user, at)?,
-            Lose(user, at) => {
-                let line = self.lines[user][at].as_mut().ok_or("a line")?;
-                line.way.pop_front();
+            Cut(user, at) => {
+                let line = self.line(user, at)?;
+                line.cut = true;
+                line.way.clear();
             }
-            UserGone(user, at) => {
-                let line = self.lines[user][at].as_mut().ok_or("a line")?;
-                line.open = false;
-            }
+            UserGone(user, at) => self.line(user, at)?.open = false,
             StationNotices(user, at) => {
-                let line = self.lines[user][at].as_mut().ok_or("a line")?;
-                let ends = std::mem::take(&mut line.ends);
-                for end in ends {
-                    self.end(at, end.session);
-                }
+                let end = self.line(user, at)?.end.take().ok_or("an end")?;
+                self.end(at, end.session);
             }
             Finish(at) => {
                 let place = &mut self.places[at];
@@ -316,17 +291,21 @@ impl World {
         self.places.iter_mut().for_each(Place::obey_effects);
         for line in self.lines.iter_mut().flatten() {
             // Nothing is on its way on a line without ends.
-            line.take_if(|line| !line.open && line.ends.is_empty());
+            line.take_if(|line| !line.open && line.end.is_none());
         }
         self.check(before, event)
     }
 
+    fn line(&mut self, user: usize, at: usize) -> Result<&mut Line, String> {
+        self.lines[user][at].as_mut().ok_or_else(|| "a line".to_owned())
+    }
+
     /// A session begins at the station.
-    fn opened(&mut self, user: usize, at: usize) {
+    fn opened(&mut self, user: usize, at: usize) -> End {
         let place = &mut self.places[at];
         let used = |id: &SessionId| {
             let ends = self.lines.iter().filter_map(|lines| lines[at].as_ref());
-            let mut ends = ends.flat_map(|line| &line.ends);
+            let mut ends = ends.filter_map(|line| line.end.as_ref());
             ends.any(|end| end.session == *id) || place.left.iter().any(|(left, _)| left == id)
         };
         let mut ids = (user as u64..).step_by(USERS).map(SessionId);
@@ -336,14 +315,9 @@ impl World {
             let person = Some(PersonId(user as u64));
             place.control.identify(place.told, session, person);
         }
-        let end = End {
-            flow: Flow::default(),
+        End {
             session,
             heard: place.now,
-            obeyed: 0,
-        };
-        if let Some(line) = &mut self.lines[user][at] {
-            line.ends.push(end);
         }
     }
 
@@ -355,43 +329,22 @@ impl World {
     }
 
     fn arrive(&mut self, user: usize, at: usize) -> Checked {
-        let line = self.lines[user][at].as_mut().ok_or("a line")?;
-        let bytes = line.way.pop_front().ok_or("a packet")?;
-        let mut ends = std::mem::take(&mut line.ends);
-        let mut stay = Vec::new();
-        for mut end in ends.drain(..) {
-            let text = match end.flow.unpack(&bytes) {
-                Ok(Packet::Text(text)) => text,
-                _ if self.has(Bug::GapIsFilled) => String::from_utf8_lossy(&bytes[9..]).into(),
-                _ => {
-                    self.end(at, end.session);
-                    continue;
-                }
-            };
-            let number = text
-                .split(' ')
-                .next()
-                .and_then(|number| number.parse().ok());
-            must(
-                number == Some(end.obeyed),
-                "what a line carries is obeyed in order, without a gap",
-            )?;
-            end.obeyed += 1;
-            let place = &mut self.places[at];
-            end.heard = place.now;
-            place.control.keep_alive(place.told, end.session);
-            match &text[text.len() - 4..] {
-                "uire" => place.acquire(end.session),
-                "Move" => {
-                    place.begin(end.session);
-                }
-                _ => place.release(end.session),
+        let line = self.line(user, at)?;
+        let said = line.way.pop_front().ok_or("a message")?;
+        let Some(mut end) = line.end.take() else {
+            return Ok(());
+        };
+        let place = &mut self.places[at];
+        end.heard = place.now;
+        place.control.keep_alive(place.told, end.session);
+        match said {
+            Said::Acquire => place.acquire(end.session),
+            Said::Move => {
+                place.begin(end.session);
             }
-            stay.push(end);
+            Said::Release => place.release(end.session),
         }
-        if let Some(line) = self.lines[user][at].as_mut() {
-            line.ends = stay;
-        }
+        self.line(user, at)?.end = Some(end);
         Ok(())
     }
 
@@ -412,53 +365,35 @@ impl World {
             self.has(Bug::LeaseOutlivesKill),
         );
         let old = &self.places[at];
-        let mut new = Place::new(old.now, old.slot, old.boot + 1, forgets);
+        let mut new = Place::new(old.now, old.slot, forgets);
         if keeps {
             new.control = old.control.clone();
         }
         self.places[at] = new;
         for lines in &mut self.lines {
             if let Some(line) = &mut lines[at] {
-                line.ends.clear();
+                line.end = None;
             }
         }
     }
 
-    /// Everybody who has an arm of the name hears it.
-    fn call(&mut self, user: usize, meant: usize) -> Checked {
-        const MOVE: &str =
-            r#"{"jsonrpc":"2.0","id":1,"method":"arm.move","params":{"to":[200,0,0,0]}}"#;
-        let id = |at: usize, place: &Place| StationId(100 * at as u64 + place.boot);
-        let asked = Asked {
-            station: Some(id(meant, &self.places[meant])),
-            ..Asked::default()
-        };
-        let mut done = Vec::new();
-        for (at, place) in self.places.iter_mut().enumerate() {
-            let heard = hear(id(at, place), &asked, MOVE);
-            if heard == Heard::NotForUs && self.bug != Some(Bug::HeardByAll) {
-                continue;
-            }
-            let session = SessionId(1_000_000 + user as u64);
-            place.control.join(place.told, session);
-            if user < 2 {
-                let person = Some(PersonId(user as u64));
-                place.control.identify(place.told, session, person);
-            }
-            place.acquire(session);
-            if place.begin(session) {
-                done.push(at);
-                // It is there at once.
-                let motion = place.motions.pop().ok_or("a motion")?;
-                place.control.finish(place.told, ARM, motion.request);
-            }
-            place.control.release_all(place.told, session);
-            place.control.expel(place.told, session);
+    /// A session that lasts for one move, which ends at once.
+    fn call(&mut self, user: usize, at: usize) -> Checked {
+        let place = &mut self.places[at];
+        let session = SessionId(1_000_000 + user as u64);
+        place.control.join(place.told, session);
+        if user < 2 {
+            let person = Some(PersonId(user as u64));
+            place.control.identify(place.told, session, person);
         }
-        must(
-            done.iter().all(|at| *at == meant),
-            "a command is carried out by the station that is meant",
-        )
+        place.acquire(session);
+        if place.begin(session) {
+            let motion = place.motions.pop().ok_or("a motion")?;
+            place.control.finish(place.told, ARM, motion.request);
+        }
+        place.control.release_all(place.told, session);
+        place.control.expel(place.told, session);
+        Ok(())
     }
 }
 
@@ -508,10 +443,10 @@ impl Explored for World {
                 false.hash(&mut hasher);
                 continue;
             };
-            (line.said, line.open, &line.flow, &line.way).hash(&mut hasher);
-            for end in &line.ends {
+            (line.open, line.cut, &line.way).hash(&mut hasher);
+            if let Some(end) = &line.end {
                 let silent = (place.now - end.heard).min(TTL);
-                (&end.flow, end.session, end.obeyed, silent).hash(&mut hasher);
+                (end.session, silent).hash(&mut hasher);
             }
         }
         if self.has(Bug::ForeignClock) {

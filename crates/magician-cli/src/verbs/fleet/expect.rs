@@ -5,7 +5,6 @@ use std::time::Duration;
 
 use magician::ErrorKind;
 use magician_site::carrier::ZenohSite;
-use magician_site::message::EXPECT;
 use magician_site::{ArmAt, Caller, Roster, Site};
 use serde_json::{Value, json};
 use tokio::time::timeout;
@@ -120,8 +119,9 @@ pub(super) async fn write(
     roster: &Roster,
     caller: &Caller,
 ) -> Result<(), Failure> {
-    let params: Value = serde_json::from_str(&roster.to_text()).unwrap_or_default();
-    let request = json!({"jsonrpc": "2.0", "id": 1, "method": EXPECT, "params": params});
+    let params = roster.to_value();
+    let request =
+        json!({"jsonrpc": "2.0", "id": 1, "method": "site.expect", "params": params});
     let request = request.to_string();
     let stations: BTreeMap<_, &ArmAt> = known.keys().map(|at| (at.station, at)).collect();
     let mut failed = Vec::new();

@@ -13,18 +13,18 @@ pub(super) fn run(
     context: &mut Context,
     join: impl AsyncFnOnce() -> Result<ZenohSite, Failure>,
 ) -> Result<(), Failure> {
-    let (name, known) = context.attending(async |_| {
+    let (name, proved, known) = context.attending(async |_| {
         let site = join().await?;
         let known = gather(&site).await?;
-        let name = site.name().to_owned();
+        let (name, proved) = (site.name().to_owned(), site.is_proved());
         site.leave().await;
-        Ok((name, known))
+        Ok((name, proved, known))
     })?;
     let twins = twins(&known);
     let arms: Vec<_> = { known.iter() }
         .map(|(at, news)| as_json(at, news.as_ref(), twins.contains(&at.arm)))
         .collect();
-    context.show(&json!({"site": name, "arms": arms}), |out| {
+    context.show(&json!({"site": name, "proved": proved, "arms": arms}), |out| {
         rows(&known).write(out)
     })
 }

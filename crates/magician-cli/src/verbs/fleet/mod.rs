@@ -63,6 +63,18 @@ impl Fleet {
     }
 }
 
+#[cfg(feature = "site")]
+impl Deed {
+    /// Whether it shows what stations say of themselves, and tells them nothing.
+    fn only_looks(&self) -> bool {
+        match self {
+            Self::List | Self::Watch => true,
+            Self::Expect(expect) => expect.show,
+            _ => false,
+        }
+    }
+}
+
 #[derive(Debug, Subcommand)]
 enum Deed {
     /// List the arms: name, station, machine, port, state, holder, job
@@ -179,6 +191,7 @@ mod with {
 
     use magician::ErrorKind;
     use magician_site::carrier::ZenohSite;
+    use magician_site::keys::SiteName;
     use magician_site::{ArmAt, ArmNews, Caller, Site};
     use serde_json::{Value, json};
     use tokio::time::{Instant, sleep_until, timeout_at};
@@ -186,7 +199,9 @@ mod with {
     use super::{Deed, Fleet};
     use crate::context::Context;
     use crate::failure::{Failure, Kind};
+    use crate::paint::tell;
     use crate::verbs::serve::tell_flaw;
+    use crate::verbs::site::identity;
 
     /// A site that is joined shows its arms within this.
     const GATHERING: Duration = Duration::from_millis(700);
@@ -209,9 +224,16 @@ mod with {
                     return Err(Failure::usage("which site is not said")
                         .hint("give --site NAME, as the stations have it, or set MAGICIAN_SITE"));
                 };
-                let name = name.parse().map_err(Failure::usage)?;
+                let name: SiteName = name.parse().map_err(Failure::usage)?;
+                let identity = identity(&name)?;
+                if identity.is_none() && !self.deed.only_looks() {
+                    return Err(no_certificate(&name));
+                }
                 tell_flaw();
-                Ok::<_, Failure>(ZenohSite::join(name, config).await?)
+                if identity.is_none() {
+                    tell(format_args!("nothing of this is proved: this machine has no certificate of the site {name}"));
+                }
+                Ok::<_, Failure>(ZenohSite::join(name, config, identity).await?)
             };
             match self.deed {
                 Deed::List => super::list::run(context, join),
@@ -224,6 +246,17 @@ mod with {
                 Deed::Results(results) => results.run(context, super::hub::asks(caller, join)),
             }
         }
+    }
+
+    /// What tells something to stations needs a certificate: a token goes only to who has proved itself.
+    fn no_certificate(site: &SiteName) -> Failure {
+        let message = format!(
+            "this machine has no certificate of the site {site}: its stations are shown, and told nothing"
+        );
+        Failure::new(Kind::Driver(ErrorKind::Timeout), message).hint(format!(
+            "`magician site init {site}` makes a site's first; others get theirs by `magician site invite` \
+             there and `magician site join CODE` here"
+        ))
     }
 
     /// Waits until the arms of a site have shown themselves.

@@ -12,7 +12,7 @@ use magician_site::carrier::ZenohSite;
 use magician_site::{ArmAt, Caller, Site, SiteError, SiteEvent};
 use serde_json::{Map, Value, json};
 use tokio::task::{JoinError, JoinSet};
-use tokio::time::{Instant, sleep_until, timeout};
+use tokio::time::{Instant, MissedTickBehavior, interval, sleep_until, timeout};
 
 use super::stop::no_token;
 use super::{Known, Run, gather, twins};
@@ -24,6 +24,8 @@ use crate::source::Source;
 
 /// A file that is longer does not fit into a request of 1 MiB, as text or in base64.
 const LARGEST: usize = 700 * 1024;
+/// Stations are asked so often how their jobs stand.
+const LOOKS: Duration = Duration::from_millis(500);
 /// Jobs get so long to stop.
 const STOPPING: Duration = Duration::from_secs(5);
 /// A station that is gone is waited for so long at the end.
@@ -299,8 +301,6 @@ struct Jobs {
     starting: JoinSet<(ArmAt, Result<String, Why>)>,
     /// How jobs stand, being asked.
     looking: JoinSet<(ArmAt, Option<Value>)>,
-    /// Something was missed since that was asked.
-    missed: bool,
     json: bool,
     told: BTreeMap<ArmAt, String>,
     drawn: usize,
@@ -317,7 +317,6 @@ impl Jobs {
             order,
             starting: JoinSet::new(),
             looking: JoinSet::new(),
-            missed: false,
             json,
             told: BTreeMap::new(),
             drawn: 0,
@@ -335,6 +334,8 @@ impl Jobs {
         let mut waiting: std::collections::VecDeque<_> = self.order.clone().into();
         let mut next = Instant::now();
         let mut gone_since = None;
+        let (mut looks, mut due) = (interval(LOOKS), false);
+        looks.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
             self.tell(out)?;
             let started = waiting.is_empty() && self.starting.is_empty();
@@ -342,7 +343,7 @@ impl Jobs {
             if started && (detach && told || self.parts.values().all(Part::is_over)) {
                 return Ok(());
             }
-            if told && std::mem::take(&mut self.missed) {
+            if told && std::mem::take(&mut due) {
                 for at in &self.order.clone() {
                     self.look(at);
                 }
@@ -369,7 +370,6 @@ impl Jobs {
                 }
                 Some(looked) = self.looking.join_next() => self.has_looked(looked),
                 event = events.next() => match event {
-                    SiteEvent::Job(at, job) => self.see(&at, job),
                     SiteEvent::Left(at) => {
                         if let Some(part) = self.parts.get_mut(&at) {
                             part.is_gone = true;
@@ -380,9 +380,9 @@ impl Jobs {
                             self.look(&at);
                         }
                     }
-                    SiteEvent::Missed => self.missed = true,
-                    SiteEvent::News(..) | SiteEvent::Event(..) => {}
+                    SiteEvent::News(..) | SiteEvent::Missed => {}
                 },
+                _ = looks.tick() => due = true,
                 () = async {
                     match gone_since {
                         Some(since) => sleep_until(since + GONE).await,
@@ -413,7 +413,7 @@ impl Jobs {
         }
     }
 
-    /// Asks how a job stands: what was told before we knew it was missed.
+    /// Asks how a job stands.
     fn look(&mut self, at: &ArmAt) {
         let part = self.parts.get(at).filter(|part| !part.is_over());
         let Some(job) = part.and_then(|part| part.job.clone()) else {

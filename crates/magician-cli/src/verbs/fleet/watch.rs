@@ -73,13 +73,10 @@ fn as_event(event: &SiteEvent) -> Value {
         object["event"] = json!(event);
         object
     };
-    let with = |event: &str, at: &magician_site::ArmAt, value: &Value| json!({"event": event, "name": at.arm, "station": at.station.to_string(), event: value});
     match event {
         SiteEvent::Arrived(at) => of("arrived", at, None),
         SiteEvent::Left(at) => of("left", at, None),
         SiteEvent::News(at, news) => of("state", at, Some(news)),
-        SiteEvent::Event(at, value) => with("arm-event", at, value),
-        SiteEvent::Job(at, value) => with("job", at, value),
         SiteEvent::Missed => json!({"event": "missed"}),
     }
 }
@@ -107,7 +104,6 @@ fn as_line(
             shown.insert(at.clone(), line.clone());
             is_new.then(|| format!("{}: {line}", at.arm))
         }
-        SiteEvent::Event(..) | SiteEvent::Job(..) => None,
         SiteEvent::Missed => Some("some of what happened was missed".to_owned()),
     }
 }

@@ -119,12 +119,8 @@ impl FrontFlags {
     pub(crate) fn http(&self, tokens: TokenStore, pages: Pages) -> HttpOptions {
         HttpOptions {
             admission: self.admission(),
-            tokens,
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            tries: Tries::default(),
-            uploads: Uploads::default(),
-            link: None,
             pages,
+            ..HttpOptions::new(tokens, env!("CARGO_PKG_VERSION"))
         }
     }
 

@@ -155,15 +155,9 @@ fn named(text: &str) -> Result<(String, String), String> {
 const NAME_RULE: &str =
     "a name is of a-z, 0-9, _ and -, 32 at most, and begins with a letter or a digit";
 
-/// Whether an arm or a site may be called so.
-fn is_name(name: &str) -> bool {
-    let sign = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_' || c == '-';
-    !name.is_empty() && name.len() <= 32 && !name.starts_with(['_', '-']) && name.chars().all(sign)
-}
-
 /// What an arm may be called.
 fn check_name(name: &str) -> Result<(), Failure> {
-    if is_name(name) {
+    if magician_station::is_name(name) {
         Ok(())
     } else {
         let message = format!("`{name}` is no name for an arm");

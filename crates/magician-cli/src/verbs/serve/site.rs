@@ -13,14 +13,14 @@ pub(crate) struct SiteFlags {
     /// Join a site, so that `magician fleet --site NAME` on other machines sees the arms: their names are needed once each
     #[arg(long, value_name = "NAME", value_parser = name_of_site, hide = cfg!(not(feature = "site")))]
     pub(super) site: Option<String>,
-    /// Settings of Zenoh for the site, JSON5: whom to connect to, certificates, who may do what
+    /// Settings of Zenoh for the site, JSON5: where to listen, whom to connect to
     #[arg(long, value_name = "FILE", requires = "site", value_hint = ValueHint::FilePath, hide = cfg!(not(feature = "site")))]
     site_config: Option<PathBuf>,
 }
 
 /// The name of a site.
 pub(crate) fn name_of_site(text: &str) -> Result<String, &'static str> {
-    if super::is_name(text) {
+    if magician_station::is_name(text) {
         Ok(text.to_owned())
     } else {
         Err(super::NAME_RULE)
@@ -116,6 +116,7 @@ impl SiteFlags {
         tokens: &TokenStore,
     ) -> Result<Option<Joined>, Failure> {
         use magician_site::carrier::{NodeOptions, ServedArm, SiteNode};
+        use magician_site::keys::{SiteName, name_like};
 
         let Some(name) = &self.site else {
             return Ok(None);
@@ -125,16 +126,25 @@ impl SiteFlags {
             port: entry.port.clone(),
             is_virtual: entry.is_virtual,
         });
+        let site: SiteName = name.parse().map_err(Failure::usage)?;
+        let identity = crate::verbs::site::identity(&site)?;
+        let is_proved = identity.is_some();
+        let machine = crate::mdns::host_name();
         let options = NodeOptions {
-            site: name.parse().map_err(Failure::usage)?,
-            machine: crate::mdns::host_name(),
+            site,
+            machine: name_like(&machine).unwrap_or_else(|| "machine".to_owned()),
             arms: arms.collect(),
             config: self.site_config.clone(),
-            roster: crate::local_stations::folder()
-                .map(|folder| folder.join(format!("site-{name}.json"))),
+            identity,
         };
         let node = SiteNode::join(options, station.clone(), tokens.clone()).await?;
         tell_flaw();
+        if !is_proved {
+            crate::paint::tell(format_args!(
+                "this machine has no certificate of the site {name}: the site sees states, and can stop nothing here. \
+                 `magician site init {name}` makes a site's first, `magician site join CODE` gets one from there"
+            ));
+        }
         Ok(Some(Joined {
             name: name.clone(),
             node,
@@ -177,6 +187,8 @@ impl From<magician_site::carrier::CarrierError> for Failure {
         match error {
             CarrierError::Config(_) => Self::invalid(message)
                 .hint("the file has Zenoh's own settings, as the examples in docs/site"),
+            CarrierError::Certificate(_) => Self::new(Kind::Driver(ErrorKind::Port), message)
+                .hint("`magician site list` shows the certificate of this machine"),
             CarrierError::Taken { .. } => Self::new(Kind::Driver(ErrorKind::Port), message)
                 .hint("name the arm otherwise: --arm NAME=PORT"),
             _ => Self::new(Kind::Driver(ErrorKind::Port), message),

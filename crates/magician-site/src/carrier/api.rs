@@ -1,0 +1,117 @@
+//! The API of a station for the machines of its site: a listener that asks for their certificates.
+
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use magician_station::RunningStation;
+use magician_station::http::{
+    Admission, HttpOptions, Listener, SignsOfLife, Tls, TokenStore,
+};
+use tokio::sync::watch;
+use tokio::task::JoinHandle;
+
+use super::CarrierError;
+use crate::certificates::Identity;
+
+/// Any port that is free, of all addresses of the machine.
+const ANYWHERE: &str = "0.0.0.0:0";
+
+/// A listener for the machines of the site.
+pub(super) struct SiteApi {
+    identity: Identity,
+    station: RunningStation,
+    tokens: TokenStore,
+    port: u16,
+    /// Of the listener that is at work now.
+    serving: Mutex<Option<Serving>>,
+    runtime: tokio::runtime::Handle,
+}
+
+struct Serving {
+    over: watch::Sender<bool>,
+    task: JoinHandle<()>,
+}
+
+impl SiteApi {
+    /// Listens on the present runtime.
+    pub(super) async fn open(
+        identity: &Identity,
+        station: &RunningStation,
+        tokens: &TokenStore,
+    ) -> Result<Arc<Self>, CarrierError> {
+        let listener = listen(ANYWHERE, identity).await?;
+        let port = listener.addresses().first().map_or(0, SocketAddr::port);
+        let api = Arc::new(Self {
+            identity: identity.clone(),
+            station: station.clone(),
+            tokens: tokens.clone(),
+            port,
+            serving: Mutex::new(None),
+            runtime: tokio::runtime::Handle::current(),
+        });
+        api.serve(listener);
+        Ok(api)
+    }
+
+    /// Where it can be dialled: all addresses of the machine that others may know, and its own.
+    pub(super) fn addresses(&self) -> Vec<SocketAddr> {
+        let interfaces = if_addrs::get_if_addrs().unwrap_or_default().into_iter();
+        let addresses = interfaces.map(|interface| interface.ip());
+        let of_others = addresses.filter(|ip| ip.is_ipv4() && !ip.is_loopback());
+        let own = IpAddr::V4(Ipv4Addr::LOCALHOST);
+        let all = of_others.chain([own]);
+        all.map(|ip| SocketAddr::new(ip, self.port)).collect()
+    }
+
+    /// Listens anew, by the newest list of revoked certificates: connections of machines that are not
+    /// revoked come back.
+    pub(super) fn renew(self: &Arc<Self>) {
+        let api = Arc::clone(self);
+        self.runtime.spawn(async move {
+            api.close().await;
+            match listen(&format!("0.0.0.0:{}", api.port), &api.identity).await {
+                Ok(listener) => api.serve(listener),
+                Err(error) => {
+                    tracing::error!(%error, "the site cannot reach this station any more");
+                }
+            }
+        });
+    }
+
+    fn serve(&self, listener: Listener) {
+        let options = HttpOptions {
+            admission: Admission {
+                // Never a name of this machine's own people, who need no token.
+                hosts: vec![self.identity.machine().to_owned()],
+                ..Admission::default()
+            },
+            signs: SignsOfLife::Hub,
+            ..HttpOptions::new(self.tokens.clone(), env!("CARGO_PKG_VERSION"))
+        };
+        let (over, ends) = watch::channel(false);
+        let serving = listener.serve(self.station.clone(), options, ends);
+        let task = self.runtime.spawn(serving);
+        *self.serving() = Some(Serving { over, task });
+    }
+
+    /// Ends the listener with its connections.
+    pub(super) async fn close(&self) {
+        let serving = self.serving().take();
+        if let Some(Serving { over, task }) = serving {
+            let _ = over.send(true);
+            let _ = task.await;
+        }
+    }
+
+    fn serving(&self) -> std::sync::MutexGuard<'_, Option<Serving>> {
+        self.serving.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+async fn listen(at: &str, identity: &Identity) -> Result<Listener, CarrierError> {
+    let tls = identity.server();
+    let tls = tls.map_err(|error| CarrierError::Certificate(error.to_string()))?;
+    let listener = Listener::bind(Some(at)).await;
+    let listener = listener.map_err(|error| CarrierError::Network(error.to_string()))?;
+    Ok(listener.encrypted(Tls::with(tls)))
+}

@@ -1,0 +1,76 @@
+//! Sessions with stations: a channel over the WebSocket of a station that has proved itself.
+
+use futures_util::{SinkExt, StreamExt};
+use magician_station::client::{ClientError, RawSocket};
+use tokio_tungstenite::tungstenite::{Bytes, Message};
+
+use crate::channel::{Channel, Closed, FromStation, StationEnd, ToStation, channel};
+use crate::site::SiteError;
+
+/// Why a request or a session did not come about.
+pub(super) fn failed(error: ClientError) -> SiteError {
+    match error {
+        ClientError::Untrusted(why) | ClientError::Address(why) => SiteError::Unproved(why),
+        ClientError::Busy(why) => SiteError::Refused(why),
+        ClientError::Unreachable(why) => SiteError::Network(why),
+        _ => SiteError::NoAnswer,
+    }
+}
+
+/// A session over a socket on which nothing was said yet. `gone` completes when the station is not
+/// on the site any more: a cut line would not say so itself for minutes.
+pub(super) fn session(
+    socket: RawSocket,
+    gone: impl Future<Output = ()> + Send + 'static,
+) -> Channel {
+    let (client, end) = channel();
+    tokio::spawn(async move {
+        let to_client = end.to_client.clone();
+        let closed = tokio::select! {
+            closed = carry(socket, end) => closed,
+            () = gone => Some(Closed::broken()),
+        };
+        if let Some(closed) = closed {
+            let _ = to_client.send(FromStation::Closed(closed)).await;
+        }
+    });
+    client
+}
+
+/// Carries messages until one of the two ends; why it was the station.
+async fn carry(socket: RawSocket, mut end: StationEnd) -> Option<Closed> {
+    let (mut sink, mut stream) = socket.split();
+    let writer = async {
+        while let Some(message) = end.from_client.recv().await {
+            let message = match message {
+                ToStation::Text(text) => Message::text(text),
+                ToStation::Alive => Message::Pong(Bytes::new()),
+            };
+            if sink.send(message).await.is_err() {
+                return Some(Closed::broken());
+            }
+        }
+        let _ = sink.close().await;
+        None
+    };
+    let reader = async {
+        loop {
+            let message = match stream.next().await {
+                Some(Ok(Message::Text(text))) => FromStation::Text(text.as_str().to_owned()),
+                Some(Ok(Message::Binary(bytes))) => FromStation::Frame(bytes.to_vec()),
+                Some(Ok(Message::Close(Some(frame)))) => {
+                    return Some(Closed::new(frame.code.into(), frame.reason.as_str()));
+                }
+                Some(Ok(Message::Ping(_) | Message::Pong(_) | Message::Frame(_))) => continue,
+                Some(Ok(Message::Close(None)) | Err(_)) | None => return Some(Closed::broken()),
+            };
+            if end.to_client.send(message).await.is_err() {
+                return None;
+            }
+        }
+    };
+    tokio::select! {
+        closed = writer => closed,
+        closed = reader => closed,
+    }
+}

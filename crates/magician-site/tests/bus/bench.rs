@@ -1,0 +1,215 @@
+//! A site of this machine: an authority, stations with a virtual arm each, and what looks at them.
+
+use std::net::TcpListener;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use magician::Arm;
+use magician_site::carrier::{CarrierError, NodeOptions, ServedArm, SiteNode, ZenohSite};
+use magician_site::certificates::{Authority, Identity, Invitation, join};
+use magician_site::{ArmAt, Caller, Channel, FromStation, Site, SiteEvent, SiteEvents};
+use magician_station::http::{JobFolder, TokenStore};
+use magician_station::{ArmEntry, Role, RunningStation, StationConfig};
+use serde_json::{Value, json};
+use tempfile::TempDir;
+use tokio::time::{Instant, timeout};
+
+/// Everything here takes milliseconds; a machine under load gets this.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(30);
+/// The machine of the authority, where stations are unless they say otherwise.
+pub(crate) const BENCH: &str = "bench-1";
+
+pub(crate) struct Lab {
+    pub(crate) folder: TempDir,
+    pub(crate) tokens: TokenStore,
+    pub(crate) token: String,
+    /// None on a site without certificates.
+    pub(crate) identity: Option<Identity>,
+}
+
+impl Lab {
+    /// A site whose machines have certificates.
+    pub(crate) fn new() -> Self {
+        let lab = Self::without_certificates();
+        let authority = Authority::init(&lab.folder.path().join("lab"), "lab", BENCH).unwrap();
+        Self {
+            identity: Some(authority.identity().unwrap()),
+            ..lab
+        }
+    }
+
+    pub(crate) fn without_certificates() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let tokens = TokenStore::at(folder.path().join("tokens.toml"));
+        let (_, token) = tokens.create(None, Role::Student).unwrap();
+        Self {
+            folder,
+            tokens,
+            token,
+            identity: None,
+        }
+    }
+
+    pub(crate) fn authority(&self) -> Authority {
+        Authority::open(&self.folder.path().join("lab"))
+            .unwrap()
+            .unwrap()
+    }
+
+    /// The certificate of another machine, which joins.
+    pub(crate) async fn machine(&self, name: &str) -> Identity {
+        let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap();
+        let invitation = Arc::new(Invitation::new(self.authority(), 1).unwrap());
+        let code = invitation.code(&listener.local_addr().unwrap().to_string());
+        let inviting = invitation.run(listener, Instant::now() + PATIENCE, |_| {});
+        let folders = self.folder.path().join(name);
+        let joining = join(&code, &folders, Some(name), name);
+        let (ended, joined) = tokio::join!(inviting, joining);
+        ended.unwrap();
+        joined.unwrap().identity
+    }
+
+    /// Settings of Zenoh for one end: without multicast, so that tests beside each other do not meet.
+    pub(crate) fn config(&self, name: &str, listens: Option<u16>, connects: &[u16]) -> PathBuf {
+        let link = if self.identity.is_some() { "tls" } else { "tcp" };
+        let at = |port: &u16| format!("{link}/127.0.0.1:{port}");
+        let listens: Vec<_> = listens.iter().map(at).collect();
+        let connects: Vec<_> = connects.iter().map(at).collect();
+        let config = json!({
+            "listen": {"endpoints": listens},
+            "connect": {"endpoints": connects},
+            "scouting": {"multicast": {"enabled": false}},
+        });
+        let path = self.folder.path().join(format!("{name}.json5"));
+        std::fs::write(&path, config.to_string()).unwrap();
+        path
+    }
+
+    pub(crate) async fn node(&self, name: &str, config: &Path) -> (RunningStation, SiteNode) {
+        let (station, joined) = self.try_node(name, config, self.identity.clone()).await;
+        (station, joined.unwrap())
+    }
+
+    pub(crate) async fn try_node(
+        &self,
+        name: &str,
+        config: &Path,
+        identity: Option<Identity>,
+    ) -> (RunningStation, Result<SiteNode, CarrierError>) {
+        let arm = Arm::connect("sim").await.unwrap();
+        let entries = vec![ArmEntry::simulated(name)];
+        let jobs = JobFolder::open(config.with_extension("jobs"), &entries, &[String::new()]).unwrap();
+        let config_of_station = StationConfig {
+            jobs: Arc::new(jobs),
+            ..StationConfig::new(entries, name)
+        };
+        let station = RunningStation::start(config_of_station, vec![arm], Box::new(|_| {}));
+        let options = NodeOptions {
+            site: "lab".parse().unwrap(),
+            machine: BENCH.to_owned(),
+            arms: vec![ServedArm {
+                name: name.to_owned(),
+                port: "sim".to_owned(),
+                is_virtual: true,
+            }],
+            config: Some(config.to_owned()),
+            identity,
+        };
+        let joined = SiteNode::join(options, station.clone(), self.tokens.clone()).await;
+        (station, joined)
+    }
+
+    pub(crate) async fn site(&self, connects: &[u16]) -> ZenohSite {
+        self.site_of(self.identity.clone(), connects).await
+    }
+
+    pub(crate) async fn site_of(&self, identity: Option<Identity>, connects: &[u16]) -> ZenohSite {
+        let config = self.config("hub", None, connects);
+        let name = "lab".parse().unwrap();
+        ZenohSite::join(name, Some(&config), identity).await.unwrap()
+    }
+
+    pub(crate) fn caller(&self) -> Caller {
+        Caller {
+            token: Some(self.token.clone()),
+            client: "test".to_owned(),
+        }
+    }
+
+    pub(crate) fn teacher(&self) -> Caller {
+        let (_, token) = self.tokens.create(None, Role::Teacher).unwrap();
+        Caller {
+            token: Some(token),
+            client: "desk".to_owned(),
+        }
+    }
+}
+
+pub(crate) fn free_port() -> u16 {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    listener.local_addr().unwrap().port()
+}
+
+pub(crate) fn request(method: &str, params: &Value) -> String {
+    json!({"jsonrpc": "2.0", "id": 1, "method": method, "params": params}).to_string()
+}
+
+pub(crate) async fn until<T>(
+    events: &mut SiteEvents,
+    mut wanted: impl FnMut(SiteEvent) -> Option<T>,
+) -> T {
+    let found = async {
+        loop {
+            if let Some(found) = wanted(events.next().await) {
+                return found;
+            }
+        }
+    };
+    timeout(PATIENCE, found).await.unwrap()
+}
+
+/// Waits until an arm is there, with its state.
+pub(crate) async fn arrives(events: &mut SiteEvents, arm: &str) -> (ArmAt, Value) {
+    until(events, |event| match event {
+        SiteEvent::News(at, news) if at.arm == arm && !news.state.is_null() => {
+            assert_eq!(news.machine, BENCH);
+            Some((at, news.state))
+        }
+        _ => None,
+    })
+    .await
+}
+
+async fn next_text(channel: &mut Channel) -> Value {
+    let next = timeout(PATIENCE, channel.receive()).await.unwrap();
+    match next {
+        FromStation::Text(text) => serde_json::from_str(&text).unwrap(),
+        other => panic!("{other:?}"),
+    }
+}
+
+pub(crate) async fn answer(channel: &mut Channel, id: u64) -> Value {
+    loop {
+        let text = next_text(channel).await;
+        if text["id"] == id {
+            return text;
+        }
+    }
+}
+
+/// Waits until something is so on a site.
+pub(crate) async fn becomes(is_so: impl AsyncFn() -> bool) {
+    let waiting = async {
+        while !is_so().await {
+            tokio::task::yield_now().await;
+        }
+    };
+    timeout(PATIENCE, waiting).await.unwrap();
+}
+
+/// Whether a site can be asked for something, by its answer to who may only look.
+pub(crate) async fn answers(site: &ZenohSite, at: &ArmAt, caller: &Caller) -> bool {
+    let asked = request("arm.state", &json!({"arm": at.arm}));
+    matches!(site.call(at, caller, asked).await, Ok(Some(text)) if text.contains("\"result\""))
+}

@@ -1,0 +1,83 @@
+//! Who is there, what is seen of it, and requests.
+
+use magician_site::carrier::{CarrierError, LINGER_FLAW};
+use magician_site::{Caller, Site, SiteError, SiteEvent};
+use serde_json::{Value, json};
+
+use crate::bench::{BENCH, Lab, arrives, free_port, request, until};
+
+#[test]
+fn builds_of_the_repository_close_links_without_lingering() {
+    assert_eq!(LINGER_FLAW, None);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_site_sees_its_arms_and_what_they_do() {
+    let lab = Lab::new();
+    let port = free_port();
+    let (_station, node) = lab.node("a", &lab.config("a", Some(port), &[])).await;
+    let site = lab.site(&[port]).await;
+    let mut events = site.watch();
+    let (at, state) = arrives(&mut events, "a").await;
+    assert_eq!(at.station, node.id());
+    assert_eq!(state["link"], "up");
+    assert_eq!(state["holder"], Value::Null);
+
+    let stop = request("arm.stop", &json!({}));
+    let nobody = Caller::default();
+    let refused = site.call(&at, &nobody, stop.clone()).await;
+    assert!(matches!(refused, Err(SiteError::Network(_))), "{refused:?}");
+    let wrong = Caller {
+        token: Some("x".repeat(40)),
+        ..Caller::default()
+    };
+    let refused = site.call(&at, &wrong, stop.clone()).await;
+    assert!(matches!(refused, Err(SiteError::Network(_))), "{refused:?}");
+    let stopped = site.call(&at, &lab.caller(), stop).await.unwrap().unwrap();
+    assert!(stopped.contains("\"result\""), "{stopped}");
+
+    let moved = request("arm.move", &json!({"arm": "a", "to": [220, 0, 50, 0]}));
+    let moved = site.call(&at, &lab.caller(), moved).await.unwrap().unwrap();
+    assert!(moved.contains("\"x\":220"), "{moved}");
+    until(&mut events, |event| match event {
+        SiteEvent::News(_, news) => (news.state["x"] == 220.0).then_some(()),
+        _ => None,
+    })
+    .await;
+
+    node.leave().await;
+    until(&mut events, |event| {
+        (event == SiteEvent::Left(at.clone())).then_some(())
+    })
+    .await;
+    let gone = request("arm.stop", &json!({}));
+    let gone = site.call(&at, &lab.caller(), gone).await;
+    assert_eq!(gone, Err(SiteError::Gone));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_name_is_on_a_site_once() {
+    let lab = Lab::new();
+    let port = free_port();
+    let (_station, node) = lab.node("a", &lab.config("a", Some(port), &[])).await;
+    let (_other, refused) = {
+        let config = lab.config("b", None, &[port]);
+        lab.try_node("a", &config, lab.identity.clone()).await
+    };
+    match refused {
+        Err(CarrierError::Taken {
+            arm,
+            station,
+            machine,
+            ..
+        }) => {
+            assert_eq!((arm.as_str(), station), ("a", node.id()));
+            assert_eq!(machine, BENCH);
+        }
+        other => panic!("{other:?}"),
+    }
+    // Another name is welcome, and a name that is free again is, too.
+    let (_third, beside) = lab.node("c", &lab.config("c", None, &[port])).await;
+    beside.leave().await;
+    let (_again, _node) = lab.node("c", &lab.config("d", None, &[port])).await;
+}

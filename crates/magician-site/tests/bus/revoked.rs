@@ -1,0 +1,52 @@
+//! A machine whose certificate is revoked.
+
+use magician_site::carrier::{CarrierError, tell_revoked};
+use magician_site::{FromStation, Site, SiteError, ToStation};
+use serde_json::json;
+use tokio::time::timeout;
+
+use crate::bench::{Lab, PATIENCE, answer, answers, arrives, becomes, free_port, request};
+
+#[tokio::test(flavor = "multi_thread")]
+async fn revoked_machine_is_let_in_by_no_station_that_has_the_list() {
+    let lab = Lab::new();
+    let port = free_port();
+    let (_station, _node) = lab.node("a", &lab.config("a", Some(port), &[])).await;
+    let (lost, desk) = (lab.machine("lost").await, lab.machine("desk").await);
+    let (of_lost, of_desk) = (
+        lab.site_of(Some(lost.clone()), &[port]).await,
+        lab.site_of(Some(desk), &[port]).await,
+    );
+    let (at, _) = arrives(&mut of_lost.watch(), "a").await;
+    arrives(&mut of_desk.watch(), "a").await;
+    let caller = lab.caller();
+    assert!(answers(&of_lost, &at, &caller).await);
+    let mut channel = of_lost.open(at.station).await.unwrap();
+    let hello = json!({"client": {"name": "lost"}, "token": lab.token});
+    channel
+        .send(ToStation::Text(request("session.hello", &hello)))
+        .await;
+    assert_eq!(answer(&mut channel, 1).await["result"]["role"], "student");
+
+    let identity = lab.identity.clone().unwrap();
+    lab.authority().revoke("lost").unwrap();
+    let config = lab.config("authority", None, &[port]);
+    tell_revoked("lab".parse().unwrap(), Some(&config), &identity)
+        .await
+        .unwrap();
+    // Its session ends, and it gets no other one; the others come back.
+    let ended = async { while !matches!(channel.receive().await, FromStation::Closed(_)) {} };
+    timeout(PATIENCE, ended).await.unwrap();
+    becomes(async || answers(&of_desk, &at, &caller).await).await;
+    let refused = of_lost.call(&at, &caller, request("arm.state", &json!({}))).await;
+    assert!(
+        matches!(refused, Err(SiteError::NoAnswer | SiteError::Network(_) | SiteError::Unproved(_))),
+        "{refused:?}"
+    );
+    assert!(of_lost.open(at.station).await.is_err());
+    // As a station it does not come up.
+    becomes(async || lost.is_revoked()).await;
+    let config = lab.config("b", None, &[port]);
+    let (_other, joined) = lab.try_node("b", &config, Some(lost)).await;
+    assert!(matches!(joined, Err(CarrierError::Certificate(_))));
+}

@@ -1,0 +1,81 @@
+//! Sessions: the equal of a socket at the station.
+
+use magician_site::{FromStation, Site, SiteEvent, ToStation};
+use serde_json::json;
+use tokio::time::timeout;
+
+use crate::bench::{Lab, PATIENCE, answer, arrives, free_port, request, until};
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_session_is_the_equal_of_a_socket() {
+    let lab = Lab::new();
+    let port = free_port();
+    let (station, node) = lab.node("a", &lab.config("a", Some(port), &[])).await;
+    let site = lab.site(&[port]).await;
+    let mut events = site.watch();
+    arrives(&mut events, "a").await;
+    let before = station.sockets();
+
+    let mut channel = site.open(node.id()).await.unwrap();
+    let hello = json!({"client": {"name": "pupil"}, "token": lab.token});
+    channel
+        .send(ToStation::Text(request("session.hello", &hello)))
+        .await;
+    let greeted = answer(&mut channel, 1).await;
+    assert_eq!(greeted["result"]["role"], "student", "{greeted}");
+    assert_eq!(station.sockets(), before + 1);
+    let lease = request("lease.acquire", &json!({"arm": "a"}));
+    channel.send(ToStation::Text(lease)).await;
+    answer(&mut channel, 1).await;
+    until(&mut events, |event| match event {
+        SiteEvent::News(_, news) => (news.state["holder"]["name"] == "pupil").then_some(()),
+        _ => None,
+    })
+    .await;
+
+    // More frames than are on their way at once: they are taken, and others follow.
+    let subscribe = json!({"arm": "a", "rate": 50, "frame": "binary"});
+    channel
+        .send(ToStation::Text(request("arm.subscribe", &subscribe)))
+        .await;
+    let mut frames = 0;
+    while frames < 150 {
+        match timeout(PATIENCE, channel.receive()).await.unwrap() {
+            FromStation::Frame(bytes) => {
+                assert_eq!(bytes.len(), magician_station::FRAME);
+                frames += 1;
+            }
+            FromStation::Text(_) => {}
+            FromStation::Closed(closed) => panic!("{closed}"),
+        }
+    }
+    // The end of the channel is the end of the socket, and the lease is free again.
+    drop(channel);
+    until(&mut events, |event| match event {
+        SiteEvent::News(_, news) => news.state["holder"].is_null().then_some(()),
+        _ => None,
+    })
+    .await;
+    assert_eq!(station.sockets(), before);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_wrong_token_closes_a_session_with_its_code() {
+    let lab = Lab::new();
+    let port = free_port();
+    let (_station, node) = lab.node("a", &lab.config("a", Some(port), &[])).await;
+    let site = lab.site(&[port]).await;
+    let mut events = site.watch();
+    arrives(&mut events, "a").await;
+    let mut channel = site.open(node.id()).await.unwrap();
+    let hello = json!({"client": {"name": "pupil"}, "token": "x".repeat(40)});
+    channel
+        .send(ToStation::Text(request("session.hello", &hello)))
+        .await;
+    loop {
+        if let FromStation::Closed(closed) = timeout(PATIENCE, channel.receive()).await.unwrap() {
+            assert_eq!(closed.code, 4401, "{closed}");
+            return;
+        }
+    }
+}

@@ -1,0 +1,265 @@
+//! A stranger on the network: what it can declare, what it gets, and what it can cause. With
+//! certificates it is not let in; without them it sees presence and states, and its own are shown as
+//! unproved.
+
+use std::path::Path;
+use std::sync::{Arc, Mutex};
+
+use magician_site::carrier::ZenohSite;
+use magician_site::certificates::Authority;
+use magician_site::{ArmAt, Site, SiteError, SiteEvent, StationId};
+use serde_json::{Value, json};
+use tokio::net::TcpListener;
+use zenoh::query::Query;
+use zenoh::sample::Sample;
+use zenoh::{Config, Session, Wait};
+
+use crate::bench::{BENCH, Lab, answers, arrives, becomes, free_port, request, until};
+
+const GHOST: StationId = StationId(0xbad);
+
+/// Everything that a stranger hears, as `key: payload`.
+type Heard = Arc<Mutex<Vec<String>>>;
+
+struct Stranger {
+    _session: Session,
+    heard: Heard,
+    /// What is declared lasts as long.
+    _declared: Vec<Box<dyn Send>>,
+}
+
+impl Stranger {
+    /// Listens to all keys, answers every question with lies, and tells lies of its own: the arm
+    /// `ghost`, another state of the arm `a`, and a roster that has neither.
+    async fn comes(config: &Path, liar: std::net::SocketAddr) -> Self {
+        let session = zenoh::open(Config::from_file(config).unwrap()).await.unwrap();
+        let heard = Heard::default();
+        let mut declared: Vec<Box<dyn Send>> = Vec::new();
+        let hears = Arc::clone(&heard);
+        let listen = move |sample: Sample| {
+            let text = String::from_utf8_lossy(&sample.payload().to_bytes()).into_owned();
+            let mut heard = hears.lock().unwrap();
+            heard.push(format!("{}: {text}", sample.key_expr()));
+            if let Some(attachment) = sample.attachment() {
+                heard.push(format!("attachment {:?}", attachment.to_bytes()));
+            }
+        };
+        let subscriber = session.declare_subscriber("magician/**").callback(listen);
+        declared.push(Box::new(subscriber.await.unwrap()));
+        let hears = Arc::clone(&heard);
+        let lie = move |query: Query| {
+            let asked = query.payload().map(|bytes| bytes.to_bytes().into_owned());
+            let with = query.attachment().map(|bytes| bytes.to_bytes().into_owned());
+            hears.lock().unwrap().push(format!("asked {}: {asked:?} {with:?}", query.key_expr()));
+            std::thread::spawn(move || {
+                let said = r#"{"arms": [{"arm": "phantom"}], "result": {"stood": true}}"#;
+                let _ = query.reply(query.key_expr().clone(), said).wait();
+            });
+        };
+        let queryable = session.declare_queryable("magician/lab/**").callback(lie);
+        declared.push(Box::new(queryable.await.unwrap()));
+        let hides = session.declare_queryable("magician/lab/liar/roster").callback(|query: Query| {
+            std::thread::spawn(move || {
+                let _ = query.reply(query.key_expr().clone(), r#"{"arms": []}"#).wait();
+            });
+        });
+        declared.push(Box::new(hides.await.unwrap()));
+        let ghost = format!("magician/lab/{BENCH}/alive/ghost/{GHOST}");
+        let token = session.liveliness().declare_token(ghost).await.unwrap();
+        declared.push(Box::new(token));
+        let state = json!({"station": GHOST.to_string(), "at": [liar], "port": "sim",
+            "virtual": true, "state": {"link": "up", "moving": false}});
+        let key = format!("magician/lab/{BENCH}/state/ghost");
+        let teller = session.declare_publisher(key).await.unwrap();
+        teller.put(state.to_string()).await.unwrap();
+        declared.push(Box::new(teller));
+        Self {
+            _session: session,
+            heard,
+            _declared: declared,
+        }
+    }
+
+    fn heard(&self) -> Vec<String> {
+        self.heard.lock().unwrap().clone()
+    }
+}
+
+/// A listener of the stranger: what it was sent.
+async fn liar() -> (std::net::SocketAddr, Arc<Mutex<Vec<u8>>>) {
+    use tokio::io::AsyncReadExt;
+    let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+    let at = listener.local_addr().unwrap();
+    let got = Arc::new(Mutex::new(Vec::new()));
+    let kept = Arc::clone(&got);
+    tokio::spawn(async move {
+        while let Ok((mut stream, _)) = listener.accept().await {
+            let mut bytes = [0; 4096];
+            if let Ok(count) = stream.read(&mut bytes).await {
+                kept.lock().unwrap().extend(&bytes[..count]);
+            }
+        }
+    });
+    (at, got)
+}
+
+fn plain_config(lab: &Lab, connects: u16) -> std::path::PathBuf {
+    let config = json!({
+        "listen": {"endpoints": []},
+        "connect": {"endpoints": [format!("tcp/127.0.0.1:{connects}")]},
+        "scouting": {"multicast": {"enabled": false}},
+    });
+    let path = lab.folder.path().join("stranger.json5");
+    std::fs::write(&path, config.to_string()).unwrap();
+    path
+}
+
+/// What the teacher asks of the site, by token: each is a thing that a stranger would like to hear.
+async fn teach(site: &ZenohSite, at: &ArmAt, lab: &Lab) -> Vec<Result<Option<String>, SiteError>> {
+    let teacher = lab.teacher();
+    let class = json!({"text": "[[pupil]]\nname = \"Ada\"\ncode = \"SECRET\"\n", "use_codes": true});
+    let mut answers = Vec::new();
+    for (method, params) in [
+        ("class.set", class),
+        ("arm.stop", json!({})),
+        ("site.expect", json!({"arms": [{"arm": "a"}, {"arm": "b"}]})),
+    ] {
+        answers.push(site.call(at, &teacher, request(method, &params)).await);
+    }
+    answers
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn without_certificates_a_stranger_gets_presence_and_states_and_is_sent_nothing() {
+    let lab = Lab::without_certificates();
+    let port = free_port();
+    let (_station, _node) = lab.node("a", &lab.config("a", Some(port), &[])).await;
+    let (at_liar, got) = liar().await;
+    let stranger = Stranger::comes(&plain_config(&lab, port), at_liar).await;
+    let site = lab.site(&[port]).await;
+    assert!(!site.is_proved());
+    let mut events = site.watch();
+    let (at, _) = arrives(&mut events, "a").await;
+    let ghost = until(&mut events, |event| match event {
+        SiteEvent::Arrived(at) => (at.arm == "ghost").then_some(at),
+        _ => None,
+    });
+    let ghost = ghost.await;
+    // Nothing is told to anybody, whoever it seems to be.
+    for at in [&at, &ghost] {
+        let answers = teach(&site, at, &lab).await;
+        assert!(
+            answers.iter().all(|answer| matches!(answer, Err(SiteError::Unproved(_)))),
+            "{answers:?}"
+        );
+        assert!(matches!(site.open(at.station).await, Err(SiteError::Unproved(_))));
+    }
+    assert!(got.lock().unwrap().is_empty());
+    // Its roster adds a name, and removes none.
+    becomes(async || site.roster().await.has("phantom")).await;
+    for heard in stranger.heard() {
+        let key = heard.split(": ").next().unwrap_or_default();
+        let is_open = ["state/", "alive/", "/roster", "/revoked"].iter().any(|one| key.contains(one));
+        assert!(is_open, "{heard}");
+        assert!(!heard.contains(&lab.token) && !heard.contains("SECRET"), "{heard}");
+        assert!(!heard.contains("attachment"), "{heard}");
+    }
+    let states = stranger.heard().iter().filter(|heard| heard.contains("/state/a: ")).count();
+    assert!(states > 0, "it may look");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn with_certificates_a_stranger_hears_nothing_and_is_not_seen() {
+    let lab = Lab::new();
+    let port = free_port();
+    let (_station, node) = lab.node("a", &lab.config("a", Some(port), &[])).await;
+    let site = lab.site(&[port]).await;
+    let (at, _) = arrives(&mut site.watch(), "a").await;
+    let (at_liar, _) = liar().await;
+
+    // Without a certificate, and with one of an authority of its own.
+    let plain = plain_config(&lab, port);
+    let forged = Authority::init(&lab.folder.path().join("forged"), "lab", "bench-2").unwrap();
+    let forged = forged.identity().unwrap();
+    let tls = json!({
+        "listen": {"endpoints": []},
+        "connect": {"endpoints": [format!("tls/127.0.0.1:{port}")], "exit_on_failure": false},
+        "scouting": {"multicast": {"enabled": false}},
+        "transport": {"link": {"tls": {
+            "root_ca_certificate": forged.authority_file(), "enable_mtls": true,
+            "connect_private_key": forged.key_file(), "connect_certificate": forged.certificate_file(),
+            "verify_name_on_connect": false,
+        }}},
+    });
+    let with_forged = lab.folder.path().join("forged.json5");
+    std::fs::write(&with_forged, tls.to_string()).unwrap();
+    let strangers = [
+        Stranger::comes(&plain, at_liar).await,
+        Stranger::comes(&with_forged, at_liar).await,
+    ];
+    for answer in teach(&site, &at, &lab).await {
+        assert!(answer.as_ref().is_ok_and(|text| text.as_ref().is_some_and(|text| text.contains("\"result\""))), "{answer:?}");
+    }
+    assert!(site.arms().keys().all(|at| at.arm == "a"), "{:?}", site.arms());
+    assert!(!site.roster().await.has("phantom"));
+    for stranger in &strangers {
+        assert_eq!(stranger.heard(), Vec::<String>::new());
+    }
+
+    // At the listener of the station: without a certificate there is no TLS, so no request.
+    let at_api = node.addresses().into_iter().find(|at| at.ip().is_loopback()).unwrap();
+    let dial = magician_station::client::StationDial::new(BENCH, vec![at_api], forged.client().unwrap());
+    let refused = dial.post(Some(&lab.token), request("arm.stop", &json!({}))).await;
+    assert!(refused.is_err(), "{refused:?}");
+    let anonymous = plain_request(at_api).await;
+    assert!(!anonymous.starts_with("HTTP"), "{anonymous}");
+}
+
+/// What a plain request gets.
+async fn plain_request(at: std::net::SocketAddr) -> String {
+    use tokio::io::{AsyncReadExt, AsyncWriteExt};
+    let mut stream = tokio::net::TcpStream::connect(at).await.unwrap();
+    let request = format!("GET /healthz HTTP/1.1\r\nHost: {BENCH}\r\n\r\n");
+    let _ = stream.write_all(request.as_bytes()).await;
+    let mut bytes = Vec::new();
+    let _ = stream.read_to_end(&mut bytes).await;
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+/// Somebody with a good certificate who says that another machine's station is at an address of its
+/// own: it cannot show that machine's certificate, and is sent nothing.
+#[tokio::test(flavor = "multi_thread")]
+async fn announced_address_is_only_a_hint() {
+    let lab = Lab::new();
+    let port = free_port();
+    let (_station, _node) = lab.node("a", &lab.config("a", Some(port), &[])).await;
+    let site = lab.site(&[port]).await;
+    let mut events = site.watch();
+    let (at, _) = arrives(&mut events, "a").await;
+    let thief = lab.machine("thief").await;
+    let (at_liar, got) = liar().await;
+    let tls = json!({
+        "listen": {"endpoints": []},
+        "connect": {"endpoints": [format!("tls/127.0.0.1:{port}")]},
+        "scouting": {"multicast": {"enabled": false}},
+        "transport": {"link": {"tls": {
+            "root_ca_certificate": thief.authority_file(), "enable_mtls": true,
+            "connect_private_key": thief.key_file(), "connect_certificate": thief.certificate_file(),
+            "verify_name_on_connect": false,
+        }}},
+    });
+    let config = lab.folder.path().join("thief.json5");
+    std::fs::write(&config, tls.to_string()).unwrap();
+    let _stranger = Stranger::comes(&config, at_liar).await;
+    let ghost = until(&mut events, |event| match event {
+        SiteEvent::News(at, _) => (at.arm == "ghost").then_some(at),
+        _ => None,
+    });
+    let ghost = ghost.await;
+    let stolen = site.call(&ghost, &lab.teacher(), request("arm.stop", &json!({}))).await;
+    assert!(stolen.is_err(), "{stolen:?}");
+    // A greeting of TLS at most, in which nothing is secret.
+    let sent: Value = json!(String::from_utf8_lossy(&got.lock().unwrap()));
+    assert!(!sent.to_string().contains("Bearer"), "{sent}");
+    assert!(answers(&site, &at, &lab.caller()).await);
+}
