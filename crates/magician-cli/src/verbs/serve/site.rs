@@ -130,7 +130,7 @@ impl SiteFlags {
             machine: crate::mdns::host_name(),
             arms: arms.collect(),
             config: self.site_config.clone(),
-            roster: crate::local_stations::folder()
+            roster: magician::stations::folder()
                 .map(|folder| folder.join(format!("site-{name}.json"))),
         };
         let node = SiteNode::join(options, station.clone(), tokens.clone()).await?;
