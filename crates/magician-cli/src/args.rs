@@ -17,8 +17,8 @@ use crate::verbs::{
     alarms, bench, calibrate, commands, completions, config, conform, convert, conveyor, decode,
     demo, doctor, draw, engrave, enqueue, fleet, forward, frame, get, help, home, info, inverse,
     io, jog, laser, man, play, ports, pose, preset, proxy, queue, rail, record, replay, run,
-    sensor, serve, set, shell, sim, station, stop, teach, testgrid, tools, travel, version, watch,
-    write,
+    sensor, serve, set, shell, sim, site, station, stop, teach, testgrid, tools, travel, version,
+    watch, write,
 };
 use crate::voice::speaks_for;
 
@@ -301,6 +301,8 @@ pub(crate) enum Verb {
     // It is refused where it is not built in; nobody is led to it there.
     #[cfg_attr(not(feature = "site"), command(hide = true))]
     Fleet(Box<fleet::Fleet>),
+    #[cfg_attr(not(feature = "site"), command(hide = true))]
+    Site(site::Site),
     Conform(conform::Conform),
     Doctor(doctor::Doctor),
     Bench(bench::Bench),
@@ -329,6 +331,7 @@ impl Verb {
                 | Self::Replay(_)
                 | Self::Serve(_)
                 | Self::Sim(_)
+                | Self::Site(_)
                 | Self::Studio(_)
         )
     }
@@ -377,6 +380,7 @@ impl Verb {
             Self::Serve(verb) => verb.run(context),
             Self::Station(verb) => verb.run(context),
             Self::Fleet(verb) => verb.run(context),
+            Self::Site(verb) => verb.run(context),
             Self::Conform(verb) => verb.run(context),
             Self::Doctor(verb) => verb.run(context),
             Self::Bench(verb) => verb.run(context),
@@ -420,6 +424,7 @@ mod tests {
             "studio",
             "station",
             "fleet",
+            "site",
             "conform",
             "doctor",
             "bench",

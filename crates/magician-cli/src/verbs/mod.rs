@@ -45,6 +45,7 @@ pub(crate) mod serve;
 pub(crate) mod set;
 pub(crate) mod shell;
 pub(crate) mod sim;
+pub(crate) mod site;
 #[cfg(test)]
 mod sizes;
 pub(crate) mod station;

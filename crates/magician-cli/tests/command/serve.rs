@@ -800,6 +800,9 @@ fn sites_are_refused_where_they_are_not_built_in() {
         &["serve", "--port", "sim", "--site", "lab"][..],
         &["fleet", "--site", "lab", "list"],
         &["fleet", "stop", "--all", "--site", "lab"],
+        &["site", "init", "lab"],
+        &["site", "join", "a:1/x"],
+        &["site", "list"],
     ] {
         let refused = run(words);
         assert_eq!(refused.status, 6, "{words:?}");

@@ -252,6 +252,7 @@ const VERBS: &[(&str, &[Through])] = &[
         &[NoArm(&["station", "token", "--list", "--json"])],
     ),
     ("fleet", &[Refuses(&["fleet", "--site", "lab", "list"])]),
+    ("site", &[Refuses(&["site", "list"])]),
     ("sim", &[Refuses(&["sim"])]),
     ("proxy", &[Refuses(&["proxy", "--tcp", "127.0.0.1:0"])]),
     (
@@ -484,8 +485,8 @@ fn every_verb_has_its_way() {
     let mut listed: Vec<_> = VERBS.iter().map(|(verb, _)| (*verb).to_owned()).collect();
     let mut all = verbs();
     if !cfg!(feature = "site") {
-        // It is there, and not listed.
-        all.push("fleet".to_owned());
+        // They are there, and not listed.
+        all.extend(["fleet", "site"].map(str::to_owned));
     }
     listed.sort();
     all.sort();

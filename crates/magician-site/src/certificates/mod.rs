@@ -26,7 +26,7 @@ pub use folder::SiteFolder;
 pub use identity::Identity;
 pub use invite::{Invitation, InvitationEnd, InvitationEvent};
 pub use join::{Joined, join};
-pub use x509::machine_of;
+pub use x509::{day_of, machine_of};
 
 /// True if a machine can have this name in its certificate: a [name](crate::keys::is_name) that is a
 /// host name too, so it does not end with `-` and is no number.

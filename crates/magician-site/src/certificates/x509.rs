@@ -171,6 +171,12 @@ pub(super) fn is_signed(certificate: &[u8], authority: &[u8]) -> bool {
             .is_ok()
 }
 
+/// The day of a time in Unix seconds, UTC: `2029-03-05`.
+#[must_use]
+pub fn day_of(unix: i64) -> String {
+    (time!(unix)).date().to_string()
+}
+
 /// SHA-256 of a certificate, in groups of four hexadecimal digits.
 pub(super) fn fingerprint(certificate: &[u8]) -> String {
     let digits = hex(&Sha256::digest(certificate));

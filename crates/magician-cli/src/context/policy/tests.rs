@@ -102,6 +102,7 @@ const VERBS: &[(&str, &[&str], &[&str])] = &[
     ("studio", &["serve/studio.rs"], &[]),
     ("station", &["station.rs", "class.rs"], &["alone"]),
     ("fleet", &["fleet", "class.rs"], &["alone", "attending"]),
+    ("site", &["site"], &["alone", "attending"]),
     ("conform", &["conform"], &["alone", "attending"]),
     (
         "doctor",

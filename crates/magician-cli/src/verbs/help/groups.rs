@@ -36,7 +36,7 @@ const GROUPS: [(&str, &[&str]); 7] = [
     (
         "Share and serve",
         &[
-            "studio", "serve", "station", "fleet", "sim", "proxy", "shell",
+            "studio", "serve", "station", "fleet", "site", "sim", "proxy", "shell",
         ],
     ),
     (

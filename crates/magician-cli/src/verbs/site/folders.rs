@@ -1,0 +1,102 @@
+//! The sites that this machine has something of.
+
+use std::fs;
+use std::io;
+use std::path::PathBuf;
+
+use magician_site::certificates::{Authority, Identity, day_of, is_machine_name};
+use magician_site::keys::{SiteName, is_name, name_like};
+
+use crate::failure::Failure;
+use crate::paint::tell;
+use crate::serving::unix_time;
+
+/// In the folder of states.
+const FOLDERS: &str = "site";
+/// A certificate that ends within this time is told of: 60 days, seconds.
+const SOON: i64 = 60 * 86_400;
+
+/// The folder with a folder for each site.
+pub(super) fn folders() -> Result<PathBuf, Failure> {
+    let state = magician::dirs::state().ok_or_else(|| {
+        let message = "there is no place for certificates: neither XDG_STATE_HOME nor HOME is set";
+        Failure::invalid(message)
+    })?;
+    Ok(state.join(FOLDERS))
+}
+
+/// The names of the sites, sorted.
+pub(super) fn sites() -> Result<Vec<String>, Failure> {
+    let folders = folders()?;
+    let unreadable =
+        |error| Failure::invalid(format!("{} cannot be read: {error}", folders.display()));
+    let entries = match fs::read_dir(&folders) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+        entries => entries.map_err(unreadable)?,
+    };
+    let mut names = Vec::new();
+    for entry in entries {
+        let name = entry.map_err(unreadable)?.file_name();
+        names.extend(name.into_string().ok().filter(|name| is_name(name)));
+    }
+    names.sort();
+    Ok(names)
+}
+
+/// The authority that is meant: of the site that is named, else the only one on this machine.
+pub(super) fn authority(site: Option<&str>) -> Result<Authority, Failure> {
+    let folders = folders()?;
+    if let Some(site) = site.filter(|site| !site.is_empty()) {
+        let none = || {
+            let message = format!("the site {} was not made on this machine", shown(site));
+            Failure::invalid(message).hint("`magician site list` shows the sites of this machine")
+        };
+        if !is_name(site) {
+            return Err(none());
+        }
+        return Authority::open(&folders.join(site))?.ok_or_else(none);
+    }
+    let mut authorities = Vec::new();
+    for site in sites()? {
+        authorities.extend(Authority::open(&folders.join(site))?);
+    }
+    let names: Vec<_> = authorities.iter().map(Authority::site).collect();
+    let names = names.join(", ");
+    match (authorities.pop(), authorities.is_empty()) {
+        (Some(only), true) => Ok(only),
+        (None, _) => Err(Failure::invalid("no site was made on this machine")
+            .hint("make one: `magician site init NAME`; or go to the machine where it was made")),
+        (Some(_), false) => {
+            let message = format!("several sites were made on this machine: {names}");
+            Err(Failure::usage(message).hint("name the one that you mean"))
+        }
+    }
+}
+
+/// What this machine has of a site; `None` if nothing. Tells its user if the certificate ends soon.
+pub(crate) fn identity(site: &SiteName) -> Result<Option<Identity>, Failure> {
+    let Some(state) = magician::dirs::state() else {
+        return Ok(None);
+    };
+    let identity = Identity::open(&state.join(FOLDERS).join(site.as_str()))?;
+    if let Some(identity) = &identity {
+        let now = i64::try_from(unix_time().as_secs()).unwrap_or(i64::MAX);
+        let ends = identity.ends();
+        let renew = "`magician site invite` where the site was made, and `magician site join CODE` here, renew it";
+        if now >= ends {
+            tell(format_args!("the certificate of this machine ended {}: {renew}", day_of(ends)));
+        } else if ends - now < SOON {
+            tell(format_args!("the certificate of this machine ends {}: {renew}", day_of(ends)));
+        }
+    }
+    Ok(identity)
+}
+
+/// The name of this machine: its host name, as far as that is a name on a site.
+pub(super) fn own_name() -> Option<String> {
+    name_like(&crate::mdns::host_name()).filter(|name| is_machine_name(name))
+}
+
+fn shown(name: &str) -> String {
+    magician_protocol::visible(name).to_string()
+}

@@ -1,0 +1,103 @@
+//! `site list`.
+
+use magician_site::certificates::{Authority, Identity, day_of};
+use serde_json::{Value, json};
+
+use super::folders::{folders, sites};
+use crate::columns::Columns;
+use crate::context::Context;
+use crate::failure::Failure;
+use crate::output::Output;
+
+/// A site as this machine knows it.
+struct Known {
+    folder: std::path::PathBuf,
+    identity: Identity,
+    authority: Option<Authority>,
+}
+
+pub(super) fn run(name: Option<&str>, context: &mut Context) -> Result<(), Failure> {
+    let folders = folders()?;
+    let names = name.map_or_else(sites, |name| Ok(vec![name.to_owned()]))?;
+    let mut known = Vec::new();
+    for site in names {
+        let folder = folders.join(site);
+        if let Some(identity) = Identity::open(&folder)? {
+            known.push(Known {
+                authority: Authority::open(&folder)?,
+                identity,
+                folder,
+            });
+        }
+    }
+    if let (Some(name), true) = (name, known.is_empty()) {
+        let message = format!("this machine is not on a site {name}");
+        return Err(Failure::invalid(message).hint(
+            "make it: `magician site init NAME`; or join it: `magician site invite` where it was made",
+        ));
+    }
+    let sites: Vec<_> = known.iter().map(as_json).collect::<Result<_, _>>()?;
+    context.show(&json!({ "sites": sites }), |out| {
+        if known.is_empty() {
+            out.line("this machine is on no site: `magician site init NAME` makes one")?;
+        }
+        known.iter().try_for_each(|site| show(site, out))
+    })
+}
+
+fn as_json(site: &Known) -> Result<Value, Failure> {
+    let identity = &site.identity;
+    let mut object = json!({
+        "name": identity.site(),
+        "machine": identity.machine(),
+        "folder": site.folder,
+        "fingerprint": identity.fingerprint(),
+        "ends": identity.ends(),
+        "revoked": identity.is_revoked(),
+    });
+    if let Some(authority) = &site.authority {
+        let machines = authority.members()?;
+        let machines = machines.iter().map(
+            |member| json!({"name": member.name, "ends": member.ends, "revoked": member.revoked}),
+        );
+        object["machines"] = machines.collect();
+        object["authority_ends"] = json!(authority.ends());
+    }
+    Ok(object)
+}
+
+fn show(site: &Known, out: &mut Output) -> Result<(), Failure> {
+    let identity = &site.identity;
+    out.line(format_args!(
+        "{}: authority {}",
+        identity.site(),
+        identity.fingerprint()
+    ))?;
+    let mut columns = Columns::indented(2);
+    let until = |ends| format!("until {}", day_of(ends));
+    match &site.authority {
+        Some(authority) => {
+            for member in authority.members()? {
+                let state = match member.revoked {
+                    Some(at) => format!("revoked {}", day_of(at)),
+                    None => until(member.ends),
+                };
+                let note = if member.name == identity.machine() {
+                    "this machine, the authority"
+                } else {
+                    ""
+                };
+                columns.row([&*member.name, &state, note]);
+            }
+        }
+        None => {
+            let state = if identity.is_revoked() {
+                "revoked".to_owned()
+            } else {
+                until(identity.ends())
+            };
+            columns.row([identity.machine(), &state, "this machine"]);
+        }
+    }
+    columns.write(out)
+}

@@ -1,0 +1,111 @@
+//! `site init`, `site join`, `site revoke`.
+
+use magician_site::carrier::tell_revoked;
+use magician_site::certificates::{Authority, JoinCode, day_of, join};
+use serde_json::json;
+
+use super::folders::{authority, folders, own_name};
+use super::{Init, Join};
+use crate::context::Context;
+use crate::failure::Failure;
+use crate::paint::tell;
+use crate::serving::unix_time;
+
+fn no_name() -> Failure {
+    Failure::usage("the host name of this machine is no name for a site")
+        .hint("give it one: --name MACHINE")
+}
+
+impl Init {
+    pub(super) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        let folder = folders()?.join(&self.site);
+        let machine = self.name.or_else(own_name).ok_or_else(no_name)?;
+        let authority = Authority::init(&folder, &self.site, &machine)?;
+        let identity = authority.identity()?;
+        let (site, fingerprint) = (authority.site(), authority.fingerprint());
+        let made = json!({
+            "site": site,
+            "machine": machine,
+            "folder": folder,
+            "fingerprint": fingerprint,
+            "ends": identity.ends(),
+            "authority_ends": authority.ends(),
+        });
+        context.show(&made, |out| {
+            out.line(format_args!("the site {site} is made; this machine is {machine} on it"))?;
+            out.line(format_args!("  in           {}", folder.display()))?;
+            out.line(format_args!("  fingerprint  {fingerprint}"))?;
+            let ends = day_of(identity.ends());
+            out.line(format_args!("  good until   {ends}; the authority until {}", day_of(authority.ends())))?;
+            out.line("Keep ca.key there safe, and a copy of the folder where only you can read it: whoever has ca.key can add machines, and without it nobody can.")?;
+            out.line(format_args!("Next, for each other machine: magician site invite {site}"))
+        })
+    }
+}
+
+impl Join {
+    pub(super) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        let code: JoinCode = self.code.parse().map_err(|rule: &str| {
+            Failure::usage(rule)
+                .hint("`magician site invite` prints it at the machine that made the site")
+        })?;
+        let folders = folders()?;
+        // A machine that is on the site has a name there: its host name does not matter.
+        let usual = own_name().unwrap_or_default();
+        let name = self.name;
+        let joined = context
+            .attending(async |_| Ok(join(&code, &folders, name.as_deref(), &usual).await?))?;
+        let (identity, is_renewal) = (joined.identity, joined.is_renewal);
+        let (site, machine, ends) = (identity.site(), identity.machine(), identity.ends());
+        let fingerprint = identity.fingerprint();
+        let told = json!({
+            "site": site,
+            "machine": machine,
+            "folder": folders.join(site),
+            "fingerprint": fingerprint,
+            "ends": ends,
+            "renewed": is_renewal,
+        });
+        context.show(&told, |out| {
+            let until = day_of(ends);
+            if is_renewal {
+                return out.line(format_args!("the certificate of {machine} on the site {site} is renewed until {until}; restart what serves it"));
+            }
+            out.line(format_args!("this machine is {machine} on the site {site}"))?;
+            out.line(format_args!("  in           {}", folders.join(site).display()))?;
+            out.line(format_args!("  fingerprint  {fingerprint}"))?;
+            out.line(format_args!("  good until   {until}"))?;
+            out.line(format_args!("Next: magician serve --site {site}"))
+        })?;
+        let now = i64::try_from(unix_time().as_secs()).unwrap_or(i64::MAX);
+        if !(identity.begins()..ends).contains(&now) {
+            tell(format_args!(
+                "note: the clock of this machine says {}: set it, or other machines count as expired",
+                day_of(now)
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// Shuts a machine out.
+pub(super) fn revoke(
+    machine: &str,
+    site: Option<&str>,
+    context: &mut Context,
+) -> Result<(), Failure> {
+    let authority = authority(site)?;
+    authority.revoke(machine)?;
+    let site = authority.site();
+    let identity = authority.identity()?;
+    let name = site.parse().map_err(Failure::usage)?;
+    // It is revoked whether they hear it now or when they start.
+    let told = context.attending(async |_| Ok(tell_revoked(name, None, &identity).await))?;
+    context.show(&json!({"site": site, "revoked": machine, "told": told.is_ok()}), |out| {
+        out.line(format_args!("{machine} is revoked on the site {site}; its name is not given again"))?;
+        out.line(match &told {
+            Ok(()) => "The machines that are on the site have been told; others learn it when they come.".to_owned(),
+            Err(error) => format!("No other machine has been told ({error}): they learn it while this machine serves, `magician serve --site {site}`"),
+        })
+    })
+}
