@@ -1,7 +1,7 @@
-//! What a class asks of several stations at once, and what they answer together.
+//! What a class asks of several stations at once, and what they answer together. Pupils, turns and codes are the stations' own.
 
 use std::cmp::Reverse;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use magician::ErrorKind;
 use magician_protocol::{HostInstant, visible};
@@ -10,46 +10,54 @@ use magician_station::class::{ClassError, ClassFile, Schedule};
 use serde_json::{Map, Value, json};
 
 use super::requests::Call;
-use super::socket::{Gather, GatherId, Gathers, Way};
-use super::turns::{items, nobody_answers};
+use super::socket::{Gather, GatherId, Gathers};
 use super::{ArmPlace, Hub, HubAct, RequestId, SocketId};
 use crate::message::EXPECT;
 use crate::roster::Roster;
 use crate::site::{ArmAt, StationId};
 
+/// Items of a list of a station that are looked at, at most.
+const MOST: usize = 1000;
+/// Machines that a refusal names, at most.
+const MACHINES: usize = 20;
+
 impl Hub {
+    /// The refusal of what is the arm's station's to do.
+    pub(super) fn at_station(&self, method: &str, arm: Option<&str>) -> RpcError {
+        let why = format!(
+            "{method} is not for a hub: it is done {}",
+            self.page_of(arm)
+        );
+        RpcError::arm(ErrorKind::Unsupported, why)
+    }
+
+    /// Where the page of an arm's own computer is, or of any arm's, in words.
+    pub(super) fn page_of(&self, arm: Option<&str>) -> String {
+        let known = self.arms.iter();
+        let meant = known.filter(|(name, _)| arm.is_none_or(|arm| arm == name.as_str()));
+        let news = meant.flat_map(|(_, place)| place.at.values().flatten());
+        let machines: BTreeSet<_> = news
+            .map(|(_, news)| visible(&news.machine).to_string())
+            .collect();
+        let machines: Vec<_> = machines.into_iter().take(MACHINES).collect();
+        let of = "at the page of the computer that has the arm";
+        if machines.is_empty() {
+            return of.to_owned();
+        }
+        format!("{of}: {}", machines.join(", "))
+    }
+
     /// A method of classes that several stations answer.
     pub(super) fn of_class(&mut self, call: Call) -> Result<Option<Value>, RpcError> {
         let (what, method) = match call.method.name {
-            "turn.list" => (Gathers::Turns, "turn.list"),
-            "turn.join" => {
-                if let Some(arm) = call.params.get("arm").and_then(Value::as_str) {
-                    self.station_of(Some(arm))?;
-                }
-                self.asks_alone(call.socket)?;
-                (Gathers::Join(call.params.clone()), "turn.list")
-            }
-            "turn.leave" => (Gathers::Leaves, "turn.leave"),
             "class.get" => (Gathers::Alike, "class.get"),
-            "class.set" | "class.codes" => {
-                let what = Gathers::Class(call.method.name, call.params.clone());
-                (what, "class.get")
-            }
+            "class.set" => (Gathers::Class(call.params.clone()), "class.get"),
             "schedule.get" => (Gathers::Alike, "schedule.get"),
             _ => (Gathers::Results, "class.results"),
         };
-        if let Some(open) = self.sockets.get_mut(&call.socket) {
-            open.turns |= method == "turn.list";
-        }
         let gather = self.gathers(&call, what);
-        let mut params = Map::new();
-        for name in ["group", "person"] {
-            if let Some(value) = call.params.get(name) {
-                params.insert(name.to_owned(), value.clone());
-            }
-        }
         let now = call.now;
-        let asks = self.asks(now, call.socket, method, params);
+        let asks = self.asks(now, call.socket, method, Map::new());
         self.ask_all(&asks, gather);
         self.is_complete(now, gather);
         Ok(None)
@@ -166,24 +174,15 @@ impl Hub {
         &mut self,
         now: HostInstant,
         gather: &Gather,
-        method: &'static str,
         params: &Map<String, Value>,
         known: &[(StationId, Value)],
     ) -> Result<(), RpcError> {
         let files = known.iter();
         let files = files.filter_map(|(_, class)| ClassFile::parse(class["text"].as_str()?).ok());
         let files: Vec<_> = files.collect();
-        let mut stations: Vec<_> = self.stations.keys().copied().collect();
+        let stations = self.stations.keys().copied().collect();
         let mut codes_kept = Vec::new();
-        let file = if method == "class.set" {
-            self.class_to_set(params, &files, &mut codes_kept)?
-        } else {
-            // Who has not answered has the class too, as far as is known.
-            let none = known.iter().filter(|(_, class)| class["class"].is_null());
-            let none: Vec<_> = none.map(|(station, _)| *station).collect();
-            stations.retain(|station| !none.contains(station));
-            Some(with_new_codes(params, &files)?)
-        };
+        let file = self.class_to_set(params, &files, &mut codes_kept)?;
         let text = file.map_or_else(String::new, |mut file| {
             file.make_codes(self.random);
             file.to_text()
@@ -196,6 +195,7 @@ impl Hub {
         ];
         let params = params.map(|(name, value)| (name.to_owned(), value));
         let call = self.continued(now, gather, "class.set", params.into_iter().collect());
+        let method = "class.set";
         let what = Gathers::Everywhere { method, codes_kept };
         let next = self.gathers(&call, what);
         let asks = self.asks(now, gather.socket, "class.set", call.params);
@@ -301,57 +301,13 @@ impl Hub {
         now: HostInstant,
         gather: &mut Gather,
     ) -> Option<Result<Value, RpcError>> {
-        let what = std::mem::replace(&mut gather.what, Gathers::Turns);
+        let what = std::mem::replace(&mut gather.what, Gathers::Arms);
         let ok = |part: &(Option<StationId>, Result<Value, RpcError>)| {
             Some((part.0?, part.1.as_ref().ok()?.clone()))
         };
         let lists: Vec<(StationId, Value)> = gather.parts.iter().filter_map(ok).collect();
         let error = { gather.parts.iter() }.find_map(|(_, part)| part.as_ref().err().cloned());
-        if let Gathers::Turns | Gathers::Join(_) | Gathers::Acquire(..) | Gathers::Joined = &what {
-            for (station, turns) in &lists {
-                let ways = self.sockets.get(&gather.socket).map(|open| &open.ways);
-                if let Some(Way::Line(line)) = ways.and_then(|ways| ways.get(station)) {
-                    let line = *line;
-                    self.hears_turns(now, line, turns.clone());
-                }
-            }
-            self.told = now;
-        }
-        let merged = |hub: &Self| {
-            let parts = lists.iter().map(|(station, turns)| (*station, now, turns));
-            hub.merged_turns(now, parts.collect())
-        };
         Some(match what {
-            Gathers::Join(params) => {
-                return self.joins(now, gather, params, &lists, merged(self));
-            }
-            Gathers::Acquire(at, params) => return self.acquired(now, gather, &at, params, &lists),
-            Gathers::Moves(station, params) => {
-                if error.is_some() || !gather.left.is_empty() {
-                    let why = "the place at another station could not be given up: no other one was taken";
-                    return Some(Err(
-                        error.unwrap_or_else(|| RpcError::arm(ErrorKind::Timeout, why))
-                    ));
-                }
-                return self.join_there(now, gather, station, params);
-            }
-            Gathers::Joined => match error {
-                Some(error) => Err(error),
-                None if lists.is_empty() => {
-                    let why =
-                        "the station does not answer; whether the turn was asked for is not known";
-                    Err(RpcError::arm(ErrorKind::Timeout, why))
-                }
-                None => Ok(self.known_or(gather.socket, merged(self))),
-            },
-            Gathers::Leaves => match error {
-                Some(error) => Err(error),
-                None if !gather.left.is_empty() => {
-                    let why = "not all stations have answered within 3 s";
-                    Err(RpcError::arm(ErrorKind::Timeout, why))
-                }
-                None => Ok(Value::Null),
-            },
             Gathers::Results => {
                 let mut all: Vec<_> = { lists.iter() }
                     .flat_map(|(station, part)| {
@@ -369,12 +325,10 @@ impl Hub {
                 }
             }
             Gathers::ByArms(method) => self.done_by_arms(method, gather),
-            Gathers::Class(method, params) => {
-                match self.class_known(now, gather, method, &params, &lists) {
-                    Ok(()) => return None,
-                    Err(error) => Err(error),
-                }
-            }
+            Gathers::Class(params) => match self.class_known(now, gather, &params, &lists) {
+                Ok(()) => return None,
+                Err(error) => Err(error),
+            },
             Gathers::Everywhere { method, codes_kept } => {
                 match (self.undone(gather), lists.into_iter().next()) {
                     (None, Some((_, mut shown))) => {
@@ -399,7 +353,7 @@ impl Hub {
                 (None, Some(error)) => Err(error),
                 (None, None) => Err(nobody_answers()),
             },
-            _ => Ok(merged(self)),
+            Gathers::Arms | Gathers::Sessions | Gathers::Stops => return None,
         })
     }
 
@@ -476,22 +430,13 @@ impl Hub {
     }
 }
 
-/// The class of all stations, in which these pupils have no code.
-fn with_new_codes(params: &Map<String, Value>, known: &[ClassFile]) -> Result<ClassFile, RpcError> {
-    let Some((first, others)) = known.split_first() else {
-        let why = "no station of the site shows its class to this token: there is none, or the token is not a teacher's";
-        return Err(RpcError::arm(ErrorKind::InvalidInput, why));
-    };
-    if others.iter().any(|other| other != first) {
-        let why = "the stations of the site have different classes: give all of them one first (class.set)";
-        return Err(RpcError::arm(ErrorKind::InvalidInput, why));
-    }
-    let mut file = first.clone();
-    let names = params.get("pupils");
-    let names: Option<Vec<_>> = names.map(|names| items(names).filter_map(Value::as_str).collect());
-    let dropped = file.drop_codes(names.as_deref());
-    dropped.map_err(|error| wrong("pupils", &error))?;
-    Ok(file)
+fn nobody_answers() -> RpcError {
+    RpcError::arm(ErrorKind::Port, "no station of the site answers")
+}
+
+/// The items of a list; what is none has none.
+fn items(value: &Value) -> impl Iterator<Item = &Value> {
+    value.as_array().into_iter().flatten().take(MOST)
 }
 
 fn wrong(param: &str, error: &ClassError) -> RpcError {

@@ -42,12 +42,10 @@ impl Hub {
         let tries = match open.ways.get(&station) {
             Some(Way::Line(line)) => return Ok(*line),
             Some(Way::Waiting { until, why, .. }) if now < *until => return Err(why.clone()),
-            Some(Way::Closed(why)) => return Err(why.clone()),
             Some(Way::Waiting { tries, .. }) => *tries,
             None => 0,
         };
-        let comes = open.session.is_some() || open.signing.is_some();
-        if !comes || open.outbox.is_closing() {
+        if open.session.is_none() || open.outbox.is_closing() {
             return Err(gone());
         }
         let line = LineId(self.next_id());
@@ -65,8 +63,6 @@ impl Hub {
             tries,
             sessions: Value::Null,
             recording: false,
-            session: None,
-            turns: None,
         };
         self.lines.insert(line, made);
         if let Some(open) = self.sockets.get_mut(&socket) {
@@ -92,18 +88,8 @@ impl Hub {
         if let Some(token) = &open.token {
             params["token"] = json!(token);
         }
-        let back = open.signing.as_ref().and_then(|(call, _)| {
-            let person = self.comes_back(&call.params, open.pupil.as_ref())?;
-            self.people.get(&person)
-        });
-        let person = person.or(back);
         if let Some((secret, _)) = person.and_then(|person| person.at.get(&station)) {
             params["resume"] = json!(secret);
-        }
-        if let Some(pupil) = &open.pupil {
-            params["pupil"] = pupil.clone();
-            // Home has not said yet what it may do.
-            params["role"] = json!("student");
         }
         let params = params.as_object().cloned().unwrap_or_default();
         self.ask_line(line, "session.hello", params, Wants::LineHello);
@@ -254,12 +240,7 @@ impl Hub {
         self.acts.push_back(HubAct::Drop(line));
         let tries = if lost.up { 0 } else { lost.tries };
         if let Some(open) = self.sockets.get_mut(&lost.socket) {
-            let refused = [RpcError::FORBIDDEN, RpcError::TOO_MANY].contains(&why.code);
-            let way = if open.pupil.is_some() && refused {
-                Way::Closed(why.clone())
-            } else {
-                Way::after(now, tries, why.clone())
-            };
+            let way = Way::after(now, tries, why.clone());
             open.ways.insert(lost.station, way);
         }
         let of =
@@ -287,7 +268,6 @@ impl Hub {
             self.outcome(now, request, None, Err(error));
         }
         self.lose_subscriptions(now, lost.socket, line);
-        self.pupil_is_refused(lost.socket, why);
         let Some(open) = self.sockets.get_mut(&lost.socket) else {
             return;
         };
@@ -309,7 +289,7 @@ impl Hub {
     pub(super) fn opens_at(&self) -> impl Iterator<Item = HostInstant> + '_ {
         let waiting = |way: &Way| match way {
             Way::Waiting { until, .. } => Some(*until),
-            Way::Line(_) | Way::Closed(_) => None,
+            Way::Line(_) => None,
         };
         self.sockets
             .values()
@@ -442,17 +422,10 @@ impl Hub {
             (Err(error), Some(slot)) => Err(self.names.rename_error(slot, error)),
             (outcome, None) => outcome,
         };
-        let Pending { socket, wants, .. } = pending;
+        let Pending { wants, .. } = pending;
         let pending = |wants| Pending { wants, ..pending };
         match wants {
             Wants::Answer => self.answers(pending(Wants::Answer), outcome),
-            Wants::Acquire(elsewhere) => {
-                let pending = pending(Wants::Answer);
-                if outcome.is_ok() {
-                    self.leave_queues(pending.socket, &elsewhere);
-                }
-                self.answers(pending, outcome);
-            }
             Wants::Hello(name, token) => {
                 self.greeted(now, pending(Wants::Nothing), name, token, outcome)
             }
@@ -465,12 +438,6 @@ impl Hub {
                     open.recording = outcome.is_ok_and(|info| info["recording"] == true);
                 }
             }
-            Wants::Turns => {
-                if let (Via::Line(line), Ok(turns)) = (pending(Wants::Nothing).via, outcome) {
-                    self.hears_turns(now, line, turns);
-                    self.turns_changed(now, socket);
-                }
-            }
             Wants::Part(gather) => self.part(now, gather, request, outcome),
             Wants::Subscribe(params) => self.subscribed(pending(Wants::Nothing), params, outcome),
             Wants::Resubscribe(id) => self.subscribed_again(pending(Wants::Nothing), id, outcome),
@@ -479,7 +446,6 @@ impl Hub {
             }
             Wants::Nothing | Wants::LineHello => {}
         }
-        let _ = socket;
     }
 
     /// The answer to a request of a client.
@@ -525,10 +491,6 @@ impl Hub {
                 .and_then(magician_station::Role::named);
             let person = self.people.entry(session.clone()).or_default();
             (person.name, person.gone) = (name, None);
-            person.secret = hello["resume"].as_str().unwrap_or_default().to_owned();
-            person.pupil = { self.sockets.get(&socket) }
-                .and_then(|open| open.pupil.as_ref())
-                .map(|_| person.name.clone());
             // Where it had sessions before it came back, its leases wait.
             stations.extend(person.at.keys().copied());
             if let Some(open) = self.sockets.get_mut(&socket) {
@@ -536,14 +498,9 @@ impl Hub {
                 open.role = role.unwrap_or(magician_station::Role::Viewer);
                 // A token that is given counts; clients of this machine have the hub's.
                 open.token = token.or(open.bearer.clone()).or(self.token.clone());
-                if open.pupil.is_some() {
-                    // A pupil of this machine is no teacher.
-                    (open.token, open.bearer) = (None, None);
-                }
             }
         }
         self.finish(socket, pending.id.as_ref(), &outcome);
-        self.has_sessions(socket);
         for station in stations {
             let _ = self.line_to(now, socket, station);
         }
@@ -567,18 +524,18 @@ impl Hub {
         open.up = true;
         let held = std::mem::take(&mut open.held);
         open.queue.extend(held);
-        let socket = open.socket;
+        let (socket, station, slot) = (open.socket, open.station, open.slot);
         self.acts.push_back(HubAct::Awake(line));
+        let session = { self.sockets.get(&socket) }.and_then(|open| open.session.clone());
         let there = (hello["resume"].as_str(), hello["session"].as_str());
-        if let (Some(secret), Some(there)) = there {
-            open.session = Some((secret.to_owned(), there.to_owned()));
+        if let (Some(session), (Some(secret), Some(there))) = (session, there) {
+            self.names.is_own(slot, there, &session);
+            if let Some(person) = self.people.get_mut(&session) {
+                let at = (secret.to_owned(), there.to_owned());
+                person.at.insert(station, at);
+            }
         }
-        self.has_sessions(socket);
-        self.pupil_is_in(socket);
         self.subscribe_again(line);
-        if self.sockets.get(&socket).is_some_and(|open| open.turns) {
-            self.ask_line(line, "turn.list", Map::new(), Wants::Turns);
-        }
     }
 
     /// A notification of a station, for the client of a line.
@@ -594,14 +551,8 @@ impl Hub {
                 open.sessions = params["sessions"].take();
                 return self.sessions_changed(now, socket);
             }
-            // It is about this station alone, and the client is the hub's: it would take all arms
-            // for ending.
-            "server.ending" => return,
-            "turn.changed" => {
-                self.names.rename(slot, &mut params, known.ids);
-                self.hears_turns(now, line, params);
-                return self.turns_changed(now, socket);
-            }
+            // These are about this station alone, and the client is the hub's: it would take them for all arms.
+            "server.ending" | "turn.changed" => return,
             _ => {}
         }
         // A station has a say on its own arms alone.

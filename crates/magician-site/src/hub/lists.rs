@@ -25,11 +25,7 @@ impl Hub {
             open.under_way += 1;
         }
         let wait = match what {
-            Gathers::Arms
-            | Gathers::Sessions
-            | Gathers::Turns
-            | Gathers::Acquire(..)
-            | Gathers::Alike => LIST,
+            Gathers::Arms | Gathers::Sessions | Gathers::Alike => LIST,
             _ => STOP,
         };
         let gather = Gather {
@@ -160,7 +156,7 @@ impl Hub {
                 method: call.method,
                 params,
             };
-            let request = self.stop_at(&one, &at, gather);
+            let request = self.call_beside(&one, &at, Wants::Part(gather));
             self.waits_for(gather, Some(request), Some(*station));
         }
         for (station, names) in &stations {
@@ -170,34 +166,6 @@ impl Hub {
         }
         self.is_complete(call.now, gather);
         Ok(None)
-    }
-
-    /// A pupil has no token for a request of its own: the stop goes by its line, before all else there; where it has no line, the
-    /// hub's own token is good for a stop.
-    fn stop_at(&mut self, call: &Call, at: &ArmAt, gather: GatherId) -> RequestId {
-        let wants = Wants::Part(gather);
-        let Some(open) = self.sockets.get_mut(&call.socket) else {
-            return self.call_beside(call, at, wants);
-        };
-        if open.pupil.is_none() {
-            return self.call_beside(call, at, wants);
-        }
-        if let Some(super::socket::Way::Line(line)) = open.ways.get(&at.station)
-            && let line = *line
-            && self.lines.get(&line).is_some_and(|line| line.up)
-        {
-            let request = RequestId(self.ids + 1);
-            if self.send_on(call, at, line, Wants::Part(gather)).is_ok() {
-                return request;
-            }
-        }
-        let none = { self.sockets.get_mut(&call.socket) }
-            .map(|open| std::mem::replace(&mut open.token, self.token.clone()));
-        let request = self.call_beside(call, at, wants);
-        if let (Some(open), Some(none)) = (self.sockets.get_mut(&call.socket), none) {
-            open.token = none;
-        }
-        request
     }
 
     /// What was handed over before a stop, by whomever, does not move the arm after it: what waits here is ended, and what may be
@@ -278,13 +246,7 @@ impl Hub {
             return;
         };
         let outcome = match gather.what {
-            Gathers::Turns
-            | Gathers::Join(_)
-            | Gathers::Moves(..)
-            | Gathers::Joined
-            | Gathers::Acquire(..)
-            | Gathers::Leaves
-            | Gathers::Results
+            Gathers::Results
             | Gathers::ByArms(_)
             | Gathers::Class(..)
             | Gathers::Everywhere { .. }

@@ -9,12 +9,10 @@ mod class;
 mod lines;
 mod lists;
 mod names;
-mod pupils;
 mod requests;
 mod running;
 mod socket;
 mod subscriptions;
-mod turns;
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt;
@@ -59,8 +57,6 @@ pub enum HubAct {
     Home(SocketId, String),
     /// A session with a station: [`Hub::line_opened`] or [`Hub::line_ended`] follows.
     Open(LineId, StationId),
-    /// The hub's own station lets a client in as a student, whose hello follows: stations know the pupil.
-    Vouch(SocketId),
     /// Something waits for a line: [`Hub::poll_line`].
     Awake(LineId),
     /// A line is given up.
@@ -107,9 +103,6 @@ struct ArmPlace {
 #[derive(Debug, Default)]
 struct Person {
     name: String,
-    /// The pupil that it is, and the secret that a page comes back with.
-    pupil: Option<String>,
-    secret: String,
     /// Where it has a session: the secret to come back with, and its id there.
     at: BTreeMap<StationId, (String, String)>,
     gone: Option<HostInstant>,
@@ -128,7 +121,7 @@ pub struct Hub {
     token: Option<String>,
     /// Unix seconds at [`HostInstant::ZERO`].
     unix_zero: f64,
-    /// Numbers that nobody can guess, for the codes of pupils.
+    /// Numbers that nobody can guess, for the codes of a class.
     random: fn() -> u64,
     names: Names,
     stations: BTreeMap<StationId, (u32, BTreeSet<String>)>,
@@ -140,8 +133,6 @@ pub struct Hub {
     gathers: BTreeMap<GatherId, Gather>,
     /// The sessions of home, as it told of them last.
     sessions: Value,
-    /// When turns were told of last.
-    told: HostInstant,
     acts: VecDeque<HubAct>,
     awake: BTreeSet<SocketId>,
     ids: u64,
@@ -160,7 +151,7 @@ impl fmt::Debug for Hub {
 
 impl Hub {
     /// A hub of a site on which nothing is known yet. Clients of this machine that bring no token have `token` at stations;
-    /// `unix_zero` is the time at [`HostInstant::ZERO`], Unix seconds; codes of pupils are made of the numbers of `random`.
+    /// `unix_zero` is the time at [`HostInstant::ZERO`], Unix seconds; codes of a class are made of the numbers of `random`.
     #[must_use]
     pub fn new(token: Option<String>, unix_zero: f64, random: fn() -> u64) -> Self {
         Self {
@@ -176,7 +167,6 @@ impl Hub {
             pending: BTreeMap::new(),
             gathers: BTreeMap::new(),
             sessions: Value::Null,
-            told: HostInstant::ZERO,
             acts: VecDeque::new(),
             awake: BTreeSet::new(),
             // Beyond what clients count to: home sees both.
@@ -379,10 +369,6 @@ impl Hub {
                     let list = self.known_sessions(socket);
                     return Some(Outgoing::Text(notification("session.changed", &list)));
                 }
-                Next::State(TURNS) => {
-                    let turns = self.known_turns(socket);
-                    return Some(Outgoing::Text(notification("turn.changed", &turns)));
-                }
                 Next::State(subscription) => {
                     if let Some(state) = self.state_for(socket, subscription) {
                         return Some(state);
@@ -522,5 +508,3 @@ fn list_due(socket: &Socket) -> Option<HostInstant> {
 
 /// In place of a subscription, whose numbers begin with 1: the list of sessions is due.
 const SESSIONS: u16 = 0;
-/// The same for turns; subscriptions end below.
-const TURNS: u16 = u16::MAX;

@@ -28,7 +28,9 @@ impl Hub {
     #[must_use]
     pub fn is_of_home(method: &str) -> bool {
         Method::named(method).is_none_or(|method| {
-            !method.takes_arm() && method.id_param().is_none() && !MERGED.contains(&method.name)
+            let of_class = OF_CLASS.iter().any(|of| method.name.starts_with(of));
+            let merged = of_class || MERGED.contains(&method.name);
+            !method.takes_arm() && method.id_param().is_none() && !merged
         })
     }
 
@@ -131,11 +133,10 @@ impl Hub {
                 self.fetch_program(call, &ArmAt { arm, station })
             }
             "class.freeze" | "class.free" | "class.send" => self.by_arms(&call),
-            "turn.end" | "turn.next" if arm.is_none() => self.by_arms(&call),
+            "class.codes" => Err(self.at_station(method.name, None)),
+            name if name.starts_with("turn.") => Err(self.at_station(name, arm.as_deref())),
             "schedule.set" => self.set_schedule(call),
-            "turn.list" | "turn.join" | "turn.leave" | "class.results" | "class.get"
-            | "class.set" | "class.codes" | "schedule.get" => self.of_class(call),
-            "lease.acquire" if self.pupil_of(call.socket).is_some() => self.acquires(call),
+            "class.results" | "class.get" | "class.set" | "schedule.get" => self.of_class(call),
             "arm.stop" => self.stop(&call, arm.as_deref()),
             "arm.unsubscribe" => self.unsubscribe(&call),
             _ if Self::is_of_home(method.name) || method.name == "server.info" => {
@@ -162,7 +163,8 @@ impl Hub {
             .and_then(|client| client["name"].as_str());
         let name = visible(name.unwrap_or_default().trim()).to_string();
         if call.params.contains_key("pupil") {
-            return self.sign_in(call);
+            let why = format!("pupils sign in {}", self.page_of(None));
+            return Err(RpcError::param("pupil", why));
         }
         self.ask_home(&call, Wants::Hello(name, token));
         Ok(None)
@@ -288,8 +290,7 @@ impl Hub {
     /// Sends a request on: beside all lines where it overtakes or has no session, else by the client's line.
     pub(super) fn pass_on(&mut self, call: &Call, at: &ArmAt, wants: Wants) -> Handled {
         let once = self.sockets.get(&call.socket).is_some_and(|open| open.once);
-        let pupil = { self.sockets.get(&call.socket) }.is_some_and(|open| open.pupil.is_some());
-        if once || (call.method.always && !call.method.session && !pupil) {
+        if once || (call.method.always && !call.method.session) {
             self.call_beside(call, at, wants);
             return Ok(None);
         }
@@ -451,25 +452,9 @@ impl Hub {
 }
 
 /// Answered from the answers of several stations.
-pub(super) const MERGED: [&str; 17] = [
-    "session.list",
-    "server.info",
-    "arm.list",
-    "turn.list",
-    "turn.join",
-    "turn.leave",
-    "turn.end",
-    "turn.next",
-    "class.results",
-    "class.get",
-    "class.set",
-    "class.codes",
-    "class.freeze",
-    "class.free",
-    "class.send",
-    "schedule.get",
-    "schedule.set",
-];
+const MERGED: [&str; 3] = ["session.list", "server.info", "arm.list"];
+/// Groups of methods that are about the class of all stations.
+const OF_CLASS: [&str; 3] = ["class.", "schedule.", "turn."];
 
 /// A request as text.
 pub(super) fn text_of(

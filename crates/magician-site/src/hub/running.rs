@@ -345,16 +345,6 @@ impl Shared {
                     place.calls.push(asking.abort_handle());
                 }
             },
-            HubAct::Vouch(socket) => {
-                if let Some(Place {
-                    home: Home::Session(client),
-                    ..
-                }) = inner.clients.get(&socket)
-                {
-                    let (role, token) = (Role::Student, None);
-                    client.vouch(Some(Grant { role, token }));
-                }
-            }
             HubAct::Open(line, station) => {
                 let awake = Arc::new(Notify::new());
                 let carrying =

@@ -9,7 +9,7 @@ use magician_station::{Outbox, StateFrame, Throttle};
 use serde_json::{Map, Value};
 
 use super::{LineId, RequestId};
-use crate::site::{ArmAt, StationId};
+use crate::site::StationId;
 
 /// Pauses before a line is opened again, ms: they grow to the last.
 const PAUSES: [u64; 6] = [200, 400, 800, 1600, 3200, 5000];
@@ -25,8 +25,6 @@ pub(super) enum Way {
         tries: usize,
         why: RpcError,
     },
-    /// The station knows no such pupil: asking again would only be another wrong code.
-    Closed(RpcError),
 }
 
 impl Way {
@@ -66,12 +64,6 @@ pub(super) struct Socket {
     pub(super) bearer: Option<String>,
     /// The token that it has at stations.
     pub(super) token: Option<String>,
-    /// A pupil, by name and code.
-    pub(super) pupil: Option<Value>,
-    /// The hello of a pupil whom no station has let in yet, and why one has not.
-    pub(super) signing: Option<(super::requests::Call, Option<RpcError>)>,
-    /// It wants to know of turns.
-    pub(super) turns: bool,
     /// When it was sent a list of sessions last.
     pub(super) listed: Option<HostInstant>,
     /// The sessions have changed since.
@@ -98,9 +90,6 @@ impl Socket {
         Self {
             bearer,
             token: None,
-            pupil: None,
-            signing: None,
-            turns: false,
             session: None,
             listed: None,
             list_waits: false,
@@ -120,7 +109,7 @@ impl Socket {
     /// A number for a subscription; none where all are taken.
     pub(super) fn free_subscription(&mut self) -> Option<u16> {
         let taken = &self.subscriptions;
-        let behind = self.last_subscription.saturating_add(1)..super::TURNS;
+        let behind = self.last_subscription.saturating_add(1)..=u16::MAX;
         let free = behind
             .chain(1..=self.last_subscription)
             .find(|id| !taken.contains_key(id))?;
@@ -161,10 +150,6 @@ pub(super) struct Line {
     /// The sessions that it told of last.
     pub(super) sessions: Value,
     pub(super) recording: bool,
-    /// The session that it has there: the secret to come back with, and its id.
-    pub(super) session: Option<(String, String)>,
-    /// The turns that it told of last, and when.
-    pub(super) turns: Option<(HostInstant, Value)>,
 }
 
 /// How a request was sent on.
@@ -189,10 +174,6 @@ pub(super) enum Wants {
     Probe,
     /// A part of what several answer.
     Part(GatherId),
-    /// A lease, which is a turn: the places at these other stations are given up for it.
-    Acquire(Vec<StationId>),
-    /// The turns of a station.
-    Turns,
     /// A subscription of the client.
     Subscribe(Map<String, Value>),
     /// A subscription that is there has to be made at the station anew.
@@ -221,18 +202,6 @@ pub(super) struct GatherId(pub(super) u64);
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Gathers {
-    /// Turns and queues, as one.
-    Turns,
-    /// Turns and queues, before a turn is asked for.
-    Join(Map<String, Value>),
-    /// Places are given up elsewhere, before a turn is asked for at this station.
-    Moves(StationId, Map<String, Value>),
-    /// A turn is asked for.
-    Joined,
-    /// Turns and queues, before this arm is taken without the queue.
-    Acquire(ArmAt, Map<String, Value>),
-    /// Turn and place are given up everywhere.
-    Leaves,
     /// What pupils have made.
     Results,
     /// What was asked of some arms of each station.
@@ -240,7 +209,7 @@ pub(super) enum Gathers {
     /// What all stations have alike, shown by one.
     Alike,
     /// The class that stations have, before this is made of it.
-    Class(&'static str, Map<String, Value>),
+    Class(Map<String, Value>),
     /// What all stations have to take.
     Everywhere {
         /// The method that was asked of the hub.
