@@ -45,7 +45,7 @@ impl Hub {
             Some(Way::Waiting { tries, .. }) => *tries,
             None => 0,
         };
-        if open.session.is_none() || open.outbox.is_closing() {
+        if (open.session.is_none() && !open.once) || open.outbox.is_closing() {
             return Err(gone());
         }
         let line = LineId(self.next_id());

@@ -9,7 +9,7 @@ use magician_station::api::{Method, RpcError, notification};
 use serde_json::{Map, Value, json};
 
 use super::requests::Call;
-use super::socket::{Gather, GatherId, Gathers, Pending, Via, Wants};
+use super::socket::{Gather, GatherId, Gathers, Pending, Socket, Via, Wants};
 use super::{ArmPlace, Hub, HubAct, RequestId, SocketId};
 use crate::site::{ArmAt, StationId};
 
@@ -54,7 +54,7 @@ impl Hub {
 
     /// Asks all stations that can be asked by a line, or by themselves.
     pub(super) fn ask_all(&mut self, call: &Call, gather: GatherId) {
-        let once = self.sockets.get(&call.socket).is_some_and(|open| open.once);
+        let once = self.sockets.get(&call.socket).is_some_and(Socket::calls);
         let stations = self.stations.iter().filter_map(|(station, (_, arms))| {
             let arm = arms.first()?.clone();
             let station = *station;
@@ -67,7 +67,7 @@ impl Hub {
 
     /// Asks one.
     pub(super) fn ask_one(&mut self, call: &Call, gather: GatherId, station: StationId) -> bool {
-        let once = self.sockets.get(&call.socket).is_some_and(|open| open.once);
+        let once = self.sockets.get(&call.socket).is_some_and(Socket::calls);
         let arms = self.stations.get(&station).map(|(_, arms)| arms);
         if let Some(arm) = arms.and_then(|arms| arms.first().cloned()) {
             return self.ask_at(call, gather, &ArmAt { arm, station }, once);

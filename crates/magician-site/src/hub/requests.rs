@@ -6,7 +6,7 @@ use magician_station::api::{IdKind, Message, MessageId, Method, Needs, Params, R
 use magician_station::{CloseCode, MESSAGE, Pace, RATE, UNDER_WAY};
 use serde_json::{Map, Value, json};
 
-use super::socket::{Pending, Via, Wants};
+use super::socket::{Pending, Socket, Via, Wants};
 use super::{Hub, HubAct, LineId, RequestId, SocketId};
 use crate::site::{ArmAt, StationId};
 
@@ -289,8 +289,8 @@ impl Hub {
 
     /// Sends a request on: beside all lines where it overtakes or has no session, else by the client's line.
     pub(super) fn pass_on(&mut self, call: &Call, at: &ArmAt, wants: Wants) -> Handled {
-        let once = self.sockets.get(&call.socket).is_some_and(|open| open.once);
-        if once || (call.method.always && !call.method.session) {
+        let calls = self.sockets.get(&call.socket).is_some_and(Socket::calls);
+        if calls || (call.method.always && !call.method.session) {
             self.call_beside(call, at, wants);
             return Ok(None);
         }

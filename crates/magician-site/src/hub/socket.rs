@@ -106,6 +106,12 @@ impl Socket {
         }
     }
 
+    /// True if its requests go to stations as single ones. A viewer's do not: the token that goes along may allow more than a
+    /// viewer may, and a session alone can be told to take less.
+    pub(super) fn calls(&self) -> bool {
+        self.once && self.role > Role::Viewer
+    }
+
     /// A number for a subscription; none where all are taken.
     pub(super) fn free_subscription(&mut self) -> Option<u16> {
         let taken = &self.subscriptions;

@@ -5,6 +5,7 @@ use std::time::Duration;
 use magician::admission::Origin;
 use magician_site::StationId;
 use magician_site::message::EXPECT;
+use magician_station::http::Served;
 use magician_station::{Client, Outgoing, Peer};
 use serde_json::{Value, json};
 
@@ -380,4 +381,18 @@ async fn class_that_all_stations_have_taken_expects_the_arms_that_are_there() {
     assert_eq!(frozen["data"]["missing"], json!(["arm1"]), "{frozen}");
     teacher.fails("class.set", json!({"text": CLASS})).await;
     assert_eq!(told(), 2, "a class that is not everywhere changes nothing");
+}
+
+#[tokio::test(start_paused = true)]
+async fn post_at_the_hub_without_the_pin_reads_no_code() {
+    let bench = class_of(TestHub::with_token(2, 1).await, &[1, 2]).await;
+    tokio::time::sleep(Duration::from_secs(3)).await;
+    let request = r#"{"jsonrpc": "2.0", "id": 1, "method": "class.get"}"#;
+    let answer = Served::call(&bench.hub, at_the_hub(), None, request).await;
+    let answer: Value = serde_json::from_str(&answer.unwrap()).unwrap();
+    let class = &answer["result"];
+    assert_eq!(class["class"]["turn_s"], 120, "{answer}");
+    assert_eq!(class["pin"], Value::Null, "{answer}");
+    assert_eq!(class["text"], Value::Null, "{answer}");
+    assert!(!answer.to_string().contains("7K3M"), "{answer}");
 }

@@ -329,5 +329,10 @@ async fn a_token_that_allows_more_elsewhere_does_not_here() {
         (&error["code"], &error["data"]["role"]),
         (&json!(-32001), &json!("viewer"))
     );
+    // Nor does it in a single request.
+    let text = json!({"jsonrpc": "2.0", "id": 7, "method": "arm.fence", "params": {"arm": "arm0", "set": {"floor": 1}}});
+    let answer = Served::call(&bench.hub, crate::bench::peer(), None, &text.to_string()).await;
+    let answer: Value = serde_json::from_str(&answer.unwrap()).unwrap();
+    assert_eq!(answer["error"]["data"]["role"], "viewer", "{answer}");
     anna.client.pong();
 }
