@@ -366,6 +366,36 @@ async fn stations_with_another_class_or_no_answer_are_named_beside_the_class_of_
 }
 
 #[tokio::test(start_paused = true)]
+async fn station_that_is_given_up_is_missing_in_class_schedule_and_results() {
+    let bench = class(3, &[1, 2, 3]).await;
+    let mut teacher = bench.join("Ms Lee").await;
+    bench.site.silence(2);
+    // At first it says nothing, later its line waits to be opened again.
+    for wait in [0, 7] {
+        teacher.live(Duration::from_secs(wait)).await;
+        for method in ["class.get", "schedule.get", "class.results"] {
+            let shown = teacher.ok(method, json!({})).await;
+            assert_eq!(shown["missing"], json!(["arm1"]), "{method}: {shown}");
+        }
+        let one = json!({"arms": ["arm0"]});
+        assert_eq!(teacher.ok("class.freeze", one.clone()).await, one);
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn class_at_the_hub_tells_nothing_that_one_station_knows_of_a_pupil() {
+    let bench = class(2, &[1, 2]).await;
+    let mut ada = Pupil::signs_in(&bench, 2, "Ada", "7K3M").await.unwrap();
+    ada.call("turn.join", json!({})).await.unwrap();
+    let mut teacher = bench.join("Ms Lee").await;
+    let set = teacher.ok("class.set", json!({"text": CLASS})).await;
+    for class in [set, teacher.ok("class.get", json!({})).await] {
+        let ada = json!({"name": "Ada", "group": null, "code": "7K3M", "here": null, "place": null, "arm": null});
+        assert_eq!(class["pupils"][0], ada);
+    }
+}
+
+#[tokio::test(start_paused = true)]
 async fn class_that_all_stations_have_taken_expects_the_arms_that_are_there() {
     let bench = class(2, &[]).await;
     let mut teacher = bench.join("Ms Lee").await;
