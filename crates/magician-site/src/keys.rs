@@ -5,8 +5,8 @@ use std::str::FromStr;
 
 use crate::{ArmAt, StationId};
 
-pub use magician_station::is_name;
 use magician_station::LONGEST_NAME;
+pub use magician_station::is_name;
 
 /// The name that is nearest to a text, such as that of a machine; none where nothing of it can stay.
 #[must_use]
@@ -16,7 +16,11 @@ pub fn name_like(text: &str) -> Option<String> {
         _ => '-',
     });
     let name: String = signs.skip_while(|c| "_-".contains(*c)).collect();
-    let name: String = name.trim_end_matches('-').chars().take(LONGEST_NAME).collect();
+    let name: String = name
+        .trim_end_matches('-')
+        .chars()
+        .take(LONGEST_NAME)
+        .collect();
     is_name(&name).then_some(name)
 }
 

@@ -4,9 +4,7 @@ use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use magician_station::RunningStation;
-use magician_station::http::{
-    Admission, HttpOptions, Listener, SignsOfLife, Tls, TokenStore,
-};
+use magician_station::http::{Admission, HttpOptions, Listener, SignsOfLife, Tls, TokenStore};
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
 

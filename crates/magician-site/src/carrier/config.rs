@@ -58,10 +58,7 @@ pub(super) fn read(
             ),
             ("transport/link/tls/enable_mtls", "true".to_owned()),
             ("transport/link/tls/listen_private_key", key.clone()),
-            (
-                "transport/link/tls/listen_certificate",
-                certificate.clone(),
-            ),
+            ("transport/link/tls/listen_certificate", certificate.clone()),
             ("transport/link/tls/connect_private_key", key),
             ("transport/link/tls/connect_certificate", certificate),
             // Machines find each other by address, which is in no certificate. Who has signed it counts.

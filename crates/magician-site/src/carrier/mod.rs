@@ -7,8 +7,8 @@ mod api;
 mod config;
 mod dial;
 mod node;
-mod revoked;
 mod publish;
+mod revoked;
 mod site;
 
 use std::fmt;
@@ -113,10 +113,7 @@ struct Connection {
 }
 
 impl Connection {
-    async fn open(
-        file: Option<&Path>,
-        identity: Option<&Identity>,
-    ) -> Result<Self, CarrierError> {
+    async fn open(file: Option<&Path>, identity: Option<&Identity>) -> Result<Self, CarrierError> {
         let config = config::read(file, identity)?;
         let threads = Builder::new_multi_thread()
             .worker_threads(2)

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use magician_station::http::TokenStore;
 use magician_station::RunningStation;
+use magician_station::http::TokenStore;
 use serde_json::{Value, json};
 use tokio::runtime::Handle;
 use tokio::sync::{Semaphore, mpsc};
@@ -102,7 +102,8 @@ impl SiteNode {
             identity,
         } = options;
         if identity.as_ref().is_some_and(Identity::is_revoked) {
-            let why = "the certificate of this machine is revoked: it is let in nowhere on the site";
+            let why =
+                "the certificate of this machine is revoked: it is let in nowhere on the site";
             return Err(CarrierError::Certificate(why.to_owned()));
         }
         let connection = Connection::open(config.as_deref(), identity.as_ref()).await?;
@@ -115,7 +116,9 @@ impl SiteNode {
         let own = Arc::new(Own {
             keys: Keys { site },
             id: StationId(u64::from_le_bytes(random)),
-            machine: identity.as_ref().map_or(machine, |own| own.machine().to_owned()),
+            machine: identity
+                .as_ref()
+                .map_or(machine, |own| own.machine().to_owned()),
             at: api.as_ref().map_or_else(Vec::new, |api| api.addresses()),
             station,
         });
@@ -148,7 +151,9 @@ impl SiteNode {
     /// Where stations and hubs of the site dial it; none without a certificate.
     #[must_use]
     pub fn addresses(&self) -> Vec<SocketAddr> {
-        self.api.as_ref().map_or_else(Vec::new, |api| api.addresses())
+        self.api
+            .as_ref()
+            .map_or_else(Vec::new, |api| api.addresses())
     }
 
     /// Leaves the site: first it is there no more, then it answers no more.

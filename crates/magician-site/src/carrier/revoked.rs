@@ -6,10 +6,10 @@ use std::time::Duration;
 
 use tokio::runtime::Handle;
 use tokio::time::sleep;
+use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 use zenoh::query::{ConsolidationMode, Query, QueryTarget, Queryable};
 use zenoh::sample::Sample;
-use zenoh::Session;
 
 use super::{CarrierError, Connection, reply};
 use crate::certificates::Identity;

@@ -213,7 +213,8 @@ impl Shared {
             _ => return,
         }
         let arm = arm.to_owned();
-        self.view.news(ArmAt { arm, station }, message.news(machine));
+        self.view
+            .news(ArmAt { arm, station }, message.news(machine));
     }
 
     /// How a station is dialled.

@@ -1,236 +1,120 @@
-//! What a class asks of several stations at once, and what they answer together.
+//! What a class asks of several stations at once, and what they answer together. Pupils, turns and codes are the stations' own.
 
-use std::cmp::Reverse;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use magician::ErrorKind;
 use magician_protocol::{HostInstant, visible};
-use magician_station::api::{Method, RpcError};
+use magician_station::api::RpcError;
 use magician_station::class::{ClassError, ClassFile, Schedule};
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
-use super::requests::Call;
-use super::socket::{Gather, GatherId, Gathers, Way};
-use super::turns::{items, nobody_answers};
-use super::{ArmPlace, Hub, HubAct, RequestId, SocketId};
+use super::gather::{Gather, GatherId, Gathers, Meant, items};
+use super::requests::{Call, Handled};
+use super::{Hub, HubAct, RequestId, SocketId};
 use crate::Roster;
 use crate::site::{ArmAt, StationId};
 
+/// Machines that a refusal names, at most.
+const MACHINES: usize = 20;
+
 impl Hub {
-    /// A method of classes that several stations answer.
-    pub(super) fn of_class(&mut self, call: Call) -> Result<Option<Value>, RpcError> {
-        let (what, method) = match call.method.name {
-            "turn.list" => (Gathers::Turns, "turn.list"),
-            "turn.join" => {
-                if let Some(arm) = call.params.get("arm").and_then(Value::as_str) {
-                    self.station_of(Some(arm))?;
-                }
-                self.asks_alone(call.socket)?;
-                (Gathers::Join(call.params.clone()), "turn.list")
-            }
-            "turn.leave" => (Gathers::Leaves, "turn.leave"),
-            "class.get" => (Gathers::Alike, "class.get"),
-            "class.set" | "class.codes" => {
-                let what = Gathers::Class(call.method.name, call.params.clone());
-                (what, "class.get")
-            }
-            "schedule.get" => (Gathers::Alike, "schedule.get"),
-            _ => (Gathers::Results, "class.results"),
-        };
-        if let Some(open) = self.sockets.get_mut(&call.socket) {
-            open.turns |= method == "turn.list";
+    /// The refusal of what is the arm's station's to do.
+    pub(super) fn at_station(&self, method: &str, arm: Option<&str>) -> RpcError {
+        let page = self.page_of(arm);
+        let why = format!("{method} is not for a hub: it is done {page}");
+        RpcError::arm(ErrorKind::Unsupported, why)
+    }
+
+    /// Where the page of an arm's own computer is, or of any arm's, in words.
+    pub(super) fn page_of(&self, arm: Option<&str>) -> String {
+        let meant = |(name, _): &(&String, _)| arm.is_none_or(|arm| arm == name.as_str());
+        let places = self.arms.iter().filter(meant);
+        let machines: BTreeSet<_> = places.filter_map(|(_, place)| place.machine()).collect();
+        let machines = machines.into_iter().take(MACHINES);
+        let machines: Vec<_> = machines.map(|name| visible(name).to_string()).collect();
+        let page = "at the page of the computer that has the arm";
+        if machines.is_empty() {
+            return page.to_owned();
         }
-        let gather = self.gathers(&call, what);
-        let mut params = Map::new();
-        for name in ["group", "person"] {
-            if let Some(value) = call.params.get(name) {
-                params.insert(name.to_owned(), value.clone());
-            }
-        }
-        let now = call.now;
-        let asks = self.asks(now, call.socket, method, params);
-        self.ask_all(&asks, gather);
-        self.is_complete(now, gather);
-        Ok(None)
+        format!("{page}: {}", machines.join(", "))
     }
 
     /// What is asked of arms, by the stations that have them: of all at once.
-    pub(super) fn by_arms(&mut self, call: &Call) -> Result<Option<Value>, RpcError> {
-        let mut stations: BTreeMap<StationId, Vec<String>> = BTreeMap::new();
-        let mut beyond = Vec::new();
-        let names: Vec<String> = match call.params.get("arms").and_then(Value::as_array) {
-            Some(names) => { names.iter() }
+    pub(super) fn by_arms(&mut self, call: Call) -> Handled {
+        let mut meant = Meant::default();
+        let names: Vec<String> = match call.params.get("arms") {
+            Some(names) => { items(names) }
                 .filter_map(|name| name.as_str().map(str::to_owned))
                 .collect(),
             None => self.arms.keys().cloned().collect(),
         };
-        let freezes = call.method.name == "class.freeze";
+        let method = call.method.name;
         for name in names {
             match self.station_of(Some(&name)) {
-                Ok(at) => stations.entry(at.station).or_default().push(at.arm),
+                Ok(at) => meant.at.entry(at.station).or_default().push(at.arm),
                 Err(error) if error.code == RpcError::PARAMS => return Err(error),
-                // As a stop, a freeze reaches all that have the name.
                 Err(_) => {
-                    let at = self.arms.get(&name).map(|place| place.at.keys().copied());
-                    for station in at.into_iter().flatten().filter(|_| freezes) {
-                        stations.entry(station).or_default().push(name.clone());
+                    // As a stop, a freeze reaches all that have the name.
+                    if method == "class.freeze" {
+                        for (station, arms) in self.meant(Some(&name)).at {
+                            meant.at.entry(station).or_default().extend(arms);
+                        }
                     }
-                    beyond.push(name);
+                    meant.beyond.insert(name);
                 }
             }
         }
-        let gather = self.gathers(call, Gathers::ByArms(call.method.name));
-        if let Some(gather) = self.gathers.get_mut(&gather) {
-            gather.beyond = beyond;
-        }
-        for (station, arms) in stations {
-            let mut params = call.params.clone();
-            params.insert("arms".to_owned(), json!(arms));
-            let asks = self.asks(call.now, call.socket, call.method.name, params);
-            if !self.ask_one(&asks, gather, station)
-                && let Some(gather) = self.gathers.get_mut(&gather)
-            {
-                gather.beyond.extend(arms);
-            }
-        }
-        self.is_complete(call.now, gather);
-        Ok(None)
-    }
-
-    /// All have done it, or those are named that may not have.
-    pub(super) fn done_by_arms(&self, method: &str, gather: &Gather) -> Result<Value, RpcError> {
-        let list = if method == "class.send" {
-            "jobs"
-        } else {
-            "arms"
+        let list = match method {
+            "class.send" => "jobs",
+            _ => "arms",
         };
-        let parts = gather
-            .parts
-            .iter()
-            .filter_map(|(_, part)| part.as_ref().ok());
-        let mut done: Vec<_> = parts.flat_map(|part| items(&part[list]).cloned()).collect();
-        done.sort_by_key(|one| match one {
-            Value::String(name) => name.clone(),
-            one => one["arm"].as_str().unwrap_or_default().to_owned(),
-        });
-        match self.undone(gather) {
-            None => Ok(json!({ list: done })),
-            Some((kind, which)) => {
-                let error = RpcError::arm(kind, not_everywhere(method, &which));
-                let missing = self.missing(gather);
-                Err(error.with(list, done).with("missing", missing))
-            }
-        }
+        let params = call.params.clone();
+        self.gather(call, Gathers::ByArms(list), method, params, meant)
     }
 
     /// All stations get the schedule.
-    pub(super) fn set_schedule(&mut self, mut call: Call) -> Result<Option<Value>, RpcError> {
+    pub(super) fn set_schedule(&mut self, call: Call) -> Handled {
         let text = call.params.get("text").and_then(Value::as_str);
         let schedule = Schedule::parse(text.unwrap_or_default());
         let checked = schedule.and_then(|schedule| {
             schedule.check_arms("the site", |arm| self.arms.contains_key(arm))
         });
         checked.map_err(|error| wrong("text", &error))?;
-        call.params.insert("elsewhere".to_owned(), json!(true));
-        let gather = self.gathers(
-            &call,
-            Gathers::Everywhere {
-                method: "schedule.set",
-                codes_kept: Vec::new(),
-            },
-        );
-        let stations = self.stations.keys().copied().collect();
-        self.set_everywhere(&call, gather, stations);
-        Ok(None)
+        let mut params = call.params.clone();
+        params.insert("elsewhere".to_owned(), json!(true));
+        let what = Gathers::Everywhere(Vec::new());
+        self.gather(call, what, "schedule.set", params, self.meant(None))
     }
 
-    /// Stations are asked to take something, and no one is left out without a word.
-    fn set_everywhere(&mut self, asks: &Call, gather: GatherId, stations: Vec<StationId>) {
-        let gone = |(name, place): (&String, &ArmPlace)| place.at.is_empty().then(|| name.clone());
-        let mut beyond: Vec<_> = self.arms.iter().filter_map(gone).collect();
-        for station in stations {
-            if !self.ask_one(asks, gather, station) {
-                let arms = self.stations.get(&station).map(|(_, arms)| arms.clone());
-                beyond.extend(arms.into_iter().flatten());
-            }
-        }
-        if let Some(gather) = self.gathers.get_mut(&gather) {
-            gather.beyond = beyond;
-        }
-        self.is_complete(asks.now, gather);
-    }
-
-    /// The class that stations have is known: another one is made of it, with the same codes everywhere, and they get it.
-    fn class_known(
-        &mut self,
-        now: HostInstant,
-        gather: &Gather,
-        method: &'static str,
-        params: &Map<String, Value>,
-        known: &[(StationId, Value)],
-    ) -> Result<(), RpcError> {
-        let files = known.iter();
-        let files = files.filter_map(|(_, class)| ClassFile::parse(class["text"].as_str()?).ok());
-        let files: Vec<_> = files.collect();
-        let mut stations: Vec<_> = self.stations.keys().copied().collect();
-        let mut codes_kept = Vec::new();
-        let file = if method == "class.set" {
-            self.class_to_set(params, &files, &mut codes_kept)?
-        } else {
-            // Who has not answered has the class too, as far as is known.
-            let none = known.iter().filter(|(_, class)| class["class"].is_null());
-            let none: Vec<_> = none.map(|(station, _)| *station).collect();
-            stations.retain(|station| !none.contains(station));
-            Some(with_new_codes(params, &files)?)
-        };
-        let text = file.map_or_else(String::new, |mut file| {
-            file.make_codes(self.random);
-            file.to_text()
-        });
-        // The codes are made or kept here, alike for all stations.
-        let params = [
-            ("text", json!(text)),
-            ("elsewhere", json!(true)),
-            ("use_codes", json!(true)),
-        ];
-        let params = params.map(|(name, value)| (name.to_owned(), value));
-        let call = self.continued(now, gather, "class.set", params.into_iter().collect());
-        let what = Gathers::Everywhere { method, codes_kept };
-        let next = self.gathers(&call, what);
-        let asks = self.asks(now, gather.socket, "class.set", call.params);
-        self.set_everywhere(&asks, next, stations);
-        Ok(())
-    }
-
-    /// The class that is given, none where it ends; pupils have the codes that a station knows.
-    fn class_to_set(
-        &self,
-        params: &Map<String, Value>,
-        known: &[ClassFile],
-        codes_kept: &mut Vec<String>,
-    ) -> Result<Option<ClassFile>, RpcError> {
+    /// The class file that all stations get, empty where the class ends, and the pupils for whom the file that was given has another
+    /// code. Pupils have the codes that a station knows; others are made here, so that they are alike at all stations.
+    pub(super) fn class_to_set(&self, gather: &Gather) -> Result<(String, Vec<String>), RpcError> {
+        let params = &gather.call.params;
+        let known = gather.answers();
+        let known = known.filter_map(|(_, class)| ClassFile::parse(class["text"].as_str()?).ok());
+        let known: Vec<_> = known.collect();
         let texts = |name: &str| -> Option<Vec<&str>> {
             let texts = params.get(name)?.as_array()?;
             Some(texts.iter().filter_map(Value::as_str).collect())
         };
-        let (param, read) = match (params.get("text").and_then(Value::as_str), texts("names")) {
+        let text = params.get("text").and_then(Value::as_str);
+        let (param, read) = match (text, texts("names")) {
             (None, Some(names)) => {
                 let arms = texts("arms").unwrap_or_default();
                 let offset = params.get("offset").and_then(Value::as_str);
                 let turn_s = params.get("turn_s").and_then(Value::as_u64);
                 let turn_s = turn_s.and_then(|turn_s| u32::try_from(turn_s).ok());
-                (
-                    "names",
-                    ClassFile::of_names(&names, &arms, turn_s, offset, known.first()),
-                )
+                let of_names = ClassFile::of_names(&names, &arms, turn_s, offset, known.first());
+                ("names", of_names)
             }
-            (text, _) if text.unwrap_or_default().trim().is_empty() => return Ok(None),
+            (text, _) if text.unwrap_or_default().trim().is_empty() => {
+                return Ok((String::new(), Vec::new()));
+            }
             (text, _) => ("text", ClassFile::parse(text.unwrap_or_default())),
         };
         let mut file = read.map_err(|error| wrong(param, &error))?;
         let arms = file.check_arms("the site", |arm| self.arms.contains_key(arm));
         arms.map_err(|error| wrong(param, &error))?;
-        let uses_own = params.get("use_codes") == Some(&json!(true));
         let mut before = ClassFile::default();
         for pupil in known.iter().flat_map(|known| &known.pupil) {
             if !before.pupil.iter().any(|one| one.name == pupil.name) {
@@ -240,27 +124,58 @@ impl Hub {
         if let Some(known) = known.first() {
             before.class.pin.clone_from(&known.class.pin);
         }
-        *codes_kept = file.keep_codes(&before, uses_own);
-        Ok(Some(file))
+        let uses_own = params.get("use_codes") == Some(&json!(true));
+        let codes_kept = file.keep_codes(&before, uses_own);
+        file.make_codes(self.random);
+        Ok((file.to_text(), codes_kept))
     }
 
-    /// A request of the hub's own for a client.
-    pub(super) fn asks(
-        &self,
+    /// All stations get the class.
+    pub(super) fn set_class(
+        &mut self,
         now: HostInstant,
-        socket: SocketId,
-        method: &'static str,
-        params: Map<String, Value>,
-    ) -> Call {
-        let method = Method::named(method).unwrap_or(&magician_station::api::METHODS[0]);
-        let id = Some(magician_station::api::MessageId::Number(0));
-        Call {
-            now,
-            socket,
+        id: GatherId,
+        call: Call,
+        (text, codes_kept): (String, Vec<String>),
+    ) {
+        let params = [
+            ("text", json!(text)),
+            ("elsewhere", json!(true)),
+            ("use_codes", json!(true)),
+        ];
+        let params = params.map(|(name, value)| (name.to_owned(), value));
+        let call = Call { now, ..call };
+        let what = Gathers::Everywhere(codes_kept);
+        let meant = self.meant(None);
+        self.ask(
             id,
-            method,
-            params,
+            call,
+            what,
+            "class.set",
+            params.into_iter().collect(),
+            meant,
+        );
+    }
+
+    /// What all stations have taken, as one shows it; else the error that names those that may not have.
+    pub(super) fn taken(
+        &mut self,
+        gather: &Gather,
+        codes_kept: &[String],
+    ) -> Result<Value, RpcError> {
+        if let Some(error) = gather.undone() {
+            return Err(error);
         }
+        let (_, shown) = gather.answers().next().ok_or_else(nobody_answers)?;
+        let mut shown = without_turns(shown);
+        // The stations were given codes that they had to take.
+        if shown.get("codes_kept").is_some() {
+            shown["codes_kept"] = json!(codes_kept);
+        }
+        if gather.call.method.name == "class.set" {
+            self.expect_present(gather.call.socket);
+        }
+        Ok(shown)
     }
 
     /// All stations are told to expect the arms that are there, beside those that are expected already. Nobody waits for it.
@@ -274,8 +189,7 @@ impl Hub {
             }
         }
         let params = roster.to_value();
-        let text =
-            json!({"jsonrpc": "2.0", "id": 0, "method": "site.expect", "params": params});
+        let text = json!({"jsonrpc": "2.0", "id": 0, "method": "site.expect", "params": params});
         let token = { self.sockets.get(&socket) }.and_then(|open| open.token.clone());
         let stations = self.stations.iter().filter_map(|(station, (_, arms))| {
             let (arm, station) = (arms.first()?.clone(), *station);
@@ -295,209 +209,86 @@ impl Hub {
         self.expects(&roster);
     }
 
-    /// What stations have answered; none where more is asked of them first.
-    pub(super) fn class_gathered(
-        &mut self,
-        now: HostInstant,
-        gather: &mut Gather,
-    ) -> Option<Result<Value, RpcError>> {
-        let what = std::mem::replace(&mut gather.what, Gathers::Turns);
-        let ok = |part: &(Option<StationId>, Result<Value, RpcError>)| {
-            Some((part.0?, part.1.as_ref().ok()?.clone()))
+    /// What pupils have made, with the arms that have not answered (`missing`), if there are such.
+    pub(super) fn results(&self, gather: &Gather) -> Result<Value, RpcError> {
+        let of = |(station, part): (StationId, &Value)| -> Vec<Value> {
+            let own =
+                |one: &&Value| self.has_alone(station, one["arm"].as_str().unwrap_or_default());
+            items(&part["results"]).filter(own).cloned().collect()
         };
-        let lists: Vec<(StationId, Value)> = gather.parts.iter().filter_map(ok).collect();
-        let error = { gather.parts.iter() }.find_map(|(_, part)| part.as_ref().err().cloned());
-        if let Gathers::Turns | Gathers::Join(_) | Gathers::Acquire(..) | Gathers::Joined = &what {
-            for (station, turns) in &lists {
-                let ways = self.sockets.get(&gather.socket).map(|open| &open.ways);
-                if let Some(Way::Line(line)) = ways.and_then(|ways| ways.get(station)) {
-                    let line = *line;
-                    self.hears_turns(now, line, turns.clone());
-                }
-            }
-            self.told = now;
+        let mut all: Vec<_> = gather.answers().flat_map(of).collect();
+        let time = |one: &Value| one["time"].as_f64().unwrap_or(0.0);
+        all.sort_by(|one, other| time(one).total_cmp(&time(other)));
+        match gather.error() {
+            Some(error) if gather.answers().next().is_none() => Err(error),
+            _ => Ok(with_missing(json!({ "results": all }), gather)),
         }
-        let merged = |hub: &Self| {
-            let parts = lists.iter().map(|(station, turns)| (*station, now, turns));
-            hub.merged_turns(now, parts.collect())
-        };
-        Some(match what {
-            Gathers::Join(params) => {
-                return self.joins(now, gather, params, &lists, merged(self));
-            }
-            Gathers::Acquire(at, params) => return self.acquired(now, gather, &at, params, &lists),
-            Gathers::Moves(station, params) => {
-                if error.is_some() || !gather.left.is_empty() {
-                    let why = "the place at another station could not be given up: no other one was taken";
-                    return Some(Err(
-                        error.unwrap_or_else(|| RpcError::arm(ErrorKind::Timeout, why))
-                    ));
-                }
-                return self.join_there(now, gather, station, params);
-            }
-            Gathers::Joined => match error {
-                Some(error) => Err(error),
-                None if lists.is_empty() => {
-                    let why =
-                        "the station does not answer; whether the turn was asked for is not known";
-                    Err(RpcError::arm(ErrorKind::Timeout, why))
-                }
-                None => Ok(self.known_or(gather.socket, merged(self))),
-            },
-            Gathers::Leaves => match error {
-                Some(error) => Err(error),
-                None if !gather.left.is_empty() => {
-                    let why = "not all stations have answered within 3 s";
-                    Err(RpcError::arm(ErrorKind::Timeout, why))
-                }
-                None => Ok(Value::Null),
-            },
-            Gathers::Results => {
-                let mut all: Vec<_> = { lists.iter() }
-                    .flat_map(|(station, part)| {
-                        items(&part["results"]).filter(|one| {
-                            self.has_alone(*station, one["arm"].as_str().unwrap_or_default())
-                        })
-                    })
-                    .cloned()
-                    .collect();
-                let time = |one: &Value| one["time"].as_f64().unwrap_or(0.0);
-                all.sort_by(|one, other| time(one).total_cmp(&time(other)));
-                match error {
-                    Some(error) if lists.is_empty() => Err(error),
-                    _ => Ok(json!({ "results": all })),
-                }
-            }
-            Gathers::ByArms(method) => self.done_by_arms(method, gather),
-            Gathers::Class(method, params) => {
-                match self.class_known(now, gather, method, &params, &lists) {
-                    Ok(()) => return None,
-                    Err(error) => Err(error),
-                }
-            }
-            Gathers::Everywhere { method, codes_kept } => {
-                match (self.undone(gather), lists.into_iter().next()) {
-                    (None, Some((_, mut shown))) => {
-                        // The stations were given codes that they had to take.
-                        if shown.get("codes_kept").is_some() {
-                            shown["codes_kept"] = json!(codes_kept);
-                        }
-                        if method == "class.set" {
-                            self.expect_present(gather.socket);
-                        }
-                        Ok(shown)
-                    }
-                    (None, None) => Err(nobody_answers()),
-                    (Some((kind, which)), _) => {
-                        let error = RpcError::arm(kind, not_everywhere(method, &which));
-                        Err(error.with("missing", self.missing(gather)))
-                    }
-                }
-            }
-            Gathers::Alike => match (self.alike(gather, &lists), error) {
-                (Some(shown), _) => Ok(shown),
-                (None, Some(error)) => Err(error),
-                (None, None) => Err(nobody_answers()),
-            },
-            _ => Ok(merged(self)),
-        })
     }
 
     /// The class or schedule that most of the stations with one have, with the arms of those that have another or none (`differ`)
     /// and of those that do not answer (`missing`), where there are such.
-    fn alike(&self, gather: &mut Gather, lists: &[(StationId, Value)]) -> Option<Value> {
+    pub(super) fn alike(&self, gather: &Gather) -> Result<Value, RpcError> {
         let text = |answer: &Value| {
             let text = answer.get("text").unwrap_or(answer).clone();
             let is_blank = text.as_str().is_some_and(|text| text.trim().is_empty());
             if is_blank { Value::Null } else { text }
         };
-        let texts: Vec<_> = lists.iter().map(|(_, answer)| text(answer)).collect();
-        let weight = |at: usize| {
-            let like = texts.iter().filter(|other| **other == texts[at]).count();
-            (!texts[at].is_null(), like, Reverse(at))
+        let texts: Vec<_> = { gather.answers() }
+            .map(|(station, answer)| (station, text(answer), answer))
+            .collect();
+        let weight = |most: &Value| {
+            let like = texts.iter().filter(|(_, text, _)| text == most).count();
+            (!most.is_null(), like)
         };
-        let most = (0..lists.len()).max_by_key(|at| weight(*at))?;
-        let mut shown = lists[most].1.clone();
-        let arms_of = |station: &StationId| {
-            let known = self.stations.get(station);
-            known.map(|(_, arms)| arms.clone()).unwrap_or_default()
+        // Of those with the same weight the first.
+        let most = texts.iter().rev().max_by_key(|(_, text, _)| weight(text));
+        let Some((_, most, shown)) = most else {
+            return Err(gather.error().unwrap_or_else(nobody_answers));
         };
-        let others = { lists.iter().zip(&texts) }.filter(|(_, text)| **text != texts[most]);
+        let others = texts.iter().filter(|(_, text, _)| text != most);
         // By their arms: numbers of stations say nothing to a person.
         let differ: BTreeMap<_, _> = others
-            .map(|((station, _), text)| {
-                let (arms, machine) = (arms_of(station), self.machine_of(*station));
+            .map(|(station, text, _)| {
+                let (arms, machine) = (gather.arms_at(*station), self.machine_of(*station));
                 let shown = json!({"arms": arms, "machine": machine, "none": text.is_null()});
                 ((arms, *station), shown)
             })
             .collect();
-        let differ: Vec<_> = differ.into_values().collect();
-        let gone = { self.arms.iter() }.filter(|(_, place)| place.at.is_empty());
-        gather.beyond.extend(gone.map(|(name, _)| name.clone()));
-        let refused = gather.parts.iter().filter(|(_, part)| part.is_err());
-        let refused = refused.filter_map(|(station, _)| station.as_ref());
-        gather.beyond.extend(refused.flat_map(arms_of));
-        for (member, value) in [
-            ("differ", json!(differ)),
-            ("missing", json!(self.missing(gather))),
-        ] {
-            if value != json!([]) {
-                shown[member] = value;
-            }
+        let mut shown = without_turns(shown);
+        if !differ.is_empty() {
+            shown["differ"] = differ.into_values().collect();
         }
-        Some(shown)
-    }
-
-    /// The machine of a station, as far as it has said so.
-    fn machine_of(&self, station: StationId) -> Option<&str> {
-        let mut known = self
-            .arms
-            .values()
-            .filter_map(|place| place.at.get(&station));
-        known.find_map(|news| news.as_ref().map(|(_, news)| news.machine.as_str()))
-    }
-
-    /// The same request of a client, which waits on.
-    pub(super) fn continued(
-        &mut self,
-        now: HostInstant,
-        gather: &Gather,
-        method: &'static str,
-        params: Map<String, Value>,
-    ) -> Call {
-        if let Some(open) = self.sockets.get_mut(&gather.socket) {
-            open.under_way = open.under_way.saturating_sub(1);
-        }
-        let id = gather.id.clone();
-        Call {
-            id,
-            ..self.asks(now, gather.socket, method, params)
-        }
+        Ok(with_missing(shown, gather))
     }
 }
 
-/// The class of all stations, in which these pupils have no code.
-fn with_new_codes(params: &Map<String, Value>, known: &[ClassFile]) -> Result<ClassFile, RpcError> {
-    let Some((first, others)) = known.split_first() else {
-        let why = "no station of the site shows its class to this token: there is none, or the token is not a teacher's";
-        return Err(RpcError::arm(ErrorKind::InvalidInput, why));
-    };
-    if others.iter().any(|other| other != first) {
-        let why = "the stations of the site have different classes: give all of them one first (class.set)";
-        return Err(RpcError::arm(ErrorKind::InvalidInput, why));
+/// The class without what one station knows of its pupils: they sign in at others, too.
+fn without_turns(shown: &Value) -> Value {
+    let mut shown = shown.clone();
+    let pupils = shown.get_mut("pupils").and_then(Value::as_array_mut);
+    for pupil in pupils.into_iter().flatten() {
+        for known in ["here", "place", "arm"] {
+            pupil[known] = Value::Null;
+        }
     }
-    let mut file = first.clone();
-    let names = params.get("pupils");
-    let names: Option<Vec<_>> = names.map(|names| items(names).filter_map(Value::as_str).collect());
-    let dropped = file.drop_codes(names.as_deref());
-    dropped.map_err(|error| wrong("pupils", &error))?;
-    Ok(file)
+    shown
+}
+
+/// Names the arms of the stations that have not answered, or with an error.
+fn with_missing(mut shown: Value, gather: &Gather) -> Value {
+    let refused = gather.parts.iter().filter(|(_, part)| part.is_err());
+    let refused = refused.flat_map(|(station, _)| gather.arms_at(*station).iter().cloned());
+    let missing: BTreeSet<_> = gather.missing().into_iter().chain(refused).collect();
+    if !missing.is_empty() {
+        shown["missing"] = json!(missing);
+    }
+    shown
+}
+
+fn nobody_answers() -> RpcError {
+    RpcError::arm(ErrorKind::Port, "no station of the site answers")
 }
 
 fn wrong(param: &str, error: &ClassError) -> RpcError {
     RpcError::param(param, visible(&error.0).to_string())
-}
-
-fn not_everywhere(method: &str, which: &str) -> String {
-    format!("{method} is not known to be done everywhere: {which}")
 }

@@ -22,8 +22,8 @@ use tokio::task::AbortHandle;
 use tokio::time::{Instant, sleep, sleep_until};
 
 use super::{Hub, HubAct, LineId, LineMessage, SocketId};
-use crate::channel::{Closed, FromStation, ToStation};
 use crate::Roster;
+use crate::channel::{Closed, FromStation, ToStation};
 use crate::site::{Caller, Site, SiteEvent, StationId};
 
 /// Time from one look at the class of the stations to the next: a person waits so long for a change of role.
@@ -345,16 +345,6 @@ impl Shared {
                     place.calls.push(asking.abort_handle());
                 }
             },
-            HubAct::Vouch(socket) => {
-                if let Some(Place {
-                    home: Home::Session(client),
-                    ..
-                }) = inner.clients.get(&socket)
-                {
-                    let (role, token) = (Role::Student, None);
-                    client.vouch(Some(Grant { role, token }));
-                }
-            }
             HubAct::Open(line, station) => {
                 let awake = Arc::new(Notify::new());
                 let carrying =

@@ -1,6 +1,6 @@
-//! A client of the hub: its session, its lines to stations, what it subscribes to, and what waits to be sent.
+//! What the hub keeps of a client: its session, its lines to stations, what it subscribes to, and what waits to be sent.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
 use magician_protocol::HostInstant;
@@ -8,8 +8,10 @@ use magician_station::api::{MessageId, Method, Role, RpcError};
 use magician_station::{Outbox, StateFrame, Throttle};
 use serde_json::{Map, Value};
 
-use super::{LineId, RequestId};
-use crate::site::{ArmAt, StationId};
+use super::gather::GatherId;
+use super::requests::Call;
+use super::{LineId, RequestId, SocketId};
+use crate::site::StationId;
 
 /// Pauses before a line is opened again, ms: they grow to the last.
 const PAUSES: [u64; 6] = [200, 400, 800, 1600, 3200, 5000];
@@ -25,14 +27,12 @@ pub(super) enum Way {
         tries: usize,
         why: RpcError,
     },
-    /// The station knows no such pupil: asking again would only be another wrong code.
-    Closed(RpcError),
 }
 
 impl Way {
     /// After so many tries in vain.
     pub(super) fn after(now: HostInstant, tries: usize, why: RpcError) -> Self {
-        let pause = PAUSES.get(tries).or(PAUSES.last()).copied().unwrap_or(5000);
+        let pause = PAUSES[tries.min(PAUSES.len() - 1)];
         Self::Waiting {
             until: now + Duration::from_millis(pause),
             tries: tries + 1,
@@ -62,16 +62,8 @@ pub(super) struct Subscription {
 /// A connection of a client.
 #[derive(Debug)]
 pub(super) struct Socket {
-    /// The token that its request came with.
-    pub(super) bearer: Option<String>,
-    /// The token that it has at stations.
+    /// The token that it has at stations; until its hello that of its request.
     pub(super) token: Option<String>,
-    /// A pupil, by name and code.
-    pub(super) pupil: Option<Value>,
-    /// The hello of a pupil whom no station has let in yet, and why one has not.
-    pub(super) signing: Option<(super::requests::Call, Option<RpcError>)>,
-    /// It wants to know of turns.
-    pub(super) turns: bool,
     /// When it was sent a list of sessions last.
     pub(super) listed: Option<HostInstant>,
     /// The sessions have changed since.
@@ -79,7 +71,7 @@ pub(super) struct Socket {
     /// Its session, by the id of the hub.
     pub(super) session: Option<String>,
     pub(super) role: Role,
-    /// It lasts for one request, which stations get as such.
+    /// It lasts for one request.
     pub(super) once: bool,
     /// It looks at all arms: lines to all stations are kept.
     pub(super) wide: bool,
@@ -94,13 +86,9 @@ pub(super) struct Socket {
 }
 
 impl Socket {
-    pub(super) fn new(bearer: Option<String>, role: Role, once: bool) -> Self {
+    pub(super) fn new(token: Option<String>, role: Role, once: bool) -> Self {
         Self {
-            bearer,
-            token: None,
-            pupil: None,
-            signing: None,
-            turns: false,
+            token,
             session: None,
             listed: None,
             list_waits: false,
@@ -117,10 +105,16 @@ impl Socket {
         }
     }
 
+    /// True if its requests go to stations as single ones. A viewer's do not: the token that goes along may allow more than a
+    /// viewer may, and a session alone can be told to take less.
+    pub(super) fn calls(&self) -> bool {
+        self.once && self.role > Role::Viewer
+    }
+
     /// A number for a subscription; none where all are taken.
     pub(super) fn free_subscription(&mut self) -> Option<u16> {
         let taken = &self.subscriptions;
-        let behind = self.last_subscription.saturating_add(1)..super::TURNS;
+        let behind = self.last_subscription.saturating_add(1)..=u16::MAX;
         let free = behind
             .chain(1..=self.last_subscription)
             .find(|id| !taken.contains_key(id))?;
@@ -143,15 +137,16 @@ impl Socket {
 /// A line to a station for one client.
 #[derive(Debug)]
 pub(super) struct Line {
-    pub(super) socket: super::SocketId,
+    pub(super) socket: SocketId,
     pub(super) station: StationId,
     pub(super) slot: u32,
     pub(super) opened: HostInstant,
+    /// The hello of its client, until it goes.
+    pub(super) hello: Option<(RequestId, String)>,
     /// Its hello was answered.
     pub(super) up: bool,
-    pub(super) queue: std::collections::VecDeque<(Option<RequestId>, String)>,
-    /// What waits for the answer to hello.
-    pub(super) held: std::collections::VecDeque<(Option<RequestId>, String)>,
+    /// What waits to go: all of it for the answer to hello.
+    pub(super) queue: VecDeque<(Option<RequestId>, String)>,
     /// A sign of life of the client waits to be sent.
     pub(super) alive: bool,
     /// When the station was asked for a word that it has not said yet.
@@ -161,10 +156,6 @@ pub(super) struct Line {
     /// The sessions that it told of last.
     pub(super) sessions: Value,
     pub(super) recording: bool,
-    /// The session that it has there: the secret to come back with, and its id.
-    pub(super) session: Option<(String, String)>,
-    /// The turns that it told of last, and when.
-    pub(super) turns: Option<(HostInstant, Value)>,
 }
 
 /// How a request was sent on.
@@ -181,7 +172,7 @@ pub(super) enum Via {
 pub(super) enum Wants {
     /// Its answer goes to the client.
     Answer,
-    /// The client's hello, and what it is called.
+    /// The client's hello: what it is called, and its token.
     Hello(String, Option<String>),
     /// The hello of a line.
     LineHello,
@@ -189,79 +180,40 @@ pub(super) enum Wants {
     Probe,
     /// A part of what several answer.
     Part(GatherId),
-    /// A lease, which is a turn: the places at these other stations are given up for it.
-    Acquire(Vec<StationId>),
-    /// The turns of a station.
-    Turns,
     /// A subscription of the client.
     Subscribe(Map<String, Value>),
     /// A subscription that is there has to be made at the station anew.
     Resubscribe(u16),
     /// One that is over.
     Nothing,
-    /// The program of a job, which begins then with these parameters.
-    Program(StationId, Map<String, Value>),
+    /// The program of this request, which goes on with it.
+    Program(Call),
+    /// The sessions of home, before those of the stations are asked for.
+    Sessions(Call),
+}
+
+impl Wants {
+    /// True if a client waits for it by itself.
+    pub(super) fn is_clients(&self) -> bool {
+        matches!(
+            self,
+            Self::Answer
+                | Self::Hello(..)
+                | Self::Subscribe(_)
+                | Self::Program(_)
+                | Self::Sessions(_)
+        )
+    }
 }
 
 /// A request that was sent on.
 #[derive(Debug)]
 pub(super) struct Pending {
-    pub(super) socket: super::SocketId,
+    pub(super) socket: SocketId,
     pub(super) id: Option<MessageId>,
     pub(super) method: &'static Method,
     pub(super) arm: Option<String>,
     pub(super) via: Via,
     pub(super) sent: bool,
     pub(super) wants: Wants,
-}
-
-/// Several requests with one answer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct GatherId(pub(super) u64);
-
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Gathers {
-    /// Turns and queues, as one.
-    Turns,
-    /// Turns and queues, before a turn is asked for.
-    Join(Map<String, Value>),
-    /// Places are given up elsewhere, before a turn is asked for at this station.
-    Moves(StationId, Map<String, Value>),
-    /// A turn is asked for.
-    Joined,
-    /// Turns and queues, before this arm is taken without the queue.
-    Acquire(ArmAt, Map<String, Value>),
-    /// Turn and place are given up everywhere.
-    Leaves,
-    /// What pupils have made.
-    Results,
-    /// What was asked of some arms of each station.
-    ByArms(&'static str),
-    /// What all stations have alike, shown by one.
-    Alike,
-    /// The class that stations have, before this is made of it.
-    Class(&'static str, Map<String, Value>),
-    /// What all stations have to take.
-    Everywhere {
-        /// The method that was asked of the hub.
-        method: &'static str,
-        /// Pupils for whom the file had another code than the one that counts.
-        codes_kept: Vec<String>,
-    },
-    Arms,
-    Sessions,
-    Stops,
-}
-
-#[derive(Debug)]
-pub(super) struct Gather {
-    pub(super) socket: super::SocketId,
-    pub(super) id: Option<MessageId>,
-    pub(super) what: Gathers,
-    pub(super) due: HostInstant,
-    /// Requests that are not answered yet, and whom they went to; none is the hub's own part.
-    pub(super) left: BTreeMap<RequestId, Option<StationId>>,
-    pub(super) parts: Vec<(Option<StationId>, Result<Value, RpcError>)>,
-    /// Arms that cannot be reached at all.
-    pub(super) beyond: Vec<String>,
 }

@@ -1,55 +1,24 @@
 //! States for subscribers: of those that wait the newest, also where the line to a station comes and goes.
 
-use magician::ErrorKind;
 use magician_protocol::HostInstant;
 use magician_station::api::{Notification, RpcError, notification};
 use magician_station::{Outgoing, StateFrame};
 use serde_json::{Map, Value, json};
 
 use super::requests::Call;
-use super::socket::{Pending, Subscription, Via, Wants};
+use super::socket::{Pending, Subscription, Wants};
 use super::{Hub, LineId, SocketId};
-use crate::site::ArmAt;
-
-/// What a station says of an arm comes once a second at least: what is older than this is not its state any more.
-const FRESH: std::time::Duration = std::time::Duration::from_millis(1500);
 
 impl Hub {
-    /// The state of an arm, as its station told it on the site: it tells each change at once, so that this is the state now.
-    pub(super) fn state_now(
-        &self,
-        now: HostInstant,
-        at: &ArmAt,
-    ) -> Option<Result<Value, RpcError>> {
-        let (heard, news) = self.arms.get(&at.arm)?.at.get(&at.station)?.as_ref()?;
-        if now - *heard > FRESH {
-            return None;
-        }
-        if news.state.is_null() {
-            let why = format!("the line to {} is lost", at.arm);
-            return Some(Err(RpcError::arm(ErrorKind::Port, why)));
-        }
-        Some(Ok(self.state_of(at, news.state.clone())))
-    }
-
-    /// A state with the ids that clients of the hub know.
-    pub(super) fn state_of(&self, at: &ArmAt, mut state: Value) -> Value {
-        let slot = self.stations.get(&at.station).map_or(0, |(slot, _)| *slot);
-        let ids = magician_station::api::Method::named("arm.state")
-            .map_or(&[][..], |method| method.result_ids());
-        self.names.rename(slot, &mut state, ids);
-        state
-    }
-
     /// A station has taken a subscription.
     pub(super) fn subscribed(
         &mut self,
-        pending: Pending,
+        line: LineId,
+        pending: &Pending,
         params: Map<String, Value>,
         mut outcome: Result<Value, RpcError>,
     ) {
-        let (Via::Line(line), Some(open)) = (pending.via, self.sockets.get_mut(&pending.socket))
-        else {
+        let Some(open) = self.sockets.get_mut(&pending.socket) else {
             return;
         };
         if let Ok(result) = &mut outcome {
@@ -97,50 +66,39 @@ impl Hub {
 
     fn end_there(&mut self, at: Option<(LineId, u64)>) {
         if let Some((line, there)) = at {
-            let params = json!({"subscription": there})
-                .as_object()
-                .cloned()
-                .unwrap_or_default();
+            let params = json!({"subscription": there});
             self.ask_line(line, "arm.unsubscribe", params, Wants::Nothing);
         }
     }
 
     /// A line is up: what its client has subscribed to goes on.
     pub(super) fn subscribe_again(&mut self, line: LineId) {
-        let Some((socket, station)) = self
-            .lines
-            .get(&line)
-            .map(|line| (line.socket, line.station))
-        else {
+        let Some(known) = self.lines.get(&line) else {
             return;
         };
-        let Some(open) = self.sockets.get(&socket) else {
-            return;
-        };
-        let lost = open
-            .subscriptions
-            .iter()
-            .filter(|(_, one)| one.at.is_none());
-        let lost = lost.map(|(id, one)| (*id, one.arm.clone(), one.params.clone()));
-        for (id, arm, params) in lost.collect::<Vec<_>>() {
-            if self.has_alone(station, &arm) {
-                self.ask_line(line, "arm.subscribe", params, Wants::Resubscribe(id));
-            }
+        let open = self.sockets.get(&known.socket).into_iter();
+        let lost = open.flat_map(|open| &open.subscriptions);
+        let lost =
+            lost.filter(|(_, one)| one.at.is_none() && self.has_alone(known.station, &one.arm));
+        let lost = lost.map(|(id, one)| (*id, one.params.clone()));
+        for (id, params) in lost.collect::<Vec<_>>() {
+            self.ask_line(line, "arm.subscribe", params.into(), Wants::Resubscribe(id));
         }
     }
 
     /// A station has taken a subscription anew.
     pub(super) fn subscribed_again(
         &mut self,
-        pending: Pending,
+        line: LineId,
+        socket: SocketId,
         id: u16,
         outcome: Result<Value, RpcError>,
     ) {
-        let (Via::Line(line), Ok(result)) = (pending.via, outcome) else {
+        let Ok(result) = outcome else {
             return;
         };
         let at = result["subscription"].as_u64().map(|there| (line, there));
-        let open = self.sockets.get_mut(&pending.socket);
+        let open = self.sockets.get_mut(&socket);
         match open.and_then(|open| open.subscriptions.get_mut(&id)) {
             Some(one) if one.at.is_none() => {
                 (one.at, one.base) = (at, one.next);
@@ -201,8 +159,8 @@ impl Hub {
         }
     }
 
-    /// A state as a frame: the newest is the one that counts.
-    pub(super) fn hears_frame(&mut self, line: LineId, bytes: &[u8]) {
+    /// A state of a station as a frame: the newest is the one that counts.
+    pub fn line_shows(&mut self, line: LineId, bytes: &[u8]) {
         let Some(socket) = self.lines.get(&line).map(|line| line.socket) else {
             return;
         };

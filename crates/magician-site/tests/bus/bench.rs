@@ -72,7 +72,11 @@ impl Lab {
 
     /// Settings of Zenoh for one end: without multicast, so that tests beside each other do not meet.
     pub(crate) fn config(&self, name: &str, listens: Option<u16>, connects: &[u16]) -> PathBuf {
-        let link = if self.identity.is_some() { "tls" } else { "tcp" };
+        let link = if self.identity.is_some() {
+            "tls"
+        } else {
+            "tcp"
+        };
         let at = |port: &u16| format!("{link}/127.0.0.1:{port}");
         let listens: Vec<_> = listens.iter().map(at).collect();
         let connects: Vec<_> = connects.iter().map(at).collect();
@@ -99,7 +103,8 @@ impl Lab {
     ) -> (RunningStation, Result<SiteNode, CarrierError>) {
         let arm = Arm::connect("sim").await.unwrap();
         let entries = vec![ArmEntry::simulated(name)];
-        let jobs = JobFolder::open(config.with_extension("jobs"), &entries, &[String::new()]).unwrap();
+        let jobs =
+            JobFolder::open(config.with_extension("jobs"), &entries, &[String::new()]).unwrap();
         let config_of_station = StationConfig {
             jobs: Arc::new(jobs),
             ..StationConfig::new(entries, name)
@@ -127,7 +132,9 @@ impl Lab {
     pub(crate) async fn site_of(&self, identity: Option<Identity>, connects: &[u16]) -> ZenohSite {
         let config = self.config("hub", None, connects);
         let name = "lab".parse().unwrap();
-        ZenohSite::join(name, Some(&config), identity).await.unwrap()
+        ZenohSite::join(name, Some(&config), identity)
+            .await
+            .unwrap()
     }
 
     pub(crate) fn caller(&self) -> Caller {

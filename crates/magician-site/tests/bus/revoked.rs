@@ -38,9 +38,14 @@ async fn revoked_machine_is_let_in_by_no_station_that_has_the_list() {
     let ended = async { while !matches!(channel.receive().await, FromStation::Closed(_)) {} };
     timeout(PATIENCE, ended).await.unwrap();
     becomes(async || answers(&of_desk, &at, &caller).await).await;
-    let refused = of_lost.call(&at, &caller, request("arm.state", &json!({}))).await;
+    let refused = of_lost
+        .call(&at, &caller, request("arm.state", &json!({})))
+        .await;
     assert!(
-        matches!(refused, Err(SiteError::NoAnswer | SiteError::Network(_) | SiteError::Unproved(_))),
+        matches!(
+            refused,
+            Err(SiteError::NoAnswer | SiteError::Network(_) | SiteError::Unproved(_))
+        ),
         "{refused:?}"
     );
     assert!(of_lost.open(at.station).await.is_err());

@@ -32,7 +32,9 @@ impl Stranger {
     /// Listens to all keys, answers every question with lies, and tells lies of its own: the arm
     /// `ghost`, another state of the arm `a`, and a roster that has neither.
     async fn comes(config: &Path, liar: std::net::SocketAddr) -> Self {
-        let session = zenoh::open(Config::from_file(config).unwrap()).await.unwrap();
+        let session = zenoh::open(Config::from_file(config).unwrap())
+            .await
+            .unwrap();
         let heard = Heard::default();
         let mut declared: Vec<Box<dyn Send>> = Vec::new();
         let hears = Arc::clone(&heard);
@@ -49,8 +51,13 @@ impl Stranger {
         let hears = Arc::clone(&heard);
         let lie = move |query: Query| {
             let asked = query.payload().map(|bytes| bytes.to_bytes().into_owned());
-            let with = query.attachment().map(|bytes| bytes.to_bytes().into_owned());
-            hears.lock().unwrap().push(format!("asked {}: {asked:?} {with:?}", query.key_expr()));
+            let with = query
+                .attachment()
+                .map(|bytes| bytes.to_bytes().into_owned());
+            hears
+                .lock()
+                .unwrap()
+                .push(format!("asked {}: {asked:?} {with:?}", query.key_expr()));
             std::thread::spawn(move || {
                 let said = r#"{"arms": [{"arm": "phantom"}], "result": {"stood": true}}"#;
                 let _ = query.reply(query.key_expr().clone(), said).wait();
@@ -58,11 +65,15 @@ impl Stranger {
         };
         let queryable = session.declare_queryable("magician/lab/**").callback(lie);
         declared.push(Box::new(queryable.await.unwrap()));
-        let hides = session.declare_queryable("magician/lab/liar/roster").callback(|query: Query| {
-            std::thread::spawn(move || {
-                let _ = query.reply(query.key_expr().clone(), r#"{"arms": []}"#).wait();
+        let hides = session
+            .declare_queryable("magician/lab/liar/roster")
+            .callback(|query: Query| {
+                std::thread::spawn(move || {
+                    let _ = query
+                        .reply(query.key_expr().clone(), r#"{"arms": []}"#)
+                        .wait();
+                });
             });
-        });
         declared.push(Box::new(hides.await.unwrap()));
         let ghost = format!("magician/lab/{BENCH}/alive/ghost/{GHOST}");
         let token = session.liveliness().declare_token(ghost).await.unwrap();
@@ -117,7 +128,8 @@ fn plain_config(lab: &Lab, connects: u16) -> std::path::PathBuf {
 /// What the teacher asks of the site, by token: each is a thing that a stranger would like to hear.
 async fn teach(site: &ZenohSite, at: &ArmAt, lab: &Lab) -> Vec<Result<Option<String>, SiteError>> {
     let teacher = lab.teacher();
-    let class = json!({"text": "[[pupil]]\nname = \"Ada\"\ncode = \"SECRET\"\n", "use_codes": true});
+    let class =
+        json!({"text": "[[pupil]]\nname = \"Ada\"\ncode = \"SECRET\"\n", "use_codes": true});
     let mut answers = Vec::new();
     for (method, params) in [
         ("class.set", class),
@@ -149,22 +161,36 @@ async fn without_certificates_a_stranger_gets_presence_and_states_and_is_sent_no
     for at in [&at, &ghost] {
         let answers = teach(&site, at, &lab).await;
         assert!(
-            answers.iter().all(|answer| matches!(answer, Err(SiteError::Unproved(_)))),
+            answers
+                .iter()
+                .all(|answer| matches!(answer, Err(SiteError::Unproved(_)))),
             "{answers:?}"
         );
-        assert!(matches!(site.open(at.station).await, Err(SiteError::Unproved(_))));
+        assert!(matches!(
+            site.open(at.station).await,
+            Err(SiteError::Unproved(_))
+        ));
     }
     assert!(got.lock().unwrap().is_empty());
     // Its roster adds a name, and removes none.
     becomes(async || site.roster().await.has("phantom")).await;
     for heard in stranger.heard() {
         let key = heard.split(": ").next().unwrap_or_default();
-        let is_open = ["state/", "alive/", "/roster", "/revoked"].iter().any(|one| key.contains(one));
+        let is_open = ["state/", "alive/", "/roster", "/revoked"]
+            .iter()
+            .any(|one| key.contains(one));
         assert!(is_open, "{heard}");
-        assert!(!heard.contains(&lab.token) && !heard.contains("SECRET"), "{heard}");
+        assert!(
+            !heard.contains(&lab.token) && !heard.contains("SECRET"),
+            "{heard}"
+        );
         assert!(!heard.contains("attachment"), "{heard}");
     }
-    let states = stranger.heard().iter().filter(|heard| heard.contains("/state/a: ")).count();
+    let states = stranger
+        .heard()
+        .iter()
+        .filter(|heard| heard.contains("/state/a: "))
+        .count();
     assert!(states > 0, "it may look");
 }
 
@@ -198,18 +224,34 @@ async fn with_certificates_a_stranger_hears_nothing_and_is_not_seen() {
         Stranger::comes(&with_forged, at_liar).await,
     ];
     for answer in teach(&site, &at, &lab).await {
-        assert!(answer.as_ref().is_ok_and(|text| text.as_ref().is_some_and(|text| text.contains("\"result\""))), "{answer:?}");
+        assert!(
+            answer.as_ref().is_ok_and(|text| text
+                .as_ref()
+                .is_some_and(|text| text.contains("\"result\""))),
+            "{answer:?}"
+        );
     }
-    assert!(site.arms().keys().all(|at| at.arm == "a"), "{:?}", site.arms());
+    assert!(
+        site.arms().keys().all(|at| at.arm == "a"),
+        "{:?}",
+        site.arms()
+    );
     assert!(!site.roster().await.has("phantom"));
     for stranger in &strangers {
         assert_eq!(stranger.heard(), Vec::<String>::new());
     }
 
     // At the listener of the station: without a certificate there is no TLS, so no request.
-    let at_api = node.addresses().into_iter().find(|at| at.ip().is_loopback()).unwrap();
-    let dial = magician_station::client::StationDial::new(BENCH, vec![at_api], forged.client().unwrap());
-    let refused = dial.post(Some(&lab.token), request("arm.stop", &json!({}))).await;
+    let at_api = node
+        .addresses()
+        .into_iter()
+        .find(|at| at.ip().is_loopback())
+        .unwrap();
+    let dial =
+        magician_station::client::StationDial::new(BENCH, vec![at_api], forged.client().unwrap());
+    let refused = dial
+        .post(Some(&lab.token), request("arm.stop", &json!({})))
+        .await;
     assert!(refused.is_err(), "{refused:?}");
     let anonymous = plain_request(at_api).await;
     assert!(!anonymous.starts_with("HTTP"), "{anonymous}");
@@ -256,7 +298,9 @@ async fn announced_address_is_only_a_hint() {
         _ => None,
     });
     let ghost = ghost.await;
-    let stolen = site.call(&ghost, &lab.teacher(), request("arm.stop", &json!({}))).await;
+    let stolen = site
+        .call(&ghost, &lab.teacher(), request("arm.stop", &json!({})))
+        .await;
     assert!(stolen.is_err(), "{stolen:?}");
     // A greeting of TLS at most, in which nothing is secret.
     let sent: Value = json!(String::from_utf8_lossy(&got.lock().unwrap()));

@@ -338,6 +338,19 @@ impl TestHub {
         }
     }
 
+    /// What stations of these numbers themselves answer to a teacher.
+    pub(crate) async fn ask_all(&self, of: &[u64], method: &str) -> Vec<Value> {
+        let request = json!({"jsonrpc": "2.0", "id": 1, "method": method}).to_string();
+        let mut answers = Vec::new();
+        for id in of {
+            let running = self.site.station(*id).running.clone();
+            let answer = running.call(peer(), &request).await.unwrap();
+            let mut answer: Value = serde_json::from_str(&answer).unwrap();
+            answers.push(answer["result"].take());
+        }
+        answers
+    }
+
     pub(crate) fn socket(&self) -> Tester {
         self.socket_of(peer())
     }

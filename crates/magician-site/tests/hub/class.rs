@@ -1,14 +1,14 @@
-//! A class on a site: pupils sign in once, and have one turn or one place wherever it is.
+//! A class on a site: the hub gives it to all stations, and names those that are missing; pupils sign in at the stations.
 
 use std::time::Duration;
 
 use magician::admission::Origin;
 use magician_site::StationId;
-use magician_site::message::EXPECT;
-use magician_station::Peer;
+use magician_station::http::Served;
+use magician_station::{Client, Outgoing, Peer};
 use serde_json::{Value, json};
 
-use crate::bench::{TestHub, Tester};
+use crate::bench::TestHub;
 
 const CLASS: &str = r#"
 [class]
@@ -49,169 +49,116 @@ async fn class_of(bench: TestHub, with: &[u64]) -> TestHub {
     bench
 }
 
-async fn signs_in(tester: &mut Tester, name: &str, code: &str) -> Result<Value, Value> {
-    let hello = json!({"client": {"name": "page"}, "pupil": {"name": name, "code": code}});
-    tester.call("session.hello", hello).await
+/// A pupil at the page of a station.
+struct Pupil {
+    client: Client,
+    next: u64,
 }
 
-async fn pupil(bench: &TestHub, name: &str) -> Tester {
-    let code = match name {
-        "Ada" => "7K3M",
-        "Ben" => "9QWE",
-        _ => "C4C4",
-    };
-    let mut tester = bench.socket_of(Peer::elsewhere(None, "tablet".to_owned()).unwrap());
-    signs_in(&mut tester, name, code).await.unwrap();
-    tester.live(Duration::from_millis(50)).await;
-    tester
-}
-
-/// The arm at which somebody has a turn, and the places that they have.
-async fn has(tester: &mut Tester, name: &str) -> (Vec<String>, Vec<Value>) {
-    let turns = tester.ok("turn.list", json!({})).await;
-    let of = |list: &str| -> Vec<Value> {
-        let all = turns[list].as_array().unwrap().iter();
-        all.filter(|one| one["person"] == name).cloned().collect()
-    };
-    let arm = |one: Value| one["arm"].as_str().unwrap().to_owned();
-    (of("arms").into_iter().map(arm).collect(), of("queue"))
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_pupil_signs_in_at_all_stations_as_a_student() {
-    let bench = class(3, &[1, 2, 3]).await;
-    // At the hub's machine a pupil is no teacher.
-    let mut ada = bench.socket();
-    let hello = signs_in(&mut ada, "Ada", "7k3m").await.unwrap();
-    assert_eq!(hello["role"], "student");
-    assert_eq!(ada.fails("class.results", json!({})).await["code"], -32001);
-    ada.ok("turn.join", json!({"arm": "arm1"})).await;
-    ada.live(Duration::from_millis(50)).await;
-    assert_eq!(ada.noticed("turn.granted")[0]["arm"], "arm1");
-    assert_eq!(ada.row("arm1").await["holder"]["session"], hello["session"]);
-    ada.ok("arm.move", json!({"arm": "arm1", "to": [220, 20, 20, 0]}))
-        .await;
-    // Stops have no need of a turn.
-    ada.ok("arm.stop", json!({})).await;
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_code_that_all_refuse_is_refused_and_slowed_down() {
-    let bench = class(3, &[1, 2, 3]).await;
-    for code in [-32001, -32001, -32001, -32001, -32001, -32004] {
-        let mut ben = bench.socket();
-        let error = signs_in(&mut ben, "Ben", "0000").await.unwrap_err();
-        let _ = code;
-        assert!(!error["message"].as_str().unwrap().is_empty());
-        ben.live(Duration::from_millis(50)).await;
-        assert_eq!(ben.closed.map(|code| code.0), Some(4401));
+impl Pupil {
+    async fn signs_in(
+        bench: &TestHub,
+        station: u64,
+        name: &str,
+        code: &str,
+    ) -> Result<Self, Value> {
+        let running = bench.site.station(station).running.clone();
+        let tablet = Peer::elsewhere(None, "tablet".to_owned()).unwrap();
+        let client = running.connect(tablet);
+        let mut pupil = Self { client, next: 0 };
+        let hello = json!({"client": {"name": "page"}, "pupil": {"name": name, "code": code}});
+        let hello = pupil.call("session.hello", hello).await?;
+        assert_eq!(hello["role"], "student");
+        Ok(pupil)
     }
-    let mut ben = bench.socket();
-    let error = signs_in(&mut ben, "Ben", "9QWE").await.unwrap_err();
+
+    async fn call(&mut self, method: &str, params: Value) -> Result<Value, Value> {
+        self.next += 1;
+        let text = json!({"jsonrpc": "2.0", "id": self.next, "method": method, "params": params});
+        self.client.send(&text.to_string());
+        loop {
+            let Outgoing::Text(text) = self.client.receive().await else {
+                return Err(Value::Null);
+            };
+            let mut answer: Value = serde_json::from_str(&text).unwrap();
+            if answer["id"] == self.next {
+                let error = answer["error"].take();
+                return error
+                    .is_null()
+                    .then(|| answer["result"].take())
+                    .ok_or(error);
+            }
+        }
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn pupils_turns_and_new_codes_are_refused_with_the_machine_that_has_the_arm() {
+    let bench = class(2, &[1, 2]).await;
+    bench.site.news(2, "arm1").await;
+    let mut lee = bench.join("Ms Lee").await;
+    for (method, params) in [
+        ("turn.list", json!({})),
+        ("turn.join", json!({"arm": "arm1"})),
+        ("turn.leave", json!({})),
+        ("turn.end", json!({})),
+        ("turn.next", json!({"arm": "arm1"})),
+        ("class.codes", json!({})),
+    ] {
+        let error = lee.fails(method, params).await;
+        assert_eq!(error["data"]["kind"], "unsupported", "{error}");
+        let why = error["message"].as_str().unwrap();
+        assert!(
+            why.starts_with(method) && why.ends_with("that has the arm: test"),
+            "{why}"
+        );
+    }
+    // Nothing is known of the machine of this one.
+    let error = lee.fails("turn.end", json!({"arm": "arm0"})).await;
     assert!(
         error["message"]
             .as_str()
             .unwrap()
-            .contains("too many wrong codes"),
-        "{error}"
+            .ends_with("that has the arm")
     );
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_station_without_the_pupil_is_closed_and_the_others_work() {
-    let bench = class(3, &[1, 3]).await;
-    let mut ada = pupil(&bench, "Ada").await;
-    let error = ada.fails("lease.acquire", json!({"arm": "arm1"})).await;
-    assert_eq!(error["code"], -32001);
-    ada.ok("turn.join", json!({"arm": "arm2"})).await;
-    let opened = bench.site.opened();
-    ada.live(Duration::from_secs(30)).await;
-    assert_eq!(bench.site.opened(), opened, "it is not asked again");
-    assert!(ada.closed.is_none());
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_person_has_one_turn_or_one_place_on_the_site() {
-    let bench = class(3, &[1, 2, 3]).await;
-    let mut pupils = Vec::new();
-    for name in ["Ada", "Ben", "Cy"] {
-        let mut one = pupil(&bench, name).await;
-        one.ok("turn.join", json!({})).await;
-        pupils.push(one);
-    }
-    let mut arms = Vec::new();
-    for name in ["Ada", "Ben", "Cy"] {
-        let (turns, places) = has(&mut pupils[0], name).await;
-        assert_eq!((turns.len(), places.len()), (1, 0), "{name}");
-        arms.extend(turns);
-    }
-    arms.sort();
-    assert_eq!(arms, ["arm0", "arm1", "arm2"]);
-    // Another page of hers, which knows nothing of the first.
-    let mut again = pupil(&bench, "Ada").await;
-    for arm in ["arm0", "arm1", "arm2"] {
-        again.ok("turn.join", json!({"arm": arm})).await;
-    }
-    let (turns, places) = has(&mut again, "Ada").await;
-    assert_eq!((turns.len(), places.len()), (1, 0));
-    pupils[1].live(Duration::from_millis(50)).await;
-    assert!(!pupils[1].noticed("turn.changed").is_empty());
-    // Whoever waits at one and joins at another has left the first.
-    again.ok("turn.leave", json!({})).await;
-    for arm in { arms.iter() }.filter(|arm| **arm != turns[0]) {
-        let turns = again.ok("turn.join", json!({"arm": arm})).await;
-        let places: Vec<_> = { turns["queue"].as_array().unwrap().iter() }
-            .filter(|place| place["person"] == "Ada")
-            .collect();
-        assert_eq!(places.len(), 1, "{turns}");
-        assert_eq!(places[0]["arms"], json!([arm]));
-    }
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_change_at_one_station_tells_the_turns_of_all() {
-    let bench = class(3, &[1, 2, 3]).await;
-    let mut ada = pupil(&bench, "Ada").await;
-    let mut ben = pupil(&bench, "Ben").await;
-    ben.ok("turn.list", json!({})).await;
-    ada.ok("turn.join", json!({"arm": "arm2"})).await;
-    ben.live(Duration::from_secs(1)).await;
-    let turns = ben.noticed("turn.changed").pop().unwrap().clone();
-    let arms: Vec<_> = { turns["arms"].as_array().unwrap().iter() }
-        .map(|arm| (arm["arm"].clone(), arm["person"].clone()))
-        .collect();
-    let expected = [
-        (json!("arm0"), Value::Null),
-        (json!("arm1"), Value::Null),
-        (json!("arm2"), json!("Ada")),
-    ];
-    assert_eq!(arms, expected);
-    assert_eq!(turns["turn_s"], 120);
+    let mut page = bench.socket();
+    let hello = json!({"client": {"name": "page"}, "pupil": {"name": "Ada", "code": "7K3M"}});
+    let error = page.fails("session.hello", hello).await;
+    assert_eq!(error["data"]["param"], "pupil");
+    let why = "pupils sign in at the page of the computer that has the arm: test";
+    assert_eq!(error["message"], why);
+    // A teacher may still say hello.
+    page.ok("session.hello", json!({"client": {"name": "page"}}))
+        .await;
 }
 
 #[tokio::test(start_paused = true)]
 async fn a_freeze_reaches_all_and_names_who_does_not_answer() {
     let bench = class(3, &[1, 2, 3]).await;
     let mut lee = bench.join("Ms Lee").await;
-    let mut ada = pupil(&bench, "Ada").await;
-    ada.ok("turn.join", json!({"arm": "arm2"})).await;
-    ada.live(Duration::from_millis(50)).await;
+    let mut ada = Pupil::signs_in(&bench, 3, "Ada", "7K3M").await.unwrap();
+    ada.call("turn.join", json!({"arm": "arm2"})).await.unwrap();
     let frozen = lee.ok("class.freeze", json!({})).await;
     assert_eq!(frozen["arms"], json!(["arm0", "arm1", "arm2"]));
     let to = json!({"arm": "arm2", "to": [220, 20, 20, 0]});
-    assert_eq!(ada.fails("arm.move", to).await["code"], -32008);
+    assert_eq!(ada.call("arm.move", to).await.unwrap_err()["code"], -32008);
     lee.ok("class.free", json!({"arms": ["arm0"]})).await;
-    let turns = lee.ok("turn.list", json!({})).await;
-    let frozen: Vec<_> = { turns["arms"].as_array().unwrap().iter() }
-        .map(|arm| arm["frozen"] == true)
-        .collect();
-    assert_eq!(frozen, [false, true, true]);
+    assert_eq!(frozen_arms(&bench).await, [false, true, true]);
     bench.site.silence(2);
     bench.site.end_lines(magician_site::StationId(2));
     let error = lee.fails("class.freeze", json!({})).await;
     let why = error["message"].as_str().unwrap();
     assert!(why.contains("arm1") && !why.contains("arm0"), "{why}");
     assert_eq!(error["data"]["arms"], json!(["arm0", "arm2"]));
+}
+
+/// Whether the arm of each of three stations is frozen.
+async fn frozen_arms(bench: &TestHub) -> Vec<bool> {
+    let turns = bench.ask_all(&[1, 2, 3], "turn.list").await;
+    turns
+        .iter()
+        .map(|turns| turns["arms"][0]["frozen"] == true)
+        .collect()
 }
 
 fn code_of<'a>(class: &'a Value, name: &str) -> &'a str {
@@ -222,15 +169,7 @@ fn code_of<'a>(class: &'a Value, name: &str) -> &'a str {
 
 /// The classes of the stations of these numbers.
 async fn classes(bench: &TestHub, of: &[u64]) -> Vec<Value> {
-    let mut out = Vec::new();
-    let request = r#"{"jsonrpc": "2.0", "id": 1, "method": "class.get"}"#;
-    for id in of {
-        let running = bench.site.station(*id).running.clone();
-        let answer = running.call(crate::bench::peer(), request).await;
-        let answer: Value = serde_json::from_str(&answer.unwrap()).unwrap();
-        out.push(answer["result"].clone());
-    }
-    out
+    bench.ask_all(of, "class.get").await
 }
 
 /// Whoever sits at the hub's computer, without a name.
@@ -256,6 +195,8 @@ async fn while_a_station_has_a_class_the_hubs_computer_looks_on_until_it_has_the
         ("class.freeze", json!({})),
         ("class.codes", json!({})),
         ("turn.end", json!({})),
+        ("class.set", json!({"text": ""})),
+        ("schedule.set", json!({"text": ""})),
         ("lease.take", json!({"arm": "arm0"})),
         ("arm.move", json!({"arm": "arm0", "to": [220, 0, 40, 0]})),
     ] {
@@ -297,22 +238,13 @@ group = \"blue\"
     let texts =
         |all: &[Value]| -> Vec<Value> { all.iter().map(|class| class["text"].clone()).collect() };
     assert_eq!(texts(&all), vec![set["text"].clone(); 3]);
-    let mut dan = bench.socket_of(Peer::elsewhere(None, "tablet".to_owned()).unwrap());
-    let code = code_of(&set, "Dan").to_owned();
-    signs_in(&mut dan, "Dan", &code).await.unwrap();
-    dan.live(Duration::from_millis(50)).await;
-    dan.ok("turn.join", json!({})).await;
-    assert_eq!(has(&mut dan, "Dan").await.0, ["arm1"]);
-    // One pupil gets a new code, everywhere, and signs in again.
-    let again = lee.ok("class.codes", json!({"pupils": ["Dan"]})).await;
-    assert_ne!(code_of(&again, "Dan"), code);
-    assert_eq!(code_of(&again, "Ada"), "7K3M");
-    let all = classes(&bench, &[1, 2, 3]).await;
-    assert_eq!(texts(&all), vec![again["text"].clone(); 3]);
-    dan.live(Duration::from_millis(100)).await;
-    assert_eq!(dan.closed.map(|code| code.0), Some(4403));
+    let code = code_of(&set, "Dan");
+    for station in [1, 2, 3] {
+        let dan = Pupil::signs_in(&bench, station, "Dan", code).await;
+        assert!(dan.is_ok(), "at station {station}");
+    }
     // An old file brings no old code back, and that is said.
-    let old = again["text"].as_str().unwrap().replace("7K3M", "OLD1");
+    let old = set["text"].as_str().unwrap().replace("7K3M", "OLD1");
     let kept = lee.ok("class.set", json!({"text": old})).await;
     assert_eq!(code_of(&kept, "Ada"), "7K3M");
     assert_eq!(kept["codes_kept"], json!(["Ada"]));
@@ -360,7 +292,6 @@ async fn a_station_that_has_not_taken_the_class_is_named() {
     bench.site.end_lines(magician_site::StationId(2));
     for (method, params) in [
         ("class.set", json!({ "text": CLASS })),
-        ("class.codes", json!({"pupils": ["Ben"]})),
         ("schedule.set", json!({"text": ""})),
     ] {
         let error = lee.fails(method, params).await;
@@ -369,91 +300,8 @@ async fn a_station_that_has_not_taken_the_class_is_named() {
         assert!(why.contains("arm1") && !why.contains("arm0"), "{why}");
     }
     let after = classes(&bench, &[1, 3]).await;
-    assert_ne!(code_of(&after[0], "Ben"), "9QWE");
+    assert_eq!(code_of(&after[0], "Ben"), "9QWE");
     assert_eq!(after[0], after[1]);
-}
-
-#[tokio::test(start_paused = true)]
-async fn codes_of_stations_with_different_classes_are_left_alone() {
-    let bench = class(2, &[1, 2]).await;
-    let request =
-        json!({"jsonrpc": "2.0", "id": 1, "method": "class.codes", "params": {"pupils": ["Cy"]}});
-    let running = bench.site.station(2).running.clone();
-    let peer = crate::bench::peer();
-    running.call(peer, &request.to_string()).await.unwrap();
-    let before = classes(&bench, &[1, 2]).await;
-    let mut lee = bench.join("Ms Lee").await;
-    let error = lee.fails("class.codes", json!({"pupils": ["Ada"]})).await;
-    let why = error["message"].as_str().unwrap();
-    assert!(why.contains("different classes"), "{why}");
-    assert_eq!(classes(&bench, &[1, 2]).await, before);
-    // The file of all of them makes it one.
-    lee.ok("class.set", json!({"text": before[0]["text"]}))
-        .await;
-    lee.ok("class.codes", json!({"pupils": ["Ada"]})).await;
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_pupil_gives_nobody_a_class() {
-    let bench = class(2, &[1, 2]).await;
-    let mut ada = pupil(&bench, "Ada").await;
-    for (method, params) in [
-        ("class.set", json!({"text": ""})),
-        ("class.codes", json!({})),
-        ("schedule.set", json!({"text": ""})),
-    ] {
-        assert_eq!(ada.fails(method, params).await["code"], -32001, "{method}");
-    }
-    let shown = ada.ok("class.get", json!({})).await;
-    assert!(shown["text"].is_null());
-}
-
-#[tokio::test(start_paused = true)]
-async fn an_arm_that_is_taken_without_the_queue_is_a_turn_on_the_site_too() {
-    let bench = class(3, &[1, 2, 3]).await;
-    let mut ada = pupil(&bench, "Ada").await;
-    let mut ben = pupil(&bench, "Ben").await;
-    ben.ok("turn.join", json!({"arm": "arm1"})).await;
-    // She waits at one station, and takes a free arm of another one.
-    ada.ok("turn.join", json!({"arm": "arm1"})).await;
-    assert_eq!(has(&mut ada, "Ada").await.1.len(), 1);
-    ada.ok("lease.acquire", json!({"arm": "arm0"})).await;
-    ada.live(Duration::from_millis(50)).await;
-    let (turns, places) = has(&mut ada, "Ada").await;
-    assert_eq!((turns, places.len()), (vec!["arm0".to_owned()], 0));
-    // A second arm is not hers, whichever page asks.
-    let mut again = pupil(&bench, "Ada").await;
-    let error = again.fails("lease.acquire", json!({"arm": "arm2"})).await;
-    assert_eq!(error["code"], -32002, "{error}");
-    assert!(error["message"].as_str().unwrap().contains("arm0"));
-    assert_eq!(has(&mut ada, "Ada").await.0, ["arm0"]);
-    // A teacher is bound by none of this.
-    let mut lee = bench.join("Ms Lee").await;
-    for arm in ["arm0", "arm2"] {
-        lee.ok("lease.take", json!({"arm": arm})).await;
-    }
-}
-
-#[tokio::test(start_paused = true)]
-async fn two_pages_that_ask_in_one_moment_get_one_turn() {
-    let bench = class(3, &[1, 2, 3]).await;
-    let mut pages = [pupil(&bench, "Ada").await, pupil(&bench, "Ada").await];
-    let asks = [
-        ("turn.join", "turn.join"),
-        ("turn.join", "lease.acquire"),
-        ("lease.acquire", "turn.join"),
-        ("lease.acquire", "lease.acquire"),
-    ];
-    for (one, other) in asks {
-        let first = pages[0].send(one, json!({"arm": "arm0"}));
-        let second = pages[1].send(other, json!({"arm": "arm2"}));
-        assert!(pages[0].answer(first).await.is_ok());
-        let refused = pages[1].answer(second).await.unwrap_err();
-        assert_eq!(refused["code"], -32003, "{refused}");
-        assert_eq!(has(&mut pages[1], "Ada").await.0, ["arm0"]);
-        pages[0].ok("turn.leave", json!({})).await;
-        assert!(has(&mut pages[1], "Ada").await.0.is_empty());
-    }
 }
 
 #[tokio::test(start_paused = true)]
@@ -517,12 +365,45 @@ async fn stations_with_another_class_or_no_answer_are_named_beside_the_class_of_
 }
 
 #[tokio::test(start_paused = true)]
+async fn station_that_is_given_up_is_missing_in_class_schedule_and_results() {
+    let bench = class(3, &[1, 2, 3]).await;
+    let mut teacher = bench.join("Ms Lee").await;
+    bench.site.silence(2);
+    // At first it says nothing, later its line waits to be opened again.
+    for wait in [0, 7] {
+        teacher.live(Duration::from_secs(wait)).await;
+        for method in ["class.get", "schedule.get", "class.results"] {
+            let shown = teacher.ok(method, json!({})).await;
+            assert_eq!(shown["missing"], json!(["arm1"]), "{method}: {shown}");
+        }
+        let one = json!({"arms": ["arm0"]});
+        assert_eq!(teacher.ok("class.freeze", one.clone()).await, one);
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn class_at_the_hub_tells_nothing_that_one_station_knows_of_a_pupil() {
+    let bench = class(2, &[1, 2]).await;
+    let mut ada = Pupil::signs_in(&bench, 2, "Ada", "7K3M").await.unwrap();
+    ada.call("turn.join", json!({})).await.unwrap();
+    let mut teacher = bench.join("Ms Lee").await;
+    let set = teacher.ok("class.set", json!({"text": CLASS})).await;
+    for class in [set, teacher.ok("class.get", json!({})).await] {
+        let ada = json!({"name": "Ada", "group": null, "code": "7K3M", "here": null, "place": null, "arm": null});
+        assert_eq!(class["pupils"][0], ada);
+    }
+}
+
+#[tokio::test(start_paused = true)]
 async fn class_that_all_stations_have_taken_expects_the_arms_that_are_there() {
     let bench = class(2, &[]).await;
     let mut teacher = bench.join("Ms Lee").await;
     let told = || {
         let calls = bench.site.calls.lock().unwrap();
-        calls.iter().filter(|method| *method == EXPECT).count()
+        calls
+            .iter()
+            .filter(|method| *method == "site.expect")
+            .count()
     };
     teacher.ok("class.set", json!({"text": CLASS})).await;
     assert_eq!(told(), 2);
@@ -532,4 +413,18 @@ async fn class_that_all_stations_have_taken_expects_the_arms_that_are_there() {
     assert_eq!(frozen["data"]["missing"], json!(["arm1"]), "{frozen}");
     teacher.fails("class.set", json!({"text": CLASS})).await;
     assert_eq!(told(), 2, "a class that is not everywhere changes nothing");
+}
+
+#[tokio::test(start_paused = true)]
+async fn post_at_the_hub_without_the_pin_reads_no_code() {
+    let bench = class_of(TestHub::with_token(2, 1).await, &[1, 2]).await;
+    tokio::time::sleep(Duration::from_secs(3)).await;
+    let request = r#"{"jsonrpc": "2.0", "id": 1, "method": "class.get"}"#;
+    let answer = Served::call(&bench.hub, at_the_hub(), None, request).await;
+    let answer: Value = serde_json::from_str(&answer.unwrap()).unwrap();
+    let class = &answer["result"];
+    assert_eq!(class["class"]["turn_s"], 120, "{answer}");
+    assert_eq!(class["pin"], Value::Null, "{answer}");
+    assert_eq!(class["text"], Value::Null, "{answer}");
+    assert!(!answer.to_string().contains("7K3M"), "{answer}");
 }

@@ -24,7 +24,10 @@ async fn the_arms_of_all_stations_are_those_of_one() {
         .ok("session.hello", json!({"client": {"name": "Anna"}}))
         .await;
     let names: Vec<_> = (0..9).map(|at| json!(format!("arm{at}"))).collect();
-    assert_eq!(hello["arms"], json!(names));
+    assert_eq!(
+        (&hello["arms"], &hello["hub"]),
+        (&json!(names), &json!(true))
+    );
     // No station hears of it until something is wanted of it.
     assert_eq!(bench.site.opened(), 0);
     let list = anna.ok("arm.list", json!({})).await;
@@ -34,6 +37,17 @@ async fn the_arms_of_all_stations_are_those_of_one() {
     assert_eq!(bench.site.opened(), 3);
     let info = anna.ok("server.info", json!({})).await;
     assert_eq!(info["arms"], json!(names));
+    // Where an arm is also stands there when it is gone.
+    bench.site.news(2, "arm4").await;
+    anna.live(Duration::from_millis(50)).await;
+    assert_eq!(anna.row("arm4").await["machine"], "test");
+    bench.site.cut(2);
+    anna.live(Duration::from_millis(50)).await;
+    let row = anna.row("arm4").await;
+    assert_eq!(
+        (&row["machine"], &row["link"]),
+        (&json!("test"), &json!("lost"))
+    );
 }
 
 #[tokio::test(start_paused = true)]
@@ -329,5 +343,10 @@ async fn a_token_that_allows_more_elsewhere_does_not_here() {
         (&error["code"], &error["data"]["role"]),
         (&json!(-32001), &json!("viewer"))
     );
+    // Nor does it in a single request.
+    let text = json!({"jsonrpc": "2.0", "id": 7, "method": "arm.fence", "params": {"arm": "arm0", "set": {"floor": 1}}});
+    let answer = Served::call(&bench.hub, crate::bench::peer(), None, &text.to_string()).await;
+    let answer: Value = serde_json::from_str(&answer.unwrap()).unwrap();
+    assert_eq!(answer["error"]["data"]["role"], "viewer", "{answer}");
     anna.client.pong();
 }

@@ -90,7 +90,7 @@ impl Wide {
                         self.hub.line_says(self.now, line, &answer.to_string());
                     }
                 }
-                HubAct::Drop(_) | HubAct::Vouch(_) | HubAct::Call { .. } => {}
+                HubAct::Drop(_) | HubAct::Call { .. } => {}
             }
         }
     }

@@ -5,9 +5,7 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use magician_site::hub::RunningHub;
-use magician_station::http::{
-    HttpOptions, Listener, PageFile, Pages, TokenStore,
-};
+use magician_station::http::{HttpOptions, Listener, PageFile, Pages, TokenStore};
 use tokio::sync::watch;
 
 /// `MAGICIAN_LESSON_PICTURES` is the directory for them, `MAGICIAN_LESSON_CAMERA` a program that takes the address of the page and

@@ -297,7 +297,9 @@ impl World {
     }
 
     fn line(&mut self, user: usize, at: usize) -> Result<&mut Line, String> {
-        self.lines[user][at].as_mut().ok_or_else(|| "a line".to_owned())
+        self.lines[user][at]
+            .as_mut()
+            .ok_or_else(|| "a line".to_owned())
     }
 
     /// A session begins at the station.

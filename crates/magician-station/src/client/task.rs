@@ -10,16 +10,16 @@ use serde_json::{Value, json};
 use tokio::sync::{broadcast, mpsc, oneshot, watch};
 use tokio::time::{sleep, timeout};
 use tokio_rustls::TlsConnector;
+use tokio_tungstenite::client_async_with_config;
 use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 use tokio_tungstenite::tungstenite::protocol::WebSocketConfig;
 use tokio_tungstenite::tungstenite::{Error, Message};
-use tokio_tungstenite::client_async_with_config;
 
 use super::trust::{self, Stream, no_station};
 use super::{ClientError, Connection, Notice, RawSocket, StationAddress};
+use crate::READ_BUFFER;
 use crate::api::RpcError;
 use crate::frame::StateFrame;
-use crate::READ_BUFFER;
 use crate::station::CloseCode;
 
 type Reply = oneshot::Sender<Result<Value, ClientError>>;
@@ -326,9 +326,7 @@ pub(super) fn refused(at: &str, status: StatusCode, body: Option<&[u8]>) -> Clie
 }
 
 fn busy(at: &str, why: &str) -> ClientError {
-    ClientError::Busy(format!(
-        "the station at {at} serves nobody more now: {why}"
-    ))
+    ClientError::Busy(format!("the station at {at} serves nobody more now: {why}"))
 }
 
 /// Result of an answer.

@@ -594,7 +594,9 @@ async fn upgrade<S: Served>(here: &Here<S>, request: Request, admitted: &Admitte
     let (tokens, over) = (here.options.tokens.clone(), here.over.clone());
     let (loopback, signs) = (admitted.loopback, here.options.signs);
     let pacer = here.place.pacer().clone();
-    upgrade.on_upgrade(move |socket| socket::carry(socket, client, (tokens, loopback), signs, over, pacer))
+    upgrade.on_upgrade(move |socket| {
+        socket::carry(socket, client, (tokens, loopback), signs, over, pacer)
+    })
 }
 
 /// The calls of programs for DobotLink.

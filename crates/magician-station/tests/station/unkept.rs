@@ -68,7 +68,8 @@ fn second_change_is_refused_until_the_first_is_answered() {
 #[test]
 fn roster_counts_once_it_is_on_the_disk() {
     let mut bare = BareStation::new();
-    let expected = json!({"arms": [{"arm": "a1", "machine": "bench-1"}, {"arm": "a2", "machine": ""}]});
+    let expected =
+        json!({"arms": [{"arm": "a1", "machine": "bench-1"}, {"arm": "a2", "machine": ""}]});
     let mut write = |outcome: Result<(), String>| {
         bare.send("site.expect", &expected);
         assert_eq!(answers(&mut bare), Vec::<Value>::new());
@@ -85,7 +86,11 @@ fn roster_counts_once_it_is_on_the_disk() {
     assert_eq!(after, json!({"arms": []}));
     let (written, after) = write(Ok(()));
     assert_eq!((&written["result"], &after), (&expected, &expected));
-    for wrong in [json!([{"arm": "*"}]), json!([{"machine": "m"}]), json!([{"arm": "a", "x": 1}])] {
+    for wrong in [
+        json!([{"arm": "*"}]),
+        json!([{"machine": "m"}]),
+        json!([{"arm": "a", "x": 1}]),
+    ] {
         bare.send("site.expect", &json!({"arms": wrong}));
         let refused = answers(&mut bare);
         assert_eq!(refused[0]["error"]["code"], -32602, "{refused:?}");

@@ -120,8 +120,7 @@ pub(super) async fn write(
     caller: &Caller,
 ) -> Result<(), Failure> {
     let params = roster.to_value();
-    let request =
-        json!({"jsonrpc": "2.0", "id": 1, "method": "site.expect", "params": params});
+    let request = json!({"jsonrpc": "2.0", "id": 1, "method": "site.expect", "params": params});
     let request = request.to_string();
     let stations: BTreeMap<_, &ArmAt> = known.keys().map(|at| (at.station, at)).collect();
     let mut failed = Vec::new();

@@ -24,9 +24,10 @@ pub(super) fn run(
     let arms: Vec<_> = { known.iter() }
         .map(|(at, news)| as_json(at, news.as_ref(), twins.contains(&at.arm)))
         .collect();
-    context.show(&json!({"site": name, "proved": proved, "arms": arms}), |out| {
-        rows(&known).write(out)
-    })
+    context.show(
+        &json!({"site": name, "proved": proved, "arms": arms}),
+        |out| rows(&known).write(out),
+    )
 }
 
 /// The table.

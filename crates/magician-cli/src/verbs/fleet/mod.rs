@@ -219,6 +219,7 @@ mod with {
             };
             let config = self.site_config.as_deref();
             let name = self.site.filter(|name| !name.is_empty());
+            let only_looks = self.deed.only_looks();
             let join = async || {
                 let Some(name) = name else {
                     return Err(Failure::usage("which site is not said")
@@ -226,12 +227,14 @@ mod with {
                 };
                 let name: SiteName = name.parse().map_err(Failure::usage)?;
                 let identity = identity(&name)?;
-                if identity.is_none() && !self.deed.only_looks() {
+                if identity.is_none() && !only_looks {
                     return Err(no_certificate(&name));
                 }
                 tell_flaw();
                 if identity.is_none() {
-                    tell(format_args!("nothing of this is proved: this machine has no certificate of the site {name}"));
+                    tell(format_args!(
+                        "nothing of this is proved: this machine has no certificate of the site {name}"
+                    ));
                 }
                 Ok::<_, Failure>(ZenohSite::join(name, config, identity).await?)
             };

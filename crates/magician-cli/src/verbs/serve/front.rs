@@ -8,8 +8,7 @@ use clap::{Args, ValueHint};
 use magician_job::dirs;
 use magician_station::ProgramStore;
 use magician_station::http::{
-    Admission, HttpOptions, ListenError, Listener, Pages, ProgramFolder, Tls, TokenStore, Tries,
-    Uploads,
+    Admission, HttpOptions, ListenError, Listener, Pages, ProgramFolder, Tls, TokenStore,
 };
 
 use crate::config::Config;

@@ -84,9 +84,15 @@ pub(crate) fn identity(site: &SiteName) -> Result<Option<Identity>, Failure> {
         let ends = identity.ends();
         let renew = "`magician site invite` where the site was made, and `magician site join CODE` here, renew it";
         if now >= ends {
-            tell(format_args!("the certificate of this machine ended {}: {renew}", day_of(ends)));
+            tell(format_args!(
+                "the certificate of this machine ended {}: {renew}",
+                day_of(ends)
+            ));
         } else if ends - now < SOON {
-            tell(format_args!("the certificate of this machine ends {}: {renew}", day_of(ends)));
+            tell(format_args!(
+                "the certificate of this machine ends {}: {renew}",
+                day_of(ends)
+            ));
         }
     }
     Ok(identity)

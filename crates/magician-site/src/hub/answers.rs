@@ -1,0 +1,182 @@
+//! What became of requests: answers of home and of stations, by lines and beside them.
+
+use magician::ErrorKind;
+use magician_protocol::{HostInstant, visible};
+use magician_station::CloseCode;
+use magician_station::api::RpcError;
+use serde_json::{Map, Value, json};
+
+use super::gather::Gathers;
+use super::socket::{Pending, Via, Wants};
+use super::{Hub, RequestId, SocketId};
+use crate::site::SiteError;
+
+impl Hub {
+    /// A message of home for a client.
+    pub fn home_says(&mut self, now: HostInstant, socket: SocketId, text: &str) {
+        let Ok(Value::Object(mut message)) = serde_json::from_str::<Value>(text) else {
+            return;
+        };
+        let method = message.get("method").and_then(Value::as_str);
+        if method == Some("session.changed") {
+            let mut params = message.remove("params").unwrap_or_default();
+            self.sessions = params["sessions"].take();
+            return self.sessions_changed(now, socket);
+        }
+        let request = message.get("id").and_then(Value::as_u64).map(RequestId);
+        let ours = |pending: &Pending| pending.via == Via::Home && pending.socket == socket;
+        let is_ours = |id: &RequestId| self.pending.get(id).is_some_and(ours);
+        if method.is_none()
+            && let Some(request) = request.filter(is_ours)
+        {
+            if let Some((_, outcome)) = answered(message) {
+                self.outcome(now, request, None, outcome);
+            }
+            return;
+        }
+        if let Some(open) = self.sockets.get_mut(&socket) {
+            if method.is_some() {
+                open.outbox.notice(text.to_owned());
+            } else {
+                // To what was passed on as it came: its id is the client's.
+                open.outbox.answer(text.to_owned());
+            }
+            self.awake.insert(socket);
+        }
+    }
+
+    /// Home ends a session: so do the stations.
+    pub fn home_closes(&mut self, socket: SocketId, code: CloseCode) {
+        if let Some(open) = self.sockets.get_mut(&socket) {
+            open.outbox.close(code);
+            self.awake.insert(socket);
+        }
+        self.drop_lines(socket);
+    }
+
+    /// What became of a request beside all lines.
+    pub fn called(
+        &mut self,
+        now: HostInstant,
+        request: RequestId,
+        answer: Result<Option<String>, SiteError>,
+    ) {
+        let Some(pending) = self.pending.get(&request) else {
+            return;
+        };
+        let Via::Call(station) = pending.via else {
+            return;
+        };
+        let slot = self.stations.get(&station).map(|(slot, _)| *slot);
+        let named = pending.arm.clone().unwrap_or_default();
+        let outcome = match answer {
+            Ok(Some(text)) => {
+                let message = serde_json::from_str(&text).ok();
+                let answered = message.and_then(answered);
+                let answered = answered.filter(|(of, _)| *of == request);
+                answered.map(|(_, outcome)| outcome).unwrap_or_else(|| {
+                    let why = format!("{named}: the station does not answer as a station does");
+                    Err(RpcError::arm(ErrorKind::Unexpected, why))
+                })
+            }
+            Ok(None) => Ok(Value::Null),
+            Err(SiteError::Refused(why)) => {
+                let why = format!("{named}: the station refuses it: {}", visible(&why));
+                Err(RpcError::new(RpcError::FORBIDDEN, why))
+            }
+            Err(error) => {
+                let why = format!("{named}: {}", visible(&error.to_string()));
+                Err(RpcError::arm(ErrorKind::Port, why))
+            }
+        };
+        self.outcome(now, request, slot, outcome);
+    }
+
+    /// What became of a request, by ids of a station if one says it.
+    pub(super) fn outcome(
+        &mut self,
+        now: HostInstant,
+        request: RequestId,
+        slot: Option<u32>,
+        outcome: Result<Value, RpcError>,
+    ) {
+        let Some(mut pending) = self.pending.remove(&request) else {
+            return;
+        };
+        let wants = std::mem::replace(&mut pending.wants, Wants::Nothing);
+        let outcome = match (outcome, slot) {
+            // By these ids the line is known at its station.
+            (outcome, _) if matches!(wants, Wants::LineHello) => outcome,
+            (Ok(mut value), Some(slot)) => {
+                let ids = pending.method.result_ids();
+                self.names.rename(slot, &mut value, ids);
+                Ok(value)
+            }
+            (Err(error), Some(slot)) => Err(self.names.rename_error(slot, error)),
+            (outcome, None) => outcome,
+        };
+        match (wants, pending.via) {
+            (Wants::Answer, _) => self.answers(&pending, outcome),
+            (Wants::Hello(name, token), _) => self.greeted(now, &pending, name, token, outcome),
+            (Wants::LineHello, Via::Line(line)) => self.line_greeted(now, line, outcome),
+            (Wants::Probe, Via::Line(line)) => {
+                if let Some(open) = self.lines.get_mut(&line) {
+                    open.probed = None;
+                    open.recording = outcome.is_ok_and(|info| info["recording"] == true);
+                }
+            }
+            (Wants::Part(gather), _) => self.part(now, gather, request, outcome),
+            (Wants::Subscribe(params), Via::Line(line)) => {
+                self.subscribed(line, &pending, params, outcome);
+            }
+            (Wants::Resubscribe(id), Via::Line(line)) => {
+                self.subscribed_again(line, pending.socket, id, outcome);
+            }
+            (Wants::Program(call), _) => self.fetched(now, call, outcome),
+            (Wants::Sessions(mut call), _) => {
+                if let Ok(mut home) = outcome {
+                    self.sessions = home["sessions"].take();
+                }
+                self.is_over(call.socket);
+                call.now = now;
+                let _ = self.ask_all(call, Gathers::Sessions, "session.list");
+            }
+            _ => {}
+        }
+    }
+
+    /// The answer to a request of a client.
+    fn answers(&mut self, pending: &Pending, mut outcome: Result<Value, RpcError>) {
+        match (pending.method.name, pending.via, &mut outcome) {
+            ("server.info", _, Ok(info)) => {
+                info["arms"] = json!(self.arms.keys().collect::<Vec<_>>());
+                let mut lines = self.lines.values();
+                info["recording"] = json!(lines.any(|line| line.recording));
+            }
+            ("jog.start", Via::Line(line), Ok(started)) => {
+                if let Some(jog) = started["jog"].as_str()
+                    && let Some(line) = self.lines.get(&line)
+                    && let Some(open) = self.sockets.get_mut(&pending.socket)
+                {
+                    let arm = pending.arm.clone().unwrap_or_default();
+                    open.jogs.insert(jog.to_owned(), (arm, line.station));
+                }
+            }
+            _ => {}
+        }
+        self.finish(pending.socket, pending.id.as_ref(), &outcome);
+    }
+}
+
+/// The request that a message answers, and how.
+pub(super) fn answered(
+    mut message: Map<String, Value>,
+) -> Option<(RequestId, Result<Value, RpcError>)> {
+    let request = RequestId(message.get("id")?.as_u64()?);
+    let outcome = match (message.remove("result"), message.remove("error")) {
+        (Some(result), None) => Ok(result),
+        (None, Some(error)) => Err(RpcError::from_value(error)?),
+        _ => return None,
+    };
+    Some((request, outcome))
+}
