@@ -39,6 +39,7 @@ mod run;
 mod screen;
 mod serve;
 mod sim;
+mod site;
 mod station_ends;
 mod suspend;
 mod terminal;

@@ -218,8 +218,8 @@ impl Authority {
         if !is_machine_name(name) {
             return Err(CertificateError::Name(name.to_owned()));
         }
-        // Checks that the request is signed by its own key: whoever sent it, only the owner of the key
-        // can use the certificate.
+        // Checks that the request is signed by its own key. The sender does not matter: only the owner
+        // of the key can use the certificate.
         let request = CertificateSigningRequestParams::from_pem(request)
             .map_err(|_| CertificateError::Request)?;
         let key = &request.public_key;

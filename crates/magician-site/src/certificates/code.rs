@@ -22,8 +22,8 @@ const LONGEST: usize = 261;
 /// secret and 60 bits of the authority's fingerprint. Case does not matter, nor do hyphens; O is read
 /// as 0, I and L as 1.
 ///
-/// The fingerprint in a code is that of secret and certificate together. So nobody can prepare a
-/// certificate that has the fingerprint of codes to come, and a mistyped secret never leaves the
+/// The fingerprint in a code is that of secret and certificate together. So an attacker cannot prepare
+/// a certificate that has the fingerprint of codes to come, and a mistyped secret never leaves the
 /// joining machine.
 #[derive(Clone, PartialEq, Eq)]
 pub struct JoinCode {

@@ -12,7 +12,8 @@ use super::list::RevocationList;
 
 /// The folder of a site: `ca.pem` (the authority's certificate), `own.pem` and `own.key` (this
 /// machine's), `revoked.pem` once a certificate was revoked. The authority's machine has `ca.key` and
-/// `members.json` as well. `own.pem` is written last: without it the folder is unfinished.
+/// `members.json` as well. `own.pem` is written last: without it the folder is unfinished. `lock` is
+/// held by the process that changes the folder.
 #[derive(Clone, Debug)]
 pub struct SiteFolder(PathBuf);
 

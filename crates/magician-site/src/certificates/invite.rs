@@ -7,7 +7,7 @@ use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncWrite, AsyncWriteExt};
 use tokio::net::TcpListener;
 use tokio::task::JoinSet;
-use tokio::time::{Instant, sleep_until, timeout};
+use tokio::time::{Instant, sleep, sleep_until, timeout};
 use tokio_rustls::TlsAcceptor;
 
 use super::code::new_secret;
@@ -18,6 +18,8 @@ use super::{Authority, CertificateError, JoinCode, Refusal};
 const EXCHANGE_TIMEOUT: Duration = Duration::from_secs(10);
 /// Connections at once; more wait to be accepted. Silent ones end after [`EXCHANGE_TIMEOUT`].
 const MOST_CONNECTIONS: usize = 32;
+/// Pause after a connection that cannot be accepted: the system may lack descriptors.
+const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 /// Wrong secrets until the code is void. A joining machine sends no mistyped one, so each is a guess.
 const WRONG_TRIES: u32 = 3;
 
@@ -34,6 +36,8 @@ pub struct Invitation {
 struct State {
     joined: BTreeSet<String>,
     wrong: u32,
+    /// Requests that were decided and whose event was not told yet.
+    untold: usize,
 }
 
 /// What happens at an invitation.
@@ -117,23 +121,21 @@ impl Invitation {
     ) -> Result<InvitationEnd, CertificateError> {
         let acceptor = TlsAcceptor::from(Arc::new(self.authority.inviting()?));
         let mut exchanges = JoinSet::new();
-        loop {
-            if let Some(end) = self.end() {
-                return Ok(end);
+        let mut tell = |event| {
+            if let Ok(Some(event)) = event {
+                self.state().untold -= 1;
+                tell(event);
             }
+        };
+        while self.end().is_none() {
             tokio::select! {
                 // Joins before the end of the time.
                 biased;
-                Some(event) = exchanges.join_next() => {
-                    if let Ok(Some(event)) = event {
-                        tell(event);
-                    }
-                }
-                () = sleep_until(until) => return Ok(InvitationEnd::Expired),
+                Some(event) = exchanges.join_next() => tell(event),
+                () = sleep_until(until) => break,
                 accepted = listener.accept(), if exchanges.len() < MOST_CONNECTIONS => {
-                    // An error is that of one connection, or passes when others close.
                     let Ok((stream, _)) = accepted else {
-                        tokio::task::yield_now().await;
+                        sleep(ACCEPT_PAUSE).await;
                         continue;
                     };
                     let (invitation, acceptor) = (self.clone(), acceptor.clone());
@@ -141,6 +143,14 @@ impl Invitation {
                 }
             }
         }
+        drop(listener);
+        // Machines that got a certificate get it whole, each within the time of an exchange.
+        while self.state().untold > 0
+            && let Some(event) = exchanges.join_next().await
+        {
+            tell(event);
+        }
+        Ok(self.end().unwrap_or(InvitationEnd::Expired))
     }
 
     pub(super) fn end(&self) -> Option<InvitationEnd> {
@@ -165,6 +175,7 @@ impl Invitation {
             let mut stream = acceptor.accept(stream).await?;
             let request: Request = wire::read(&mut stream, LARGEST_REQUEST).await?;
             let (answer, happened) = self.decide(&request);
+            self.state().untold += 1;
             event = Some(happened);
             wire::write(&mut stream, &answer).await?;
             stream.shutdown().await

@@ -99,7 +99,7 @@ impl Invite {
         match end {
             InvitationEnd::Full => Ok(()),
             InvitationEnd::Void => {
-                let message = "something at the network tried wrong codes: this one is void";
+                let message = "wrong codes were tried too often: this one is void";
                 Err(Failure::unexpected(message).hint(again))
             }
             _ => {

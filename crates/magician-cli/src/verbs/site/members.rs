@@ -53,8 +53,10 @@ impl Join {
         // A machine that is on the site has a name there: its host name does not matter.
         let usual = own_name().unwrap_or_default();
         let name = self.name;
-        let joined = context
-            .attending(async |_| Ok(join(&code, &folders, name.as_deref(), &usual).await?))?;
+        let joined = context.attending(async |_| {
+            let joined = join(&code, &folders, name.as_deref(), &usual).await;
+            joined.map_err(Failure::from)
+        })?;
         let (identity, is_renewal) = (joined.identity, joined.is_renewal);
         let (site, machine, ends) = (identity.site(), identity.machine(), identity.ends());
         let fingerprint = identity.fingerprint();

@@ -136,7 +136,7 @@ async fn a_certificate_of_a_machine_signs_no_other() {
     assert!(refused.contains("alert"), "{refused}");
 }
 
-/// Trusts everybody.
+/// Accepts any certificate.
 #[derive(Debug)]
 struct Anybody;
 
