@@ -4,7 +4,7 @@ import { LINE_ENDED, RpcError } from "./client";
 import { t, told } from "./i18n";
 import { endJog } from "./jog";
 import { log } from "./log";
-import { stopsAll, turns } from "./class";
+import { queues, stopsAll } from "./class";
 import { call, giveBack, renamed, shown, takeControl } from "./session";
 import { ownName, remember, remembered } from "./settings";
 import * as store from "./store";
@@ -74,7 +74,7 @@ export async function tried(work: () => Promise<unknown>): Promise<void> {
 async function named(): Promise<void> {
   const isOwn = ["localhost", "127.0.0.1", "[::1]"].includes(location.hostname);
   if (store.backend.value !== "station" || store.pupil.value !== null || ownName.value !== "" || remembered("sessionStorage", "unnamed") !== null) return;
-  if (isOwn && turns.value === null) return;
+  if (isOwn && !queues.value) return;
   const name = await new Promise<string | null>((done) => (store.naming.value = done));
   if (name === null) return remember("sessionStorage", "unnamed", "yes");
   ownName.value = name;

@@ -11,8 +11,8 @@ export type ArmTurn = Turns["arms"][number];
 export type Place = Turns["queue"][number];
 /** Null where there is no class. */
 export const turns = signal<Turns | null>(null);
-/** Null until the station has said whether it has a class. */
-const isOn = signal<boolean | null>(null);
+/** Null until the station has said whether it has a class. A hub is asked for the class itself. */
+export const isOn = signal<boolean | null>(null);
 export const hasClass = computed(() => isOn.value === true);
 /** When they were told, and how long ago that is, s: what is left of a turn runs from there. */
 let toldAt = 0;
@@ -43,8 +43,11 @@ const noClass = (): void => {
 effect(() => {
   // A station that is lost, or closed this page, had a class as far as the page knows.
   if (store.backend.value !== "station") isOn.value = null;
-  if (store.socket.value === "up" && store.session.value !== null) call("turn.list", {}).then(hear, noClass);
-  else turns.value = null;
+  turns.value = null;
+  if (store.socket.value !== "up" || store.session.value === null) return;
+  // A class that begins or ends at a station changes the role at a hub.
+  if (store.hub.value && store.role.value) call("class.get", {}).then((told) => (isOn.value = told.class !== null), noClass);
+  else call("turn.list", {}).then(hear, noClass);
 });
 notified.add((method, params) => {
   if (method === "turn.changed") hear(params);
@@ -65,6 +68,10 @@ effect(() => {
 /** What is left of a turn, s; null where turns have no end. */
 export const leftOf = (turn: ArmTurn): number | null => (turn.left_s === null ? null : turn.left_s - (turn.state === "running" && !turn.frozen ? age.value : 0));
 export const turnAt = (arm: string): ArmTurn | null => turns.value?.arms.find((one) => one.arm === arm) ?? null;
+
+/** Whether a program waits in the queue of its arm, as in a class, and goes to no arm that a pupil has. */
+export const queues = computed(() => turns.value !== null || (store.hub.value && hasClass.value));
+export const frozen = computed(() => (store.hub.value ? store.arms.value : (turns.value?.arms ?? []).map((turn) => ({ ...turn, name: turn.arm }))).flatMap((one) => (one.frozen ? one.name : [])));
 
 /** A turn in words: whose, and how long it is still; that its arm is frozen goes before. */
 export const wordsOf = (arm: string): string | null => (turnAt(arm)?.frozen ? t("class.frozen") : turnOf(arm));

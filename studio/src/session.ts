@@ -194,6 +194,7 @@ async function hello(made: Client): Promise<void> {
       store.refused.value = null;
       if (pupil || token) store.signInFault.value = null;
       store.session.value = answer.session;
+      store.hub.value = "hub" in answer;
       store.role.value = answer.role as typeof store.role.value;
       store.ownerName.value = pupil || name;
       store.pupil.value = pupil || null;
@@ -214,9 +215,8 @@ async function hello(made: Client): Promise<void> {
     // The end of the line says why.
     if (!(error instanceof RpcError) || error.code === LINE_ENDED) return;
     log(error.message);
-    const wait = error.data["wait_s"];
     const of = pupil ? "pupil" : isPin(token) ? "pin" : null;
-    if (of !== null) store.signInFault.value = { of, message: error.message, wait: typeof wait === "number" ? wait : null };
+    if (of !== null) store.signInFault.value = { of, wait: error.data["wait_s"], machines: error.data["machines"] };
   }
 }
 

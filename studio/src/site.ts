@@ -4,7 +4,7 @@ import { signal } from "@preact/signals";
 import type { Job, State } from "./api";
 import type { Params } from "./client";
 import { complain, dangerOf } from "./actions";
-import { turns } from "./class";
+import { queues } from "./class";
 import { t } from "./i18n";
 import { LINE_ENDED, RpcError } from "./client";
 import { change, kept, newest } from "./results";
@@ -186,7 +186,7 @@ export async function send(arms: readonly string[], source: Source, title: strin
 }
 
 async function start(arm: string, source: Source, title: string): Promise<void> {
-  const job = turns.value === null ? await begin(arm, source) : await queue(arm, source);
+  const job = queues.value ? await queue(arm, source) : await begin(arm, source);
   if (job !== null) sent.set(job, title);
   keepSent();
 }

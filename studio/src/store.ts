@@ -2,7 +2,8 @@
 import { computed, signal } from "@preact/signals";
 import type { Holder, Methods, State } from "./api";
 
-export type ArmEntry = Methods["arm.list"]["result"]["arms"][number];
+/** At a hub with the machine of the arm, as far as it is known, and whether it is frozen. */
+export type ArmEntry = Methods["arm.list"]["result"]["arms"][number] & { machine?: string; frozen?: boolean };
 export type Model = Methods["arm.model"]["result"];
 export type Alarm = NonNullable<Methods["arm.alarms"]["result"]["alarms"]>[number];
 export type Fence = Methods["arm.fence"]["result"]["fence"];
@@ -29,8 +30,8 @@ export const socket = signal<"closed" | "connecting" | "up" | "lost">("closed");
 export const since = signal<Date | null>(null);
 /** Why the page is not let in: a token is wanted, another page took the session over, all places are taken. */
 export const refused = signal<"token" | "revoked" | "taken" | "full" | "unreachable" | null>(null);
-/** What the station said of a name, code or PIN that it did not take. */
-export const signInFault = signal<{ of: "pupil" | "pin"; message: string; wait: number | null } | null>(null);
+/** What the station said of a name, code or PIN that it did not take; a hub says at which `machines` pupils sign in. */
+export const signInFault = signal<{ of: "pupil" | "pin"; wait: unknown; machines: unknown } | null>(null);
 /** Why the serial port did not lead to an arm. */
 export const portFault = signal<"busy" | "gone" | "silent" | "died" | "denied" | null>(null);
 
@@ -38,6 +39,8 @@ export const portFault = signal<"busy" | "gone" | "silent" | "died" | "denied" |
 export const subscription = signal<number | null>(null);
 export const session = signal<string | null>(null);
 export const role = signal<"viewer" | "student" | "teacher">("viewer");
+/** Whether a hub answers: pupils, turns and codes are at the pages of its stations. */
+export const hub = signal(false);
 /** The name of the session. */
 export const ownerName = signal("");
 /** Who is signed in as a pupil of a class. */

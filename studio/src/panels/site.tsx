@@ -2,7 +2,7 @@
 import { effect, useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { complain, stop } from "../actions";
-import { hasClass, turnAt, turnOf } from "../class";
+import { frozen as frozenArms, hasClass, turnAt, turnOf } from "../class";
 import { t } from "../i18n";
 import { save } from "../log";
 import { call, show } from "../session";
@@ -41,7 +41,7 @@ function Tile({ arm }: { arm: store.ArmEntry }) {
   const isMine = holder !== null && holder.session === store.session.value;
   // Nobody knows who has the arm of a station that is gone.
   const turn = store.socket.value === "up" ? turnOf(name) : null;
-  const frozen = store.socket.value === "up" && turnAt(name)?.frozen === true;
+  const frozen = store.socket.value === "up" && frozenArms.value.includes(name);
   const who = store.socket.value !== "up" ? "" : holder === null ? (lost ? t("arms.link.lost") : jobOf(arm) !== null ? t("arms.busy") : isTeachers(turnAt(name)) ? w("tile.teacher") : t("arms.free")) : isMine ? t("arms.you") : holder.name;
   const doing = doingOf(arm);
   return (
@@ -59,6 +59,7 @@ function Tile({ arm }: { arm: store.ArmEntry }) {
         {turn === null ? <p class="who" title={who}>{who}</p> : <p class="who turn" title={turn} data-testid={`turn-${name}`}>{turn}</p>}
         <p title={doing}>{doing}</p>
         {arm.virtual ? null : <p class="port" title={port}>{port}</p>}
+        {arm.machine ? <p class="port" title={w("tile.machine.text", { machine: arm.machine })} data-testid={`machine-${name}`}>{w("tile.machine", { machine: arm.machine })}</p> : null}
       </div>
       {store.role.value === "teacher" && hasClass.value ? <TeacherTile arm={arm} /> : null}
       <div class="tile-marks">

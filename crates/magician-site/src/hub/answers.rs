@@ -125,6 +125,11 @@ impl Hub {
                     open.recording = outcome.is_ok_and(|info| info["recording"] == true);
                 }
             }
+            (Wants::Turns, Via::Line(line)) => {
+                if let (Some(line), Ok(turns)) = (self.lines.get(&line), outcome) {
+                    self.hears_turns(line.station, &turns);
+                }
+            }
             (Wants::Part(gather), _) => self.part(now, gather, request, outcome),
             (Wants::Subscribe(params), Via::Line(line)) => {
                 self.subscribed(line, &pending, params, outcome);

@@ -31,6 +31,8 @@ pub(super) struct ArmPlace {
     /// What was listed of it last.
     row: Option<Value>,
     pub(super) gone: Option<HostInstant>,
+    /// A teacher has frozen it, as its station told last.
+    is_frozen: bool,
     /// It is in the roster: it is named as missing until it comes, however long that takes.
     pub(super) expected: bool,
 }
@@ -209,6 +211,18 @@ impl Hub {
         Some(Ok(state))
     }
 
+    /// A station tells of its turns: of them the hub shows which arms are frozen.
+    pub(super) fn hears_turns(&mut self, station: StationId, turns: &Value) {
+        for turn in items(&turns["arms"]) {
+            let arm = turn["arm"].as_str().unwrap_or_default();
+            if self.has_alone(station, arm)
+                && let Some(place) = self.arms.get_mut(arm)
+            {
+                place.is_frozen = turn["frozen"] == true;
+            }
+        }
+    }
+
     /// The arms: as their stations list them, else by what is known otherwise.
     pub(super) fn arms_listed(&mut self, now: HostInstant, gather: &Gather) -> Value {
         for (station, part) in gather.answers() {
@@ -232,6 +246,9 @@ impl Hub {
             let mut row = row.unwrap_or_else(|| lost(name, place.row.as_ref()));
             if let Some(machine) = place.machine() {
                 row["machine"] = json!(machine);
+            }
+            if place.is_frozen {
+                row["frozen"] = json!(true);
             }
             row
         });

@@ -20,23 +20,23 @@ const MACHINES: usize = 20;
 impl Hub {
     /// The refusal of what is the arm's station's to do.
     pub(super) fn at_station(&self, method: &str, arm: Option<&str>) -> RpcError {
-        let page = self.page_of(arm);
+        let (page, machines) = self.page_of(arm);
         let why = format!("{method} is not for a hub: it is done {page}");
-        RpcError::arm(ErrorKind::Unsupported, why)
+        RpcError::arm(ErrorKind::Unsupported, why).with("machines", machines)
     }
 
-    /// Where the page of an arm's own computer is, or of any arm's, in words.
-    pub(super) fn page_of(&self, arm: Option<&str>) -> String {
+    /// Where the page of an arm's own computer is, or of any arm's, in words; and the machines.
+    pub(super) fn page_of(&self, arm: Option<&str>) -> (String, Vec<String>) {
         let meant = |(name, _): &(&String, _)| arm.is_none_or(|arm| arm == name.as_str());
         let places = self.arms.iter().filter(meant);
         let machines: BTreeSet<_> = places.filter_map(|(_, place)| place.machine()).collect();
         let machines = machines.into_iter().take(MACHINES);
         let machines: Vec<_> = machines.map(|name| visible(name).to_string()).collect();
-        let page = "at the page of the computer that has the arm";
-        if machines.is_empty() {
-            return page.to_owned();
+        let mut page = "at the page of the computer that has the arm".to_owned();
+        if !machines.is_empty() {
+            page = format!("{page}: {}", machines.join(", "));
         }
-        format!("{page}: {}", machines.join(", "))
+        (page, machines)
     }
 
     /// What is asked of arms, by the stations that have them: of all at once.

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use magician_protocol::{HostInstant, visible};
 use magician_station::api::{Method, Role, RpcError};
-use magician_station::{LIST_INTERVAL, RATE, SOCKETS};
+use magician_station::{CloseCode, LIST_INTERVAL, RATE, SOCKETS};
 use serde_json::{Value, json};
 
 use super::requests::{Call, Handled};
@@ -113,8 +113,13 @@ impl Hub {
     /// The first message of a client.
     pub(super) fn greet(&mut self, call: &Call) -> Handled {
         if call.params.contains_key("pupil") {
-            let why = format!("pupils sign in {}", self.page_of(None));
-            return Err(RpcError::param("pupil", why));
+            // After the answer, which says why; as at a station that does not know the pupil.
+            if let Some(open) = self.sockets.get_mut(&call.socket) {
+                open.outbox.close(CloseCode::TOKEN);
+            }
+            let (page, machines) = self.page_of(None);
+            let error = RpcError::param("pupil", format!("pupils sign in {page}"));
+            return Err(error.with("machines", machines));
         }
         let token = call.params.get("token").and_then(Value::as_str);
         let client = call.params.get("client");

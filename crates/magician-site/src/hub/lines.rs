@@ -312,6 +312,7 @@ impl Hub {
                 person.at.insert(open.station, at);
             }
         }
+        self.ask_line(line, "turn.list", json!({}), Wants::Turns);
         self.subscribe_again(line);
     }
 
@@ -328,8 +329,9 @@ impl Hub {
                 open.sessions = params["sessions"].take();
                 return self.sessions_changed(now, socket);
             }
-            // These are about this station alone, and the client is the hub's: it would take them for all arms.
-            "server.ending" | "turn.changed" => return,
+            // It is about this station alone, and the client is the hub's: it would take it for all arms.
+            "server.ending" => return,
+            "turn.changed" => return self.hears_turns(station, &params),
             _ => {}
         }
         if let Some(place) = known.arm {

@@ -5,10 +5,12 @@
 //! jogs and leases of its clients, by the stations' own clocks. What needs no arm a station without arms answers, the hub's own
 //! ("home"). [`RunningHub`] is a hub at work.
 
+mod acting;
 mod answers;
 mod arms;
 mod class;
 mod clients;
+mod elsewhere;
 mod gather;
 mod lines;
 mod names;

@@ -178,6 +178,8 @@ pub(super) enum Wants {
     LineHello,
     /// A word of the station.
     Probe,
+    /// The turns of a station.
+    Turns,
     /// A part of what several answer.
     Part(GatherId),
     /// A subscription of the client.

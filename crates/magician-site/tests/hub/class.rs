@@ -127,9 +127,9 @@ async fn pupils_turns_and_new_codes_are_refused_with_the_machine_that_has_the_ar
     assert_eq!(error["data"]["param"], "pupil");
     let why = "pupils sign in at the page of the computer that has the arm: test";
     assert_eq!(error["message"], why);
-    // A teacher may still say hello.
-    page.ok("session.hello", json!({"client": {"name": "page"}}))
-        .await;
+    assert_eq!(error["data"]["machines"], json!(["test"]));
+    page.live(Duration::from_millis(50)).await;
+    assert_eq!(page.closed.map(|code| code.0), Some(4401));
 }
 
 #[tokio::test(start_paused = true)]
@@ -144,6 +144,16 @@ async fn a_freeze_reaches_all_and_names_who_does_not_answer() {
     assert_eq!(ada.call("arm.move", to).await.unwrap_err()["code"], -32008);
     lee.ok("class.free", json!({"arms": ["arm0"]})).await;
     assert_eq!(frozen_arms(&bench).await, [false, true, true]);
+    let mut late = bench.join("Mr Poe").await;
+    late.ok("arm.list", json!({})).await;
+    for page in [&mut lee, &mut late] {
+        page.live(Duration::from_millis(50)).await;
+        let list = page.ok("arm.list", json!({})).await;
+        let frozen: Vec<_> = { list["arms"].as_array().unwrap().iter() }
+            .map(|row| row["frozen"] == true)
+            .collect();
+        assert_eq!(frozen, [false, true, true], "{list}");
+    }
     bench.site.silence(2);
     bench.site.end_lines(magician_site::StationId(2));
     let error = lee.fails("class.freeze", json!({})).await;

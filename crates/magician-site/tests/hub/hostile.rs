@@ -228,7 +228,7 @@ async fn a_client_that_floods_is_closed_and_one_that_reads_nothing_too() {
         ben.take_arm("arm0").await;
         let lease = ben.ok("lease.acquire", json!({"arm": "arm0"})).await["lease"].clone();
         ben.ok("lease.release", json!({"lease": lease})).await;
-        ben.live(Duration::from_millis(20)).await;
+        ben.live(Duration::from_millis(25)).await;
         carl.client.pong();
     }
     assert_eq!(ben.closed, None);

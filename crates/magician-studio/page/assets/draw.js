@@ -1,1 +1,1 @@
-import{pr as e}from"./shell.js";import{t}from"./sheet.js";import{t as n}from"./preact.js";var r=()=>n(t,{tool:`pen`,name:e(`nav.draw`),hint:e(`draw.empty`),first:[`passes`,`speed`]});export{r as Draw};
+import{_r as e}from"./shell.js";import{t}from"./sheet.js";import{t as n}from"./preact.js";var r=()=>n(t,{tool:`pen`,name:e(`nav.draw`),hint:e(`draw.empty`),first:[`passes`,`speed`]});export{r as Draw};

@@ -1,6 +1,6 @@
 // What a teacher does to all arms, or to those that are chosen.
 import { agreed, tried } from "../../actions";
-import { turns } from "../../class";
+import { frozen as frozenArms, turns } from "../../class";
 import { t } from "../../i18n";
 import { call } from "../../session";
 import { chosen, each } from "../../site";
@@ -54,11 +54,11 @@ export function Conduct() {
   const pupils = roll.value?.pupils ?? [];
   const count = (is: (one: (typeof pupils)[number]) => boolean) => pupils.filter(is).length;
   const values = { n: pupils.length, here: count(({ here }) => here === true), waits: count(({ place }) => place != null), missing: count(({ here }) => here === false) };
-  const frozen = turns.value?.arms.filter((one) => one.frozen).length ?? 0;
+  const frozen = frozenArms.value.length;
   const off = store.socket.value !== "up";
   const button = (id: string, key: Word, press: () => unknown) => <Do id={id} off={off} text={w(key)} press={press} />;
   return (
-    <Card title={t("class.title")} class="arms conduct" more={<p class="hint" role="status" data-testid="class-count">{w("class.count", values)}</p>}>
+    <Card title={t("class.title")} class="arms conduct" more={store.hub.value ? null : <p class="hint" role="status" data-testid="class-count">{w("class.count", values)}</p>}>
       <div class="site-bar" role="group" aria-label={w("class.all")}>
         <Do id="class-freeze-all" class="stop-all" text={w("class.freezeAll")} press={() => freeze({})} />
         {some.length > 0 ? <Do id="class-freeze-chosen" press={() => freeze({ arms: some })}>{w("class.freezeSome", { n: some.length })}</Do> : null}
@@ -67,10 +67,10 @@ export function Conduct() {
         <span class="bar-gap" />
         {button("class-home-all", "class.homeAll", () => all("home", "arm.home"))}
         {button("class-clear-all", "class.clearAll", () => all("clear", "arm.clear_alarms"))}
-        {button("class-end-all", "class.endAll", () => turnsOf("end"))}
-        {button("class-next-all", "class.nextAll", () => turnsOf("next"))}
+        {store.hub.value ? null : button("class-end-all", "class.endAll", () => turnsOf("end"))}
+        {store.hub.value ? null : button("class-next-all", "class.nextAll", () => turnsOf("next"))}
       </div>
-      {frozen > 0 ? <p class="banner holds" role="status" data-testid="class-frozen">{w("class.frozenText", { n: frozen, all: turns.value?.arms.length ?? 0 })}</p> : null}
+      {frozen > 0 ? <p class="banner holds" role="status" data-testid="class-frozen">{w("class.frozenText", { n: frozen, all: turns.value?.arms.length ?? store.arms.value.length })}</p> : null}
     </Card>
   );
 }

@@ -7,13 +7,15 @@ import { apiUrl, connect, keptPupil } from "../../session";
 import * as store from "../../store";
 import { Card, TextField } from "../../ui/parts";
 import { Connect } from "../connect";
+import { AtStations, placeOf } from "./hub";
 import { w } from "./words";
 
 /** What the station said, in the words of the page's language. */
 function faultOf(of: "pupil" | "pin"): string | undefined {
   const fault = store.signInFault.value;
   if (fault?.of !== of) return undefined;
-  if (fault.wait !== null) return w("door.wait", { seconds: Math.ceil(fault.wait) });
+  if (Array.isArray(fault.machines)) return placeOf(fault.machines);
+  if (typeof fault.wait === "number") return w("door.wait", { seconds: Math.ceil(fault.wait) });
   return w(of === "pin" ? "door.pin.wrong" : "door.wrong");
 }
 
@@ -37,10 +39,12 @@ export function Door() {
     if (token) connect(url, token);
   };
   // Without a class that is known, a token may be all that is wanted.
-  const isSure = hasClass.value || slip !== null;
+  const isSure = !store.hub.value && (hasClass.value || slip !== null);
   return (
+    <>
+    {store.hub.value ? <AtStations /> : null}
     <Card title={w("door.title")} class="arms door">
-      <form class="door-form" onSubmit={signIn}>
+      <form class="door-form" onSubmit={signIn} hidden={store.hub.value}>
         <TextField id="class-name" label={w("door.name")} value={name.value} most={40} autocomplete="off" live set={(text) => (name.value = text)} />
         <TextField id="class-code" label={w("door.code")} value={code.value} most={12} live set={(text) => (code.value = text)} bad={faults.pupil !== undefined} hint={faults.pupil ?? w("door.code.hint")} />
         <button type="submit" class="primary" data-testid="class-signin" disabled={name.value.trim() === "" || code.value.trim() === ""}>{w("door.signin")}</button>
@@ -58,5 +62,6 @@ export function Door() {
         <Connect />
       </details>
     </Card>
+    </>
   );
 }

@@ -6,6 +6,7 @@ import { Card } from "../../ui/parts";
 import { Site } from "../site";
 import { Conduct } from "./conduct";
 import { Door } from "./door";
+import { AtStations } from "./hub";
 import { Make } from "./make";
 import { Pupils } from "./pupils";
 import { PupilPage } from "./pupil";
@@ -19,7 +20,7 @@ function Teacher() {
     <>
       <Conduct />
       <Site pictures={false} />
-      <Pupils />
+      {store.hub.value ? <AtStations /> : <Pupils />}
       <Results />
       <Make />
     </>
@@ -36,7 +37,7 @@ export function Class() {
       {audience === "door" ? (
         <Door />
       ) : audience === "pupil" || (hasClass.value && role === "student") ? (
-        <PupilPage />
+        store.hub.value ? <AtStations /> : <PupilPage />
       ) : role === "teacher" ? (
         <Teacher />
       ) : (

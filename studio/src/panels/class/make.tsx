@@ -74,7 +74,7 @@ function Form({ now, done }: { now: Roll | null; done: () => void }) {
 async function end(): Promise<void> {
   if (!(await store.ask(w("make.end"), w("make.end.text"), w("make.end")))) return;
   await call("class.set", { text: "" });
-  roll.value = null;
+  await read();
   // Without a class this computer's people are teachers again, and there is no PIN that could be tried.
   if (isPin(keptToken())) signOut();
 }

@@ -3,8 +3,10 @@ import { effect, signal } from "@preact/signals";
 import type { Result, Told } from "../../client";
 import { call, notified } from "../../session";
 import * as store from "../../store";
+import { isOn } from "../../class";
 
-export type Roll = Result<"class.get">;
+/** Of a hub with the arms of stations that have not answered, or have another class or none. */
+export type Roll = Result<"class.get"> & { missing?: string[]; differ?: Array<{ arms: string[] }> };
 export const roll = signal<Roll | null>(null);
 /** A pupil who comes or goes without a turn is seen after this, ms. */
 const LOOK = 2000;
@@ -13,6 +15,8 @@ export async function read(): Promise<void> {
   try {
     const told = await call("class.get", {});
     roll.value = told.class ? told : null;
+    // No station tells a hub's page that a class begins or ends.
+    if (store.hub.value) isOn.value = told.class !== null;
   } catch {
     // Of a station that is away the names stay.
   }

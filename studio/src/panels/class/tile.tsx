@@ -31,8 +31,10 @@ export function TeacherTile({ arm }: { arm: store.ArmEntry }) {
       <div class="tile-buttons">
         <Do id={`tile-home-${name}`} off={off} label={w("tile.home", { name })} text={t("home")} press={() => tried(() => forPupil(name, "arm.home", w("tile.home", { name })))} />
         <Do id={`tile-clear-${name}`} off={off} label={w("tile.clear", { name })} text={w("tile.clear.short")} press={() => tried(() => forPupil(name, "arm.clear_alarms", w("tile.clear", { name })))} />
+        {store.hub.value ? null : <>
         <Do id={`tile-end-${name}`} off={!turn?.person} label={w("tile.end", { name })} text={w("tile.end.short")} press={() => tried(() => call("turn.end", { arm: name }))} />
         <Do id={`tile-next-${name}`} off={!turn?.person || !waits} label={w("tile.next", { name })} text={w("tile.next.short")} press={() => tried(() => call("turn.next", { arm: name }))} />
+        </>}
       </div>
     </div>
   );

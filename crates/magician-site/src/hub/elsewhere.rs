@@ -1,0 +1,66 @@
+//! Whether a station has a class: then the people of the hub's machine are no teachers without its PIN.
+
+use std::collections::BTreeMap;
+use std::sync::Weak;
+use std::time::Duration;
+
+use serde_json::Value;
+use tokio::time::sleep;
+
+use super::acting::Shared;
+use crate::site::Caller;
+
+/// Time from one look at the class of the stations to the next: a person waits so long for a change of role.
+const CLASS: Duration = Duration::from_secs(1);
+/// What stations are asked then.
+const ASKED: &str = r#"{"jsonrpc":"2.0","id":1,"method":"class.get","params":{}}"#;
+
+impl Shared {
+    pub(super) async fn watch_class(this: Weak<Self>) {
+        loop {
+            let Some(shared) = this.upgrade() else {
+                return;
+            };
+            shared.look_at_class().await;
+            drop(shared);
+            sleep(CLASS).await;
+        }
+    }
+
+    /// Asks the stations for their class by the hub's own token, of which any is enough. One that does not answer changes
+    /// nothing.
+    pub(super) async fn look_at_class(&self) {
+        let token = self.lock().hub.token();
+        if token.is_none() {
+            // Without it the hub's people move nothing anyway.
+            return;
+        }
+        let caller = Caller {
+            token,
+            client: "hub".to_owned(),
+        };
+        let stations: BTreeMap<_, _> = { self.site.arms().into_keys() }
+            .map(|at| (at.station, at))
+            .collect();
+        let mut pin = None;
+        let mut silent = false;
+        for at in stations.values() {
+            let asked = self.site.call(at, &caller, ASKED.to_owned()).await;
+            let answer: Option<Value> =
+                { asked.ok().flatten() }.and_then(|text| serde_json::from_str(&text).ok());
+            let class = answer.as_ref().and_then(|answer| answer.get("result"));
+            match class {
+                Some(class) if !class["class"].is_null() => {
+                    let known = class["pin"].as_str().unwrap_or_default();
+                    pin = Some(known.to_owned());
+                    break;
+                }
+                Some(_) => {}
+                None => silent = true,
+            }
+        }
+        if pin.is_some() || !silent {
+            self.home.set_class_elsewhere(pin);
+        }
+    }
+}

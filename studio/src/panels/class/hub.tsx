@@ -1,0 +1,24 @@
+// What the page of a hub says of a class: pupils, turns and codes are at the pages of the stations.
+import { useEffect } from "preact/hooks";
+import { t } from "../../i18n";
+import * as store from "../../store";
+import { Card } from "../../ui/parts";
+import { roll, watchRoll } from "./roll";
+import { w } from "./words";
+
+/** Where pupils sign in. */
+export const placeOf = (machines: readonly unknown[]): string => (machines.length > 0 ? w("hub.machines", { machines: machines.join(", ") }) : w("hub.place"));
+
+export function AtStations() {
+  useEffect(watchRoll, []);
+  const machines = [...new Set(store.arms.value.flatMap(({ machine }) => machine ?? []))].sort();
+  const missing = roll.value?.missing ?? [];
+  const differ = (roll.value?.differ ?? []).flatMap(({ arms }) => arms);
+  return (
+    <Card title={t("class.title")} class="arms">
+      <p class="hint" data-testid="class-stations">{placeOf(machines)}</p>
+      {missing.length > 0 ? <p class="hint bad" role="status" data-testid="class-missing">{w("hub.missing", { arms: missing.join(", ") })}</p> : null}
+      {differ.length > 0 ? <p class="hint bad" role="status" data-testid="class-differ">{w("hub.differ", { arms: differ.join(", ") })}</p> : null}
+    </Card>
+  );
+}
