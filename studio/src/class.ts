@@ -64,7 +64,8 @@ effect(() => {
 
 /** What is left of a turn, s; null where turns have no end. */
 export const leftOf = (turn: ArmTurn): number | null => (turn.left_s === null ? null : turn.left_s - (turn.state === "running" && !turn.frozen ? age.value : 0));
-export const turnAt = (arm: string): ArmTurn | null => turns.value?.arms.find((one) => one.arm === arm) ?? null;
+const turnsByArm = computed(() => new Map(turns.value?.arms.map((turn) => [turn.arm, turn])));
+export const turnAt = (arm: string): ArmTurn | null => turnsByArm.value.get(arm) ?? null;
 
 /** A turn in words: whose, and how long it is still; that its arm is frozen goes before. */
 export const wordsOf = (arm: string): string | null => (turnAt(arm)?.frozen ? t("class.frozen") : turnOf(arm));
