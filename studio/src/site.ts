@@ -42,7 +42,7 @@ class ByArm<T> {
     return this.at(arm).value;
   }
 
-  set(arm: string, value: T | undefined): void {
+  set(arm: string, value: T): void {
     this.at(arm).value = value;
   }
 }
@@ -131,7 +131,7 @@ export async function list(): Promise<void> {
 /** When each arm was asked for its state, ms; `Infinity` until it has answered. */
 const askedAt = new Map<string, number>();
 /** States that have come since some were shown last. */
-const arrived = new Map<string, State | undefined>();
+const arrived = new Map<string, State>();
 
 /** Asks for the states that are due: in view first, the oldest first. An arm that does not answer delays no other. */
 function look(inView?: ReadonlySet<string>): void {
@@ -148,12 +148,14 @@ function look(inView?: ReadonlySet<string>): void {
   };
   for (const arm of [...due(near, pause), ...due(far, OUT_OF_VIEW)]) {
     askedAt.set(arm, Infinity);
-    const answered = (state?: State) => {
-      askedAt.set(arm, now);
+    const answered = () => void askedAt.set(arm, now);
+    const heard = (state: State) => {
+      answered();
       if (arrived.size === 0) setTimeout(showArrived, TOGETHER);
       arrived.set(arm, state);
     };
-    call("arm.state", { arm }).then(answered, () => answered());
+    // A refusal leaves what was heard before; an arm that is lost is marked in the list.
+    call("arm.state", { arm }).then(heard, answered);
   }
 }
 
