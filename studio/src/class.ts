@@ -67,7 +67,8 @@ effect(() => {
 
 /** What is left of a turn, s; null where turns have no end. */
 export const leftOf = (turn: ArmTurn): number | null => (turn.left_s === null ? null : turn.left_s - (turn.state === "running" && !turn.frozen ? age.value : 0));
-export const turnAt = (arm: string): ArmTurn | null => turns.value?.arms.find((one) => one.arm === arm) ?? null;
+const turnsByArm = computed(() => new Map(turns.value?.arms.map((turn) => [turn.arm, turn])));
+export const turnAt = (arm: string): ArmTurn | null => turnsByArm.value.get(arm) ?? null;
 
 /** Whether a program waits in the queue of its arm, as in a class, and goes to no arm that a pupil has. */
 export const queues = computed(() => turns.value !== null || (store.hub.value && hasClass.value));

@@ -1,6 +1,6 @@
-// The arms of a station as a whole, for the teacher's view: looked at while it is shown. What a page may ask in a second is
-// limited, so the more arms there are the more seldom each is read.
-import { signal } from "@preact/signals";
+// The arms of a station, or of all stations of a site, for the teacher's view: looked at while it is shown. What a page may ask in a
+// second is limited, and drawing costs more than asking: tiles in view are read often, the others now and then.
+import { batch, type Signal, signal } from "@preact/signals";
 import type { Job, State } from "./api";
 import type { Params } from "./client";
 import { complain, dangerOf } from "./actions";
@@ -14,14 +14,41 @@ import { remember, remembered } from "./settings";
 import * as store from "./store";
 import type { Stroke } from "./view/seen";
 
-/** States asked for in a second, of all arms together. */
+/** States asked for in a second, of all arms in view together, while `LONGEST_IN_VIEW` allows it. A station takes 200 messages a second
+    of a page, a hub two more for each arm. */
 const ASKED = 100;
-/** Of one arm, at most. */
-const FASTEST = 5;
+/** Time between two readings of one arm, ms: at least, at most in view (a tile is to be less than a second old), and out of view,
+    where it is counted alone. */
+const SHORTEST = 200;
+const LONGEST_IN_VIEW = 750;
+const OUT_OF_VIEW = 5000;
 const LIST = 1000;
+/** States that come within this time are shown together, ms; so are changes of jobs, of which fifty arms that draw send hundreds a
+    second. */
+const TOGETHER = 50;
+const JOBS = 250;
 
-export const states = signal<ReadonlyMap<string, State>>(new Map());
-export const jobs = signal<ReadonlyMap<string, Job>>(new Map());
+/** Values of arms, each a signal of its own, so that a change draws the tile of its arm alone. */
+class ByArm<T> {
+  private readonly signals = new Map<string, Signal<T | undefined>>();
+
+  private at(arm: string): Signal<T | undefined> {
+    let found = this.signals.get(arm);
+    if (found === undefined) this.signals.set(arm, (found = signal(undefined)));
+    return found;
+  }
+
+  get(arm: string): T | undefined {
+    return this.at(arm).value;
+  }
+
+  set(arm: string, value: T): void {
+    this.at(arm).value = value;
+  }
+}
+
+export const states = new ByArm<State>();
+export const jobs = new ByArm<Job>();
 /** The arms that are chosen for what is done to several. */
 export const chosen = signal<ReadonlySet<string>>(new Set());
 
@@ -44,7 +71,9 @@ const SENT = "sent";
 const sent = new Map(JSON.parse(remembered("sessionStorage", SENT) ?? "[]") as Array<[job: string, title: string]>);
 const keepSent = () => remember("sessionStorage", SENT, JSON.stringify([...sent]));
 
-export function watchSite(): () => void {
+/** Reads list, jobs and states until the function that it returns is called. `inView` has the arms that are read first; all of them
+    unless given. */
+export function watchSite(inView?: ReadonlySet<string>): () => void {
   let over = false;
   let timers: Array<ReturnType<typeof setTimeout>> = [];
   const again = (work: () => Promise<void>, pause: () => number) => {
@@ -59,7 +88,7 @@ export function watchSite(): () => void {
   for (const job of sent.keys()) {
     call("job.get", { job }).then(heard, (error: unknown) => error instanceof RpcError && error.code !== LINE_ENDED && sent.delete(job));
   }
-  again(look, () => Math.max(1000 / FASTEST, (1000 * store.arms.value.length) / ASKED));
+  again(async () => look(inView), () => SHORTEST);
   return () => {
     over = true;
     timers.forEach(clearTimeout);
@@ -71,7 +100,7 @@ export const isKnown = (arm: store.ArmEntry): boolean => arm.link === "up" && st
 
 /** The job that has an arm, in words; null if none has. */
 export function jobOf(arm: store.ArmEntry): string | null {
-  const job = jobs.value.get(arm.name);
+  const job = jobs.get(arm.name);
   if (job === undefined || !isUnderWay(job)) return null;
   const percent = job.steps ? ` ${Math.floor((100 * job.step) / job.steps)} %` : "";
   return `${t(`job.${job.state}` as "job.running")}${percent}`;
@@ -81,29 +110,71 @@ export function jobOf(arm: store.ArmEntry): string | null {
 export function doingOf(arm: store.ArmEntry): string {
   if (!isKnown(arm)) return t(store.socket.value === "up" ? "arms.link.lost" : "arms.unknown");
   const job = jobOf(arm);
-  if (job !== null) return [jobs.value.get(arm.name)?.title, job].filter(Boolean).join(": ");
-  return t(states.value.get(arm.name)?.moving === true ? "site.moves" : "site.stands");
+  if (job !== null) return [jobs.get(arm.name)?.title, job].filter(Boolean).join(": ");
+  return t(states.get(arm.name)?.moving === true ? "site.moves" : "site.stands");
 }
 
 export async function list(): Promise<void> {
   const { arms } = await call("arm.list", {});
-  if (JSON.stringify(arms) !== JSON.stringify(store.arms.value)) store.arms.value = arms;
+  const before = new Map(store.arms.value.map((arm) => [arm.name, arm]));
+  // An entry that has not changed stays the same object: its tile is not drawn again.
+  const after = arms.map((arm) => {
+    const known = before.get(arm.name);
+    return known !== undefined && JSON.stringify(known) === JSON.stringify(arm) ? known : arm;
+  });
+  if (after.length !== before.size || after.some((arm, nth) => arm !== store.arms.value[nth])) store.arms.value = after;
   await Promise.all(arms.map(async ({ name, job }) => {
-    if (job !== null && jobs.value.get(name)?.job !== job) keep(await call("job.get", { job }));
+    if (job !== null && (changed.get(name) ?? jobs.get(name))?.job !== job) keep(await call("job.get", { job }));
   }));
 }
 
-async function look(): Promise<void> {
-  const arms = store.arms.value.filter(({ link }) => link === "up");
-  const seen = await Promise.all(arms.map(({ name: arm }) => call("arm.state", { arm }).catch(() => null)));
-  states.value = new Map(arms.flatMap(({ name }, nth) => {
-    const state = seen[nth];
-    return state ? [[name, state]] : [];
-  }));
+/** When each arm was asked for its state, ms; `Infinity` until it has answered. */
+const askedAt = new Map<string, number>();
+/** States that have come since some were shown last. */
+const arrived = new Map<string, State>();
+
+/** Asks for the states that are due: in view first, the oldest first. An arm that does not answer delays no other. */
+function look(inView?: ReadonlySet<string>): void {
+  const now = performance.now();
+  const up = store.arms.value.filter(({ link }) => link === "up").map(({ name }) => name);
+  const isIn = (arm: string) => inView === undefined || inView.has(arm);
+  const [near, far] = [up.filter(isIn), up.filter((arm) => !isIn(arm))];
+  const pause = Math.min(LONGEST_IN_VIEW, Math.max(SHORTEST, (1000 * near.length) / ASKED));
+  const due = (arms: string[], after: number) => {
+    // Half a turn early is due: timers are late, not early.
+    const late = arms.filter((arm) => now - (askedAt.get(arm) ?? -Infinity) >= after - SHORTEST / 2);
+    const most = Math.ceil((arms.length * SHORTEST) / after);
+    return late.sort((one, two) => (askedAt.get(one) ?? 0) - (askedAt.get(two) ?? 0)).slice(0, most);
+  };
+  for (const arm of [...due(near, pause), ...due(far, OUT_OF_VIEW)]) {
+    askedAt.set(arm, Infinity);
+    const answered = () => void askedAt.set(arm, now);
+    const heard = (state: State) => {
+      answered();
+      if (arrived.size === 0) setTimeout(showArrived, TOGETHER);
+      arrived.set(arm, state);
+    };
+    // A refusal leaves what was heard before; an arm that is lost is marked in the list.
+    call("arm.state", { arm }).then(heard, answered);
+  }
 }
+
+function showArrived(): void {
+  batch(() => arrived.forEach((state, arm) => states.set(arm, state)));
+  arrived.clear();
+}
+
+/** Jobs that have changed since they were shown last. */
+const changed = new Map<string, Job>();
 
 function keep(job: Job): void {
-  jobs.value = new Map(jobs.value).set(job.arm, job);
+  if (changed.size === 0) setTimeout(showJobs, JOBS);
+  changed.set(job.arm, job);
+}
+
+function showJobs(): void {
+  batch(() => changed.forEach((job, arm) => jobs.set(arm, job)));
+  changed.clear();
 }
 
 notified.add((method, params) => {

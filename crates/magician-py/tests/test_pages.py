@@ -27,11 +27,10 @@ PAGES = [
     ROOT / "docs" / "PYTHON-TASKS.md",
     ROOT / "docs" / "PYTHON-LEARNING.md",
     ROOT / "docs" / "STATION-SESSION.md",
-    *(ROOT / "docs" / "recipes" / f"{name}.md" for name in ("share", "class", "queue")),
+    *(ROOT / "docs" / "recipes" / f"{name}.md" for name in ("share", "queue")),
 ]
-# Where the programs of a page find a station, and the arms that it has.
+# Where the programs of a page find a station.
 STATION = "http://127.0.0.1:8910"
-ARMS = {"class.md": ("--arm", "left=sim:20", "--arm", "right=sim:20")}
 BLOCK = re.compile(
     r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```\n|\n!\[[^\]]*\]\((\S+)\)\n)?", re.DOTALL | re.MULTILINE
 )
@@ -80,8 +79,7 @@ def test_block(name: str, program: str, said: str | None, picture: Path | None, 
     script = tmp_path / ("test_block.py" if "def test_" in program else "block.py")
     with ExitStack() as stack:
         if STATION in program:
-            arms = ARMS.get(name.partition(":")[0], ("--port", "sim:20"))
-            server = stack.enter_context(Server(tmp_path / "state", "--listen", "127.0.0.1:0", *arms))
+            server = stack.enter_context(Server(tmp_path / "state", "--listen", "127.0.0.1:0", "--port", "sim:20"))
             program = program.replace(STATION, server.url)
         script.write_text(program, encoding="utf-8")
         done = run(script, program, tmp_path)

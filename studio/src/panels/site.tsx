@@ -23,8 +23,8 @@ const FEW = 4;
 
 /** What holds an arm, in a word each. */
 function marksOf(arm: store.ArmEntry) {
-  const state = states.value.get(arm.name);
-  const job = jobs.value.get(arm.name);
+  const state = states.get(arm.name);
+  const job = jobs.get(arm.name);
   const asks = arm.waiting.find((waiter) => waiter.asks);
   return {
     lost: !isKnown(arm),
@@ -45,7 +45,7 @@ function Tile({ arm }: { arm: store.ArmEntry }) {
   const who = store.socket.value !== "up" ? "" : holder === null ? (lost ? t("arms.link.lost") : jobOf(arm) !== null ? t("arms.busy") : isTeachers(turnAt(name)) ? w("tile.teacher") : t("arms.free")) : isMine ? t("arms.you") : holder.name;
   const doing = doingOf(arm);
   return (
-    <li class={`tile ${isMine ? "mine" : ""} ${alarms.length > 0 ? "alarmed" : ""} ${lost ? "lost" : "up"} ${frozen ? "frozen" : ""}`} data-testid={`arm-${name}`} data-holder={holder?.name ?? ""}>
+    <li class={`tile ${isMine ? "mine" : ""} ${alarms.length > 0 ? "alarmed" : ""} ${lost ? "lost" : "up"} ${frozen ? "frozen" : ""}`} data-testid={`arm-${name}`} data-holder={holder?.name ?? ""} data-t={states.get(name)?.t}>
       <div class="tile-head">
         <a href="#/move" onClick={() => show(name)} title={t("arms.show", { name })} aria-current={name === store.armName.value ? "true" : undefined}>
           {name}
@@ -111,11 +111,10 @@ function useFleet(place: { current: HTMLDivElement | null }): void {
       layOut();
       sizes.observe(element);
       end = effect(() => {
-        const seen = states.value;
-        const arms = store.arms.value;
+        const arms = new Map(store.arms.value.map((arm) => [arm.name, arm]));
         scene?.setJoints(order.map((name) => {
-          const state = seen.get(name);
-          const arm = arms.find((one) => one.name === name);
+          const state = states.get(name);
+          const arm = arms.get(name);
           return state && arm && isKnown(arm) ? [state.j1, state.j2, state.j3, state.j4, state.rail ?? 0] : null;
         }));
       });
@@ -127,6 +126,25 @@ function useFleet(place: { current: HTMLDivElement | null }): void {
       scene?.end();
     };
   }, [names, model]);
+}
+
+/** The arms whose tiles can be seen, or would be after a little scrolling. */
+function useInView(place: { current: HTMLDivElement | null }): Set<string> {
+  const inView = useRef(new Set<string>()).current;
+  const names = store.arms.value.map(({ name }) => name).join();
+  useEffect(() => {
+    const element = place.current;
+    if (element === null) return;
+    const order = names.split(",");
+    const arms = new Map([...element.querySelectorAll(".tile")].map((tile, nth) => [tile, order[nth] ?? ""]));
+    const watcher = new IntersectionObserver((entries) => {
+      for (const { target, isIntersecting } of entries) inView[isIntersecting ? "add" : "delete"](arms.get(target) ?? "");
+    }, { rootMargin: "25%" });
+    inView.clear();
+    for (const tile of arms.keys()) watcher.observe(tile);
+    return () => watcher.disconnect();
+  }, [names]);
+  return inView;
 }
 
 function Bar() {
@@ -207,7 +225,8 @@ function Count() {
 /** The arms; with the pictures that this browser has of them, unless the station's own results stand beside. */
 export function Site({ pictures: withPictures = true }: { pictures?: boolean }) {
   const place = useRef<HTMLDivElement>(null);
-  useEffect(watchSite, []);
+  const inView = useInView(place);
+  useEffect(() => watchSite(inView), []);
   useFleet(place);
   const arms = store.arms.value;
   return (
