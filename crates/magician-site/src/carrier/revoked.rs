@@ -2,6 +2,7 @@
 //! it, so it does not matter who hands it on.
 
 use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use tokio::runtime::Handle;
@@ -35,11 +36,19 @@ pub(super) async fn follow(
     newer: impl Fn() + Clone + Send + Sync + 'static,
 ) -> zenoh::Result<Lists> {
     let learn = {
-        let (identity, newer) = (identity.clone(), newer);
-        move |sample: &Sample| match identity.learn(&sample.payload().to_bytes()) {
-            Ok(true) => newer(),
-            Ok(false) => {}
-            Err(error) => tracing::warn!(%error, "a list of revoked certificates is not good"),
+        let identity = identity.clone();
+        // At the authority's machine the list may be in the folder before it is told.
+        let last = Arc::new(Mutex::new(identity.revoked()));
+        move |sample: &Sample| {
+            if let Err(error) = identity.learn(&sample.payload().to_bytes()) {
+                tracing::warn!(%error, "a list of revoked certificates is not good");
+            }
+            let list = identity.revoked();
+            let mut last = last.lock().unwrap_or_else(PoisonError::into_inner);
+            if *last != list {
+                *last = list;
+                newer();
+            }
         }
     };
     let all = keys.revoked("*");
