@@ -1,6 +1,5 @@
 // What the page of a hub says of a class: pupils, turns and codes are at the pages of the stations.
 import { useEffect } from "preact/hooks";
-import { t } from "../../i18n";
 import * as store from "../../store";
 import { Card } from "../../ui/parts";
 import { roll, watchRoll } from "./roll";
@@ -15,7 +14,7 @@ export function AtStations() {
   const missing = roll.value?.missing ?? [];
   const differ = (roll.value?.differ ?? []).flatMap(({ arms }) => arms);
   return (
-    <Card title={t("class.title")} class="arms">
+    <Card title={w("pupils.title")} class="arms">
       <p class="hint" data-testid="class-stations">{placeOf(machines)}</p>
       {missing.length > 0 ? <p class="hint bad" role="status" data-testid="class-missing">{w("hub.missing", { arms: missing.join(", ") })}</p> : null}
       {differ.length > 0 ? <p class="hint bad" role="status" data-testid="class-differ">{w("hub.differ", { arms: differ.join(", ") })}</p> : null}
