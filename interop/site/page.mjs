@@ -1,13 +1,15 @@
 #!/usr/bin/env node
-// Pages of a hub for `page`: page.mjs URL PIN [--pictures]. A line of JSON on stdin is a command, and is answered by one on stdout:
+// Pages of a hub for `page`: page.mjs URL PIN [--pictures] [--built DIR]. A line of JSON on stdin is a command, and is answered by one on stdout:
 // {"open": N, "arms": M}: until there are N pages, each of which shows M arms; {"measure": SECONDS}; {"stop": true}: presses Stop all.
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
+import { join } from "node:path";
 import { createInterface } from "node:readline";
 
 const { chromium } = createRequire(new URL("../../studio/package.json", import.meta.url))("playwright-core");
 const [url, pin] = process.argv.slice(2);
 const pictures = process.argv.includes("--pictures");
+const built = process.argv.includes("--built") ? process.argv[process.argv.indexOf("--built") + 1] : null;
 const drawn = pictures ? ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"] : ["--disable-3d-apis"];
 // A page in the background is throttled; here each stands for one on a screen of its own.
 const shown = ["--disable-backgrounding-occluded-windows", "--disable-renderer-backgrounding", "--disable-background-timer-throttling"];
@@ -17,12 +19,20 @@ const pages = [];
 async function open(arms) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 860 } });
   const page = await context.newPage();
+  // With the hub's own headers, which say what the page may do.
+  if (built !== null) await page.route(/assets.(?!worker)\w+\.js$/, async (route) => {
+    const response = await route.fetch();
+    const { "content-encoding": _, "content-length": __, ...headers } = response.headers();
+    await route.fulfill({ status: 200, headers, body: readFileSync(join(built, new URL(route.request().url()).pathname)) });
+  });
   await page.addInitScript(() => localStorage.setItem("magician.name", "Ms Lee"));
   await page.goto(`${url}#/class`);
   await page.getByTestId("class-teacher").click();
   await page.getByTestId("class-pin").fill(pin);
   await page.getByTestId("class-pin-signin").click();
-  await page.waitForFunction((arms) => document.querySelectorAll(".tile[data-t]").length === arms, arms, { timeout: 60_000 });
+  // Those that have no state by then are counted as silent.
+  const shows = page.waitForFunction((arms) => document.querySelectorAll(".tile[data-t]").length === arms, arms, { timeout: 30_000, polling: 500 });
+  await shows.catch(() => {});
   // As a teacher looks at them.
   await page.getByTestId("stop-all").evaluate((button) => button.scrollIntoView({ block: "start" }));
   const metrics = await context.newCDPSession(page);
