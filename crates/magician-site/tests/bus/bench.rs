@@ -71,6 +71,7 @@ impl Lab {
     }
 
     /// Settings of Zenoh for one end: without multicast, so that tests beside each other do not meet.
+    /// Ends that have no port of their own find each other through one that has.
     pub(crate) fn config(&self, name: &str, listens: Option<u16>, connects: &[u16]) -> PathBuf {
         let link = if self.identity.is_some() {
             "tls"
@@ -78,7 +79,7 @@ impl Lab {
             "tcp"
         };
         let at = |port: &u16| format!("{link}/127.0.0.1:{port}");
-        let listens: Vec<_> = listens.iter().map(at).collect();
+        let listens = [at(&listens.unwrap_or(0))];
         let connects: Vec<_> = connects.iter().map(at).collect();
         let config = json!({
             "listen": {"endpoints": listens},

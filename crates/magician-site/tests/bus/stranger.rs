@@ -7,16 +7,23 @@ use std::sync::{Arc, Mutex};
 
 use magician_site::carrier::ZenohSite;
 use magician_site::certificates::{Authority, Identity};
-use magician_site::{ArmAt, Site, SiteError, SiteEvent, StationId};
+use magician_site::{ArmAt, Site, SiteError, StationId};
 use serde_json::{Value, json};
 use tokio::net::TcpListener;
 use zenoh::query::Query;
 use zenoh::sample::Sample;
 use zenoh::{Config, Session, Wait};
 
-use crate::bench::{BENCH, Lab, answers, arrives, becomes, free_port, request, until};
+use crate::bench::{BENCH, Lab, answers, arrives, becomes, free_port, request};
 
 const GHOST: StationId = StationId(0xbad);
+
+fn ghost() -> ArmAt {
+    ArmAt {
+        arm: "ghost".to_owned(),
+        station: GHOST,
+    }
+}
 
 /// Everything that a stranger hears, as `key: payload`.
 type Heard = Arc<Mutex<Vec<String>>>;
@@ -59,22 +66,26 @@ impl Stranger {
                 .unwrap()
                 .push(format!("asked {}: {asked:?} {with:?}", query.key_expr()));
             std::thread::spawn(move || {
-                let said = r#"{"arms": [{"arm": "phantom"}], "result": {"stood": true}}"#;
+                let said = r#"{"result": {"arms": [{"arm": "a", "stood": true}]}}"#;
                 let _ = query.reply(query.key_expr().clone(), said).wait();
             });
         };
         let queryable = session.declare_queryable("magician/lab/**").callback(lie);
         declared.push(Box::new(queryable.await.unwrap()));
-        let hides = session
-            .declare_queryable("magician/lab/liar/roster")
-            .callback(|query: Query| {
+        // Rosters: one that hides an arm, and one that adds one.
+        for (machine, said) in [
+            ("liar-1", r#"{"arms": []}"#),
+            ("liar-2", r#"{"arms": [{"arm": "phantom"}]}"#),
+        ] {
+            let key = format!("magician/lab/{machine}/roster");
+            let roster = session.declare_queryable(key);
+            let roster = roster.callback(move |query: Query| {
                 std::thread::spawn(move || {
-                    let _ = query
-                        .reply(query.key_expr().clone(), r#"{"arms": []}"#)
-                        .wait();
+                    let _ = query.reply(query.key_expr().clone(), said).wait();
                 });
             });
-        declared.push(Box::new(hides.await.unwrap()));
+            declared.push(Box::new(roster.await.unwrap()));
+        }
         let ghost = format!("magician/lab/{BENCH}/alive/ghost/{GHOST}");
         let token = session.liveliness().declare_token(ghost).await.unwrap();
         declared.push(Box::new(token));
@@ -172,11 +183,8 @@ async fn without_certificates_a_stranger_gets_presence_and_states_and_is_sent_no
     assert!(!site.is_proved());
     let mut events = site.watch();
     let (at, _) = arrives(&mut events, "a").await;
-    let ghost = until(&mut events, |event| match event {
-        SiteEvent::Arrived(at) => (at.arm == "ghost").then_some(at),
-        _ => None,
-    });
-    let ghost = ghost.await;
+    let ghost = ghost();
+    becomes(async || site.arms().contains_key(&ghost)).await;
     // Nothing is told to anybody, whoever it seems to be.
     for at in [&at, &ghost] {
         let answers = teach(&site, at, &lab).await;
@@ -293,11 +301,8 @@ async fn announced_address_is_only_a_hint() {
     let (at_liar, got) = liar().await;
     let config = tls_config(&lab, &thief, port);
     let _stranger = Stranger::comes(&config, at_liar).await;
-    let ghost = until(&mut events, |event| match event {
-        SiteEvent::News(at, _) => (at.arm == "ghost").then_some(at),
-        _ => None,
-    });
-    let ghost = ghost.await;
+    let ghost = ghost();
+    becomes(async || matches!(site.arms().get(&ghost), Some(Some(_)))).await;
     let stolen = site
         .call(&ghost, &lab.teacher(), request("arm.stop", &json!({})))
         .await;
