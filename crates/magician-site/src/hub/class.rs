@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::gather::{Gather, GatherId, Gathers, Meant, items};
 use super::requests::{Call, Handled};
-use super::{Hub, HubAct, RequestId, SocketId};
+use super::{ArmPlace, Hub, HubAct, RequestId, SocketId};
 use crate::Roster;
 use crate::site::{ArmAt, StationId};
 
@@ -172,8 +172,20 @@ impl Hub {
         if shown.get("codes_kept").is_some() {
             shown["codes_kept"] = json!(codes_kept);
         }
-        if gather.call.method.name == "class.set" {
-            self.expect_present(gather.call.socket);
+        match gather.call.method.name {
+            "class.set" => self.expect_present(gather.call.socket),
+            "site.expect" => {
+                for place in self.arms.values_mut() {
+                    place.expected = false;
+                }
+                self.expects(&roster_in(&shown));
+                // What was expected alone is forgotten with that.
+                let is_known = |place: &ArmPlace| {
+                    place.expected || !place.at.is_empty() || place.gone.is_some()
+                };
+                self.arms.retain(|_, place| is_known(place));
+            }
+            _ => {}
         }
         Ok(shown)
     }
@@ -207,6 +219,16 @@ impl Hub {
             });
         }
         self.expects(&roster);
+    }
+
+    /// The arms that any of the stations expects, with those that have not answered (`missing`), if there are such.
+    pub(super) fn roster(&mut self, gather: &Gather) -> Value {
+        let mut roster = Roster::default();
+        for (_, part) in gather.answers() {
+            roster.add(&roster_in(part));
+        }
+        self.expects(&roster);
+        with_missing(roster.to_value(), gather)
     }
 
     /// What pupils have made, with the arms that have not answered (`missing`), if there are such.
@@ -260,6 +282,13 @@ impl Hub {
         }
         Ok(with_missing(shown, gather))
     }
+}
+
+/// The roster of an answer; what is none expects nobody.
+fn roster_in(answer: &Value) -> Roster {
+    let arms = answer["arms"].as_array();
+    let roster = arms.map(|arms| Roster::of(arms));
+    roster.and_then(Result::ok).unwrap_or_default()
 }
 
 /// The class without what one station knows of its pupils: they sign in at others, too.

@@ -37,6 +37,8 @@ pub(super) enum Gathers {
     ByArms(&'static str),
     /// What pupils have made.
     Results,
+    /// The arms that any of the stations expects.
+    Roster,
     /// What all stations have alike, shown by one.
     Alike,
     /// The class that stations have, before another one is made of it.
@@ -214,7 +216,7 @@ impl Hub {
             return;
         };
         let wait = match what {
-            Gathers::Arms | Gathers::Sessions | Gathers::Alike => LIST,
+            Gathers::Arms | Gathers::Sessions | Gathers::Alike | Gathers::Roster => LIST,
             _ => STOP,
         };
         let calls = { self.sockets.get(&call.socket) }.is_some_and(Socket::calls);
@@ -294,6 +296,7 @@ impl Hub {
             Gathers::ByArms(list) => gather.done(list),
             Gathers::Results => self.results(&gather),
             Gathers::Alike => self.alike(&gather),
+            Gathers::Roster => Ok(self.roster(&gather)),
             Gathers::Class => match self.class_to_set(&gather) {
                 Ok(class) => return self.set_class(now, id, gather.call, class),
                 Err(error) => Err(error),

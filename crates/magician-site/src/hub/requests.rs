@@ -49,8 +49,8 @@ impl Hub {
     #[must_use]
     pub fn is_of_home(method: &str) -> bool {
         Method::named(method).is_none_or(|method| {
-            let of_class = OF_CLASS.iter().any(|of| method.name.starts_with(of));
-            let merged = of_class || MERGED.contains(&method.name);
+            let of_all = OF_ALL.iter().any(|of| method.name.starts_with(of));
+            let merged = of_all || MERGED.contains(&method.name);
             !method.takes_arm() && method.id_param().is_none() && !merged
         })
     }
@@ -158,6 +158,15 @@ impl Hub {
             "class.results" => self.ask_all(call, Gathers::Results, method.name),
             "class.set" => self.ask_all(call, Gathers::Class, "class.get"),
             "schedule.set" => self.set_schedule(call),
+            "site.roster" => self.ask_all(call, Gathers::Roster, method.name),
+            "site.expect" => {
+                let params = call.params.clone();
+                let what = Gathers::Everywhere(Vec::new());
+                let mut meant = self.meant(None);
+                // Those that are missing may be what is not expected any more.
+                meant.beyond.clear();
+                self.gather(call, what, method.name, params, meant)
+            }
             "class.codes" => Err(self.at_station(method.name, None)),
             name if name.starts_with("turn.") => Err(self.at_station(name, arm.as_deref())),
             "arm.stop" => self.stop(call, arm.as_deref()),
@@ -366,8 +375,8 @@ fn unknown(param: &str) -> RpcError {
 
 /// Answered from the answers of several stations.
 const MERGED: [&str; 3] = ["session.list", "server.info", "arm.list"];
-/// Groups of methods that are about the class of all stations.
-const OF_CLASS: [&str; 3] = ["class.", "schedule.", "turn."];
+/// Groups of methods that are about all stations.
+const OF_ALL: [&str; 4] = ["class.", "schedule.", "site.", "turn."];
 
 /// A request as text.
 pub(super) fn text_of(request: Option<RequestId>, method: &str, params: &impl Serialize) -> String {

@@ -438,3 +438,24 @@ async fn post_at_the_hub_without_the_pin_reads_no_code() {
     assert_eq!(class["text"], Value::Null, "{answer}");
     assert!(!answer.to_string().contains("7K3M"), "{answer}");
 }
+
+#[tokio::test(start_paused = true)]
+async fn roster_is_written_to_all_stations_and_read_from_any() {
+    let bench = class(2, &[]).await;
+    let mut teacher = bench.join("Ms Lee").await;
+    assert_eq!(
+        teacher.ok("site.roster", json!({})).await,
+        json!({"arms": []})
+    );
+    let arms = json!({"arms": [{"arm": "arm0", "machine": "m"}, {"arm": "gone", "machine": ""}]});
+    assert_eq!(teacher.ok("site.expect", arms.clone()).await, arms);
+    let mut read = arms.clone();
+    read["missing"] = json!(["gone"]);
+    assert_eq!(teacher.ok("site.roster", json!({})).await, read);
+    let refused = teacher.call("class.freeze", json!({})).await.unwrap_err();
+    assert_eq!(refused["data"]["missing"], json!(["gone"]), "{refused}");
+    // What is not expected any more is no reason to refuse it.
+    let arms = json!({"arms": [{"arm": "arm0", "machine": "m"}]});
+    assert_eq!(teacher.ok("site.expect", arms.clone()).await, arms);
+    teacher.ok("class.freeze", json!({})).await;
+}

@@ -1,14 +1,15 @@
 //! `fleet expect`: the arms that have to be on a site.
 
-use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::Duration;
 
 use magician::ErrorKind;
 use magician_site::carrier::ZenohSite;
-use magician_site::{ArmAt, Caller, Roster, Site};
-use serde_json::{Value, json};
+use magician_site::{Caller, Roster, Site};
+use serde_json::json;
 use tokio::time::timeout;
 
+use super::hub::ask;
 use super::stop::no_token;
 use super::{Expect, Known, gather};
 use crate::columns::Columns;
@@ -29,7 +30,7 @@ impl Expect {
             return Err(no_token());
         }
         let (expected, missing) = context.attending(async |_| {
-            let site = join().await?;
+            let site = Arc::new(join().await?);
             let known = gather(&site).await?;
             if !self.show {
                 let roster = if self.none {
@@ -37,12 +38,12 @@ impl Expect {
                 } else {
                     of(&known)
                 };
-                write(&site, &known, &roster, &caller).await?;
+                let token = caller.token.ok_or_else(no_token)?;
+                ask(Arc::clone(&site), token, "site.expect", roster.to_value()).await?;
             }
             let expected = site.roster().await;
             wait_for(&site, &expected).await;
             let missing = missing(&site, &expected);
-            site.leave().await;
             Ok((expected, missing))
         })?;
         let is_there = |arm: &str| !missing.iter().any(|(name, _)| name == arm);
@@ -110,49 +111,4 @@ pub(super) async fn wait_for(site: &ZenohSite, expected: &Roster) {
 /// Somebody is missing.
 pub(super) fn absent(message: String) -> Failure {
     Failure::new(Kind::Driver(ErrorKind::Timeout), message)
-}
-
-/// Each station keeps the roster, or is named.
-pub(super) async fn write(
-    site: &ZenohSite,
-    known: &Known,
-    roster: &Roster,
-    caller: &Caller,
-) -> Result<(), Failure> {
-    let params = roster.to_value();
-    let request = json!({"jsonrpc": "2.0", "id": 1, "method": "site.expect", "params": params});
-    let request = request.to_string();
-    let stations: BTreeMap<_, &ArmAt> = known.keys().map(|at| (at.station, at)).collect();
-    let mut failed = Vec::new();
-    for at in stations.into_values() {
-        let asked = timeout(
-            super::stop::PATIENCE,
-            site.call(at, caller, request.clone()),
-        );
-        let why = match asked.await {
-            Err(_) => Some("it does not answer".to_owned()),
-            Ok(Err(error)) => Some(error.to_string()),
-            Ok(Ok(answer)) => refusal(answer.as_deref().unwrap_or_default()),
-        };
-        if let Some(why) = why {
-            failed.push(format!("the station of {}: {why}", at.arm));
-        }
-    }
-    if failed.is_empty() {
-        return Ok(());
-    }
-    Err(absent(format!(
-        "not all stations have taken what to expect: {}",
-        failed.join("; ")
-    )))
-}
-
-/// Why a station has not done it.
-fn refusal(answer: &str) -> Option<String> {
-    let answer: Value = serde_json::from_str(answer).unwrap_or_default();
-    if answer.get("result").is_some() {
-        return None;
-    }
-    let why = answer["error"]["message"].as_str();
-    Some(why.unwrap_or("it gives no answer").to_owned())
 }

@@ -29,11 +29,7 @@ pub(super) fn asks(
                 gather(&site).await?;
                 let answer = ask(Arc::clone(&site), token.clone(), method, params).await?;
                 if method == "class.set" {
-                    let caller = Caller {
-                        token: Some(token),
-                        client: caller.client,
-                    };
-                    expect_present(&site, &caller).await?;
+                    expect_present(site, token).await?;
                 }
                 Ok(answer)
             };
@@ -46,15 +42,15 @@ pub(super) fn asks(
 }
 
 /// A class expects the arms that it began with, beside those that were expected before.
-async fn expect_present(site: &ZenohSite, caller: &Caller) -> Result<(), Failure> {
-    let known = site.arms();
-    let mut roster = expect::of(&known);
+async fn expect_present(site: Arc<ZenohSite>, token: String) -> Result<(), Failure> {
+    let mut roster = expect::of(&site.arms());
     roster.add(&site.roster().await);
-    expect::write(site, &known, &roster, caller).await
+    ask(site, token, "site.expect", roster.to_value()).await?;
+    Ok(())
 }
 
 /// Asks by a hub that knows which arms are expected. What is alike everywhere is shown with those that differ.
-async fn ask(
+pub(super) async fn ask(
     site: Arc<ZenohSite>,
     token: String,
     method: &str,
