@@ -14,14 +14,45 @@ use crate::context::Context;
 use crate::failure::{Failure, Kind};
 use crate::output::Output;
 
+/// At one station.
 #[derive(Args, Debug)]
 pub(super) struct Class {
     #[command(subcommand)]
-    what: What,
+    what: AtStation,
+}
+
+/// At all stations of a site. Pupils, turns and codes are a station's own.
+#[derive(Args, Debug)]
+pub(super) struct SiteClass {
+    #[command(subcommand)]
+    what: Anywhere,
 }
 
 #[derive(Debug, Subcommand)]
-enum What {
+enum AtStation {
+    #[command(flatten)]
+    Anywhere(Anywhere),
+    /// Make new codes, for these pupils or for all: pupils who signed in with an old code have to sign in again
+    Codes {
+        #[arg(value_name = "NAME")]
+        pupils: Vec<String>,
+    },
+    /// End the turns at these arms, or at all: the next who waits gets the arm
+    End {
+        #[arg(value_name = "ARM")]
+        arms: Vec<String>,
+    },
+    /// Pass the turns at these arms, or at all, to the next who waits: whoever had it waits behind all others
+    Next {
+        #[arg(value_name = "ARM")]
+        arms: Vec<String>,
+    },
+    /// Print whose turn it is and who waits
+    Turns,
+}
+
+#[derive(Debug, Subcommand)]
+enum Anywhere {
     /// Make codes for the pupils of a class file that have none, write them into it, and print the list
     New {
         #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
@@ -44,11 +75,6 @@ enum What {
         #[arg(long, requires = "file")]
         use_codes: bool,
     },
-    /// Make new codes, for these pupils or for all: pupils who signed in with an old code have to sign in again
-    Codes {
-        #[arg(value_name = "NAME")]
-        pupils: Vec<String>,
-    },
     /// Stop these arms, or all, until they are freed: jobs pause, the laser is off, pupils move nothing
     Freeze {
         #[arg(value_name = "ARM")]
@@ -59,18 +85,6 @@ enum What {
         #[arg(value_name = "ARM")]
         arms: Vec<String>,
     },
-    /// End the turns at these arms, or at all: the next who waits gets the arm
-    End {
-        #[arg(value_name = "ARM")]
-        arms: Vec<String>,
-    },
-    /// Pass the turns at these arms, or at all, to the next who waits: whoever had it waits behind all others
-    Next {
-        #[arg(value_name = "ARM")]
-        arms: Vec<String>,
-    },
-    /// Print whose turn it is and who waits
-    Turns,
     /// Print the schedule, or give the one of FILE
     Schedule {
         #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
@@ -185,15 +199,71 @@ fn arms(names: &[String]) -> Value {
 }
 
 impl Class {
-    /// Does it as the command `noun class` ..
     pub(super) fn run(
+        self,
+        context: &mut Context,
+        call: impl FnOnce(&mut Context, &str, Value) -> Result<Value, Failure>,
+    ) -> Result<(), Failure> {
+        self.what.run(context, call)
+    }
+}
+
+impl SiteClass {
+    pub(super) fn run(
+        self,
+        context: &mut Context,
+        call: impl FnOnce(&mut Context, &str, Value) -> Result<Value, Failure>,
+    ) -> Result<(), Failure> {
+        self.what.run(context, "fleet", call)
+    }
+}
+
+impl AtStation {
+    fn run(
+        self,
+        context: &mut Context,
+        call: impl FnOnce(&mut Context, &str, Value) -> Result<Value, Failure>,
+    ) -> Result<(), Failure> {
+        match self {
+            Self::Anywhere(what) => what.run(context, "station", call),
+            Self::Codes { pupils } => {
+                let params = if pupils.is_empty() {
+                    json!({})
+                } else {
+                    json!({"pupils": pupils})
+                };
+                let class = call(context, "class.codes", params)?;
+                list(context, &class, None)
+            }
+            Self::End { arms: names } => {
+                let done = call(context, "turn.end", arms(&names))?;
+                context.show(&done, |out| {
+                    say(out, &done, "turn ended", "no arm has a turn")
+                })
+            }
+            Self::Next { arms: names } => {
+                let done = call(context, "turn.next", arms(&names))?;
+                let nobody = "no turn is passed on: nobody who is there waits";
+                context.show(&done, |out| say(out, &done, "turn passed on", nobody))
+            }
+            Self::Turns => {
+                let turns = call(context, "turn.list", json!({}))?;
+                context.show(&turns, |out| show_turns(out, &turns))
+            }
+        }
+    }
+}
+
+impl Anywhere {
+    /// Does it as the command `noun class` ..
+    fn run(
         self,
         context: &mut Context,
         noun: &str,
         call: impl FnOnce(&mut Context, &str, Value) -> Result<Value, Failure>,
     ) -> Result<(), Failure> {
-        match self.what {
-            What::New { file, html } => {
+        match self {
+            Self::New { file, html } => {
                 let text = read(&file)?;
                 let wrong = |error| Failure::invalid(format!("{}: {error}", file.display()));
                 let mut class = ClassFile::parse(&text).map_err(wrong)?;
@@ -208,53 +278,29 @@ impl Class {
                 let shown = json!({"pupils": pupils.collect::<Vec<_>>(), "pin": class.class.pin});
                 list(context, &shown, html.as_deref())
             }
-            What::List { html } => {
+            Self::List { html } => {
                 let class = call(context, "class.get", json!({}))?;
                 list(context, &class, html.as_deref())?;
                 alike(&class)
             }
-            What::Set { file, use_codes } => {
+            Self::Set { file, use_codes } => {
                 let text = file.as_deref().map(read).transpose()?.unwrap_or_default();
                 let params = json!({"text": text, "use_codes": use_codes});
                 let class = call(context, "class.set", params)?;
                 list(context, &class, None)
             }
-            What::Codes { pupils } => {
-                let params = if pupils.is_empty() {
-                    json!({})
-                } else {
-                    json!({"pupils": pupils})
-                };
-                let class = call(context, "class.codes", params)?;
-                list(context, &class, None)
-            }
-            What::Freeze { arms: names } => {
+            Self::Freeze { arms: names } => {
                 let done = call(context, "class.freeze", arms(&names))?;
                 context.show(&done, |out| {
                     let how = format!("frozen: free with `magician {noun} class free`");
                     say(out, &done, &how, "no arm")
                 })
             }
-            What::Free { arms: names } => {
+            Self::Free { arms: names } => {
                 let done = call(context, "class.free", arms(&names))?;
                 context.show(&done, |out| say(out, &done, "free", "no arm"))
             }
-            What::End { arms: names } => {
-                let done = call(context, "turn.end", arms(&names))?;
-                context.show(&done, |out| {
-                    say(out, &done, "turn ended", "no arm has a turn")
-                })
-            }
-            What::Next { arms: names } => {
-                let done = call(context, "turn.next", arms(&names))?;
-                let nobody = "no turn is passed on: nobody who is there waits";
-                context.show(&done, |out| say(out, &done, "turn passed on", nobody))
-            }
-            What::Turns => {
-                let turns = call(context, "turn.list", json!({}))?;
-                context.show(&turns, |out| show_turns(out, &turns))
-            }
-            What::Schedule { file } => {
+            Self::Schedule { file } => {
                 let schedule = match file {
                     Some(file) => call(context, "schedule.set", json!({"text": read(&file)?}))?,
                     None => call(context, "schedule.get", json!({}))?,

@@ -71,7 +71,7 @@ impl Station {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let store = tokens()?;
         match self.what {
-            What::Class(class) => class.run(context, "station", call),
+            What::Class(class) => class.run(context, call),
             What::Results(results) => results.run(context, call),
             What::Pair(pair) => {
                 let code = store.pair(pair.role)?;

@@ -20,7 +20,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueHint};
 use magician_program::Format;
 
-use super::class::{Class, Results};
+use super::class::{Results, SiteClass};
 use super::job::options::PresetName;
 use super::job::options::{Makes, OptionFlags};
 use super::serve::{FrontFlags, name_of_site};
@@ -89,8 +89,8 @@ enum Deed {
     Run(Box<Run>),
     /// See and move all arms in the browser, as those of one station
     Studio(Box<Studio>),
-    /// Pupils and their codes, turns, the schedule; freeze and free arms: at all stations
-    Class(Class),
+    /// The class and the schedule, freeze and free arms: at all stations
+    Class(SiteClass),
     /// What the pupils of all stations have made
     Results(Results),
 }
@@ -245,7 +245,7 @@ mod with {
                 Deed::Expect(expect) => expect.run(context, caller, join),
                 Deed::Run(run) => run.run(context, caller, join),
                 Deed::Studio(studio) => studio.run(context, caller, join),
-                Deed::Class(class) => class.run(context, "fleet", super::hub::asks(caller, join)),
+                Deed::Class(class) => class.run(context, super::hub::asks(caller, join)),
                 Deed::Results(results) => results.run(context, super::hub::asks(caller, join)),
             }
         }
