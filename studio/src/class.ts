@@ -72,7 +72,10 @@ export const turnAt = (arm: string): ArmTurn | null => turnsByArm.value.get(arm)
 
 /** Whether a program waits in the queue of its arm, as in a class, and goes to no arm that a pupil has. */
 export const queues = computed(() => turns.value !== null || (store.hub.value && hasClass.value));
-export const frozen = computed(() => (store.hub.value ? store.arms.value : (turns.value?.arms ?? []).map((turn) => ({ ...turn, name: turn.arm }))).flatMap((one) => (one.frozen ? one.name : [])));
+/** The arms that are frozen: the same list until one changes, so that no other tile is drawn again. */
+export const frozen = computed((): readonly string[] => JSON.parse(frozenNames.value));
+type Freezable = { name?: string; arm?: string; frozen?: boolean };
+const frozenNames = computed(() => JSON.stringify((store.hub.value ? store.arms.value : (turns.value?.arms ?? [])).filter((one) => one.frozen).map((one: Freezable) => one.name ?? one.arm)));
 
 /** A turn in words: whose, and how long it is still; that its arm is frozen goes before. */
 export const wordsOf = (arm: string): string | null => (turnAt(arm)?.frozen ? t("class.frozen") : turnOf(arm));
