@@ -8,11 +8,12 @@ use magician_station::api::RpcError;
 use magician_station::class::{ClassError, ClassFile, Schedule};
 use serde_json::{Value, json};
 
+use super::Hub;
+use super::arms::ArmPlace;
 use super::gather::{Gather, GatherId, Gathers, Meant, items};
 use super::requests::{Call, Handled};
-use super::{ArmPlace, Hub, HubAct, RequestId, SocketId};
 use crate::Roster;
-use crate::site::{ArmAt, StationId};
+use crate::site::StationId;
 
 /// Machines that a refusal names, at most.
 const MACHINES: usize = 20;
@@ -172,53 +173,45 @@ impl Hub {
         if shown.get("codes_kept").is_some() {
             shown["codes_kept"] = json!(codes_kept);
         }
-        match gather.call.method.name {
-            "class.set" => self.expect_present(gather.call.socket),
-            "site.expect" => {
-                for place in self.arms.values_mut() {
-                    place.expected = false;
-                }
-                self.expects(&roster_in(&shown));
-                // What was expected alone is forgotten with that.
-                let is_known = |place: &ArmPlace| {
-                    place.expected || !place.at.is_empty() || place.gone.is_some()
-                };
-                self.arms.retain(|_, place| is_known(place));
+        if gather.call.method.name == "site.expect" {
+            for place in self.arms.values_mut() {
+                place.expected = false;
             }
-            _ => {}
+            self.expects(&roster_in(&shown));
+            // What was expected alone is forgotten with that.
+            let is_known =
+                |place: &ArmPlace| place.expected || !place.at.is_empty() || place.gone.is_some();
+            self.arms.retain(|_, place| is_known(place));
         }
         Ok(shown)
     }
 
-    /// All stations are told to expect the arms that are there, beside those that are expected already. Nobody waits for it.
-    fn expect_present(&mut self, socket: SocketId) {
+    /// All stations are told to expect the arms that are there, beside those that are expected already, before the class that they
+    /// have taken is shown.
+    pub(super) fn expect_present(
+        &mut self,
+        now: HostInstant,
+        id: GatherId,
+        call: Call,
+        class: Value,
+    ) {
         let mut roster = Roster::default();
         for (name, place) in &self.arms {
-            let mut news = place.at.values().flatten();
-            let machine = news.next().map_or("", |(_, news)| &news.machine);
             if place.expected || !place.at.is_empty() {
-                roster.expect(name.clone(), machine);
+                roster.expect(name.clone(), place.machine().unwrap_or_default());
             }
         }
-        let params = roster.to_value();
-        let text = json!({"jsonrpc": "2.0", "id": 0, "method": "site.expect", "params": params});
-        let token = { self.sockets.get(&socket) }.and_then(|open| open.token.clone());
-        let stations = self.stations.iter().filter_map(|(station, (_, arms))| {
-            let (arm, station) = (arms.first()?.clone(), *station);
-            Some(ArmAt { arm, station })
-        });
-        for at in stations.collect::<Vec<_>>() {
-            let request = RequestId(self.next_id());
-            self.acts.push_back(HubAct::Call {
-                request,
-                socket,
-                at,
-                token: token.clone(),
-                text: text.to_string(),
-                ends: false,
-            });
-        }
         self.expects(&roster);
+        let params = roster.to_value().as_object().cloned().unwrap_or_default();
+        let (call, meant) = (Call { now, ..call }, self.meant(None));
+        self.ask(
+            id,
+            call,
+            Gathers::Expected(class),
+            "site.expect",
+            params,
+            meant,
+        );
     }
 
     /// The arms that any of the stations expects, with those that have not answered (`missing`), if there are such.

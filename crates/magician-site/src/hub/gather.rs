@@ -45,6 +45,8 @@ pub(super) enum Gathers {
     Class,
     /// What all stations have to take: the pupils for whom the file had another code than the one that counts.
     Everywhere(Vec<String>),
+    /// The roster, before a class that all stations have taken is shown.
+    Expected(Value),
 }
 
 /// The arms that are meant by a request.
@@ -301,7 +303,13 @@ impl Hub {
                 Ok(class) => return self.set_class(now, id, gather.call, class),
                 Err(error) => Err(error),
             },
-            Gathers::Everywhere(codes_kept) => self.taken(&gather, codes_kept),
+            Gathers::Everywhere(codes_kept) => match self.taken(&gather, codes_kept) {
+                Ok(class) if gather.call.method.name == "class.set" => {
+                    return self.expect_present(now, id, gather.call, class);
+                }
+                outcome => outcome,
+            },
+            Gathers::Expected(class) => gather.undone().map_or_else(|| Ok(class.clone()), Err),
         };
         self.finish(gather.call.socket, gather.call.id.as_ref(), &outcome);
     }

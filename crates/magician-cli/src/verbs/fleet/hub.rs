@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
+use magician_site::Caller;
 use magician_site::carrier::ZenohSite;
 use magician_site::hub::{HubConfig, RunningHub};
-use magician_site::{Caller, Site};
 use magician_station::client::ClientError;
 use magician_station::http::Served;
 use magician_station::{Grant, Peer, Role, StationConfig};
@@ -27,11 +27,7 @@ pub(super) fn asks(
             let asked = async {
                 let site = Arc::new(join().await?);
                 gather(&site).await?;
-                let answer = ask(Arc::clone(&site), token.clone(), method, params).await?;
-                if method == "class.set" {
-                    expect_present(site, token).await?;
-                }
-                Ok(answer)
+                ask(site, token, method, params).await
             };
             tokio::select! {
                 answer = asked => answer,
@@ -39,14 +35,6 @@ pub(super) fn asks(
             }
         })
     }
-}
-
-/// A class expects the arms that it began with, beside those that were expected before.
-async fn expect_present(site: Arc<ZenohSite>, token: String) -> Result<(), Failure> {
-    let mut roster = expect::of(&site.arms());
-    roster.add(&site.roster().await);
-    ask(site, token, "site.expect", roster.to_value()).await?;
-    Ok(())
 }
 
 /// Asks by a hub that knows which arms are expected. What is alike everywhere is shown with those that differ.
