@@ -108,7 +108,6 @@ async fn measure(site: &ZenohSite, time: Duration) -> Value {
 async fn stop(site: &Arc<ZenohSite>, rounds: u32) -> Value {
     let caller = Caller {
         token: std::env::var("MAGICIAN_TOKEN").ok(),
-        client: "observer".to_owned(),
     };
     let (mut single, mut whole, mut failed) = (Vec::new(), Vec::new(), 0);
     let mut walls = Vec::new();

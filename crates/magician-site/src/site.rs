@@ -73,8 +73,6 @@ pub enum SiteEvent {
 pub struct Caller {
     /// The token of the station. Without one nothing is answered, but each station has its own say.
     pub token: Option<String>,
-    /// The program, for the station's journal.
-    pub client: String,
 }
 
 /// Why a site does not do something.

@@ -9,7 +9,7 @@ use tokio::sync::watch;
 use tokio::task::JoinHandle;
 
 use super::CarrierError;
-use crate::certificates::Identity;
+use crate::certificates::{Identity, machine_of};
 
 /// Any port that is free, of all addresses of the machine.
 const ANYWHERE: &str = "0.0.0.0:0";
@@ -111,5 +111,5 @@ async fn listen(at: &str, identity: &Identity) -> Result<Listener, CarrierError>
     let tls = tls.map_err(|error| CarrierError::Certificate(error.to_string()))?;
     let listener = Listener::bind(Some(at)).await;
     let listener = listener.map_err(|error| CarrierError::Network(error.to_string()))?;
-    Ok(listener.encrypted(Tls::with(tls)))
+    Ok(listener.encrypted(Tls::with_clients(tls, machine_of)))
 }

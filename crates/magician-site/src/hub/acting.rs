@@ -126,8 +126,7 @@ impl Shared {
             } => {
                 let (this, site) = (Weak::clone(&self.this), Arc::clone(&self.site));
                 let calling = self.runtime.spawn(async move {
-                    let client = "hub".to_owned();
-                    let answer = site.call(&at, &Caller { token, client }, text).await;
+                    let answer = site.call(&at, &Caller { token }, text).await;
                     if let Some(shared) = this.upgrade() {
                         shared.with(|hub, now| hub.called(now, request, answer));
                     }

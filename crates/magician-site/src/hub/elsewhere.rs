@@ -35,10 +35,7 @@ impl Shared {
             // Without it the hub's people move nothing anyway.
             return;
         }
-        let caller = Caller {
-            token,
-            client: "hub".to_owned(),
-        };
+        let caller = Caller { token };
         let stations: BTreeMap<_, _> = { self.site.arms().into_keys() }
             .map(|at| (at.station, at))
             .collect();

@@ -2,7 +2,7 @@
 
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use magician::Arm;
@@ -10,7 +10,7 @@ use magician_site::carrier::{CarrierError, NodeOptions, ServedArm, SiteNode, Zen
 use magician_site::certificates::{Authority, Identity, Invitation, join};
 use magician_site::{ArmAt, Caller, Channel, FromStation, Site, SiteEvent, SiteEvents};
 use magician_station::http::{JobFolder, TokenStore};
-use magician_station::{ArmEntry, Role, RunningStation, StationConfig};
+use magician_station::{ArmEntry, JournalLine, Role, RunningStation, StationConfig};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 use tokio::time::{Instant, timeout};
@@ -24,6 +24,8 @@ pub(crate) struct Lab {
     pub(crate) folder: TempDir,
     pub(crate) tokens: TokenStore,
     pub(crate) token: String,
+    /// Of all stations.
+    pub(crate) journal: Arc<Mutex<Vec<JournalLine>>>,
     /// None on a site without certificates.
     pub(crate) identity: Option<Identity>,
 }
@@ -47,6 +49,7 @@ impl Lab {
             folder,
             tokens,
             token,
+            journal: Arc::default(),
             identity: None,
         }
     }
@@ -110,7 +113,9 @@ impl Lab {
             jobs: Arc::new(jobs),
             ..StationConfig::new(entries, name)
         };
-        let station = RunningStation::start(config_of_station, vec![arm], Box::new(|_| {}));
+        let journal = Arc::clone(&self.journal);
+        let write = Box::new(move |line| journal.lock().unwrap().push(line));
+        let station = RunningStation::start(config_of_station, vec![arm], write);
         let options = NodeOptions {
             site: "lab".parse().unwrap(),
             machine: BENCH.to_owned(),
@@ -141,16 +146,12 @@ impl Lab {
     pub(crate) fn caller(&self) -> Caller {
         Caller {
             token: Some(self.token.clone()),
-            client: "test".to_owned(),
         }
     }
 
     pub(crate) fn teacher(&self) -> Caller {
         let (_, token) = self.tokens.create(None, Role::Teacher).unwrap();
-        Caller {
-            token: Some(token),
-            client: "desk".to_owned(),
-        }
+        Caller { token: Some(token) }
     }
 }
 

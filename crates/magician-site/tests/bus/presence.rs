@@ -29,7 +29,6 @@ async fn a_site_sees_its_arms_and_what_they_do() {
     assert!(matches!(refused, Err(SiteError::Network(_))), "{refused:?}");
     let wrong = Caller {
         token: Some("x".repeat(40)),
-        ..Caller::default()
     };
     let refused = site.call(&at, &wrong, stop.clone()).await;
     assert!(matches!(refused, Err(SiteError::Network(_))), "{refused:?}");
@@ -80,4 +79,21 @@ async fn a_name_is_on_a_site_once() {
     let (_third, beside) = lab.node("c", &lab.config("c", None, &[port])).await;
     beside.leave().await;
     let (_again, _node) = lab.node("c", &lab.config("d", None, &[port])).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn journal_names_the_machine_that_asked() {
+    let lab = Lab::new();
+    let port = free_port();
+    let (_station, _node) = lab.node("a", &lab.config("a", Some(port), &[])).await;
+    let site = lab.site_of(Some(lab.machine("desk").await), &[port]).await;
+    let (at, _) = arrives(&mut site.watch(), "a").await;
+    let stop = request("arm.stop", &json!({}));
+    site.call(&at, &lab.caller(), stop).await.unwrap();
+    let journal = lab.journal.lock().unwrap().clone();
+    let line = journal
+        .iter()
+        .find(|line| line.method == "arm.stop")
+        .unwrap();
+    assert!(line.peer.ends_with(" desk"), "{}", line.peer);
 }

@@ -259,16 +259,18 @@ async fn accept(
                 peer,
                 tls: tls.is_some(),
             };
-            let service = router(station, options, ends, over.clone(), place.clone());
+            let ends_here = (ends, over.clone(), place.clone());
+            let service = |name| router(station, options, name, ends_here);
             let stream = Paced::new(stream, place.pacer().clone());
             let served = async {
                 match tls {
-                    None => carry(stream, service, over).await,
+                    None => carry(stream, service(None), over).await,
                     // A client that does not go on has a place as long as one that sends no head, and gives way alike.
                     Some(tls) => {
                         let agreed = tokio::time::timeout(HEAD, tls.accept(stream)).await;
                         if let Ok(Ok(stream)) = agreed {
-                            carry(stream, service, over).await;
+                            let name = tls.name_of(&stream);
+                            carry(stream, service(name), over).await;
                         }
                     }
                 }

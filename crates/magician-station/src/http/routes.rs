@@ -253,22 +253,25 @@ impl Tries {
 struct Here<S> {
     station: S,
     options: Arc<HttpOptions>,
+    /// Of the client, for the journal.
+    address: String,
     ends: Ends,
     over: watch::Receiver<bool>,
     place: Place,
 }
 
-/// The service of one connection.
+/// The service of one connection, of a client with this name in its certificate if it has shown one.
 pub(super) fn router(
     station: impl Served,
     options: Arc<HttpOptions>,
-    ends: Ends,
-    over: watch::Receiver<bool>,
-    place: Place,
+    name: Option<String>,
+    (ends, over, place): (Ends, watch::Receiver<bool>, Place),
 ) -> Router {
+    let peer = ends.peer;
     let here = Here {
         station,
         options,
+        address: name.map_or_else(|| peer.to_string(), |name| format!("{peer} {name}")),
         ends,
         over,
         place,
@@ -549,7 +552,7 @@ fn needs_token() -> Refused {
 }
 
 fn peer<S>(here: &Here<S>, admitted: &Admitted, grant: Option<Grant>) -> Result<Peer, Refused> {
-    let mut peer = Peer::elsewhere(grant, here.ends.peer.to_string())
+    let mut peer = Peer::elsewhere(grant, here.address.clone())
         .map_err(|error| Refused::new(StatusCode::INTERNAL_SERVER_ERROR, error.to_string()))?;
     if admitted.loopback {
         peer.origin = Origin::Loopback;

@@ -47,7 +47,11 @@ impl std::error::Error for TlsError {}
 
 /// Certificate and key of a listener. TLS 1.3 alone, HTTP/1.1 within it.
 #[derive(Clone)]
-pub struct Tls(TlsAcceptor);
+pub struct Tls {
+    acceptor: TlsAcceptor,
+    /// Reads the name of a client in its certificate, DER.
+    read_name: Option<fn(&[u8]) -> Option<String>>,
+}
 
 impl fmt::Debug for Tls {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -86,13 +90,26 @@ impl Tls {
             error => TlsError::Refused(error),
         })?;
         config.alpn_protocols = vec![b"http/1.1".to_vec()];
-        Ok(Self(TlsAcceptor::from(Arc::new(config))))
+        Ok(Self {
+            acceptor: TlsAcceptor::from(Arc::new(config)),
+            read_name: None,
+        })
     }
 
-    /// Uses settings that are made elsewhere.
+    /// Uses settings that ask clients for a certificate, and reads their name in it (DER) for the
+    /// journal.
     #[must_use]
-    pub fn with(config: Arc<ServerConfig>) -> Self {
-        Self(TlsAcceptor::from(config))
+    pub fn with_clients(config: Arc<ServerConfig>, read_name: fn(&[u8]) -> Option<String>) -> Self {
+        Self {
+            acceptor: TlsAcceptor::from(config),
+            read_name: Some(read_name),
+        }
+    }
+
+    /// The name of a client in its certificate, if it has shown one.
+    pub(super) fn name_of<S>(&self, stream: &TlsStream<S>) -> Option<String> {
+        let shown = stream.get_ref().1.peer_certificates()?;
+        (self.read_name?)(shown.first()?)
     }
 
     /// Agrees with a client on how to talk.
@@ -100,6 +117,6 @@ impl Tls {
         &self,
         stream: S,
     ) -> io::Result<TlsStream<S>> {
-        self.0.accept(stream).await
+        self.acceptor.accept(stream).await
     }
 }

@@ -66,7 +66,7 @@ pub struct Peer {
     pub grant: Option<Grant>,
     /// Where it comes from.
     pub origin: Origin,
-    /// Its address, for the journal.
+    /// Its address, and behind a blank the name in its certificate if it has shown one; for the journal.
     pub address: String,
     /// A secret for the session to come back with: new for each socket, at least 16 random bytes as text.
     pub secret: String,
@@ -77,7 +77,8 @@ impl Peer {
     /// a host has all addresses.
     #[cfg(feature = "class")]
     pub(super) fn place(&self) -> String {
-        let address: Option<SocketAddr> = self.address.parse().ok();
+        let address = self.address.split(' ').next().unwrap_or_default();
+        let address: Option<SocketAddr> = address.parse().ok();
         match address.map(|address| address.ip().to_canonical()) {
             Some(IpAddr::V6(address)) if !address.is_loopback() => {
                 let [a, b, c, d, ..] = address.segments();

@@ -215,7 +215,6 @@ mod with {
         pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
             let caller = Caller {
                 token: context.global.token(),
-                client: format!("magician fleet {}", env!("CARGO_PKG_VERSION")),
             };
             let config = self.site_config.as_deref();
             let name = self.site.filter(|name| !name.is_empty());
