@@ -1,16 +1,18 @@
 //! A site as a program sees it that is none of its stations.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::net::SocketAddr;
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use futures_util::future::join_all;
 use magician_station::api::{Message, Method};
 use magician_station::client::StationDial;
 use tokio::runtime::Handle;
 use tokio::sync::Semaphore;
+use tokio::time::timeout;
 use tokio_rustls::rustls::ClientConfig;
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
@@ -104,6 +106,20 @@ impl ZenohSite {
     #[must_use]
     pub fn is_proved(&self) -> bool {
         self.shared.identity.is_some()
+    }
+
+    /// The stations that have shown the certificate of their machine within this time. What others say
+    /// of themselves is unproved.
+    pub async fn proved(&self, within: Duration) -> BTreeSet<StationId> {
+        let stations: BTreeSet<_> = self.arms().into_keys().map(|at| at.station).collect();
+        let dials = stations.into_iter().filter_map(|station| {
+            let dial = self.shared.dial(station).ok()?;
+            Some(async move {
+                let shown = timeout(within, dial.is_there()).await;
+                shown.unwrap_or(false).then_some(station)
+            })
+        });
+        join_all(dials).await.into_iter().flatten().collect()
     }
 
     /// Leaves the site.

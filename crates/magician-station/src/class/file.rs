@@ -183,7 +183,7 @@ impl ClassFile {
     /// in this file does not count.
     pub fn keep_codes(&mut self, before: &Self, uses_own: bool) -> Vec<String> {
         let is_kept = |own: &str| !uses_own || own.is_empty();
-        if is_kept(&self.class.pin) {
+        if is_kept(&self.class.pin) && !before.class.pin.is_empty() {
             self.class.pin.clone_from(&before.class.pin);
         }
         let mut kept = Vec::new();

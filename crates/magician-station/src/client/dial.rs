@@ -63,6 +63,11 @@ impl StationDial {
         }
     }
 
+    /// True if a station of this name answers, with a certificate that counts.
+    pub async fn is_there(&self) -> bool {
+        self.open().await.is_ok()
+    }
+
     /// Opens a WebSocket, on which nothing was said yet.
     ///
     /// # Errors

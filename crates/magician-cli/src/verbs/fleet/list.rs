@@ -1,37 +1,61 @@
 //! `fleet list`: who is on the site.
 
-use magician_site::Site;
+use std::collections::BTreeSet;
+use std::time::Duration;
+
 use magician_site::carrier::ZenohSite;
+use magician_site::{Site, StationId};
 use serde_json::json;
 
+use super::expect::{missing, wait_for};
 use super::{Known, as_json, condition, gather, job_of, twins};
 use crate::columns::Columns;
 use crate::context::Context;
 use crate::failure::Failure;
 
+/// A station shows its certificate within this.
+const PROOF: Duration = Duration::from_secs(1);
+
 pub(super) fn run(
     context: &mut Context,
     join: impl AsyncFnOnce() -> Result<ZenohSite, Failure>,
 ) -> Result<(), Failure> {
-    let (name, proved, known) = context.attending(async |_| {
+    let (site, known, proved, missing) = context.attending(async |_| {
         let site = join().await?;
-        let known = gather(&site).await?;
-        let (name, proved) = (site.name().to_owned(), site.is_proved());
-        site.leave().await;
-        Ok((name, proved, known))
+        gather(&site).await?;
+        let expected = site.roster().await;
+        wait_for(&site, &expected).await;
+        let proved = site.proved(PROOF).await;
+        let (known, missing) = (site.arms(), missing(&site, &expected));
+        Ok((site, known, proved, missing))
     })?;
     let twins = twins(&known);
     let arms: Vec<_> = { known.iter() }
-        .map(|(at, news)| as_json(at, news.as_ref(), twins.contains(&at.arm)))
+        .map(|(at, news)| {
+            let mut arm = as_json(at, news.as_ref(), twins.contains(&at.arm));
+            arm["proved"] = json!(proved.contains(&at.station));
+            arm
+        })
         .collect();
-    context.show(
-        &json!({"site": name, "proved": proved, "arms": arms}),
-        |out| rows(&known).write(out),
-    )
+    let absent: Vec<_> = missing.iter().map(|(arm, _)| arm).collect();
+    let shown = json!({
+        "site": site.name(), "proved": site.is_proved(), "arms": arms, "missing": absent,
+    });
+    // Without a certificate nothing is proved, which is said once.
+    let proved = site.is_proved().then_some(&proved);
+    context.show(&shown, |out| {
+        rows(&known, proved).write(out)?;
+        for (arm, place) in &missing {
+            out.line(format_args!(
+                "{arm}: it is expected{place} and is not on the site"
+            ))?;
+        }
+        Ok(())
+    })
 }
 
-/// The table.
-pub(super) fn rows(known: &Known) -> Columns {
+/// The table, with a mark at what comes from stations that are not among those that are proved.
+pub(super) fn rows(known: &Known, proved: Option<&BTreeSet<StationId>>) -> Columns {
     let twins = twins(known);
     let mut columns = Columns::default();
     columns.row([
@@ -43,6 +67,9 @@ pub(super) fn rows(known: &Known) -> Columns {
         let mut state = condition(news);
         if twins.contains(&at.arm) {
             state.push_str(", twice on the site");
+        }
+        if proved.is_some_and(|proved| !proved.contains(&at.station)) {
+            state.push_str(", unproved");
         }
         let (machine, port) = news.map_or(("", ""), |news| (&news.machine, &news.port));
         columns.row([

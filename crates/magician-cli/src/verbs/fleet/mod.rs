@@ -98,7 +98,7 @@ enum Deed {
 #[derive(Args, Debug)]
 #[command(after_help = "\
 The page is that of `magician studio`: its view of all arms shows those of every station, as they come and go. Opened on this machine it acts \
-at the stations by the token in MAGICIAN_TOKEN; from another machine it needs a token that is valid here and at the stations. Leases stay with the stations: \
+at the stations by the token in MAGICIAN_TOKEN, without which it does not start; from another machine it needs a token that is valid here and at the stations. Leases stay with the stations: \
 when this program ends, jogs and moves stop, and jobs go on or pause as they were started. Ends with Ctrl-C.")]
 struct Studio {
     #[command(flatten)]
@@ -208,6 +208,9 @@ mod with {
     /// And what they do within this.
     const NEWS: Duration = Duration::from_millis(1300);
 
+    /// The alarm of an arm that was switched on and not cleared since.
+    const RESET_OCCURRED: u64 = 0;
+
     /// The arms that are there, with what was heard of each.
     pub(in super::super) type Known = BTreeMap<ArmAt, Option<ArmNews>>;
 
@@ -301,6 +304,8 @@ mod with {
         };
         let alarms: Vec<_> = { state["alarms"].as_array().into_iter().flatten() }
             .filter_map(Value::as_u64)
+            // An arm that was just switched on: it is not homed.
+            .filter(|code| *code != RESET_OCCURRED)
             .map(|code| format!("{code:#04x}"))
             .collect();
         if state["link"] == "lost" {

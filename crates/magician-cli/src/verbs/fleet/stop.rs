@@ -148,5 +148,7 @@ async fn stop(
 
 pub(super) fn no_token() -> Failure {
     Failure::usage("a token is needed")
-        .hint("set MAGICIAN_TOKEN to a token of the stations; `magician station token` makes one")
+        .hint(
+            "set MAGICIAN_TOKEN to a token that all stations know: a line of the file that each has as `serve --token-file`",
+        )
 }

@@ -12,6 +12,7 @@ use serde_json::json;
 use tokio::sync::watch;
 use tokio::time::timeout;
 
+use super::stop::no_token;
 use super::{Studio, gather};
 use crate::context::Context;
 use crate::failure::Failure;
@@ -30,6 +31,8 @@ impl Studio {
         caller: Caller,
         join: impl AsyncFnOnce() -> Result<ZenohSite, Failure>,
     ) -> Result<(), Failure> {
+        // A page whose stop does nothing would be worse than none.
+        let token = caller.token.ok_or_else(no_token)?;
         let config = context.config()?;
         self.front.fill_in(&config);
         let store = self.front.tokens()?;
@@ -51,16 +54,11 @@ impl Studio {
             let site = join().await?;
             // A page that is opened now shows the arms at once; one that comes later is shown as well.
             let arms = gather(&site).await.map(|known| known.len());
-            if caller.token.is_none() {
-                tell(format_args!(
-                    "without a token of the stations in MAGICIAN_TOKEN pages of this machine see the arms, and move and stop none"
-                ));
-            }
             // Read last: the hub counts from its start.
             station.unix_zero = unix_time().as_secs_f64();
             let hub = HubConfig {
                 station,
-                token: caller.token,
+                token: Some(token),
                 journal: Box::new(move |line| {
                     if let Some(journal) = &journal {
                         journal.write(&line);
@@ -77,8 +75,12 @@ impl Studio {
             let (over, ends) = watch::channel(false);
             let serving = tokio::spawn(listener.serve(hub.clone(), options, ends));
             match arms {
-                Ok(arms) => tell(format_args!("serving {url}: {arms} arms of the site {name}")),
-                Err(_) => tell(format_args!("serving {url}: the site {name} has no arms yet")),
+                Ok(arms) => tell(format_args!(
+                    "serving {url}: {arms} arms of the site {name}"
+                )),
+                Err(_) => tell(format_args!(
+                    "serving {url}: the site {name} has no arms yet"
+                )),
             }
             if exposed {
                 tell(format_args!("other computers reach it: each needs a token"));

@@ -46,7 +46,7 @@ async fn table(site: &ZenohSite, out: &mut Output) -> Result<(), Failure> {
         out.line(format_args!("site {name}: {count} arms"))?;
         out.line("")?;
         if !known.is_empty() {
-            super::list::rows(&known).write(out)?;
+            super::list::rows(&known, None).write(out)?;
         }
         out.flush()?;
     }

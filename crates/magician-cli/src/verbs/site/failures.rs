@@ -46,7 +46,7 @@ impl From<JoinError> for Failure {
                     _ => ErrorKind::Port,
                 };
                 of_kind(kind).hint(
-                    "`magician site invite` has to wait there, on the same network; a firewall may be in the way, \
+                    "`magician site invite` has to wait there, on the same network: a code that is used up or expired needs a new one; a firewall may be in the way, \
                      and other addresses of that machine are good in the code, too",
                 )
             }

@@ -108,6 +108,7 @@ pub(super) fn revoke(
         out.line(match &told {
             Ok(()) => "The machines that are on the site have been told; others learn it when they come.".to_owned(),
             Err(error) => format!("No other machine has been told ({error}): they learn it while this machine serves, `magician serve --site {site}`"),
-        })
+        })?;
+        out.line("It may have tokens: make new ones for all stations, and codes and PIN of the class if a teacher's was among them.")
     })
 }
