@@ -1,7 +1,7 @@
 //! What a station says of an arm on the bus of its site, as JSON. Nothing of it is secret, and nothing
 //! of it is proved but by the certificates of the site.
 
-use std::net::SocketAddr;
+use std::net::{IpAddr, SocketAddr};
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -10,6 +10,9 @@ use crate::{ArmNews, StationId};
 
 /// Bytes of a message, at most: a roster of 10,000 arms, and some.
 pub const LARGEST: usize = 2 * 1024 * 1024;
+/// Bytes of a state message, at most; usual ones have about a thousand. A hub keeps one of each arm, so
+/// this bounds what a stranger with many arms makes it keep.
+const LARGEST_STATE: usize = 32 * 1024;
 /// Addresses of a station that are tried, at most.
 const ADDRESSES: usize = 8;
 
@@ -31,10 +34,15 @@ pub struct StateMessage {
 }
 
 impl StateMessage {
-    /// The message of these bytes, with no more addresses than are tried; `None` if it is none.
+    /// The message of these bytes, with the addresses that can be tried; `None` if it is none, or larger
+    /// than any state is.
     #[must_use]
     pub fn parse(bytes: &[u8]) -> Option<Self> {
+        if bytes.len() > LARGEST_STATE {
+            return None;
+        }
         let mut message: Self = serde_json::from_slice(bytes).ok()?;
+        message.at.retain(is_of_one_machine);
         message.at.truncate(ADDRESSES);
         Some(message)
     }
@@ -49,6 +57,16 @@ impl StateMessage {
             state: self.state,
         }
     }
+}
+
+/// False for addresses at which no station listens, and at which this machine or many might answer.
+fn is_of_one_machine(at: &SocketAddr) -> bool {
+    let ip = at.ip();
+    let is_of_many = match ip.to_canonical() {
+        IpAddr::V4(ip) => ip.is_broadcast() || ip.is_multicast(),
+        IpAddr::V6(ip) => ip.is_multicast(),
+    };
+    at.port() != 0 && !ip.to_canonical().is_unspecified() && !is_of_many
 }
 
 impl Serialize for StationId {
@@ -96,6 +114,21 @@ mod tests {
         });
         let read = |text: &Value| StateMessage::parse(text.to_string().as_bytes());
         assert_eq!(read(&text).unwrap().at.len(), ADDRESSES);
+        text["at"] = json!([
+            "0.0.0.0:80",
+            "[::]:80",
+            "[::ffff:0.0.0.0]:80",
+            "224.0.0.1:80",
+            "[ff02::1]:80",
+            "255.255.255.255:80",
+            "10.0.0.1:0",
+            "10.0.0.1:1",
+        ]);
+        assert_eq!(read(&text).unwrap().at, ["10.0.0.1:1".parse().unwrap()]);
+        text["state"] = json!("x".repeat(LARGEST_STATE));
+        assert_eq!(read(&text), None);
+        text["state"] = json!("x".repeat(LARGEST_STATE / 2));
+        assert!(read(&text).is_some());
         for (name, wrong) in [
             ("at", json!(["bench-1:80"])),
             ("station", json!(7)),

@@ -1,18 +1,22 @@
 //! The API of a station for the machines of its site: a listener that asks for their certificates.
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use magician_station::RunningStation;
 use magician_station::http::{Admission, HttpOptions, Listener, SignsOfLife, Tls, TokenStore};
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
+use tokio::time::sleep;
 
 use super::CarrierError;
 use crate::certificates::{Identity, machine_of};
 
 /// Any port that is free, of all addresses of the machine.
 const ANYWHERE: &str = "0.0.0.0:0";
+/// Another program may have taken the port meanwhile: it is tried again after this.
+const AGAIN: Duration = Duration::from_secs(1);
 
 /// A listener for the machines of the site.
 pub(super) struct SiteApi {
@@ -20,9 +24,18 @@ pub(super) struct SiteApi {
     station: RunningStation,
     tokens: TokenStore,
     port: u16,
-    /// Of the listener that is at work now.
-    serving: Mutex<Option<Serving>>,
+    state: Mutex<State>,
+    /// Held while it listens anew.
+    renewing: tokio::sync::Mutex<()>,
     runtime: tokio::runtime::Handle,
+}
+
+#[derive(Default)]
+struct State {
+    /// The listener that is at work now.
+    serving: Option<Serving>,
+    /// True once it is closed for good.
+    closed: bool,
 }
 
 struct Serving {
@@ -44,7 +57,8 @@ impl SiteApi {
             station: station.clone(),
             tokens: tokens.clone(),
             port,
-            serving: Mutex::new(None),
+            state: Mutex::default(),
+            renewing: tokio::sync::Mutex::default(),
             runtime: tokio::runtime::Handle::current(),
         });
         api.serve(listener);
@@ -66,12 +80,17 @@ impl SiteApi {
     pub(super) fn renew(self: &Arc<Self>) {
         let api = Arc::clone(self);
         self.runtime.spawn(async move {
-            api.close().await;
-            match listen(&format!("0.0.0.0:{}", api.port), &api.identity).await {
-                Ok(listener) => api.serve(listener),
-                Err(error) => {
-                    tracing::error!(%error, "the site cannot reach this station any more");
+            // Of two lists that come at once the later one is served: it waits here, and is read then.
+            let _turn = api.renewing.lock().await;
+            api.end().await;
+            while !api.state().closed {
+                match listen(&format!("0.0.0.0:{}", api.port), &api.identity).await {
+                    Ok(listener) => return api.serve(listener),
+                    Err(error) => {
+                        tracing::error!(%error, "the site cannot reach this station: trying again");
+                    }
                 }
+                sleep(AGAIN).await;
             }
         });
     }
@@ -79,30 +98,41 @@ impl SiteApi {
     fn serve(&self, listener: Listener) {
         let options = HttpOptions {
             admission: Admission {
-                // Never a name of this machine's own people, who need no token.
                 hosts: vec![self.identity.machine().to_owned()],
+                // A certificate of the site is no token, wherever its holder is.
+                tokens_always: true,
                 ..Admission::default()
             },
             signs: SignsOfLife::Hub,
             ..HttpOptions::new(self.tokens.clone(), env!("CARGO_PKG_VERSION"))
         };
+        let mut state = self.state();
+        if state.closed {
+            return;
+        }
         let (over, ends) = watch::channel(false);
         let serving = listener.serve(self.station.clone(), options, ends);
         let task = self.runtime.spawn(serving);
-        *self.serving() = Some(Serving { over, task });
+        state.serving = Some(Serving { over, task });
+    }
+
+    /// Closes it for good.
+    pub(super) async fn close(&self) {
+        self.state().closed = true;
+        self.end().await;
     }
 
     /// Ends the listener with its connections.
-    pub(super) async fn close(&self) {
-        let serving = self.serving().take();
+    async fn end(&self) {
+        let serving = self.state().serving.take();
         if let Some(Serving { over, task }) = serving {
             let _ = over.send(true);
             let _ = task.await;
         }
     }
 
-    fn serving(&self) -> std::sync::MutexGuard<'_, Option<Serving>> {
-        self.serving.lock().unwrap_or_else(PoisonError::into_inner)
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

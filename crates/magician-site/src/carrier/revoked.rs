@@ -2,7 +2,7 @@
 //! it, so it does not matter who hands it on.
 
 use std::path::Path;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, Once, PoisonError};
 use std::time::Duration;
 
 use tokio::runtime::Handle;
@@ -13,7 +13,7 @@ use zenoh::query::{ConsolidationMode, Query, QueryTarget, Queryable};
 use zenoh::sample::Sample;
 
 use super::{CarrierError, Connection, reply};
-use crate::certificates::Identity;
+use crate::certificates::{CertificateError, Identity};
 use crate::keys::{Keys, SiteName};
 
 /// Links to the machines that are there come up within this.
@@ -39,9 +39,14 @@ pub(super) async fn follow(
         let identity = identity.clone();
         // At the authority's machine the list may be in the folder before it is told.
         let last = Arc::new(Mutex::new(identity.revoked()));
+        let warned = Arc::new(Once::new());
         move |sample: &Sample| {
-            if let Err(error) = identity.learn(&sample.payload().to_bytes()) {
-                tracing::warn!(%error, "a list of revoked certificates is not good");
+            let tell = |error| tracing::warn!(%error, "a list of revoked certificates is not good");
+            match identity.learn(&sample.payload().to_bytes()) {
+                Ok(_) => {}
+                // Once: whoever sends such lists fills no disk with warnings.
+                Err(error @ CertificateError::List) => warned.call_once(|| tell(error)),
+                Err(error) => tell(error),
             }
             let list = identity.revoked();
             let mut last = last.lock().unwrap_or_else(PoisonError::into_inner);

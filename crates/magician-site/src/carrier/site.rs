@@ -36,6 +36,8 @@ const STATE: Duration = Duration::from_secs(1);
 const STATES: usize = 32;
 /// A station that says which arms are expected has said so by then.
 const ROSTER: Duration = Duration::from_millis(500);
+/// Addresses of a station that are kept, at most. All are dialled at once.
+const ADDRESSES_KEPT: usize = 16;
 /// A site over Zenoh.
 pub struct ZenohSite {
     shared: Arc<Shared>,
@@ -47,18 +49,32 @@ struct Shared {
     keys: Keys,
     view: SiteView,
     identity: Option<Identity>,
-    /// The stations that are there.
-    places: Mutex<BTreeMap<StationId, StationPlace>>,
+    /// The stations that are there, by the machines that say so. A station is on one machine: if two
+    /// have tokens of it, one of them poses as the other.
+    places: Mutex<BTreeMap<StationId, BTreeMap<String, StationPlace>>>,
     /// How connections are made, by the newest list of revoked certificates.
     config: Mutex<Option<Arc<ClientConfig>>>,
 }
 
-/// Where a station is.
+/// Where a station is, as one machine says.
 #[derive(Debug, Default)]
 struct StationPlace {
-    machine: String,
+    /// Arms of which the machine has tokens.
+    arms: BTreeSet<String>,
     /// Hints: whoever answers there has to show a certificate of the machine.
     at: Vec<SocketAddr>,
+}
+
+impl StationPlace {
+    /// Puts new addresses in front. Older ones stay for a while: whoever is on the bus can name others,
+    /// or none, and a stop has to find the station all the same.
+    fn hears(&mut self, at: &[SocketAddr]) {
+        let older = std::mem::take(&mut self.at);
+        self.at = at.to_vec();
+        self.at
+            .extend(older.iter().filter(|older| !at.contains(older)));
+        self.at.truncate(ADDRESSES_KEPT);
+    }
 }
 
 impl fmt::Debug for ZenohSite {
@@ -155,7 +171,7 @@ async fn watch(session: &Session, shared: Arc<Shared>) -> zenoh::Result<Declared
             return;
         };
         if sample.kind() == SampleKind::Delete {
-            shared.leaves(&at);
+            shared.leaves(machine, &at);
             return;
         }
         shared.arrives(machine, at.clone());
@@ -191,7 +207,7 @@ async fn ask_state(session: &Session, shared: &Shared, key: String) {
 }
 
 impl Shared {
-    fn places(&self) -> MutexGuard<'_, BTreeMap<StationId, StationPlace>> {
+    fn places(&self) -> MutexGuard<'_, BTreeMap<StationId, BTreeMap<String, StationPlace>>> {
         self.places.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -200,19 +216,32 @@ impl Shared {
     }
 
     fn arrives(&self, machine: &str, at: ArmAt) {
-        let place = || StationPlace {
-            machine: machine.to_owned(),
-            at: Vec::new(),
-        };
-        self.places().entry(at.station).or_insert_with(place);
+        let mut places = self.places();
+        let machines = places.entry(at.station).or_default();
+        let place = machines.entry(machine.to_owned()).or_default();
+        place.arms.insert(at.arm.clone());
+        // Under the lock, as in `leaves`: the view follows in the same order.
         self.view.arrived(at);
     }
 
-    fn leaves(&self, at: &ArmAt) {
-        self.view.left(at);
-        if self.view.arm_of(at.station).is_none() {
-            self.places().remove(&at.station);
+    /// An arm is there as long as any machine has a token of it: the end of a false one hides no arm.
+    fn leaves(&self, machine: &str, at: &ArmAt) {
+        let mut places = self.places();
+        if let Some(machines) = places.get_mut(&at.station) {
+            if let Some(place) = machines.get_mut(machine) {
+                place.arms.remove(&at.arm);
+                if place.arms.is_empty() {
+                    machines.remove(machine);
+                }
+            }
+            if machines.values().any(|place| place.arms.contains(&at.arm)) {
+                return;
+            }
+            if machines.is_empty() {
+                places.remove(&at.station);
+            }
         }
+        self.view.left(at);
     }
 
     /// A state of an arm.
@@ -223,11 +252,14 @@ impl Shared {
             return;
         };
         let station = message.station;
-        match self.places().get_mut(&station) {
+        let mut places = self.places();
+        let machines = places.get_mut(&station);
+        let Some(place) = machines.and_then(|machines| machines.get_mut(machine)) else {
             // A station speaks from its own machine alone.
-            Some(place) if place.machine == machine => place.at.clone_from(&message.at),
-            _ => return,
-        }
+            return;
+        };
+        place.hears(&message.at);
+        drop(places);
         let arm = arm.to_owned();
         self.view
             .news(ArmAt { arm, station }, message.news(machine));
@@ -236,8 +268,18 @@ impl Shared {
     /// How a station is dialled.
     fn dial(&self, station: StationId) -> Result<StationDial, SiteError> {
         let places = self.places();
-        let place = places.get(&station).ok_or(SiteError::Gone)?;
+        let machines = places.get(&station).ok_or(SiteError::Gone)?;
         let unproved = |why: String| SiteError::Unproved(why);
+        let mut named = machines.iter();
+        let (Some((machine, place)), None) = (named.next(), named.next()) else {
+            let names: Vec<_> = machines.keys().map(String::as_str).collect();
+            let names = names.join(", ");
+            let why = format!(
+                "several machines say that they are the station {station}, and one may be after its \
+                 tokens: {names}. It is sent nothing"
+            );
+            return Err(unproved(why));
+        };
         let Some(identity) = &self.identity else {
             let why = "this machine has no certificate of the site, so stations are shown and told nothing";
             return Err(unproved(why.to_owned()));
@@ -251,7 +293,7 @@ impl Shared {
                 Arc::clone(config.insert(made))
             }
         };
-        Ok(StationDial::new(&place.machine, place.at.clone(), config))
+        Ok(StationDial::new(machine, place.at.clone(), config))
     }
 
     /// Whether an arm may be asked for this: its name is one arm, or it is stopped.
@@ -330,5 +372,25 @@ impl Site for ZenohSite {
             let gone = async move { shared.view.gone(station).await };
             Ok(session(socket, gone))
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn addresses_of_a_station_survive_a_state_that_names_others() {
+        let at = |port: u16| SocketAddr::from(([10, 0, 0, 1], port));
+        let mut place = StationPlace::default();
+        place.hears(&[at(1), at(2)]);
+        place.hears(&[]);
+        assert_eq!(place.at, [at(1), at(2)]);
+        place.hears(&[at(3), at(2)]);
+        assert_eq!(place.at, [at(3), at(2), at(1)]);
+        for port in 100..200 {
+            place.hears(&[at(port)]);
+        }
+        assert_eq!(place.at.len(), ADDRESSES_KEPT);
     }
 }

@@ -287,7 +287,7 @@ impl Authority {
         // First: from here on the name gets no certificate, whether the list is written or not.
         write_members(&self.folder, &members)?;
 
-        let revoked: Vec<_> = { members.members.iter() }
+        let mut revoked: Vec<_> = { members.members.iter() }
             .filter_map(|member| Some((&member.serials, member.revoked?)))
             .flat_map(|(serials, at)| serials.iter().map(move |serial| (serial, at)))
             .filter_map(|(serial, at)| Some((x509::unhex(serial)?, at)))
@@ -298,7 +298,18 @@ impl Authority {
         {
             return Ok(kept.der().to_vec());
         }
+        let now = x509::now();
+        if let Some(kept) = &kept {
+            // What a list has once stays: a folder that comes from a copy does not know of it, and the
+            // machine has learned the list from others.
+            let others = { kept.serials.iter() }
+                .filter(|serial| revoked.iter().all(|(known, _)| known != *serial));
+            let others: Vec<_> = others.map(|serial| (serial.clone(), now)).collect();
+            revoked.extend(others);
+        }
+        // Never lower than a list that other machines have, even if the own one was lost.
         let number = kept.map_or(1, |kept| kept.number.saturating_add(1));
+        let number = number.max(u64::try_from(now).unwrap_or(0));
         let list = x509::list(number, &revoked).signed_by(&self.issuer)?;
         let list =
             RevocationList::read(list.der(), &self.certificate).ok_or(CertificateError::List)?;

@@ -1,11 +1,14 @@
 //! An invitation: the authority's side of joining.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, VecDeque};
+use std::convert::Infallible;
+use std::io;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use tokio::io::{AsyncRead, AsyncWrite, AsyncWriteExt};
 use tokio::net::TcpListener;
+use tokio::sync::oneshot;
 use tokio::task::JoinSet;
 use tokio::time::{Instant, sleep, sleep_until, timeout};
 use tokio_rustls::TlsAcceptor;
@@ -16,12 +19,18 @@ use super::{Authority, CertificateError, JoinCode, Refusal};
 
 /// Time for one machine: handshake, request and answer. A network of a school takes much less.
 const EXCHANGE_TIMEOUT: Duration = Duration::from_secs(10);
-/// Connections at once; more wait to be accepted. Silent ones end after [`EXCHANGE_TIMEOUT`].
-const MOST_CONNECTIONS: usize = 32;
+/// Connections without a request at once. The oldest gives way to one that comes, so that silent ones
+/// keep no machine out: it has as long as so many others need to come.
+const MOST_SILENT: usize = 64;
+/// Connections at once, with those that are answered; more wait to be accepted.
+const MOST_CONNECTIONS: usize = 2 * MOST_SILENT;
 /// Pause after a connection that cannot be accepted: the system may lack descriptors.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 /// Wrong secrets until the code is void. A joining machine sends no mistyped one, so each is a guess.
 const WRONG_TRIES: u32 = 3;
+/// Certificates for one machine, at most: it asks again if an answer was lost. Each is in the list once
+/// the machine is revoked, and a list has an end.
+const CERTIFICATES: u32 = 8;
 
 /// An invitation to join a site: one secret, good for some machines.
 #[derive(Debug)]
@@ -34,7 +43,8 @@ pub struct Invitation {
 
 #[derive(Debug, Default)]
 struct State {
-    joined: BTreeSet<String>,
+    /// The machines that joined, with the number of certificates of each.
+    joined: BTreeMap<String, u32>,
     wrong: u32,
     /// Requests that were decided and whose event was not told yet.
     untold: usize,
@@ -121,6 +131,7 @@ impl Invitation {
     ) -> Result<InvitationEnd, CertificateError> {
         let acceptor = TlsAcceptor::from(Arc::new(self.authority.inviting()?));
         let mut exchanges = JoinSet::new();
+        let mut silent = VecDeque::new();
         let mut tell = |event| {
             if let Ok(Some(event)) = event {
                 self.state().untold -= 1;
@@ -138,8 +149,17 @@ impl Invitation {
                         sleep(ACCEPT_PAUSE).await;
                         continue;
                     };
+                    silent.retain(|stay: &oneshot::Sender<Infallible>| !stay.is_closed());
+                    if silent.len() >= MOST_SILENT {
+                        silent.pop_front();
+                    }
+                    let (stay, stays) = oneshot::channel();
+                    silent.push_back(stay);
                     let (invitation, acceptor) = (self.clone(), acceptor.clone());
-                    exchanges.spawn(async move { invitation.answer(&acceptor, stream).await });
+                    exchanges.spawn(async move {
+                        let gives_way = async { drop(stays.await) };
+                        invitation.answer(&acceptor, stream, gives_way).await
+                    });
                 }
             }
         }
@@ -164,16 +184,25 @@ impl Invitation {
         }
     }
 
-    /// Answers one connection. `None` if it was no joining machine, or did not wait for its answer.
+    /// Answers one connection, which may have to give way until its request is there. `None` if it was
+    /// no joining machine, or did not wait for its answer.
     pub(super) async fn answer(
         &self,
         acceptor: &TlsAcceptor,
         stream: impl AsyncRead + AsyncWrite + Unpin,
+        gives_way: impl Future<Output = ()>,
     ) -> Option<InvitationEvent> {
         let mut event = None;
         let exchange = async {
-            let mut stream = acceptor.accept(stream).await?;
-            let request: Request = wire::read(&mut stream, LARGEST_REQUEST).await?;
+            let asked = async {
+                let mut stream = acceptor.accept(stream).await?;
+                let request: Request = wire::read(&mut stream, LARGEST_REQUEST).await?;
+                io::Result::Ok((stream, request))
+            };
+            let (mut stream, request) = tokio::select! {
+                asked = asked => asked?,
+                () = gives_way => return Err(io::ErrorKind::ConnectionAborted.into()),
+            };
             let (answer, happened) = self.decide(&request);
             self.state().untold += 1;
             event = Some(happened);
@@ -196,8 +225,9 @@ impl Invitation {
             (Answer::Refused(refusal), event)
         };
         let mut state = self.state();
-        let is_known = state.joined.contains(&request.name);
-        if state.wrong >= WRONG_TRIES || (state.joined.len() >= self.machines && !is_known) {
+        let had = state.joined.get(&request.name).copied().unwrap_or(0);
+        let is_full = state.joined.len() >= self.machines && had == 0;
+        if state.wrong >= WRONG_TRIES || is_full || had >= CERTIFICATES {
             return refused(Refusal::Over, None);
         }
         if !is_same(&request.secret, &self.secret) {
@@ -211,7 +241,7 @@ impl Invitation {
         let signed = self.authority.sign(&request.request, &request.name);
         match signed.and_then(|signed| Ok((signed, revoked()?))) {
             Ok((signed, revoked)) => {
-                state.joined.insert(request.name.clone());
+                state.joined.insert(request.name.clone(), had + 1);
                 let event = InvitationEvent::Joined {
                     name: request.name.clone(),
                     ends: signed.ends,

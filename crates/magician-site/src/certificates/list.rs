@@ -16,7 +16,7 @@ pub(super) struct RevocationList {
     der: Vec<u8>,
     /// Counts the lists of an authority: a higher number is newer.
     pub(super) number: u64,
-    serials: BTreeSet<Vec<u8>>,
+    pub(super) serials: BTreeSet<Vec<u8>>,
 }
 
 impl RevocationList {

@@ -92,9 +92,19 @@ impl Stranger {
         let state = json!({"station": GHOST.to_string(), "at": [liar], "port": "sim",
             "virtual": true, "state": {"link": "up", "moving": false}});
         let key = format!("magician/lab/{BENCH}/state/ghost");
-        let teller = session.declare_publisher(key).await.unwrap();
-        teller.put(state.to_string()).await.unwrap();
+        let state = state.to_string();
+        let teller = session.declare_publisher(key.clone()).await.unwrap();
+        teller.put(state.clone()).await.unwrap();
         declared.push(Box::new(teller));
+        // A hub that comes later, or whose link does, asks for it.
+        let teller = session.declare_queryable(key);
+        let teller = teller.callback(move |query: Query| {
+            let state = state.clone();
+            std::thread::spawn(move || {
+                let _ = query.reply(query.key_expr().clone(), state).wait();
+            });
+        });
+        declared.push(Box::new(teller.await.unwrap()));
         Self {
             _session: session,
             heard,
@@ -311,4 +321,31 @@ async fn announced_address_is_only_a_hint() {
     let sent: Value = json!(String::from_utf8_lossy(&got.lock().unwrap()));
     assert!(!sent.to_string().contains("Bearer"), "{sent}");
     assert!(answers(&site, &at, &lab.caller()).await);
+}
+
+/// A machine of the site that poses as the station of another one gets no token, and hides no arm when
+/// it goes.
+#[tokio::test(flavor = "multi_thread")]
+async fn machine_that_poses_as_another_one_is_sent_nothing() {
+    let lab = Lab::new();
+    let port = free_port();
+    let (_station, node) = lab.node("a", &lab.config("a", Some(port), &[])).await;
+    let site = lab.site(&[port]).await;
+    let mut events = site.watch();
+    let (at, _) = arrives(&mut events, "a").await;
+    let thief = lab.machine("thief").await;
+    let session = zenoh::open(Config::from_file(tls_config(&lab, &thief, port)).unwrap());
+    let session = session.await.unwrap();
+    let key = format!("magician/lab/thief/alive/a/{}", node.id());
+    let token = session.liveliness().declare_token(key).await.unwrap();
+    let ask = async || {
+        site.call(&at, &lab.teacher(), request("arm.stop", &json!({})))
+            .await
+    };
+    becomes(async || matches!(ask().await, Err(SiteError::Unproved(why)) if why.contains("thief")))
+        .await;
+    assert!(site.open(at.station).await.is_err());
+    token.undeclare().await.unwrap();
+    becomes(async || answers(&site, &at, &lab.caller()).await).await;
+    assert!(site.arms().contains_key(&at));
 }

@@ -31,6 +31,9 @@ pub struct Admission {
     pub hosts: Vec<String>,
     /// Further origins: `https://example.org`.
     pub origins: Vec<String>,
+    /// True if people of this machine need a token as well: a client has shown a certificate, which
+    /// does not say whose program it is.
+    pub tokens_always: bool,
 }
 
 /// A request that is let in.
@@ -98,7 +101,8 @@ impl Admission {
             .iter()
             .any(|name| parts.headers.contains_key(*name));
         let named = split(&host).is_some_and(|(name, _)| LOOPBACK.contains(&name.as_str()));
-        let loopback = is_loopback(ends.local) && is_loopback(ends.peer) && named && !forwarded;
+        let near = is_loopback(ends.local) && is_loopback(ends.peer);
+        let loopback = !self.tokens_always && near && named && !forwarded;
         Ok(Admitted {
             token: token(&parts.headers)?,
             loopback,
@@ -297,7 +301,7 @@ mod tests {
     fn loopback_is_both_ends_and_nothing_between() {
         let admission = Admission {
             hosts: vec!["arm.example".into()],
-            origins: Vec::new(),
+            ..Admission::default()
         };
         let local = ends(HERE, "127.0.0.1:50000");
         let loopback =
@@ -312,6 +316,14 @@ mod tests {
             ("forwarded", "for=1.2.3.4")
         ]));
         assert!(!loopback(&[("host", "arm.example")]));
+        let strict = Admission {
+            tokens_always: true,
+            ..Admission::default()
+        };
+        for host in ["localhost:8910", "127.0.0.1:8910", "[::1]:8910"] {
+            let admitted = admit(&strict, local, "/", &[("host", host)]).unwrap();
+            assert!(!admitted.loopback, "{host}");
+        }
         let far = ends(HERE, "192.168.1.9:50000");
         assert!(
             !admit(&admission, far, "/", &[("host", "localhost:8910")])
@@ -325,6 +337,7 @@ mod tests {
         let admission = Admission {
             hosts: vec!["arm.example:443".into()],
             origins: vec!["https://lessons.example".into(), "null".into()],
+            ..Admission::default()
         };
         let local = ends(HERE, "127.0.0.1:50000");
         for (origin, outcome) in [

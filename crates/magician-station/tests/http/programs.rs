@@ -248,8 +248,8 @@ async fn each_method_has_its_role() {
     assert_eq!(ask(&bench, "GET", "a", "", "").await.status, 404);
     let origin = "https://lessons.example";
     let admission = Admission {
-        hosts: Vec::new(),
         origins: vec![origin.to_owned()],
+        ..Admission::default()
     };
     let bench = HttpStation::with(admission).await;
     let foreign = ask(&bench, "PUT", "a", "origin: https://evil.example\n", "x").await;

@@ -165,8 +165,8 @@ async fn who_has_no_token_where_one_is_needed_gets_401() {
 async fn an_origin_that_is_named_is_let_in_and_told_so() {
     let origin = "https://lessons.example";
     let admission = Admission {
-        hosts: Vec::new(),
         origins: vec![origin.to_owned()],
+        ..Admission::default()
     };
     let bench = HttpStation::with(admission).await;
     let answer = bench.get("/healthz", &format!("origin: {origin}\n")).await;

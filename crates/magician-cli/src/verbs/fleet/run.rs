@@ -429,8 +429,15 @@ impl Jobs {
     }
 
     fn has_looked(&mut self, looked: Result<(ArmAt, Option<Value>), JoinError>) {
-        if let Ok((at, Some(job))) = looked {
-            self.see(&at, job);
+        match looked {
+            Ok((at, Some(job))) => self.see(&at, job),
+            // Presence does not say whether a station answers here: it lets no revoked machine in.
+            Ok((at, None)) => {
+                if let Some(part) = self.parts.get_mut(&at) {
+                    part.is_gone = true;
+                }
+            }
+            Err(_) => {}
         }
     }
 

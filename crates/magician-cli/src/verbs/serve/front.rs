@@ -111,6 +111,7 @@ impl FrontFlags {
         Admission {
             hosts: self.allow_host.clone(),
             origins: self.allow_origin.clone(),
+            ..Admission::default()
         }
     }
 

@@ -27,7 +27,8 @@ impl From<CertificateError> for Failure {
             CertificateError::Content(..)
             | CertificateError::Tls(_)
             | CertificateError::Foreign => {
-                "put the files of the site back from a copy; or remove its folder, and join again"
+                "put the files of the site back from a copy; a machine that did not make the site may remove \
+                 its folder and join again, the one that made it never: the site would be lost"
             }
             _ => return Self::unexpected(message),
         };

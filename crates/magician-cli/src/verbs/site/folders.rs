@@ -83,7 +83,14 @@ pub(crate) fn identity(site: &SiteName) -> Result<Option<Identity>, Failure> {
         let now = i64::try_from(unix_time().as_secs()).unwrap_or(i64::MAX);
         let ends = identity.ends();
         let renew = "`magician site invite` where the site was made, and `magician site join CODE` here, renew it";
-        if now >= ends {
+        if now < identity.begins() {
+            tell(format_args!(
+                "the clock of this machine says {}, and its certificate begins {}: set the clock, or no \
+                 other machine is seen",
+                day_of(now),
+                day_of(identity.begins())
+            ));
+        } else if now >= ends {
             tell(format_args!(
                 "the certificate of this machine ended {}: {renew}",
                 day_of(ends)

@@ -8,6 +8,7 @@ use crate::columns::Columns;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::output::Output;
+use crate::serving::unix_time;
 
 /// A site as this machine knows it.
 struct Known {
@@ -74,7 +75,11 @@ fn show(site: &Known, out: &mut Output) -> Result<(), Failure> {
         identity.fingerprint()
     ))?;
     let mut columns = Columns::indented(2);
-    let until = |ends| format!("until {}", day_of(ends));
+    let now = i64::try_from(unix_time().as_secs()).unwrap_or(i64::MAX);
+    let until = |ends| {
+        let word = if ends <= now { "ended" } else { "until" };
+        format!("{word} {}", day_of(ends))
+    };
     match &site.authority {
         Some(authority) => {
             for member in authority.members()? {

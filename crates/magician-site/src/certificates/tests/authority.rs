@@ -3,6 +3,7 @@
 use std::fs;
 
 use super::{Machines, files, request};
+use crate::certificates::list::RevocationList;
 use crate::certificates::x509::{read_authority, read_machine};
 use crate::certificates::{Authority, CertificateError, Identity, is_machine_name, machine_of};
 
@@ -279,4 +280,28 @@ fn a_damaged_authority_is_no_authority() {
     fs::copy(key(&others), key(&machines)).unwrap();
     let error = Authority::open(&machines.folder("desk")).unwrap_err();
     assert!(error.to_string().contains("ca.key"), "{error}");
+}
+
+#[test]
+fn list_of_a_restored_authority_is_newer_and_forgets_nobody() {
+    let machines = Machines::new();
+    let authority = machines.init("desk");
+    for name in ["bench-2", "bench-3"] {
+        authority.sign(&request(), name).unwrap();
+    }
+    let members = machines.folder("desk").join("members.json");
+    let copy = fs::read(&members).unwrap();
+    let read = |list: &[u8]| RevocationList::read(list, authority.certificate()).unwrap();
+    let before = read(&authority.revoke("bench-2").unwrap());
+    // The copy does not know of it; the list has come back from other machines.
+    fs::write(&members, copy).unwrap();
+    let list = read(&authority.revoke("bench-3").unwrap());
+    assert!(list.number > before.number);
+    assert_eq!(list.serials.len(), 2);
+    assert!(list.serials.is_superset(&before.serials));
+    // Neither does it begin anew at 1 without that: machines would not take it.
+    fs::remove_file(machines.folder("desk").join("revoked.pem")).unwrap();
+    let begun = u64::try_from(authority.identity().unwrap().begins()).unwrap();
+    let anew = read(&authority.revoke("bench-3").unwrap());
+    assert!(anew.number > begun, "{}", anew.number);
 }

@@ -243,7 +243,10 @@ async fn stranger<T>(
         talk(connector.connect(name, here).await.unwrap()).await
     };
     let acceptor = acceptor(invitation);
-    tokio::join!(talking, invitation.answer(&acceptor, there))
+    tokio::join!(
+        talking,
+        invitation.answer(&acceptor, there, std::future::pending())
+    )
 }
 
 #[tokio::test]
@@ -279,6 +282,23 @@ async fn a_code_is_good_for_so_many_machines_and_no_more() {
     let (refused, _) = machines.try_join(&invitation, "bench-4", "bench-4").await;
     assert_eq!(refusal(refused), Refusal::Over);
     assert_eq!(machines.authority("desk").members().unwrap().len(), 3);
+}
+
+/// A machine with many certificates could not be revoked: the list has an end.
+#[tokio::test]
+async fn a_machine_is_given_a_few_certificates_by_one_invitation() {
+    let machines = Machines::new();
+    let authority = machines.init("desk");
+    let invitation = machines.invite("desk", 2);
+    let ask = async || machines.try_join(&invitation, "bench-2", "bench-2").await.0;
+    for _ in 0..8 {
+        assert_eq!(ask().await.unwrap().identity.machine(), "bench-2");
+    }
+    assert_eq!(refusal(ask().await), Refusal::Over);
+    assert_eq!(invitation.end(), None);
+    let (other, _) = machines.try_join(&invitation, "bench-3", "bench-3").await;
+    assert_eq!(other.unwrap().identity.machine(), "bench-3");
+    authority.revoke("bench-2").unwrap();
 }
 
 #[tokio::test]
@@ -334,7 +354,12 @@ async fn requests_that_are_none_are_not_answered_and_change_nothing() {
     let (mut here, there) = duplex(PIPE);
     here.write_all(b"GET / HTTP/1.1\r\n\r\n").await.unwrap();
     let acceptor = acceptor(&invitation);
-    assert!(invitation.answer(&acceptor, there).await.is_none());
+    assert!(
+        invitation
+            .answer(&acceptor, there, std::future::pending())
+            .await
+            .is_none()
+    );
     let (joined, _) = machines.try_join(&invitation, "bench-2", "bench-2").await;
     joined.unwrap();
 }
@@ -347,7 +372,12 @@ async fn a_silent_client_is_left_before_and_after_the_handshake() {
     let begun = Instant::now();
     let (_here, there) = duplex(PIPE);
     let acceptor = acceptor(&invitation);
-    assert!(invitation.answer(&acceptor, there).await.is_none());
+    assert!(
+        invitation
+            .answer(&acceptor, there, std::future::pending())
+            .await
+            .is_none()
+    );
     assert_eq!(begun.elapsed().as_secs(), 10);
     let begun = Instant::now();
     let (heard, event) = stranger(&invitation, async |mut stream| stream.read_u8().await).await;
@@ -398,7 +428,8 @@ async fn an_invitation_ends_when_all_have_joined() {
     let address = listener.local_addr().unwrap().to_string();
     let code = invitation.code(&address);
     let mut silent = Vec::new();
-    for _ in 0..5 {
+    // More than have a place, and fewer than wait in the system.
+    for _ in 0..120 {
         silent.push(tokio::net::TcpStream::connect(&address).await.unwrap());
     }
     let until = Instant::now() + Duration::from_secs(600);
@@ -436,7 +467,10 @@ async fn a_site_of_the_same_name_is_not_written_over() {
         let sites = machines.sites(machine);
         let acceptor = acceptor(&invitation);
         let joining = super::join_over(here, &code, &sites, None, machine);
-        let (refused, event) = tokio::join!(joining, invitation.answer(&acceptor, there));
+        let (refused, event) = tokio::join!(
+            joining,
+            invitation.answer(&acceptor, there, std::future::pending())
+        );
         assert!(matches!(refused, Err(JoinError::Other(_))), "{refused:?}");
         assert!(event.is_none(), "{event:?}");
     }

@@ -87,7 +87,10 @@ impl Machines {
         let folders = self.sites(machine);
         let joining = join_over(here, code, &folders, Some(name), machine);
         let acceptor = acceptor(invitation);
-        tokio::join!(joining, invitation.answer(&acceptor, there))
+        tokio::join!(
+            joining,
+            invitation.answer(&acceptor, there, std::future::pending())
+        )
     }
 }
 
