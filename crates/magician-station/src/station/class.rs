@@ -45,6 +45,9 @@ pub(super) struct Class {
     /// The teacher's PIN of the class that the stations behind a hub have.
     pub(super) elsewhere: Option<String>,
     pub(super) schedule: Option<Schedule>,
+    /// Why the schedule of the last start or of the flag cannot be read. Until another is set, no
+    /// arm is open to anybody but teachers: a damaged file must not give pupils more than a good one.
+    pub(super) schedule_error: Option<ClassError>,
     /// The arms that are expected on the site.
     pub(super) roster: Roster,
     /// When its slots are to be counted out again.
@@ -132,10 +135,16 @@ impl Class {
         };
         let schedule =
             schedule.and_then(|text| text.map(|text| Schedule::parse(&text)).transpose());
-        let schedule = schedule.unwrap_or_else(|error| {
-            noted("schedule", &error);
-            None
-        });
+        let (schedule, schedule_error) = match schedule {
+            Ok(schedule) => (schedule, None),
+            Err(error) => {
+                tracing::warn!(
+                    %error,
+                    "the schedule cannot be read: no pupil has an arm until another one is set"
+                );
+                (None, Some(error))
+            }
+        };
         let roster = kept(ROSTER).and_then(|text| {
             let roster = text.map(|text| Roster::parse(&text).map_err(ClassError));
             roster.unwrap_or_else(|| Ok(Roster::default()))
@@ -160,6 +169,7 @@ impl Class {
             files,
             file,
             schedule,
+            schedule_error,
             roster,
             // The first look at the clock counts them out.
             anew: Some(HostInstant::ZERO),
@@ -187,7 +197,8 @@ impl Station {
         if self.class.anew.is_some_and(|anew| anew <= now) {
             let first = self.class.anew == Some(HostInstant::ZERO);
             self.class.anew = None;
-            if let Some(text) = self.config.schedule.clone().filter(|_| first) {
+            let is_good = self.class.schedule_error.is_none();
+            if let Some(text) = self.config.schedule.clone().filter(|_| first && is_good) {
                 self.class.files.write(SCHEDULE, text);
             }
             if first && let Some(mut file) = self.class.file.take() {

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::Station;
 use super::class::{ANEW, Person};
-use crate::class::{Schedule, local_time, offset_of};
+use crate::class::{ClassError, Schedule, local_time, offset_of};
 use crate::control::{ArmId, PersonId, Slot};
 
 /// A slot that is open.
@@ -29,7 +29,8 @@ pub(super) enum SlotNow {
 }
 
 impl Station {
-    /// Counts the slots of the schedule out, from now on. An arm that the class does not give to pupils is in none.
+    /// Counts the slots of the schedule out, from now on. An arm that the class does not give to pupils is in none,
+    /// and neither is any arm while the schedule cannot be read.
     pub(super) fn count_out(&mut self, now: HostInstant) {
         let schedule = self.class.schedule.clone().unwrap_or_default();
         let unix = self.unix(now).floor() as i64;
@@ -39,7 +40,7 @@ impl Station {
         };
         let mut all = Vec::new();
         for arm in self.arm_ids() {
-            let windows = if self.is_for_pupils(arm) {
+            let windows = if self.is_for_pupils(arm) && self.class.schedule_error.is_none() {
                 schedule.windows(&self.arm(arm).entry.name, unix)
             } else {
                 Some(Vec::new())
@@ -82,7 +83,7 @@ impl Station {
 
     /// What the schedule says of an arm now, in its own words.
     pub(super) fn slot(&self, now: HostInstant, arm: ArmId) -> SlotNow {
-        if !self.is_for_pupils(arm) {
+        if !self.is_for_pupils(arm) || self.class.schedule_error.is_some() {
             let who = vec!["teacher".to_owned()];
             return SlotNow::Open(OpenSlot { who, until: None });
         }
@@ -119,6 +120,19 @@ impl Station {
 
     pub(super) fn shown_schedule(&self, now: HostInstant) -> Value {
         let schedule = self.class.schedule.clone().unwrap_or_default();
-        json!({"text": schedule.text(), "slots": schedule.shown(), "now": self.unix(now)})
+        json!({
+            "text": schedule.text(), "slots": schedule.shown(), "now": self.unix(now),
+            "error": self.unread_schedule(),
+        })
+    }
+
+    /// Why nobody but teachers has an arm, and what to do. `None` if the schedule could be read.
+    pub(super) fn unread_schedule(&self) -> Option<String> {
+        let ClassError(error) = self.class.schedule_error.as_ref()?;
+        let error = magician_protocol::visible(error);
+        Some(format!(
+            "the schedule cannot be read, so that arms are for teachers alone: a teacher sets another one \
+             (schedule.set; an empty one opens all arms). {error}"
+        ))
     }
 }

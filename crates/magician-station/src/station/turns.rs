@@ -101,6 +101,9 @@ impl Station {
 
     /// Why nobody of this name gets a place at these arms.
     fn kept_by_schedule(&self, now: HostInstant, arms: &BTreeSet<ArmId>) -> RpcError {
+        if let Some(why) = self.unread_schedule() {
+            return RpcError::new(RpcError::FORBIDDEN, why);
+        }
         let slots = arms.iter().map(|arm| match self.slot(now, *arm) {
             SlotNow::Open(slot) => (*arm, Some(slot)),
             SlotNow::Free | SlotNow::Closed(_) => (*arm, None),
@@ -269,6 +272,9 @@ impl Station {
     ) -> Option<String> {
         if self.control.may_hold(now, session, arm) {
             return None;
+        }
+        if let Some(why) = self.unread_schedule() {
+            return Some(why);
         }
         let name = &self.arm(arm).entry.name;
         Some(match self.control.turn_rules() {
