@@ -227,9 +227,11 @@ impl Control {
     /// Ends leases, waits and turns of those whose slot is over.
     pub(super) fn slots_passed(&mut self, now: HostInstant, arm: ArmId) {
         let class = self.class_mut(arm);
-        let Some(slots) = &mut class.slots else {
+        if class.slots.is_none() && class.barred.is_empty() {
             return;
-        };
+        }
+        let mut none = Vec::new();
+        let slots = class.slots.as_mut().unwrap_or(&mut none);
         let before = slots.len();
         slots.retain(|slot| now < slot.until);
         let mut has_changed = slots.len() != before;

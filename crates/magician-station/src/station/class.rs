@@ -550,6 +550,7 @@ impl Station {
             self.control.leave_turn(now, person);
             self.stop_queued_of(now, person);
         }
+        self.bar_groups(now);
         self.place_role_changed(now);
         self.control.set_turns(now, rules);
     }

@@ -63,6 +63,9 @@ impl Station {
             let why = "jobs that wait are of persons: sign in with name and code first";
             return Err(RpcError::new(RpcError::FORBIDDEN, why));
         }
+        if let Some(why) = person.and_then(|person| self.barred(arm, person)) {
+            return Err(RpcError::new(RpcError::FORBIDDEN, why));
+        }
         let job = JobId(self.next_id());
         let id = self.text_id('j', job.0);
         let of = (arm, self.arm(arm).entry.name.clone());

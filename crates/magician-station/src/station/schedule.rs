@@ -68,6 +68,45 @@ impl Station {
         self.class.anew = Some(now + ANEW);
     }
 
+    /// Bars pupils from the arms that their group has not. A group without arms in the file may have all.
+    pub(super) fn bar_groups(&mut self, now: HostInstant) {
+        for arm in self.arm_ids() {
+            let name = &self.arm(arm).entry.name;
+            let file = self.class.file.iter();
+            let barred = file.flat_map(|file| {
+                let pupils = file.pupil.iter();
+                pupils.filter(|pupil| {
+                    let arms = pupil
+                        .group
+                        .as_ref()
+                        .and_then(|group| file.groups.get(group));
+                    arms.is_some_and(|arms| !arms.contains(name))
+                })
+            });
+            let barred: Vec<_> = barred
+                .map(|pupil| Person::Pupil(pupil.name.clone()))
+                .collect();
+            let barred = barred.into_iter().map(|person| self.number_of(person));
+            let barred = barred.collect();
+            self.control.bar(now, arm, barred);
+        }
+    }
+
+    /// Why a person may not have an arm, whatever the schedule says. `None` if that is not so.
+    pub(super) fn barred(&self, arm: ArmId, person: PersonId) -> Option<String> {
+        if !self.control.is_barred(arm, person) {
+            return None;
+        }
+        let name = &self.arm(arm).entry.name;
+        let group = self.group_of(self.person_name(person)).unwrap_or_default();
+        let file = self.class.file.as_ref();
+        let arms = file.and_then(|file| file.groups.get(group));
+        let arms = arms.map_or_else(String::new, |arms| arms.join(", "));
+        Some(format!(
+            "{name} is no arm of your group {group}, which has {arms}: ask for one of these, or the teacher"
+        ))
+    }
+
     /// A time of Unix seconds by the clock on the wall, as the schedule or else the class says how far it is from UTC.
     pub(super) fn local_time(&self, time: i64) -> String {
         let of_schedule = self.class.schedule.as_ref().and_then(Schedule::offset);

@@ -543,6 +543,49 @@ async fn what_a_pupil_has_waiting_goes_with_the_pupil() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_pupil_gets_no_arm_of_another_group_by_any_way() {
+    let (bench, mut teacher) = class(2).await;
+    let arms = teacher.ok("turn.list", json!({})).await["arms"].clone();
+    let (own, other) = (
+        arms[0]["arm"].as_str().unwrap(),
+        arms[1]["arm"].as_str().unwrap(),
+    );
+    let text = format!("{CLASS}[groups]\nred = [\"{own}\"]\nblue = [\"{other}\"]\n");
+    teacher.ok("class.set", json!({"text": text})).await;
+    let (mut ada, mut ben) = (pupil(&bench, "Ada").await, pupil(&bench, "Ben").await);
+    for (method, params) in [
+        ("turn.join", json!({"arm": other})),
+        ("turn.join", json!({"group": "blue"})),
+        ("lease.acquire", json!({"arm": other})),
+        ("lease.acquire", json!({"arm": other, "wait_s": 60})),
+        (
+            "job.start",
+            json!({"arm": other, "text": plan(2), "queue": true}),
+        ),
+    ] {
+        let refused = ada.call(method, params.clone()).await.unwrap_err();
+        let why = refused["message"].as_str().unwrap();
+        assert!(why.contains("group red"), "{method} {params}: {refused}");
+    }
+    // Ben, who has no group, may have both.
+    ben.ok("turn.join", json!({"arm": other})).await;
+    ada.ok("turn.join", json!({"arm": own})).await;
+    let passed = teacher.call("turn.next", json!({"arm": other})).await;
+    assert!(passed.is_err(), "there is nobody to follow: {passed:?}");
+    let turns = teacher.ok("turn.list", json!({})).await;
+    assert_eq!(turns["arms"][1]["person"], "Ben", "{turns}");
+    assert_eq!(turns["arms"][0]["person"], "Ada", "{turns}");
+    // Another group ends the turn at the arm that it has not.
+    let text = text.replace(
+        &format!("red = [\"{own}\"]"),
+        &format!("red = [\"{other}\"]"),
+    );
+    teacher.ok("class.set", json!({"text": text})).await;
+    let turns = teacher.ok("turn.list", json!({})).await;
+    assert_eq!(turns["arms"][0]["person"], Value::Null, "{turns}");
+}
+
+#[tokio::test(start_paused = true)]
 async fn who_has_two_arms_when_a_class_begins_has_one_turn() {
     let bench = LocalStation::new(2).await;
     let token = Grant {
