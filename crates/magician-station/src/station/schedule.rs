@@ -168,7 +168,9 @@ impl Station {
     /// Why nobody but teachers has an arm, and what to do. `None` if the schedule could be read.
     pub(super) fn unread_schedule(&self) -> Option<String> {
         let ClassError(error) = self.class.schedule_error.as_ref()?;
-        let error = magician_protocol::visible(error);
+        // The reader of TOML says it on several lines, with a picture of the place.
+        let error = error.split_whitespace().collect::<Vec<_>>().join(" ");
+        let error = magician_protocol::visible(&error);
         Some(format!(
             "the schedule cannot be read, so that arms are for teachers alone: a teacher sets another one \
              (schedule.set; an empty one opens all arms). {error}"
