@@ -272,6 +272,22 @@ impl Control {
         }
     }
 
+    /// Ends the job of an arm that nobody holds, as the end of a turn does: it pauses, or goes on with
+    /// [`finish_job`](TurnRules::finish_job). A job of the queue that began without a lease has none
+    /// that could end. With `stops` it stops in place of pausing. False if no such job is under way.
+    pub fn end_unheld_job(&mut self, arm: ArmId, stops: bool) -> bool {
+        let job = { self.arm(arm).job }
+            .filter(|job| job.phase.is_under_way() && self.holder(arm).is_none());
+        let Some(job) = job else {
+            return false;
+        };
+        if !self.finishes_job(arm, LeaseEnd::Over) {
+            let (job, pause) = (job.id, !stops);
+            self.effects.push_back(Effect::EndJob { arm, job, pause });
+        }
+        true
+    }
+
     /// The arm at which a person has a turn.
     pub(super) fn turn_of(&self, person: PersonId) -> Option<ArmId> {
         let of = |class: &ArmClass| class.turn.as_ref().map(|turn| turn.person);

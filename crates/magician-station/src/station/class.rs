@@ -536,6 +536,12 @@ impl Station {
             .map(|(id, session)| (*id, session.socket))
             .collect();
         let is_gone = |person: &Person| matches!(person, Person::Pupil(name) if file.is_none_or(|file| file.named(name).is_none()));
+        let has_to_sign_in =
+            |person: &Person| matches!(person, Person::Pupil(name) if !is_same(name));
+        let anew: Vec<_> = { (0..).map(PersonId).zip(&self.class.persons) }
+            .filter(|(_, person)| has_to_sign_in(person))
+            .map(|(id, _)| id)
+            .collect();
         let gone: Vec<_> = { (0..).map(PersonId).zip(&self.class.persons) }
             .filter(|(_, person)| is_gone(person))
             .map(|(id, _)| id)
@@ -545,6 +551,11 @@ impl Station {
                 self.end_socket(socket, CloseCode::REVOKED);
             }
             self.control.expel(now, session);
+        }
+        for person in anew {
+            for arm in self.arm_ids() {
+                self.end_queued_job(arm, Some(person));
+            }
         }
         for person in gone {
             self.control.leave_turn(now, person);

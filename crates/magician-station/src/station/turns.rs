@@ -51,10 +51,12 @@ impl Station {
             }
             "turn.end" => {
                 let mut arms = self.arms_meant(call)?;
-                arms.retain(|arm| self.control.turn(now, *arm).is_some());
-                for arm in &arms {
+                arms.retain(|arm| {
+                    let ends_job = self.end_queued_job(*arm, None);
+                    let has_turn = self.control.turn(now, *arm).is_some();
                     self.control.finish_turn(now, *arm);
-                }
+                    ends_job || has_turn
+                });
                 Ok(json!({"arms": self.names_of(&arms)}))
             }
             "turn.next" => {

@@ -585,6 +585,40 @@ async fn a_pupil_gets_no_arm_of_another_group_by_any_way() {
     assert_eq!(turns["arms"][0]["person"], Value::Null, "{turns}");
 }
 
+/// The state of a job of Ada's that runs from the queue, under no lease, after a teacher's word.
+async fn job_from_queue_after(text: &str, word: (&str, Value)) -> Value {
+    let (bench, mut teacher) = class(1).await;
+    teacher.ok("class.set", json!({"text": text})).await;
+    let mut ada = pupil(&bench, "Ada").await;
+    let queued = json!({"text": plan(200), "queue": true});
+    let job = ada.ok("job.start", queued).await["job"].clone();
+    pass(1, &mut [&mut teacher]).await;
+    let runs = teacher.ok("job.get", json!({"job": job})).await;
+    assert_eq!(runs["state"], "running", "{runs}");
+    teacher.ok(word.0, word.1).await;
+    pass(3, &mut [&mut teacher]).await;
+    teacher.ok("job.get", json!({"job": job})).await["state"].clone()
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_job_from_the_queue_ends_with_the_word_that_ends_turns() {
+    let finish = CLASS.replace("[class]", "[class]\nfinish_job = true");
+    for (method, params) in [
+        ("turn.end", json!({})),
+        ("turn.end", json!({"arm": "arm"})),
+        ("class.set", json!({"names": ["Ben"]})),
+        ("class.codes", json!({"pupils": ["Ada"]})),
+    ] {
+        let word = (method, params.clone());
+        let state = job_from_queue_after(CLASS, word.clone()).await;
+        assert_eq!(state, "paused", "{method} {params}");
+        let state = job_from_queue_after(&finish, word).await;
+        assert_eq!(state, "running", "{method} {params}");
+    }
+    let others = ("class.codes", json!({"pupils": ["Ben"]}));
+    assert_eq!(job_from_queue_after(CLASS, others).await, "running");
+}
+
 #[tokio::test(start_paused = true)]
 async fn who_has_two_arms_when_a_class_begins_has_one_turn() {
     let bench = LocalStation::new(2).await;
