@@ -380,7 +380,17 @@ impl Station {
         self.control.identify(now, session, person);
     }
 
+    /// The number of a person. A token that is called like a pupil is the pupil, at another page:
+    /// two numbers would be two turns for one name.
     pub(super) fn number_of(&mut self, person: Person) -> PersonId {
+        let file = self.class.file.as_ref();
+        let person = match person {
+            Person::Token(name) => match file.and_then(|file| file.called(&name)) {
+                Some(pupil) => Person::Pupil(pupil.name.clone()),
+                None => Person::Token(name),
+            },
+            pupil @ Person::Pupil(_) => pupil,
+        };
         let persons = &mut self.class.persons;
         let at = persons.iter().position(|known| *known == person);
         let at = at.unwrap_or_else(|| {
@@ -388,6 +398,25 @@ impl Station {
             persons.len() - 1
         });
         PersonId(at as u64)
+    }
+
+    /// Says anew whose the sessions of tokens are: another class may have a pupil of that name, or none
+    /// any more. Who becomes another person has no turn, place or job of the queue any more.
+    fn identify_tokens(&mut self, now: HostInstant) {
+        let tokens: Vec<_> = { self.sessions.iter() }
+            .filter(|(_, session)| session.pupil.is_none())
+            .filter_map(|(id, session)| Some((*id, session.grant.token.clone()?)))
+            .collect();
+        for (session, token) in tokens {
+            let Some(before) = self.control.person(session) else {
+                continue;
+            };
+            if self.number_of(Person::Token(token)) != before {
+                self.control.leave_turn(now, before);
+                self.stop_queued_of(now, before);
+                self.identify(now, session);
+            }
+        }
     }
 
     pub(super) fn person_name(&self, person: PersonId) -> &str {
@@ -561,6 +590,7 @@ impl Station {
             self.control.leave_turn(now, person);
             self.stop_queued_of(now, person);
         }
+        self.identify_tokens(now);
         self.bar_groups(now);
         self.place_role_changed(now);
         self.control.set_turns(now, rules);

@@ -620,6 +620,44 @@ async fn a_job_from_the_queue_ends_with_the_word_that_ends_turns() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_token_called_like_a_pupil_is_the_pupil_and_has_no_second_turn() {
+    let bench = LocalStation::new(2).await;
+    let mut teacher = bench.join_as("Ms Lee", Role::Teacher).await;
+    // The token is there before the class and its pupil.
+    let token = Grant {
+        role: Role::Student,
+        token: Some("ada".to_owned()),
+    };
+    let mut desk = bench.socket_of(Some(token), "127.0.0.1:1");
+    let hello = json!({"client": {"name": "desk"}});
+    desk.call("session.hello", hello).await.unwrap();
+    teacher.ok("class.set", json!({"names": ["Ben"]})).await;
+    desk.ok("turn.join", json!({})).await;
+    let persons = |turns: &Value| {
+        let arms = turns["arms"].as_array().unwrap().iter();
+        let persons: Vec<_> = arms.map(|arm| arm["person"].clone()).collect();
+        persons
+    };
+    let turns = teacher.ok("turn.list", json!({})).await;
+    assert_eq!(persons(&turns), [json!("ada"), Value::Null]);
+    teacher.ok("class.set", json!({"text": CLASS})).await;
+    let turns = teacher.ok("turn.list", json!({})).await;
+    assert_eq!(
+        persons(&turns),
+        [Value::Null, Value::Null],
+        "another person"
+    );
+    let mut ada = pupil(&bench, "Ada").await;
+    ada.ok("turn.join", json!({})).await;
+    let turns = desk.ok("turn.join", json!({})).await;
+    assert_eq!(persons(&turns), [json!("Ada"), Value::Null], "{turns}");
+    assert_eq!(turns["queue"], json!([]));
+    let other = turns["arms"][1]["arm"].clone();
+    let second = desk.call("lease.acquire", json!({"arm": other})).await;
+    assert!(second.is_err(), "{second:?}");
+}
+
+#[tokio::test(start_paused = true)]
 async fn who_has_two_arms_when_a_class_begins_has_one_turn() {
     let bench = LocalStation::new(2).await;
     let token = Grant {
