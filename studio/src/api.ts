@@ -1817,6 +1817,7 @@ export interface Methods {
         until: number;
       }>;
       now: number;
+      error: string | null;
     };
   };
   /** The schedule. */
@@ -1833,6 +1834,7 @@ export interface Methods {
         until: number;
       }>;
       now: number;
+      error: string | null;
     };
   };
   /** The arms that this station expects on its site. */

@@ -3146,6 +3146,7 @@ class ScheduleSetResult(TypedDict):
     text: str
     slots: list[ScheduleSetResultSlotsItem]
     now: float
+    error: Union[str, None]
 
 class ScheduleGetParams(TypedDict):
     """Parameters of a method."""
@@ -3169,6 +3170,7 @@ class ScheduleGetResult(TypedDict):
     text: str
     slots: list[ScheduleGetResultSlotsItem]
     now: float
+    error: Union[str, None]
 
 class SiteRosterParams(TypedDict):
     """Parameters of a method."""

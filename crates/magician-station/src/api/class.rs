@@ -187,7 +187,7 @@ pub(super) const CLASS: &[Method] = &[
         Viewer,
         &[],
         "The schedule.",
-        "{text, slots: [{arms, who, days, from, until}], now}: Unix seconds, and with `days` seconds of the local day",
+        "{text, slots: [{arms, who, days, from, until}], now, error}: Unix seconds, and with `days` seconds of the local day; `error` why the schedule cannot be read, so that only teachers have arms, else null",
     ),
     method(
         "site.roster",

@@ -270,6 +270,12 @@ impl ClassFile {
         self.pupil.iter().find(|pupil| pupil.name == name)
     }
 
+    /// The pupil of this name, in any case.
+    pub(crate) fn called(&self, name: &str) -> Option<&Pupil> {
+        let name = name.to_lowercase();
+        { self.pupil.iter() }.find(|pupil| pupil.name.to_lowercase() == name)
+    }
+
     /// Whether a pupil has this name, which is in small letters.
     pub(crate) fn has(&self, name: &str) -> bool {
         self.pupil

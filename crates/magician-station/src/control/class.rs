@@ -93,6 +93,8 @@ pub(super) struct ArmClass {
     pub(super) frozen: Option<HostInstant>,
     /// None: at any time.
     pub(super) slots: Option<Vec<Slot>>,
+    /// Persons who may not have it at all, because their group has other arms.
+    pub(super) barred: BTreeSet<PersonId>,
 }
 
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
@@ -188,6 +190,19 @@ impl Control {
         self.class_mut(arm).slots = slots;
         self.slots_passed(now, arm);
         self.advance(now);
+    }
+
+    /// Says which persons may not have an arm, whatever the schedule says. Their leases, turns and
+    /// waits there end.
+    pub fn bar(&mut self, now: HostInstant, arm: ArmId, persons: BTreeSet<PersonId>) {
+        self.class_mut(arm).barred = persons;
+        self.slots_passed(now, arm);
+    }
+
+    /// True if a person may not have an arm, whatever the schedule says.
+    #[must_use]
+    pub fn is_barred(&self, arm: ArmId, person: PersonId) -> bool {
+        self.class(arm).barred.contains(&person)
     }
 
     /// A person who is not one of the class any more: turn and place are gone.

@@ -2,7 +2,7 @@
 //!
 //! | claim | who may have the arm | its place | ends |
 //! |---|---|---|---|
-//! | a request that waits | whoever is in a slot of the schedule, and has the turn where there are turns | by arrival | by `until` |
+//! | a request that waits | whoever is in a slot of the schedule, is not barred from the arm, and has the turn where there are turns | by arrival | by `until` |
 //! | a request that asks | the same | behind those that wait, if the holder is gone | granted by `until` |
 //! | a person's turn | whoever is in a slot, at one arm at a time | by arrival; who missed a turn comes first when back | by leaving |
 //! | a job | at an idle arm that nobody else has or has the turn at, in a slot of its owner | by arrival, or as it was moved | by stopping it |
@@ -122,9 +122,13 @@ impl Control {
             .then_some((Hindrance::Frozen, None))
     }
 
-    /// When a person may have an arm by the schedule: now, or from the begin of a slot on. `None`: in no slot that is known.
+    /// When a person may have an arm by the schedule: now, or from the begin of a slot on. `None`: in no slot that is known,
+    /// or [barred](Self::bar) from it.
     #[must_use]
     pub fn opens(&self, now: HostInstant, arm: ArmId, person: PersonId) -> Option<HostInstant> {
+        if self.is_barred(arm, person) {
+            return None;
+        }
         let Some(slots) = &self.class(arm).slots else {
             return Some(now);
         };
@@ -169,6 +173,9 @@ impl Control {
         arm: ArmId,
         person: Option<PersonId>,
     ) -> bool {
+        if person.is_some_and(|person| self.is_barred(arm, person)) {
+            return false;
+        }
         self.class(arm).slots.as_ref().is_none_or(|slots| {
             let mut open = slots.iter().filter(|slot| slot.is_open(now));
             open.any(|slot| person.is_some_and(|person| slot.who.contains(&person)))

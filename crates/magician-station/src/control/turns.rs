@@ -227,9 +227,11 @@ impl Control {
     /// Ends leases, waits and turns of those whose slot is over.
     pub(super) fn slots_passed(&mut self, now: HostInstant, arm: ArmId) {
         let class = self.class_mut(arm);
-        let Some(slots) = &mut class.slots else {
+        if class.slots.is_none() && class.barred.is_empty() {
             return;
-        };
+        }
+        let mut none = Vec::new();
+        let slots = class.slots.as_mut().unwrap_or(&mut none);
         let before = slots.len();
         slots.retain(|slot| now < slot.until);
         let mut has_changed = slots.len() != before;
@@ -268,6 +270,22 @@ impl Control {
         if holder.is_some() {
             self.end_lease(now, arm, LeaseEnd::Over);
         }
+    }
+
+    /// Ends the job of an arm that nobody holds, as the end of a turn does: it pauses, or goes on with
+    /// [`finish_job`](TurnRules::finish_job). A job of the queue that began without a lease has none
+    /// that could end. With `stops` it stops in place of pausing. False if no such job is under way.
+    pub fn end_unheld_job(&mut self, arm: ArmId, stops: bool) -> bool {
+        let job = { self.arm(arm).job }
+            .filter(|job| job.phase.is_under_way() && self.holder(arm).is_none());
+        let Some(job) = job else {
+            return false;
+        };
+        if !self.finishes_job(arm, LeaseEnd::Over) {
+            let (job, pause) = (job.id, !stops);
+            self.effects.push_back(Effect::EndJob { arm, job, pause });
+        }
+        true
     }
 
     /// The arm at which a person has a turn.

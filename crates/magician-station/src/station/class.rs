@@ -45,6 +45,9 @@ pub(super) struct Class {
     /// The teacher's PIN of the class that the stations behind a hub have.
     pub(super) elsewhere: Option<String>,
     pub(super) schedule: Option<Schedule>,
+    /// Why the schedule of the last start or of the flag cannot be read. Until another is set, no
+    /// arm is open to anybody but teachers: a damaged file must not give pupils more than a good one.
+    pub(super) schedule_error: Option<ClassError>,
     /// The arms that are expected on the site.
     pub(super) roster: Roster,
     /// When its slots are to be counted out again.
@@ -132,10 +135,16 @@ impl Class {
         };
         let schedule =
             schedule.and_then(|text| text.map(|text| Schedule::parse(&text)).transpose());
-        let schedule = schedule.unwrap_or_else(|error| {
-            noted("schedule", &error);
-            None
-        });
+        let (schedule, schedule_error) = match schedule {
+            Ok(schedule) => (schedule, None),
+            Err(error) => {
+                tracing::warn!(
+                    %error,
+                    "the schedule cannot be read: no pupil has an arm until another one is set"
+                );
+                (None, Some(error))
+            }
+        };
         let roster = kept(ROSTER).and_then(|text| {
             let roster = text.map(|text| Roster::parse(&text).map_err(ClassError));
             roster.unwrap_or_else(|| Ok(Roster::default()))
@@ -160,6 +169,7 @@ impl Class {
             files,
             file,
             schedule,
+            schedule_error,
             roster,
             // The first look at the clock counts them out.
             anew: Some(HostInstant::ZERO),
@@ -187,7 +197,8 @@ impl Station {
         if self.class.anew.is_some_and(|anew| anew <= now) {
             let first = self.class.anew == Some(HostInstant::ZERO);
             self.class.anew = None;
-            if let Some(text) = self.config.schedule.clone().filter(|_| first) {
+            let is_good = self.class.schedule_error.is_none();
+            if let Some(text) = self.config.schedule.clone().filter(|_| first && is_good) {
                 self.class.files.write(SCHEDULE, text);
             }
             if first && let Some(mut file) = self.class.file.take() {
@@ -369,7 +380,17 @@ impl Station {
         self.control.identify(now, session, person);
     }
 
+    /// The number of a person. A token that is called like a pupil is the pupil, at another page:
+    /// two numbers would be two turns for one name.
     pub(super) fn number_of(&mut self, person: Person) -> PersonId {
+        let file = self.class.file.as_ref();
+        let person = match person {
+            Person::Token(name) => match file.and_then(|file| file.called(&name)) {
+                Some(pupil) => Person::Pupil(pupil.name.clone()),
+                None => Person::Token(name),
+            },
+            pupil @ Person::Pupil(_) => pupil,
+        };
         let persons = &mut self.class.persons;
         let at = persons.iter().position(|known| *known == person);
         let at = at.unwrap_or_else(|| {
@@ -377,6 +398,25 @@ impl Station {
             persons.len() - 1
         });
         PersonId(at as u64)
+    }
+
+    /// Says anew whose the sessions of tokens are: another class may have a pupil of that name, or none
+    /// any more. Who becomes another person has no turn, place or job of the queue any more.
+    fn identify_tokens(&mut self, now: HostInstant) {
+        let tokens: Vec<_> = { self.sessions.iter() }
+            .filter(|(_, session)| session.pupil.is_none())
+            .filter_map(|(id, session)| Some((*id, session.grant.token.clone()?)))
+            .collect();
+        for (session, token) in tokens {
+            let Some(before) = self.control.person(session) else {
+                continue;
+            };
+            if self.number_of(Person::Token(token)) != before {
+                self.control.leave_turn(now, before);
+                self.stop_queued_of(now, before);
+                self.identify(now, session);
+            }
+        }
     }
 
     pub(super) fn person_name(&self, person: PersonId) -> &str {
@@ -525,6 +565,12 @@ impl Station {
             .map(|(id, session)| (*id, session.socket))
             .collect();
         let is_gone = |person: &Person| matches!(person, Person::Pupil(name) if file.is_none_or(|file| file.named(name).is_none()));
+        let has_to_sign_in =
+            |person: &Person| matches!(person, Person::Pupil(name) if !is_same(name));
+        let anew: Vec<_> = { (0..).map(PersonId).zip(&self.class.persons) }
+            .filter(|(_, person)| has_to_sign_in(person))
+            .map(|(id, _)| id)
+            .collect();
         let gone: Vec<_> = { (0..).map(PersonId).zip(&self.class.persons) }
             .filter(|(_, person)| is_gone(person))
             .map(|(id, _)| id)
@@ -535,10 +581,17 @@ impl Station {
             }
             self.control.expel(now, session);
         }
+        for person in anew {
+            for arm in self.arm_ids() {
+                self.end_queued_job(arm, Some(person));
+            }
+        }
         for person in gone {
             self.control.leave_turn(now, person);
             self.stop_queued_of(now, person);
         }
+        self.identify_tokens(now);
+        self.bar_groups(now);
         self.place_role_changed(now);
         self.control.set_turns(now, rules);
     }

@@ -147,6 +147,7 @@ impl Station {
             }
             ClassChange::Schedule(schedule) => {
                 self.class.schedule = Some(schedule);
+                self.class.schedule_error = None;
                 self.count_out(now);
                 self.shown_schedule(now)
             }

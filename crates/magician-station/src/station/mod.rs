@@ -386,10 +386,11 @@ impl Station {
     }
 
     /// A client connects to a listener. Until it says hello it has no claim to a place: of those that are silent the oldest
-    /// gives way to a new one. `None` if there are as many sessions as the station takes.
+    /// gives way to a new one. `None` if there are as many sessions as the station takes, and none of them is a viewer's, which
+    /// gives way to a higher role.
     pub fn admit(&mut self, now: HostInstant, peer: Peer) -> Option<SocketId> {
         let origin = peer.origin;
-        if !self.admission.has_room(now, origin) {
+        if !self.may_have_room(now, origin) {
             return None;
         }
         let socket = self.open(now, peer);
@@ -403,10 +404,15 @@ impl Station {
     /// `None` if that is now, or if there are as many sessions as the station takes.
     #[must_use]
     pub fn admits_at(&self, now: HostInstant, origin: Origin) -> Option<HostInstant> {
-        if !self.admission.has_room(now, origin) {
+        if !self.may_have_room(now, origin) {
             return None;
         }
         self.admission.opens_at(now, origin, Socket::grace(origin))
+    }
+
+    /// True if a client from there may get a place by its hello.
+    fn may_have_room(&self, now: HostInstant, origin: Origin) -> bool {
+        self.admission.has_room(now, origin) || self.yielding_viewer(now, origin).is_some()
     }
 
     /// A message of a client has come, which is looked at before it is [received](Self::receive): the client is silent no more.

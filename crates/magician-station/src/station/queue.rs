@@ -63,6 +63,9 @@ impl Station {
             let why = "jobs that wait are of persons: sign in with name and code first";
             return Err(RpcError::new(RpcError::FORBIDDEN, why));
         }
+        if let Some(why) = person.and_then(|person| self.barred(arm, person)) {
+            return Err(RpcError::new(RpcError::FORBIDDEN, why));
+        }
         let job = JobId(self.next_id());
         let id = self.text_id('j', job.0);
         let of = (arm, self.arm(arm).entry.name.clone());
@@ -294,6 +297,21 @@ impl Station {
         for job in jobs {
             self.stop_queued(now, job);
         }
+    }
+
+    /// Ends the job of a person that began from the queue and runs under no lease, as the end of a
+    /// turn does. False if there is none.
+    pub(super) fn end_queued_job(&mut self, arm: ArmId, of: Option<PersonId>) -> bool {
+        let mut begun = self.class.from_queue.values();
+        let own = begun.find(|(claim, _)| {
+            claim.arm == arm
+                && claim.person.is_some()
+                && (of.is_none() || claim.person == of)
+                && self.control.has_job(arm, claim.job)
+        });
+        // `continue` is about a lease that is lost; the turn is over by somebody's word.
+        let stops = own.map(|(_, queued)| queued.on_lost == OnLost::Stop);
+        stops.is_some_and(|stops| self.control.end_unheld_job(arm, stops))
     }
 
     /// Takes up the jobs that waited when the last station ended, in their order. None begins before a person says so.

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::Station;
 use super::class::{ANEW, Person};
-use crate::class::{Schedule, local_time, offset_of};
+use crate::class::{ClassError, Schedule, local_time, offset_of};
 use crate::control::{ArmId, PersonId, Slot};
 
 /// A slot that is open.
@@ -29,7 +29,8 @@ pub(super) enum SlotNow {
 }
 
 impl Station {
-    /// Counts the slots of the schedule out, from now on. An arm that the class does not give to pupils is in none.
+    /// Counts the slots of the schedule out, from now on. An arm that the class does not give to pupils is in none,
+    /// and neither is any arm while the schedule cannot be read.
     pub(super) fn count_out(&mut self, now: HostInstant) {
         let schedule = self.class.schedule.clone().unwrap_or_default();
         let unix = self.unix(now).floor() as i64;
@@ -39,7 +40,7 @@ impl Station {
         };
         let mut all = Vec::new();
         for arm in self.arm_ids() {
-            let windows = if self.is_for_pupils(arm) {
+            let windows = if self.is_for_pupils(arm) && self.class.schedule_error.is_none() {
                 schedule.windows(&self.arm(arm).entry.name, unix)
             } else {
                 Some(Vec::new())
@@ -67,6 +68,45 @@ impl Station {
         self.class.anew = Some(now + ANEW);
     }
 
+    /// Bars pupils from the arms that their group has not. A group without arms in the file may have all.
+    pub(super) fn bar_groups(&mut self, now: HostInstant) {
+        for arm in self.arm_ids() {
+            let name = &self.arm(arm).entry.name;
+            let file = self.class.file.iter();
+            let barred = file.flat_map(|file| {
+                let pupils = file.pupil.iter();
+                pupils.filter(|pupil| {
+                    let arms = pupil
+                        .group
+                        .as_ref()
+                        .and_then(|group| file.groups.get(group));
+                    arms.is_some_and(|arms| !arms.contains(name))
+                })
+            });
+            let barred: Vec<_> = barred
+                .map(|pupil| Person::Pupil(pupil.name.clone()))
+                .collect();
+            let barred = barred.into_iter().map(|person| self.number_of(person));
+            let barred = barred.collect();
+            self.control.bar(now, arm, barred);
+        }
+    }
+
+    /// Why a person may not have an arm, whatever the schedule says. `None` if that is not so.
+    pub(super) fn barred(&self, arm: ArmId, person: PersonId) -> Option<String> {
+        if !self.control.is_barred(arm, person) {
+            return None;
+        }
+        let name = &self.arm(arm).entry.name;
+        let group = self.group_of(self.person_name(person)).unwrap_or_default();
+        let file = self.class.file.as_ref();
+        let arms = file.and_then(|file| file.groups.get(group));
+        let arms = arms.map_or_else(String::new, |arms| arms.join(", "));
+        Some(format!(
+            "{name} is no arm of your group {group}, which has {arms}: ask for one of these, or the teacher"
+        ))
+    }
+
     /// A time of Unix seconds by the clock on the wall, as the schedule or else the class says how far it is from UTC.
     pub(super) fn local_time(&self, time: i64) -> String {
         let of_schedule = self.class.schedule.as_ref().and_then(Schedule::offset);
@@ -82,7 +122,7 @@ impl Station {
 
     /// What the schedule says of an arm now, in its own words.
     pub(super) fn slot(&self, now: HostInstant, arm: ArmId) -> SlotNow {
-        if !self.is_for_pupils(arm) {
+        if !self.is_for_pupils(arm) || self.class.schedule_error.is_some() {
             let who = vec!["teacher".to_owned()];
             return SlotNow::Open(OpenSlot { who, until: None });
         }
@@ -119,6 +159,21 @@ impl Station {
 
     pub(super) fn shown_schedule(&self, now: HostInstant) -> Value {
         let schedule = self.class.schedule.clone().unwrap_or_default();
-        json!({"text": schedule.text(), "slots": schedule.shown(), "now": self.unix(now)})
+        json!({
+            "text": schedule.text(), "slots": schedule.shown(), "now": self.unix(now),
+            "error": self.unread_schedule(),
+        })
+    }
+
+    /// Why nobody but teachers has an arm, and what to do. `None` if the schedule could be read.
+    pub(super) fn unread_schedule(&self) -> Option<String> {
+        let ClassError(error) = self.class.schedule_error.as_ref()?;
+        // The reader of TOML says it on several lines, with a picture of the place.
+        let error = error.split_whitespace().collect::<Vec<_>>().join(" ");
+        let error = magician_protocol::visible(&error);
+        Some(format!(
+            "the schedule cannot be read, so that arms are for teachers alone: a teacher sets another one \
+             (schedule.set; an empty one opens all arms). {error}"
+        ))
     }
 }

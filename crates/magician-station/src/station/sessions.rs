@@ -141,8 +141,7 @@ impl Station {
         let full = if is_beyond {
             Some(("the station has all its viewers", VIEWERS))
         } else {
-            let claimed = self.admission.claim(now, socket);
-            let full = claimed.err();
+            let full = self.claim_place(now, socket, grant.role).err();
             full.map(|NoPlace| ("the station has all its sessions", SOCKETS))
         };
         if let Some((why, limit)) = full {
@@ -238,6 +237,46 @@ impl Station {
         } else {
             Role::Teacher
         }
+    }
+
+    /// Claims the place of a session. If all are taken, a viewer gives way to anybody of a higher role:
+    /// those who only look must not keep out the teacher, or a pupil.
+    fn claim_place(
+        &mut self,
+        now: HostInstant,
+        socket: SocketId,
+        role: Role,
+    ) -> Result<(), NoPlace> {
+        while let Err(full) = self.admission.claim(now, socket) {
+            let origin = { self.sockets.get(&socket) }.map(|open| open.peer.origin);
+            let viewer = origin.and_then(|origin| self.yielding_viewer(now, origin));
+            let Some(viewer) = viewer.filter(|_| role > Role::Viewer) else {
+                return Err(full);
+            };
+            self.admission.close(viewer);
+            self.end_socket(viewer, CloseCode::FULL);
+        }
+        Ok(())
+    }
+
+    /// The viewer whose end makes a place for a session from there: one without a name before others,
+    /// and of these the last that came, so that a flood of pages drives out none that was there before.
+    pub(super) fn yielding_viewer(&self, now: HostInstant, origin: Origin) -> Option<SocketId> {
+        let makes_room = |socket: &SocketId| {
+            let mut others = self.admission.clone();
+            others.close(*socket);
+            others.has_room(now, origin)
+        };
+        let viewers = { self.sessions.iter() }
+            .filter(|(_, session)| session.grant.role == Role::Viewer)
+            .filter_map(|(id, session)| {
+                let is_nameless = session.grant.token.is_none();
+                Some((is_nameless, session.since, *id, session.socket?))
+            });
+        let mut viewers: Vec<_> = viewers.collect();
+        viewers.sort_unstable_by(|one, other| other.cmp(one));
+        let sockets = viewers.into_iter().map(|(.., socket)| socket);
+        { sockets }.find(makes_room)
     }
 
     /// Number of viewers with a socket, without the session that comes back: its old socket is about to end.

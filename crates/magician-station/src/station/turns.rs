@@ -38,7 +38,7 @@ impl Station {
                     let joined = self.control.join_turn(now, person, arms.clone());
                     joined.map_err(|why| match why {
                         NoQueue::NoTurns => no_class(),
-                        NoQueue::Schedule => self.kept_by_schedule(now, &arms),
+                        NoQueue::Schedule => self.kept_by_schedule(now, person, &arms),
                     })?;
                 }
                 Ok(self.turns(now))
@@ -51,10 +51,12 @@ impl Station {
             }
             "turn.end" => {
                 let mut arms = self.arms_meant(call)?;
-                arms.retain(|arm| self.control.turn(now, *arm).is_some());
-                for arm in &arms {
+                arms.retain(|arm| {
+                    let ends_job = self.end_queued_job(*arm, None);
+                    let has_turn = self.control.turn(now, *arm).is_some();
                     self.control.finish_turn(now, *arm);
-                }
+                    ends_job || has_turn
+                });
                 Ok(json!({"arms": self.names_of(&arms)}))
             }
             "turn.next" => {
@@ -99,9 +101,24 @@ impl Station {
         Ok(named)
     }
 
-    /// Why nobody of this name gets a place at these arms.
-    fn kept_by_schedule(&self, now: HostInstant, arms: &BTreeSet<ArmId>) -> RpcError {
-        let slots = arms.iter().map(|arm| match self.slot(now, *arm) {
+    /// Why a person gets no place at any of these arms.
+    fn kept_by_schedule(
+        &self,
+        now: HostInstant,
+        person: PersonId,
+        arms: &BTreeSet<ArmId>,
+    ) -> RpcError {
+        if let Some(why) = self.unread_schedule() {
+            return RpcError::new(RpcError::FORBIDDEN, why);
+        }
+        let barred = arms.iter().map(|arm| self.barred(*arm, person));
+        if let Some(why) = barred.reduce(Option::and).flatten() {
+            return RpcError::new(RpcError::FORBIDDEN, why);
+        }
+        let own = arms
+            .iter()
+            .filter(|arm| !self.control.is_barred(**arm, person));
+        let slots = own.map(|arm| match self.slot(now, *arm) {
             SlotNow::Open(slot) => (*arm, Some(slot)),
             SlotNow::Free | SlotNow::Closed(_) => (*arm, None),
         });
@@ -269,6 +286,13 @@ impl Station {
     ) -> Option<String> {
         if self.control.may_hold(now, session, arm) {
             return None;
+        }
+        if let Some(why) = self.unread_schedule() {
+            return Some(why);
+        }
+        let person = self.control.person(session);
+        if let Some(why) = person.and_then(|person| self.barred(arm, person)) {
+            return Some(why);
         }
         let name = &self.arm(arm).entry.name;
         Some(match self.control.turn_rules() {

@@ -471,3 +471,81 @@ fn hello_beyond_the_last_place_is_refused_and_loopback_still_gets_in() {
         .receive(scene.now, late, &hello("late", false));
     assert_eq!(refusal(&mut scene, late)["code"], json!(-32006));
 }
+
+#[test]
+fn viewers_give_way_to_the_pin_a_code_and_a_token_where_all_places_are_taken() {
+    const CLASS: &str = "[class]\npin = \"482913\"\n[[pupil]]\nname = \"Ada\"\ncode = \"7K3M\"\n";
+    let mut config = StationConfig::new(vec![ArmEntry::simulated("arm")], "0");
+    config.class = Some(CLASS.to_owned());
+    let mut station = Station::new(config);
+    let now = HostInstant::ZERO;
+    let mut opened = 0;
+    let mut come = |station: &mut Station, grant: Option<Role>, more: Value| {
+        opened += 1;
+        let peer = Peer {
+            grant: grant.map(|role| Grant { role, token: None }),
+            origin: Origin::Loopback,
+            address: "127.0.0.1:1".to_owned(),
+            secret: format!("secret-{opened}"),
+        };
+        let socket = station.admit(now, peer)?;
+        let mut params = json!({"client": {"name": "page"}});
+        params
+            .as_object_mut()
+            .expect("an object")
+            .extend(more.as_object().expect("an object").clone());
+        let hello = json!({"jsonrpc": "2.0", "id": 1, "method": "session.hello", "params": params});
+        station.receive(now, socket, &hello.to_string());
+        Some(socket)
+    };
+    // Whether its hello was answered with a session; false also where it was closed since.
+    let is_in = |station: &mut Station, socket: SocketId| {
+        let mut is_in = None;
+        while let Some(outgoing) = station.poll_send(socket) {
+            match outgoing {
+                Outgoing::Text(text) if text.contains("\"resume\"") => is_in = Some(true),
+                Outgoing::Close(code) => {
+                    assert_eq!(code, CloseCode::FULL);
+                    station.close(now, socket);
+                    return Some(false);
+                }
+                Outgoing::Text(_) | Outgoing::Frame(_) => {}
+            }
+        }
+        is_in
+    };
+    let viewers: Vec<_> = (0..VIEWERS)
+        .map(|_| come(&mut station, None, json!({})).expect("room"))
+        .collect();
+    for viewer in &viewers {
+        assert_eq!(is_in(&mut station, *viewer), Some(true));
+    }
+    for _ in VIEWERS..SOCKETS {
+        let socket = come(&mut station, Some(Role::Student), json!({})).expect("room");
+        assert_eq!(is_in(&mut station, socket), Some(true));
+    }
+    let late = come(&mut station, None, json!({})).expect("it may have a PIN");
+    assert_eq!(
+        is_in(&mut station, late),
+        Some(false),
+        "a viewer drives out nobody"
+    );
+    let ways = [
+        (None, json!({"pin": "482913"})),
+        (None, json!({"pupil": {"name": "Ada", "code": "7K3M"}})),
+        (Some(Role::Teacher), json!({})),
+    ];
+    for (at, (grant, more)) in ways.into_iter().enumerate() {
+        let socket = come(&mut station, grant, more.clone()).expect("room");
+        assert_eq!(is_in(&mut station, socket), Some(true), "{more}");
+        let last = viewers[VIEWERS - 1 - at];
+        assert_eq!(is_in(&mut station, last), Some(false), "{more}");
+    }
+    assert_eq!(is_in(&mut station, viewers[0]), None, "the first looks on");
+    // At last there are none but those who may move an arm.
+    for _ in 3..VIEWERS {
+        let socket = come(&mut station, Some(Role::Student), json!({})).expect("room");
+        assert_eq!(is_in(&mut station, socket), Some(true));
+    }
+    assert!(come(&mut station, None, json!({"pin": "482913"})).is_none());
+}

@@ -543,6 +543,121 @@ async fn what_a_pupil_has_waiting_goes_with_the_pupil() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_pupil_gets_no_arm_of_another_group_by_any_way() {
+    let (bench, mut teacher) = class(2).await;
+    let arms = teacher.ok("turn.list", json!({})).await["arms"].clone();
+    let (own, other) = (
+        arms[0]["arm"].as_str().unwrap(),
+        arms[1]["arm"].as_str().unwrap(),
+    );
+    let text = format!("{CLASS}[groups]\nred = [\"{own}\"]\nblue = [\"{other}\"]\n");
+    teacher.ok("class.set", json!({"text": text})).await;
+    let (mut ada, mut ben) = (pupil(&bench, "Ada").await, pupil(&bench, "Ben").await);
+    for (method, params) in [
+        ("turn.join", json!({"arm": other})),
+        ("turn.join", json!({"group": "blue"})),
+        ("lease.acquire", json!({"arm": other})),
+        ("lease.acquire", json!({"arm": other, "wait_s": 60})),
+        (
+            "job.start",
+            json!({"arm": other, "text": plan(2), "queue": true}),
+        ),
+    ] {
+        let refused = ada.call(method, params.clone()).await.unwrap_err();
+        let why = refused["message"].as_str().unwrap();
+        assert!(why.contains("group red"), "{method} {params}: {refused}");
+    }
+    // Ben, who has no group, may have both.
+    ben.ok("turn.join", json!({"arm": other})).await;
+    ada.ok("turn.join", json!({"arm": own})).await;
+    let passed = teacher.call("turn.next", json!({"arm": other})).await;
+    assert!(passed.is_err(), "there is nobody to follow: {passed:?}");
+    let turns = teacher.ok("turn.list", json!({})).await;
+    assert_eq!(turns["arms"][1]["person"], "Ben", "{turns}");
+    assert_eq!(turns["arms"][0]["person"], "Ada", "{turns}");
+    // Another group ends the turn at the arm that it has not.
+    let text = text.replace(
+        &format!("red = [\"{own}\"]"),
+        &format!("red = [\"{other}\"]"),
+    );
+    teacher.ok("class.set", json!({"text": text})).await;
+    let turns = teacher.ok("turn.list", json!({})).await;
+    assert_eq!(turns["arms"][0]["person"], Value::Null, "{turns}");
+}
+
+/// The state of a job of Ada's that runs from the queue, under no lease, after a teacher's word.
+async fn job_from_queue_after(text: &str, word: (&str, Value)) -> Value {
+    let (bench, mut teacher) = class(1).await;
+    teacher.ok("class.set", json!({"text": text})).await;
+    let mut ada = pupil(&bench, "Ada").await;
+    let queued = json!({"text": plan(200), "queue": true});
+    let job = ada.ok("job.start", queued).await["job"].clone();
+    pass(1, &mut [&mut teacher]).await;
+    let runs = teacher.ok("job.get", json!({"job": job})).await;
+    assert_eq!(runs["state"], "running", "{runs}");
+    teacher.ok(word.0, word.1).await;
+    pass(3, &mut [&mut teacher]).await;
+    teacher.ok("job.get", json!({"job": job})).await["state"].clone()
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_job_from_the_queue_ends_with_the_word_that_ends_turns() {
+    let finish = CLASS.replace("[class]", "[class]\nfinish_job = true");
+    for (method, params) in [
+        ("turn.end", json!({})),
+        ("turn.end", json!({"arm": "arm"})),
+        ("class.set", json!({"names": ["Ben"]})),
+        ("class.codes", json!({"pupils": ["Ada"]})),
+    ] {
+        let word = (method, params.clone());
+        let state = job_from_queue_after(CLASS, word.clone()).await;
+        assert_eq!(state, "paused", "{method} {params}");
+        let state = job_from_queue_after(&finish, word).await;
+        assert_eq!(state, "running", "{method} {params}");
+    }
+    let others = ("class.codes", json!({"pupils": ["Ben"]}));
+    assert_eq!(job_from_queue_after(CLASS, others).await, "running");
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_token_called_like_a_pupil_is_the_pupil_and_has_no_second_turn() {
+    let bench = LocalStation::new(2).await;
+    let mut teacher = bench.join_as("Ms Lee", Role::Teacher).await;
+    // The token is there before the class and its pupil.
+    let token = Grant {
+        role: Role::Student,
+        token: Some("ada".to_owned()),
+    };
+    let mut desk = bench.socket_of(Some(token), "127.0.0.1:1");
+    let hello = json!({"client": {"name": "desk"}});
+    desk.call("session.hello", hello).await.unwrap();
+    teacher.ok("class.set", json!({"names": ["Ben"]})).await;
+    desk.ok("turn.join", json!({})).await;
+    let persons = |turns: &Value| {
+        let arms = turns["arms"].as_array().unwrap().iter();
+        let persons: Vec<_> = arms.map(|arm| arm["person"].clone()).collect();
+        persons
+    };
+    let turns = teacher.ok("turn.list", json!({})).await;
+    assert_eq!(persons(&turns), [json!("ada"), Value::Null]);
+    teacher.ok("class.set", json!({"text": CLASS})).await;
+    let turns = teacher.ok("turn.list", json!({})).await;
+    assert_eq!(
+        persons(&turns),
+        [Value::Null, Value::Null],
+        "another person"
+    );
+    let mut ada = pupil(&bench, "Ada").await;
+    ada.ok("turn.join", json!({})).await;
+    let turns = desk.ok("turn.join", json!({})).await;
+    assert_eq!(persons(&turns), [json!("Ada"), Value::Null], "{turns}");
+    assert_eq!(turns["queue"], json!([]));
+    let other = turns["arms"][1]["arm"].clone();
+    let second = desk.call("lease.acquire", json!({"arm": other})).await;
+    assert!(second.is_err(), "{second:?}");
+}
+
+#[tokio::test(start_paused = true)]
 async fn who_has_two_arms_when_a_class_begins_has_one_turn() {
     let bench = LocalStation::new(2).await;
     let token = Grant {

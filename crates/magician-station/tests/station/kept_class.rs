@@ -57,3 +57,35 @@ async fn results_that_cannot_be_read_are_kept_aside() {
     let files = bench.kept.files.lock().unwrap().clone();
     assert_eq!(files["results-damaged.json"], "[{");
 }
+
+#[tokio::test(start_paused = true)]
+async fn a_schedule_that_cannot_be_read_leaves_the_arms_to_teachers_until_another_is_set() {
+    let bench = after("schedule.toml", |_| "[[slot".to_owned()).await;
+    let shown = class(&bench).await;
+    let code = shown["pupils"][0]["code"].clone();
+    let hello = json!({"client": {"name": "page"}, "pupil": {"name": "Ada", "code": code}});
+    let mut ada = bench.stranger();
+    ada.call("session.hello", hello).await.unwrap();
+    let says = |text: &Value, part: &str| text.as_str().is_some_and(|text| text.contains(part));
+    for method in ["turn.join", "lease.acquire"] {
+        let refused = ada.call(method, json!({})).await.unwrap_err();
+        let why = &refused["message"];
+        assert!(says(why, "cannot be read"), "{method}: {refused}");
+        assert!(says(why, "schedule.set"), "{method}: {refused}");
+    }
+    let mut teacher = bench.join_as("Ms Lee", Role::Teacher).await;
+    let shown = teacher.ok("schedule.get", json!({})).await;
+    assert!(says(&shown["error"], "schedule.set"), "{shown}");
+    let lease = teacher.ok("lease.acquire", json!({})).await["lease"].clone();
+    teacher.ok("lease.release", json!({"lease": lease})).await;
+    ada.ok("arm.stop", json!({})).await;
+    assert_eq!(
+        bench.kept.files.lock().unwrap()["schedule.toml"],
+        "[[slot",
+        "the file stays for its owner to look at"
+    );
+    let set = teacher.ok("schedule.set", json!({"text": ""})).await;
+    assert_eq!(set["error"], Value::Null);
+    ada.ok("turn.join", json!({})).await;
+    ada.ok("lease.acquire", json!({})).await;
+}

@@ -7,12 +7,24 @@ import { LANGUAGES, t } from "../../i18n";
 import { duration } from "../../run/jobs";
 import { call, signOut } from "../../session";
 import { language } from "../../settings";
-import { doingOf, watchSite } from "../../site";
+import { doingOf, jobs, watchSite } from "../../site";
 import * as store from "../../store";
 import ICONS from "../../ui/icons.json";
 import { Card, Do, Pick } from "../../ui/parts";
 import { reasonOf, whyWaits } from "./reasons";
 import { w } from "./words";
+
+/** The end of a turn, or a freeze, pauses a drawing: how it goes on. */
+function Paused() {
+  const own = store.arms.value.flatMap(({ name }) => jobs.get(name) ?? []).filter(({ state, holder }) => state === "paused" && isOwn(holder?.name ?? null));
+  return (
+    <div data-testid="mine-paused" role="status">
+      {own.map(({ job, title, arm }) => (
+        <p key={job} class="why">{w("pupil.paused", { title: title || w("class.untitled"), arm })}</p>
+      ))}
+    </div>
+  );
+}
 
 function MyArm() {
   const turn = myTurn.value;
@@ -32,6 +44,7 @@ function MyArm() {
           </>
         )}
       </div>
+      <Paused />
       {turn === null ? null : <Do id="turn" text={w("pupil.done")} press={() => tried(() => call("turn.leave", {}))} />}
     </Card>
   );
