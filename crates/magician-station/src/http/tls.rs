@@ -45,12 +45,14 @@ impl fmt::Display for TlsError {
 
 impl std::error::Error for TlsError {}
 
+/// Reads the name of a client in its certificate, DER.
+type ReadName = fn(&[u8]) -> Option<String>;
+
 /// Certificate and key of a listener. TLS 1.3 alone, HTTP/1.1 within it.
 #[derive(Clone)]
 pub struct Tls {
     acceptor: TlsAcceptor,
-    /// Reads the name of a client in its certificate, DER.
-    read_name: Option<fn(&[u8]) -> Option<String>>,
+    read_name: Option<ReadName>,
 }
 
 impl fmt::Debug for Tls {
