@@ -1,13 +1,15 @@
 //! Connections to a station that is known by the name in its certificate, not by its address.
 
 use std::fmt;
+use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
+use std::time::Duration;
 
 use futures_util::future::select_ok;
 use http::StatusCode;
 use tokio::net::TcpStream;
-use tokio::time::timeout;
+use tokio::time::{sleep, timeout};
 use tokio_rustls::TlsConnector;
 use tokio_rustls::rustls::ClientConfig;
 use tokio_rustls::rustls::pki_types::ServerName;
@@ -16,6 +18,9 @@ use super::request::exchange;
 use super::task::{OPENING, SILENT, refused, upgrade};
 use super::trust::{Stream, no_station, refused_certificate};
 use super::{ClientError, RawSocket};
+
+/// A socket is opened again after this if the process or the system had no descriptor left.
+const DESCRIPTOR_PAUSE: Duration = Duration::from_millis(50);
 
 /// A station by the name in its certificate, and the addresses where it may answer. An address is a
 /// hint: a station that cannot show a certificate of that name gets nothing, no token above all.
@@ -93,7 +98,7 @@ impl StationDial {
     }
 
     async fn open_at(&self, at: SocketAddr) -> Result<Box<dyn Stream>, ClientError> {
-        let stream = TcpStream::connect(at).await;
+        let stream = with_descriptor(|| TcpStream::connect(at)).await;
         let stream = stream.map_err(|error| no_station(&self.name, error))?;
         // A stop is one small message.
         let _ = stream.set_nodelay(true);
@@ -103,5 +108,47 @@ impl StationDial {
             Ok(stream) => Ok(Box::new(stream)),
             Err(error) => Err(refused_certificate(&self.name, &error)),
         }
+    }
+}
+
+/// Opens a socket, and waits as long as there is no descriptor for it: a stop of all arms of a large
+/// site dials each at several addresses at once. The caller bounds the time.
+async fn with_descriptor<T, Opening: Future<Output = io::Result<T>>>(
+    mut open: impl FnMut() -> Opening,
+) -> io::Result<T> {
+    loop {
+        match open().await {
+            Err(error) if is_exhausted(&error) => sleep(DESCRIPTOR_PAUSE).await,
+            opened => return opened,
+        }
+    }
+}
+
+/// True for EMFILE and ENFILE, and WSAEMFILE of Windows.
+fn is_exhausted(error: &io::Error) -> bool {
+    let codes: &[i32] = if cfg!(windows) { &[10_024] } else { &[23, 24] };
+    { error.raw_os_error() }.is_some_and(|code| codes.contains(&code))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test(start_paused = true)]
+    async fn socket_is_opened_once_there_is_a_descriptor_and_other_errors_are_told() {
+        let exhausted = if cfg!(windows) { 10_024 } else { 24 };
+        let mut left = 3;
+        let opened = with_descriptor(|| {
+            left -= 1;
+            let error = (left > 0).then(|| io::Error::from_raw_os_error(exhausted));
+            async move { error.map_or(Ok(7), Err) }
+        });
+        assert_eq!(opened.await.unwrap(), 7);
+        assert_eq!(left, 0);
+        let refused = with_descriptor(|| async {
+            io::Result::<()>::Err(io::ErrorKind::ConnectionRefused.into())
+        });
+        let kind = refused.await.unwrap_err().kind();
+        assert_eq!(kind, io::ErrorKind::ConnectionRefused);
     }
 }
