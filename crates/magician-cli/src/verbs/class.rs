@@ -208,6 +208,7 @@ impl Class {
     }
 }
 
+#[cfg(feature = "site")]
 impl SiteClass {
     pub(super) fn run(
         self,
