@@ -155,6 +155,41 @@ impl Lab {
     }
 }
 
+/// A site with the arm `a` of one station, and somebody who sees it.
+pub(crate) struct OneArm {
+    pub(crate) lab: Lab,
+    pub(crate) station: RunningStation,
+    pub(crate) node: SiteNode,
+    /// Where others find the site.
+    pub(crate) port: u16,
+    pub(crate) site: ZenohSite,
+    /// Behind the first state of the arm.
+    pub(crate) events: SiteEvents,
+    pub(crate) at: ArmAt,
+    pub(crate) state: Value,
+}
+
+impl OneArm {
+    pub(crate) async fn new() -> Self {
+        let lab = Lab::new();
+        let port = free_port();
+        let (station, node) = lab.node("a", &lab.config("a", Some(port), &[])).await;
+        let site = lab.site(&[port]).await;
+        let mut events = site.watch();
+        let (at, state) = arrives(&mut events, "a").await;
+        Self {
+            lab,
+            station,
+            node,
+            port,
+            site,
+            events,
+            at,
+            state,
+        }
+    }
+}
+
 pub(crate) fn free_port() -> u16 {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     listener.local_addr().unwrap().port()

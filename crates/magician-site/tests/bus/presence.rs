@@ -4,7 +4,7 @@ use magician_site::carrier::{CarrierError, LINGER_FLAW};
 use magician_site::{Caller, Site, SiteError, SiteEvent};
 use serde_json::{Value, json};
 
-use crate::bench::{BENCH, Lab, arrives, free_port, request, until};
+use crate::bench::{BENCH, Lab, OneArm, arrives, free_port, request, until};
 
 #[test]
 fn builds_of_the_repository_close_links_without_lingering() {
@@ -13,12 +13,16 @@ fn builds_of_the_repository_close_links_without_lingering() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_site_sees_its_arms_and_what_they_do() {
-    let lab = Lab::new();
-    let port = free_port();
-    let (_station, node) = lab.node("a", &lab.config("a", Some(port), &[])).await;
-    let site = lab.site(&[port]).await;
-    let mut events = site.watch();
-    let (at, state) = arrives(&mut events, "a").await;
+    let OneArm {
+        lab,
+        station: _station,
+        node,
+        site,
+        mut events,
+        at,
+        state,
+        ..
+    } = OneArm::new().await;
     assert_eq!(at.station, node.id());
     assert_eq!(state["link"], "up");
     assert_eq!(state["holder"], Value::Null);

@@ -4,16 +4,18 @@ use magician_site::{FromStation, Site, SiteEvent, ToStation};
 use serde_json::json;
 use tokio::time::timeout;
 
-use crate::bench::{Lab, PATIENCE, answer, arrives, becomes, free_port, request, until};
+use crate::bench::{OneArm, PATIENCE, answer, becomes, request, until};
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_session_is_the_equal_of_a_socket() {
-    let lab = Lab::new();
-    let port = free_port();
-    let (station, node) = lab.node("a", &lab.config("a", Some(port), &[])).await;
-    let site = lab.site(&[port]).await;
-    let mut events = site.watch();
-    arrives(&mut events, "a").await;
+    let OneArm {
+        lab,
+        station,
+        node,
+        site,
+        mut events,
+        ..
+    } = OneArm::new().await;
 
     let mut channel = site.open(node.id()).await.unwrap();
     let hello = json!({"client": {"name": "pupil"}, "token": lab.token});
@@ -61,13 +63,8 @@ async fn a_session_is_the_equal_of_a_socket() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_wrong_token_closes_a_session_with_its_code() {
-    let lab = Lab::new();
-    let port = free_port();
-    let (_station, node) = lab.node("a", &lab.config("a", Some(port), &[])).await;
-    let site = lab.site(&[port]).await;
-    let mut events = site.watch();
-    arrives(&mut events, "a").await;
-    let mut channel = site.open(node.id()).await.unwrap();
+    let bench = OneArm::new().await;
+    let mut channel = bench.site.open(bench.node.id()).await.unwrap();
     let hello = json!({"client": {"name": "pupil"}, "token": "x".repeat(40)});
     channel
         .send(ToStation::Text(request("session.hello", &hello)))

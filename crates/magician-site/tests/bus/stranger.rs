@@ -14,7 +14,7 @@ use zenoh::query::Query;
 use zenoh::sample::Sample;
 use zenoh::{Config, Session, Wait};
 
-use crate::bench::{BENCH, Lab, answers, arrives, becomes, free_port, request};
+use crate::bench::{BENCH, Lab, OneArm, answers, arrives, becomes, free_port, request};
 
 const GHOST: StationId = StationId(0xbad);
 
@@ -234,11 +234,15 @@ async fn without_certificates_a_stranger_gets_presence_and_states_and_is_sent_no
 
 #[tokio::test(flavor = "multi_thread")]
 async fn with_certificates_a_stranger_hears_nothing_and_is_not_seen() {
-    let lab = Lab::new();
-    let port = free_port();
-    let (_station, node) = lab.node("a", &lab.config("a", Some(port), &[])).await;
-    let site = lab.site(&[port]).await;
-    let (at, _) = arrives(&mut site.watch(), "a").await;
+    let OneArm {
+        lab,
+        station: _station,
+        node,
+        port,
+        site,
+        at,
+        ..
+    } = OneArm::new().await;
     let (at_liar, _) = liar().await;
 
     // Without a certificate, and with one of an authority of its own.
@@ -301,12 +305,15 @@ async fn plain_request(at: std::net::SocketAddr) -> String {
 /// own: it cannot show that machine's certificate, and is sent nothing.
 #[tokio::test(flavor = "multi_thread")]
 async fn announced_address_is_only_a_hint() {
-    let lab = Lab::new();
-    let port = free_port();
-    let (_station, _node) = lab.node("a", &lab.config("a", Some(port), &[])).await;
-    let site = lab.site(&[port]).await;
-    let mut events = site.watch();
-    let (at, _) = arrives(&mut events, "a").await;
+    let OneArm {
+        lab,
+        station: _station,
+        node: _node,
+        port,
+        site,
+        at,
+        ..
+    } = OneArm::new().await;
     let thief = lab.machine("thief").await;
     let (at_liar, got) = liar().await;
     let config = tls_config(&lab, &thief, port);
@@ -327,12 +334,15 @@ async fn announced_address_is_only_a_hint() {
 /// it goes.
 #[tokio::test(flavor = "multi_thread")]
 async fn machine_that_poses_as_another_one_is_sent_nothing() {
-    let lab = Lab::new();
-    let port = free_port();
-    let (_station, node) = lab.node("a", &lab.config("a", Some(port), &[])).await;
-    let site = lab.site(&[port]).await;
-    let mut events = site.watch();
-    let (at, _) = arrives(&mut events, "a").await;
+    let OneArm {
+        lab,
+        station: _station,
+        node,
+        port,
+        site,
+        at,
+        ..
+    } = OneArm::new().await;
     let thief = lab.machine("thief").await;
     let session = zenoh::open(Config::from_file(tls_config(&lab, &thief, port)).unwrap());
     let session = session.await.unwrap();
