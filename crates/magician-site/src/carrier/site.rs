@@ -38,6 +38,7 @@ const STATES: usize = 32;
 const ROSTER: Duration = Duration::from_millis(500);
 /// Addresses of a station that are kept, at most. All are dialled at once.
 const ADDRESSES_KEPT: usize = 16;
+
 /// A site over Zenoh.
 pub struct ZenohSite {
     shared: Arc<Shared>,
@@ -117,15 +118,15 @@ impl ZenohSite {
         })
     }
 
-    /// Whether this machine has a certificate of the site, so that what is shown comes from its
-    /// machines, and they can be told something.
+    /// True if this machine has a certificate of the site, so that what is shown comes from its
+    /// machines, and requests can be sent to them.
     #[must_use]
     pub fn is_proved(&self) -> bool {
         self.shared.identity.is_some()
     }
 
-    /// The stations that have shown the certificate of their machine within this time. What others say
-    /// of themselves is unproved.
+    /// Dials all stations. Returns those that show the certificate of their machine within this time;
+    /// states of the others are unproved.
     pub async fn proved(&self, within: Duration) -> BTreeSet<StationId> {
         let stations: BTreeSet<_> = self.arms().into_keys().map(|at| at.station).collect();
         let dials = stations.into_iter().filter_map(|station| {
@@ -136,11 +137,6 @@ impl ZenohSite {
             })
         });
         join_all(dials).await.into_iter().flatten().collect()
-    }
-
-    /// Leaves the site.
-    pub async fn leave(self) {
-        self.connection.close().await;
     }
 }
 

@@ -97,6 +97,11 @@ pub(super) fn missing(site: &ZenohSite, expected: &Roster) -> Vec<(String, Strin
         .collect()
 }
 
+/// Sentence about an arm that is missing, at the place that [`missing`] says.
+pub(super) fn why_missing(place: &str) -> String {
+    format!("it is expected{place} and is not on the site")
+}
+
 /// Gives arms that are expected the time to show themselves.
 pub(super) async fn wait_for(site: &ZenohSite, expected: &Roster) {
     let mut events = site.watch();

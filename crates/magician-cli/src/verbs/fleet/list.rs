@@ -7,7 +7,7 @@ use magician_site::carrier::ZenohSite;
 use magician_site::{Site, StationId};
 use serde_json::json;
 
-use super::expect::{missing, wait_for};
+use super::expect::{missing, wait_for, why_missing};
 use super::{Known, as_json, condition, gather, job_of, twins};
 use crate::columns::Columns;
 use crate::context::Context;
@@ -46,9 +46,7 @@ pub(super) fn run(
     context.show(&shown, |out| {
         rows(&known, proved).write(out)?;
         for (arm, place) in &missing {
-            out.line(format_args!(
-                "{arm}: it is expected{place} and is not on the site"
-            ))?;
+            out.line(format_args!("{arm}: {}", why_missing(place)))?;
         }
         Ok(())
     })

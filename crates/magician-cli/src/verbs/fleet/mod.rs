@@ -65,7 +65,7 @@ impl Fleet {
 
 #[cfg(feature = "site")]
 impl Deed {
-    /// Whether it shows what stations say of themselves, and tells them nothing.
+    /// True if it shows what stations say of themselves, and tells them nothing.
     fn only_looks(&self) -> bool {
         match self {
             Self::List | Self::Watch => true,

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use tokio::task::JoinSet;
 use tokio::time::timeout;
 
-use super::expect::{missing, wait_for};
+use super::expect::{missing, wait_for, why_missing};
 use super::{Stop, gather};
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
@@ -54,8 +54,7 @@ impl Stop {
                 let there = site.arms().into_keys();
                 begin(there.filter(|at| !known.contains_key(at)).collect());
                 let missing = missing(&site, &expected).into_iter();
-                let why = |place| format!("it is expected{place} and is not on the site");
-                absent.extend(missing.map(|(name, place)| (name, why(place))));
+                absent.extend(missing.map(|(name, place)| (name, why_missing(&place))));
             }
             let mut failed = Vec::new();
             for (name, why) in absent {
