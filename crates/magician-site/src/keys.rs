@@ -61,37 +61,37 @@ pub struct Keys {
 }
 
 impl Keys {
-    /// Where a station tells the state of an arm, and answers with it; `*` for any.
+    /// Key under which a station puts the state of an arm, and answers with it; `*` for any.
     #[must_use]
     pub fn state(&self, machine: &str, arm: &str) -> String {
         self.key(machine, &format!("state/{arm}"))
     }
 
-    /// The token by which a station says that an arm is there.
+    /// Liveliness token of an arm.
     #[must_use]
     pub fn alive(&self, machine: &str, at: &ArmAt) -> String {
         self.key(machine, &format!("alive/{}/{}", at.arm, at.station))
     }
 
-    /// All such tokens of one name; of all with `*`.
+    /// Tokens of all arms of one name; of all names with `*`.
     #[must_use]
     pub fn all_alive(&self, arm: &str) -> String {
         self.key("*", &format!("alive/{arm}/*"))
     }
 
-    /// Where a station answers with its roster; `*` for all.
+    /// Key under which a station answers with its roster; `*` for all.
     #[must_use]
     pub fn roster(&self, machine: &str) -> String {
         self.key(machine, "roster")
     }
 
-    /// Where a machine tells the list of revoked certificates, and answers with it; `*` for all.
+    /// Key under which a machine puts the list of revoked certificates, and answers with it; `*` for all.
     #[must_use]
     pub fn revoked(&self, machine: &str) -> String {
         self.key(machine, "revoked")
     }
 
-    /// The machine and the arm whose token a key is; none for any other key.
+    /// Machine and arm of a liveliness token; `None` for any other key.
     #[must_use]
     pub fn read_alive<'a>(&self, key: &'a str) -> Option<(&'a str, ArmAt)> {
         let [machine, "alive", arm, station] = self.parts(key)? else {
@@ -104,7 +104,7 @@ impl Keys {
         is_name(arm).then_some((machine, at))
     }
 
-    /// The machine and the arm whose state a key has; none for any other key.
+    /// Machine and arm of the key of a state; `None` for any other key.
     #[must_use]
     pub fn read_state<'a>(&self, key: &'a str) -> Option<(&'a str, &'a str)> {
         let [machine, "state", arm] = self.parts(key)? else {

@@ -16,12 +16,12 @@ const LARGEST_STATE: usize = 32 * 1024;
 /// Addresses of a station that are tried, at most.
 const ADDRESSES: usize = 8;
 
-/// What a station says of an arm under `state`.
+/// State of an arm, as its station puts it on the bus.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct StateMessage {
-    /// Who says it.
+    /// The station.
     pub station: StationId,
-    /// Where the station can be dialled; empty where it has no certificate of the site.
+    /// Addresses of its listener for the site; empty without a certificate.
     #[serde(default)]
     pub at: Vec<SocketAddr>,
     /// [`ArmNews::port`].

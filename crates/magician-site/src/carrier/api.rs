@@ -65,7 +65,7 @@ impl SiteApi {
         Ok(api)
     }
 
-    /// Where it can be dialled: all addresses of the machine that others may know, and its own.
+    /// Addresses of the listener: all IPv4 addresses of the machine, loopback last.
     pub(super) fn addresses(&self) -> Vec<SocketAddr> {
         let interfaces = if_addrs::get_if_addrs().unwrap_or_default().into_iter();
         let addresses = interfaces.map(|interface| interface.ip());

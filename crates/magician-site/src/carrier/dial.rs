@@ -7,7 +7,7 @@ use tokio_tungstenite::tungstenite::{Bytes, Message};
 use crate::channel::{Channel, Closed, FromStation, StationEnd, ToStation, channel};
 use crate::site::SiteError;
 
-/// Why a request or a session did not come about.
+/// Error of a request or session that did not reach its station.
 pub(super) fn failed(error: ClientError) -> SiteError {
     match error {
         ClientError::Untrusted(why) | ClientError::Address(why) => SiteError::Unproved(why),
@@ -37,7 +37,7 @@ pub(super) fn session(
     client
 }
 
-/// Carries messages until one of the two ends; why it was the station.
+/// Carries messages until one of the two ends. Returns the reason if it is the station.
 async fn carry(socket: RawSocket, mut end: StationEnd) -> Option<Closed> {
     let (mut sink, mut stream) = socket.split();
     let writer = async {

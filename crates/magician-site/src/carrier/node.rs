@@ -123,10 +123,10 @@ impl SiteNode {
             station,
         });
         let id = own.id;
-        let with = { identity.clone() }.zip(api.clone());
+        let certified = identity.zip(api.clone());
         let ended = || CarrierError::Network("it ended".to_owned());
         let joined = connection
-            .within(|session| async move { begin(&session, own, arms, with).await })
+            .within(|session| async move { begin(&session, own, arms, certified).await })
             .await;
         match joined.unwrap_or_else(|| Err(ended())) {
             Ok(presence) => Ok(Self {
@@ -148,7 +148,7 @@ impl SiteNode {
         self.id
     }
 
-    /// Where stations and hubs of the site dial it; none without a certificate.
+    /// Addresses of its listener for the site; none without a certificate.
     #[must_use]
     pub fn addresses(&self) -> Vec<SocketAddr> {
         self.api
@@ -185,7 +185,7 @@ async fn begin(
     session: &Session,
     own: Arc<Own>,
     arms: Vec<ServedArm>,
-    with: Option<(Identity, Arc<SiteApi>)>,
+    certified: Option<(Identity, Arc<SiteApi>)>,
 ) -> Result<Presence, CarrierError> {
     for arm in &arms {
         refuse_taken(session, &own, arm, |_| true).await?;
@@ -196,7 +196,7 @@ async fn begin(
         _lists: None,
         _tasks: Vec::new(),
     };
-    if let Some((identity, api)) = with {
+    if let Some((identity, api)) = certified {
         let newer = move || api.renew();
         presence._lists = Some(revoked::follow(session, &own.keys, &identity, newer).await?);
     }
@@ -274,7 +274,7 @@ async fn refuse_taken(
     })
 }
 
-/// Answers questions of the site that need no proof.
+/// Answers queries for states and the roster, for which nobody needs a certificate.
 struct Answering {
     own: Arc<Own>,
     places: Arc<Semaphore>,
@@ -309,7 +309,7 @@ impl Answering {
         });
     }
 
-    /// Answers where the network, which calls, does not have to wait for it.
+    /// Answers from a task of its own: the thread of the network that calls must not wait.
     fn tell<Telling>(
         self: &Arc<Self>,
         query: Query,

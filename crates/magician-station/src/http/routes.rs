@@ -205,8 +205,8 @@ impl HttpOptions {
     }
 }
 
-/// Who gives the signs of life of a client of a socket. A holder of a lease without one for five
-/// seconds loses it.
+/// Source of the signs of life of a socket's client. A holder of a lease without one for five seconds
+/// loses it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SignsOfLife {
     /// Its answers to pings.
