@@ -2,7 +2,8 @@
 import { defineConfig, type Plugin } from "vite";
 
 /** What every page begins with; the panels of other routes and the picture come when they are opened. */
-const SHELL = /src.(?!main|worker|reader|files|site|run.|teach.|panels.(?!move|pose|tools|jogpad|connect)|view.(?!view|plan|reach|layers|seen|fence)).*\.tsx?$/;
+const SHELL =
+  /src.(?!main|worker|reader|files|site|run.|teach.|panels.(?!move|pose|tools|jogpad|connect)|view.(?!view|plan|reach|layers|seen|fence)).*\.tsx?$/;
 
 /** The style of the frame is in the page itself: it is painted as soon as the page is there, without a second request. */
 const inlineStyle: Plugin = {

@@ -16,7 +16,10 @@ async function started(program, ...words) {
   chmodSync(join(home, "chromium"), 0o755);
   const env = { ...process.env, XDG_STATE_HOME: home, XDG_CONFIG_HOME: home, XDG_DATA_HOME: home, MAGICIAN_PORT: "" };
   env.PATH = `${home}${delimiter}${process.env.PATH}`;
-  const child = spawn(program, ["studio", "--app", "--port", "sim", "--listen", "127.0.0.1:0", ...words], { env, stdio: "ignore" });
+  const child = spawn(program, ["studio", "--app", "--port", "sim", "--listen", "127.0.0.1:0", ...words], {
+    env,
+    stdio: "ignore",
+  });
   const over = once(child, "exit");
   for (let tries = 0; !existsSync(asked) && tries < 200; tries++) await sleep(50);
   const url = readFileSync(asked, "utf8").match(/--app=(\S+)/)[1];

@@ -13,7 +13,12 @@ const TABLET = { viewport: { width: 1024, height: 768 } };
 const LINE = JSON.stringify({
   format: "magician-plan",
   version: 1,
-  steps: [[220, -20, -40, 0], [220, -20, -60, 0], [250, 20, -60, 0], [250, 20, -40, 0]].map((move) => ({ move, by: "line" })),
+  steps: [
+    [220, -20, -40, 0],
+    [220, -20, -60, 0],
+    [250, 20, -60, 0],
+    [250, 20, -40, 0],
+  ].map((move) => ({ move, by: "line" })),
 });
 const BURNS = JSON.stringify({ format: "magician-plan", version: 1, steps: [{ laser: true }, { laser: false }] });
 
@@ -29,7 +34,10 @@ async function realArm(program) {
 }
 
 export function classes(test, { browser, program, shots }) {
-  const station = new Station(program, SEATS.flatMap((seat) => ["--arm", `${seat}=sim`]));
+  const station = new Station(
+    program,
+    SEATS.flatMap((seat) => ["--arm", `${seat}=sim`]),
+  );
   const named = async (name) => {
     const page = await browser.page(station.url);
     await page.evaluate((name) => localStorage.setItem("magician.name", name), name);
@@ -54,9 +62,11 @@ export function classes(test, { browser, program, shots }) {
     await page.locator("[data-testid=fleet][data-ms] canvas").waitFor();
     return page;
   };
-  const holder = async (arm) => (await station.call("arm.list")).arms.find(({ name }) => name === arm).holder?.name ?? null;
+  const holder = async (arm) =>
+    (await station.call("arm.list")).arms.find(({ name }) => name === arm).holder?.name ?? null;
   const until = async (what, is) => {
-    for (const ends = Date.now() + 15_000; !(await is()); await new Promise((done) => setTimeout(done, 100))) assert.ok(Date.now() < ends, what);
+    for (const ends = Date.now() + 15_000; !(await is()); await new Promise((done) => setTimeout(done, 100)))
+      assert.ok(Date.now() < ends, what);
   };
 
   inClass("thirty on a tablet: who has which, who asks, alarms, and all stop", async () => {
@@ -73,7 +83,12 @@ export function classes(test, { browser, program, shots }) {
     await page.getByTestId("site-count").getByText("Arms: 30. Lost: 0. Alarms: 1. Jobs: 0. Raised hands: 1.").waitFor();
     const moving = SEATS.slice(9);
     for (const arm of moving) await station.call("arm.speed", { arm, percent: 1 });
-    const moves = moving.map((arm) => station.call("arm.move", { arm, to: [200, 180, 60, 0] }).then(() => "arrived", () => "stopped"));
+    const moves = moving.map((arm) =>
+      station.call("arm.move", { arm, to: [200, 180, 60, 0] }).then(
+        () => "arrived",
+        () => "stopped",
+      ),
+    );
     await until("moves", async () => (await station.pose("seat30")).moving);
     await page.waitForTimeout(1500);
     const spent = [];
@@ -110,7 +125,10 @@ export function classes(test, { browser, program, shots }) {
     await page.getByTestId("site-program").selectOption("line.plan.json");
     await page.getByRole("button", { name: "Send to 2" }).click();
     await page.getByTestId("picture-seat04-line.plan").waitFor({ timeout: 30_000 });
-    const [download] = await Promise.all([page.waitForEvent("download"), page.getByTestId("picture-seat03-line.plan").click()]);
+    const [download] = await Promise.all([
+      page.waitForEvent("download"),
+      page.getByTestId("picture-seat03-line.plan").click(),
+    ]);
     assert.equal(download.suggestedFilename(), "seat03-line.plan.svg");
     assert.match(readFileSync(await download.path(), "utf8"), /^<svg[\s\S]*<path/);
     assert.equal(await page.getByTestId("picture-seat05-line.plan").count(), 0);
@@ -118,9 +136,17 @@ export function classes(test, { browser, program, shots }) {
     await page.reload();
     await is(page, "link", "up");
     await page.getByTestId("picture-seat04-line.plan").waitFor();
-    const [results] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Save all" }).click()]);
+    const [results] = await Promise.all([
+      page.waitForEvent("download"),
+      page.getByRole("button", { name: "Save all" }).click(),
+    ]);
     const text = readFileSync(await results.path(), "utf8");
-    assert.ok(results.suggestedFilename() === "results.html" && text.match(/<figure>/g).length === 2 && text.includes("seat04-line.plan"), text);
+    assert.ok(
+      results.suggestedFilename() === "results.html" &&
+        text.match(/<figure>/g).length === 2 &&
+        text.includes("seat04-line.plan"),
+      text,
+    );
     await page.getByRole("button", { name: "Delete seat04-line.plan" }).click();
     await page.getByTestId("picture-seat04-line.plan").waitFor({ state: "detached" });
     await page.reload();
@@ -138,10 +164,21 @@ export function classes(test, { browser, program, shots }) {
 
   test("a program for several arms asks once which of them are real, and once more for a laser", async () => {
     const [one, two] = [await realArm(program), await realArm(program)];
-    const mixed = new Station(program, ["--arm", "toy=sim", "--arm", `left=${one.served}`, "--arm", `right=${two.served}`]);
+    const mixed = new Station(program, [
+      "--arm",
+      "toy=sim",
+      "--arm",
+      `left=${one.served}`,
+      "--arm",
+      `right=${two.served}`,
+    ]);
     await mixed.start();
     try {
-      for (const [name, text] of [["line.plan.json", LINE], ["burns.plan.json", BURNS]]) await mixed.call("program.put", { name, text });
+      for (const [name, text] of [
+        ["line.plan.json", LINE],
+        ["burns.plan.json", BURNS],
+      ])
+        await mixed.call("program.put", { name, text });
       await mixed.call("arm.clear_alarms", { arm: "toy" });
       // No program runs on a real arm that was not homed.
       await Promise.all(["left", "right"].map((arm) => mixed.call("arm.home", { arm })));
@@ -151,12 +188,16 @@ export function classes(test, { browser, program, shots }) {
         return lists.map(({ jobs }) => jobs.length);
       };
       const send = async (arms, name) => {
-        for (const arm of ["toy", "left", "right"]) await page.getByRole("checkbox", { name: `Choose ${arm}` }).setChecked(arms.includes(arm));
+        for (const arm of ["toy", "left", "right"])
+          await page.getByRole("checkbox", { name: `Choose ${arm}` }).setChecked(arms.includes(arm));
         await page.getByTestId("site-program").selectOption(name);
         await page.getByTestId("site-send").click();
       };
       await send(["toy", "left", "right"], "line.plan.json");
-      await page.getByRole("alertdialog", { name: "Run line.plan.json on real arms?" }).getByText("These arms are real: left, right.").waitFor();
+      await page
+        .getByRole("alertdialog", { name: "Run line.plan.json on real arms?" })
+        .getByText("These arms are real: left, right.")
+        .waitFor();
       assert.deepEqual(await begun(), [0, 0, 0]);
       const holders = (await mixed.call("arm.list")).arms.map(({ holder }) => holder);
       assert.deepEqual(holders, [null, null, null], "nothing is taken before the question is answered");
@@ -170,11 +211,20 @@ export function classes(test, { browser, program, shots }) {
       for (const arm of ["left", "right"]) assert.equal((await mixed.pose(arm)).holder, null);
       await send(["left", "right"], "burns.plan.json");
       await page.getByTestId("confirm-yes").click();
-      await page.getByRole("alertdialog", { name: "Start with the laser" }).getByText(/left: .*laser.*right: .*laser/).waitFor();
+      await page
+        .getByRole("alertdialog", { name: "Start with the laser" })
+        .getByText(/left: .*laser.*right: .*laser/)
+        .waitFor();
       await page.getByTestId("confirm-no").click();
       await page.waitForTimeout(500);
-      const states = async () => (await Promise.all(["left", "right"].map((arm) => mixed.call("job.list", { arm })))).map(({ jobs }) => jobs.at(-1)?.state);
-      assert.ok((await states()).every((state) => state !== "done" && state !== "running"), `${await states()}`);
+      const states = async () =>
+        (await Promise.all(["left", "right"].map((arm) => mixed.call("job.list", { arm })))).map(
+          ({ jobs }) => jobs.at(-1)?.state,
+        );
+      assert.ok(
+        (await states()).every((state) => state !== "done" && state !== "running"),
+        `${await states()}`,
+      );
       await send(["left", "right"], "burns.plan.json");
       await page.getByTestId("confirm-yes").click();
       await page.getByRole("alertdialog", { name: "Start with the laser" }).waitFor();
@@ -194,7 +244,8 @@ export function classes(test, { browser, program, shots }) {
     try {
       await left.call("program.put", { name: "line.plan.json", text: LINE });
       await left.call("arm.clear_alarms", { arm: "left" });
-      const text = '[class]\nturn_s = 600\npin = "482913"\n[[pupil]]\nname = "Ada"\ncode = "7K3M"\n[[pupil]]\nname = "Ben"\ncode = "8P4R"\n';
+      const text =
+        '[class]\nturn_s = 600\npin = "482913"\n[[pupil]]\nname = "Ada"\ncode = "7K3M"\n[[pupil]]\nname = "Ben"\ncode = "8P4R"\n';
       await left.call("class.set", { text });
       left.pin = "482913";
       const signIn = async (page, name, code) => {
@@ -214,7 +265,10 @@ export function classes(test, { browser, program, shots }) {
       await signIn(ada, "Ada", "7k3m");
       await ada.getByRole("button", { name: "Join the queue" }).click();
       await ada.getByTestId("notice").getByText("It is your turn: left is yours.").waitFor();
-      await ada.getByTestId("header-turn").getByText(/left: Ada’s turn (10:00|9:5\d)/).waitFor();
+      await ada
+        .getByTestId("header-turn")
+        .getByText(/left: Ada’s turn (10:00|9:5\d)/)
+        .waitFor();
       const ben = await pupil("Ben", "8P4R");
       await ben.getByRole("button", { name: "Join the queue" }).click();
       await ben.getByTestId("header-turn").getByText("Place 1 in the queue").waitFor();
@@ -233,14 +287,22 @@ export function classes(test, { browser, program, shots }) {
       await ada.getByTestId("header-turn").getByText("left: Frozen").waitFor();
       await ada.goto(`${left.url}#/move`);
       await ada.getByTestId("home").click();
-      await ada.getByTestId("notice").getByText(/frozen/).waitFor();
+      await ada
+        .getByTestId("notice")
+        .getByText(/frozen/)
+        .waitFor();
       await page.screenshot({ path: join(shots, "class.png") });
       assert.deepEqual(await findings(page), []);
       await page.getByTestId("class-free").click();
       await ada.getByTestId("header-turn").getByText("Ada’s turn").waitFor();
-      const { job } = await left.call("class.send", { program: "line.plan.json", arms: ["left"] }).then(({ jobs: [sent] }) => sent);
+      const { job } = await left
+        .call("class.send", { program: "line.plan.json", arms: ["left"] })
+        .then(({ jobs: [sent] }) => sent);
       assert.equal((await left.call("job.get", { job })).state, "queued", "a teacher's program waits for the turns");
-      await page.getByTestId("queued-left").getByText(/line.*somebody else’s turn/).waitFor();
+      await page
+        .getByTestId("queued-left")
+        .getByText(/line.*somebody else’s turn/)
+        .waitFor();
       await ada.goto(`${left.url}#/class`);
       await ada.getByRole("button", { name: "I am done" }).click();
       await ben.getByTestId("header-turn").getByText("left: Ben’s turn").waitFor();

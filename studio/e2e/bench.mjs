@@ -10,7 +10,8 @@ import { chromium } from "playwright-core";
 const FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
 
 /** A station that is gone refuses connections, a test takes the network away, and plain HTTP has no use for one of the headers. */
-const EXPECTED = /ERR_CONNECTION|ERR_INTERNET_DISCONNECTED|WebSocket connection|Cross-Origin-Opener-Policy header has been ignored/;
+const EXPECTED =
+  /ERR_CONNECTION|ERR_INTERNET_DISCONNECTED|WebSocket connection|Cross-Origin-Opener-Policy header has been ignored/;
 
 /** `magician serve`, as people start it. */
 export class Station {
@@ -24,7 +25,13 @@ export class Station {
 
   async start(...more) {
     const words = ["serve", ...this.served, "--listen", this.listen, "--json", ...more];
-    this.env = { ...process.env, XDG_STATE_HOME: this.state, XDG_DATA_HOME: this.state, XDG_CONFIG_HOME: this.state, MAGICIAN_PORT: undefined };
+    this.env = {
+      ...process.env,
+      XDG_STATE_HOME: this.state,
+      XDG_DATA_HOME: this.state,
+      XDG_CONFIG_HOME: this.state,
+      MAGICIAN_PORT: undefined,
+    };
     this.child = spawn(this.program, words, { env: this.env, stdio: ["ignore", "pipe", "inherit"] });
     let said = "";
     for await (const piece of this.child.stdout) {
@@ -51,7 +58,10 @@ export class Station {
   /** A call past the page; of a class with this PIN as its teacher. */
   async call(method, params = {}) {
     const body = JSON.stringify({ jsonrpc: "2.0", id: 1, method, params });
-    const headers = { "content-type": "application/json", ...(this.pin ? { authorization: `Bearer ${this.pin}` } : {}) };
+    const headers = {
+      "content-type": "application/json",
+      ...(this.pin ? { authorization: `Bearer ${this.pin}` } : {}),
+    };
     const answer = await fetch(`${this.url}api/v1/rpc`, { method: "POST", headers, body });
     const { result, error } = await answer.json();
     if (error) throw new Error(`${method}: ${error.message}`);
@@ -59,7 +69,10 @@ export class Station {
   }
 
   isThere() {
-    return fetch(`${this.url}healthz`).then(() => true, () => false);
+    return fetch(`${this.url}healthz`).then(
+      () => true,
+      () => false,
+    );
   }
 
   pose(arm) {
@@ -110,14 +123,17 @@ export class Browser {
     // Its timers are the test's.
     if (clock) await page.clock.install();
     // As with a graphics chip, which most people have; here a processor draws.
-    if (!processor) await page.addInitScript(() => {
-      const get = WebGL2RenderingContext.prototype.getExtension;
-      WebGL2RenderingContext.prototype.getExtension = function (name) {
-        return name === "WEBGL_debug_renderer_info" ? null : get.call(this, name);
-      };
-    });
+    if (!processor)
+      await page.addInitScript(() => {
+        const get = WebGL2RenderingContext.prototype.getExtension;
+        WebGL2RenderingContext.prototype.getExtension = function (name) {
+          return name === "WEBGL_debug_renderer_info" ? null : get.call(this, name);
+        };
+      });
     await page.addInitScript(() => {
-      document.addEventListener("securitypolicyviolation", (event) => console.error(`CSP: ${event.violatedDirective} ${event.blockedURI}`));
+      document.addEventListener("securitypolicyviolation", (event) =>
+        console.error(`CSP: ${event.violatedDirective} ${event.blockedURI}`),
+      );
     });
     page.on("console", (message) => {
       if (message.type() === "error" && !EXPECTED.test(message.text())) this.complaints.push(message.text());
@@ -156,7 +172,9 @@ export class Browser {
 /** Waits for what the body says. */
 export async function is(page, name, value, within = 20_000) {
   try {
-    await page.waitForFunction(([name, value]) => document.body.dataset[name] === value, [name, value], { timeout: within });
+    await page.waitForFunction(([name, value]) => document.body.dataset[name] === value, [name, value], {
+      timeout: within,
+    });
   } catch {
     const said = await page.evaluate(() => JSON.stringify(document.body.dataset));
     throw new Error(`data-${name} is not ${value}: ${said}`);

@@ -14,7 +14,10 @@ const IDLE = 6000;
 export function client(test, { browser, program }) {
   test("the page of the documents jogs, runs a program and stops", async () => {
     const text = /^```html\n(.*?)^```$/ms.exec(readFileSync(DOCS, "utf8"))[1];
-    const files = createServer((_, answer) => answer.setHeader("content-type", "text/html").end(text)).listen(0, "127.0.0.1");
+    const files = createServer((_, answer) => answer.setHeader("content-type", "text/html").end(text)).listen(
+      0,
+      "127.0.0.1",
+    );
     await once(files, "listening");
     const origin = `http://127.0.0.1:${files.address().port}`;
     const station = new Station(program);
@@ -25,7 +28,10 @@ export function client(test, { browser, program }) {
       const problems = [];
       page.on("pageerror", (error) => problems.push(String(error)));
       await page.goto(`${origin}/station.html?${station.url.replace("http", "ws")}api/v1/ws`);
-      const says = (words) => page.waitForFunction((words) => document.getElementById("log").textContent.includes(words), words, { timeout: 20_000 });
+      const says = (words) =>
+        page.waitForFunction((words) => document.getElementById("log").textContent.includes(words), words, {
+          timeout: 20_000,
+        });
       await says("hello teacher");
       await page.waitForFunction(() => document.getElementById("state").textContent.startsWith("up x "));
       await page.click("#take");

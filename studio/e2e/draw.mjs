@@ -3,10 +3,13 @@ import assert from "node:assert/strict";
 import { join } from "node:path";
 import { is, near } from "./bench.mjs";
 
-const RECT = '<svg xmlns="http://www.w3.org/2000/svg" width="30mm" height="15mm" viewBox="0 0 30 15"><path d="M0 0H30V15H0Z" fill="none" stroke="#b00020"/></svg>';
-const TWO = '<svg xmlns="http://www.w3.org/2000/svg" width="50mm" height="10mm" viewBox="0 0 50 10"><path d="M0 0H20V10H0Z" fill="none" stroke="#b00020"/><path d="M30 0H50V10H30Z" fill="none" stroke="#0030b0"/></svg>';
+const RECT =
+  '<svg xmlns="http://www.w3.org/2000/svg" width="30mm" height="15mm" viewBox="0 0 30 15"><path d="M0 0H30V15H0Z" fill="none" stroke="#b00020"/></svg>';
+const TWO =
+  '<svg xmlns="http://www.w3.org/2000/svg" width="50mm" height="10mm" viewBox="0 0 50 10"><path d="M0 0H20V10H0Z" fill="none" stroke="#b00020"/><path d="M30 0H50V10H30Z" fill="none" stroke="#0030b0"/></svg>';
 /** A table below a tool; what is drawn or burnt on it is seen. */
-const world = (tool) => `title = "${tool}"\narm = { homed = true }\ntool = { kind = "${tool}" }\ntable = { height = -60, x = [60, 340], y = [-200, 200] }\n`;
+const world = (tool) =>
+  `title = "${tool}"\narm = { homed = true }\ntool = { kind = "${tool}" }\ntable = { height = -60, x = [60, 340], y = [-200, 200] }\n`;
 const file = (name, text) => ({ name, mimeType: "application/octet-stream", buffer: Buffer.from(text) });
 
 export function drawing(test, bench) {
@@ -48,8 +51,15 @@ export function drawing(test, bench) {
     await page.mouse.up();
   };
   /** The corners of what was drawn since: what the arm has left on the paper. */
-  const marks = async (burnt = false) => (await bench.station.call("world.look")).strokes.filter((stroke) => stroke.burnt === burnt).flatMap(({ points }) => points);
-  const boundsOf = (points) => [0, 1].map((axis) => [Math.min(...points.map((point) => point[axis])), Math.max(...points.map((point) => point[axis]))]);
+  const marks = async (burnt = false) =>
+    (await bench.station.call("world.look")).strokes
+      .filter((stroke) => stroke.burnt === burnt)
+      .flatMap(({ points }) => points);
+  const boundsOf = (points) =>
+    [0, 1].map((axis) => [
+      Math.min(...points.map((point) => point[axis])),
+      Math.max(...points.map((point) => point[axis])),
+    ]);
   /** A job from its start to its end: at a multiple of the arm's speed it may be over before anybody has seen it run. */
   const runs = async (page, press = () => page.getByTestId("draw-start").click()) => {
     const last = async () => (await bench.station.call("job.list")).jobs.at(-1);
@@ -82,9 +92,21 @@ export function drawing(test, bench) {
     assert.match(await page.getByTestId("draw-time").textContent(), /^\d+:\d\d$/);
     await runs(page);
     const [[left, right], [bottom, top]] = boundsOf(await marks());
-    const half = ([cos, sin] = [Math.cos((turn * Math.PI) / 180), Math.sin((turn * Math.PI) / 180)].map(Math.abs)) => [(wanted.width * cos + (wanted.width / 2) * sin) / 2, (wanted.width * sin + (wanted.width / 2) * cos) / 2];
+    const half = ([cos, sin] = [Math.cos((turn * Math.PI) / 180), Math.sin((turn * Math.PI) / 180)].map(Math.abs)) => [
+      (wanted.width * cos + (wanted.width / 2) * sin) / 2,
+      (wanted.width * sin + (wanted.width / 2) * cos) / 2,
+    ];
     const [dx, dy] = half();
-    for (const [is, should] of [[left, wanted.x - dx], [right, wanted.x + dx], [bottom, wanted.y - dy], [top, wanted.y + dy]]) assert.ok(near(is, should, 0.5), `${[left, right, bottom, top]} of ${JSON.stringify({ ...wanted, turn, dx, dy })}`);
+    for (const [is, should] of [
+      [left, wanted.x - dx],
+      [right, wanted.x + dx],
+      [bottom, wanted.y - dy],
+      [top, wanted.y + dy],
+    ])
+      assert.ok(
+        near(is, should, 0.5),
+        `${[left, right, bottom, top]} of ${JSON.stringify({ ...wanted, turn, dx, dy })}`,
+      );
     await closed(page);
   });
 
@@ -118,7 +140,10 @@ export function drawing(test, bench) {
     await tabTo("draw-start");
     await runs(page, () => page.keyboard.press("Enter"));
     const [[left, right], [bottom, top]] = boundsOf(await marks());
-    assert.ok(near((left + right) / 2, before.x + 2, 0.4) && near((bottom + top) / 2, before.y + 10, 0.4), `${[left, right, bottom, top]}`);
+    assert.ok(
+      near((left + right) / 2, before.x + 2, 0.4) && near((bottom + top) / 2, before.y + 10, 0.4),
+      `${[left, right, bottom, top]}`,
+    );
     assert.ok(near(right - left, before.width * 1.05, 0.4));
     await closed(page);
   });
@@ -145,11 +170,14 @@ export function drawing(test, bench) {
   test("the sheet: parts have their colours, and are drawn alone where that is chosen", async () => {
     const page = await opened("draw", "pen");
     await give(page, "two colours.svg", TWO);
-    await page.waitForFunction(() => document.querySelector("[data-testid=parts-by]")?.value === "color", null, { timeout: 15_000 });
+    await page.waitForFunction(() => document.querySelector("[data-testid=parts-by]")?.value === "color", null, {
+      timeout: 15_000,
+    });
     await page.getByTestId("part-2").waitFor();
     assert.equal(await page.getByTestId("parts-pause").isChecked(), false);
     await shown(page);
-    const colors = () => page.locator(".plane .drawn").evaluateAll((paths) => paths.map((path) => path.getAttribute("stroke")).sort());
+    const colors = () =>
+      page.locator(".plane .drawn").evaluateAll((paths) => paths.map((path) => path.getAttribute("stroke")).sort());
     assert.deepEqual(await colors(), ["#0030b0", "#b00020"]);
     await page.getByTestId("part-only-2").uncheck();
     await page.waitForFunction(() => document.querySelectorAll(".plane .drawn").length === 1);
@@ -186,7 +214,12 @@ export function drawing(test, bench) {
     const [file] = await Promise.all([page.waitForEvent("download"), page.getByTestId("preset-file").click()]);
     assert.equal(file.suggestedFilename(), "suite-pen.toml");
     await page.getByTestId("preset-remove").click();
-    await page.waitForFunction(() => ![...document.querySelectorAll("[data-testid=preset-choose] option")].some((option) => option.value === "suite-pen"));
+    await page.waitForFunction(
+      () =>
+        ![...document.querySelectorAll("[data-testid=preset-choose] option")].some(
+          (option) => option.value === "suite-pen",
+        ),
+    );
     await closed(page);
   });
 
@@ -195,7 +228,10 @@ export function drawing(test, bench) {
     const armed = () => page.getByTestId("laser-arm").getAttribute("aria-checked");
     await give(page, "rectangle.svg", RECT);
     assert.ok(await page.getByTestId("draw-start").isDisabled());
-    assert.match(await page.locator(`#${await page.getByTestId("draw-start").getAttribute("aria-describedby")}`).textContent(), /arm the laser/i);
+    assert.match(
+      await page.locator(`#${await page.getByTestId("draw-start").getAttribute("aria-describedby")}`).textContent(),
+      /arm the laser/i,
+    );
     // Round it, dark.
     await runs(page, () => page.getByTestId("laser-frame").click());
     assert.deepEqual(await marks(true), []);
@@ -255,7 +291,10 @@ export function drawing(test, bench) {
   if (bench.outlives !== true) return;
   test("the pictures of the guide: drawing and engraving", async () => {
     const sample = (name) => join(import.meta.dirname, "../../crates/magician-program/samples", name);
-    for (const [route, tool, name] of [["draw", "pen", "rabbit.svg"], ["engrave", "laser", "house.svg"]]) {
+    for (const [route, tool, name] of [
+      ["draw", "pen", "rabbit.svg"],
+      ["engrave", "laser", "house.svg"],
+    ]) {
       const page = await opened(route, tool, { viewport: { width: 1280, height: 800 } });
       await page.getByTestId("draw-open").setInputFiles(sample(name));
       if ((await page.getByTestId("confirm-yes").count()) > 0) await page.getByTestId("confirm-yes").click();

@@ -48,8 +48,18 @@ await sleep(1000);
 await still();
 await browser.end();
 await station.end();
-const words = ["-y", "-loglevel", "error", "-framerate", String(RATE), "-i", join(folder, "%04d.png"), "-vf",
-  "scale=860:-1:flags=lanczos,split[a][b];[a]palettegen=max_colors=96:stats_mode=diff[p];[b][p]paletteuse=dither=none:diff_mode=rectangle", out];
+const words = [
+  "-y",
+  "-loglevel",
+  "error",
+  "-framerate",
+  String(RATE),
+  "-i",
+  join(folder, "%04d.png"),
+  "-vf",
+  "scale=860:-1:flags=lanczos,split[a][b];[a]palettegen=max_colors=96:stats_mode=diff[p];[b][p]paletteuse=dither=none:diff_mode=rectangle",
+  out,
+];
 assert.equal(spawnSync("ffmpeg", words, { stdio: "inherit" }).status, 0, "ffmpeg makes the recording");
 rmSync(folder, { recursive: true });
 const { size } = statSync(out);

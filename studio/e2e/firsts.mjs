@@ -86,8 +86,12 @@ export function firsts(test, { browser, program, shots }) {
       await shot(page, "photo-2-running");
       await done(station);
       await is(page, "job", "done", 10_000);
-      const burnt = (await station.call("world.look")).strokes.filter((stroke) => stroke.burnt).flatMap(({ points }) => points);
-      const size = [0, 1].map((axis) => Math.max(...burnt.map((point) => point[axis])) - Math.min(...burnt.map((point) => point[axis])));
+      const burnt = (await station.call("world.look")).strokes
+        .filter((stroke) => stroke.burnt)
+        .flatMap(({ points }) => points);
+      const size = [0, 1].map(
+        (axis) => Math.max(...burnt.map((point) => point[axis])) - Math.min(...burnt.map((point) => point[axis])),
+      );
       assert.ok(burnt.length > 1000, `${burnt.length} points are burnt`);
       assert.ok(size.some((side) => near(side, 20, 1)) && size.some((side) => near(side, 25, 1)), `${size} mm`);
       assert.equal((await station.pose()).tool.laser, false);
@@ -100,7 +104,9 @@ export function firsts(test, { browser, program, shots }) {
       const [file] = await Promise.all([page.waitForEvent("download"), page.getByTestId("world-paper-save").click()]);
       const plate = readFileSync(await file.path(), "utf8");
       const sheet = await browser.browser.newPage({ viewport: { width: 640, height: 800 } });
-      await sheet.setContent(`<body style="margin:0">${plate.slice(plate.indexOf("<svg")).replace(/ width="[^"]*" height="[^"]*"/, ' width="640" height="800"')}`);
+      await sheet.setContent(
+        `<body style="margin:0">${plate.slice(plate.indexOf("<svg")).replace(/ width="[^"]*" height="[^"]*"/, ' width="640" height="800"')}`,
+      );
       await sheet.locator("svg").screenshot({ path: join(shots, "photo-4-plate.png") });
       await sheet.close();
       const powers = new Set((await station.call("world.look")).strokes.map((stroke) => stroke.power));
@@ -115,9 +121,14 @@ export function firsts(test, { browser, program, shots }) {
     const folder = mkdtempSync(join(tmpdir(), "studio-first-"));
     const path = join(folder, "arm");
     const scenario = join(folder, "paper.toml");
-    writeFileSync(scenario, `title = "Paper"\ntool = { kind = "pen" }\ntable = { height = ${PAPER}, x = [150, 320], y = [-150, 150] }\n`);
+    writeFileSync(
+      scenario,
+      `title = "Paper"\ntool = { kind = "pen" }\ntable = { height = ${PAPER}, x = [150, 320], y = [-150, 150] }\n`,
+    );
     const picture = join(folder, "paper.svg");
-    const sim = spawn(program, ["sim", "--pty", path, "--scenario", scenario, "--picture", picture, "--speed", "4"], { stdio: ["ignore", "pipe", "ignore"] });
+    const sim = spawn(program, ["sim", "--pty", path, "--scenario", scenario, "--picture", picture, "--speed", "4"], {
+      stdio: ["ignore", "pipe", "ignore"],
+    });
     await new Promise((ready) => sim.stdout.once("data", ready));
     const station = new Station(program, ["--port", path]);
     await station.start();
@@ -148,7 +159,11 @@ export function firsts(test, { browser, program, shots }) {
       await page.getByTestId("touch-off").waitFor();
       await shot(page, "first-2-unknown");
       await page.getByTestId("jog-mode-step").check({ force: true });
-      for (const [step, until] of [["10", 11], ["1", 1.05], ["0.1", 0.06]]) {
+      for (const [step, until] of [
+        ["10", 11],
+        ["1", 1.05],
+        ["0.1", 0.06],
+      ]) {
         await page.getByTestId("jog-step-size").selectOption(step);
         for (let presses = 0; presses < 60; presses++) {
           const { z } = await station.stands();
@@ -159,7 +174,9 @@ export function firsts(test, { browser, program, shots }) {
       }
       await shot(page, "first-3-at-the-paper");
       await page.getByTestId("touch-off").click();
-      await page.waitForFunction(() => /z -\d/.test(document.querySelector("[data-testid=touch-off-height]")?.textContent ?? ""));
+      await page.waitForFunction(() =>
+        /z -\d/.test(document.querySelector("[data-testid=touch-off-height]")?.textContent ?? ""),
+      );
       const height = Number((await page.getByTestId("touch-off-height").textContent()).match(/-?[\d.]+/)[0]);
       assert.ok(near(height, PAPER, 0.11), `${height}`);
       await page.getByText("The arm can do it").waitFor();

@@ -19,14 +19,20 @@ const hide = (page, is) =>
 
 export function lesson(test, { browser, program, shots, At = Station }) {
   test("a lesson: made, signed in, turns, freeze over kill -9, a reload, a wrong code, results, end", async () => {
-    const station = new At(program, ARMS.flatMap((arm) => ["--arm", `${arm}=sim`]));
+    const station = new At(
+      program,
+      ARMS.flatMap((arm) => ["--arm", `${arm}=sim`]),
+    );
     await station.start();
     const says = (page, id, text) => page.getByTestId(id).getByText(text).first().waitFor();
     let shot = 0;
     /** A picture of a step; it fits the screen, and axe finds nothing in it. */
     const look = async (page, name, { whole = true } = {}) => {
       await page.waitForTimeout(350);
-      await page.screenshot({ path: join(shots, `lesson-${String(++shot).padStart(2, "0")}-${name}.png`), fullPage: whole });
+      await page.screenshot({
+        path: join(shots, `lesson-${String(++shot).padStart(2, "0")}-${name}.png`),
+        fullPage: whole,
+      });
       const over = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
       assert.ok(over <= 0, `${name}: ${over} px too wide`);
       assert.deepEqual(await findings(page), [], name);
@@ -34,7 +40,9 @@ export function lesson(test, { browser, program, shots, At = Station }) {
     try {
       // Made from pasted names.
       const teacher = await browser.connected(`${station.url}#/class`, DESKTOP);
-      await teacher.getByTestId("class-names").fill(`${NAMES.slice(0, 4).join("\n")}\n\n ${NAMES.slice(4).join(", ")}, Ada`);
+      await teacher
+        .getByTestId("class-names")
+        .fill(`${NAMES.slice(0, 4).join("\n")}\n\n ${NAMES.slice(4).join(", ")}, Ada`);
       await teacher.getByTestId("class-arm-a10").uncheck();
       await teacher.getByTestId("class-turn").fill("10");
       await look(teacher, "make");
@@ -56,19 +64,22 @@ export function lesson(test, { browser, program, shots, At = Station }) {
       }
       await look(teacher, "slips");
       await teacher.emulateMedia({ media: "print" });
-      assert.ok(!(await teacher.getByTestId("stop").isVisible()) && (await teacher.getByTestId("slip-Hanna").isVisible()));
+      assert.ok(
+        !(await teacher.getByTestId("stop").isVisible()) && (await teacher.getByTestId("slip-Hanna").isVisible()),
+      );
       await teacher.screenshot({ path: join(shots, "lesson-slips-print.png"), fullPage: true });
       await teacher.emulateMedia({ media: null });
       await teacher.getByTestId("slips-back").click();
       // A slip fills the door in, and its code does not stay in the address.
-      const ada = await browser.page(slips["Ada"].address, PHONE);
+      const ada = await browser.page(slips.Ada.address, PHONE);
       await ada.getByTestId("class-signin").waitFor();
       assert.equal(new URL(ada.url()).hash, "#/class");
       await look(ada, "door-phone");
       await ada.getByTestId("class-signin").click();
       await says(ada, "mine-arm", "You have no arm now.");
       await look(ada, "pupil-phone");
-      for (const hidden of ["stop-all", "site-file", "connect-serial", "station-token", "station-url", "lease-take"]) assert.equal(await ada.getByTestId(hidden).count(), 0, hidden);
+      for (const hidden of ["stop-all", "site-file", "connect-serial", "station-token", "station-url", "lease-take"])
+        assert.equal(await ada.getByTestId(hidden).count(), 0, hidden);
       // A wrong code is said beside its field.
       const ben = await browser.page(station.url, TABLET);
       await ben.getByTestId("class-name").fill("Ben");
@@ -76,14 +87,18 @@ export function lesson(test, { browser, program, shots, At = Station }) {
       await ben.getByTestId("class-signin").click();
       await ben.getByText("Name or code is wrong: both are on the slip of paper.").waitFor();
       await look(ben, "wrong-code-tablet");
-      await ben.getByTestId("class-code").fill(slips["Ben"].code.toLowerCase());
+      await ben.getByTestId("class-code").fill(slips.Ben.code.toLowerCase());
       await ben.getByTestId("class-signin").click();
       await says(ben, "mine-place", "You are in no queue.");
       const chen = await browser.page(slips["Chen Li"].address, DESKTOP);
       await chen.getByTestId("class-signin").click();
       await says(chen, "mine-arm", "You have no arm now.");
       // Turns: one arm for two, and a third who waits.
-      for (const [page, first] of [[ada, true], [ben, false], [chen, false]]) {
+      for (const [page, first] of [
+        [ada, true],
+        [ben, false],
+        [chen, false],
+      ]) {
         await page.getByTestId("join-arm").selectOption("a1");
         await page.getByTestId("turn").click();
         await says(page, first ? "mine-arm" : "mine-place", first ? "a1" : page === ben ? "Place 1" : "Place 2");
@@ -113,7 +128,11 @@ export function lesson(test, { browser, program, shots, At = Station }) {
       await ben.getByText("No connection since").waitFor();
       await is(teacher, "link", "lost");
       assert.equal(await teacher.locator(".tile.lost").count(), ARMS.length);
-      assert.equal(await teacher.locator(".tile .who", { hasText: "free" }).count(), 0, "no arm is free at a station that is gone");
+      assert.equal(
+        await teacher.locator(".tile .who", { hasText: "free" }).count(),
+        0,
+        "no arm is free at a station that is gone",
+      );
       await says(teacher, "class-pupils", "Hanna");
       await look(teacher, "killed");
       await station.start();
@@ -150,7 +169,12 @@ export function lesson(test, { browser, program, shots, At = Station }) {
       await ben.getByTestId("draw-start").click();
       await is(ben, "job", "done", 60_000);
       await teacher.getByTestId("results").locator("img").waitFor();
-      assert.ok(await teacher.getByTestId("results").locator("img").evaluate(async (image) => (await image.decode(), image.naturalWidth > 0)));
+      assert.ok(
+        await teacher
+          .getByTestId("results")
+          .locator("img")
+          .evaluate(async (image) => (await image.decode(), image.naturalWidth > 0)),
+      );
       await teacher.getByTestId("results").getByText("Ben").first().waitFor();
       await look(teacher, "results");
       await ben.goto(`${station.url}#/class`);
@@ -199,29 +223,35 @@ export function lesson(test, { browser, program, shots, At = Station }) {
     try {
       const { pin, pupils } = await station.call("class.set", { names: ["Ada", "Ben", "Chen"], turn_s: 600 });
       station.pin = pin;
-      const here = async () => (await station.call("class.get")).pupils.filter((pupil) => pupil.here).map(({ name }) => name);
+      const here = async () =>
+        (await station.call("class.get")).pupils.filter((pupil) => pupil.here).map(({ name }) => name);
       const pages = {};
       for (const { name, code } of pupils) {
-        const page = await browser.page(`${station.url}#/class?${new URLSearchParams({ name, code })}`, { ...TABLET, clock: true });
+        const page = await browser.page(`${station.url}#/class?${new URLSearchParams({ name, code })}`, {
+          ...TABLET,
+          clock: true,
+        });
         await page.getByTestId("class-signin").click();
         await page.getByTestId("mine-arm").getByText("You have no arm now.").waitFor();
         pages[name] = page;
       }
-      await pages["Ben"].getByTestId("turn").click();
-      await pages["Ben"].getByTestId("mine-arm").getByText(/\d left/).waitFor();
-      await pages["Chen"].getByTestId("turn").click();
-      await pages["Chen"].getByTestId("mine-place").getByText("Place 1").waitFor();
+      await pages.Ben.getByTestId("turn").click();
+      await pages.Ben.getByTestId("mine-arm")
+        .getByText(/\d left/)
+        .waitFor();
+      await pages.Chen.getByTestId("turn").click();
+      await pages.Chen.getByTestId("mine-place").getByText("Place 1").waitFor();
       assert.deepEqual(await here(), ["Ada", "Ben", "Chen"]);
       for (const page of Object.values(pages)) {
         await hide(page, true);
         await page.clock.fastForward(61_000);
       }
-      await is(pages["Ada"], "link", "closed");
-      for (let looks = 0; (await here()).length > 2 && looks < 100; looks++) await pages["Ada"].waitForTimeout(50);
+      await is(pages.Ada, "link", "closed");
+      for (let looks = 0; (await here()).length > 2 && looks < 100; looks++) await pages.Ada.waitForTimeout(50);
       assert.deepEqual(await here(), ["Ben", "Chen"]);
       for (const page of Object.values(pages)) await hide(page, false);
-      await is(pages["Ada"], "link", "up");
-      await pages["Ada"].getByTestId("mine-arm").getByText("You have no arm now.").waitFor();
+      await is(pages.Ada, "link", "up");
+      await pages.Ada.getByTestId("mine-arm").getByText("You have no arm now.").waitFor();
       assert.deepEqual(await here(), ["Ada", "Ben", "Chen"]);
     } finally {
       for (const context of browser.browser.contexts()) await context.close();
@@ -235,16 +265,29 @@ export function lesson(test, { browser, program, shots, At = Station }) {
     try {
       const crowd = await (await browser.browser.newContext()).newPage();
       await crowd.goto(`${station.url}healthz`);
-      const opened = await crowd.evaluate(async (address) => {
-        const sockets = Array.from({ length: 150 }, () => new WebSocket(address, "magician.v1"));
-        window.sockets = sockets;
-        const hello = JSON.stringify({ jsonrpc: "2.0", id: 1, method: "session.hello", params: { client: { name: "crowd" } } });
-        return Promise.all(sockets.map((socket) => new Promise((done) => {
-          socket.onopen = () => socket.send(hello);
-          socket.onmessage = () => done("in");
-          socket.onclose = ({ code }) => done(code);
-        })));
-      }, `${station.url.replace("http", "ws")}api/v1/ws`);
+      const opened = await crowd.evaluate(
+        async (address) => {
+          const sockets = Array.from({ length: 150 }, () => new WebSocket(address, "magician.v1"));
+          window.sockets = sockets;
+          const hello = JSON.stringify({
+            jsonrpc: "2.0",
+            id: 1,
+            method: "session.hello",
+            params: { client: { name: "crowd" } },
+          });
+          return Promise.all(
+            sockets.map(
+              (socket) =>
+                new Promise((done) => {
+                  socket.onopen = () => socket.send(hello);
+                  socket.onmessage = () => done("in");
+                  socket.onclose = ({ code }) => done(code);
+                }),
+            ),
+          );
+        },
+        `${station.url.replace("http", "ws")}api/v1/ws`,
+      );
       assert.ok(opened.includes("in") && opened.includes(4503), `${opened}`);
       const page = await browser.page(`${station.url}#/arms`, { ...TABLET, clock: true });
       await page.getByTestId("closed").getByText("The station is full").waitFor();
@@ -272,27 +315,45 @@ export function lesson(test, { browser, program, shots, At = Station }) {
       station.pin = pin;
       // `left` is Ben's for days; Ada's time there is tomorrow. `right` is the teacher's.
       const at = (hours) => new Date(Date.now() + hours * 3_600_000).toISOString().replace(/\.\d+/, "");
-      const slot = (arms, who, from, until) => `[[slot]]\narms = ["${arms}"]\nwho = ["${who}"]\nfrom = ${at(from)}\nuntil = ${at(until)}\n`;
-      await station.call("schedule.set", { text: slot("left", "Ben", -1, 20) + slot("left", "Ada", 20, 24) + slot("right", "teacher", -1, 24 * 8) });
+      const slot = (arms, who, from, until) =>
+        `[[slot]]\narms = ["${arms}"]\nwho = ["${who}"]\nfrom = ${at(from)}\nuntil = ${at(until)}\n`;
+      await station.call("schedule.set", {
+        text: slot("left", "Ben", -1, 20) + slot("left", "Ada", 20, 24) + slot("right", "teacher", -1, 24 * 8),
+      });
       const [{ name, code }] = pupils;
       const ada = await browser.page(`${station.url}#/class?${new URLSearchParams({ name, code })}`, PHONE);
       await ada.getByTestId("class-signin").click();
       await ada.getByTestId("join-arm").selectOption("right");
       await ada.getByTestId("turn").click();
-      await ada.getByTestId("notice").getByText(/right is for teacher until .*ask the teacher/).waitFor();
+      await ada
+        .getByTestId("notice")
+        .getByText(/right is for teacher until .*ask the teacher/)
+        .waitFor();
       assert.deepEqual((await station.call("turn.list")).queue, []);
       await ada.getByTestId("join-arm").selectOption("left");
       await ada.getByTestId("turn").click();
-      await ada.getByTestId("mine-place").getByText(/The arm is for others by the schedule, until .*\d:\d\d/).waitFor();
+      await ada
+        .getByTestId("mine-place")
+        .getByText(/The arm is for others by the schedule, until .*\d:\d\d/)
+        .waitFor();
       await ada.screenshot({ path: join(shots, "lesson-schedule-phone.png") });
       assert.deepEqual(await findings(ada), []);
       const teacher = await browser.page(`${station.url}#/class`, TABLET);
       await teacher.getByTestId("class-teacher").click();
       await teacher.getByTestId("class-pin").fill(pin);
       await teacher.getByTestId("class-pin-signin").click();
-      await teacher.getByTestId("slot-left").getByText(/Ben until .*\d:\d\d/).waitFor();
-      await teacher.getByTestId("slot-right").getByText(/teacher until/).waitFor();
-      await teacher.getByTestId("pupil-Ada").getByText(/Place 1 in the queue. The arm is for others/).waitFor();
+      await teacher
+        .getByTestId("slot-left")
+        .getByText(/Ben until .*\d:\d\d/)
+        .waitFor();
+      await teacher
+        .getByTestId("slot-right")
+        .getByText(/teacher until/)
+        .waitFor();
+      await teacher
+        .getByTestId("pupil-Ada")
+        .getByText(/Place 1 in the queue. The arm is for others/)
+        .waitFor();
       await teacher.screenshot({ path: join(shots, "lesson-schedule-tablet.png"), fullPage: true });
       assert.deepEqual(await findings(teacher), []);
     } finally {

@@ -69,10 +69,12 @@ export class Wired extends Station {
   async start(...more) {
     this.arm = spawn(this.program, ["sim", "--tcp", "127.0.0.1:0"], { stdio: ["ignore", "ignore", "pipe"] });
     let said = "";
-    const at = await new Promise((done) => this.arm.stderr.on("data", (piece) => {
-      const port = (said += piece).match(/serving tcp:127\.0\.0\.1:(\d+)/)?.[1];
-      if (port) done(Number(port));
-    }));
+    const at = await new Promise((done) =>
+      this.arm.stderr.on("data", (piece) => {
+        const port = (said += piece).match(/serving tcp:127\.0\.0\.1:(\d+)/)?.[1];
+        if (port) done(Number(port));
+      }),
+    );
     const port = await this.line.start(at);
     await super.start("--port", `tcp:127.0.0.1:${port}`, ...more);
   }
@@ -92,8 +94,14 @@ export class Way {
   async start() {
     this.server = createServer((near) => {
       const far = createConnection(this.to, "127.0.0.1");
-      for (const [one, other] of [[near, far], [far, near]]) {
-        one.setNoDelay(true).on("error", () => {}).on("close", () => other.destroy());
+      for (const [one, other] of [
+        [near, far],
+        [far, near],
+      ]) {
+        one
+          .setNoDelay(true)
+          .on("error", () => {})
+          .on("close", () => other.destroy());
         one.on("data", (data) => this.whole && other.write(data));
         this.ends.push(one);
       }

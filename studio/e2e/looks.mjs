@@ -13,14 +13,20 @@ const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.mi
 export async function findings(page) {
   await page.evaluate(axe);
   const { violations } = await page.evaluate(() => window.axe.run(document, { resultTypes: ["violations"] }));
-  return violations.map(({ id, nodes }) => `${id}: ${nodes.map((node) => `${node.target} ${node.failureSummary}`).join("; ")}`);
+  return violations.map(
+    ({ id, nodes }) => `${id}: ${nodes.map((node) => `${node.target} ${node.failureSummary}`).join("; ")}`,
+  );
 }
 
 export function looks(test, { browser, station, shots }) {
   for (const colorScheme of ["light", "dark"]) {
     test(`every route in ${colorScheme}: fits, and axe finds nothing`, async () => {
       for (const [size, [width, height]] of Object.entries(SIZES)) {
-        const page = await browser.connected(station.url, { colorScheme, viewport: { width, height }, bypassCSP: true });
+        const page = await browser.connected(station.url, {
+          colorScheme,
+          viewport: { width, height },
+          bypassCSP: true,
+        });
         const inControl = size === "desktop" || size === "phone";
         if (inControl) {
           await page.getByTestId("lease-take").click();
@@ -48,9 +54,15 @@ export function looks(test, { browser, station, shots }) {
 
   test("the picture of the guide", async () => {
     const page = await browser.inControl(station.url, { viewport: { width: 1280, height: 800 } });
-    if ((await page.evaluate(() => document.body.dataset.alarm)) === "true") await page.getByTestId("clear-alarms").click();
+    if ((await page.evaluate(() => document.body.dataset.alarm)) === "true")
+      await page.getByTestId("clear-alarms").click();
     await is(page, "alarm", "false");
-    for (const [button, ms] of [["z-plus", 900], ["y-plus", 1600], ["x-minus", 900], ["z-minus", 700]]) {
+    for (const [button, ms] of [
+      ["z-plus", 900],
+      ["y-plus", 1600],
+      ["x-minus", 900],
+      ["z-minus", 700],
+    ]) {
       await page.getByTestId(`jog-${button}`).hover();
       await page.mouse.down();
       await sleep(ms);
@@ -91,7 +103,9 @@ export function looks(test, { browser, station, shots }) {
     // What the arm's table says is translated as well: names of connectors and units are all that is left.
     await page.goto(`${station.url}#/io`);
     await page.locator("form.device").first().waitFor();
-    const said = await page.locator(".io").evaluate((panel) => panel.innerText + [...panel.querySelectorAll("option")].map(({ text }) => text).join());
+    const said = await page
+      .locator(".io")
+      .evaluate((panel) => panel.innerText + [...panel.querySelectorAll("option")].map(({ text }) => text).join());
     assert.deepEqual(said.match(/[A-Za-z]{3,}/g), null);
     await page.context().close();
   });

@@ -63,16 +63,18 @@ function mock(bridge) {
     }
   }
   const serial = new EventTarget();
-  const ask = () => new Promise((done) => (new WebSocket(`${bridge}state`).onmessage = ({ data }) => done(JSON.parse(data))));
+  const ask = () =>
+    new Promise((done) => (new WebSocket(`${bridge}state`).onmessage = ({ data }) => done(JSON.parse(data))));
   serial.getPorts = async () => {
     const { granted, there } = await ask();
-    if (!granted || !there) return state.ports.splice(0), [];
+    if (!granted || !there) return (state.ports.splice(0), []);
     // One that comes again is another object.
     if (state.ports[0]?.number !== there) state.ports = [Object.assign(new Port(), { number: there })];
     return state.ports;
   };
   serial.requestPort = async ({ filters }) => {
-    if (!filters.some((one) => one.usbVendorId === 0x1a86 && one.usbProductId === 0x7523)) throw new TypeError("filters");
+    if (!filters.some((one) => one.usbVendorId === 0x1a86 && one.usbProductId === 0x7523))
+      throw new TypeError("filters");
     const { granted } = await ask();
     if (!granted) throw new DOMException("No port selected by the user.", "NotFoundError");
     return (await serial.getPorts())[0];
@@ -135,7 +137,11 @@ export class Cable {
     const { port } = free.address();
     await new Promise((done) => free.close(done));
     this.port = port;
-    this.child = spawn(this.program, ["sim", "--tcp", `127.0.0.1:${port}`, "--trace", join(this.folder, "arm.pcapng")], { stdio: ["ignore", "pipe", "ignore"] });
+    this.child = spawn(
+      this.program,
+      ["sim", "--tcp", `127.0.0.1:${port}`, "--trace", join(this.folder, "arm.pcapng")],
+      { stdio: ["ignore", "pipe", "ignore"] },
+    );
     await new Promise((done) => this.child.stdout.once("data", done));
     this.judge?.destroy();
     this.judge = connect(port, "127.0.0.1");
@@ -146,8 +152,12 @@ export class Cable {
   opened(request, socket) {
     const isState = request.url === "/state";
     if (!isState && (this.isBusy || !this.there)) return socket.destroy();
-    const key = createHash("sha1").update(`${request.headers["sec-websocket-key"]}258EAFA5-E914-47DA-95CA-C5AB0DC85B11`).digest("base64");
-    socket.write(`HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: ${key}\r\n\r\n`);
+    const key = createHash("sha1")
+      .update(`${request.headers["sec-websocket-key"]}258EAFA5-E914-47DA-95CA-C5AB0DC85B11`)
+      .digest("base64");
+    socket.write(
+      `HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: ${key}\r\n\r\n`,
+    );
     socket.setNoDelay(true);
     if (isState) {
       this.frame(socket, 1, Buffer.from(JSON.stringify({ granted: this.granted, there: this.there })));
@@ -167,7 +177,9 @@ export class Cable {
         const [length, at] = long ? [rest.readUInt16BE(2), 4] : [rest[1] & 127, 2];
         if (rest.length < at + 4 + length) return;
         const kind = rest[0] & 15;
-        const data = Buffer.from(rest.subarray(at + 4, at + 4 + length)).map((byte, nth) => byte ^ rest[at + (nth & 3)]);
+        const data = Buffer.from(rest.subarray(at + 4, at + 4 + length)).map(
+          (byte, nth) => byte ^ rest[at + (nth & 3)],
+        );
         rest = rest.subarray(at + 4 + length);
         if (kind === 8) return end();
         if (kind !== 2) continue;
@@ -178,7 +190,8 @@ export class Cable {
     arm?.on("data", (bytes) => {
       const dirt = this.noise ? Buffer.from([0xff, 0x00, 0xaa, 0x55, 0x4d, 0x0a]) : Buffer.alloc(0);
       const all = Buffer.concat([dirt, bytes]);
-      for (let from = 0; from < all.length; from += this.piece) this.frame(socket, 2, all.subarray(from, from + this.piece));
+      for (let from = 0; from < all.length; from += this.piece)
+        this.frame(socket, 2, all.subarray(from, from + this.piece));
     });
     arm?.on("error", end);
     socket.on("error", end);
@@ -186,7 +199,10 @@ export class Cable {
   }
 
   frame(socket, kind, data) {
-    const head = data.length < 126 ? Buffer.from([0x80 | kind, data.length]) : Buffer.from([0x80 | kind, 126, data.length >> 8, data.length & 255]);
+    const head =
+      data.length < 126
+        ? Buffer.from([0x80 | kind, data.length])
+        : Buffer.from([0x80 | kind, 126, data.length >> 8, data.length & 255]);
     socket.write(Buffer.concat([head, data]));
   }
 
@@ -201,7 +217,7 @@ export class Cable {
   }
 
   plug() {
-    this.there = (this.number = (this.number ?? 1) + 1);
+    this.there = this.number = (this.number ?? 1) + 1;
   }
 
   /** What the arm answers to somebody else. */

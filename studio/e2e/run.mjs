@@ -3,7 +3,8 @@ import assert from "node:assert/strict";
 import { join } from "node:path";
 import { is } from "./bench.mjs";
 
-const SQUARE = '<svg xmlns="http://www.w3.org/2000/svg" width="40mm" height="40mm" viewBox="0 0 40 40"><path d="M0 0H40V40H0Z" fill="none" stroke="#000"/></svg>';
+const SQUARE =
+  '<svg xmlns="http://www.w3.org/2000/svg" width="40mm" height="40mm" viewBox="0 0 40 40"><path d="M0 0H40V40H0Z" fill="none" stroke="#000"/></svg>';
 /** Its third line is out of reach. */
 const FAR = "G21\nG90\nG0 X600 Y0 Z-50\nG1 X610 F1200\n";
 const file = (name, text) => ({ name, mimeType: "application/octet-stream", buffer: Buffer.from(text) });
@@ -19,7 +20,8 @@ export function running(test, { browser, station, closed, shots }) {
   };
   const opened = async (options) => {
     const page = await browser.inControl(station.url, options);
-    if ((await page.evaluate(() => document.body.dataset.alarm)) === "true") await page.getByTestId("clear-alarms").click();
+    if ((await page.evaluate(() => document.body.dataset.alarm)) === "true")
+      await page.getByTestId("clear-alarms").click();
     await is(page, "alarm", "false");
     await page.goto(`${station.url}#/run`);
     await is(page, "route", "run");
@@ -37,7 +39,9 @@ export function running(test, { browser, station, closed, shots }) {
     const page = await opened();
     await give(page, "at once.svg", SQUARE);
     const before = (await station.call("job.list")).jobs.length;
-    await page.evaluate(() => ["run-start", "run-check"].forEach((name) => document.querySelector(`[data-testid=${name}]`).click()));
+    await page.evaluate(() =>
+      ["run-start", "run-check"].forEach((name) => document.querySelector(`[data-testid=${name}]`).click()),
+    );
     await is(page, "job", "running");
     await page.getByTestId("stop").click();
     await is(page, "job", "stopped");
@@ -48,7 +52,11 @@ export function running(test, { browser, station, closed, shots }) {
   test("a drawing is opened, shown before it runs, drawn, paused and gone on with", async () => {
     const page = await opened();
     await give(page, "square.svg", SQUARE);
-    assert.ok((await station.call("program.list")).programs.some(({ name, format }) => name === "square.svg" && format === "svg"));
+    assert.ok(
+      (await station.call("program.list")).programs.some(
+        ({ name, format }) => name === "square.svg" && format === "svg",
+      ),
+    );
     await page.getByTestId("setup-at").fill("220 10");
     await page.getByTestId("setup-at").press("Tab");
     await shown(page);
@@ -63,7 +71,10 @@ export function running(test, { browser, station, closed, shots }) {
     assert.equal(title, "square");
     assert.ok(Number(await page.getByTestId("run-progress").getAttribute("aria-valuenow")) >= 0);
     assert.ok(await page.getByTestId("run-start").isDisabled());
-    await page.getByTestId("run-left").filter({ hasText: /\d:\d\d/ }).waitFor();
+    await page
+      .getByTestId("run-left")
+      .filter({ hasText: /\d:\d\d/ })
+      .waitFor();
     await page.screenshot({ path: join(shots, "run.png") });
     await page.getByTestId("run-pause").click();
     await is(page, "job", "paused");
@@ -172,7 +183,11 @@ export function running(test, { browser, station, closed, shots }) {
     const page = await opened({ init });
     await give(page, "square.svg", SQUARE);
     await shown(page);
-    const planned = await page.locator(".plan path").evaluateAll((paths) => paths.filter((path) => path.getAttribute("stroke") === "var(--planned)").map((path) => path.getAttribute("d")));
+    const planned = await page
+      .locator(".plan path")
+      .evaluateAll((paths) =>
+        paths.filter((path) => path.getAttribute("stroke") === "var(--planned)").map((path) => path.getAttribute("d")),
+      );
     assert.equal(planned.length, 1);
     assert.ok(planned[0].split("L").length >= 5, planned[0]);
     await page.getByTestId("run-preview").click();
@@ -191,10 +206,15 @@ export function running(test, { browser, station, closed, shots }) {
           return plain.call(this);
         };
       }
-      new PerformanceObserver((list) => list.getEntries().forEach(({ duration }) => (window.longest = Math.max(window.longest, duration)))).observe({ entryTypes: ["longtask"] });
+      new PerformanceObserver((list) =>
+        list.getEntries().forEach(({ duration }) => (window.longest = Math.max(window.longest, duration))),
+      ).observe({ entryTypes: ["longtask"] });
     };
     const page = await opened({ init });
-    const row = Array.from({ length: 1000 }, (_, nth) => `X${(220 + (nth % 40) / 2).toFixed(1)}Y${(nth % 25) / 2}\n`).join("");
+    const row = Array.from(
+      { length: 1000 },
+      (_, nth) => `X${(220 + (nth % 40) / 2).toFixed(1)}Y${(nth % 25) / 2}\n`,
+    ).join("");
     const path = join(station.state, "million.gcode");
     const { createWriteStream } = await import("node:fs");
     await new Promise((done) => {
@@ -207,7 +227,9 @@ export function running(test, { browser, station, closed, shots }) {
     await page.getByTestId("program-open").setInputFiles(path);
     await page.locator('[data-testid="program-million.gcode"][aria-selected=true]').waitFor({ timeout: 60_000 });
     const longest = await page.evaluate(() => window.longest);
-    console.log(`      the longest task while ${((await station.call("program.list")).programs.find(({ name }) => name === "million.gcode").bytes / 1e6).toFixed(0)} MB were opened: ${longest.toFixed(0)} ms`);
+    console.log(
+      `      the longest task while ${((await station.call("program.list")).programs.find(({ name }) => name === "million.gcode").bytes / 1e6).toFixed(0)} MB were opened: ${longest.toFixed(0)} ms`,
+    );
     // How long a task takes is the machine's matter as well; that the page itself reads no large file is the page's.
     const read = await page.evaluate(() => window.read);
     assert.ok(read <= 1_000_000, `${read} bytes at once`);
@@ -215,4 +237,3 @@ export function running(test, { browser, station, closed, shots }) {
     await closed(page);
   });
 }
-

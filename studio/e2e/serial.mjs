@@ -54,16 +54,32 @@ export function onSerial(tests, shared, bench, folder) {
   const cable = new Cable(bench.program);
   const browser = new SerialBrowser(bench.browser, sim, cable);
   const test = (name, body) => {
-    tests.push([`port: ${name}`, async () => {
-      await files.start();
-      await cable.start();
-      Object.assign(cable, { granted: true, there: cable.there || 1, isBusy: false, isMute: false, piece: Infinity, noise: false });
-      files.patched.set("assets/worker.js", mockOf(cable.bridge) + readFileSync(join(folder, "assets/worker.js"), "utf8"));
-      bench.swap({ station: sim, browser, url: () => files.url });
-      cable.sent = [];
-      await body();
-      assert.ok(!cable.sent.some((frame) => frame.id === JOG && frame.params[1] !== 0), "a jog of the arm's own was sent");
-    }]);
+    tests.push([
+      `port: ${name}`,
+      async () => {
+        await files.start();
+        await cable.start();
+        Object.assign(cable, {
+          granted: true,
+          there: cable.there || 1,
+          isBusy: false,
+          isMute: false,
+          piece: Infinity,
+          noise: false,
+        });
+        files.patched.set(
+          "assets/worker.js",
+          mockOf(cable.bridge) + readFileSync(join(folder, "assets/worker.js"), "utf8"),
+        );
+        bench.swap({ station: sim, browser, url: () => files.url });
+        cable.sent = [];
+        await body();
+        assert.ok(
+          !cable.sent.some((frame) => frame.id === JOG && frame.params[1] !== 0),
+          "a jog of the arm's own was sent",
+        );
+      },
+    ]);
   };
   const closed = (page) => page.context().close();
   const moving = (frame) => frame.id === CP || frame.id === PTP;
@@ -93,7 +109,9 @@ export function onSerial(tests, shared, bench, folder) {
   const running = async (page) => {
     await homed(page);
     await page.goto(`${files.url}#/run`);
-    await page.getByTestId("program-open").setInputFiles({ name: "there.plan.json", mimeType: "text/plain", buffer: Buffer.from(PLAN) });
+    await page
+      .getByTestId("program-open")
+      .setInputFiles({ name: "there.plan.json", mimeType: "text/plain", buffer: Buffer.from(PLAN) });
     await page.locator('[data-testid="program-there.plan.json"][aria-selected=true]').waitFor();
     await page.getByText("The arm can do it").waitFor();
     await page.getByTestId("run-start").click();
@@ -123,12 +141,18 @@ export function onSerial(tests, shared, bench, folder) {
     await page.getByTestId("jog-note").waitFor();
     await sleep(2000);
     assert.ok(cable.sent.length > 20);
-    assert.deepEqual(cable.sent.filter((frame) => frame.ctrl !== 0), []);
+    assert.deepEqual(
+      cable.sent.filter((frame) => frame.ctrl !== 0),
+      [],
+    );
     await page.goto(`${files.url}#/arms`);
     const [file] = await Promise.all([page.waitForEvent("download"), page.getByTestId("log-export").click()]);
     assert.equal(file.suggestedFilename(), "magician.pcapng");
     const said = execFileSync(bench.program, ["decode", "--json", await file.path()], { encoding: "utf8" });
-    const lines = said.trim().split("\n").map((line) => JSON.parse(line));
+    const lines = said
+      .trim()
+      .split("\n")
+      .map((line) => JSON.parse(line));
     assert.ok(lines.length > 40 && lines.every(({ ok }) => ok), said.slice(0, 500));
     assert.ok(lines.some(({ command, direction }) => command === "GetPose" && direction === "reply"));
     await page.reload();
@@ -163,7 +187,10 @@ export function onSerial(tests, shared, bench, folder) {
   });
 
   test("where a browser has no serial ports the page says which reason it is", async () => {
-    for (const [secure, text] of [[true, "Chrome or Edge"], [false, "through a server"]]) {
+    for (const [secure, text] of [
+      [true, "Chrome or Edge"],
+      [false, "through a server"],
+    ]) {
       const context = await browser.browser.newContext();
       const page = await context.newPage();
       await page.addInitScript((secure) => {
@@ -183,7 +210,9 @@ export function onSerial(tests, shared, bench, folder) {
       try {
         return await body();
       } catch (error) {
-        const ends = (await sim.events().catch(() => [])).filter((event) => event.why !== undefined).map((event) => event.why);
+        const ends = (await sim.events().catch(() => []))
+          .filter((event) => event.why !== undefined)
+          .map((event) => event.why);
         console.log(`      jogs ended: ${ends}: ${error.message.slice(0, 60)}`);
         if (tries === 3 || !ends.includes("not-kept")) throw error;
         for (const context of browser.browser.contexts()) await context.close();
@@ -226,7 +255,16 @@ export function onSerial(tests, shared, bench, folder) {
 
   for (const [what, kill] of [
     ["a worker that is ended", (page) => page.evaluate(() => globalThis.workers[0].terminate())],
-    ["a worker that hangs", (page) => void page.workers()[0].evaluate(() => { for (const ends = performance.now() + 4000; performance.now() < ends; ); }).catch(() => {})],
+    [
+      "a worker that hangs",
+      (page) =>
+        void page
+          .workers()[0]
+          .evaluate(() => {
+            for (const ends = performance.now() + 4000; performance.now() < ends; );
+          })
+          .catch(() => {}),
+    ],
     ["a page that is closed", (page) => page.close()],
     ["a page that is left", (page) => page.goto("about:blank")],
     ["a browser window that is gone", (page) => page.context().close()],
@@ -237,7 +275,10 @@ export function onSerial(tests, shared, bench, folder) {
       await jogging(page);
       await kill(page);
       await standsInTime();
-      await page.context().close().catch(() => {});
+      await page
+        .context()
+        .close()
+        .catch(() => {});
       cable.plug();
     });
   }
@@ -254,7 +295,10 @@ export function onSerial(tests, shared, bench, folder) {
       const stop = cable.since(began).find((frame) => frame.id === CLEAR);
       assert.ok(stop !== undefined, "no stop was sent");
       console.log(`      stop ${(stop.at - began).toFixed(0)} ms after it began to go`);
-      assert.ok(cable.since(began).some((frame) => frame.id === LASER && frame.params[1] === 0), "laser off");
+      assert.ok(
+        cable.since(began).some((frame) => frame.id === LASER && frame.params[1] === 0),
+        "laser off",
+      );
       assert.ok(!(await cable.moves()) && !(await cable.burns()));
       await page.context().close();
     }
@@ -266,8 +310,11 @@ export function onSerial(tests, shared, bench, folder) {
     page.on("dialog", (dialog) => void dialog.accept());
     await homed(page);
     await page.goto(`${files.url}#/engrave`);
-    const svg = '<svg xmlns="http://www.w3.org/2000/svg" width="60mm" height="30mm" viewBox="0 0 60 30"><path d="M0 0H60V30H0Z" fill="none" stroke="#000"/></svg>';
-    await page.getByTestId("draw-open").setInputFiles({ name: "engraved.svg", mimeType: "image/svg+xml", buffer: Buffer.from(svg) });
+    const svg =
+      '<svg xmlns="http://www.w3.org/2000/svg" width="60mm" height="30mm" viewBox="0 0 60 30"><path d="M0 0H60V30H0Z" fill="none" stroke="#000"/></svg>';
+    await page
+      .getByTestId("draw-open")
+      .setInputFiles({ name: "engraved.svg", mimeType: "image/svg+xml", buffer: Buffer.from(svg) });
     await page.getByTestId("setup-surface").fill("-40");
     await page.getByTestId("setup-surface").press("Tab");
     await page.locator("[data-testid=draw-preview][data-shown=true]").waitFor();
@@ -292,7 +339,10 @@ export function onSerial(tests, shared, bench, folder) {
     const stop = since.find((frame) => frame.id === CLEAR);
     assert.ok(stop !== undefined, "no stop was sent");
     console.log(`      stop ${(stop.at - began).toFixed(0)} ms after it began to go`);
-    assert.ok(since.some((frame) => frame.id === LASER && frame.params[1] === 0), "laser off");
+    assert.ok(
+      since.some((frame) => frame.id === LASER && frame.params[1] === 0),
+      "laser off",
+    );
     assert.ok(!since.some((frame) => frame.id === BURN && frame.at > stop.at), "it is sent more to burn");
     // A burnt path burns only while the arm moves along it.
     assert.ok(!(await cable.burns()) && !(await cable.moves()));
@@ -330,7 +380,12 @@ export function onSerial(tests, shared, bench, folder) {
     await page.getByTestId("lease-holder").filter({ hasText: "You have control" }).waitFor();
     await is(page, "link", "up");
     await running(page);
-    void page.workers()[0].evaluate(() => { for (const ends = performance.now() + 4000; performance.now() < ends; ); }).catch(() => {});
+    void page
+      .workers()[0]
+      .evaluate(() => {
+        for (const ends = performance.now() + 4000; performance.now() < ends; );
+      })
+      .catch(() => {});
     await is(page, "link", "lost");
     await is(page, "link", "up");
     await is(page, "backend", "serial");
@@ -345,19 +400,27 @@ export function onSerial(tests, shared, bench, folder) {
     // As long as a large program takes on a slow computer, and longer than a worker that hangs is waited for.
     await page.workers()[0].evaluate(() => {
       addEventListener("message", ({ data }) => {
-        if (data.kind === "send" && data.message.method === "job.check") for (const ends = performance.now() + 13_000; performance.now() < ends; );
+        if (data.kind === "send" && data.message.method === "job.check")
+          for (const ends = performance.now() + 13_000; performance.now() < ends; );
       });
     });
     await page.evaluate(() => {
       globalThis.links = [];
-      new MutationObserver(() => globalThis.links.push(document.body.dataset.link)).observe(document.body, { attributeFilter: ["data-link"] });
+      new MutationObserver(() => globalThis.links.push(document.body.dataset.link)).observe(document.body, {
+        attributeFilter: ["data-link"],
+      });
     });
     await page.goto(`${files.url}#/run`);
-    await page.getByTestId("program-open").setInputFiles({ name: "large.plan.json", mimeType: "text/plain", buffer: Buffer.from(PLAN) });
+    await page
+      .getByTestId("program-open")
+      .setInputFiles({ name: "large.plan.json", mimeType: "text/plain", buffer: Buffer.from(PLAN) });
     await is(page, "stale", "true");
     await page.getByText("The arm can do it").waitFor();
     await is(page, "stale", "false");
-    assert.deepEqual((await page.evaluate(() => globalThis.links)).filter((link) => link !== "up"), []);
+    assert.deepEqual(
+      (await page.evaluate(() => globalThis.links)).filter((link) => link !== "up"),
+      [],
+    );
     await is(page, "backend", "serial");
     await closed(page);
   });

@@ -7,8 +7,13 @@ import { Browser, Station, is, near } from "./bench.mjs";
 import { drawing } from "./draw.mjs";
 
 const TYPES = {
-  ".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml", ".json": "application/json",
-  ".wasm": "application/wasm", ".webmanifest": "application/manifest+json",
+  ".html": "text/html",
+  ".js": "text/javascript",
+  ".css": "text/css",
+  ".svg": "image/svg+xml",
+  ".json": "application/json",
+  ".wasm": "application/wasm",
+  ".webmanifest": "application/manifest+json",
 };
 /** As beside a book: below a folder. */
 const BELOW = "/book/studio/";
@@ -122,11 +127,14 @@ export function onSim(tests, bench, folder) {
   const sim = new Sim("none");
   const browser = new SimBrowser(bench.browser, sim);
   const test = (name, body) => {
-    tests.push([name, async () => {
-      await files.start();
-      bench.swap({ station: sim, browser, url: () => files.url });
-      await body();
-    }]);
+    tests.push([
+      name,
+      async () => {
+        await files.start();
+        bench.swap({ station: sim, browser, url: () => files.url });
+        await body();
+      },
+    ]);
   };
   const closed = (page) => page.context().close();
 
@@ -218,7 +226,15 @@ export function onSim(tests, bench, folder) {
     for (const name of ["one.plan.json", "two.plan.json"]) await sim.call("program.put", { name, text });
     await sim.call("program.delete", { name: "two.plan.json" });
     await page.evaluate(() => navigator.serviceWorker.ready);
-    await page.waitForFunction(async () => (await (await navigator.storage.getDirectory()).getDirectoryHandle("programs")).getFileHandle("one.plan.json").then((handle) => handle.getFile()).then((file) => file.size > 0, () => false));
+    await page.waitForFunction(async () =>
+      (await (await navigator.storage.getDirectory()).getDirectoryHandle("programs"))
+        .getFileHandle("one.plan.json")
+        .then((handle) => handle.getFile())
+        .then(
+          (file) => file.size > 0,
+          () => false,
+        ),
+    );
     await page.context().setOffline(true);
     files.end();
     await page.reload();
@@ -227,7 +243,10 @@ export function onSim(tests, bench, folder) {
     await is(page, "lease", "mine");
     await sim.join(page);
     const { programs } = await sim.call("program.list");
-    assert.deepEqual(programs.map(({ name, bytes }) => [name, bytes]), [["one.plan.json", text.length]]);
+    assert.deepEqual(
+      programs.map(({ name, bytes }) => [name, bytes]),
+      [["one.plan.json", text.length]],
+    );
     const before = await sim.stands();
     await page.getByTestId("jog-mode-step").check({ force: true });
     await page.getByTestId("jog-z-plus").click();
@@ -235,7 +254,12 @@ export function onSim(tests, bench, folder) {
     await closed(page);
   });
 
-  drawing((name, body) => test(`files: ${name}`, body), { station: sim, browser, url: () => `${files.url}?speed=10`, closed });
+  drawing((name, body) => test(`files: ${name}`, body), {
+    station: sim,
+    browser,
+    url: () => `${files.url}?speed=10`,
+    closed,
+  });
 
   const sample = (name) => join(import.meta.dirname, "../../crates/magician-program/samples", name);
   const onRun = async (query = "") => {
@@ -291,7 +315,11 @@ export function onSim(tests, bench, folder) {
 
   test("files: a complaint about G-code is shown at its line", async () => {
     const page = await onRun();
-    await give(page, { name: "far.nc", mimeType: "text/plain", buffer: Buffer.from("G21\nG90\nG0 X600 Y0 Z-50\nG1 X610 F1200\n") });
+    await give(page, {
+      name: "far.nc",
+      mimeType: "text/plain",
+      buffer: Buffer.from("G21\nG90\nG0 X600 Y0 Z-50\nG1 X610 F1200\n"),
+    });
     const complaint = page.getByTestId("run-complaint-1");
     await complaint.filter({ hasText: "line 3" }).waitFor();
     await complaint.click();
@@ -319,7 +347,8 @@ export function onSim(tests, bench, folder) {
   test("files: a file of 14 MB goes in, and the arm hears a stop while it is read", async () => {
     const page = await onRun();
     let text = "G21 G90\nG0 Z10\nG0 X200 Y0\nG1 Z0 F3000\n";
-    for (let line = 0; text.length < 14e6; line++) text += `X${(220 + 20 * Math.cos(line / 50)).toFixed(3)}Y${(20 * Math.sin(line / 50)).toFixed(3)}\n`;
+    for (let line = 0; text.length < 14e6; line++)
+      text += `X${(220 + 20 * Math.cos(line / 50)).toFixed(3)}Y${(20 * Math.sin(line / 50)).toFixed(3)}\n`;
     await give(page, { name: "large.nc", mimeType: "text/plain", buffer: Buffer.from(text) });
     const { programs } = await sim.call("program.list");
     assert.ok(programs.some(({ name, bytes }) => name === "large.nc" && bytes === text.length));

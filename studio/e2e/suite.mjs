@@ -122,7 +122,8 @@ test("the browser's menu, a cancelled touch and a hidden page end a jog", async 
     await station.until("moves", (state) => state.moving);
     await page.evaluate((end) => {
       const button = document.querySelector("[data-testid=jog-y-plus]");
-      if (end === "contextmenu") button.dispatchEvent(new MouseEvent("contextmenu", { bubbles: true, cancelable: true }));
+      if (end === "contextmenu")
+        button.dispatchEvent(new MouseEvent("contextmenu", { bubbles: true, cancelable: true }));
       if (end === "pointercancel") button.dispatchEvent(new PointerEvent("pointercancel", { bubbles: true }));
       if (end === "blur") dispatchEvent(new Event("blur"));
       if (end === "route") location.hash = "#/arms";
@@ -203,7 +204,10 @@ test("a step is a step: by button, by key, in the frame of the tool", async () =
   assert.ok(await page.getByTestId("jog-mode-hold").isDisabled());
   before = await station.stands();
   await page.getByTestId("jog-x-plus").click();
-  await station.until("5 mm ahead", (state) => !state.moving && near(Math.hypot(state.x - before.x, state.y - before.y), 5, 0.05));
+  await station.until(
+    "5 mm ahead",
+    (state) => !state.moving && near(Math.hypot(state.x - before.x, state.y - before.y), 5, 0.05),
+  );
   await closed(page);
 });
 
@@ -310,7 +314,10 @@ test("a second page sees, asks, gets, and a teacher takes back", async () => {
   const { z: low } = await station.stands();
   await one.getByTestId("jog-z-plus").click();
   const { z } = await station.until("a step up", (state) => state.z > low + 1 && !state.moving);
-  await two.waitForFunction((z) => Math.abs(Number(document.querySelector("[data-testid=pose-z]").textContent) - z) < 0.02, z);
+  await two.waitForFunction(
+    (z) => Math.abs(Number(document.querySelector("[data-testid=pose-z]").textContent) - z) < 0.02,
+    z,
+  );
   await two.getByTestId("lease-ask").click();
   await one.getByRole("alertdialog", { name: "Ada asks for control" }).waitFor();
   await one.getByTestId("lease-refuse").click();
@@ -418,7 +425,18 @@ test("everything is reached by Tab, and nothing traps it", async () => {
       first ??= at;
       seen.add(at);
     }
-    const wanted = { move: ["stop", "lease-release", "view", "jog-pad", "jog-x-plus", "home", "tool-suction"], teach: ["teach-add", "teach-open-button", "jog-pad"], draw: ["draw-text", "draw-open-button"], engrave: ["draw-text", "laser-testgrid"], run: ["program-open-button"], io: ["pin-1-function", "pin-20-function"], plots: ["plot-pause", "plot-scrub"], world: ["world-scenario", "world-scenario-open-button", "world-unlock", "world-reset"], arms: ["station-url", "log"], settings: ["settings-name"] };
+    const wanted = {
+      move: ["stop", "lease-release", "view", "jog-pad", "jog-x-plus", "home", "tool-suction"],
+      teach: ["teach-add", "teach-open-button", "jog-pad"],
+      draw: ["draw-text", "draw-open-button"],
+      engrave: ["draw-text", "laser-testgrid"],
+      run: ["program-open-button"],
+      io: ["pin-1-function", "pin-20-function"],
+      plots: ["plot-pause", "plot-scrub"],
+      world: ["world-scenario", "world-scenario-open-button", "world-unlock", "world-reset"],
+      arms: ["station-url", "log"],
+      settings: ["settings-name"],
+    };
     for (const name of wanted[route]) assert.ok(seen.has(name), `${route}: ${name} of ${[...seen]}`);
     await closed(page);
   }

@@ -2,7 +2,8 @@
 import assert from "node:assert/strict";
 import { is, near } from "./bench.mjs";
 
-const SQUARE = '<svg xmlns="http://www.w3.org/2000/svg" width="30mm" height="30mm" viewBox="0 0 30 30"><path d="M0 0H30V30H0Z" fill="none" stroke="#000"/></svg>';
+const SQUARE =
+  '<svg xmlns="http://www.w3.org/2000/svg" width="30mm" height="30mm" viewBox="0 0 30 30"><path d="M0 0H30V30H0Z" fill="none" stroke="#000"/></svg>';
 const FILE = { name: "task.svg", mimeType: "image/svg+xml", buffer: Buffer.from(SQUARE) };
 
 /** A hand that finds what it wants by role and name, and presses it. */
@@ -65,7 +66,9 @@ class Keyboard extends Pointer {
   async radio(name) {
     const wanted = this.found("radio", name);
     for (let presses = 0; presses < 250 && !(await wanted.isChecked()); presses++) {
-      const inGroup = await wanted.evaluate((radio) => document.activeElement?.name === radio.name && document.activeElement.type === "radio");
+      const inGroup = await wanted.evaluate(
+        (radio) => document.activeElement?.name === radio.name && document.activeElement.type === "radio",
+      );
       await this.page.keyboard.press(inGroup ? "ArrowRight" : "Tab");
     }
     assert.ok(await wanted.isChecked(), name);
@@ -113,9 +116,16 @@ export function tasks(test, { browser, station, closed }) {
     // Two points, and both played.
     await to("Teach", "teach");
     await hand.press("button", "Add point");
-    await hand.found("row", /P1/).or(page.getByRole("table", { name: "Points" }).getByRole("row").nth(1)).first().waitFor();
+    await hand
+      .found("row", /P1/)
+      .or(page.getByRole("table", { name: "Points" }).getByRole("row").nth(1))
+      .first()
+      .waitFor();
     await hand.press("button", "Jog Y plus");
-    const there = await station.until("a step to the left", (state) => !state.moving && near(state.z, z + 10) && state.y > 5);
+    const there = await station.until(
+      "a step to the left",
+      (state) => !state.moving && near(state.z, z + 10) && state.y > 5,
+    );
     await hand.press("button", "Add point");
     await page.getByRole("checkbox", { name: "Select point 2" }).waitFor();
     await hand.press("button", "Play all");

@@ -8,7 +8,8 @@ export function teaching(test, { browser, station, closed, shots }) {
   const opened = async (options) => {
     const page = await browser.inControl(station.url, options);
     page.on("dialog", (dialog) => dialog.accept());
-    if ((await page.evaluate(() => document.body.dataset.alarm)) === "true") await page.getByTestId("clear-alarms").click();
+    if ((await page.evaluate(() => document.body.dataset.alarm)) === "true")
+      await page.getByTestId("clear-alarms").click();
     await is(page, "alarm", "false");
     await page.goto(`${station.url}#/teach`);
     await is(page, "route", "teach");
@@ -40,7 +41,10 @@ export function teaching(test, { browser, station, closed, shots }) {
     const page = await opened();
     const one = await add(page, ["z-plus", 10]);
     const two = await add(page, ["y-plus", 10]);
-    assert.ok(near(Number(await cell(page, "x", 1).inputValue()), one.x) && near(Number(await cell(page, "y", 2).inputValue()), two.y));
+    assert.ok(
+      near(Number(await cell(page, "x", 1).inputValue()), one.x) &&
+        near(Number(await cell(page, "y", 2).inputValue()), two.y),
+    );
     await page.getByRole("combobox", { name: "Motion to point 2" }).selectOption("line");
     await page.getByRole("combobox", { name: "Tool at point 2" }).selectOption("suction");
     await page.getByLabel("Wait at point 2, seconds").fill("0,5");
@@ -64,14 +68,20 @@ export function teaching(test, { browser, station, closed, shots }) {
     assert.equal((await kept(page))[0].name, "P1");
     await page.getByTestId("teach-pick-1").check();
     await page.getByTestId("teach-delete").click();
-    assert.deepEqual((await kept(page)).map(({ name }) => name), ["P2"]);
+    assert.deepEqual(
+      (await kept(page)).map(({ name }) => name),
+      ["P2"],
+    );
     // What is undone: delete, drag, key, wait, tool, way, two points.
     for (let undone = 0; undone < 8; undone++) await page.getByTestId("teach-undo").click();
     assert.equal(await rows(page), 0);
     assert.ok(await page.getByTestId("teach-undo").isDisabled());
     await page.getByTestId("teach-title").blur();
     for (let redone = 0; redone < 8; redone++) await page.getByTestId("teach-redo").click();
-    assert.deepEqual((await kept(page)).map(({ name }) => name), ["P2"]);
+    assert.deepEqual(
+      (await kept(page)).map(({ name }) => name),
+      ["P2"],
+    );
     await closed(page);
   });
 
@@ -96,11 +106,19 @@ export function teaching(test, { browser, station, closed, shots }) {
     assert.ok(near(end.y, three.y) && near(end.z, three.z), JSON.stringify([three, end]));
     await page.getByTestId("teach-row-1").click();
     await page.getByTestId("teach-step").click();
-    await station.until("is at the first point", (state) => !state.moving && near(state.y, one.y) && near(state.z, one.z), 20_000);
+    await station.until(
+      "is at the first point",
+      (state) => !state.moving && near(state.y, one.y) && near(state.z, one.z),
+      20_000,
+    );
     await is(page, "job", "done", 30_000);
     await page.getByTestId("teach-row-3").click();
     await page.getByTestId("teach-from").click();
-    await station.until("is at the last point", (state) => !state.moving && near(state.y, three.y) && near(state.z, three.z), 20_000);
+    await station.until(
+      "is at the last point",
+      (state) => !state.moving && near(state.y, three.y) && near(state.z, three.z),
+      20_000,
+    );
     await is(page, "job", "done", 30_000);
     assert.equal((await station.call("job.list")).jobs.at(-1).first_step, 4);
     await closed(page);
@@ -112,7 +130,8 @@ export function teaching(test, { browser, station, closed, shots }) {
       window.Worker = class extends Worker {
         constructor(...given) {
           super(...given);
-          window.hand = (method, params) => this.postMessage({ kind: "send", message: { jsonrpc: "2.0", id: 1e9, method, params } });
+          window.hand = (method, params) =>
+            this.postMessage({ kind: "send", message: { jsonrpc: "2.0", id: 1e9, method, params } });
         }
       };
     };
@@ -120,7 +139,11 @@ export function teaching(test, { browser, station, closed, shots }) {
     const enabled = async () => (await station.call("arm.get", { command: "HHTTrigOutputEnabled" })).is_enabled;
     const guides = (is) => page.locator(`[data-testid=teach-guide][aria-checked=${is}]`).waitFor();
     const led = async (joints) => {
-      for (const [method, params] of [["world.unlock", { held: true }], ["world.guide", { joints }], ["world.unlock", { held: false }]]) {
+      for (const [method, params] of [
+        ["world.unlock", { held: true }],
+        ["world.guide", { joints }],
+        ["world.unlock", { held: false }],
+      ]) {
         await page.evaluate(([method, params]) => window.hand(method, params), [method, params]);
       }
       await station.until("was led", (state) => near(state.j2, joints[1]));
@@ -178,7 +201,10 @@ export function teaching(test, { browser, station, closed, shots }) {
     const [name, path] = await saved();
     assert.equal(name, "lesson.plan.json");
     const plan = JSON.parse(readFileSync(path, "utf8"));
-    assert.deepEqual(plan.steps.map((step) => Object.keys(step)[0]), ["move", "move", "suction", "command"]);
+    assert.deepEqual(
+      plan.steps.map((step) => Object.keys(step)[0]),
+      ["move", "move", "suction", "command"],
+    );
     assert.equal((await station.call("job.check", { program: name })).ok, true);
     await page.getByTestId("teach-save-format").selectOption("playback");
     await page.getByTestId("teach-save").click();
@@ -187,7 +213,11 @@ export function teaching(test, { browser, station, closed, shots }) {
     await page.getByTestId("teach-delete").click();
     const [playback, playbackPath] = await saved();
     assert.equal(playback, "lesson.playback");
-    await page.getByTestId("teach-open").setInputFiles({ name: "again.playback", mimeType: "application/octet-stream", buffer: readFileSync(playbackPath) });
+    await page.getByTestId("teach-open").setInputFiles({
+      name: "again.playback",
+      mimeType: "application/octet-stream",
+      buffer: readFileSync(playbackPath),
+    });
     await page.waitForFunction(() => document.querySelector("[data-testid=teach-title]").value !== "lesson");
     const again = await kept(page);
     assert.ok(again.length >= 2 && near(again[0].motion.move[1], taught[0].motion.move[1], 0.1), JSON.stringify(again));

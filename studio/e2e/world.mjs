@@ -34,12 +34,16 @@ export function worlds(test, { browser, station, shots, closed }) {
     await page.getByTestId("world-object-blue cube").waitFor();
     await page.locator("[data-testid=view][data-camera]").waitFor();
     // The picture has its size, and stands.
-    await page.waitForFunction(() => {
-      const { camera } = document.querySelector("[data-testid=view]").dataset;
-      const same = window.before === camera;
-      window.before = camera;
-      return same;
-    }, undefined, { polling: 400 });
+    await page.waitForFunction(
+      () => {
+        const { camera } = document.querySelector("[data-testid=view]").dataset;
+        const same = window.before === camera;
+        window.before = camera;
+        return same;
+      },
+      undefined,
+      { polling: 400 },
+    );
     const { camera, box } = await page.getByTestId("view").evaluate((view) => ({
       camera: view.dataset.camera.split(",").map(Number),
       box: view.getBoundingClientRect().toJSON(),
@@ -54,7 +58,10 @@ export function worlds(test, { browser, station, shots, closed }) {
     await page.mouse.down();
     await page.mouse.move(...at([200, -80, -35]), { steps: 4 });
     await page.mouse.up();
-    await look("dragged", (seen) => near(cube(seen).at[0], 200, 3) && near(cube(seen).at[1], -80, 3) && cube(seen).at[2] === -60);
+    await look(
+      "dragged",
+      (seen) => near(cube(seen).at[0], 200, 3) && near(cube(seen).at[1], -80, 3) && cube(seen).at[2] === -60,
+    );
     const field = page.getByRole("spinbutton", { name: "y of blue cube, mm" });
     await field.fill("-120");
     await field.press("Enter");
@@ -75,7 +82,12 @@ export function worlds(test, { browser, station, shots, closed }) {
     await page.getByTestId("clear-alarms").or(page.getByTestId("stop")).first().waitFor();
     await page.getByTestId("lease-release").click();
     await is(page, "lease", "free");
-    for (const to of [[220, -40, -20, 0], [220, -40, -60, 0], [260, 40, -60, 0], [260, 40, -20, 0]]) {
+    for (const to of [
+      [220, -40, -20, 0],
+      [220, -40, -60, 0],
+      [260, 40, -60, 0],
+      [260, 40, -20, 0],
+    ]) {
       await station.call("arm.move", { to, by: "linear" });
     }
     const { strokes } = await look("a line", (seen) => seen.strokes.length > 0);
@@ -103,7 +115,8 @@ export function worlds(test, { browser, station, shots, closed }) {
     await page.getByTestId("alarm-64").waitFor();
     const { alarms } = await station.call("arm.alarms");
     const said = await page.getByTestId("alarm-64").textContent();
-    for (const part of ["name", "cause", "cure"]) assert.ok(said.includes(alarms.find(({ code }) => code === 64)[part]), `${part}: ${said}`);
+    for (const part of ["name", "cause", "cure"])
+      assert.ok(said.includes(alarms.find(({ code }) => code === 64)[part]), `${part}: ${said}`);
     assert.ok(await page.getByTestId("alarm-clear").isEnabled());
     await page.goto(`${station.url}#/move`);
     await page.getByTestId("clear-alarms").click();
@@ -129,11 +142,18 @@ export function worlds(test, { browser, station, shots, closed }) {
       const page = await browser.connected(`${station.url}#/${route}`, { init });
       const rect = page.locator(".plan rect[fill='var(--stop)']");
       await rect.waitFor({ state: "attached" });
-      const said = await rect.evaluate((rect) => [rect.getAttribute("transform"), rect.getAttribute("width"), rect.getAttribute("height")]);
+      const said = await rect.evaluate((rect) => [
+        rect.getAttribute("transform"),
+        rect.getAttribute("width"),
+        rect.getAttribute("height"),
+      ]);
       assert.deepEqual(said, ["translate(185 120) rotate(0)", "70", "80"]);
       // X is up, Y to the left.
       const [box, base] = [await rect.boundingBox(), await page.locator(".plan .base").boundingBox()];
-      assert.ok(box.x + box.width < base.x + base.width / 2 && box.y + box.height < base.y, JSON.stringify([box, base]));
+      assert.ok(
+        box.x + box.width < base.x + base.width / 2 && box.y + box.height < base.y,
+        JSON.stringify([box, base]),
+      );
       assert.ok(near(box.width / box.height, 80 / 70, 0.02), JSON.stringify(box));
       await page.context().close();
     }
@@ -167,7 +187,11 @@ export function worlds(test, { browser, station, shots, closed }) {
   test("plots: two minutes back, held, and taken along as record writes them", async () => {
     const page = await browser.connected(`${station.url}#/move`);
     // The ring is filled whatever page is open.
-    for (const to of [[220, 60, 40, 20], [250, -40, 0, 0]]) await station.call("arm.move", { to });
+    for (const to of [
+      [220, 60, 40, 20],
+      [250, -40, 0, 0],
+    ])
+      await station.call("arm.move", { to });
     await page.goto(`${station.url}#/plots`);
     await page.locator("[data-testid=plot][data-rows] canvas").waitFor();
     const plot = page.getByRole("img", { name: "Readings over time" });
@@ -184,9 +208,14 @@ export function worlds(test, { browser, station, shots, closed }) {
     await page.screenshot({ path: join(shots, "plots.png") });
     const before = await rows();
     await page.getByTestId("plot-scrub").fill("-1");
-    await page.waitForFunction((before) => Number(document.querySelector("[data-testid=plot]").dataset.rows) < before, before);
+    await page.waitForFunction(
+      (before) => Number(document.querySelector("[data-testid=plot]").dataset.rows) < before,
+      before,
+    );
     const [download] = await Promise.all([page.waitForEvent("download"), page.getByTestId("plot-export").click()]);
-    const [head, ...lines] = readFileSync(await download.path(), "utf8").trim().split("\n");
+    const [head, ...lines] = readFileSync(await download.path(), "utf8")
+      .trim()
+      .split("\n");
     assert.equal(head, "time,t,x,y,z,r,j1,j2,j3,j4,index,left_space,alarms");
     const [time] = lines[0].split(",");
     assert.ok(Math.abs(Date.parse(time) - Date.now()) < 600_000, time);

@@ -42,7 +42,7 @@ export interface Problem {
 
 export function problemOf(error: unknown): Problem {
   if (!(error instanceof RpcError)) return { text: String((error as Error).message), remedies: [] };
-  const remedies = error.data["remedies"];
+  const remedies = error.data.remedies;
   return { text: inWords(error), remedies: Array.isArray(remedies) ? (remedies as Remedy[]) : [] };
 }
 
@@ -73,7 +73,13 @@ export async function tried(work: () => Promise<unknown>): Promise<void> {
 /** Asks for a name before control is taken, once a tab, where others see who has it: in a class, and at another computer's arm. */
 async function named(): Promise<void> {
   const isOwn = ["localhost", "127.0.0.1", "[::1]"].includes(location.hostname);
-  if (store.backend.value !== "station" || store.pupil.value !== null || ownName.value !== "" || remembered("sessionStorage", "unnamed") !== null) return;
+  if (
+    store.backend.value !== "station" ||
+    store.pupil.value !== null ||
+    ownName.value !== "" ||
+    remembered("sessionStorage", "unnamed") !== null
+  )
+    return;
   if (isOwn && !queues.value) return;
   const name = await new Promise<string | null>((done) => (store.naming.value = done));
   if (name === null) return remember("sessionStorage", "unnamed", "yes");
@@ -138,7 +144,7 @@ export const speed = (percent: number) => tried(() => call("arm.speed", { ...sho
 /** What a person has to agree to before it is done, if the station has refused it for that. */
 export function dangerOf(error: unknown): string | null {
   if (!(error instanceof RpcError) || error.code !== DANGEROUS) return null;
-  return t(error.data["danger"] === "laser" ? "danger.laser" : "danger.arm");
+  return t(error.data.danger === "laser" ? "danger.laser" : "danger.arm");
 }
 
 /** Once more with `yes` where the station says that it is dangerous and the person agrees. */

@@ -46,19 +46,22 @@ effect(() => {
   turns.value = null;
   if (store.socket.value !== "up" || store.session.value === null) return;
   // A class that begins or ends at a station changes the role at a hub.
-  if (store.hub.value && store.role.value) call("class.get", {}).then((told) => (isOn.value = told.class !== null), noClass);
+  if (store.hub.value && store.role.value)
+    call("class.get", {}).then((told) => (isOn.value = told.class !== null), noClass);
   else call("turn.list", {}).then(hear, noClass);
 });
 notified.add((method, params) => {
   if (method === "turn.changed") hear(params);
-  if (method === "turn.ending" && isOwn(params.person)) store.say(t("class.ending", { arm: params.arm, left: duration(params.left_s) }));
+  if (method === "turn.ending" && isOwn(params.person))
+    store.say(t("class.ending", { arm: params.arm, left: duration(params.left_s) }));
   if (method !== "turn.granted") return;
   show(params.arm);
   store.say(t("class.granted", { arm: params.arm }));
 });
 
 effect(() => {
-  if (store.backend.value !== "station") store.audience.value = store.backend.value === "none" ? store.audience.peek() : "all";
+  if (store.backend.value !== "station")
+    store.audience.value = store.backend.value === "none" ? store.audience.peek() : "all";
   else if (store.refused.value === "token" && store.pupil.value === null) store.audience.value = "door";
   else if (store.pupil.value !== null) store.audience.value = "pupil";
   // While a lost station is looked for, the page stays made up as it is.
@@ -66,7 +69,8 @@ effect(() => {
 });
 
 /** What is left of a turn, s; null where turns have no end. */
-export const leftOf = (turn: ArmTurn): number | null => (turn.left_s === null ? null : turn.left_s - (turn.state === "running" && !turn.frozen ? age.value : 0));
+export const leftOf = (turn: ArmTurn): number | null =>
+  turn.left_s === null ? null : turn.left_s - (turn.state === "running" && !turn.frozen ? age.value : 0);
 const turnsByArm = computed(() => new Map(turns.value?.arms.map((turn) => [turn.arm, turn])));
 export const turnAt = (arm: string): ArmTurn | null => turnsByArm.value.get(arm) ?? null;
 
@@ -75,7 +79,13 @@ export const queues = computed(() => turns.value !== null || (store.hub.value &&
 /** The arms that are frozen: the same list until one changes, so that no other tile is drawn again. */
 export const frozen = computed((): readonly string[] => JSON.parse(frozenNames.value));
 type Freezable = { name?: string; arm?: string; frozen?: boolean };
-const frozenNames = computed(() => JSON.stringify((store.hub.value ? store.arms.value : (turns.value?.arms ?? [])).filter((one) => one.frozen).map((one: Freezable) => one.name ?? one.arm)));
+const frozenNames = computed(() =>
+  JSON.stringify(
+    (store.hub.value ? store.arms.value : (turns.value?.arms ?? []))
+      .filter((one) => one.frozen)
+      .map((one: Freezable) => one.name ?? one.arm),
+  ),
+);
 
 /** A turn in words: whose, and how long it is still; that its arm is frozen goes before. */
 export const wordsOf = (arm: string): string | null => (turnAt(arm)?.frozen ? t("class.frozen") : turnOf(arm));
@@ -91,15 +101,22 @@ export function turnOf(arm: string): string | null {
 export function clockOf(unix: number): string {
   const at = new Date(unix * 1000);
   const isToday = at.toDateString() === new Date().toDateString();
-  return at.toLocaleString(t("language.tag"), { hour: "2-digit", minute: "2-digit", ...(isToday ? {} : { weekday: "short", day: "numeric", month: "short" }) });
+  return at.toLocaleString(t("language.tag"), {
+    hour: "2-digit",
+    minute: "2-digit",
+    ...(isToday ? {} : { weekday: "short", day: "numeric", month: "short" }),
+  });
 }
 
 /** Under which name the asker takes turns: a pupil's, or that of a student's token. */
 const me = computed(() => store.pupil.value ?? (store.role.value === "student" ? store.ownerName.value : null));
 /** The arms that a pupil may ever have: all but those that are the teacher's alone. */
-export const myArms = computed(() => (turns.value?.arms ?? []).filter(({ slot }) => slot == null || slot.until !== null).map(({ arm }) => arm));
+export const myArms = computed(() =>
+  (turns.value?.arms ?? []).filter(({ slot }) => slot == null || slot.until !== null).map(({ arm }) => arm),
+);
 /** Whether a name is that of the pupil at this page, who may have typed it in other letters: the station takes them for the same. */
-export const isOwn = (person: string | null): boolean => person !== null && person.toLowerCase() === me.value?.toLowerCase();
+export const isOwn = (person: string | null): boolean =>
+  person !== null && person.toLowerCase() === me.value?.toLowerCase();
 const isMe = ({ person }: { person: string | null }) => isOwn(person);
 /** The turn or the place of the pupil who is signed in. */
 export const myTurn = computed(() => turns.value?.arms.find(isMe) ?? null);
@@ -110,4 +127,8 @@ export const mine = computed(() => {
 });
 
 /** Whether the stop of this page is for all arms: where all are shown, and for a pupil who has none. */
-export const stopsAll = computed(() => (store.audience.value === "pupil" ? myTurn.value === null : store.arms.value.length > 1 && (store.route.value === "class" || store.route.value === "arms")));
+export const stopsAll = computed(() =>
+  store.audience.value === "pupil"
+    ? myTurn.value === null
+    : store.arms.value.length > 1 && (store.route.value === "class" || store.route.value === "arms"),
+);

@@ -21,9 +21,12 @@ effect(() => {
   const name = language.value;
   const load = name === "en" ? undefined : FILES[fileOf(name)];
   if (load === undefined) return void (texts.value = en);
-  load().then((loaded) => {
-    if (language.peek() === name) texts.value = loaded;
-  }, () => {});
+  load().then(
+    (loaded) => {
+      if (language.peek() === name) texts.value = loaded;
+    },
+    () => {},
+  );
 });
 
 /** A sentence, with what stands in braces replaced. */
@@ -31,7 +34,8 @@ export function t(key: Key, values: Record<string, string | number> = {}): strin
   return filled(texts.value[key] ?? en[key] ?? key, values);
 }
 
-export const filled = (text: string, values: Record<string, string | number>): string => text.replace(/\{(\w+)\}/g, (all, name: string) => String(values[name] ?? all));
+export const filled = (text: string, values: Record<string, string | number>): string =>
+  text.replace(/\{(\w+)\}/g, (all, name: string) => String(values[name] ?? all));
 
 /** What the language has under this key, else what the station says: English it says by itself. */
 export const told = (key: string, or: string): string => (texts.value as Record<string, string>)[key] ?? or;

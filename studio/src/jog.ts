@@ -104,7 +104,13 @@ async function step(axis: Axis, sign: 1 | -1): Promise<void> {
   try {
     const ofTool = frame.value === "tool" && ["x", "y", "z", "r"].includes(axis);
     const by = sign * stepSize.value;
-    await call("jog.step", { ...shown(), axis, by, percent: speed.value, ...(ofTool ? { frame: "tool" as const } : {}) });
+    await call("jog.step", {
+      ...shown(),
+      axis,
+      by,
+      percent: speed.value,
+      ...(ofTool ? { frame: "tool" as const } : {}),
+    });
     ended.value = null;
   } catch (error) {
     complain(error);

@@ -20,7 +20,7 @@ export class JogKeeper {
   start(message: Wire, every: number, most: number): void {
     this.release();
     this.id = message.id ?? null;
-    const arm = message.params?.["arm"];
+    const arm = message.params?.arm;
     this.arm = arm === undefined ? {} : { arm };
     this.jog = null;
     this.released = false;
@@ -62,7 +62,7 @@ export class JogKeeper {
         // The arm may have taken its time to begin.
         this.turn();
       }
-    } else if (message.method === "jog.ended" && message.params?.["jog"] === this.jog) {
+    } else if (message.method === "jog.ended" && message.params?.jog === this.jog) {
       clearInterval(this.timer);
       this.jog = null;
       this.released = true;

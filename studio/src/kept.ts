@@ -39,8 +39,11 @@ export class Kept {
   asked(session: number, { id, method, params }: Wire): void {
     const { name = "", to = "" } = (params ?? {}) as Record<string, string>;
     const changes: Record<string, Change> = {
-      "program.put": { fetch: name }, "program.convert": { fetch: to }, "program.delete": { remove: name },
-      "preset.save": { fetch: presetFile(name) }, "preset.remove": { remove: presetFile(name) },
+      "program.put": { fetch: name },
+      "program.convert": { fetch: to },
+      "program.delete": { remove: name },
+      "preset.save": { fetch: presetFile(name) },
+      "preset.remove": { remove: presetFile(name) },
     };
     const change = changes[method ?? ""];
     if (this.folder !== null && id != null && change !== undefined) this.asks.set(`${session} ${id}`, change);

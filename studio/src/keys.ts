@@ -5,9 +5,18 @@ import * as store from "./store";
 
 type Move = [jog.Axis, 1 | -1];
 const CARTESIAN: Record<string, Move> = {
-  ArrowUp: ["x", 1], ArrowDown: ["x", -1], ArrowLeft: ["y", 1], ArrowRight: ["y", -1],
-  w: ["z", 1], PageUp: ["z", 1], s: ["z", -1], PageDown: ["z", -1], a: ["r", 1], d: ["r", -1],
-  "]": ["l", 1], "[": ["l", -1],
+  ArrowUp: ["x", 1],
+  ArrowDown: ["x", -1],
+  ArrowLeft: ["y", 1],
+  ArrowRight: ["y", -1],
+  w: ["z", 1],
+  PageUp: ["z", 1],
+  s: ["z", -1],
+  PageDown: ["z", -1],
+  a: ["r", 1],
+  d: ["r", -1],
+  "]": ["l", 1],
+  "[": ["l", -1],
 };
 /** What the same keys move where joints are jogged. */
 const JOINT: Partial<Record<jog.Axis, jog.Axis>> = { x: "j2", y: "j1", z: "j3", r: "j4" };
@@ -16,7 +25,10 @@ const gripper = { off: "closed", closed: "open", open: "off" } as const;
 const OTHERS: Record<string, () => void> = {
   m: () => (jog.mode.value = jog.mode.value === "hold" ? "step" : "hold"),
   f: jog.nextFrame,
-  "+": () => jog.longer(1), "-": () => jog.longer(-1), ".": () => jog.faster(1), ",": () => jog.faster(-1),
+  "+": () => jog.longer(1),
+  "-": () => jog.longer(-1),
+  ".": () => jog.faster(1),
+  ",": () => jog.faster(-1),
   p: () => moves() && void tool({ suction: store.state.value?.tool.suction !== true }),
   g: () => {
     const now = store.state.value?.tool.gripper as keyof typeof gripper | null;
@@ -30,13 +42,18 @@ const OTHERS: Record<string, () => void> = {
 
 const moves = () => store.why.value === null;
 const isText = (target: Element | null) =>
-  target instanceof HTMLTextAreaElement || (target instanceof HTMLInputElement && !["radio", "checkbox", "range", "button"].includes(target.type));
+  target instanceof HTMLTextAreaElement ||
+  (target instanceof HTMLInputElement && !["radio", "checkbox", "range", "button"].includes(target.type));
 const inPad = (target: Element | null) => target?.closest("[data-testid=jog-pad]") ?? null;
 
 /** Whether something is under way that Space stops. */
 function isMoving(): boolean {
   const state = store.state.value;
-  return jog.phase.value !== "idle" || store.isBusy.value || (store.isUp.value && (state?.moving === true || state?.jog != null));
+  return (
+    jog.phase.value !== "idle" ||
+    store.isBusy.value ||
+    (store.isUp.value && (state?.moving === true || state?.jog != null))
+  );
 }
 
 /** The keys that are down and hold a jog, by their code: the key's name changes with Shift. */
@@ -52,7 +69,11 @@ function keydown(event: KeyboardEvent): void {
     return;
   }
   if (event.key === " " && !isText(target)) {
-    const free = target === null || target === document.body || target.closest("[data-testid=view]") !== null || inPad(target) !== null;
+    const free =
+      target === null ||
+      target === document.body ||
+      target.closest("[data-testid=view]") !== null ||
+      inPad(target) !== null;
     if (free || isMoving()) {
       event.preventDefault();
       if (!event.repeat) void stop();
@@ -76,20 +97,24 @@ function keydown(event: KeyboardEvent): void {
   } else if (OTHERS[key] !== undefined) {
     event.preventDefault();
     if (!event.repeat) OTHERS[key]();
-  } else if (event.key === "Enter" && target instanceof HTMLButtonElement && target.dataset["axis"] !== undefined) {
+  } else if (event.key === "Enter" && target instanceof HTMLButtonElement && target.dataset.axis !== undefined) {
     event.preventDefault();
     if (event.repeat) return;
     down.add(event.code);
-    jog.press(target.dataset["axis"] as jog.Axis, target.dataset["sign"] === "+" ? 1 : -1, event.code);
+    jog.press(target.dataset.axis as jog.Axis, target.dataset.sign === "+" ? 1 : -1, event.code);
   }
 }
 
 export function listen(): void {
   document.addEventListener("keydown", keydown, { capture: true });
-  document.addEventListener("keyup", (event) => {
-    // Space operates a button as it goes up: one that has stopped the arm operates nothing.
-    const target = event.target instanceof Element ? event.target : null;
-    if (event.key === " " && inPad(target) !== null) event.preventDefault();
-    if (down.delete(event.code)) jog.lift(event.code);
-  }, { capture: true });
+  document.addEventListener(
+    "keyup",
+    (event) => {
+      // Space operates a button as it goes up: one that has stopped the arm operates nothing.
+      const target = event.target instanceof Element ? event.target : null;
+      if (event.key === " " && inPad(target) !== null) event.preventDefault();
+      if (down.delete(event.code)) jog.lift(event.code);
+    },
+    { capture: true },
+  );
 }

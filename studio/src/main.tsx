@@ -36,7 +36,9 @@ function carryState(): void {
   say("stale", () => store.stale.value || store.state.value === null);
   say("lease", () => store.lease.value);
   say("moving", () => store.isUp.value && store.state.value?.moving === true);
-  say("jog", () => (phase.value === "idle" && store.isUp.value && store.state.value?.jog != null ? "running" : phase.value));
+  say("jog", () =>
+    phase.value === "idle" && store.isUp.value && store.state.value?.jog != null ? "running" : phase.value,
+  );
   say("job", () => store.jobState.value);
   say("alarm", () => store.alarms.value.length > 0);
   say("alarmHolds", () => store.holds.value);
@@ -44,7 +46,7 @@ function carryState(): void {
     const route = store.route.value;
     // A panel that comes later is painted later.
     void load(route).then(() => {
-      requestAnimationFrame(() => requestAnimationFrame(() => store.route.peek() === route && (data["route"] = route)));
+      requestAnimationFrame(() => requestAnimationFrame(() => store.route.peek() === route && (data.route = route)));
     });
   });
 }
@@ -83,5 +85,5 @@ if (root !== null) {
   root.textContent = "";
   render(<App />, root);
 }
-requestAnimationFrame(() => requestAnimationFrame(() => (document.body.dataset["ready"] = "true")));
+requestAnimationFrame(() => requestAnimationFrame(() => (document.body.dataset.ready = "true")));
 void connectToOwn();

@@ -20,7 +20,8 @@ let subscription: number | null = null;
 let asked = "";
 
 /** What is done at a pin of this function, as the arm calls it. */
-export const watchOf = (function_: number) => io.value?.functions.find(({ value }) => value === function_)?.watch as Pin["kind"] | null | undefined ?? null;
+export const watchOf = (function_: number) =>
+  (io.value?.functions.find(({ value }) => value === function_)?.watch as Pin["kind"] | null | undefined) ?? null;
 
 export function watchPins(): () => void {
   watchers++;
@@ -73,7 +74,7 @@ export async function refresh(): Promise<void> {
 }
 
 notified.add((method, params) => {
-  if (method !== "arm.state" || params["subscription"] !== subscription) return;
+  if (method !== "arm.state" || params.subscription !== subscription) return;
   const { pins } = params.state;
   if (pins) levels.value = new Map(pins.map(({ address, value }) => [address, value]));
 });

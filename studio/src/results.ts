@@ -61,7 +61,11 @@ const escaped = (text: string) => text.replace(/[&<>"]/g, (sign) => `&#${sign.ch
 
 /** All of them as one page, for the browser to show and print. */
 export function page(title: string, pictures: readonly Picture[]): string {
-  const figures = pictures.map(({ name, at, svg }) => `<figure>${svg}<figcaption>${escaped(name)}<br>${escaped(at.toLocaleString())}</figcaption></figure>`);
-  const style = "body{font:14px sans-serif;display:flex;flex-wrap:wrap;gap:16px}figure{margin:0;break-inside:avoid;width:280px}svg{width:100%;height:220px;border:1px solid #ccc}";
+  const figures = pictures.map(
+    ({ name, at, svg }) =>
+      `<figure>${svg}<figcaption>${escaped(name)}<br>${escaped(at.toLocaleString())}</figcaption></figure>`,
+  );
+  const style =
+    "body{font:14px sans-serif;display:flex;flex-wrap:wrap;gap:16px}figure{margin:0;break-inside:avoid;width:280px}svg{width:100%;height:220px;border:1px solid #ccc}";
   return `<!doctype html><meta charset="utf-8"><title>${escaped(title)}</title><style>${style}</style><h1 style="width:100%">${escaped(title)}</h1>${figures.join("")}`;
 }

@@ -10,7 +10,21 @@ export const POSE = ["x", "y", "z", "r", "j1", "j2", "j3", "j4"] as const;
 const PINS = 20;
 /** t, the pose, the tip's speed, index, left space, rail, pins by address. */
 const COLUMNS = 1 + POSE.length + 3 + PINS;
-export const at = { t: 0, x: 1, y: 2, z: 3, r: 4, j1: 5, j2: 6, j3: 7, j4: 8, speed: 9, index: 10, left: 11, pin: 11 } as const;
+export const at = {
+  t: 0,
+  x: 1,
+  y: 2,
+  z: 3,
+  r: 4,
+  j1: 5,
+  j2: 6,
+  j3: 7,
+  j4: 8,
+  speed: 9,
+  index: 10,
+  left: 11,
+  pin: 11,
+} as const;
 /** A reading that comes later than this behind the one before (s) is not joined to it. */
 const GAP = 1.5;
 
@@ -67,7 +81,13 @@ function write(t: number): void {
   if (since <= 0) return;
   const row = (written % MOST) * COLUMNS;
   const moved = Math.hypot(state.x - before(at.x), state.y - before(at.y), state.z - before(at.z));
-  const values = [t, ...POSE.map((name) => state[name]), since > GAP ? Number.NaN : moved / since, state.current_index, state.left_space];
+  const values = [
+    t,
+    ...POSE.map((name) => state[name]),
+    since > GAP ? Number.NaN : moved / since,
+    state.current_index,
+    state.left_space,
+  ];
   table.set(values, row);
   for (let pin = 1; pin <= PINS; pin++) table[row + at.pin + pin] = levels.peek().get(pin) ?? Number.NaN;
   codes[written % MOST] = state.alarms ?? [];
@@ -82,6 +102,6 @@ effect(() => {
   armOf = arm;
 });
 notified.add((method, params) => {
-  if (method !== "arm.state" || params["subscription"] !== store.subscription.peek()) return;
+  if (method !== "arm.state" || params.subscription !== store.subscription.peek()) return;
   write(params.state.t);
 });

@@ -207,7 +207,11 @@ async function hello(made: Client): Promise<void> {
     });
     const isSim = store.backend.value === "sim";
     const isSerial = store.backend.value === "serial";
-    log(t(wasLost ? "log.found" : "log.connected", { url: isSim ? t("connect.sim") : isSerial ? t("connect.serial") : (address?.url ?? "") }));
+    log(
+      t(wasLost ? "log.found" : "log.connected", {
+        url: isSim ? t("connect.sim") : isSerial ? t("connect.serial") : (address?.url ?? ""),
+      }),
+    );
     await watch();
     // There is no one else to give it.
     if (isSim && store.lease.value === "free") await takeControl();
@@ -216,7 +220,7 @@ async function hello(made: Client): Promise<void> {
     if (!(error instanceof RpcError) || error.code === LINE_ENDED) return;
     log(error.message);
     const of = pupil ? "pupil" : isPin(token) ? "pin" : null;
-    if (of !== null) store.signInFault.value = { of, wait: error.data["wait_s"], machines: error.data["machines"] };
+    if (of !== null) store.signInFault.value = { of, wait: error.data.wait_s, machines: error.data.machines };
   }
 }
 
@@ -239,7 +243,10 @@ async function watch(): Promise<void> {
 async function look(arm: string): Promise<void> {
   if (client === null) return;
   try {
-    const [model, { fence }] = await Promise.all([client.call("arm.model", { arm }), client.call("arm.fence", { arm })]);
+    const [model, { fence }] = await Promise.all([
+      client.call("arm.model", { arm }),
+      client.call("arm.fence", { arm }),
+    ]);
     if (store.armName.value !== arm) return;
     store.model.value = model;
     store.fence.value = fence as store.Fence;
@@ -281,7 +288,8 @@ function lost(code: number): void {
   const refused = final[code as keyof typeof final] ?? null;
   const wasIn = store.socket.value === "up" || store.socket.value === "lost";
   // A name, code or PIN that is wrong is not tried again, and takes nothing away: who looked on before looks on.
-  if (refused === "token" && !wasIn && address.token && store.signInFault.value !== null) return connect(address.url, "");
+  if (refused === "token" && !wasIn && address.token && store.signInFault.value !== null)
+    return connect(address.url, "");
   batch(() => {
     store.asking.value = false;
     store.asked.value = null;
@@ -334,28 +342,30 @@ function lostPort(code: number): void {
 }
 
 function hear(method: string, params: Record<string, unknown>): void {
-  const ofShown = params["arm"] === store.armName.value;
+  const ofShown = params.arm === store.armName.value;
   if (method === "arm.state") {
-    if (params["subscription"] === store.subscription.value) take(params["state"] as Partial<State>);
+    if (params.subscription === store.subscription.value) take(params.state as Partial<State>);
   } else if (method === "lease.changed") {
-    const holder = params["holder"] as Holder | null;
-    store.arms.value = store.arms.value.map((arm) => (arm.name === params["arm"] ? { ...arm, holder } : arm));
+    const holder = params.holder as Holder | null;
+    store.arms.value = store.arms.value.map((arm) => (arm.name === params.arm ? { ...arm, holder } : arm));
     if (ofShown && holder?.session !== store.session.value) {
       leaseId = null;
       store.asked.value = null;
     }
     const name = holder === null ? t("lease.nobody") : holder.name;
-    log(t("log.holder", { arm: String(params["arm"]), name }));
+    log(t("log.holder", { arm: String(params.arm), name }));
   } else if (method === "lease.asked") {
     if (ofShown) store.asked.value = params as unknown as Holder & { message?: string };
   } else if (method === "job.changed") {
-    const job = params["job"] as Job;
+    const job = params.job as Job;
     if (job.arm === store.armName.value) store.jobState.value = job.state;
   } else if (method === "arm.event") {
     told(params);
   } else if (method === "session.changed") {
     // A class that begins or ends changes what this page may do.
-    const own = (params["sessions"] as { session: string; role: string }[]).find((one) => one.session === store.session.value);
+    const own = (params.sessions as { session: string; role: string }[]).find(
+      (one) => one.session === store.session.value,
+    );
     if (own !== undefined) store.role.value = own.role as typeof store.role.value;
   } else if (method === "server.ending") {
     store.say(t("link.ending"), true);
@@ -364,11 +374,12 @@ function hear(method: string, params: Record<string, unknown>): void {
 }
 
 function told(event: Record<string, unknown>): void {
-  const kind = String(event["event"]);
+  const kind = String(event.event);
   if (kind === "lease" || kind === "job" || kind === "command-finished") return;
-  const code = event["code"];
-  const known = code === store.SWITCHED_ON ? t("alarms.on") : store.alarms.value.find((alarm) => alarm.code === code)?.name;
-  const more = [code === undefined ? null : (known ?? `0x${Number(code).toString(16)}`), event["axis"], event["why"]];
+  const code = event.code;
+  const known =
+    code === store.SWITCHED_ON ? t("alarms.on") : store.alarms.value.find((alarm) => alarm.code === code)?.name;
+  const more = [code === undefined ? null : (known ?? `0x${Number(code).toString(16)}`), event.axis, event.why];
   log([kind, ...more.filter((part) => typeof part === "string")].join(" "));
 }
 
@@ -396,7 +407,8 @@ function take(change: Partial<State>): void {
     }
   });
   if (change.alarms !== undefined) void nameAlarms(after.arm, after.alarms ?? []);
-  if (change.tool !== undefined && before !== null && String(change.tool.bias) !== String(before.tool.bias)) lookAgain();
+  if (change.tool !== undefined && before !== null && String(change.tool.bias) !== String(before.tool.bias))
+    lookAgain();
 }
 
 async function nameAlarms(arm: string, codes: number[]): Promise<void> {
@@ -420,13 +432,15 @@ export function call<M extends Method>(method: M, params: Params<M>): Promise<Re
 
 /** Whether the bytes between driver and arm can be had: the driver is in this page. */
 export const canTrace = (): boolean => store.backend.value === "sim" || store.backend.value === "serial";
-export const trace = (): Promise<Uint8Array<ArrayBuffer>> => client?.trace() ?? Promise.reject(new RpcError(LINE_ENDED, t("why.lost")));
+export const trace = (): Promise<Uint8Array<ArrayBuffer>> =>
+  client?.trace() ?? Promise.reject(new RpcError(LINE_ENDED, t("why.lost")));
 
 /** Where the station takes files by HTTP, and what it wants to know there; null without a server. */
 export function files(): { url: string; headers: Record<string, string> } | null {
   if (address === null || store.backend.value !== "station") return null;
   const { protocol, host } = new URL(address.url);
-  const headers: Record<string, string> = address.token && !address.pupil ? { authorization: `Bearer ${address.token}` } : {};
+  const headers: Record<string, string> =
+    address.token && !address.pupil ? { authorization: `Bearer ${address.token}` } : {};
   return { url: `${protocol === "wss:" ? "https" : "http"}://${host}/api/v1/programs/`, headers };
 }
 
@@ -499,7 +513,12 @@ export const wake = (): void => open();
 
 document.addEventListener("visibilitychange", () => {
   // After a sleep the next try may be seconds away.
-  if (!document.hidden && store.backend.value !== "serial" && (store.socket.value === "lost" || store.refused.value === "unreachable")) open();
+  if (
+    !document.hidden &&
+    store.backend.value !== "serial" &&
+    (store.socket.value === "lost" || store.refused.value === "unreachable")
+  )
+    open();
 });
 /** The worker of a page that goes has so long to say its last, ms: browsers end both together. */
 const LAST = 80;

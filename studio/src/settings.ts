@@ -20,7 +20,8 @@ export function remember(of: "localStorage" | "sessionStorage", name: string, va
 }
 
 /** A set with or without one of its members. */
-export const toggled = <T>(set: ReadonlySet<T>, member: T, is: boolean): ReadonlySet<T> => new Set(is ? [...set, member] : [...set].filter((one) => one !== member));
+export const toggled = <T>(set: ReadonlySet<T>, member: T, is: boolean): ReadonlySet<T> =>
+  new Set(is ? [...set, member] : [...set].filter((one) => one !== member));
 
 function kept<T extends string>(name: string, usual: T, takes: (value: string) => boolean): Signal<T> {
   const value = remembered("localStorage", name) ?? usual;
@@ -33,7 +34,9 @@ export const THEMES = ["system", "light", "dark"] as const;
 export type Theme = (typeof THEMES)[number];
 
 /** A language that the page has no file of is English (`i18n.ts`). */
-export const language = kept("language", navigator.language.slice(0, 2).toLowerCase(), (value) => /^[a-z]{2}$/.test(value));
+export const language = kept("language", navigator.language.slice(0, 2).toLowerCase(), (value) =>
+  /^[a-z]{2}$/.test(value),
+);
 export const theme = kept<Theme>("theme", "system", (value) => (THEMES as readonly string[]).includes(value));
 export const ownName = kept<string>("name", "", (value) => value.length <= 40);
 /** The arm that was shown last. */
@@ -45,6 +48,6 @@ export const hasTried = kept<"no" | "yes">("tried", "no", (value) => value === "
 
 effect(() => {
   const root = document.documentElement;
-  if (theme.value === "system") delete root.dataset["theme"];
-  else root.dataset["theme"] = theme.value;
+  if (theme.value === "system") delete root.dataset.theme;
+  else root.dataset.theme = theme.value;
 });

@@ -91,7 +91,13 @@ export class WorkerStation {
     const { open } = await load(await code.arrayBuffer(), () => performance.now() + clock.ahead);
     const epoch = crypto.randomUUID().slice(0, 8);
     const unix_zero = (Date.now() - performance.now()) / 1000;
-    const made = new WorkerStation(open({ arms: [arm], epoch, unix_zero }), clock, kept, line, new URL("files.wasm", module));
+    const made = new WorkerStation(
+      open({ arms: [arm], epoch, unix_zero }),
+      clock,
+      kept,
+      line,
+      new URL("files.wasm", module),
+    );
     made.hearers.set(OWN, { heard: (message) => made.answers.push(message), closed: () => {} });
     return made;
   }
@@ -175,7 +181,8 @@ export class WorkerStation {
   private turns(): void {
     clearTimeout(this.timer);
     const next = this.turn();
-    if (next >= 0) this.timer = setTimeout(() => this.turns(), Math.max(0, next - performance.now() - this.clock.ahead));
+    if (next >= 0)
+      this.timer = setTimeout(() => this.turns(), Math.max(0, next - performance.now() - this.clock.ahead));
   }
 
   private turn(): number {
@@ -224,7 +231,12 @@ export class WorkerStation {
     this.answers = [];
     this.station.rpc(session, JSON.stringify({ jsonrpc: "2.0", id: HOMED, method: "arm.home" }));
     // Behind what the module is at.
-    queueMicrotask(() => void this.until(() => this.answers.find((message) => message.id === HOMED)).catch(() => {}).finally(() => this.turns()));
+    queueMicrotask(
+      () =>
+        void this.until(() => this.answers.find((message) => message.id === HOMED))
+          .catch(() => {})
+          .finally(() => this.turns()),
+    );
   }
 
   private own(message: Wire): void {
@@ -241,7 +253,10 @@ export class WorkerStation {
   /** The module says whether the arm answers. */
   private async ready(): Promise<void> {
     const first = (await this.until(() => this.answers[0])) as unknown as { error?: { kind: string; message: string } };
-    if (first.error) throw first.error.kind === "timeout" || first.error.kind === "unexpected" ? NO_ANSWER : new Error(first.error.message);
+    if (first.error)
+      throw first.error.kind === "timeout" || first.error.kind === "unexpected"
+        ? NO_ANSWER
+        : new Error(first.error.message);
   }
 
   private async readies(): Promise<void> {

@@ -86,9 +86,15 @@ export function watchSite(inView?: ReadonlySet<string>): () => void {
   again(list, () => LIST);
   // Those that ended while the page was loaded again.
   for (const job of sent.keys()) {
-    call("job.get", { job }).then(heard, (error: unknown) => error instanceof RpcError && error.code !== LINE_ENDED && sent.delete(job));
+    call("job.get", { job }).then(
+      heard,
+      (error: unknown) => error instanceof RpcError && error.code !== LINE_ENDED && sent.delete(job),
+    );
   }
-  again(async () => look(inView), () => SHORTEST);
+  again(
+    async () => look(inView),
+    () => SHORTEST,
+  );
   return () => {
     over = true;
     timers.forEach(clearTimeout);
@@ -123,9 +129,11 @@ export async function list(): Promise<void> {
     return known !== undefined && JSON.stringify(known) === JSON.stringify(arm) ? known : arm;
   });
   if (after.length !== before.size || after.some((arm, nth) => arm !== store.arms.value[nth])) store.arms.value = after;
-  await Promise.all(arms.map(async ({ name, job }) => {
-    if (job !== null && (changed.get(name) ?? jobs.get(name))?.job !== job) keep(await call("job.get", { job }));
-  }));
+  await Promise.all(
+    arms.map(async ({ name, job }) => {
+      if (job !== null && (changed.get(name) ?? jobs.get(name))?.job !== job) keep(await call("job.get", { job }));
+    }),
+  );
 }
 
 /** When each arm was asked for its state, ms; `Infinity` until it has answered. */
@@ -203,7 +211,10 @@ async function picture({ arm, job }: Job, title: string): Promise<void> {
     const made = { name, at: new Date(), svg: drawing, strokes };
     const all = [made, ...pictures.value.filter((one) => one.name !== name)];
     pictures.value = newest(all);
-    void change(made, all.filter((one) => !pictures.value.includes(one)).map((one) => one.name));
+    void change(
+      made,
+      all.filter((one) => !pictures.value.includes(one)).map((one) => one.name),
+    );
   } catch (error) {
     complain(error);
   }
@@ -220,7 +231,8 @@ export async function each(arms: readonly string[], work: (arm: string) => Promi
   return done.filter((one) => one.status === "fulfilled" && one.value !== false).length;
 }
 
-const holds = (arm: string) => store.arms.value.find(({ name }) => name === arm)?.holder?.session === store.session.value;
+const holds = (arm: string) =>
+  store.arms.value.find(({ name }) => name === arm)?.holder?.session === store.session.value;
 /** A teacher takes an arm away, others take one that is free. */
 export const take = (arm: string) => call(store.role.value === "teacher" ? "lease.take" : "lease.acquire", { arm });
 /** The holder of a lease is told its id again. */
@@ -269,7 +281,9 @@ async function begin(arm: string, source: Source): Promise<string | null> {
 
 /** In a class it waits for the pupil's job that has the arm. */
 async function queue(arm: string, source: Source): Promise<string | null> {
-  const { jobs: [sent] } = await call("class.send", { ...source, arms: [arm] });
+  const {
+    jobs: [sent],
+  } = await call("class.send", { ...source, arms: [arm] });
   if (sent?.error) throw new Error(sent.error);
   return sent?.job ?? null;
 }

@@ -8,8 +8,31 @@ export type Model = Methods["arm.model"]["result"];
 export type Alarm = NonNullable<Methods["arm.alarms"]["result"]["alarms"]>[number];
 export type Fence = Methods["arm.fence"]["result"]["fence"];
 
-export type Route = "move" | "teach" | "draw" | "engrave" | "run" | "io" | "plots" | "world" | "class" | "arms" | "settings";
-const ROUTES: readonly Route[] = ["move", "teach", "draw", "engrave", "run", "io", "plots", "world", "class", "arms", "settings"];
+export type Route =
+  | "move"
+  | "teach"
+  | "draw"
+  | "engrave"
+  | "run"
+  | "io"
+  | "plots"
+  | "world"
+  | "class"
+  | "arms"
+  | "settings";
+const ROUTES: readonly Route[] = [
+  "move",
+  "teach",
+  "draw",
+  "engrave",
+  "run",
+  "io",
+  "plots",
+  "world",
+  "class",
+  "arms",
+  "settings",
+];
 /** Routes of people in front of whom a class has its door: look on and sign in. */
 const AT_DOOR: readonly Route[] = ["class", "move", "arms", "settings"];
 /** Routes of pupils, in the order of a lesson. */

@@ -11,7 +11,9 @@ let rests = false;
 
 /** Whether something would be lost with the socket: an arm with what runs there, a turn, a place in a queue. */
 const isKept = (): boolean =>
-  store.arms.value.some(({ holder }) => holder !== null && holder.session === store.session.value) || myTurn.value !== null || myPlace.value !== null;
+  store.arms.value.some(({ holder }) => holder !== null && holder.session === store.session.value) ||
+  myTurn.value !== null ||
+  myPlace.value !== null;
 
 function giveUp(): void {
   if (!document.hidden || store.backend.value !== "station") return;

@@ -46,7 +46,9 @@ function open(url: string): void {
     return void openHere(sim, () => (sim = null));
   }
   if (url.startsWith(SERIAL)) {
-    real ??= left.then(() => SerialLine.open(url.slice(SERIAL.length))).then((line) => WorkerStation.atLine(MODULE(), line));
+    real ??= left
+      .then(() => SerialLine.open(url.slice(SERIAL.length)))
+      .then((line) => WorkerStation.atLine(MODULE(), line));
     return void openHere(real, () => (real = null));
   }
   let socket: WebSocket;

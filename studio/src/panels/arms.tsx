@@ -17,18 +17,29 @@ function Log() {
       more={
         <>
           {canTrace() ? (
-            <Do id="log-export" class="quiet small" press={() => tried(async () => save("magician.pcapng", await trace(), "application/octet-stream"))}>
+            <Do
+              id="log-export"
+              class="quiet small"
+              press={() => tried(async () => save("magician.pcapng", await trace(), "application/octet-stream"))}
+            >
               {t("log.bytes")}
             </Do>
           ) : null}
-          <Do class="quiet small" off={all.length === 0} text={t("log.export")} press={() => save("magician-log.txt", text())} />
+          <Do
+            class="quiet small"
+            off={all.length === 0}
+            text={t("log.export")}
+            press={() => save("magician-log.txt", text())}
+          />
         </>
       }
     >
       <div class="log" role="log" aria-label={t("log.title")} tabIndex={0} data-testid="log">
         {all.length === 0 ? <p class="hint">{t("log.empty")}</p> : null}
         {all.map((line, at) => (
-          <p key={at}><time dateTime={line.at.toISOString()}>{clock(line.at)}</time> {line.text}</p>
+          <p key={at}>
+            <time dateTime={line.at.toISOString()}>{clock(line.at)}</time> {line.text}
+          </p>
         ))}
       </div>
     </Card>

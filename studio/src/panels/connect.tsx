@@ -25,7 +25,11 @@ export function Connect() {
   const isOn = backend !== "none" && refused === null;
   const isFirst = store.isStatic.value && !isOn;
   const noSerial = serial === undefined || (backend === "serial" && store.link.value !== "lost");
-  const hint = bad.value ? t("connect.bad") : refused !== null ? t(`connect.${refused}.refused`) : t("connect.station.text");
+  const hint = bad.value
+    ? t("connect.bad")
+    : refused !== null
+      ? t(`connect.${refused}.refused`)
+      : t("connect.station.text");
   const go = async (event: Event) => {
     event.preventDefault();
     const address = apiUrl(url.value.trim());
@@ -41,18 +45,58 @@ export function Connect() {
     <Card title={t("connect.title")} class="connect">
       <div class="ways">
         <div class="way">
-          <Do id="connect-sim" class={isFirst ? "primary" : ""} off={backend === "sim"} aria-describedby="sim-why" text={t("connect.sim")} press={connectSim} />
-          <p id="sim-why" class="hint">{t("connect.sim.why")}</p>
+          <Do
+            id="connect-sim"
+            class={isFirst ? "primary" : ""}
+            off={backend === "sim"}
+            aria-describedby="sim-why"
+            text={t("connect.sim")}
+            press={connectSim}
+          />
+          <p id="sim-why" class="hint">
+            {t("connect.sim.why")}
+          </p>
         </div>
         <div class="way">
-          <Do id="connect-serial" off={noSerial} aria-describedby="serial-why" text={t("connect.serial")} press={connectSerial} />
-          <p id="serial-why" class={`hint ${fault === null ? "" : "bad"}`} role="status" data-testid="serial-why">{serialHint()}</p>
+          <Do
+            id="connect-serial"
+            off={noSerial}
+            aria-describedby="serial-why"
+            text={t("connect.serial")}
+            press={connectSerial}
+          />
+          <p id="serial-why" class={`hint ${fault === null ? "" : "bad"}`} role="status" data-testid="serial-why">
+            {serialHint()}
+          </p>
         </div>
       </div>
       <form class="server" onSubmit={go}>
-        <TextField id="station-url" label={t("connect.url")} value={url.value} inputMode="url" live set={(text) => (url.value = text)} bad={bad.value || refused !== null} hint={hint} />
-        <TextField id="station-token" label={t("connect.token")} value={token.value} live set={(text) => (token.value = text)} hint={t("connect.token.hint")} />
-        <TextField id="station-pupil" label={t("connect.pupil")} value={pupil.value} live set={(text) => (pupil.value = text)} hint={t("connect.pupil.hint")} />
+        <TextField
+          id="station-url"
+          label={t("connect.url")}
+          value={url.value}
+          inputMode="url"
+          live
+          set={(text) => (url.value = text)}
+          bad={bad.value || refused !== null}
+          hint={hint}
+        />
+        <TextField
+          id="station-token"
+          label={t("connect.token")}
+          value={token.value}
+          live
+          set={(text) => (token.value = text)}
+          hint={t("connect.token.hint")}
+        />
+        <TextField
+          id="station-pupil"
+          label={t("connect.pupil")}
+          value={pupil.value}
+          live
+          set={(text) => (pupil.value = text)}
+          hint={t("connect.pupil.hint")}
+        />
         <div class="server-buttons">
           <button type="submit" class={isOn || store.isStatic.value ? "" : "primary"} data-testid="connect-station">
             {t("connect.station")}

@@ -2,4 +2,6 @@
 import { t } from "../i18n";
 import { Workshop } from "./workshop";
 
-export const Draw = () => <Workshop tool="pen" name={t("nav.draw")} hint={t("draw.empty")} first={["passes", "speed"]} />;
+export const Draw = () => (
+  <Workshop tool="pen" name={t("nav.draw")} hint={t("draw.empty")} first={["passes", "speed"]} />
+);

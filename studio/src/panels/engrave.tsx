@@ -16,8 +16,13 @@ const isGrid = () => check.chosen.value?.format === "testgrid";
 function lay(fields: Record<string, string>, isWanted = true): void {
   grid.value = fields;
   if (!isWanted) return;
-  const typed = Object.entries(fields).flatMap(([name, text]) => (text.trim() === "" ? [] : [[name, name === "cell" ? Number(text) : text.trim()]]));
-  void check.choose({ text: JSON.stringify({ format: "magician-testgrid", ...Object.fromEntries(typed) }), format: "testgrid" });
+  const typed = Object.entries(fields).flatMap(([name, text]) =>
+    text.trim() === "" ? [] : [[name, name === "cell" ? Number(text) : text.trim()]],
+  );
+  void check.choose({
+    text: JSON.stringify({ format: "magician-testgrid", ...Object.fromEntries(typed) }),
+    format: "testgrid",
+  });
 }
 
 function TestGrid() {
@@ -37,7 +42,13 @@ function TestGrid() {
             set={(text) => lay({ ...grid.value, [name]: text }, isGrid())}
           />
         ))}
-        <Do id="laser-testgrid" aria-pressed={isGrid()} off={off} text={t("laser.grid.lay")} press={() => lay(grid.value)} />
+        <Do
+          id="laser-testgrid"
+          aria-pressed={isGrid()}
+          off={off}
+          text={t("laser.grid.lay")}
+          press={() => lay(grid.value)}
+        />
       </div>
     </Card>
   );
@@ -46,16 +57,39 @@ function TestGrid() {
 export function Engrave() {
   useEffect(watchArmed, []);
   const off = why() !== null;
-  const frame = () => check.start(t("laser.frame.of", { title: title() }), t("laser.frame.text"), { setup: { frame: "box" } });
+  const frame = () =>
+    check.start(t("laser.frame.of", { title: title() }), t("laser.frame.text"), { setup: { frame: "box" } });
   const before = (
     <div class="laser-do">
-      <Do id="laser-frame" off={off || check.chosen.value === null} why="draw-why" text={t("laser.frame")} press={frame} title={t("laser.frame.text")} />
-      <Switch id="laser-arm" label={t("laser.arm")} on={isArmed.value} off={off} why="draw-why" danger flip={(on) => (isArmed.value = on)} />
+      <Do
+        id="laser-frame"
+        off={off || check.chosen.value === null}
+        why="draw-why"
+        text={t("laser.frame")}
+        press={frame}
+        title={t("laser.frame.text")}
+      />
+      <Switch
+        id="laser-arm"
+        label={t("laser.arm")}
+        on={isArmed.value}
+        off={off}
+        why="draw-why"
+        danger
+        flip={(on) => (isArmed.value = on)}
+      />
     </div>
   );
   const because = isArmed.value ? null : "laser.unarmed";
   return (
-    <Workshop tool="laser" name={t("nav.engrave")} hint={t("engrave.empty")} first={["power", "speed", "passes"]} because={because} before={before}>
+    <Workshop
+      tool="laser"
+      name={t("nav.engrave")}
+      hint={t("engrave.empty")}
+      first={["power", "speed", "passes"]}
+      because={because}
+      before={before}
+    >
       <TestGrid />
     </Workshop>
   );

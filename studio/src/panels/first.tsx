@@ -16,7 +16,10 @@ export function FirstSteps() {
   const go = async (what: Try) => {
     isMine.value = true;
     try {
-      const plans = (await (await fetch(new URL("assets/first.json", document.baseURI))).json()) as Record<Try, unknown>;
+      const plans = (await (await fetch(new URL("assets/first.json", document.baseURI))).json()) as Record<
+        Try,
+        unknown
+      >;
       await call("job.start", { ...shown(), text: JSON.stringify(plans[what]) });
     } catch (error) {
       isMine.value = false;
@@ -29,10 +32,19 @@ export function FirstSteps() {
       <ul class="tries">
         {TRIES.map((what) => (
           <li key={what}>
-            <Do id={`first-${what}`} class="primary" off={why !== null} aria-describedby="first-why" text={t(`first.${what}`)} press={() => go(what)} />
+            <Do
+              id={`first-${what}`}
+              class="primary"
+              off={why !== null}
+              aria-describedby="first-why"
+              text={t(`first.${what}`)}
+              press={() => go(what)}
+            />
           </li>
         ))}
-        <li><Do id="first-draw" text={t("first.draw")} press={() => (location.hash = "#/draw")} /></li>
+        <li>
+          <Do id="first-draw" text={t("first.draw")} press={() => (location.hash = "#/draw")} />
+        </li>
       </ul>
       <p id="first-why" class="hint" role="status">
         {why === "why.busy" && isMine.value ? t("first.runs") : why !== null ? t(why) : t("first.text")}

@@ -35,7 +35,8 @@ async function setPin(role: string, values: number[]): Promise<void> {
   if (row) await send(row, values);
   await refresh();
 }
-const drive = (address: number, to: { level: boolean } | { value: number }) => tried(() => call("world.input", { ...shown(), address, ...to }));
+const drive = (address: number, to: { level: boolean } | { value: number }) =>
+  tried(() => call("world.input", { ...shown(), address, ...to }));
 
 /** What a pin reads, and whether that is high. */
 function reading({ address, function: own, frequency, duty_cycle }: Pin): { text: string; high: boolean | null } {
@@ -44,7 +45,9 @@ function reading({ address, function: own, frequency, duty_cycle }: Pin): { text
   if (frequency !== null) return { text: `${frequency} Hz, ${duty_cycle} %`, high: null };
   if (kind === null || value === undefined) return { text: "–", high: null };
   const { counts = 1, volts = 0 } = io.value?.analog ?? {};
-  return kind === "analog" ? { text: `${((value / counts) * volts).toFixed(1)} V`, high: null } : { text: String(value), high: value !== 0 };
+  return kind === "analog"
+    ? { text: `${((value / counts) * volts).toFixed(1)} V`, high: null }
+    : { text: String(value), high: value !== 0 };
 }
 
 /** What a person does to a pin: an output is set, an input of a virtual arm driven. */
@@ -54,24 +57,58 @@ function Setting({ pin, off }: { pin: Pin; off: boolean }) {
   const { address } = pin;
   const kind = watchOf(pin.function);
   const level = levels.value.get(address) ?? 0;
-  const driven = { id: `pin-${address}-drive`, label: w("io.drive", { n: address }), off: store.lease.value !== "mine", why: WHY };
+  const driven = {
+    id: `pin-${address}-drive`,
+    label: w("io.drive", { n: address }),
+    off: store.lease.value !== "mine",
+    why: WHY,
+  };
   if (kind === "output") {
     const is = levels.value.get(address) ?? pin.level ?? 0;
     const turn = () => setPin("output", [address, is === 0 ? 1 : 0]);
-    return <Do id={`pin-${address}-set`} aria-pressed={is !== 0} label={w("io.set", { n: address })} off={off} why={WHY} text={w(is === 0 ? "io.high" : "io.low")} press={turn} />;
+    return (
+      <Do
+        id={`pin-${address}-set`}
+        aria-pressed={is !== 0}
+        label={w("io.set", { n: address })}
+        off={off}
+        why={WHY}
+        text={w(is === 0 ? "io.high" : "io.low")}
+        press={turn}
+      />
+    );
   }
   if (pin.frequency !== null) {
     const [, hertz, percent] = rowOf("signal")?.sets ?? [];
     const setSignal = () => setPin("signal", [address, frequency.value, duty.value]);
     const number = (field: TableField | undefined, value: typeof duty) => {
       const label = `${words(field?.about ?? "")}, ${words(field?.unit ?? "")}`;
-      return <NumberInput label={label} step={1} least={field?.least} most={field?.most} value={value.value} off={off} why={WHY} set={(to) => (value.value = to)} />;
+      return (
+        <NumberInput
+          label={label}
+          step={1}
+          least={field?.least}
+          most={field?.most}
+          value={value.value}
+          off={off}
+          why={WHY}
+          set={(to) => (value.value = to)}
+        />
+      );
     };
     return (
       <>
         {number(hertz, frequency)}
         {number(percent, duty)}
-        <Do id={`pin-${address}-set`} class="small" label={w("io.set", { n: address })} off={off} why={WHY} text={w("io.signal")} press={setSignal} />
+        <Do
+          id={`pin-${address}-set`}
+          class="small"
+          label={w("io.set", { n: address })}
+          off={off}
+          why={WHY}
+          text={w("io.signal")}
+          press={setSignal}
+        />
       </>
     );
   }
@@ -85,7 +122,15 @@ function Setting({ pin, off }: { pin: Pin; off: boolean }) {
       </>
     );
   }
-  return <Do {...driven} class="quiet" aria-pressed={level !== 0} text={w(level === 0 ? "io.driveHigh" : "io.driveLow")} press={() => drive(address, { level: level === 0 })} />;
+  return (
+    <Do
+      {...driven}
+      class="quiet"
+      aria-pressed={level !== 0}
+      text={w(level === 0 ? "io.driveHigh" : "io.driveLow")}
+      press={() => drive(address, { level: level === 0 })}
+    />
+  );
 }
 
 function PinRow({ pin, off }: { pin: Pin; off: boolean }) {
@@ -99,7 +144,11 @@ function PinRow({ pin, off }: { pin: Pin; off: boolean }) {
           id={`pin-${address}-function`}
           label={w("io.function.of", { n: address })}
           value={pin.function}
-          options={(io.value?.functions ?? []).map(({ value, about }) => ({ value, text: value === 0 ? w("io.none") : words(about), disabled: pin.can !== null && !pin.can.includes(value) }))}
+          options={(io.value?.functions ?? []).map(({ value, about }) => ({
+            value,
+            text: value === 0 ? w("io.none") : words(about),
+            disabled: pin.can !== null && !pin.can.includes(value),
+          }))}
           off={off}
           why={WHY}
           choose={(to) => setPin("function", [address, to])}
@@ -107,9 +156,15 @@ function PinRow({ pin, off }: { pin: Pin; off: boolean }) {
       </td>
       <td>
         {high === null ? null : <span class={`lamp ${high ? "high" : ""}`} />}
-        <output class={high ? "high" : ""} aria-live="off" data-testid={`pin-${address}-level`}>{text}</output>
+        <output class={high ? "high" : ""} aria-live="off" data-testid={`pin-${address}-level`}>
+          {text}
+        </output>
       </td>
-      <td><div class="set"><Setting key={pin.function} pin={pin} off={off} /></div></td>
+      <td>
+        <div class="set">
+          <Setting key={pin.function} pin={pin} off={off} />
+        </div>
+      </td>
     </tr>
   );
 }
@@ -124,7 +179,10 @@ function Device({ row, off }: { row: Row; off: boolean }) {
   const reads = useSignal(false);
   const fields = row.sets ?? [];
   const valueOf = ({ name, kind, choices, least }: TableField) => {
-    return values.value[name] ?? (kind === "number" ? Math.max(0, least ?? 0) : kind === "choice" ? (choices[0]?.value ?? 0) : 1);
+    return (
+      values.value[name] ??
+      (kind === "number" ? Math.max(0, least ?? 0) : kind === "choice" ? (choices[0]?.value ?? 0) : 1)
+    );
   };
   useEffect(() => {
     if (!reads.value || !store.isUp.value) return;
@@ -165,37 +223,73 @@ function Device({ row, off }: { row: Row; off: boolean }) {
           if (field.kind === "switch") {
             return (
               <label key={field.name} class="check">
-                <input type="checkbox" checked={value !== 0} disabled={off} onChange={(event) => take(event.currentTarget.checked ? 1 : 0)} />
+                <input
+                  type="checkbox"
+                  checked={value !== 0}
+                  disabled={off}
+                  onChange={(event) => take(event.currentTarget.checked ? 1 : 0)}
+                />
                 {words(field.about)}
               </label>
             );
           }
           return (
-            <Field key={field.name} label={field.kind === "number" ? `${words(field.about)}, ${words(field.unit)}` : words(field.about)}>
+            <Field
+              key={field.name}
+              label={field.kind === "number" ? `${words(field.about)}, ${words(field.unit)}` : words(field.about)}
+            >
               {field.kind === "choice" ? (
-                <Pick value={value} options={field.choices.map((choice) => ({ value: choice.value, text: words(choice.name) }))} off={off} choose={take} />
+                <Pick
+                  value={value}
+                  options={field.choices.map((choice) => ({ value: choice.value, text: words(choice.name) }))}
+                  off={off}
+                  choose={take}
+                />
               ) : (
-                <input type="number" min={field.least ?? undefined} max={field.most ?? undefined} value={value} disabled={off} onInput={(event) => take(event.currentTarget.valueAsNumber || 0)} />
+                <input
+                  type="number"
+                  min={field.least ?? undefined}
+                  max={field.most ?? undefined}
+                  value={value}
+                  disabled={off}
+                  onInput={(event) => take(event.currentTarget.valueAsNumber || 0)}
+                />
               )}
             </Field>
           );
         })}
       </div>
       <div class="readings">
-        <button type="submit" disabled={off} aria-describedby={off ? WHY : undefined} data-testid={`device-${row.command}`}>
+        <button
+          type="submit"
+          disabled={off}
+          aria-describedby={off ? WHY : undefined}
+          data-testid={`device-${row.command}`}
+        >
           {w("io.send")}
         </button>
         {tells.length > 0 ? (
-          <Do id={`read-${row.command}`} aria-pressed={reads.value} off={!store.isUp.value} press={() => (reads.value = !reads.value)}>
+          <Do
+            id={`read-${row.command}`}
+            aria-pressed={reads.value}
+            off={!store.isUp.value}
+            press={() => (reads.value = !reads.value)}
+          >
             {w(reads.value ? "io.reading" : "io.read")}
           </Do>
         ) : null}
         {seen.value === null ? null : (
           <>
-            {isColor ? <span class="swatch" style={{ background: `rgb(${tells.map(({ name }) => seen.value?.[name] ?? 0).join(" ")})` }} /> : null}
+            {isColor ? (
+              <span
+                class="swatch"
+                style={{ background: `rgb(${tells.map(({ name }) => seen.value?.[name] ?? 0).join(" ")})` }}
+              />
+            ) : null}
             {tells.map(({ name, about, unit, kind }) => (
               <span key={name}>
-                {words(about)} <b>{kind === "switch" ? (seen.value?.[name] ? t("yes") : w("io.no")) : seen.value?.[name]}</b>
+                {words(about)}{" "}
+                <b>{kind === "switch" ? (seen.value?.[name] ? t("yes") : w("io.no")) : seen.value?.[name]}</b>
                 {kind === "number" && unit !== "counts" ? ` ${words(unit)}` : ""}
               </span>
             ))}
@@ -210,11 +304,16 @@ export function Io() {
   useEffect(watchPins, []);
   const off = store.why.value;
   const known = io.value;
-  const devices = (role: string) => known?.rows.filter((row) => row.role === role).map((row) => <Device key={row.command} row={row} off={off !== null} />);
+  const devices = (role: string) =>
+    known?.rows
+      .filter((row) => row.role === role)
+      .map((row) => <Device key={row.command} row={row} off={off !== null} />);
   return (
     <div class="io">
       <Card title={w("io.pins")} class="pins-card">
-        <p class={`jog-status ${off === null ? "" : "off"}`} id={WHY}>{off === null ? w("io.hint") : t(off)}</p>
+        <p class={`jog-status ${off === null ? "" : "off"}`} id={WHY}>
+          {off === null ? w("io.hint") : t(off)}
+        </p>
         {known === null ? (
           <p class="hint">{t(store.socket.value === "closed" ? "why.closed" : "link.connecting")}</p>
         ) : (

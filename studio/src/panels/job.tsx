@@ -15,7 +15,9 @@ function facts(job: Job): string {
   const others = jobs.startedBy(job);
   const loops = job.loops !== 1 ? t("job.loop", { loop: job.loop, loops: job.loops || "∞" }) : null;
   const steps = job.steps === null ? null : t("job.step", { step: job.step, steps: job.steps });
-  return [steps, loops, others === null ? null : t("job.by", { name: others })].filter((fact) => fact !== null).join(" · ");
+  return [steps, loops, others === null ? null : t("job.by", { name: others })]
+    .filter((fact) => fact !== null)
+    .join(" · ");
 }
 
 export function JobCard() {
@@ -26,7 +28,9 @@ export function JobCard() {
   const pauses = ["checking", "running", "pausing"].includes(job.state);
   const percent = jobs.percent(job);
   const badge = (
-    <span class={`badge job-${job.state}`} role="status">{stateOf(job)}</span>
+    <span class={`badge job-${job.state}`} role="status">
+      {stateOf(job)}
+    </span>
   );
   return (
     <Card title={job.title || t("job.untitled")} class="job-card" more={badge}>
@@ -44,22 +48,47 @@ export function JobCard() {
       <div class="job-do">
         <p class="job-facts number">
           <span>{facts(job)}</span>{" "}
-          <span data-testid="run-left">{jobs.isUnderWay(job) && job.seconds_left !== null ? t("run.left", { time: jobs.duration(job.seconds_left) }) : ""}</span>
+          <span data-testid="run-left">
+            {jobs.isUnderWay(job) && job.seconds_left !== null
+              ? t("run.left", { time: jobs.duration(job.seconds_left) })
+              : ""}
+          </span>
         </p>
         <div class="buttons-row">
           {pauses ? (
-            <Do id="run-pause" off={off || job.state === "pausing"} why="job-why" text={t("run.pause")} press={() => jobs.pause(job)} />
+            <Do
+              id="run-pause"
+              off={off || job.state === "pausing"}
+              why="job-why"
+              text={t("run.pause")}
+              press={() => jobs.pause(job)}
+            />
           ) : null}
           {jobs.canResume(job) ? (
-            <Do id="run-resume" class={job.state === "paused" ? "primary" : ""} off={off} why="job-why" text={t("run.resume")} press={() => jobs.resume(job)} />
+            <Do
+              id="run-resume"
+              class={job.state === "paused" ? "primary" : ""}
+              off={off}
+              why="job-why"
+              text={t("run.resume")}
+              press={() => jobs.resume(job)}
+            />
           ) : null}
-          {jobs.isUnderWay(job) ? <Do id="run-stop" off={!store.isUp.value} text={t("run.stop")} press={() => jobs.end(job)} /> : null}
+          {jobs.isUnderWay(job) ? (
+            <Do id="run-stop" off={!store.isUp.value} text={t("run.stop")} press={() => jobs.end(job)} />
+          ) : null}
         </div>
       </div>
-      {job.reason === "part" || job.reason === "program" ? <p class="hint">{job.text ?? t(`job.reason.${job.reason}`)}</p> : null}
+      {job.reason === "part" || job.reason === "program" ? (
+        <p class="hint">{job.text ?? t(`job.reason.${job.reason}`)}</p>
+      ) : null}
       {job.error !== null ? <p class="hint bad">{job.error.message}</p> : null}
       {job.error !== null ? <Remedies of={(job.error as { remedies?: Remedy[] }).remedies ?? []} /> : null}
-      {(job.notes ?? []).map((note) => <p class="hint" key={note.text}>{note.text}</p>)}
+      {(job.notes ?? []).map((note) => (
+        <p class="hint" key={note.text}>
+          {note.text}
+        </p>
+      ))}
       <Why id="job-why" text={off && (pauses || jobs.canResume(job)) ? t(why) : null} />
     </Card>
   );
@@ -82,7 +111,13 @@ export function PastJobs() {
               <td class="number">{job.ended === null ? "–" : clock(new Date(job.ended * 1000))}</td>
               <td>
                 {jobs.canResume(job) ? (
-                  <Do id={`resume-${job.job}`} class="small" off={off} label={`${t("run.resume")}: ${job.title ?? ""}`} press={() => jobs.resume(job)}>
+                  <Do
+                    id={`resume-${job.job}`}
+                    class="small"
+                    off={off}
+                    label={`${t("run.resume")}: ${job.title ?? ""}`}
+                    press={() => jobs.resume(job)}
+                  >
                     {t("run.resume")}
                   </Do>
                 ) : null}

@@ -56,10 +56,21 @@ function JogButton({ axis, sign, hint, place }: ButtonProps) {
 }
 
 const BASE = [
-  ["x", 1, "↑", "xp"], ["y", 1, "←", "yp"], ["y", -1, "→", "ym"], ["x", -1, "↓", "xm"],
-  ["r", 1, "A", "rp"], ["r", -1, "D", "rm"], ["z", 1, "W", "zp"], ["z", -1, "S", "zm"],
+  ["x", 1, "↑", "xp"],
+  ["y", 1, "←", "yp"],
+  ["y", -1, "→", "ym"],
+  ["x", -1, "↓", "xm"],
+  ["r", 1, "A", "rp"],
+  ["r", -1, "D", "rm"],
+  ["z", 1, "W", "zp"],
+  ["z", -1, "S", "zm"],
 ] as const;
-const JOINTS = [["j1", "←", "→"], ["j2", "↑", "↓"], ["j3", "W", "S"], ["j4", "A", "D"]] as const;
+const JOINTS = [
+  ["j1", "←", "→"],
+  ["j2", "↑", "↓"],
+  ["j3", "W", "S"],
+  ["j4", "A", "D"],
+] as const;
 
 function Status() {
   const why = store.why.value;
@@ -80,7 +91,11 @@ function Status() {
 export function JogPad() {
   const joints = jog.frame.value === "joint";
   const hasRail = store.model.value?.limits.l != null;
-  const modes = (["hold", "step"] as const).map((value) => ({ value, text: t(`jog.${value}`), disabled: value === "hold" && jog.frame.value === "tool" }));
+  const modes = (["hold", "step"] as const).map((value) => ({
+    value,
+    text: t(`jog.${value}`),
+    disabled: value === "hold" && jog.frame.value === "tool",
+  }));
   return (
     <Card
       title={t("jog.title")}
@@ -93,7 +108,11 @@ export function JogPad() {
       }
     >
       <Status />
-      {store.backend.value === "serial" ? <p class="hint" data-testid="jog-note">{t("jog.note")}</p> : null}
+      {store.backend.value === "serial" ? (
+        <p class="hint" data-testid="jog-note">
+          {t("jog.note")}
+        </p>
+      ) : null}
       <div
         class={`jog-pad ${joints ? "joints" : "base"}`}
         data-testid="jog-pad"
@@ -126,10 +145,34 @@ export function JogPad() {
         </div>
       </div>
       <div class="jog-options">
-        <Choice name="jog-frame" label={t("jog.frame")} value={jog.frame.value} choose={(frame) => (jog.frame.value = frame)} options={jog.FRAMES.map((value) => ({ value, text: t(`jog.${value}`) }))} />
-        <Choice name="jog-mode" label={t("jog.mode")} value={jog.steps.value ? "step" : "hold"} choose={(mode) => (jog.mode.value = mode)} options={modes} />
-        <Pick title={t("jog.size")} id="jog-step-size" value={jog.stepSize.value} options={jog.STEPS.map((n) => ({ value: n as number, text: t("jog.unit", { n }) }))} choose={(size) => (jog.stepSize.value = size)} />
-        <Field label={<>{t("jog.speed")} <b class="number">{jog.speed.value} %</b></>}>
+        <Choice
+          name="jog-frame"
+          label={t("jog.frame")}
+          value={jog.frame.value}
+          choose={(frame) => (jog.frame.value = frame)}
+          options={jog.FRAMES.map((value) => ({ value, text: t(`jog.${value}`) }))}
+        />
+        <Choice
+          name="jog-mode"
+          label={t("jog.mode")}
+          value={jog.steps.value ? "step" : "hold"}
+          choose={(mode) => (jog.mode.value = mode)}
+          options={modes}
+        />
+        <Pick
+          title={t("jog.size")}
+          id="jog-step-size"
+          value={jog.stepSize.value}
+          options={jog.STEPS.map((n) => ({ value: n as number, text: t("jog.unit", { n }) }))}
+          choose={(size) => (jog.stepSize.value = size)}
+        />
+        <Field
+          label={
+            <>
+              {t("jog.speed")} <b class="number">{jog.speed.value} %</b>
+            </>
+          }
+        >
           <Range id="jog-speed" least={1} most={100} value={jog.speed.value} set={(to) => (jog.speed.value = to)} />
         </Field>
       </div>

@@ -8,7 +8,7 @@ import { Card, Heads, Pick } from "../ui/parts";
 
 /** Whether it is drawn: as a person has ticked it, else as the station says. */
 function isWanted({ n, skipped }: Part): boolean {
-  const only = check.values.value["only"];
+  const only = check.values.value.only;
   return only ? only.split("\n").includes(String(n)) : !skipped;
 }
 
@@ -24,17 +24,32 @@ export function PartsCard() {
   // A file whose layers say nothing is seen in its colours, and drawn without a pause.
   useEffect(() => {
     const strokes = check.report.value?.preview?.strokes ?? [];
-    if (option === undefined || check.values.value["parts"] !== undefined || strokes.length === 0 || strokes.some(({ part }) => part !== null)) return;
+    if (
+      option === undefined ||
+      check.values.value.parts !== undefined ||
+      strokes.length === 0 ||
+      strokes.some(({ part }) => part !== null)
+    )
+      return;
     check.values.value = { ...check.values.value, parts: "color", no_pause: "true" };
   }, [check.report.value, option]);
   if (option === undefined) return null;
   const options = option.choices.map((value) => ({ value, text: t(`setup.parts.${value}` as "setup.parts.none") }));
   return (
     <Card title={t("parts.title")} class="parts-card">
-      <Pick title={t("parts.by")} id="parts-by" value={check.valueOf("parts")} options={[{ value: "", text: t("parts.auto") }, ...options]} choose={(to) => check.setValue("parts", to)} />
+      <Pick
+        title={t("parts.by")}
+        id="parts-by"
+        value={check.valueOf("parts")}
+        options={[{ value: "", text: t("parts.auto") }, ...options]}
+        choose={(to) => check.setValue("parts", to)}
+      />
       {parts.length === 0 ? null : (
         <table data-testid="parts">
-          <Heads names={[t("parts.drawn"), t("parts.name"), t("parts.length"), t("parts.time")]} unseen={[t("parts.drawn")]} />
+          <Heads
+            names={[t("parts.drawn"), t("parts.name"), t("parts.length"), t("parts.time")]}
+            unseen={[t("parts.drawn")]}
+          />
           <tbody>
             {parts.map((part) => (
               <tr key={part.n} data-testid={`part-${part.n}`}>
@@ -49,7 +64,8 @@ export function PartsCard() {
                   />
                 </td>
                 <th scope="row">
-                  <span class="swatch" style={{ background: part.color ?? "var(--planned)" }} /> {part.name ?? part.color ?? part.n}
+                  <span class="swatch" style={{ background: part.color ?? "var(--planned)" }} />{" "}
+                  {part.name ?? part.color ?? part.n}
                 </th>
                 <td class="number">{`${Math.round(part.drawn_mm)} mm`}</td>
                 <td class="number">{part.seconds === null ? "–" : duration(part.seconds)}</td>
@@ -59,7 +75,12 @@ export function PartsCard() {
         </table>
       )}
       <label class="tick">
-        <input type="checkbox" checked={check.valueOf("no_pause") !== "true"} data-testid="parts-pause" onChange={(event) => check.setValue("no_pause", String(!event.currentTarget.checked))} />
+        <input
+          type="checkbox"
+          checked={check.valueOf("no_pause") !== "true"}
+          data-testid="parts-pause"
+          onChange={(event) => check.setValue("no_pause", String(!event.currentTarget.checked))}
+        />
         <span>{t("parts.pause")}</span>
       </label>
     </Card>

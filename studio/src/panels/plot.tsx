@@ -33,15 +33,19 @@ interface Line {
 
 function linesOf(group: Group): Line[] {
   const line = (name: string, unit: string, column: number, scale = 1): Line => ({ name, unit, column, scale });
-  if (group === "tip") return [line("x", "mm", at.x), line("y", "mm", at.y), line("z", "mm", at.z), line("r", "°", at.r)];
-  if (group === "joints") return (["j1", "j2", "j3", "j4"] as const).map((name) => line(name.toUpperCase(), "°", at[name]));
+  if (group === "tip")
+    return [line("x", "mm", at.x), line("y", "mm", at.y), line("z", "mm", at.z), line("r", "°", at.r)];
+  if (group === "joints")
+    return (["j1", "j2", "j3", "j4"] as const).map((name) => line(name.toUpperCase(), "°", at[name]));
   if (group === "speed") return [line(w("plot.speed"), "mm/s", at.speed)];
   if (group === "queue") return [line(w("plot.left"), "", at.left)];
   const { counts = 1, volts = 1 } = io.value?.analog ?? {};
   return (io.value?.pins ?? []).flatMap(({ address, function: own }) => {
     const kind = watchOf(own);
     const name = w("plot.pin", { n: address });
-    return kind === null ? [] : [kind === "analog" ? line(name, "V", at.pin + address, volts / counts) : line(name, "", at.pin + address)];
+    return kind === null
+      ? []
+      : [kind === "analog" ? line(name, "V", at.pin + address, volts / counts) : line(name, "", at.pin + address)];
   });
 }
 const COLORS = ["--p1", "--p2", "--p3", "--p4", "--p5", "--p6"];
@@ -58,7 +62,12 @@ function window_(from: Readings, span: number, end: number): [number, number] {
 }
 
 /** The columns of a window, times before its end. */
-function columns(from: Readings, lines: readonly Line[], span: number, end: number): { data: uPlot.AlignedData; marks: Array<[number, string]> } {
+function columns(
+  from: Readings,
+  lines: readonly Line[],
+  span: number,
+  end: number,
+): { data: uPlot.AlignedData; marks: Array<[number, string]> } {
   const [low, high] = window_(from, span, end);
   const zero = from.count === 0 ? 0 : from.value(from.count - 1, at.t);
   const times: number[] = [];
@@ -78,7 +87,8 @@ function columns(from: Readings, lines: readonly Line[], span: number, end: numb
 }
 
 /** The alarms of a row, as they are written. */
-const codesOf = (from: Readings, row: number) => from.alarms(row).map((code) => `0x${code.toString(16).padStart(2, "0")}`);
+const codesOf = (from: Readings, row: number) =>
+  from.alarms(row).map((code) => `0x${code.toString(16).padStart(2, "0")}`);
 
 /** As `magician record` writes them. */
 function csv(from: Readings): string {
@@ -87,7 +97,16 @@ function csv(from: Readings): string {
   for (let row = 0; row < from.count; row++) {
     const pose = POSE.map((name) => from.value(row, at[name]));
     const t = from.value(row, at.t);
-    rows.push([new Date(1000 * t).toISOString(), (t - first).toFixed(3), ...pose, from.value(row, at.index), from.value(row, at.left), codesOf(from, row).join(" ")].join(","));
+    rows.push(
+      [
+        new Date(1000 * t).toISOString(),
+        (t - first).toFixed(3),
+        ...pose,
+        from.value(row, at.index),
+        from.value(row, at.left),
+        codesOf(from, row).join(" "),
+      ].join(","),
+    );
   }
   return `${rows.join("\n")}\n`;
 }
@@ -120,7 +139,7 @@ function Chart({ lines, source, span, back, live }: ChartProps) {
         chart?.setData(seen.data, false);
         chart?.setScale("x", { min: -back - span, max: -back });
       });
-      element.dataset["rows"] = String(seen.data[0].length);
+      element.dataset.rows = String(seen.data[0].length);
     };
     const wake = () => {
       if (frame === 0) frame = requestAnimationFrame(draw);
@@ -137,19 +156,35 @@ function Chart({ lines, source, span, back, live }: ChartProps) {
       }
       ctx.restore();
       // What drawing costs is there to be read.
-      element.dataset["ms"] = (performance.now() - began).toFixed(2);
+      element.dataset.ms = (performance.now() - began).toFixed(2);
     };
     const make = () => {
       chart?.destroy();
-      const axis = { stroke: css("--muted"), grid: { stroke: css("--line"), width: 1 }, ticks: { stroke: css("--line"), width: 1 }, font: "12px system-ui" };
+      const axis = {
+        stroke: css("--muted"),
+        grid: { stroke: css("--line"), width: 1 },
+        ticks: { stroke: css("--line"), width: 1 },
+        font: "12px system-ui",
+      };
       chart = new uPlot(
         {
           ...size(),
           legend: { show: false },
           cursor: { drag: { x: false, y: false }, points: { size: 7 } },
           scales: { x: { time: false, auto: false }, y: { range: (_, least, most) => wide(least, most) } },
-          axes: [{ ...axis, values: (_, ticks) => ticks.map((tick) => `${Math.round(tick * 10) / 10} s`) }, { ...axis, size: 56 }],
-          series: [{}, ...lines.map(({ name }, nth) => ({ label: name, stroke: css(colorOf(nth)), width: 2, points: { show: false } }))],
+          axes: [
+            { ...axis, values: (_, ticks) => ticks.map((tick) => `${Math.round(tick * 10) / 10} s`) },
+            { ...axis, size: 56 },
+          ],
+          series: [
+            {},
+            ...lines.map(({ name }, nth) => ({
+              label: name,
+              stroke: css(colorOf(nth)),
+              width: 2,
+              points: { show: false },
+            })),
+          ],
           hooks: { draw: [drawMarks] },
         },
         [[]],
@@ -180,7 +215,16 @@ function Chart({ lines, source, span, back, live }: ChartProps) {
       chart?.destroy();
     };
   }, [lines.map(({ name }) => name).join(), source, span, back, live]);
-  return <div class="plot-place" ref={place} role="img" aria-label={w("plot.name")} aria-describedby="plot-table" data-testid="plot" />;
+  return (
+    <div
+      class="plot-place"
+      ref={place}
+      role="img"
+      aria-label={w("plot.name")}
+      aria-describedby="plot-table"
+      data-testid="plot"
+    />
+  );
 }
 
 /** An arm that stands is a level line, not its noise. */
@@ -228,16 +272,38 @@ export function Plots() {
         title={t("nav.plots")}
         more={
           <div class="sheet-buttons">
-            <Do id="plot-pause" aria-pressed={held.value !== null} text={w(held.value === null ? "plot.pause" : "plot.go")} press={() => hold(held.value === null)} />
-            <Do id="plot-export" class="quiet" off={from.count === 0} press={() => save(`${store.armName.value ?? "arm"}-readings.csv`, csv(source()))}>
+            <Do
+              id="plot-pause"
+              aria-pressed={held.value !== null}
+              text={w(held.value === null ? "plot.pause" : "plot.go")}
+              press={() => hold(held.value === null)}
+            />
+            <Do
+              id="plot-export"
+              class="quiet"
+              off={from.count === 0}
+              press={() => save(`${store.armName.value ?? "arm"}-readings.csv`, csv(source()))}
+            >
               {w("plot.export")}
             </Do>
           </div>
         }
       >
         <div class="plot-bar">
-          <Choice<Group> name="plot" label={w("plot.group")} value={group.value} choose={(value) => (group.value = value)} options={GROUPS.map((value) => ({ value, text: w(`plot.${value}`) }))} />
-          <Choice name="plot-span" label={w("plot.span")} value={span.value} choose={(value) => (span.value = value)} options={SPANS.map((value) => ({ value, text: `${value} s` }))} />
+          <Choice<Group>
+            name="plot"
+            label={w("plot.group")}
+            value={group.value}
+            choose={(value) => (group.value = value)}
+            options={GROUPS.map((value) => ({ value, text: w(`plot.${value}`) }))}
+          />
+          <Choice
+            name="plot-span"
+            label={w("plot.span")}
+            value={span.value}
+            choose={(value) => (span.value = value)}
+            options={SPANS.map((value) => ({ value, text: `${value} s` }))}
+          />
         </div>
         <div class="plot-legend">
           {lines.map((line, nth) => (
@@ -252,7 +318,14 @@ export function Plots() {
         <Chart lines={lines} source={source} span={Number(span.value)} back={back.value} live={held.value === null} />
         <label class="plot-scrub">
           {w("plot.scrub")}
-          <Range id="plot-scrub" least={-Math.floor(all)} most={0} value={-back.value} text={w("plot.back", { n: back.value })} set={scrub} />
+          <Range
+            id="plot-scrub"
+            least={-Math.floor(all)}
+            most={0}
+            value={-back.value}
+            text={w("plot.back", { n: back.value })}
+            set={scrub}
+          />
           <output>{w("plot.back", { n: back.value })}</output>
         </label>
       </Card>

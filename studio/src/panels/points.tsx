@@ -26,7 +26,9 @@ const toolOf = ({ gripper, suction }: program.Row) => {
 function plain(motion: program.Motion): string {
   const { command, values, ...rest } = motion;
   const shown = typeof command === "string" ? { [command]: values } : rest;
-  return JSON.stringify(shown).replace(/[{}"]/g, "").replace(/([:,])/g, "$1 ");
+  return JSON.stringify(shown)
+    .replace(/[{}"]/g, "")
+    .replace(/([:,])/g, "$1 ");
 }
 
 function Motion({ row, nth }: { row: program.Row; nth: number }) {
@@ -34,7 +36,9 @@ function Motion({ row, nth }: { row: program.Row; nth: number }) {
   const kind = motion?.move ? "move" : motion?.joints ? "joints" : null;
   if (motion === null || kind === null) {
     return (
-      <td class="plain" colSpan={5} data-label={w("teach.way")}>{motion === null ? "–" : plain(motion)}</td>
+      <td class="plain" colSpan={5} data-label={w("teach.way")}>
+        {motion === null ? "–" : plain(motion)}
+      </td>
     );
   }
   const values = motion[kind] ?? [];
@@ -65,7 +69,7 @@ function Motion({ row, nth }: { row: program.Row; nth: number }) {
 
 /** The row of the table at a place of the page. */
 function rowAt(x: number, y: number): number | null {
-  const found = document.elementFromPoint(x, y)?.closest<HTMLElement>("[data-nth]")?.dataset["nth"];
+  const found = document.elementFromPoint(x, y)?.closest<HTMLElement>("[data-nth]")?.dataset.nth;
   return found === undefined ? null : Number(found);
 }
 
@@ -92,7 +96,9 @@ function Row({ row, nth, over }: { row: program.Row; nth: number; over: { value:
         const by = { ArrowUp: -1, ArrowDown: 1 }[event.key];
         if (by === undefined || !event.altKey) return;
         event.preventDefault();
-        const pick = event.currentTarget.parentElement?.querySelector<HTMLElement>(`[data-testid=teach-pick-${n + by}]`);
+        const pick = event.currentTarget.parentElement?.querySelector<HTMLElement>(
+          `[data-testid=teach-pick-${n + by}]`,
+        );
         program.move(nth, nth + by);
         pick?.focus();
       }}
@@ -138,12 +144,20 @@ function Row({ row, nth, over }: { row: program.Row; nth: number; over: { value:
         <Pick
           label={w("teach.toolOf", { n })}
           value={tool}
-          options={[...(tool === "both" ? ["both"] : []), ...Object.keys(TOOLS)].map((value) => ({ value, text: w(`teach.tool.${value}` as Word) }))}
+          options={[...(tool === "both" ? ["both"] : []), ...Object.keys(TOOLS)].map((value) => ({
+            value,
+            text: w(`teach.tool.${value}` as Word),
+          }))}
           choose={(name) => program.edit(nth, TOOLS[name] ?? {})}
         />
       </td>
       <td class="number wait-cell" data-label={w("teach.wait")}>
-        <NumberInput label={w("teach.waitOf", { n })} digits={2} value={row.wait ?? 0} set={(wait) => program.edit(nth, { wait: wait > 0 ? wait : null })} />
+        <NumberInput
+          label={w("teach.waitOf", { n })}
+          digits={2}
+          value={row.wait ?? 0}
+          set={(wait) => program.edit(nth, { wait: wait > 0 ? wait : null })}
+        />
       </td>
     </tr>
   );
@@ -153,7 +167,15 @@ export function Points() {
   const over = useSignal<number | null>(null);
   const all = program.rows.value;
   if (all.length === 0) return <p class="hint empty">{w("teach.empty")}</p>;
-  const heads = [w("teach.picked"), w("teach.n"), w("teach.name"), w("teach.way"), ...AXES.move, w("teach.tool"), w("teach.wait")];
+  const heads = [
+    w("teach.picked"),
+    w("teach.n"),
+    w("teach.name"),
+    w("teach.way"),
+    ...AXES.move,
+    w("teach.tool"),
+    w("teach.wait"),
+  ];
   return (
     <div class="points-scroll" tabIndex={0} role="group" aria-label={w("teach.points")}>
       <table class="points" aria-label={w("teach.points")}>

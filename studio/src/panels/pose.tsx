@@ -2,12 +2,27 @@
 import { t } from "../i18n";
 import * as store from "../store";
 
-const TIP = [["x", "mm"], ["y", "mm"], ["z", "mm"], ["r", "°"]] as const;
-const JOINTS = [["j1", "°"], ["j2", "°"], ["j3", "°"], ["j4", "°"]] as const;
+const TIP = [
+  ["x", "mm"],
+  ["y", "mm"],
+  ["z", "mm"],
+  ["r", "°"],
+] as const;
+const JOINTS = [
+  ["j1", "°"],
+  ["j2", "°"],
+  ["j3", "°"],
+  ["j4", "°"],
+] as const;
 type Name = (typeof TIP)[number][0] | (typeof JOINTS)[number][0];
 
 /** Two digits, and no minus before a zero. */
-const shown = new Intl.NumberFormat("en", { minimumFractionDigits: 2, maximumFractionDigits: 2, useGrouping: false, signDisplay: "negative" });
+const shown = new Intl.NumberFormat("en", {
+  minimumFractionDigits: 2,
+  maximumFractionDigits: 2,
+  useGrouping: false,
+  signDisplay: "negative",
+});
 
 function Value({ name, unit }: { name: Name; unit: string }) {
   const state = store.state.value;
@@ -26,8 +41,16 @@ function Value({ name, unit }: { name: Name; unit: string }) {
 export function Pose() {
   return (
     <section class="card pose" role="group" aria-label={t("pose.title")}>
-      <div class="values">{TIP.map(([name, unit]) => <Value key={name} name={name} unit={unit} />)}</div>
-      <div class="values">{JOINTS.map(([name, unit]) => <Value key={name} name={name} unit={unit} />)}</div>
+      <div class="values">
+        {TIP.map(([name, unit]) => (
+          <Value key={name} name={name} unit={unit} />
+        ))}
+      </div>
+      <div class="values">
+        {JOINTS.map(([name, unit]) => (
+          <Value key={name} name={name} unit={unit} />
+        ))}
+      </div>
     </section>
   );
 }

@@ -23,12 +23,16 @@ const choose = (wanted: string) =>
     chosen.value = name.value = wanted;
     if (wanted === "") return;
     const { options = {} } = await call("preset.show", { name: wanted });
-    check.values.value = Object.fromEntries(Object.entries(options).map(([key, value]) => [key, Array.isArray(value) ? value.join(" ") : String(value)]));
+    check.values.value = Object.fromEntries(
+      Object.entries(options).map(([key, value]) => [key, Array.isArray(value) ? value.join(" ") : String(value)]),
+    );
   });
 
 /** What a person has set, without what the route and the sheet say. */
 function own(): Record<string, unknown> {
-  return Object.fromEntries(Object.entries(check.setup.value ?? {}).filter(([key]) => !(key in check.fixed.value) && key !== "only"));
+  return Object.fromEntries(
+    Object.entries(check.setup.value ?? {}).filter(([key]) => !(key in check.fixed.value) && key !== "only"),
+  );
 }
 
 const keep = (to: string, content: { setup: Record<string, unknown> } | { text: string }) =>
@@ -36,7 +40,8 @@ const keep = (to: string, content: { setup: Record<string, unknown> } | { text: 
     // As the library does: another page may have saved one since.
     await list();
     const replaces = all.value.some((one) => one.name === to);
-    if (replaces && !(await store.ask(t("replace.title", { name: to }), t("preset.replace.text"), t("replace")))) return;
+    if (replaces && !(await store.ask(t("replace.title", { name: to }), t("preset.replace.text"), t("replace"))))
+      return;
     await call("preset.save", { name: to, ...content });
     await list();
     await choose(to);
@@ -55,17 +60,55 @@ export function Presets() {
       await choose("");
       await list();
     });
-  const download = () => tried(async () => save(`${chosen.value}.toml`, (await call("preset.show", { name: chosen.value })).text ?? ""));
-  const open = ([file]: File[]) => tried(async () => file && keep(file.name.replace(/\.toml$/i, "").replace(/[^A-Za-z0-9_-]+/g, "-"), { text: await file.text() }));
+  const download = () =>
+    tried(async () => save(`${chosen.value}.toml`, (await call("preset.show", { name: chosen.value })).text ?? ""));
+  const open = ([file]: File[]) =>
+    tried(
+      async () =>
+        file && keep(file.name.replace(/\.toml$/i, "").replace(/[^A-Za-z0-9_-]+/g, "-"), { text: await file.text() }),
+    );
   return (
-    <Card title={t("preset.title")} class="preset-card" more={<OpenFile id="preset-open" class="small" accept=".toml" off={off} text={t("programs.open")} open={open} />}>
-      <Pick title={t("preset.choose")} id="preset-choose" value={chosen.value} options={[{ value: "", text: t("preset.none") }, ...all.value.map((one) => one.name)]} off={!store.isUp.value} choose={choose} />
-      {preset?.note ? <p class="hint" data-testid="preset-note">{preset.note}</p> : null}
-      <TextField id="preset-name" label={t("preset.name")} value={name.value} most={64} live off={off} set={(text) => (name.value = text.trim())} />
+    <Card
+      title={t("preset.title")}
+      class="preset-card"
+      more={<OpenFile id="preset-open" class="small" accept=".toml" off={off} text={t("programs.open")} open={open} />}
+    >
+      <Pick
+        title={t("preset.choose")}
+        id="preset-choose"
+        value={chosen.value}
+        options={[{ value: "", text: t("preset.none") }, ...all.value.map((one) => one.name)]}
+        off={!store.isUp.value}
+        choose={choose}
+      />
+      {preset?.note ? (
+        <p class="hint" data-testid="preset-note">
+          {preset.note}
+        </p>
+      ) : null}
+      <TextField
+        id="preset-name"
+        label={t("preset.name")}
+        value={name.value}
+        most={64}
+        live
+        off={off}
+        set={(text) => (name.value = text.trim())}
+      />
       <div class="buttons-row">
-        <Do id="preset-save" off={off || name.value === ""} text={t("preset.save")} press={() => keep(name.value, { setup: own() })} />
+        <Do
+          id="preset-save"
+          off={off || name.value === ""}
+          text={t("preset.save")}
+          press={() => keep(name.value, { setup: own() })}
+        />
         <Do id="preset-file" off={preset === undefined} text={t("preset.file")} press={download} />
-        <Do id="preset-remove" off={off || preset === undefined || preset.shipped} text={t("preset.remove")} press={remove} />
+        <Do
+          id="preset-remove"
+          off={off || preset === undefined || preset.shipped}
+          text={t("preset.remove")}
+          press={remove}
+        />
       </div>
     </Card>
   );

@@ -6,9 +6,11 @@ import * as library from "../run/programs";
 import * as store from "../store";
 import { Card, Do, Drop, Heads, OpenFile } from "../ui/parts";
 
-export const ACCEPT = ".gcode,.nc,.ngc,.gc,.g,.tap,.svg,.svgz,.dxf,.plt,.hpgl,.png,.jpg,.jpeg,.bmp,.webp,.gif,.tif,.tiff,.playback,.blockly,.csv,.xyz,.json,.plan,.xml,.txt";
+export const ACCEPT =
+  ".gcode,.nc,.ngc,.gc,.g,.tap,.svg,.svgz,.dxf,.plt,.hpgl,.png,.jpg,.jpeg,.bmp,.webp,.gif,.tif,.tiff,.playback,.blockly,.csv,.xyz,.json,.plan,.xml,.txt";
 
-export const formatOf = (format: string | null) => (format === null ? t("format.none") : told(`format.${format}`, format));
+export const formatOf = (format: string | null) =>
+  format === null ? t("format.none") : told(`format.${format}`, format);
 export function size(bytes: number): string {
   if (bytes < 1000) return `${bytes} B`;
   return bytes < 1e6 ? `${(bytes / 1000).toFixed(1)} kB` : `${(bytes / 1e6).toFixed(1)} MB`;
@@ -21,7 +23,16 @@ export function Programs() {
     <Card
       title={t("programs.title")}
       class="programs"
-      more={<OpenFile id="program-open" class="primary small" accept={ACCEPT} off={off} text={t(library.isLoading.value ? "programs.loading" : "programs.open")} open={check.openFiles} />}
+      more={
+        <OpenFile
+          id="program-open"
+          class="primary small"
+          accept={ACCEPT}
+          off={off}
+          text={t(library.isLoading.value ? "programs.loading" : "programs.open")}
+          open={check.openFiles}
+        />
+      }
     >
       <Drop off={off} open={check.openFiles}>
         {all.length === 0 ? (
@@ -29,7 +40,10 @@ export function Programs() {
         ) : (
           <div class="scroll" tabIndex={0} role="group" aria-label={t("programs.title")}>
             <table>
-              <Heads names={[t("programs.name"), t("programs.format"), t("programs.size"), t("programs.delete")]} unseen={[t("programs.delete")]} />
+              <Heads
+                names={[t("programs.name"), t("programs.format"), t("programs.size"), t("programs.delete")]}
+                unseen={[t("programs.delete")]}
+              />
               <tbody>
                 {all.map((program) => (
                   <Program key={program.name} program={program} />
@@ -54,11 +68,24 @@ function Program({ program }: { program: library.Entry }) {
     });
   return (
     <tr data-testid={`program-${name}`} aria-selected={isSelected}>
-      <th scope="row"><button type="button" class="link" aria-pressed={isSelected} onClick={pick}>{name}</button></th>
+      <th scope="row">
+        <button type="button" class="link" aria-pressed={isSelected} onClick={pick}>
+          {name}
+        </button>
+      </th>
       <td onClick={pick}>{formatOf(format)}</td>
-      <td class="number" onClick={pick}>{size(bytes)}</td>
+      <td class="number" onClick={pick}>
+        {size(bytes)}
+      </td>
       <td>
-        <Do id={`delete-${name}`} class="quiet small icon" label={t("programs.deleteOne", { name })} off={store.role.value === "viewer"} text="✕" press={remove} />
+        <Do
+          id={`delete-${name}`}
+          class="quiet small icon"
+          label={t("programs.deleteOne", { name })}
+          off={store.role.value === "viewer"}
+          text="✕"
+          press={remove}
+        />
       </td>
     </tr>
   );

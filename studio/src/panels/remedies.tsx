@@ -30,7 +30,10 @@ function Remedy({ of }: { of: actions.Remedy }) {
   const option = check.asked.value.find((option) => option.name === name);
   if (name === undefined || option === undefined) return null;
   const label = labelOf(option);
-  if (of.without !== undefined) return <Do id={`remedy-${name}`} text={t("remedy.without", { name: label })} press={() => check.setValue(name, "")} />;
+  if (of.without !== undefined)
+    return (
+      <Do id={`remedy-${name}`} text={t("remedy.without", { name: label })} press={() => check.setValue(name, "")} />
+    );
   if (of.value === undefined) return <span class="hint">{t("remedy.fill", { name: label })}</span>;
   const value = Array.isArray(of.value) ? of.value.join(" ") : String(of.value);
   const text = of.value === true ? label : t("remedy.set", { name: label, value });
@@ -41,7 +44,9 @@ export function Remedies({ of }: { of: readonly actions.Remedy[] }) {
   if (of.length === 0) return null;
   return (
     <div class="buttons-row remedies" role="group" aria-label={t("alarms.cure")}>
-      {of.map((remedy, nth) => <Remedy key={nth} of={remedy} />)}
+      {of.map((remedy, nth) => (
+        <Remedy key={nth} of={remedy} />
+      ))}
     </div>
   );
 }
@@ -49,7 +54,9 @@ export function Remedies({ of }: { of: readonly actions.Remedy[] }) {
 export function Problem({ of: { text, remedies } }: { of: actions.Problem }) {
   return (
     <>
-      <p class="check bad" role="alert">{text}</p>
+      <p class="check bad" role="alert">
+        {text}
+      </p>
       <Remedies of={remedies} />
     </>
   );

@@ -29,15 +29,36 @@ function Selected() {
   return (
     <Card title={program.name} class="selected">
       <div class="file-facts">
-        <p class="hint">{formatOf(program.format)} · {size(program.bytes)}</p>
+        <p class="hint">
+          {formatOf(program.format)} · {size(program.bytes)}
+        </p>
         <Picture key={program.name} program={program} />
       </div>
       <Options />
       <Found />
       <div class="buttons-row">
-        <Do id="run-start" class="primary" off={reason !== null || program.format === null} why="start-why" text={t("run.start")} press={start} />
-        <Do id="run-check" off={!store.isUp.value || program.format === null} text={t("run.check")} press={check.check} />
-        <button type="button" data-testid="run-preview" data-shown={isShown} aria-pressed={isShown} disabled={!store.isUp.value} onClick={look}>
+        <Do
+          id="run-start"
+          class="primary"
+          off={reason !== null || program.format === null}
+          why="start-why"
+          text={t("run.start")}
+          press={start}
+        />
+        <Do
+          id="run-check"
+          off={!store.isUp.value || program.format === null}
+          text={t("run.check")}
+          press={check.check}
+        />
+        <button
+          type="button"
+          data-testid="run-preview"
+          data-shown={isShown}
+          aria-pressed={isShown}
+          disabled={!store.isUp.value}
+          onClick={look}
+        >
           {t("run.preview")}
         </button>
         <Times id="run-loops" label={t("run.times")} hint={t("run.times.hint")} value={loops} />

@@ -67,10 +67,24 @@ export function Settings() {
             rename();
           }}
         />
-        <Choice<string> name="settings-language" label={t("settings.language")} value={language.value} choose={(value) => (language.value = value)} options={LANGUAGES} />
+        <Choice<string>
+          name="settings-language"
+          label={t("settings.language")}
+          value={language.value}
+          choose={(value) => (language.value = value)}
+          options={LANGUAGES}
+        />
         {t("language.note") ? <p class="hint">{t("language.note")}</p> : null}
-        <Choice<Theme> name="settings-theme" label={t("settings.theme")} value={theme.value} choose={(value) => (theme.value = value)} options={THEMES.map((value) => ({ value, text: t(`settings.${value}`) }))} />
-        <p class="hint"><a href="licences.txt">{t("settings.licences")}</a></p>
+        <Choice<Theme>
+          name="settings-theme"
+          label={t("settings.theme")}
+          value={theme.value}
+          choose={(value) => (theme.value = value)}
+          options={THEMES.map((value) => ({ value, text: t(`settings.${value}`) }))}
+        />
+        <p class="hint">
+          <a href="licences.txt">{t("settings.licences")}</a>
+        </p>
       </Card>
       <div class="fence-side">
         <Fence />

@@ -22,7 +22,12 @@ function Asked({ option }: { option: Option }) {
   if (kind === "switch") {
     return (
       <label class="tick" title={about}>
-        <input type="checkbox" checked={check.valueOf(name) === "true"} data-testid={`setup-${name}`} onChange={(event) => set(String(event.currentTarget.checked))} />
+        <input
+          type="checkbox"
+          checked={check.valueOf(name) === "true"}
+          data-testid={`setup-${name}`}
+          onChange={(event) => set(String(event.currentTarget.checked))}
+        />
         <span>{label}</span>
       </label>
     );
@@ -35,7 +40,16 @@ function Asked({ option }: { option: Option }) {
   }
   const of = { point: "x, y ", place: "x, y, z ", area: "x, y, ↔, ↕ " }[kind as "point"] ?? "";
   const placeholder = option.default === null ? t("setup.unset") : String(option.default);
-  return <TextField id={`setup-${name}`} label={label} unit={of + (unit === "deg" ? "°" : unit)} value={value} placeholder={placeholder} set={set} />;
+  return (
+    <TextField
+      id={`setup-${name}`}
+      label={label}
+      unit={of + (unit === "deg" ? "°" : unit)}
+      value={value}
+      placeholder={placeholder}
+      set={set}
+    />
+  );
 }
 
 /** Options that a page has a place of its own for, or that no form can ask. */
@@ -53,7 +67,10 @@ export function Options({ first = [] }: { first?: readonly string[] }) {
       ))}
     </div>
   );
-  const rest = GROUPS.map((group) => ({ group, options: asked.filter((option) => option.group === group && !isFirst(option)) }));
+  const rest = GROUPS.map((group) => ({
+    group,
+    options: asked.filter((option) => option.group === group && !isFirst(option)),
+  }));
   return asked.length === 0 ? null : (
     <div class="options" role="group" aria-label={t("setup.title")}>
       {fields(asked.filter(isFirst))}
@@ -76,17 +93,27 @@ export function Picture({ program }: { program: library.Entry }) {
     let [made, gone] = ["", false];
     const kind = { svg: "image/svg+xml", image: "" }[program.format ?? ""];
     if (kind !== undefined && program.bytes < 4e6 && !program.name.endsWith(".svgz")) {
-      library.get(program).then((bytes) => {
-        if (gone) return;
-        url.value = made = URL.createObjectURL(kind === "" ? bytes : new Blob([bytes], { type: kind }));
-      }, () => {});
+      library.get(program).then(
+        (bytes) => {
+          if (gone) return;
+          url.value = made = URL.createObjectURL(kind === "" ? bytes : new Blob([bytes], { type: kind }));
+        },
+        () => {},
+      );
     }
     return () => {
       gone = true;
       URL.revokeObjectURL(made);
     };
   }, [program.name, program.modified]);
-  return url.value === null ? null : <img class="file-picture" src={url.value} alt={t("run.picture", { name: program.name })} onError={() => (url.value = null)} />;
+  return url.value === null ? null : (
+    <img
+      class="file-picture"
+      src={url.value}
+      alt={t("run.picture", { name: program.name })}
+      onError={() => (url.value = null)}
+    />
+  );
 }
 
 function Complaints({ report, program }: { report: Report; program: library.Entry | null }) {
@@ -114,7 +141,12 @@ function Complaints({ report, program }: { report: Report; program: library.Entr
               aria-expanded={complaint.line === undefined ? undefined : at.value === complaint.line}
               onClick={() => complaint.line !== undefined && look(complaint.line)}
             >
-              <b>{complaint.line === undefined ? t("run.step", { step: complaint.step }) : t("run.line", { line: complaint.line })}</b> {complaint.message}
+              <b>
+                {complaint.line === undefined
+                  ? t("run.step", { step: complaint.step })
+                  : t("run.line", { line: complaint.line })}
+              </b>{" "}
+              {complaint.message}
             </button>
           </li>
         ))}
@@ -139,7 +171,8 @@ export function about(report: Report | null): string {
   const facts = [report.seconds === null ? null : t("run.takes", { time: jobs.duration(report.seconds) })];
   if (report.drawn_mm > 0) facts.push(t("run.draws", { mm: Math.round(report.drawn_mm) }));
   const { bounds } = report;
-  if (bounds) facts.push(t("run.size", { x: Math.round(bounds.x[1] - bounds.x[0]), y: Math.round(bounds.y[1] - bounds.y[0]) }));
+  if (bounds)
+    facts.push(t("run.size", { x: Math.round(bounds.x[1] - bounds.x[0]), y: Math.round(bounds.y[1] - bounds.y[0]) }));
   return facts.filter((fact) => fact !== null).join(" · ");
 }
 
@@ -154,11 +187,20 @@ export function Found() {
   return (
     <>
       <p class={`check ${report.ok ? "good" : "bad"}`} role="status">
-        <b>{report.ok ? t("run.good") : report.refused > 0 ? t("run.refused", { count: report.refused }) : t("run.unfit")}</b> <span class="number">{about(report)}</span>
+        <b>
+          {report.ok
+            ? t("run.good")
+            : report.refused > 0
+              ? t("run.refused", { count: report.refused })
+              : t("run.unfit")}
+        </b>{" "}
+        <span class="number">{about(report)}</span>
       </p>
       {report.complaints.length > 0 ? <Complaints report={report} program={program} /> : null}
       {(report.notes ?? []).map((note, nth) => (
-        <p key={nth} class="hint">{note.text}</p>
+        <p key={nth} class="hint">
+          {note.text}
+        </p>
       ))}
     </>
   );
@@ -176,8 +218,16 @@ export function Unseen() {
   return (
     <div class="check note" role="status" data-testid="run-bare">
       <p>{t("run.draws.none", { tool: told(`tools.${tool}`, tool).toLowerCase() })}</p>
-      <Do id="run-scenario" off={off} why="run-scenario-why" text={t("run.draws.load", { name: told(`scenario.${wanted}`, t(`scenario.${wanted}`)) })} press={load} />
-      <span id="run-scenario-why" class="unseen">{off ? t(store.why.value ?? "world.teacher") : ""}</span>
+      <Do
+        id="run-scenario"
+        off={off}
+        why="run-scenario-why"
+        text={t("run.draws.load", { name: told(`scenario.${wanted}`, t(`scenario.${wanted}`)) })}
+        press={load}
+      />
+      <span id="run-scenario-why" class="unseen">
+        {off ? t(store.why.value ?? "world.teacher") : ""}
+      </span>
     </div>
   );
 }

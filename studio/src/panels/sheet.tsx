@@ -30,7 +30,12 @@ const BEAM = 0.2;
 const LONGEST = 20;
 /** What a key makes of the size and the turn. */
 const [GROWS, TURNS] = [1.05, 15];
-const CORNERS: readonly Point[] = [[-1, -1], [1, -1], [1, 1], [-1, 1]];
+const CORNERS: readonly Point[] = [
+  [-1, -1],
+  [1, -1],
+  [1, 1],
+  [-1, 1],
+];
 
 const outlines = signal<number[][][]>([]);
 
@@ -39,7 +44,7 @@ const paths = computed(() => {
   const all = new Map<string, { color: string | null; power: number; path: string }>();
   const colors = new Map(check.report.value?.parts.map(({ n, color }) => [n, color]));
   for (const { points, part, power, reachable } of check.report.value?.preview?.strokes ?? []) {
-    const color = reachable ? ((part !== null && colors.get(part)) || "var(--planned)") : null;
+    const color = reachable ? (part !== null && colors.get(part)) || "var(--planned)" : null;
     const key = `${color} ${power}`;
     all.set(key, { color, power, path: (all.get(key)?.path ?? "") + pathOf(points) });
   }
@@ -52,10 +57,13 @@ const way = computed(() => pathOf((check.report.value?.preview?.strokes ?? []).f
 function followReach(): () => void {
   const height = computed(() => check.report.value?.preview?.strokes[0]?.height ?? null);
   return effect(() => {
-    const tool = String(check.fixed.value["tool"] ?? "pen");
+    const tool = String(check.fixed.value.tool ?? "pen");
     const z = height.value ?? store.model.value?.links[0]?.at[2];
     if (!store.isUp.value || z === undefined) return;
-    call("motion.reach", { z, tool: tool as "pen" }).then((reach) => (outlines.value = reach.outlines), () => {});
+    call("motion.reach", { z, tool: tool as "pen" }).then(
+      (reach) => (outlines.value = reach.outlines),
+      () => {},
+    );
   });
 }
 
@@ -71,7 +79,9 @@ function near(before: Frame): Frame {
   if (placed === null) return whole();
   const [x, y] = placed.at;
   const reach = Math.hypot(...size.peek()) / 2;
-  const isSeen = Math.abs(before.x + before.width / 2 - x) + reach < before.width / 2 && Math.abs(before.y + before.height / 2 - y) + reach < before.height / 2;
+  const isSeen =
+    Math.abs(before.x + before.width / 2 - x) + reach < before.width / 2 &&
+    Math.abs(before.y + before.height / 2 - y) + reach < before.height / 2;
   const half = Math.max(reach * 1.9, LEAST);
   if (isSeen && before.height < 3 * half) return before;
   return { x: x - half * WIDE, y: y - half, width: 2 * half * WIDE, height: 2 * half };
@@ -102,7 +112,7 @@ export function Sheet({ hint }: { hint: string }) {
   const was = found.value;
   const [wide, high] = size.value;
   const state = store.state.value;
-  const isBurnt = check.fixed.value["tool"] === "laser";
+  const isBurnt = check.fixed.value.tool === "laser";
   /** A place on the sheet for the pointer. */
   const pointOf = (event: PointerEvent): Point => {
     const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(plane.current?.getScreenCTM()?.inverse());
@@ -114,7 +124,11 @@ export function Sheet({ hint }: { hint: string }) {
       if (event.button !== 0 || before === null || !(target instanceof Element)) return;
       target.setPointerCapture(event.pointerId);
       const over = new AbortController();
-      target.addEventListener("pointermove", (event) => change(hand(before, from, pointOf(event as PointerEvent))), over);
+      target.addEventListener(
+        "pointermove",
+        (event) => change(hand(before, from, pointOf(event as PointerEvent))),
+        over,
+      );
       target.addEventListener("lostpointercapture", () => over.abort(), over);
     },
   });
@@ -123,8 +137,14 @@ export function Sheet({ hint }: { hint: string }) {
     const by = event.shiftKey ? 10 : 1;
     const [px, py] = now.at;
     const changes: Record<string, Partial<Place>> = {
-      ArrowLeft: { at: [px - by, py] }, ArrowRight: { at: [px + by, py] }, ArrowUp: { at: [px, py + by] }, ArrowDown: { at: [px, py - by] },
-      "+": { scale: now.scale * GROWS }, "-": { scale: now.scale / GROWS }, "[": { turn: now.turn + TURNS }, "]": { turn: now.turn - TURNS },
+      ArrowLeft: { at: [px - by, py] },
+      ArrowRight: { at: [px + by, py] },
+      ArrowUp: { at: [px, py + by] },
+      ArrowDown: { at: [px, py - by] },
+      "+": { scale: now.scale * GROWS },
+      "-": { scale: now.scale / GROWS },
+      "[": { turn: now.turn + TURNS },
+      "]": { turn: now.turn - TURNS },
     };
     const wanted = changes[event.key];
     if (wanted === undefined) return;
@@ -132,7 +152,10 @@ export function Sheet({ hint }: { hint: string }) {
     change(wanted);
   };
   /** Where a place on the sheet is in the picture, percent. */
-  const spot = ([px, py]: Point) => ({ left: `${(100 * (px - x)) / width}%`, top: `${(100 * (y + height - py)) / height}%` });
+  const spot = ([px, py]: Point) => ({
+    left: `${(100 * (px - x)) / width}%`,
+    top: `${(100 * (y + height - py)) / height}%`,
+  });
   const corner = ([sx, sy]: Point, beyond = 0): Point => {
     const [dx, dy] = turned([(sx * wide) / 2, (sy * high) / 2 + beyond], now?.turn ?? 0);
     return [(now?.at[0] ?? 0) + dx, (now?.at[1] ?? 0) + dy];
@@ -152,60 +175,121 @@ export function Sheet({ hint }: { hint: string }) {
         onKeyDown={keys}
       >
         <div class="plane-fit">
-        <svg viewBox={viewBox(frame.value)} aria-hidden="true">
-          <g ref={plane} transform={UP}>
-            <path class="reach" d={outlines.value.map((outline) => `${pathOf(outline)}Z`).join("")} />
-            <pattern id="sheet-grid" width="10" height="10" patternUnits="userSpaceOnUse"><path class="grid" d="M0 0H10M0 0V10" /></pattern>
-            <rect x={x} y={y} width={width} height={height} fill="url(#sheet-grid)" />
-            <path class="axes" d="M0 0H40M0 0V40" />
-            <circle class="base" r="24" />
-            {drawn.value.strokes.map(({ points, burnt }, nth) => (
-              <path key={nth} class={burnt ? "burnt" : "ink"} d={pathOf(points)} />
-            ))}
-            {isThere ? (
-              <g transform={`translate(${now.at.join(" ")}) rotate(${now.turn - was.turn}) scale(${now.scale / was.scale}) translate(${-was.at[0]} ${-was.at[1]})`}>
-                {paths.value.map(({ key, color, power, path }) =>
-                  color === null ? (
-                    <g key={key}>
-                      <path class="casing" d={path} />
-                      <path class="unreachable" d={path} />
-                    </g>
-                  ) : (
-                    <path key={key} class="drawn" stroke={color} d={path} style={isBurnt ? { strokeWidth: Math.max(BEAM, width / 1000), strokeOpacity: power / 100, strokeLinecap: "butt", vectorEffect: "none" } : {}} />
-                  ),
-                )}
-              </g>
-            ) : null}
-            {isThere ? <polygon class="hold" data-testid="draw-hold" points={CORNERS.map((one) => corner(one).join()).join(" ")} {...taken(moves)} /> : null}
-            {state === null ? null : <circle class="tip" cx={state.x} cy={state.y} r={width / 90} />}
-            {ghost.value && isThere ? (
-              <>
-                <path id="sheet-way" d={way.value} visibility="hidden" />
-                <circle class="ghost" r={width / 80}>
-                  <animateMotion dur={`${Math.min(LONGEST, check.report.value?.seconds ?? 0)}s`} repeatCount="indefinite"><mpath href="#sheet-way" /></animateMotion>
-                </circle>
-              </>
-            ) : null}
-          </g>
-        </svg>
-        {isThere ? (
-          <>
-            {CORNERS.map((one, nth) => (
-              <span key={nth} class="handle corner" style={spot(corner(one))} data-testid={`draw-corner-${nth + 1}`} {...taken(scales)} />
-            ))}
-            <span class="handle turn" style={spot(corner([0, 1], height / 16))} data-testid="draw-turn" {...taken(turns)} />
-          </>
-        ) : (
-          <p class="hint plane-hint">{hint}</p>
-        )}
+          <svg viewBox={viewBox(frame.value)} aria-hidden="true">
+            <g ref={plane} transform={UP}>
+              <path class="reach" d={outlines.value.map((outline) => `${pathOf(outline)}Z`).join("")} />
+              <pattern id="sheet-grid" width="10" height="10" patternUnits="userSpaceOnUse">
+                <path class="grid" d="M0 0H10M0 0V10" />
+              </pattern>
+              <rect x={x} y={y} width={width} height={height} fill="url(#sheet-grid)" />
+              <path class="axes" d="M0 0H40M0 0V40" />
+              <circle class="base" r="24" />
+              {drawn.value.strokes.map(({ points, burnt }, nth) => (
+                <path key={nth} class={burnt ? "burnt" : "ink"} d={pathOf(points)} />
+              ))}
+              {isThere ? (
+                <g
+                  transform={`translate(${now.at.join(" ")}) rotate(${now.turn - was.turn}) scale(${now.scale / was.scale}) translate(${-was.at[0]} ${-was.at[1]})`}
+                >
+                  {paths.value.map(({ key, color, power, path }) =>
+                    color === null ? (
+                      <g key={key}>
+                        <path class="casing" d={path} />
+                        <path class="unreachable" d={path} />
+                      </g>
+                    ) : (
+                      <path
+                        key={key}
+                        class="drawn"
+                        stroke={color}
+                        d={path}
+                        style={
+                          isBurnt
+                            ? {
+                                strokeWidth: Math.max(BEAM, width / 1000),
+                                strokeOpacity: power / 100,
+                                strokeLinecap: "butt",
+                                vectorEffect: "none",
+                              }
+                            : {}
+                        }
+                      />
+                    ),
+                  )}
+                </g>
+              ) : null}
+              {isThere ? (
+                <polygon
+                  class="hold"
+                  data-testid="draw-hold"
+                  points={CORNERS.map((one) => corner(one).join()).join(" ")}
+                  {...taken(moves)}
+                />
+              ) : null}
+              {state === null ? null : <circle class="tip" cx={state.x} cy={state.y} r={width / 90} />}
+              {ghost.value && isThere ? (
+                <>
+                  <path id="sheet-way" d={way.value} visibility="hidden" />
+                  <circle class="ghost" r={width / 80}>
+                    <animateMotion
+                      dur={`${Math.min(LONGEST, check.report.value?.seconds ?? 0)}s`}
+                      repeatCount="indefinite"
+                    >
+                      <mpath href="#sheet-way" />
+                    </animateMotion>
+                  </circle>
+                </>
+              ) : null}
+            </g>
+          </svg>
+          {isThere ? (
+            <>
+              {CORNERS.map((one, nth) => (
+                <span
+                  key={nth}
+                  class="handle corner"
+                  style={spot(corner(one))}
+                  data-testid={`draw-corner-${nth + 1}`}
+                  {...taken(scales)}
+                />
+              ))}
+              <span
+                class="handle turn"
+                style={spot(corner([0, 1], height / 16))}
+                data-testid="draw-turn"
+                {...taken(turns)}
+              />
+            </>
+          ) : (
+            <p class="hint plane-hint">{hint}</p>
+          )}
         </div>
       </div>
       <div class="cameras" role="group" aria-label={t("view.cameras")}>
-        <Do id="draw-near" aria-pressed={isNear.value} text={w("sheet.near")} press={() => (isNear.value = !isNear.value)} />
-        <Do id="draw-fit" aria-pressed={isThere && wanted.value === null} off={!isThere} text={w("sheet.fit")} press={() => (wanted.value = null)} />
-        <Do id="draw-ghost" aria-pressed={ghost.value} off={!isThere} text={w("sheet.ghost")} press={() => (ghost.value = !ghost.value)} />
+        <Do
+          id="draw-near"
+          aria-pressed={isNear.value}
+          text={w("sheet.near")}
+          press={() => (isNear.value = !isNear.value)}
+        />
+        <Do
+          id="draw-fit"
+          aria-pressed={isThere && wanted.value === null}
+          off={!isThere}
+          text={w("sheet.fit")}
+          press={() => (wanted.value = null)}
+        />
+        <Do
+          id="draw-ghost"
+          aria-pressed={ghost.value}
+          off={!isThere}
+          text={w("sheet.ghost")}
+          press={() => (ghost.value = !ghost.value)}
+        />
       </div>
-      <p id="sheet-keys" class="hint">{w("sheet.keys")}</p>
+      <p id="sheet-keys" class="hint">
+        {w("sheet.keys")}
+      </p>
       <Placing off={!isThere} />
     </section>
   );
@@ -224,7 +308,14 @@ function Placing({ off }: { off: boolean }) {
     <div class="placing">
       {fields.map(({ name, unit, value, set }) => (
         <Field key={name} label={w(`sheet.${name}`)} unit={unit}>
-          <NumberInput id={`draw-place-${name}`} label={w(`sheet.${name}`)} value={value} step={1} off={off} set={set} />
+          <NumberInput
+            id={`draw-place-${name}`}
+            label={w(`sheet.${name}`)}
+            value={value}
+            step={1}
+            off={off}
+            set={set}
+          />
         </Field>
       ))}
     </div>

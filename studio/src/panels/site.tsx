@@ -8,7 +8,21 @@ import { save } from "../log";
 import { call, show } from "../session";
 import { page } from "../results";
 import { base64 } from "../run/programs";
-import { chosen, doingOf, drop, each, give, isKnown, jobOf, jobs, pictures, send, states, take, watchSite } from "../site";
+import {
+  chosen,
+  doingOf,
+  drop,
+  each,
+  give,
+  isKnown,
+  jobOf,
+  jobs,
+  pictures,
+  send,
+  states,
+  take,
+  watchSite,
+} from "../site";
 import { toggled } from "../settings";
 import * as store from "../store";
 import { Card, Do, OpenFile, Pick } from "../ui/parts";
@@ -42,29 +56,86 @@ function Tile({ arm }: { arm: store.ArmEntry }) {
   // Nobody knows who has the arm of a station that is gone.
   const turn = store.socket.value === "up" ? turnOf(name) : null;
   const frozen = store.socket.value === "up" && frozenArms.value.includes(name);
-  const who = store.socket.value !== "up" ? "" : holder === null ? (lost ? t("arms.link.lost") : jobOf(arm) !== null ? t("arms.busy") : isTeachers(turnAt(name)) ? w("tile.teacher") : t("arms.free")) : isMine ? t("arms.you") : holder.name;
+  const who =
+    store.socket.value !== "up"
+      ? ""
+      : holder === null
+        ? lost
+          ? t("arms.link.lost")
+          : jobOf(arm) !== null
+            ? t("arms.busy")
+            : isTeachers(turnAt(name))
+              ? w("tile.teacher")
+              : t("arms.free")
+        : isMine
+          ? t("arms.you")
+          : holder.name;
   const doing = doingOf(arm);
   return (
-    <li class={`tile ${isMine ? "mine" : ""} ${alarms.length > 0 ? "alarmed" : ""} ${lost ? "lost" : "up"} ${frozen ? "frozen" : ""}`} data-testid={`arm-${name}`} data-holder={holder?.name ?? ""} data-t={states.get(name)?.t}>
+    <li
+      class={`tile ${isMine ? "mine" : ""} ${alarms.length > 0 ? "alarmed" : ""} ${lost ? "lost" : "up"} ${frozen ? "frozen" : ""}`}
+      data-testid={`arm-${name}`}
+      data-holder={holder?.name ?? ""}
+      data-t={states.get(name)?.t}
+    >
       <div class="tile-head">
-        <a href="#/move" onClick={() => show(name)} title={t("arms.show", { name })} aria-current={name === store.armName.value ? "true" : undefined}>
+        <a
+          href="#/move"
+          onClick={() => show(name)}
+          title={t("arms.show", { name })}
+          aria-current={name === store.armName.value ? "true" : undefined}
+        >
           {name}
         </a>
         <label hidden={store.arms.value.length < 2}>
-          <input type="checkbox" aria-label={t("site.choose", { name })} data-testid={`choose-${name}`} checked={chosen.value.has(name)} onChange={(event) => (chosen.value = toggled(chosen.value, name, event.currentTarget.checked))} />
+          <input
+            type="checkbox"
+            aria-label={t("site.choose", { name })}
+            data-testid={`choose-${name}`}
+            checked={chosen.value.has(name)}
+            onChange={(event) => (chosen.value = toggled(chosen.value, name, event.currentTarget.checked))}
+          />
         </label>
       </div>
-      <div class="tile-view" data-place>{lost ? <span class="tile-lost" aria-hidden="true">?</span> : null}</div>
+      <div class="tile-view" data-place>
+        {lost ? (
+          <span class="tile-lost" aria-hidden="true">
+            ?
+          </span>
+        ) : null}
+      </div>
       <div class="tile-foot">
-        {turn === null ? <p class="who" title={who}>{who}</p> : <p class="who turn" title={turn} data-testid={`turn-${name}`}>{turn}</p>}
+        {turn === null ? (
+          <p class="who" title={who}>
+            {who}
+          </p>
+        ) : (
+          <p class="who turn" title={turn} data-testid={`turn-${name}`}>
+            {turn}
+          </p>
+        )}
         <p title={doing}>{doing}</p>
-        {arm.virtual ? null : <p class="port" title={port}>{port}</p>}
-        {arm.machine ? <p class="port" title={w("tile.machine.text", { machine: arm.machine })} data-testid={`machine-${name}`}>{w("tile.machine", { machine: arm.machine })}</p> : null}
+        {arm.virtual ? null : (
+          <p class="port" title={port}>
+            {port}
+          </p>
+        )}
+        {arm.machine ? (
+          <p class="port" title={w("tile.machine.text", { machine: arm.machine })} data-testid={`machine-${name}`}>
+            {w("tile.machine", { machine: arm.machine })}
+          </p>
+        ) : null}
       </div>
       {store.role.value === "teacher" && hasClass.value ? <TeacherTile arm={arm} /> : null}
       <div class="tile-marks">
-        {frozen ? <span class="frozen" data-testid={`frozen-${name}`}>{t("class.frozen")}</span> : null}
-        {alarms.length > 0 ? <span class="alarm">{t("site.alarm", { code: `0x${(alarms[0] ?? 0).toString(16)}` })}</span> : null}
+        {frozen ? (
+          <span class="frozen" data-testid={`frozen-${name}`}>
+            {t("class.frozen")}
+          </span>
+        ) : null}
+        {alarms.length > 0 ? (
+          <span class="alarm">{t("site.alarm", { code: `0x${(alarms[0] ?? 0).toString(16)}` })}</span>
+        ) : null}
         {asks === null ? null : <span data-testid={`hand-${name}`}>{t("site.asks", { name: asks })}</span>}
         {waits > 0 ? <span>{t("site.waits", { n: waits })}</span> : null}
         {job === null ? null : <span class="job">{job}</span>}
@@ -94,31 +165,36 @@ function useFleet(place: { current: HTMLDivElement | null }): void {
     };
     const sizes = new ResizeObserver(layOut);
     let end = () => {};
-    import("../view/fleet").then(({ FleetScene }) => {
-      if (gone) return;
-      try {
-        scene = new FleetScene(element, model, order.length);
-      } catch {
-        // Without WebGL the tiles have their words.
-        return;
-      }
-      let most = 0;
-      scene.onDrawn = (ms) => {
-        most = Math.max(most * 0.98, ms);
-        element.dataset["ms"] = ms.toFixed(2);
-        element.dataset["most"] = most.toFixed(2);
-      };
-      layOut();
-      sizes.observe(element);
-      end = effect(() => {
-        const arms = new Map(store.arms.value.map((arm) => [arm.name, arm]));
-        scene?.setJoints(order.map((name) => {
-          const state = states.get(name);
-          const arm = arms.get(name);
-          return state && arm && isKnown(arm) ? [state.j1, state.j2, state.j3, state.j4, state.rail ?? 0] : null;
-        }));
-      });
-    }, () => {});
+    import("../view/fleet").then(
+      ({ FleetScene }) => {
+        if (gone) return;
+        try {
+          scene = new FleetScene(element, model, order.length);
+        } catch {
+          // Without WebGL the tiles have their words.
+          return;
+        }
+        let most = 0;
+        scene.onDrawn = (ms) => {
+          most = Math.max(most * 0.98, ms);
+          element.dataset.ms = ms.toFixed(2);
+          element.dataset.most = most.toFixed(2);
+        };
+        layOut();
+        sizes.observe(element);
+        end = effect(() => {
+          const arms = new Map(store.arms.value.map((arm) => [arm.name, arm]));
+          scene?.setJoints(
+            order.map((name) => {
+              const state = states.get(name);
+              const arm = arms.get(name);
+              return state && arm && isKnown(arm) ? [state.j1, state.j2, state.j3, state.j4, state.rail ?? 0] : null;
+            }),
+          );
+        });
+      },
+      () => {},
+    );
     return () => {
       gone = true;
       end();
@@ -137,9 +213,13 @@ function useInView(place: { current: HTMLDivElement | null }): Set<string> {
     if (element === null) return;
     const order = names.split(",");
     const arms = new Map([...element.querySelectorAll(".tile")].map((tile, nth) => [tile, order[nth] ?? ""]));
-    const watcher = new IntersectionObserver((entries) => {
-      for (const { target, isIntersecting } of entries) inView[isIntersecting ? "add" : "delete"](arms.get(target) ?? "");
-    }, { rootMargin: "25%" });
+    const watcher = new IntersectionObserver(
+      (entries) => {
+        for (const { target, isIntersecting } of entries)
+          inView[isIntersecting ? "add" : "delete"](arms.get(target) ?? "");
+      },
+      { rootMargin: "25%" },
+    );
     inView.clear();
     for (const tile of arms.keys()) watcher.observe(tile);
     return () => watcher.disconnect();
@@ -155,24 +235,48 @@ function Bar() {
   const none = mine.length === 0;
   const isViewer = store.role.value === "viewer";
   useEffect(() => {
-    if (store.socket.value === "up") call("program.list", {}).then(({ programs: all }) => (programs.value = all.map(({ name }) => name)), complain);
+    if (store.socket.value === "up")
+      call("program.list", {}).then(({ programs: all }) => (programs.value = all.map(({ name }) => name)), complain);
   }, [store.socket.value]);
   const said = (work: Promise<number>) => void work.then((n) => n > 0 && store.say(t("site.done", { n })));
   const off = none || isViewer || store.socket.value !== "up";
   return (
     <div class="site-bar" role="group" aria-label={t("site.bar")}>
       <Do id="stop-all" class="stop-all" text={t("site.stopAll")} press={() => stop(true)} />
-      <Do id="choose-all" press={() => (chosen.value = new Set(mine.length === arms.length ? [] : arms.map(({ name }) => name)))}>
+      <Do
+        id="choose-all"
+        press={() => (chosen.value = new Set(mine.length === arms.length ? [] : arms.map(({ name }) => name)))}
+      >
         {t(mine.length === arms.length ? "site.none" : "site.all")}
       </Do>
       <Do id="site-take" off={off} why="site-why" text={t("lease.take")} press={() => said(each(mine, take))} />
       <Do id="site-give" off={off} why="site-why" text={t("lease.release")} press={() => said(each(mine, give))} />
-      <Pick id="site-program" label={t("site.program")} value={program.value} options={[{ value: "", text: t("site.program") }, ...programs.value]} choose={(name) => (program.value = name)} />
-      <Do id="site-send" class="primary" off={off || program.value === ""} why="site-why" press={() => said(send(mine, { program: program.value }, program.value))}>
+      <Pick
+        id="site-program"
+        label={t("site.program")}
+        value={program.value}
+        options={[{ value: "", text: t("site.program") }, ...programs.value]}
+        choose={(name) => (program.value = name)}
+      />
+      <Do
+        id="site-send"
+        class="primary"
+        off={off || program.value === ""}
+        why="site-why"
+        press={() => said(send(mine, { program: program.value }, program.value))}
+      >
         {t("site.send", { n: mine.length })}
       </Do>
-      <OpenFile id="site-file" off={off} why="site-why" text={t("site.file")} open={async ([file]) => file && said(send(mine, { data: base64(await file.arrayBuffer()) }, file.name))} />
-      <span id="site-why" class="unseen">{t(isViewer ? "why.viewer" : "site.why")}</span>
+      <OpenFile
+        id="site-file"
+        off={off}
+        why="site-why"
+        text={t("site.file")}
+        open={async ([file]) => file && said(send(mine, { data: base64(await file.arrayBuffer()) }, file.name))}
+      />
+      <span id="site-why" class="unseen">
+        {t(isViewer ? "why.viewer" : "site.why")}
+      </span>
     </div>
   );
 }
@@ -181,11 +285,16 @@ function Pictures() {
   if (pictures.value.length === 0) return null;
   const clear = async () => {
     const names = pictures.value.map(({ name }) => name);
-    if (await store.ask(t("site.pictures.clear.title"), t("site.pictures.clear.text"), t("programs.delete"))) await drop(names);
+    if (await store.ask(t("site.pictures.clear.title"), t("site.pictures.clear.text"), t("programs.delete")))
+      await drop(names);
   };
   const more = (
     <div class="buttons-row">
-      <Do id="pictures-save" class="quiet small" press={() => save("results.html", page(t("site.pictures"), pictures.value), "text/html")}>
+      <Do
+        id="pictures-save"
+        class="quiet small"
+        press={() => save("results.html", page(t("site.pictures"), pictures.value), "text/html")}
+      >
         {t("site.pictures.all")}
       </Do>
       <Do id="pictures-clear" class="quiet small" text={t("site.pictures.clear")} press={clear} />
@@ -195,7 +304,10 @@ function Pictures() {
     <Card title={t("site.pictures")} class="arms" more={more}>
       <div class="pictures">
         {pictures.value.map(({ name, svg, strokes }) => {
-          const box = boundsOf(strokes.flatMap((stroke) => stroke.points), 4);
+          const box = boundsOf(
+            strokes.flatMap((stroke) => stroke.points),
+            4,
+          );
           return (
             <div key={name} class="picture">
               <Do id={`picture-${name}`} label={t("site.picture", { name })} press={() => save(`${name}.svg`, svg)}>
@@ -204,7 +316,13 @@ function Pictures() {
                 </svg>
                 <span>{name}</span>
               </Do>
-              <Do id={`picture-delete-${name}`} class="quiet small icon" label={t("site.picture.delete", { name })} text="✕" press={() => drop([name])} />
+              <Do
+                id={`picture-delete-${name}`}
+                class="quiet small icon"
+                label={t("site.picture.delete", { name })}
+                text="✕"
+                press={() => drop([name])}
+              />
             </div>
           );
         })}
@@ -216,9 +334,17 @@ function Pictures() {
 function Count() {
   const marks = store.arms.value.map(marksOf);
   const count = (is: (one: ReturnType<typeof marksOf>) => boolean) => marks.filter(is).length;
-  const values = { n: marks.length, lost: count(({ lost }) => lost), alarms: count(({ alarms }) => alarms.length > 0), jobs: count(({ job }) => job !== null), hands: count(({ asks }) => asks !== null) };
+  const values = {
+    n: marks.length,
+    lost: count(({ lost }) => lost),
+    alarms: count(({ alarms }) => alarms.length > 0),
+    jobs: count(({ job }) => job !== null),
+    hands: count(({ asks }) => asks !== null),
+  };
   return (
-    <p class="hint" data-testid="site-count" role="status">{t("site.count", values)}</p>
+    <p class="hint" data-testid="site-count" role="status">
+      {t("site.count", values)}
+    </p>
   );
 }
 

@@ -32,13 +32,25 @@ function Add() {
         <Do id="teach-add" class="primary" off={off} why={why} text={w("teach.add")} press={actions.capture} />
         <Do id="teach-undo" off={!program.canUndo.value} text={w("teach.undo")} press={program.undo} />
         <Do id="teach-redo" off={!program.canRedo.value} text={w("teach.redo")} press={program.redo} />
-        <Do id="teach-delete" off={program.rows.value.length === 0} text={count > 1 ? w("teach.deleteMany", { count }) : w("teach.delete")} press={program.remove} />
+        <Do
+          id="teach-delete"
+          off={program.rows.value.length === 0}
+          text={count > 1 ? w("teach.deleteMany", { count }) : w("teach.delete")}
+          press={program.remove}
+        />
       </div>
       <Why id={why} text={off ? t(store.why.value ?? "why.free") : null} />
       <details class="more">
         <summary>{w("teach.more")}</summary>
         <div class="more-body">
-          <Switch id="teach-guide" label={w("teach.guide")} on={actions.guides.value} off={off} why={why} flip={actions.guide} />
+          <Switch
+            id="teach-guide"
+            label={w("teach.guide")}
+            on={actions.guides.value}
+            off={off}
+            why={why}
+            flip={actions.guide}
+          />
           <div class="buttons-row">
             <Do id="teach-wait" text={w("teach.addWait")} press={actions.addWait} />
             <Times id="teach-pin" label={w("teach.pin")} least={1} most={PINS} value={pin} />
@@ -59,12 +71,27 @@ function Play() {
   const leads = program.rows.value[nth]?.motion !== null;
   return (
     <div class="buttons-row play">
-      <Do id="teach-play" class="primary" off={off} why="play-why" text={w("teach.play")} press={() => actions.play("all")} />
+      <Do
+        id="teach-play"
+        class="primary"
+        off={off}
+        why="play-why"
+        text={w("teach.play")}
+        press={() => actions.play("all")}
+      />
       <Times id="teach-loops" label={t("run.times")} hint={t("run.times.hint")} value={actions.loops} />
       <Do id="teach-from" off={off} why="play-why" text={w("teach.from", { n })} press={() => actions.play("from")} />
       <Do id="teach-step" off={off} why="play-why" text={w("teach.one", { n })} press={() => actions.play("one")} />
-      <Do id="teach-again" off={store.why.value !== null || off || !leads} why="play-why" text={w("teach.again", { n })} press={() => actions.reteach(nth)} />
-      <span id="play-why" class="unseen">{why === null ? w("teach.empty") : t(why)}</span>
+      <Do
+        id="teach-again"
+        off={store.why.value !== null || off || !leads}
+        why="play-why"
+        text={w("teach.again", { n })}
+        press={() => actions.reteach(nth)}
+      />
+      <span id="play-why" class="unseen">
+        {why === null ? w("teach.empty") : t(why)}
+      </span>
     </div>
   );
 }
@@ -90,7 +117,13 @@ function Files() {
         choose={(format) => (actions.format.value = format)}
       />
       <Do id="teach-save" off={off || program.rows.value.length === 0} text={w("teach.save")} press={actions.save} />
-      <OpenFile id="teach-open" accept=".playback,.json,.plan,.csv,.xyz,.blockly,.xml" off={off} text={t("programs.open")} open={([file]) => file && actions.open(file)} />
+      <OpenFile
+        id="teach-open"
+        accept=".playback,.json,.plan,.csv,.xyz,.blockly,.xml"
+        off={off}
+        text={t("programs.open")}
+        open={([file]) => file && actions.open(file)}
+      />
     </div>
   );
 }
@@ -116,7 +149,11 @@ export function Teach() {
       <div class="move-look">
         <ArmView />
         <Pose />
-        <Card title={w("teach.points")} class="points-card" more={<span class="hint">{w(isSaved ? "teach.isSaved" : "teach.unsaved")}</span>}>
+        <Card
+          title={w("teach.points")}
+          class="points-card"
+          more={<span class="hint">{w(isSaved ? "teach.isSaved" : "teach.unsaved")}</span>}
+        >
           <Add />
           <Points />
           <Play />

@@ -19,30 +19,77 @@ export function ArmCard() {
     <Card title={t("arm.title")} class="arm-card">
       <div class="buttons">
         <Do id="home" class={isOn ? "primary" : ""} off={off} why="jog-why" text={t("home")} press={actions.home} />
-        <Do id="clear-alarms" class={store.alarms.value.some(({ code }) => code !== store.SWITCHED_ON) ? "primary" : ""} off={off} why="jog-why" text={t("alarms.clear")} press={actions.clearAlarms} />
+        <Do
+          id="clear-alarms"
+          class={store.alarms.value.some(({ code }) => code !== store.SWITCHED_ON) ? "primary" : ""}
+          off={off}
+          why="jog-why"
+          text={t("alarms.clear")}
+          press={actions.clearAlarms}
+        />
       </div>
       {state?.homed === false ? <p class="hint">{t("home.unknown")}</p> : null}
-      <Field label={<>{t("arm.speed")} <b class="number">{speed === null ? "–" : `${Math.round(speed)} %`}</b></>}>
-        <Range id="arm-speed" least={1} most={100} value={speed ?? 50} off={off} why="jog-why" rests set={actions.speed} />
+      <Field
+        label={
+          <>
+            {t("arm.speed")} <b class="number">{speed === null ? "–" : `${Math.round(speed)} %`}</b>
+          </>
+        }
+      >
+        <Range
+          id="arm-speed"
+          least={1}
+          most={100}
+          value={speed ?? 50}
+          off={off}
+          why="jog-why"
+          rests
+          set={actions.speed}
+        />
       </Field>
       <Pick
         title={t("tools.select")}
         id="tool-select"
         value={mounted}
-        options={[...(isOther ? [{ value: mounted, text: told(`tools.${mounted}`, mounted), disabled: true }] : []), ...TOOLS.map((value) => ({ value: value as string, text: t(`tools.${value}`) }))]}
+        options={[
+          ...(isOther ? [{ value: mounted, text: told(`tools.${mounted}`, mounted), disabled: true }] : []),
+          ...TOOLS.map((value) => ({ value: value as string, text: t(`tools.${value}`) })),
+        ]}
         off={off}
         why="jog-why"
         choose={(name) => actions.tool({ tool: name as (typeof TOOLS)[number] })}
       />
       <div class="tool-row">
-        <Switch id="tool-suction" label={t("tool.suction")} on={tool?.suction ?? null} off={off} why="jog-why" flip={(suction) => actions.tool({ suction })} />
-        <Switch id="tool-laser" label={t("tool.laser")} on={tool?.laser ?? null} off={off} why="jog-why" danger flip={actions.laser} />
+        <Switch
+          id="tool-suction"
+          label={t("tool.suction")}
+          on={tool?.suction ?? null}
+          off={off}
+          why="jog-why"
+          flip={(suction) => actions.tool({ suction })}
+        />
+        <Switch
+          id="tool-laser"
+          label={t("tool.laser")}
+          on={tool?.laser ?? null}
+          off={off}
+          why="jog-why"
+          danger
+          flip={actions.laser}
+        />
       </div>
       <div class="gripper" role="group" aria-label={t("tool.gripper")}>
         <span aria-hidden="true">{t("tool.gripper")}</span>
         <div class="segments">
           {GRIPPER.map((gripper) => (
-            <Do id={`tool-gripper-${gripper}`} key={gripper} aria-pressed={tool?.gripper === gripper} off={off} why="jog-why" press={() => actions.tool({ gripper })}>
+            <Do
+              id={`tool-gripper-${gripper}`}
+              key={gripper}
+              aria-pressed={tool?.gripper === gripper}
+              off={off}
+              why="jog-why"
+              press={() => actions.tool({ gripper })}
+            >
               {t(`tool.${gripper}`)}
             </Do>
           ))}

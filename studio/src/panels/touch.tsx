@@ -17,12 +17,32 @@ function TouchOff({ tool = "pen" }: { tool?: "pen" | "laser" }) {
       title={t("touch.title")}
       class="touch-card"
       group
-      more={<output class="number" data-testid="touch-off-height" aria-live="polite">{surface.shownHeight()}</output>}
+      more={
+        <output class="number" data-testid="touch-off-height" aria-live="polite">
+          {surface.shownHeight()}
+        </output>
+      }
     >
       <p class="hint">{t(`touch.text.${tool}`)}</p>
       <div class="buttons-row">
-        <Do id="touch-off" class={surface.height.value === null ? "primary" : ""} off={off} why="touch-why" text={t(`touch.use.${tool}`)} press={surface.touch} />
-        {surface.height.value === null ? null : <Do id="touch-off-forget" class="quiet" off={off} why="touch-why" text={t("touch.forget")} press={surface.forget} />}
+        <Do
+          id="touch-off"
+          class={surface.height.value === null ? "primary" : ""}
+          off={off}
+          why="touch-why"
+          text={t(`touch.use.${tool}`)}
+          press={surface.touch}
+        />
+        {surface.height.value === null ? null : (
+          <Do
+            id="touch-off-forget"
+            class="quiet"
+            off={off}
+            why="touch-why"
+            text={t("touch.forget")}
+            press={surface.forget}
+          />
+        )}
       </div>
       <Why id="touch-why" text={why === null ? null : t(why)} />
       {surface.problem.value === null ? null : <Problem of={surface.problem.value} />}

@@ -33,7 +33,9 @@ function write(text: string): void {
 function useWorkshop(tool: "pen" | "laser"): void {
   usePrograms(AT_ONCE);
   useEffect(() => {
-    const end = effect(() => void (check.fixed.value = { tool, work: tool === "pen" ? "draw" : "engrave", ...setup.value }));
+    const end = effect(
+      () => void (check.fixed.value = { tool, work: tool === "pen" ? "draw" : "engrave", ...setup.value }),
+    );
     if (check.chosen.value === null && store.isUp.value) write(typed.value);
     return () => {
       end();
@@ -48,16 +50,40 @@ function What() {
   const noFile = off || store.role.value === "viewer";
   const drawings = library.programs.value.filter(({ format }) => FORMATS.includes(format ?? ""));
   return (
-    <Card title={t("draw.what")} class="what-card" more={<OpenFile id="draw-open" class="small" accept={ACCEPT} off={noFile} text={t(library.isLoading.value ? "programs.loading" : "programs.open")} open={check.openFiles} />}>
+    <Card
+      title={t("draw.what")}
+      class="what-card"
+      more={
+        <OpenFile
+          id="draw-open"
+          class="small"
+          accept={ACCEPT}
+          off={noFile}
+          text={t(library.isLoading.value ? "programs.loading" : "programs.open")}
+          open={check.openFiles}
+        />
+      }
+    >
       <Drop off={noFile} open={check.openFiles} class="what-drop">
         <Field label={t("draw.text")}>
-          <textarea rows={2} maxLength={2000} disabled={off} placeholder={t("draw.text.hint")} data-testid="draw-text" value={check.chosen.value?.format === "text" ? typed.value : ""} onInput={(event) => write(event.currentTarget.value)} />
+          <textarea
+            rows={2}
+            maxLength={2000}
+            disabled={off}
+            placeholder={t("draw.text.hint")}
+            data-testid="draw-text"
+            value={check.chosen.value?.format === "text" ? typed.value : ""}
+            onInput={(event) => write(event.currentTarget.value)}
+          />
         </Field>
         <Pick
           title={t("draw.program")}
           id="draw-program"
           value={check.selected.value ?? ""}
-          options={[{ value: "", text: t("draw.program.none") }, ...drawings.map(({ name, format }) => ({ value: name, text: `${name} (${formatOf(format)})` }))]}
+          options={[
+            { value: "", text: t("draw.program.none") },
+            ...drawings.map(({ name, format }) => ({ value: name, text: `${name} (${formatOf(format)})` })),
+          ]}
           off={off || drawings.length === 0}
           choose={(name) => void check.select(name || null)}
         />
@@ -67,7 +93,10 @@ function What() {
 }
 
 export function title(): string {
-  return check.selected.value ?? (check.chosen.value?.format === "testgrid" ? t("laser.grid") : typed.value.trim().slice(0, 40));
+  return (
+    check.selected.value ??
+    (check.chosen.value?.format === "testgrid" ? t("laser.grid") : typed.value.trim().slice(0, 40))
+  );
 }
 /** Why nothing can be started now. */
 export const why = (): Key | null => jobs.why.value ?? (jobs.busy.value ? "why.busy.job" : null);
@@ -92,7 +121,10 @@ export function Workshop({ tool, name, hint, first, because = null, before, chil
   const seconds = check.report.value?.seconds ?? null;
   const time = (
     <p class="draw-time">
-      <b class="number" data-testid="draw-time">{seconds === null ? "–" : jobs.duration(seconds)}</b> <span class="hint">{t("draw.time")}</span>
+      <b class="number" data-testid="draw-time">
+        {seconds === null ? "–" : jobs.duration(seconds)}
+      </b>{" "}
+      <span class="hint">{t("draw.time")}</span>
     </p>
   );
   const start = () => check.start(title(), about(check.report.value));
@@ -106,14 +138,27 @@ export function Workshop({ tool, name, hint, first, because = null, before, chil
           <Unseen />
           {before}
           <div class="buttons-row">
-            <Do id="draw-start" class="primary" off={reason !== null || !isThere} why="draw-why" text={t("run.start")} press={start} />
+            <Do
+              id="draw-start"
+              class="primary"
+              off={reason !== null || !isThere}
+              why="draw-why"
+              text={t("run.start")}
+              press={start}
+            />
             <Do id="draw-check" off={!store.isUp.value || !isThere} text={t("run.check")} press={check.check} />
           </div>
-          <p id="draw-why" class="hint" role="status">{reason === null ? "" : t(reason)}</p>
+          <p id="draw-why" class="hint" role="status">
+            {reason === null ? "" : t(reason)}
+          </p>
         </Card>
         <Height tool={tool} />
         <JobCard />
-        {check.asked.value.length === 0 ? null : <Card title={t("setup.title")} class="options-card"><Options first={first} /></Card>}
+        {check.asked.value.length === 0 ? null : (
+          <Card title={t("setup.title")} class="options-card">
+            <Options first={first} />
+          </Card>
+        )}
         <PartsCard />
         <Presets />
         {children}

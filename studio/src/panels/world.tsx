@@ -29,7 +29,8 @@ async function done(work: () => Promise<unknown>): Promise<void> {
   await tried(work);
   void look();
 }
-const place = (name: string, x: number, y: number) => done(() => call("world.place", { ...shown(), name, at: [x, y, ABOVE] }));
+const place = (name: string, x: number, y: number) =>
+  done(() => call("world.place", { ...shown(), name, at: [x, y, ABOVE] }));
 const load = (text: string) =>
   done(async () => {
     const objects = await begin(text);
@@ -42,7 +43,8 @@ function Scenario({ off }: { off: boolean }) {
     call("world.scenarios", shown()).then(({ scenarios }) => (all.value = scenarios), complain);
   }, [store.armName.value]);
   const title = world.value?.title ?? null;
-  const current = title === null && world.value?.table == null ? "" : (all.value.find((one) => one.title === title)?.name ?? "own");
+  const current =
+    title === null && world.value?.table == null ? "" : (all.value.find((one) => one.title === title)?.name ?? "own");
   const noTeacher = store.role.value !== "teacher";
   return (
     <Card title={w("world.scenario")}>
@@ -63,9 +65,18 @@ function Scenario({ off }: { off: boolean }) {
             if (name === "" || wanted) void load(wanted?.text ?? "");
           }}
         />
-        <OpenFile id="world-scenario-open" accept=".toml" off={off || noTeacher} why={off ? WHY : "world-note"} text={w("world.open")} open={async ([file]) => file && load(await file.text())} />
+        <OpenFile
+          id="world-scenario-open"
+          accept=".toml"
+          off={off || noTeacher}
+          why={off ? WHY : "world-note"}
+          text={w("world.open")}
+          open={async ([file]) => file && load(await file.text())}
+        />
       </div>
-      <p class="hint" id="world-note">{noTeacher ? t("world.teacher") : w("world.note")}</p>
+      <p class="hint" id="world-note">
+        {noTeacher ? t("world.teacher") : w("world.note")}
+      </p>
     </Card>
   );
 }
@@ -81,7 +92,14 @@ function Objects({ off }: { off: boolean }) {
           const field = (axis: "x" | "y", value: number) => (
             <label>
               {axis}
-              <NumberInput label={w("world.object.axis", { name, axis })} value={value} step={5} off={off} why={WHY} set={(to) => void place(name, axis === "x" ? to : x, axis === "y" ? to : y)} />
+              <NumberInput
+                label={w("world.object.axis", { name, axis })}
+                value={value}
+                step={5}
+                off={off}
+                why={WHY}
+                set={(to) => void place(name, axis === "x" ? to : x, axis === "y" ? to : y)}
+              />
             </label>
           );
           return (
@@ -105,8 +123,16 @@ function Objects({ off }: { off: boolean }) {
 function Paper() {
   const { svg, strokes } = drawn.value;
   const table = world.value?.table;
-  const corners = table == null ? [] : [[table.x[0] ?? 0, table.y[0] ?? 0], [table.x[1] ?? 0, table.y[1] ?? 0]];
-  const kept = [...corners, ...strokes.flatMap((stroke) => stroke.points)].filter((point) => point.every((value) => Math.abs(value) < 500));
+  const corners =
+    table == null
+      ? []
+      : [
+          [table.x[0] ?? 0, table.y[0] ?? 0],
+          [table.x[1] ?? 0, table.y[1] ?? 0],
+        ];
+  const kept = [...corners, ...strokes.flatMap((stroke) => stroke.points)].filter((point) =>
+    point.every((value) => Math.abs(value) < 500),
+  );
   const lines = new Map<string, { of: Stroke; data: string[] }>();
   for (const stroke of strokes) {
     const look = `${stroke.burnt} ${darkness(stroke)} ${stroke.points.length === 1}`;
@@ -119,20 +145,48 @@ function Paper() {
     <Card
       title={w("world.paper")}
       more={
-        <Do id="world-paper-save" class="quiet small" off={strokes.length === 0} press={() => save(`${store.armName.value}-drawing.svg`, svg)}>
+        <Do
+          id="world-paper-save"
+          class="quiet small"
+          off={strokes.length === 0}
+          press={() => save(`${store.armName.value}-drawing.svg`, svg)}
+        >
           {w("world.paper.save")}
         </Do>
       }
     >
-      <svg class={`paper ${strokes.length === 0 ? "blank" : ""}`} data-testid="world-paper" role="img" aria-label={w("world.paper.text", { n: strokes.length })} viewBox={viewBox(frame)}>
+      <svg
+        class={`paper ${strokes.length === 0 ? "blank" : ""}`}
+        data-testid="world-paper"
+        role="img"
+        aria-label={w("world.paper.text", { n: strokes.length })}
+        viewBox={viewBox(frame)}
+      >
         <g transform={UP}>
           {table == null ? null : <rect {...boundsOf(kept)} />}
-          {[...lines].map(([look, { of: { burnt, points }, data }]) => (
-            <path key={look} class={`${burnt ? "burnt" : "ink"} ${points.length === 1 ? "dot" : ""}`} stroke-opacity={look.split(" ")[1]} d={data.join("")} />
-          ))}
+          {[...lines].map(
+            ([
+              look,
+              {
+                of: { burnt, points },
+                data,
+              },
+            ]) => (
+              <path
+                key={look}
+                class={`${burnt ? "burnt" : "ink"} ${points.length === 1 ? "dot" : ""}`}
+                stroke-opacity={look.split(" ")[1]}
+                d={data.join("")}
+              />
+            ),
+          )}
         </g>
       </svg>
-      {strokes.length === 0 ? <p class="hint" data-testid="world-paper-none">{w(world.value?.draws == null ? "world.draws.none" : "world.paper.none")}</p> : null}
+      {strokes.length === 0 ? (
+        <p class="hint" data-testid="world-paper-none">
+          {w(world.value?.draws == null ? "world.draws.none" : "world.paper.none")}
+        </p>
+      ) : null}
     </Card>
   );
 }
@@ -187,9 +241,23 @@ function Hands({ off }: { off: boolean }) {
         <Do id="world-press" off={off} why={WHY} text={w("world.press")} press={() => press(false)} />
         <Do id="world-press-long" off={off} why={WHY} text={w("world.press.long")} press={() => press(true)} />
       </div>
-      <Switch id="world-unlock" label={w("world.unlock")} on={seen?.unlocked ?? null} off={off} why={WHY} flip={(held) => done(() => call("world.unlock", { ...shown(), held }))} />
+      <Switch
+        id="world-unlock"
+        label={w("world.unlock")}
+        on={seen?.unlocked ?? null}
+        off={off}
+        why={WHY}
+        flip={(held) => done(() => call("world.unlock", { ...shown(), held }))}
+      />
       {seen?.unlocked && !off ? <Guide /> : null}
-      <Switch id="world-plugged" label={w("world.plugged")} on={seen?.plugged ?? null} off={off} why={WHY} flip={(plugged) => done(() => call("world.unplug", { ...shown(), plugged }))} />
+      <Switch
+        id="world-plugged"
+        label={w("world.plugged")}
+        on={seen?.plugged ?? null}
+        off={off}
+        why={WHY}
+        flip={(plugged) => done(() => call("world.unplug", { ...shown(), plugged }))}
+      />
     </Card>
   );
 }
@@ -198,10 +266,18 @@ function Faults({ off }: { off: boolean }) {
   const code = useSignal(64);
   const joint = useSignal(2);
   const degrees = useSignal(5);
-  const fault = (params: Omit<Params<"world.fault">, "arm">) => done(() => call("world.fault", { ...shown(), ...params }));
+  const fault = (params: Omit<Params<"world.fault">, "arm">) =>
+    done(() => call("world.fault", { ...shown(), ...params }));
   const number = (label: string, value: typeof code, least: number, most: number) => (
     <Field label={label}>
-      <input type="number" min={least} max={most} value={value.value} disabled={off} onInput={(event) => (value.value = event.currentTarget.valueAsNumber)} />
+      <input
+        type="number"
+        min={least}
+        max={most}
+        value={value.value}
+        disabled={off}
+        onInput={(event) => (value.value = event.currentTarget.valueAsNumber)}
+      />
     </Field>
   );
   return (
@@ -210,11 +286,23 @@ function Faults({ off }: { off: boolean }) {
       <div class="row">
         {number(w("world.slip.joint"), joint, 1, 4)}
         {number(w("world.slip.by"), degrees, -90, 90)}
-        <Do id="world-slip" off={off} why={WHY} text={w("world.slip")} press={() => fault({ fault: "slip", joint: joint.value, degrees: degrees.value })} />
+        <Do
+          id="world-slip"
+          off={off}
+          why={WHY}
+          text={w("world.slip")}
+          press={() => fault({ fault: "slip", joint: joint.value, degrees: degrees.value })}
+        />
       </div>
       <div class="row">
         {number(w("world.alarm.code"), code, 0, 255)}
-        <Do id="world-alarm" off={off} why={WHY} text={w("world.alarm")} press={() => fault({ fault: "alarm", alarm: code.value })} />
+        <Do
+          id="world-alarm"
+          off={off}
+          why={WHY}
+          text={w("world.alarm")}
+          press={() => fault({ fault: "alarm", alarm: code.value })}
+        />
         <Do id="world-reset" off={off} why={WHY} text={w("world.reset")} press={() => fault({ fault: "reset" })} />
       </div>
     </Card>
@@ -236,15 +324,21 @@ export function World() {
   }, []);
   if (worldless.value || store.arm.value?.virtual === false || store.backend.value === "none") {
     return (
-      <Card title={t("nav.world")}><p>{store.backend.value === "none" ? t("why.closed") : w("world.none")}</p></Card>
+      <Card title={t("nav.world")}>
+        <p>{store.backend.value === "none" ? t("why.closed") : w("world.none")}</p>
+      </Card>
     );
   }
   return (
     <div class="move world">
-      <div class="move-look"><ArmView /></div>
+      <div class="move-look">
+        <ArmView />
+      </div>
       <div class="move-do" role="group" aria-label={t("nav.world")}>
         {off === null ? null : (
-          <p class="jog-status off" id={WHY}>{t(off)}</p>
+          <p class="jog-status off" id={WHY}>
+            {t(off)}
+          </p>
         )}
         <Scenario off={off !== null} />
         <Objects off={off !== null} />

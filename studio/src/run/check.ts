@@ -20,7 +20,9 @@ const PAUSE = 400;
 
 export const chosen = signal<Source | null>(null);
 export const selected = computed(() => chosen.value?.program ?? null);
-export const entry = computed<Entry | null>(() => programs.value.find((program) => program.name === selected.value) ?? null);
+export const entry = computed<Entry | null>(
+  () => programs.value.find((program) => program.name === selected.value) ?? null,
+);
 export const options = signal<Option[]>([]);
 export const values = signal<Record<string, string>>({});
 export const report = signal<Report | null>(null);
@@ -77,7 +79,8 @@ export const select = (name: string | null) => choose(name === null ? null : { p
 
 /** Takes something else; another text with the same options. */
 export async function choose(source: Source | null): Promise<void> {
-  const isSame = source?.text !== undefined && chosen.value?.text !== undefined && source.format === chosen.value.format;
+  const isSame =
+    source?.text !== undefined && chosen.value?.text !== undefined && source.format === chosen.value.format;
   chosen.value = source;
   if (isSame) return;
   forget();
@@ -141,7 +144,8 @@ async function checked(): Promise<boolean> {
 
 /** A refusal of a check or a start: its report, or its sentence. */
 export function refuse(error: unknown): void {
-  const found = error instanceof RpcError && error.code === CHECK_FAILED ? (error.data["report"] as Report | undefined) : undefined;
+  const found =
+    error instanceof RpcError && error.code === CHECK_FAILED ? (error.data.report as Report | undefined) : undefined;
   if (found !== undefined) report.value = found;
   else problem.value = problemOf(error);
 }

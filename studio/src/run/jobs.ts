@@ -36,9 +36,12 @@ export function follow(): () => void {
   const end = effect(() => {
     const arm = store.armName.value;
     if (arm === null || store.socket.value !== "up") return void (jobs.value = []);
-    call("job.list", { arm }).then(({ jobs: all }) => {
-      if (store.armName.value === arm) jobs.value = all as Job[];
-    }, () => {});
+    call("job.list", { arm }).then(
+      ({ jobs: all }) => {
+        if (store.armName.value === arm) jobs.value = all as Job[];
+      },
+      () => {},
+    );
   });
   return () => {
     notified.delete(hear);
@@ -49,7 +52,8 @@ export function follow(): () => void {
 export type Order = Pick<Params<"job.start">, "program" | "text" | "format" | "setup" | "from" | "loops">;
 
 /** What a person agrees to before a real arm moves by itself. */
-const warned = (about: string): string => [about, store.backend.value === "serial" ? t("run.real.note") : ""].join(" ").trim();
+const warned = (about: string): string =>
+  [about, store.backend.value === "serial" ? t("run.real.note") : ""].join(" ").trim();
 
 /** Starts a job, after the questions that a real arm and a laser need; its id, or null. */
 export async function start(order: Order, title: string, about: string): Promise<string | null> {
@@ -69,7 +73,15 @@ export const pause = (job: Job) => tried(() => call("job.pause", { job: job.job 
 export const end = (job: Job) => tried(() => call("job.stop", { job: job.job }));
 export const resume = (job: Job) =>
   tried(async () => {
-    if (isReal() && !(await store.ask(t("run.resume.title", { title: job.title ?? "" }), warned(t("run.resume.text")), t("run.resume")))) return;
+    if (
+      isReal() &&
+      !(await store.ask(
+        t("run.resume.title", { title: job.title ?? "" }),
+        warned(t("run.resume.text")),
+        t("run.resume"),
+      ))
+    )
+      return;
     await agreed(t("run.burns"), (yes) => call("job.resume", { job: job.job, ...yes }));
   });
 

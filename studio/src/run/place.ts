@@ -28,7 +28,14 @@ effect(() => {
 /** What the station is told of it, in place of what a person is asked elsewhere. */
 export const setup = computed(() => {
   const to = wanted.value;
-  return { at: to?.at, scale: to?.scale, rotate: to?.turn, fit: to === null || undefined, width: undefined, place: undefined };
+  return {
+    at: to?.at,
+    scale: to?.scale,
+    rotate: to?.turn,
+    fit: to === null || undefined,
+    width: undefined,
+    place: undefined,
+  };
 });
 
 const rounded = (value: number, digits: number) => Math.round(value * 10 ** digits) / 10 ** digits;
@@ -48,7 +55,11 @@ export function change(by: Partial<Place>): void {
   if (now === null) return;
   const { at, scale, turn } = { ...now, ...by };
   if (!(scale > 0)) return;
-  wanted.value = { at: [rounded(at[0], 2), rounded(at[1], 2)], scale: Number(scale.toPrecision(6)), turn: rounded(unwound(turn), 2) };
+  wanted.value = {
+    at: [rounded(at[0], 2), rounded(at[1], 2)],
+    scale: Number(scale.toPrecision(6)),
+    turn: rounded(unwound(turn), 2),
+  };
 }
 
 export function turned([x, y]: Point, degrees: number): [number, number] {
@@ -60,7 +71,9 @@ export function turned([x, y]: Point, degrees: number): [number, number] {
 const sides = computed<Point>(() => {
   const placed = found.value;
   if (placed === null) return [0, 0];
-  const points = (check.report.value?.preview?.strokes ?? []).flatMap((stroke) => stroke.points.map(([x = 0, y = 0]) => turned([x, y], -placed.turn)));
+  const points = (check.report.value?.preview?.strokes ?? []).flatMap((stroke) =>
+    stroke.points.map(([x = 0, y = 0]) => turned([x, y], -placed.turn)),
+  );
   const { width, height } = boundsOf(points);
   return [width, height];
 });
@@ -70,4 +83,5 @@ export const size = computed<Point>(() => {
   const [is, was] = [place.value?.scale ?? 1, found.value?.scale ?? 1];
   return [(sides.value[0] * is) / was, (sides.value[1] * is) / was];
 });
-export const setWidth = (width: number) => size.value[0] > 0 && change({ scale: ((place.value?.scale ?? 1) * width) / size.value[0] });
+export const setWidth = (width: number) =>
+  size.value[0] > 0 && change({ scale: ((place.value?.scale ?? 1) * width) / size.value[0] });

@@ -20,7 +20,11 @@ export async function list(): Promise<void> {
 
 /** A name that the library takes, as near as may be to what the file is called. */
 export function nameOf(file: string): string {
-  const plain = file.normalize("NFKD").replace(/[^A-Za-z0-9._ -]+/g, "_").replace(/^[. ]+/, "").trim();
+  const plain = file
+    .normalize("NFKD")
+    .replace(/[^A-Za-z0-9._ -]+/g, "_")
+    .replace(/^[. ]+/, "")
+    .trim();
   const dot = plain.lastIndexOf(".");
   const ending = dot > 0 ? plain.slice(dot).slice(0, 20) : "";
   const stem = dot > 0 ? plain.slice(0, dot) : plain;
@@ -112,7 +116,8 @@ export async function linesAt(content: Blob, line: number): Promise<Line[]> {
     const lines = (rest + value).split("\n");
     rest = done ? "" : (lines.pop() ?? "");
     for (const text of lines) {
-      if (number >= line - AROUND && number <= line + AROUND) found.push({ number, text: text.replace(/\r$/, "").slice(0, WIDEST) });
+      if (number >= line - AROUND && number <= line + AROUND)
+        found.push({ number, text: text.replace(/\r$/, "").slice(0, WIDEST) });
       number++;
     }
     isOver = done || number > line + AROUND;

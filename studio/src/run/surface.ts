@@ -39,7 +39,10 @@ export function follow(): () => void {
     const arm = store.armName.value;
     height.value = null;
     if (arm === null || store.socket.value !== "up") return;
-    call("surface.get", { arm }).then((known) => store.armName.value === arm && take(known), () => {});
+    call("surface.get", { arm }).then(
+      (known) => store.armName.value === arm && take(known),
+      () => {},
+    );
   });
   return () => {
     forgets();

@@ -5,5 +5,6 @@ import texts from "../panels/setup.words.json";
 import { language } from "../settings";
 
 const WORDS: Record<string, Record<string, string>> = texts;
-export const named = (key: string, or: string): string => told(`setup.${key}`, WORDS[language.value]?.[key] ?? WORDS["en"]?.[key] ?? or);
+export const named = (key: string, or: string): string =>
+  told(`setup.${key}`, WORDS[language.value]?.[key] ?? WORDS.en?.[key] ?? or);
 export const labelOf = ({ name, about }: Option): string => named(name, about);

@@ -19,7 +19,13 @@ export const underWay = computed<number | null>(() => {
   const now = playing.value;
   const job = now === null ? undefined : jobs.jobs.value.find((one) => one.job === now.job);
   if (now === null || job === undefined || !jobs.isUnderWay(job)) return null;
-  return now.from + Math.max(0, now.first.findLastIndex((first) => first <= job.step));
+  return (
+    now.from +
+    Math.max(
+      0,
+      now.first.findLastIndex((first) => first <= job.step),
+    )
+  );
 });
 /** Whether the unlock key of the arm adds points. */
 export const guides = signal(false);
@@ -38,7 +44,9 @@ function take(step: program.Motion): void {
 export const capture = () => tried(async () => take((await call("teach.capture", shown())).step as program.Motion));
 export const reteach = (nth: number) =>
   tried(async () => {
-    const { step } = (await call("teach.capture", shown())) as { step: program.Motion & { move: number[]; by: string } };
+    const { step } = (await call("teach.capture", shown())) as {
+      step: program.Motion & { move: number[]; by: string };
+    };
     const { by } = (program.rows.value[nth]?.motion ?? {}) as program.Motion;
     program.edit(nth, { motion: { move: step.move, by: by ?? step.by } });
   });
@@ -58,15 +66,25 @@ export const guide = (on: boolean) =>
 /** Hears of points that a hand teaches, as long as the panel is open; what it gives back ends that. */
 export function follow(): () => void {
   const hear = (...[method, params]: Told) => {
-    if (method !== "arm.event" || params.arm !== store.armName.value || params.event !== "hand-trigger" || !guides.value) return;
+    if (
+      method !== "arm.event" ||
+      params.arm !== store.armName.value ||
+      params.event !== "hand-trigger" ||
+      !guides.value
+    )
+      return;
     const step = params.step as program.Motion;
     const last = program.rows.value[program.selected.value]?.motion as program.Motion | null | undefined;
     if (String(last?.move) !== String(step.move)) take(step);
   };
   notified.add(hear);
-  const ends = [jobs.follow(), effect(mark), effect(() => {
-    if (store.lease.value !== "mine") guides.value = false;
-  })];
+  const ends = [
+    jobs.follow(),
+    effect(mark),
+    effect(() => {
+      if (store.lease.value !== "mine") guides.value = false;
+    }),
+  ];
   return () => {
     notified.delete(hear);
     for (const end of ends) end();
@@ -90,7 +108,12 @@ function mark(): void {
 
 async function plan(rows = program.rows.value) {
   const { title, tool, surface } = program.taught.value;
-  return call("teach.plan", { title: title || w("teach.untitled"), tool: (tool as "none" | number[] | null), surface, rows: rows as Array<typeof rows[number] & { motion: PlanStep | null }> });
+  return call("teach.plan", {
+    title: title || w("teach.untitled"),
+    tool: tool as "none" | number[] | null,
+    surface,
+    rows: rows as Array<(typeof rows)[number] & { motion: PlanStep | null }>,
+  });
 }
 
 /** Plays all, or what begins with a row, or one row alone. */
@@ -104,7 +127,13 @@ export const play = (what: "all" | "from" | "one") =>
     const from = what === "from" ? { from: (first[at] ?? 0) + 1 } : {};
     // As `magician teach` plays: where the points are, and the tool stays at the one where it ends.
     const setup = { raw: true, stay: true };
-    const order = { text: JSON.stringify(made), format: "plan", setup, ...from, ...(what === "all" ? { loops: loops.value } : {}) };
+    const order = {
+      text: JSON.stringify(made),
+      format: "plan",
+      setup,
+      ...from,
+      ...(what === "all" ? { loops: loops.value } : {}),
+    };
     const job = await jobs.start(order, program.taught.value.title || w("teach.untitled"), "");
     if (job !== null) playing.value = { job, first, from: only ? at : 0 };
   });
@@ -119,7 +148,7 @@ export const save = () =>
     const rows = program.rows.value;
     const { plan: made } = await plan();
     const head = `${JSON.stringify({ ...made, steps: undefined }).slice(0, -1)},"steps":[\n`;
-    const steps = (made["steps"] as unknown[]).map((step) => JSON.stringify(step)).join(",\n");
+    const steps = (made.steps as unknown[]).map((step) => JSON.stringify(step)).join(",\n");
     const text = `${head}${steps}\n]}\n`;
     const name = `${fileName()}.plan.json`;
     const to = `${fileName()}.playback`;
@@ -153,7 +182,9 @@ async function converted(file: File): Promise<string | null> {
     const entry = library.programs.value.find((one) => one.name === to);
     return entry === undefined ? null : await (await library.get(entry)).text();
   } finally {
-    const made = [to, name].filter((one) => !known.has(one) && library.programs.value.some((program) => program.name === one));
+    const made = [to, name].filter(
+      (one) => !known.has(one) && library.programs.value.some((program) => program.name === one),
+    );
     await Promise.all(made.map((one) => call("program.delete", { name: one })));
   }
 }

@@ -30,7 +30,10 @@ interface Kept {
 }
 
 /** What was left: the page may have been closed in the middle of it. */
-const left = JSON.parse(remembered("localStorage", KEY) ?? "null") as Kept | null ?? { taught: nothing, isSaved: true };
+const left = (JSON.parse(remembered("localStorage", KEY) ?? "null") as Kept | null) ?? {
+  taught: nothing,
+  isSaved: true,
+};
 export const taught = signal<Taught>(left.taught);
 export const rows = computed(() => taught.value.rows);
 /** The row that new points go behind. */
@@ -46,7 +49,9 @@ const after = signal<State[]>([]);
 export const canUndo = computed(() => before.value.length > 0);
 export const canRedo = computed(() => after.value.length > 0);
 
-effect(() => remember("localStorage", KEY, JSON.stringify({ taught: taught.value, isSaved: isSaved.value } satisfies Kept)));
+effect(() =>
+  remember("localStorage", KEY, JSON.stringify({ taught: taught.value, isSaved: isSaved.value } satisfies Kept)),
+);
 addEventListener("beforeunload", (event) => {
   if (!isSaved.value) event.preventDefault();
 });

@@ -25,7 +25,14 @@ function Sheet({ role, id, testId, title, children }: SheetProps) {
     };
   }, []);
   return (
-    <div class="sheet" ref={ref} role={role} aria-labelledby={`${id}-title`} aria-describedby={`${id}-text`} data-testid={testId}>
+    <div
+      class="sheet"
+      ref={ref}
+      role={role}
+      aria-labelledby={`${id}-title`}
+      aria-describedby={`${id}-text`}
+      data-testid={testId}
+    >
       <h2 id={`${id}-title`}>{title}</h2>
       {children}
     </div>
@@ -52,7 +59,11 @@ function Question() {
   if (question === null) return null;
   const no = { id: "confirm-no", text: t("no"), press: () => question.answer(false) };
   const yes = { id: "confirm-yes", text: question.yes, press: () => question.answer(true) };
-  return <Ask key={question.title} id="confirm" testId="confirm" title={question.title} no={no} yes={yes}>{question.text}</Ask>;
+  return (
+    <Ask key={question.title} id="confirm" testId="confirm" title={question.title} no={no} yes={yes}>
+      {question.text}
+    </Ask>
+  );
 }
 
 function Asked() {
@@ -84,11 +95,23 @@ function Naming() {
           done(name.value.trim() || null);
         }}
       >
-        <p id="naming-text" class="hint">{t("settings.name.hint")}</p>
-        <TextField id="naming-name" label={t("settings.name")} value={name.value} most={40} autocomplete="nickname" live set={(text) => (name.value = text)} />
+        <p id="naming-text" class="hint">
+          {t("settings.name.hint")}
+        </p>
+        <TextField
+          id="naming-name"
+          label={t("settings.name")}
+          value={name.value}
+          most={40}
+          autocomplete="nickname"
+          live
+          set={(text) => (name.value = text)}
+        />
         <div class="sheet-buttons">
           <Do text={t("naming.without")} press={() => done(null)} />
-          <button type="submit" class="primary" data-testid="naming-take" disabled={name.value.trim() === ""}>{t("lease.take")}</button>
+          <button type="submit" class="primary" data-testid="naming-take" disabled={name.value.trim() === ""}>
+            {t("lease.take")}
+          </button>
         </div>
       </form>
     </Sheet>
@@ -125,7 +148,9 @@ function Keys() {
           </div>
         ))}
       </dl>
-      <div class="sheet-buttons"><Do data-first text={t("close")} press={() => (store.showsKeys.value = false)} /></div>
+      <div class="sheet-buttons">
+        <Do data-first text={t("close")} press={() => (store.showsKeys.value = false)} />
+      </div>
     </Sheet>
   );
 }

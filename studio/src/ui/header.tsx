@@ -13,12 +13,17 @@ function Nav() {
   const nav = useRef<HTMLElement>(null);
   const [route, routes] = [store.route.value, store.routes.value];
   // On a phone the bar is longer than the screen.
-  useEffect(() => nav.current?.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest", inline: "center" }), [route]);
+  useEffect(
+    () => nav.current?.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest", inline: "center" }),
+    [route],
+  );
   return (
     <nav ref={nav} aria-label={t("skip.nav")}>
       {routes.map((one) => (
         <a key={one} href={`#/${one}`} aria-current={route === one ? "page" : undefined}>
-          <svg viewBox="0 0 24 24" aria-hidden="true"><path d={ICONS[one]} /></svg>
+          <svg viewBox="0 0 24 24" aria-hidden="true">
+            <path d={ICONS[one]} />
+          </svg>
           <span>{t(`nav.${one}`)}</span>
         </a>
       ))}
@@ -30,7 +35,11 @@ function Nav() {
 function Owner() {
   if (store.backend.value !== "station" || store.socket.value !== "up") return null;
   const text = t("owner", { name: store.ownerName.value, role: t(`role.${store.role.value}`) });
-  return <span class="badge owner" data-testid="owner" title={text}>{text}</span>;
+  return (
+    <span class="badge owner" data-testid="owner" title={text}>
+      {text}
+    </span>
+  );
 }
 
 function What() {
@@ -42,20 +51,36 @@ function What() {
       {store.route.value === "class" ? null : (
         <span class={`badge ${kind}`} data-testid="header-arm">
           {t(`arm.${kind}`)}
-          {store.backend.value === "sim" && store.simSpeed !== 1 ? <b data-testid="header-speed"> ×{store.simSpeed}</b> : null}
+          {store.backend.value === "sim" && store.simSpeed !== 1 ? (
+            <b data-testid="header-speed"> ×{store.simSpeed}</b>
+          ) : null}
           {store.arms.value.length > 1 && arm !== null ? <b> {arm.name}</b> : null}
         </span>
       )}
       {isPupil && mine.value !== null ? null : <Owner />}
-      {mine.value === null ? null : <span class="badge" data-testid="header-turn">{mine.value}</span>}
-      {store.isLaserOn.value ? <span class="badge laser" data-testid="header-laser">{t("arm.laser")}</span> : null}
+      {mine.value === null ? null : (
+        <span class="badge" data-testid="header-turn">
+          {mine.value}
+        </span>
+      )}
+      {store.isLaserOn.value ? (
+        <span class="badge laser" data-testid="header-laser">
+          {t("arm.laser")}
+        </span>
+      ) : null}
     </div>
   );
 }
 
 function Lease() {
   // A pupil's arm comes with the turn, and goes with it. The class is about all arms.
-  if (store.socket.value !== "up" || store.armName.value === null || store.audience.value !== "all" || store.route.value === "class") return null;
+  if (
+    store.socket.value !== "up" ||
+    store.armName.value === null ||
+    store.audience.value !== "all" ||
+    store.route.value === "class"
+  )
+    return null;
   const lease = store.lease.value;
   const isViewer = store.role.value === "viewer";
   const name = store.holder.value?.name ?? "";
@@ -63,17 +88,38 @@ function Lease() {
   const noTake = isViewer || (lease === "other" && store.role.value !== "teacher");
   return (
     <div class={`lease ${lease}`}>
-      <span data-testid="lease-holder" class="holder" title={text}>{text}</span>
+      <span data-testid="lease-holder" class="holder" title={text}>
+        {text}
+      </span>
       <div class="lease-buttons">
-      {lease === "mine" ? <Do id="lease-release" class="quiet" text={t("lease.release")} press={actions.release} /> : null}
-      {lease === "other" ? (
-        <Do id="lease-ask" class="primary" off={isViewer || store.asking.value} text={store.asking.value ? t("lease.asking") : t("lease.ask")} press={actions.askFor} />
-      ) : null}
-      {lease !== "mine" ? (
-        <Do id="lease-take" class={lease === "free" ? "primary" : "quiet"} off={noTake} why="no-take" text={t("lease.take")} press={actions.take} />
-      ) : null}
+        {lease === "mine" ? (
+          <Do id="lease-release" class="quiet" text={t("lease.release")} press={actions.release} />
+        ) : null}
+        {lease === "other" ? (
+          <Do
+            id="lease-ask"
+            class="primary"
+            off={isViewer || store.asking.value}
+            text={store.asking.value ? t("lease.asking") : t("lease.ask")}
+            press={actions.askFor}
+          />
+        ) : null}
+        {lease !== "mine" ? (
+          <Do
+            id="lease-take"
+            class={lease === "free" ? "primary" : "quiet"}
+            off={noTake}
+            why="no-take"
+            text={t("lease.take")}
+            press={actions.take}
+          />
+        ) : null}
       </div>
-      {noTake ? <span id="no-take" class="unseen">{t(isViewer ? "why.viewer" : "lease.teacher")}</span> : null}
+      {noTake ? (
+        <span id="no-take" class="unseen">
+          {t(isViewer ? "why.viewer" : "lease.teacher")}
+        </span>
+      ) : null}
     </div>
   );
 }
@@ -81,7 +127,13 @@ function Lease() {
 export function Header() {
   return (
     <header>
-      <Do id="stop" class="stop" title={t("stop.hint")} text={t(stopsAll.value ? "site.stopAll" : "stop")} press={() => actions.stop()} />
+      <Do
+        id="stop"
+        class="stop"
+        title={t("stop.hint")}
+        text={t(stopsAll.value ? "site.stopAll" : "stop")}
+        press={() => actions.stop()}
+      />
       <What />
       <Lease />
       <Nav />
@@ -93,8 +145,19 @@ export function Header() {
 function Closed({ why, since }: { why: "token" | "revoked" | "taken" | "full"; since: Date | null }) {
   return (
     <div class="banner lost" role="alert" data-testid="closed">
-      <p><b>{t(`closed.${why}`)}</b> {since === null ? null : t("closed.since", { time: clock(since) })} {why === "full" ? t("closed.again") : null}</p>
-      {why === "full" ? null : <div class="banner-do"><Do id="closed-signin" text={t(why === "taken" ? "closed.back" : "closed.signin")} press={why === "taken" ? again : signOut} /></div>}
+      <p>
+        <b>{t(`closed.${why}`)}</b> {since === null ? null : t("closed.since", { time: clock(since) })}{" "}
+        {why === "full" ? t("closed.again") : null}
+      </p>
+      {why === "full" ? null : (
+        <div class="banner-do">
+          <Do
+            id="closed-signin"
+            text={t(why === "taken" ? "closed.back" : "closed.signin")}
+            press={why === "taken" ? again : signOut}
+          />
+        </div>
+      )}
     </div>
   );
 }
@@ -104,11 +167,20 @@ export function LinkLost() {
   const since = store.since.value;
   const refused = store.refused.value;
   // The door says that a code or token is wanted, and so does whoever opens another station.
-  if (refused !== null && refused !== "unreachable" && !(refused === "token" && since === null)) return <Closed why={refused} since={since} />;
+  if (refused !== null && refused !== "unreachable" && !(refused === "token" && since === null))
+    return <Closed why={refused} since={since} />;
   if (store.link.value !== "lost" || since === null) return null;
   return (
     <div class="banner lost" role="status">
-      <p><b>{t("link.lost")} <time data-testid="link-since" dateTime={since.toISOString()}>{clock(since)}</time></b> {t("link.again")}</p>
+      <p>
+        <b>
+          {t("link.lost")}{" "}
+          <time data-testid="link-since" dateTime={since.toISOString()}>
+            {clock(since)}
+          </time>
+        </b>{" "}
+        {t("link.again")}
+      </p>
     </div>
   );
 }
@@ -132,26 +204,40 @@ export function Alarms() {
   const holds = store.holds.value;
   const off = store.why.value !== null;
   return (
-    <div role="alert" data-testid="alarm-banner" class={alarms.length > 0 ? `banner alarm ${holds ? "holds" : "notes"}` : "unseen"}>
+    <div
+      role="alert"
+      data-testid="alarm-banner"
+      class={alarms.length > 0 ? `banner alarm ${holds ? "holds" : "notes"}` : "unseen"}
+    >
       {alarms.length > 0 ? (
         <>
           <ul>
-            {alarms.map((alarm) => alarm.code === store.SWITCHED_ON ? (
-              <li key={alarm.code} data-testid={`alarm-${alarm.code}`}>
-                <b>{t("alarms.on")}</b> <span>{t("alarms.on.text")}</span>
-              </li>
-            ) : (
-              <li key={alarm.code} data-testid={`alarm-${alarm.code}`}>
-                <b>{alarm.name}</b> <span>{told(`alarm.${alarm.code}.cause`, alarm.cause)}.</span>{" "}
-                <span class="cure">{t("alarms.cure")}: {told(`alarm.${alarm.code}.cure`, alarm.cure)}.</span>
-              </li>
-            ))}
+            {alarms.map((alarm) =>
+              alarm.code === store.SWITCHED_ON ? (
+                <li key={alarm.code} data-testid={`alarm-${alarm.code}`}>
+                  <b>{t("alarms.on")}</b> <span>{t("alarms.on.text")}</span>
+                </li>
+              ) : (
+                <li key={alarm.code} data-testid={`alarm-${alarm.code}`}>
+                  <b>{alarm.name}</b> <span>{told(`alarm.${alarm.code}.cause`, alarm.cause)}.</span>{" "}
+                  <span class="cure">
+                    {t("alarms.cure")}: {told(`alarm.${alarm.code}.cure`, alarm.cure)}.
+                  </span>
+                </li>
+              ),
+            )}
           </ul>
           {holds ? <p>{t("alarms.hold")}</p> : null}
           <div class="banner-do">
-            {alarms.some(({ code }) => code === store.SWITCHED_ON) ? <Do id="alarm-home" off={off} why="alarm-why" text={t("alarms.home")} press={actions.home} /> : null}
-            {alarms.some(({ code }) => code !== store.SWITCHED_ON) ? <Do id="alarm-clear" off={off} why="alarm-why" text={t("alarms.these")} press={actions.clearAlarms} /> : null}
-            <span id="alarm-why" class="unseen">{off && store.why.value !== null ? t(store.why.value) : ""}</span>
+            {alarms.some(({ code }) => code === store.SWITCHED_ON) ? (
+              <Do id="alarm-home" off={off} why="alarm-why" text={t("alarms.home")} press={actions.home} />
+            ) : null}
+            {alarms.some(({ code }) => code !== store.SWITCHED_ON) ? (
+              <Do id="alarm-clear" off={off} why="alarm-why" text={t("alarms.these")} press={actions.clearAlarms} />
+            ) : null}
+            <span id="alarm-why" class="unseen">
+              {off && store.why.value !== null ? t(store.why.value) : ""}
+            </span>
           </div>
         </>
       ) : null}

@@ -45,7 +45,11 @@ interface CardProps {
 
 export function Card({ title, more, group, children, ...rest }: CardProps) {
   return (
-    <section class={`card ${rest.class ?? ""}`} role={group ? "group" : undefined} aria-label={group ? title : undefined}>
+    <section
+      class={`card ${rest.class ?? ""}`}
+      role={group ? "group" : undefined}
+      aria-label={group ? title : undefined}
+    >
       <div class="card-head">
         <h2>{title}</h2>
         {more}
@@ -73,7 +77,14 @@ interface SwitchProps extends MayBeOff {
 
 export function Switch({ id, label, on, danger, flip, ...rest }: SwitchProps) {
   return (
-    <Do id={id} role="switch" class={`switch ${danger ? "danger" : ""}`} aria-checked={on === true} {...rest} press={() => flip(on !== true)}>
+    <Do
+      id={id}
+      role="switch"
+      class={`switch ${danger ? "danger" : ""}`}
+      aria-checked={on === true}
+      {...rest}
+      press={() => flip(on !== true)}
+    >
       <span>{label}</span>
       <span class="switch-track" aria-hidden="true" />
     </Do>
@@ -92,17 +103,36 @@ interface DoProps extends MayBeOff, Omit<ButtonHTMLAttributes<HTMLButtonElement>
 /** A button that does something. */
 export function Do({ id, press, off = false, why, label, text, children = text, ...rest }: DoProps) {
   return (
-    <button type="button" aria-describedby={because(off, why)} {...rest} data-testid={id} aria-label={label} disabled={off} onClick={() => void press()}>
+    <button
+      type="button"
+      aria-describedby={because(off, why)}
+      {...rest}
+      data-testid={id}
+      aria-label={label}
+      disabled={off}
+      onClick={() => void press()}
+    >
       {children}
     </button>
   );
 }
 
 /** A control with its name above it. */
-export function Field({ label, unit, ...rest }: { label: ComponentChildren; unit?: string; class?: string; children: ComponentChildren }) {
+export function Field({
+  label,
+  unit,
+  ...rest
+}: {
+  label: ComponentChildren;
+  unit?: string;
+  class?: string;
+  children: ComponentChildren;
+}) {
   return (
     <label class={`field ${rest.class ?? ""}`}>
-      <span>{label} {unit ? <small>{unit}</small> : null}</span>
+      <span>
+        {label} {unit ? <small>{unit}</small> : null}
+      </span>
       {rest.children}
     </label>
   );
@@ -127,7 +157,20 @@ interface TextFieldProps extends MayBeOff {
 }
 
 /** A line of text with its name above it. */
-export function TextField({ id, label, unit = "", value, hint, bad = false, off = false, most, autocomplete = "off", live = false, set, ...rest }: TextFieldProps) {
+export function TextField({
+  id,
+  label,
+  unit = "",
+  value,
+  hint,
+  bad = false,
+  off = false,
+  most,
+  autocomplete = "off",
+  live = false,
+  set,
+  ...rest
+}: TextFieldProps) {
   const take = (event: { currentTarget: HTMLInputElement }) => set(event.currentTarget.value);
   const { class: name = "", ...more } = rest;
   return (
@@ -147,7 +190,11 @@ export function TextField({ id, label, unit = "", value, hint, bad = false, off 
         {...more}
         {...(live ? { onInput: take } : { onChange: take })}
       />
-      {hint === undefined ? null : <small id={`${id}-hint`} class={bad ? "bad" : ""} role="status">{hint}</small>}
+      {hint === undefined ? null : (
+        <small id={`${id}-hint`} class={bad ? "bad" : ""} role="status">
+          {hint}
+        </small>
+      )}
     </Field>
   );
 }
@@ -164,8 +211,19 @@ interface PickProps<T extends string | number> extends MayBeOff {
 }
 
 /** One of many. */
-export function Pick<T extends string | number>({ id, title, label, value, options, off = false, why, choose }: PickProps<T>) {
-  const all = options.map((option) => (typeof option === "object" ? option : { value: option, text: String(option), disabled: false }));
+export function Pick<T extends string | number>({
+  id,
+  title,
+  label,
+  value,
+  options,
+  off = false,
+  why,
+  choose,
+}: PickProps<T>) {
+  const all = options.map((option) =>
+    typeof option === "object" ? option : { value: option, text: String(option), disabled: false },
+  );
   const select = (
     <select
       aria-label={label}
@@ -176,7 +234,9 @@ export function Pick<T extends string | number>({ id, title, label, value, optio
       onChange={({ currentTarget: { selectedIndex } }) => choose((all[selectedIndex] ?? { value }).value)}
     >
       {all.map(({ value, text, disabled = false }) => (
-        <option key={value} value={value} disabled={disabled}>{text}</option>
+        <option key={value} value={value} disabled={disabled}>
+          {text}
+        </option>
       ))}
     </select>
   );
@@ -189,7 +249,9 @@ export function Heads({ names, unseen = [] }: { names: readonly string[]; unseen
     <thead>
       <tr>
         {names.map((name) => (
-          <th key={name} scope="col"><span class={unseen.includes(name) ? "unseen" : ""}>{name}</span></th>
+          <th key={name} scope="col">
+            <span class={unseen.includes(name) ? "unseen" : ""}>{name}</span>
+          </th>
         ))}
       </tr>
     </thead>
@@ -199,7 +261,9 @@ export function Heads({ names, unseen = [] }: { names: readonly string[]; unseen
 /** Why something is off, or nothing. */
 export function Why({ id, text }: { id: string; text: string | null }) {
   return text === null ? null : (
-    <p id={id} class="hint">{text}</p>
+    <p id={id} class="hint">
+      {text}
+    </p>
   );
 }
 
@@ -216,7 +280,18 @@ interface NumberInputProps extends MayBeOff {
 }
 
 /** A number: what is being typed stays while the value goes on, and what is no number changes nothing. */
-export function NumberInput({ id, label, value, digits = 1, step, least, most, off = false, why, set }: NumberInputProps) {
+export function NumberInput({
+  id,
+  label,
+  value,
+  digits = 1,
+  step,
+  least,
+  most,
+  off = false,
+  why,
+  set,
+}: NumberInputProps) {
   const typed = useSignal<string | null>(null);
   const take = (text: string) => {
     typed.value = null;
@@ -225,7 +300,9 @@ export function NumberInput({ id, label, value, digits = 1, step, least, most, o
   };
   return (
     <input
-      {...(step === undefined ? { type: "text", list: undefined } : { type: "number", step, min: least ?? undefined, max: most ?? undefined })}
+      {...(step === undefined
+        ? { type: "text", list: undefined }
+        : { type: "number", step, min: least ?? undefined, max: most ?? undefined })}
       inputMode="decimal"
       autocomplete="off"
       aria-label={label}
@@ -254,14 +331,52 @@ interface RangeProps extends MayBeOff {
   set: (value: number) => unknown;
 }
 
-export function Range({ id, label, least, most, step = 1, value, text, off = false, why, rests = false, set }: RangeProps) {
+export function Range({
+  id,
+  label,
+  least,
+  most,
+  step = 1,
+  value,
+  text,
+  off = false,
+  why,
+  rests = false,
+  set,
+}: RangeProps) {
   const take = (event: { currentTarget: HTMLInputElement }) => void set(event.currentTarget.valueAsNumber);
-  const how = { min: least, max: most, step, value, disabled: off, ...(rests ? { onChange: take } : { onInput: take }) };
-  return <input type="range" aria-label={label} aria-valuetext={text} aria-describedby={because(off, why)} data-testid={id} {...how} />;
+  const how = {
+    min: least,
+    max: most,
+    step,
+    value,
+    disabled: off,
+    ...(rests ? { onChange: take } : { onInput: take }),
+  };
+  return (
+    <input
+      type="range"
+      aria-label={label}
+      aria-valuetext={text}
+      aria-describedby={because(off, why)}
+      data-testid={id}
+      {...how}
+    />
+  );
 }
 
 /** A place where files may be dropped. */
-export function Drop({ off, open, children, ...rest }: { off: boolean; open: (files: File[]) => unknown; class?: string; children: ComponentChildren }) {
+export function Drop({
+  off,
+  open,
+  children,
+  ...rest
+}: {
+  off: boolean;
+  open: (files: File[]) => unknown;
+  class?: string;
+  children: ComponentChildren;
+}) {
   const over = useSignal(false);
   return (
     <div
@@ -283,17 +398,46 @@ export function Drop({ off, open, children, ...rest }: { off: boolean; open: (fi
 }
 
 /** How often something is done; 0 is until it is stopped. */
-export function Times({ id, label, hint, least = 0, most = 9999, value }: { id: string; label: string; hint?: string; least?: number; most?: number; value: Signal<number> }) {
+export function Times({
+  id,
+  label,
+  hint,
+  least = 0,
+  most = 9999,
+  value,
+}: {
+  id: string;
+  label: string;
+  hint?: string;
+  least?: number;
+  most?: number;
+  value: Signal<number>;
+}) {
   return (
     <label class="times" title={hint}>
       <span>{label}</span>
-      <NumberInput id={id} label={label} step={1} least={least} most={most} value={value.value} set={(to) => (value.value = Math.min(most, Math.max(least, Math.round(to))))} />
+      <NumberInput
+        id={id}
+        label={label}
+        step={1}
+        least={least}
+        most={most}
+        value={value.value}
+        set={(to) => (value.value = Math.min(most, Math.max(least, Math.round(to))))}
+      />
     </label>
   );
 }
 
 /** A button that opens files of these kinds; the browser asks which. */
-export function OpenFile({ id, accept, off = false, text, open, ...rest }: MayBeOff & { id: string; accept?: string; text: string; class?: string; open: (files: File[]) => unknown }) {
+export function OpenFile({
+  id,
+  accept,
+  off = false,
+  text,
+  open,
+  ...rest
+}: MayBeOff & { id: string; accept?: string; text: string; class?: string; open: (files: File[]) => unknown }) {
   const input = useRef<HTMLInputElement>(null);
   const chosen = (field: HTMLInputElement) => {
     const files = [...(field.files ?? [])];
@@ -303,7 +447,16 @@ export function OpenFile({ id, accept, off = false, text, open, ...rest }: MayBe
   return (
     <>
       <Do id={`${id}-button`} off={off} text={text} press={() => input.current?.click()} {...rest} />
-      <input ref={input} type="file" hidden accept={accept} multiple disabled={off} data-testid={id} onChange={(event) => chosen(event.currentTarget)} />
+      <input
+        ref={input}
+        type="file"
+        hidden
+        accept={accept}
+        multiple
+        disabled={off}
+        data-testid={id}
+        onChange={(event) => chosen(event.currentTarget)}
+      />
     </>
   );
 }

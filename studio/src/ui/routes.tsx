@@ -39,8 +39,7 @@ export function Panel() {
   if (Shown !== undefined) return <Shown />;
   return failed.value ? (
     <p class="card">
-      {t("route.failed")}{" "}
-      <Do press={() => load(route)} text={t("route.again")} />
+      {t("route.failed")} <Do press={() => load(route)} text={t("route.again")} />
     </p>
   ) : null;
 }

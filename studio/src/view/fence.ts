@@ -13,7 +13,12 @@ function boxOf(sides: Sides, color: string, opacity: number): Box {
     return [Math.max(-FAR, least), Math.min(FAR, most)];
   };
   const [x, y, z] = [side("x"), side("y"), side("z")];
-  return { at: [(x[0] + x[1]) / 2, (y[0] + y[1]) / 2, z[0]], size: [x[1] - x[0], y[1] - y[0], z[1] - z[0]], color, opacity };
+  return {
+    at: [(x[0] + x[1]) / 2, (y[0] + y[1]) / 2, z[0]],
+    size: [x[1] - x[0], y[1] - y[0], z[1] - z[0]],
+    color,
+    opacity,
+  };
 }
 
 effect(() => {

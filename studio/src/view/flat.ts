@@ -20,7 +20,8 @@ export function boundsOf(points: Points, room = 0): Frame {
 }
 
 /** A line as the data of a path; a point is a line of no length. */
-export const pathOf = (points: Points): string => `M${points.map(([x = 0, y = 0]) => `${x} ${y}`).join("L")}${points.length === 1 ? "h0" : ""}`;
+export const pathOf = (points: Points): string =>
+  `M${points.map(([x = 0, y = 0]) => `${x} ${y}`).join("L")}${points.length === 1 ? "h0" : ""}`;
 
 /** In a picture with this frame Y is turned up by this transform. */
 export const viewBox = ({ x, y, width, height }: Frame): string => `${x} ${-y - height} ${width} ${height}`;

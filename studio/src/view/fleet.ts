@@ -1,7 +1,20 @@
 // Many arms in one picture: each part of an arm is one mesh for all of them. Every arm stands where its place in the page is.
 import {
-  AmbientLight, BoxGeometry, type BufferGeometry, CylinderGeometry, DirectionalLight, HemisphereLight, InstancedMesh, Matrix4, MeshLambertMaterial, OrthographicCamera,
-  Quaternion, Scene, SphereGeometry, Vector3, WebGLRenderer,
+  AmbientLight,
+  BoxGeometry,
+  type BufferGeometry,
+  CylinderGeometry,
+  DirectionalLight,
+  HemisphereLight,
+  InstancedMesh,
+  Matrix4,
+  MeshLambertMaterial,
+  OrthographicCamera,
+  Quaternion,
+  Scene,
+  SphereGeometry,
+  Vector3,
+  WebGLRenderer,
 } from "three";
 import type { Model } from "../store";
 
@@ -51,7 +64,11 @@ export class FleetScene {
   private readonly step = new Matrix4();
   private readonly placed = new Matrix4();
 
-  constructor(place: HTMLElement, model: Model, private readonly most: number) {
+  constructor(
+    place: HTMLElement,
+    model: Model,
+    private readonly most: number,
+  ) {
     this.renderer = new WebGLRenderer({ antialias: true, alpha: true });
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer.domElement.setAttribute("aria-hidden", "true");
@@ -79,7 +96,15 @@ export class FleetScene {
     const [x = 0, y = 0, z = 0] = row.turn.map((degrees) => degrees * RADIANS);
     own.makeRotationZ(z).multiply(new Matrix4().makeRotationY(y)).multiply(new Matrix4().makeRotationX(x));
     const [axis, at] = [new Vector3().fromArray(row.axis), new Vector3().fromArray(row.at)];
-    return { mesh, parent: row.parent === null ? -1 : order.indexOf(row.parent), axis, at, own, joint, sign: row.joint?.startsWith("-") ? -1 : 1 };
+    return {
+      mesh,
+      parent: row.parent === null ? -1 : order.indexOf(row.parent),
+      axis,
+      at,
+      own,
+      joint,
+      sign: row.joint?.startsWith("-") ? -1 : 1,
+    };
   }
 
   /** Where the arms stand in the page: each is drawn into its place. */
@@ -106,7 +131,12 @@ export class FleetScene {
   setJoints(joints: ReadonlyArray<Joints | null>): void {
     const before = this.wanted;
     this.wanted = joints.map((one) => [...(one ?? [])]);
-    if (this.wanted.every((one, arm) => one.length === before[arm]?.length && one.every((value, joint) => value === before[arm]?.[joint]))) return;
+    if (
+      this.wanted.every(
+        (one, arm) => one.length === before[arm]?.length && one.every((value, joint) => value === before[arm]?.[joint]),
+      )
+    )
+      return;
     this.from = this.wanted.map((one, arm) => [...(before[arm]?.length ? (this.shown[arm] ?? one) : one)]);
     this.movedAt = performance.now();
     this.wake();
@@ -134,7 +164,8 @@ export class FleetScene {
     for (let arm = 0; arm < count; arm++) {
       const [from, to] = [this.from[arm] ?? [], this.wanted[arm] ?? []];
       const now = (this.shown[arm] ??= []);
-      for (let joint = 0; joint < NAMES.length; joint++) now[joint] = (from[joint] ?? 0) + ((to[joint] ?? 0) - (from[joint] ?? 0)) * share;
+      for (let joint = 0; joint < NAMES.length; joint++)
+        now[joint] = (from[joint] ?? 0) + ((to[joint] ?? 0) - (from[joint] ?? 0)) * share;
       this.pose(arm, now, to.length > 0);
     }
     for (const { mesh } of this.parts) {
@@ -153,7 +184,9 @@ export class FleetScene {
       if (frame === undefined || origin === undefined) return;
       const value = joint < 0 ? 0 : sign * (joints[joint] ?? 0);
       const rail = NAMES[joint] === "l";
-      this.step.makeRotationFromQuaternion(this.turn.setFromAxisAngle(axis, rail ? 0 : value * RADIANS)).setPosition(at);
+      this.step
+        .makeRotationFromQuaternion(this.turn.setFromAxisAngle(axis, rail ? 0 : value * RADIANS))
+        .setPosition(at);
       const base = this.frames[parent];
       if (base === undefined) frame.makeTranslation(origin).multiply(this.step);
       else frame.multiplyMatrices(base, this.step);
@@ -166,6 +199,7 @@ export class FleetScene {
 function shapeOf({ shape, size }: LinkRow): BufferGeometry {
   const [x = 0, y = 0, z = 0] = size;
   if (shape === "sphere") return new SphereGeometry(x / 2, 12, 8);
-  if (shape === "cylinder") return new CylinderGeometry(x / 2, x / 2, z, 16).rotateX(Math.PI / 2).translate(0, 0, z / 2);
+  if (shape === "cylinder")
+    return new CylinderGeometry(x / 2, x / 2, z, 16).rotateX(Math.PI / 2).translate(0, 0, z / 2);
   return new BoxGeometry(x, y, z).translate(0, 0, z / 2);
 }

@@ -21,20 +21,30 @@ export function Plan({ place }: { place: { current: HTMLElement | null } }) {
     const outer = place.current?.getBoundingClientRect();
     if (now === null || box === undefined || outer === undefined) return;
     const scale = Math.min(box.width, box.height) / (2 * HALF);
-    const at = [box.left - outer.left + box.width / 2 - now.y * scale, box.top - outer.top + box.height / 2 - now.x * scale];
+    const at = [
+      box.left - outer.left + box.width / 2 - now.y * scale,
+      box.top - outer.top + box.height / 2 - now.x * scale,
+    ];
     place.current?.setAttribute("data-tip", at.map((value) => value.toFixed(2)).join(","));
   });
   const here = state === null ? null : `${(-state.y).toFixed(1)},${(-state.x).toFixed(1)}`;
-  if (here !== null && trail.current[trail.current.length - 1] !== here) trail.current = [...trail.current.slice(1 - MOST), here];
+  if (here !== null && trail.current[trail.current.length - 1] !== here)
+    trail.current = [...trail.current.slice(1 - MOST), here];
   const outlines = reach.value?.outlines ?? [];
   const turned = state === null ? 0 : -state.r;
   return (
     <svg ref={svg} class="plan" viewBox={`${-HALF} ${-HALF} ${2 * HALF} ${2 * HALF}`} aria-hidden="true">
       <path class="reach" transform={BEHIND} d={outlines.map((outline) => `${pathOf(outline)}Z`).join("")} />
       <path class="axes" d={`M0 ${HALF}V${-HALF}M${-HALF} 0H${HALF}`} />
-      <text x="8" y={-HALF + 22}>x</text>
-      <text x={-HALF + 6} y="-8">y</text>
-      <g transform={BEHIND}>{[...layers.value.values()].map(({ lines, boxes }) => [...boxes.map(Rect), ...lines.map(Path)])}</g>
+      <text x="8" y={-HALF + 22}>
+        x
+      </text>
+      <text x={-HALF + 6} y="-8">
+        y
+      </text>
+      <g transform={BEHIND}>
+        {[...layers.value.values()].map(({ lines, boxes }) => [...boxes.map(Rect), ...lines.map(Path)])}
+      </g>
       <rect class="base" x="-79" y="-79" width="158" height="158" rx="14" />
       {state !== null && here !== null ? (
         <>
@@ -54,10 +64,29 @@ const colorOf = (color: string) => (color.startsWith("--") ? `var(${color})` : c
 
 function Path({ points, color, closed, dots, opacity }: Lines) {
   const d = dots ? points.map((point) => pathOf([point])).join("") : `${pathOf(points)}${closed ? "Z" : ""}`;
-  return points.length === 0 ? null : <path d={d} fill="none" stroke={colorOf(color)} stroke-width={dots ? 9 : 3} stroke-linecap="round" opacity={opacity ?? 1} />;
+  return points.length === 0 ? null : (
+    <path
+      d={d}
+      fill="none"
+      stroke={colorOf(color)}
+      stroke-width={dots ? 9 : 3}
+      stroke-linecap="round"
+      opacity={opacity ?? 1}
+    />
+  );
 }
 
 function Rect({ at: [x = 0, y = 0], size: [length = 0, width = 0], turn = 0, color, opacity }: Box) {
   const place = `translate(${x} ${y}) rotate(${turn})`;
-  return <rect transform={place} x={-length / 2} y={-width / 2} width={length} height={width} fill={colorOf(color)} opacity={opacity ?? 1} />;
+  return (
+    <rect
+      transform={place}
+      x={-length / 2}
+      y={-width / 2}
+      width={length}
+      height={width}
+      fill={colorOf(color)}
+      opacity={opacity ?? 1}
+    />
+  );
 }

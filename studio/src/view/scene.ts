@@ -1,8 +1,28 @@
 // The arm in 3D: the links that the arm names, at the joints that it reads. One unit is a millimetre.
 import {
-  AmbientLight, BufferAttribute, BufferGeometry, CylinderGeometry, DirectionalLight, Float32BufferAttribute, Group, HemisphereLight, Line,
-  LineBasicMaterial, LineLoop, LineSegments, Mesh, MeshBasicMaterial, MeshStandardMaterial, PCFShadowMap, PerspectiveCamera, PlaneGeometry, Scene, ShadowMaterial,
-  SphereGeometry, Vector3, WebGLRenderer,
+  AmbientLight,
+  BufferAttribute,
+  BufferGeometry,
+  CylinderGeometry,
+  DirectionalLight,
+  Float32BufferAttribute,
+  Group,
+  HemisphereLight,
+  Line,
+  LineBasicMaterial,
+  LineLoop,
+  LineSegments,
+  Mesh,
+  MeshBasicMaterial,
+  MeshStandardMaterial,
+  PCFShadowMap,
+  PerspectiveCamera,
+  PlaneGeometry,
+  Scene,
+  ShadowMaterial,
+  SphereGeometry,
+  Vector3,
+  WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { RoundedBoxGeometry } from "three/addons/geometries/RoundedBoxGeometry.js";
@@ -107,7 +127,10 @@ export class ArmScene {
     const geometry = new BufferGeometry();
     geometry.setAttribute("position", new BufferAttribute(new Float32Array(TRAIL * 3), 3));
     geometry.setAttribute("color", new BufferAttribute(new Float32Array(TRAIL * 4), 4));
-    this.trailLine = new Line(geometry, new LineBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false }));
+    this.trailLine = new Line(
+      geometry,
+      new LineBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false }),
+    );
     this.trailLine.frustumCulled = false;
     this.scene.add(this.root, this.grid, this.reach, this.trailLine);
     this.sizes = new ResizeObserver(() => this.resize());
@@ -115,7 +138,13 @@ export class ArmScene {
     this.resize();
     this.look("corner", true);
     const turned = (is: boolean) => (this.controls.enabled = is);
-    this.endDragging = dragging(place, this.camera, () => this.layers.get("objects")?.group, turned, () => this.wake());
+    this.endDragging = dragging(
+      place,
+      this.camera,
+      () => this.layers.get("objects")?.group,
+      turned,
+      () => this.wake(),
+    );
   }
 
   private light(): void {
@@ -150,7 +179,10 @@ export class ArmScene {
       }
       this.tip = group;
     }
-    const dot = new Mesh(new SphereGeometry(4, 20, 14), new MeshBasicMaterial({ color: 0x2f8fff, depthTest: false, transparent: true }));
+    const dot = new Mesh(
+      new SphereGeometry(4, 20, 14),
+      new MeshBasicMaterial({ color: 0x2f8fff, depthTest: false, transparent: true }),
+    );
     dot.renderOrder = 1;
     this.tip.add(dot);
     const base = model.links[0];
@@ -232,7 +264,10 @@ export class ArmScene {
 
   look(view: View, atOnce = false): void {
     const narrow = Math.max(1, 1.15 / this.camera.aspect);
-    const to = new Vector3(...FROM[view]).normalize().multiplyScalar(DISTANCE * narrow).add(this.controls.target);
+    const to = new Vector3(...FROM[view])
+      .normalize()
+      .multiplyScalar(DISTANCE * narrow)
+      .add(this.controls.target);
     if (atOnce || this.still.matches) {
       this.camera.position.copy(to);
       this.flight = null;
@@ -312,8 +347,14 @@ export class ArmScene {
     if (this.flight !== null) {
       const share = Math.min(1, (now - this.flight.since) / 350);
       const eased = 1 - (1 - share) ** 3;
-      const length = this.flight.from.distanceTo(this.controls.target) * (1 - eased) + this.flight.to.distanceTo(this.controls.target) * eased;
-      this.camera.position.lerpVectors(this.flight.from, this.flight.to, eased).sub(this.controls.target).setLength(length).add(this.controls.target);
+      const length =
+        this.flight.from.distanceTo(this.controls.target) * (1 - eased) +
+        this.flight.to.distanceTo(this.controls.target) * eased;
+      this.camera.position
+        .lerpVectors(this.flight.from, this.flight.to, eased)
+        .sub(this.controls.target)
+        .setLength(length)
+        .add(this.controls.target);
       if (share >= 1) this.flight = null;
       goesOn ||= share < 1;
     }

@@ -46,7 +46,11 @@ export async function look(): Promise<void> {
   }
   clearTimeout(timer);
   const moves = store.state.value?.moving === true && (world.value?.objects.length ?? 0) > 0;
-  if (watchers > 0) timer = setTimeout(() => void look(), moves ? PAUSES.moving : store.route.value === "world" ? PAUSES.own : PAUSES.other);
+  if (watchers > 0)
+    timer = setTimeout(
+      () => void look(),
+      moves ? PAUSES.moving : store.route.value === "world" ? PAUSES.own : PAUSES.other,
+    );
 }
 
 /** Switches the arm on in the world of a scenario; the names of what stands in it. The page's own arm is homed at once. */
@@ -87,14 +91,28 @@ effect(() => {
   const table = world.value?.table ?? null;
   const height = table?.height ?? store.model.value?.links[0]?.at[2] ?? 0;
   const [x, y] = [within(table?.x ?? []), within(table?.y ?? [])];
-  const sheet = [[x[0], y[0]], [x[1], y[0]], [x[1], y[1]], [x[0], y[1]]].map((corner) => [...corner, height]);
+  const sheet = [
+    [x[0], y[0]],
+    [x[1], y[0]],
+    [x[1], y[1]],
+    [x[0], y[1]],
+  ].map((corner) => [...corner, height]);
   const lines = drawn.value.strokes.map((stroke): Lines => {
     const { burnt, points } = stroke;
-    return { points: points.map(([px = 0, py = 0]) => [px, py, height + 0.5]), color: burnt ? "--burnt" : "--ink", dots: points.length === 1, opacity: darkness(stroke) };
+    return {
+      points: points.map(([px = 0, py = 0]) => [px, py, height + 0.5]),
+      color: burnt ? "--burnt" : "--ink",
+      dots: points.length === 1,
+      opacity: darkness(stroke),
+    };
   });
   const size = [x[1] - x[0], y[1] - y[0], 2];
   const top = { at: [(x[0] + x[1]) / 2, (y[0] + y[1]) / 2, height - 2.5], size, color: "--sheet", opacity: 0.55 };
-  show("paper", table === null ? lines : [...lines, { points: sheet, color: "--grid-strong", closed: true }], table === null ? [] : [top]);
+  show(
+    "paper",
+    table === null ? lines : [...lines, { points: sheet, color: "--grid-strong", closed: true }],
+    table === null ? [] : [top],
+  );
 });
 
 effect(() => {
@@ -102,17 +120,30 @@ effect(() => {
   if (belt === null) return show("belt", []);
   const [x = 0, y = 0] = belt.start;
   const turn = (belt.direction * Math.PI) / 180;
-  const along = (by: number, aside: number) => [x + by * Math.cos(turn) - aside * Math.sin(turn), y + by * Math.sin(turn) + aside * Math.cos(turn), belt.height + 0.5];
+  const along = (by: number, aside: number) => [
+    x + by * Math.cos(turn) - aside * Math.sin(turn),
+    y + by * Math.sin(turn) + aside * Math.cos(turn),
+    belt.height + 0.5,
+  ];
   const marks: Lines[] = [];
   // What is painted on it shows that it runs.
   for (let at = ((belt.travel % 60) + 60) % 60; at < belt.length; at += 60) {
-    marks.push({ points: [along(at - 10, belt.width / 3), along(at, 0), along(at - 10, -belt.width / 3)], color: "--belt-mark" });
+    marks.push({
+      points: [along(at - 10, belt.width / 3), along(at, 0), along(at - 10, -belt.width / 3)],
+      color: "--belt-mark",
+    });
   }
   const [mx = 0, my = 0] = along(belt.length / 2, 0);
-  show("belt", marks, [{ at: [mx, my, belt.height - 8], size: [belt.length, belt.width, 8], turn: belt.direction, color: "--belt" }]);
+  show("belt", marks, [
+    { at: [mx, my, belt.height - 8], size: [belt.length, belt.width, 8], turn: belt.direction, color: "--belt" },
+  ]);
 });
 
 effect(() => {
   const objects = world.value?.objects ?? [];
-  show("objects", [], objects.map(({ name, at, size, turn, color }) => ({ name, at, size, turn, color })));
+  show(
+    "objects",
+    [],
+    objects.map(({ name, at, size, turn, color }) => ({ name, at, size, turn, color })),
+  );
 });

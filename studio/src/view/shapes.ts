@@ -1,7 +1,23 @@
 // The lines and boxes of a layer in 3D, and the hand that drags a box.
 import {
-  BoxGeometry, BufferGeometry, type Camera, EdgesGeometry, Float32BufferAttribute, Group, LineBasicMaterial, LineSegments, type Material, Mesh, MeshStandardMaterial,
-  type Object3D, Plane, Points, PointsMaterial, Raycaster, Vector2, Vector3,
+  BoxGeometry,
+  BufferGeometry,
+  type Camera,
+  EdgesGeometry,
+  Float32BufferAttribute,
+  Group,
+  LineBasicMaterial,
+  LineSegments,
+  type Material,
+  Mesh,
+  MeshStandardMaterial,
+  type Object3D,
+  Plane,
+  Points,
+  PointsMaterial,
+  Raycaster,
+  Vector2,
+  Vector3,
 } from "three";
 import { hand, type Lines, type Shapes } from "./layers";
 
@@ -23,21 +39,37 @@ export function shapesOf({ lines, boxes }: Shapes, css: Css): Group {
     const geometry = new BufferGeometry();
     const opacity = first.opacity ?? 1;
     const look = { color: css(first.color), opacity, transparent: opacity < 1 };
-    geometry.setAttribute("position", new Float32BufferAttribute(first.dots ? alike.flatMap(dots) : alike.flatMap(segments), 3));
-    group.add(first.dots ? new Points(geometry, new PointsMaterial({ ...look, size: 7, sizeAttenuation: false })) : new LineSegments(geometry, new LineBasicMaterial(look)));
+    geometry.setAttribute(
+      "position",
+      new Float32BufferAttribute(first.dots ? alike.flatMap(dots) : alike.flatMap(segments), 3),
+    );
+    group.add(
+      first.dots
+        ? new Points(geometry, new PointsMaterial({ ...look, size: 7, sizeAttenuation: false }))
+        : new LineSegments(geometry, new LineBasicMaterial(look)),
+    );
   }
   for (const box of boxes) {
     const [x = 0, y = 0, z = 0] = box.size;
     const geometry = new BoxGeometry(x, y, z).translate(0, 0, z / 2);
     const color = css(box.color);
     const opacity = box.opacity ?? 1;
-    const mesh = new Mesh(geometry, new MeshStandardMaterial({ color, opacity, transparent: opacity < 1, depthWrite: opacity === 1, roughness: 0.7 }));
+    const mesh = new Mesh(
+      geometry,
+      new MeshStandardMaterial({ color, opacity, transparent: opacity < 1, depthWrite: opacity === 1, roughness: 0.7 }),
+    );
     mesh.castShadow = opacity === 1;
     mesh.receiveShadow = true;
-    if (opacity < 1) mesh.add(new LineSegments(new EdgesGeometry(geometry), new LineBasicMaterial({ color, transparent: true, opacity: 0.8 })));
+    if (opacity < 1)
+      mesh.add(
+        new LineSegments(
+          new EdgesGeometry(geometry),
+          new LineBasicMaterial({ color, transparent: true, opacity: 0.8 }),
+        ),
+      );
     mesh.position.fromArray([...box.at]);
     mesh.rotation.z = ((box.turn ?? 0) * Math.PI) / 180;
-    if (box.name !== undefined) mesh.userData["name"] = box.name;
+    if (box.name !== undefined) mesh.userData.name = box.name;
     group.add(mesh);
   }
   return group;
@@ -63,16 +95,27 @@ export function drop(group: Group): void {
 }
 
 /** Drags boxes that have a name over their height; what it gives back ends that. */
-export function dragging(place: HTMLElement, camera: Camera, boxes: () => Group | undefined, turned: (is: boolean) => void, redraw: () => void): () => void {
+export function dragging(
+  place: HTMLElement,
+  camera: Camera,
+  boxes: () => Group | undefined,
+  turned: (is: boolean) => void,
+  redraw: () => void,
+): () => void {
   const ray = new Raycaster();
   const floor = new Plane(new Vector3(0, 0, 1));
   let held: { mesh: Object3D; from: Vector3; point: Vector3; pointer: number } | null = null;
   const aim = (event: PointerEvent) => {
     const { left, top, width, height } = place.getBoundingClientRect();
-    ray.setFromCamera(new Vector2(((event.clientX - left) / width) * 2 - 1, 1 - ((event.clientY - top) / height) * 2), camera);
+    ray.setFromCamera(
+      new Vector2(((event.clientX - left) / width) * 2 - 1, 1 - ((event.clientY - top) / height) * 2),
+      camera,
+    );
   };
   const taken = () => {
-    const [hit] = ray.intersectObjects(boxes()?.children ?? [], false).filter(({ object }) => object.userData["name"] !== undefined);
+    const [hit] = ray
+      .intersectObjects(boxes()?.children ?? [], false)
+      .filter(({ object }) => object.userData.name !== undefined);
     return hand.value === null ? undefined : hit;
   };
   const down = (event: PointerEvent) => {
@@ -105,7 +148,7 @@ export function dragging(place: HTMLElement, camera: Camera, boxes: () => Group 
     held = null;
     turned(true);
     if (event.type === "pointerup" && !mesh.position.equals(from)) {
-      hand.value?.(String(mesh.userData["name"]), mesh.position.toArray());
+      hand.value?.(String(mesh.userData.name), mesh.position.toArray());
     } else {
       mesh.position.copy(from);
       redraw();

@@ -25,9 +25,9 @@ function hasWebGl(): boolean {
 /** Brings the store into the scene; what it gives back ends that. */
 function bind(scene: ArmScene, place: HTMLElement, letters: Record<"x" | "y", HTMLElement | null>): () => void {
   scene.onDrawn = ({ tip, camera, fps, axes }) => {
-    place.dataset["tip"] = tip.map((value) => value.toFixed(2)).join(",");
-    place.dataset["camera"] = camera.join(",");
-    if (fps !== null) place.dataset["fps"] = fps.toFixed(0);
+    place.dataset.tip = tip.map((value) => value.toFixed(2)).join(",");
+    place.dataset.camera = camera.join(",");
+    if (fps !== null) place.dataset.fps = fps.toFixed(0);
     for (const name of ["x", "y"] as const) {
       const [x, y] = axes[name];
       const letter = letters[name];
@@ -86,16 +86,19 @@ export function ArmView() {
       return;
     }
     // Stop and the pose are there first: the picture comes when it comes.
-    import("./scene").then(({ ArmScene }) => {
-      if (gone || place.current === null) return;
-      try {
-        scene.current = new ArmScene(place.current);
-      } catch {
-        isPlan.value = true;
-        return;
-      }
-      unbind = bind(scene.current, place.current, { x: letters.x.current, y: letters.y.current });
-    }, () => (isPlan.value = true));
+    import("./scene").then(
+      ({ ArmScene }) => {
+        if (gone || place.current === null) return;
+        try {
+          scene.current = new ArmScene(place.current);
+        } catch {
+          isPlan.value = true;
+          return;
+        }
+        unbind = bind(scene.current, place.current, { x: letters.x.current, y: letters.y.current });
+      },
+      () => (isPlan.value = true),
+    );
     return () => {
       gone = true;
       unbind?.();
@@ -127,17 +130,27 @@ export function ArmView() {
       >
         {isPlan.value ? <Plan place={place} /> : null}
         {(["x", "y"] as const).map((name) => (
-          <span key={name} class="axis" ref={letters[name]} aria-hidden="true" hidden={isPlan.value}>{name}</span>
+          <span key={name} class="axis" ref={letters[name]} aria-hidden="true" hidden={isPlan.value}>
+            {name}
+          </span>
         ))}
       </div>
-      <p id="view-text" class="unseen">{state === null ? t("view.none") : t("view.text", values)}</p>
+      <p id="view-text" class="unseen">
+        {state === null ? t("view.none") : t("view.text", values)}
+      </p>
       {isOld ? <p class="view-note">{t("view.stale")}</p> : null}
       {isPlan.value ? (
         <p class="view-note">{t("view.plan")}</p>
       ) : (
         <div class="cameras" role="group" aria-label={t("view.cameras")}>
           {VIEWS.map((name) => (
-            <Do key={name} id={`view-${name}`} aria-pressed={view.value === name} text={t(`view.${name}`)} press={() => look(name)} />
+            <Do
+              key={name}
+              id={`view-${name}`}
+              aria-pressed={view.value === name}
+              text={t(`view.${name}`)}
+              press={() => look(name)}
+            />
           ))}
           <Do id="view-follow" aria-pressed={follows.value} text={t("view.follow")} press={follow} />
         </div>

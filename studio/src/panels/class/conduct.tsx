@@ -15,7 +15,8 @@ type Method = "arm.home" | "arm.clear_alarms";
     the rest of the turn. */
 export async function forPupil(arm: string, method: Method, what: string, isSure = false): Promise<void> {
   const entry = store.arms.value.find(({ name }) => name === arm);
-  if (!isSure && method === "arm.home" && entry?.virtual === false && !(await store.ask(what, t("home.text"), what))) return;
+  if (!isSure && method === "arm.home" && entry?.virtual === false && !(await store.ask(what, t("home.text"), what)))
+    return;
   const isMine = entry?.holder != null && entry.holder.session === store.session.value;
   const lease = isMine ? null : (await call("lease.take", { arm })).lease;
   try {
@@ -36,7 +37,8 @@ async function all(key: "home" | "clear", method: Method): Promise<void> {
 
 async function turnsOf(key: "end" | "next"): Promise<void> {
   const running = (turns.value?.arms ?? []).filter(({ person }) => person !== null).map(({ arm }) => arm);
-  if (!(await store.ask(w(`class.${key}All`), w(`class.${key}.text`, { n: running.length }), w(`class.${key}All`)))) return;
+  if (!(await store.ask(w(`class.${key}All`), w(`class.${key}.text`, { n: running.length }), w(`class.${key}All`))))
+    return;
   await tried(async () => {
     const { arms } = await call(`turn.${key}`, {});
     store.say(arms.length > 0 ? t("site.done", { n: arms.length }) : w(`class.${key}.nobody`));
@@ -53,24 +55,56 @@ export function Conduct() {
   const some = [...chosen.value];
   const pupils = roll.value?.pupils ?? [];
   const count = (is: (one: (typeof pupils)[number]) => boolean) => pupils.filter(is).length;
-  const values = { n: pupils.length, here: count(({ here }) => here === true), waits: count(({ place }) => place != null), missing: count(({ here }) => here === false) };
+  const values = {
+    n: pupils.length,
+    here: count(({ here }) => here === true),
+    waits: count(({ place }) => place != null),
+    missing: count(({ here }) => here === false),
+  };
   const frozen = frozenArms.value.length;
   const off = store.socket.value !== "up";
   const button = (id: string, key: Word, press: () => unknown) => <Do id={id} off={off} text={w(key)} press={press} />;
   return (
-    <Card title={t("class.title")} class="arms conduct" more={store.hub.value ? null : <p class="hint" role="status" data-testid="class-count">{w("class.count", values)}</p>}>
+    <Card
+      title={t("class.title")}
+      class="arms conduct"
+      more={
+        store.hub.value ? null : (
+          <p class="hint" role="status" data-testid="class-count">
+            {w("class.count", values)}
+          </p>
+        )
+      }
+    >
       <div class="site-bar" role="group" aria-label={w("class.all")}>
         <Do id="class-freeze-all" class="stop-all" text={w("class.freezeAll")} press={() => freeze({})} />
-        {some.length > 0 ? <Do id="class-freeze-chosen" press={() => freeze({ arms: some })}>{w("class.freezeSome", { n: some.length })}</Do> : null}
-        <Do id="class-free" off={frozen === 0} text={w("class.freeAll")} press={() => tried(() => call("class.free", {}))} />
-        {some.length > 0 ? <Do id="class-free-chosen" off={frozen === 0} press={() => tried(() => call("class.free", { arms: some }))}>{w("class.freeSome", { n: some.length })}</Do> : null}
+        {some.length > 0 ? (
+          <Do id="class-freeze-chosen" press={() => freeze({ arms: some })}>
+            {w("class.freezeSome", { n: some.length })}
+          </Do>
+        ) : null}
+        <Do
+          id="class-free"
+          off={frozen === 0}
+          text={w("class.freeAll")}
+          press={() => tried(() => call("class.free", {}))}
+        />
+        {some.length > 0 ? (
+          <Do id="class-free-chosen" off={frozen === 0} press={() => tried(() => call("class.free", { arms: some }))}>
+            {w("class.freeSome", { n: some.length })}
+          </Do>
+        ) : null}
         <span class="bar-gap" />
         {button("class-home-all", "class.homeAll", () => all("home", "arm.home"))}
         {button("class-clear-all", "class.clearAll", () => all("clear", "arm.clear_alarms"))}
         {store.hub.value ? null : button("class-end-all", "class.endAll", () => turnsOf("end"))}
         {store.hub.value ? null : button("class-next-all", "class.nextAll", () => turnsOf("next"))}
       </div>
-      {frozen > 0 ? <p class="banner holds" role="status" data-testid="class-frozen">{w("class.frozenText", { n: frozen, all: turns.value?.arms.length ?? store.arms.value.length })}</p> : null}
+      {frozen > 0 ? (
+        <p class="banner holds" role="status" data-testid="class-frozen">
+          {w("class.frozenText", { n: frozen, all: turns.value?.arms.length ?? store.arms.value.length })}
+        </p>
+      ) : null}
     </Card>
   );
 }

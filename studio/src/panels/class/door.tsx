@@ -42,26 +42,65 @@ export function Door() {
   const isSure = !store.hub.value && (hasClass.value || slip !== null);
   return (
     <>
-    {store.hub.value ? <AtStations /> : null}
-    <Card title={w("door.title")} class="arms door">
-      <form class="door-form" onSubmit={signIn} hidden={store.hub.value}>
-        <TextField id="class-name" label={w("door.name")} value={name.value} most={40} autocomplete="off" live set={(text) => (name.value = text)} />
-        <TextField id="class-code" label={w("door.code")} value={code.value} most={12} live set={(text) => (code.value = text)} bad={faults.pupil !== undefined} hint={faults.pupil ?? w("door.code.hint")} />
-        <button type="submit" class="primary" data-testid="class-signin" disabled={name.value.trim() === "" || code.value.trim() === ""}>{w("door.signin")}</button>
-      </form>
-      <details open={faults.pin !== undefined || !isSure}>
-        <summary data-testid="class-teacher">{w(isSure ? "door.teacher" : "door.token")}</summary>
-        <form class="door-form" onSubmit={teach}>
-          <TextField id="class-pin" label={w("door.pin")} value={pin.value} inputMode="decimal" live set={(text) => (pin.value = text)} bad={refused.value || faults.pin !== undefined} hint={faults.pin ?? (refused.value ? t("connect.code.refused") : w("door.pin.hint"))} />
-          <button type="submit" data-testid="class-pin-signin" disabled={pin.value.trim() === ""}>{w("door.signin")}</button>
+      {store.hub.value ? <AtStations /> : null}
+      <Card title={w("door.title")} class="arms door">
+        <form class="door-form" onSubmit={signIn} hidden={store.hub.value}>
+          <TextField
+            id="class-name"
+            label={w("door.name")}
+            value={name.value}
+            most={40}
+            autocomplete="off"
+            live
+            set={(text) => (name.value = text)}
+          />
+          <TextField
+            id="class-code"
+            label={w("door.code")}
+            value={code.value}
+            most={12}
+            live
+            set={(text) => (code.value = text)}
+            bad={faults.pupil !== undefined}
+            hint={faults.pupil ?? w("door.code.hint")}
+          />
+          <button
+            type="submit"
+            class="primary"
+            data-testid="class-signin"
+            disabled={name.value.trim() === "" || code.value.trim() === ""}
+          >
+            {w("door.signin")}
+          </button>
         </form>
-      </details>
-      <details>
-        <summary data-testid="class-other">{w("door.other")}</summary>
-        {store.socket.value === "up" ? <p><a href="#/move">{w("door.look")}</a></p> : null}
-        <Connect />
-      </details>
-    </Card>
+        <details open={faults.pin !== undefined || !isSure}>
+          <summary data-testid="class-teacher">{w(isSure ? "door.teacher" : "door.token")}</summary>
+          <form class="door-form" onSubmit={teach}>
+            <TextField
+              id="class-pin"
+              label={w("door.pin")}
+              value={pin.value}
+              inputMode="decimal"
+              live
+              set={(text) => (pin.value = text)}
+              bad={refused.value || faults.pin !== undefined}
+              hint={faults.pin ?? (refused.value ? t("connect.code.refused") : w("door.pin.hint"))}
+            />
+            <button type="submit" data-testid="class-pin-signin" disabled={pin.value.trim() === ""}>
+              {w("door.signin")}
+            </button>
+          </form>
+        </details>
+        <details>
+          <summary data-testid="class-other">{w("door.other")}</summary>
+          {store.socket.value === "up" ? (
+            <p>
+              <a href="#/move">{w("door.look")}</a>
+            </p>
+          ) : null}
+          <Connect />
+        </details>
+      </Card>
     </>
   );
 }

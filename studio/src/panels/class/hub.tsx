@@ -6,7 +6,8 @@ import { roll, watchRoll } from "./roll";
 import { w } from "./words";
 
 /** Where pupils sign in. */
-export const placeOf = (machines: readonly unknown[]): string => (machines.length > 0 ? w("hub.machines", { machines: machines.join(", ") }) : w("hub.place"));
+export const placeOf = (machines: readonly unknown[]): string =>
+  machines.length > 0 ? w("hub.machines", { machines: machines.join(", ") }) : w("hub.place");
 
 export function AtStations() {
   useEffect(watchRoll, []);
@@ -15,9 +16,19 @@ export function AtStations() {
   const differ = (roll.value?.differ ?? []).flatMap(({ arms }) => arms);
   return (
     <Card title={w("pupils.title")} class="arms">
-      <p class="hint" data-testid="class-stations">{placeOf(machines)}</p>
-      {missing.length > 0 ? <p class="hint bad" role="status" data-testid="class-missing">{w("hub.missing", { arms: missing.join(", ") })}</p> : null}
-      {differ.length > 0 ? <p class="hint bad" role="status" data-testid="class-differ">{w("hub.differ", { arms: differ.join(", ") })}</p> : null}
+      <p class="hint" data-testid="class-stations">
+        {placeOf(machines)}
+      </p>
+      {missing.length > 0 ? (
+        <p class="hint bad" role="status" data-testid="class-missing">
+          {w("hub.missing", { arms: missing.join(", ") })}
+        </p>
+      ) : null}
+      {differ.length > 0 ? (
+        <p class="hint bad" role="status" data-testid="class-differ">
+          {w("hub.differ", { arms: differ.join(", ") })}
+        </p>
+      ) : null}
     </Card>
   );
 }

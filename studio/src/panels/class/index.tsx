@@ -37,11 +37,17 @@ export function Class() {
       {audience === "door" ? (
         <Door />
       ) : audience === "pupil" || (hasClass.value && role === "student") ? (
-        store.hub.value ? <AtStations /> : <PupilPage />
+        store.hub.value ? (
+          <AtStations />
+        ) : (
+          <PupilPage />
+        )
       ) : role === "teacher" ? (
         <Teacher />
       ) : (
-        <Card title={t("class.title")} class="arms"><p class="hint">{t(store.socket.value === "up" ? "class.none" : "link.connecting")}</p></Card>
+        <Card title={t("class.title")} class="arms">
+          <p class="hint">{t(store.socket.value === "up" ? "class.none" : "link.connecting")}</p>
+        </Card>
       )}
     </div>
   );

@@ -14,10 +14,18 @@ import { w } from "./words";
 const TURN = 5;
 
 /** Names as people paste them: one a line, or in a row with commas; each once. */
-export const namesOf = (text: string): string[] => [...new Set(text.split(/[\n,;\t]+/).map((name) => name.trim().replace(/\s+/g, " ")).filter((name) => name !== ""))];
+export const namesOf = (text: string): string[] => [
+  ...new Set(
+    text
+      .split(/[\n,;\t]+/)
+      .map((name) => name.trim().replace(/\s+/g, " "))
+      .filter((name) => name !== ""),
+  ),
+];
 
 /** The arms that pupils of a class may have; none are named where they may have all. */
-const armsOf = (now: Roll | null): string[] => (now?.class?.arms.length ? now.class.arms : store.arms.value.map(({ name }) => name));
+const armsOf = (now: Roll | null): string[] =>
+  now?.class?.arms.length ? now.class.arms : store.arms.value.map(({ name }) => name);
 
 /** How far the clock of this browser is from UTC, such as `+01:00`. */
 function offsetNow(): string {
@@ -40,7 +48,12 @@ function Form({ now, done }: { now: Roll | null; done: () => void }) {
       const loses = now?.pupils.some(({ group }) => group !== null);
       if (loses && !(await store.ask(w("make.change"), w("make.loses"), w("make.change")))) return;
       const some = all.filter((name) => arms.value.has(name));
-      const { pin } = await call("class.set", { names: given, turn_s: Math.round(minutes.value * 60), offset: offsetNow(), ...(some.length === all.length ? {} : { arms: some }) });
+      const { pin } = await call("class.set", {
+        names: given,
+        turn_s: Math.round(minutes.value * 60),
+        offset: offsetNow(),
+        ...(some.length === all.length ? {} : { arms: some }),
+      });
       keepTeaching(pin);
       void read();
       done();
@@ -48,24 +61,56 @@ function Form({ now, done }: { now: Roll | null; done: () => void }) {
   return (
     <div class="make">
       <Field label={w("make.names", { n: given.length })}>
-        <textarea rows={now ? 6 : 8} data-testid="class-names" value={names.value} spellcheck={false} placeholder={"Ada\nBen\nChen Li"} onInput={(event) => (names.value = event.currentTarget.value)} />
+        <textarea
+          rows={now ? 6 : 8}
+          data-testid="class-names"
+          value={names.value}
+          spellcheck={false}
+          placeholder={"Ada\nBen\nChen Li"}
+          onInput={(event) => (names.value = event.currentTarget.value)}
+        />
         <small>{w(now ? "make.names.change" : "make.names.hint")}</small>
       </Field>
       <fieldset class="make-arms">
         <legend>{w("make.arms")}</legend>
         {all.map((name) => (
           <label key={name}>
-            <input type="checkbox" data-testid={`class-arm-${name}`} checked={arms.value.has(name)} onChange={(event) => (arms.value = toggled(arms.value, name, event.currentTarget.checked))} /> {name}
+            <input
+              type="checkbox"
+              data-testid={`class-arm-${name}`}
+              checked={arms.value.has(name)}
+              onChange={(event) => (arms.value = toggled(arms.value, name, event.currentTarget.checked))}
+            />{" "}
+            {name}
           </label>
         ))}
       </fieldset>
       <Field label={w("make.turn")} unit="min" class="make-turn">
-        <NumberInput id="class-turn" label={w("make.turn")} value={minutes.value} step={1} least={0} most={240} set={(to) => (minutes.value = Math.min(240, Math.max(0, to)))} />
+        <NumberInput
+          id="class-turn"
+          label={w("make.turn")}
+          value={minutes.value}
+          step={1}
+          least={0}
+          most={240}
+          set={(to) => (minutes.value = Math.min(240, Math.max(0, to)))}
+        />
         <small>{w("make.turn.hint")}</small>
       </Field>
       <div class="buttons-row">
-        <Do id="class-make" class="primary" off={off} why="make-why" text={w(now ? "make.change" : "make.make")} press={make} />
-        {why === null ? null : <p id="make-why" class="hint bad">{why}</p>}
+        <Do
+          id="class-make"
+          class="primary"
+          off={off}
+          why="make-why"
+          text={w(now ? "make.change" : "make.make")}
+          press={make}
+        />
+        {why === null ? null : (
+          <p id="make-why" class="hint bad">
+            {why}
+          </p>
+        )}
       </div>
     </div>
   );
@@ -83,18 +128,33 @@ export function Make() {
   const isOpen = useSignal(false);
   const now = roll.value;
   if (!hasClass.value) {
-    return <Card title={w("make.title")} class="arms"><p class="hint">{w("make.text")}</p><Form now={null} done={() => {}} /></Card>;
+    return (
+      <Card title={w("make.title")} class="arms">
+        <p class="hint">{w("make.text")}</p>
+        <Form now={null} done={() => {}} />
+      </Card>
+    );
   }
   if (now === null) return null;
   const more = (
     <div class="buttons-row">
-      <Do id="class-change" class="quiet small" aria-expanded={isOpen.value} text={w("make.change")} press={() => (isOpen.value = !isOpen.value)} />
+      <Do
+        id="class-change"
+        class="quiet small"
+        aria-expanded={isOpen.value}
+        text={w("make.change")}
+        press={() => (isOpen.value = !isOpen.value)}
+      />
       <Do id="class-end" class="quiet small" text={w("make.end")} press={() => tried(end)} />
     </div>
   );
   return (
     <Card title={w("make.now")} class="arms" more={more}>
-      {isOpen.value ? <Form now={now} done={() => (isOpen.value = false)} /> : <p class="hint">{w("make.is", { n: now.pupils.length, minutes: (now.class?.turn_s ?? 0) / 60 })}</p>}
+      {isOpen.value ? (
+        <Form now={now} done={() => (isOpen.value = false)} />
+      ) : (
+        <p class="hint">{w("make.is", { n: now.pupils.length, minutes: (now.class?.turn_s ?? 0) / 60 })}</p>
+      )}
     </Card>
   );
 }

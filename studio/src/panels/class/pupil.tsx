@@ -16,11 +16,15 @@ import { w } from "./words";
 
 /** The end of a turn, or a freeze, pauses a drawing: how it goes on. */
 function Paused() {
-  const own = store.arms.value.flatMap(({ name }) => jobs.get(name) ?? []).filter(({ state, holder }) => state === "paused" && isOwn(holder?.name ?? null));
+  const own = store.arms.value
+    .flatMap(({ name }) => jobs.get(name) ?? [])
+    .filter(({ state, holder }) => state === "paused" && isOwn(holder?.name ?? null));
   return (
     <div data-testid="mine-paused" role="status">
       {own.map(({ job, title, arm }) => (
-        <p key={job} class="why">{w("pupil.paused", { title: title || w("class.untitled"), arm })}</p>
+        <p key={job} class="why">
+          {w("pupil.paused", { title: title || w("class.untitled"), arm })}
+        </p>
       ))}
     </div>
   );
@@ -40,7 +44,9 @@ function MyArm() {
           <>
             <p class="big">{turn.arm}</p>
             <p class={turn.frozen ? "why" : ""}>{turn.frozen ? w("class.wait.frozen") : doingOf(arm)}</p>
-            {left === null ? null : <p class={`left ${left <= 60 ? "soon" : ""}`}>{w("pupil.left", { left: duration(left) })}</p>}
+            {left === null ? null : (
+              <p class={`left ${left <= 60 ? "soon" : ""}`}>{w("pupil.left", { left: duration(left) })}</p>
+            )}
           </>
         )}
       </div>
@@ -54,7 +60,9 @@ function MyPlace() {
   const any = "";
   const wish = useSignal(any);
   const place = myPlace.value;
-  const jobs = (turns.value?.arms ?? []).flatMap(({ arm, jobs = [] }) => jobs.filter(({ person }) => isOwn(person)).map((job) => ({ ...job, arm })));
+  const jobs = (turns.value?.arms ?? []).flatMap(({ arm, jobs = [] }) =>
+    jobs.filter(({ person }) => isOwn(person)).map((job) => ({ ...job, arm })),
+  );
   const join = () => tried(() => call("turn.join", wish.value === any ? {} : { arm: wish.value }));
   const arms = myArms.value;
   const why = place === null ? null : whyWaits(place);
@@ -75,12 +83,22 @@ function MyPlace() {
         <Do id="turn" text={t("class.leave")} press={() => tried(() => call("turn.leave", {}))} />
       ) : myTurn.value !== null ? null : (
         <div class="join">
-          {arms.length > 1 ? <Pick id="join-arm" label={w("pupil.which")} value={wish.value} options={[{ value: any, text: w("pupil.anyArm") }, ...arms]} choose={(arm) => (wish.value = arm)} /> : null}
+          {arms.length > 1 ? (
+            <Pick
+              id="join-arm"
+              label={w("pupil.which")}
+              value={wish.value}
+              options={[{ value: any, text: w("pupil.anyArm") }, ...arms]}
+              choose={(arm) => (wish.value = arm)}
+            />
+          ) : null}
           <Do id="turn" class="primary" text={t("class.join")} press={join} />
         </div>
       )}
       {jobs.map(({ job, title, arm, reason }) => (
-        <p key={job} class="hint">{w("class.job", { title: title || w("class.untitled"), arm })} {reasonOf(reason)}</p>
+        <p key={job} class="hint">
+          {w("class.job", { title: title || w("class.untitled"), arm })} {reasonOf(reason)}
+        </p>
       ))}
     </Card>
   );
@@ -93,21 +111,39 @@ export function PupilPage() {
   const workshops = store.routes.value.filter((route) => ["draw", "teach", "run", "move"].includes(route));
   return (
     <>
-      <Card title={store.ownerName.value} class="arms pupil" more={store.pupil.value === null ? null : <Do id="class-signout" class="quiet small" text={w("pupil.signout")} press={leave} />}>{null}</Card>
+      <Card
+        title={store.ownerName.value}
+        class="arms pupil"
+        more={
+          store.pupil.value === null ? null : (
+            <Do id="class-signout" class="quiet small" text={w("pupil.signout")} press={leave} />
+          )
+        }
+      >
+        {null}
+      </Card>
       <MyArm />
       <MyPlace />
       <section class="arms">
         <nav class="workshops" aria-label={w("pupil.workshops")}>
           {workshops.map((route) => (
             <a key={route} href={`#/${route}`}>
-              <svg viewBox="0 0 24 24" aria-hidden="true"><path d={ICONS[route]} /></svg>
+              <svg viewBox="0 0 24 24" aria-hidden="true">
+                <path d={ICONS[route]} />
+              </svg>
               <span>{t(`nav.${route}`)}</span>
             </a>
           ))}
         </nav>
       </section>
       <p class="arms pupil-language">
-        <Pick id="pupil-language" label={t("settings.language")} value={language.value} options={LANGUAGES} choose={(value) => (language.value = value)} />
+        <Pick
+          id="pupil-language"
+          label={t("settings.language")}
+          value={language.value}
+          options={LANGUAGES}
+          choose={(value) => (language.value = value)}
+        />
       </p>
     </>
   );

@@ -36,26 +36,61 @@ export function Pupils() {
   const pupils = roll.value?.pupils ?? [];
   const more = (
     <div class="buttons-row">
-      <Do id="class-codes" class="quiet small" aria-pressed={shows.value} text={w(shows.value ? "pupils.hide" : "pupils.show")} press={() => (shows.value = !shows.value)} />
+      <Do
+        id="class-codes"
+        class="quiet small"
+        aria-pressed={shows.value}
+        text={w(shows.value ? "pupils.hide" : "pupils.show")}
+        press={() => (shows.value = !shows.value)}
+      />
       <Do id="class-slips" class="small" text={w("pupils.slips")} press={() => (slips.value = pupils)} />
     </div>
   );
   return (
     <Card title={w("pupils.title")} class="arms" more={more}>
       <table data-testid="class-pupils" class="pupils">
-        <Heads names={[w("pupils.name"), w("pupils.status"), w("door.code"), w("pupils.do")]} unseen={[w("pupils.do")]} />
+        <Heads
+          names={[w("pupils.name"), w("pupils.status"), w("door.code"), w("pupils.do")]}
+          unseen={[w("pupils.do")]}
+        />
         <tbody>
           {pupils.map((pupil) => {
             const { text, is } = statusOf(pupil);
             return (
               <tr key={pupil.name} class={is}>
                 <th scope="row">{pupil.name}</th>
-                <td data-testid={`pupil-${pupil.name}`}><span class={`dot ${is}`} aria-hidden="true" />{text}</td>
-                <td>{shows.value ? <code>{pupil.code}</code> : <span aria-label={w("pupils.hidden")} role="img">••••••</span>}</td>
-                <td><div class="buttons-row">
-                  {pupil.place != null ? <Do class="quiet small" label={w("pupils.out.of", { name: pupil.name })} text={w("pupils.out")} press={() => tried(() => call("turn.leave", { person: pupil.name }))} /> : null}
-                  <Do id={`class-renew-${pupil.name}`} class="quiet small" label={w("pupils.renew.title", { name: pupil.name })} text={w("pupils.renew")} press={() => tried(() => renew(pupil))} />
-                </div></td>
+                <td data-testid={`pupil-${pupil.name}`}>
+                  <span class={`dot ${is}`} aria-hidden="true" />
+                  {text}
+                </td>
+                <td>
+                  {shows.value ? (
+                    <code>{pupil.code}</code>
+                  ) : (
+                    <span aria-label={w("pupils.hidden")} role="img">
+                      ••••••
+                    </span>
+                  )}
+                </td>
+                <td>
+                  <div class="buttons-row">
+                    {pupil.place != null ? (
+                      <Do
+                        class="quiet small"
+                        label={w("pupils.out.of", { name: pupil.name })}
+                        text={w("pupils.out")}
+                        press={() => tried(() => call("turn.leave", { person: pupil.name }))}
+                      />
+                    ) : null}
+                    <Do
+                      id={`class-renew-${pupil.name}`}
+                      class="quiet small"
+                      label={w("pupils.renew.title", { name: pupil.name })}
+                      text={w("pupils.renew")}
+                      press={() => tried(() => renew(pupil))}
+                    />
+                  </div>
+                </td>
               </tr>
             );
           })}

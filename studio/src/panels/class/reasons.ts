@@ -11,5 +11,7 @@ export function reasonOf(reason: string | null): string {
 /** Why somebody at this place waits longer than for the turns before; null if for nothing else. */
 export function whyWaits({ reason, from }: Place): string | null {
   if (!reason) return null;
-  return reason === "schedule" && from !== null ? w("class.wait.from", { time: clockOf(from) }) : w(`class.wait.${reason}`);
+  return reason === "schedule" && from !== null
+    ? w("class.wait.from", { time: clockOf(from) })
+    : w(`class.wait.${reason}`);
 }

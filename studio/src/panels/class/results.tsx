@@ -28,10 +28,13 @@ export function Results() {
     // A picture is made after its job is done, which nothing tells.
     const read = (looks: number) => {
       clearTimeout(timer);
-      call("class.results", {}).then((told) => {
-        results.value = told.results;
-        if (looks > 1 && told.results.at(-1)?.svg === "") timer = setTimeout(() => read(looks - 1), AGAIN);
-      }, () => {});
+      call("class.results", {}).then(
+        (told) => {
+          results.value = told.results;
+          if (looks > 1 && told.results.at(-1)?.svg === "") timer = setTimeout(() => read(looks - 1), AGAIN);
+        },
+        () => {},
+      );
     };
     const hear = (...[method, params]: Told) => {
       if (method === "job.changed" && params.job.state === "done") read(LOOKS);
@@ -47,14 +50,26 @@ export function Results() {
   // The newest first.
   const all = results.value.toReversed();
   return (
-    <Card title={t("site.pictures")} class="arms" more={<Do id="class-results" class="quiet small" text={t("class.results")} press={() => tried(page)} />}>
+    <Card
+      title={t("site.pictures")}
+      class="arms"
+      more={<Do id="class-results" class="quiet small" text={t("class.results")} press={() => tried(page)} />}
+    >
       {all.length === 0 ? <p class="hint">{w("results.none")}</p> : null}
       <ul class="results" data-testid="results">
         {all.map(({ job, pupil, title, arm, svg, time_local }) => (
           <li key={job}>
-            {svg === "" ? <p class="hint">{w("results.noPicture")}</p> : <img alt={title || w("class.untitled")} src={`data:image/svg+xml,${encodeURIComponent(svg)}`} />}
-            <p><b>{pupil}</b> {title || w("class.untitled")}</p>
-            <p class="hint">{arm} · {time_local}</p>
+            {svg === "" ? (
+              <p class="hint">{w("results.noPicture")}</p>
+            ) : (
+              <img alt={title || w("class.untitled")} src={`data:image/svg+xml,${encodeURIComponent(svg)}`} />
+            )}
+            <p>
+              <b>{pupil}</b> {title || w("class.untitled")}
+            </p>
+            <p class="hint">
+              {arm} · {time_local}
+            </p>
           </li>
         ))}
       </ul>

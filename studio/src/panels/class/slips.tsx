@@ -10,9 +10,11 @@ import { w } from "./words";
 export const slips = signal<Roll["pupils"] | null>(null);
 
 /** A slip's address: what a QR code holds, and what is typed. The code stands behind `#`, which no server is sent. */
-const addressOf = (place: string, name: string, code: string): string => `${place}/#/class?${new URLSearchParams({ name, code })}`;
+const addressOf = (place: string, name: string, code: string): string =>
+  `${place}/#/class?${new URLSearchParams({ name, code })}`;
 
-const pictureOf = (text: string): string => toSvgDataURL(generate(text, { minCorrectionLevel: correction.M }), { on: "#000", off: "#fff" });
+const pictureOf = (text: string): string =>
+  toSvgDataURL(generate(text, { minCorrectionLevel: correction.M }), { on: "#000", off: "#fff" });
 
 const isHere = (place: string): boolean => /^https?:\/\/(localhost|127\.|\[::1\])/.test(place);
 
@@ -23,7 +25,16 @@ export function Slips() {
   return (
     <section class="arms slips-page">
       <div class="slips-bar">
-        <TextField id="slips-address" label={w("slips.address")} value={place.value} inputMode="url" live set={(text) => (place.value = text)} hint={w(isHere(base) ? "slips.here" : "slips.hint")} bad={isHere(base)} />
+        <TextField
+          id="slips-address"
+          label={w("slips.address")}
+          value={place.value}
+          inputMode="url"
+          live
+          set={(text) => (place.value = text)}
+          hint={w(isHere(base) ? "slips.here" : "slips.hint")}
+          bad={isHere(base)}
+        />
         <div class="buttons-row">
           <Do id="slips-print" class="primary" text={w("slips.print")} press={() => print()} />
           <Do id="slips-back" text={w("slips.back")} press={() => (slips.value = null)} />

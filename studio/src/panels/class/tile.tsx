@@ -21,20 +21,54 @@ export function TeacherTile({ arm }: { arm: store.ArmEntry }) {
   const waits = turns.value?.queue.some(({ arms }) => arms.includes(name)) === true;
   return (
     <div class="tile-teacher">
-      {slot === null || slot.until === null ? null : <p class="tile-line" data-testid={`slot-${name}`}>{w("tile.slot", { who: slot.who.join(", "), time: clockOf(slot.until) })}</p>}
-      {slot === null && turn?.free_at != null ? <p class="tile-line" data-testid={`slot-${name}`}>{w("tile.closed", { time: clockOf(turn.free_at) })}</p> : null}
+      {slot === null || slot.until === null ? null : (
+        <p class="tile-line" data-testid={`slot-${name}`}>
+          {w("tile.slot", { who: slot.who.join(", "), time: clockOf(slot.until) })}
+        </p>
+      )}
+      {slot === null && turn?.free_at != null ? (
+        <p class="tile-line" data-testid={`slot-${name}`}>
+          {w("tile.closed", { time: clockOf(turn.free_at) })}
+        </p>
+      ) : null}
       {(turn?.jobs ?? []).map(({ job, title, person, reason }) => (
         <p key={job} class="tile-line" data-testid={`queued-${name}`}>
           {[person, title || w("class.untitled")].filter(Boolean).join(": ")} <small>{reasonOf(reason)}</small>
         </p>
       ))}
       <div class="tile-buttons">
-        <Do id={`tile-home-${name}`} off={off} label={w("tile.home", { name })} text={t("home")} press={() => tried(() => forPupil(name, "arm.home", w("tile.home", { name })))} />
-        <Do id={`tile-clear-${name}`} off={off} label={w("tile.clear", { name })} text={w("tile.clear.short")} press={() => tried(() => forPupil(name, "arm.clear_alarms", w("tile.clear", { name })))} />
-        {store.hub.value ? null : <>
-        <Do id={`tile-end-${name}`} off={!turn?.person} label={w("tile.end", { name })} text={w("tile.end.short")} press={() => tried(() => call("turn.end", { arm: name }))} />
-        <Do id={`tile-next-${name}`} off={!turn?.person || !waits} label={w("tile.next", { name })} text={w("tile.next.short")} press={() => tried(() => call("turn.next", { arm: name }))} />
-        </>}
+        <Do
+          id={`tile-home-${name}`}
+          off={off}
+          label={w("tile.home", { name })}
+          text={t("home")}
+          press={() => tried(() => forPupil(name, "arm.home", w("tile.home", { name })))}
+        />
+        <Do
+          id={`tile-clear-${name}`}
+          off={off}
+          label={w("tile.clear", { name })}
+          text={w("tile.clear.short")}
+          press={() => tried(() => forPupil(name, "arm.clear_alarms", w("tile.clear", { name })))}
+        />
+        {store.hub.value ? null : (
+          <>
+            <Do
+              id={`tile-end-${name}`}
+              off={!turn?.person}
+              label={w("tile.end", { name })}
+              text={w("tile.end.short")}
+              press={() => tried(() => call("turn.end", { arm: name }))}
+            />
+            <Do
+              id={`tile-next-${name}`}
+              off={!turn?.person || !waits}
+              label={w("tile.next", { name })}
+              text={w("tile.next.short")}
+              press={() => tried(() => call("turn.next", { arm: name }))}
+            />
+          </>
+        )}
       </div>
     </div>
   );
