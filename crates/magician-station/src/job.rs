@@ -347,7 +347,7 @@ fn refusal(problem: Diagnostic) -> RpcError {
 impl Reader for FormatReader {
     fn read(&self, source: &Source, arm: &ReadingArm) -> Result<ProgramReading, RpcError> {
         let mut defaults = self.defaults.clone();
-        defaults.surface = arm.surface.or(defaults.surface);
+        arm.surface.apply_to(&mut defaults, arm.is_virtual);
         if arm.is_virtual {
             defaults = defaults.on_virtual_arm();
         }
