@@ -2,7 +2,7 @@
 //! height or a corner of the paper from where the tool is, and where the result is kept.
 
 use magician::commands::{EndEffectorParams, Pose};
-use magician::{Arm, Error, ErrorCode, Result, ToolBias};
+use magician::{Arm, Error, ErrorCode, Geometry, JointAngles, Result, ToolBias};
 use magician_program::artwork::Sheet;
 use magician_program::{Surface, Tool, rounded_height, rounded_surface};
 
@@ -36,15 +36,6 @@ impl Touch {
             height: rounded_height(z),
         })
     }
-}
-
-/// Use of a touch: how exactly the tool that touches has to be the one that draws later.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TouchUse {
-    /// A height: tips that end equally low are the same.
-    Height,
-    /// A place on the table: the whole bias counts.
-    Place,
 }
 
 /// The measured work surface under an arm.
@@ -86,9 +77,9 @@ impl WorkSurface {
 /// # Errors
 /// [`NotHomed`](ErrorCode::NotHomed) as [`Homing::check`](magician::Homing::check), [`LaserOn`](ErrorCode::LaserOn) as
 /// [`Laser::check_off`](magician::Laser::check_off), [`Busy`](ErrorCode::Busy) if the arm moves,
-/// [`InvalidValue`](ErrorCode::InvalidValue) if the arm counts from the tip of another tool than the
-/// one that draws, as far as `used_for` tells them apart; else as [`Arm::get`].
-pub async fn touch_off(arm: &Arm, draws: Tool, used_for: TouchUse) -> Result<Touch> {
+/// [`InvalidValue`](ErrorCode::InvalidValue) if the arm counts from the tip of a tool that ends at
+/// another height than the one that draws; else as [`Arm::get`].
+pub async fn touch_off(arm: &Arm, draws: Tool) -> Result<Touch> {
     arm.homing().check().await?;
     arm.laser().check_off().await?;
     // A hand or another program moves it, too: then two poses differ.
@@ -99,31 +90,24 @@ pub async fn touch_off(arm: &Arm, draws: Tool, used_for: TouchUse) -> Result<Tou
     let bias = arm.get::<EndEffectorParams>().await?;
     let pose = arm.get::<Pose>().await?;
     let mounted = Tool::from(&bias);
-    if !same_tip(mounted.bias(), draws.bias(), used_for) {
-        let what = match used_for {
-            TouchUse::Height => "height",
-            TouchUse::Place => "position",
-        };
+    if !same_height(mounted.bias(), draws.bias()) {
         let why = format!(
             "the arm's poses are for the tool {mounted}, but drawings use the tool {draws}: the \
-                measured {what} would be wrong"
+                measured height would be wrong"
         );
         return Err(Error::new(ErrorCode::InvalidValue, why));
     }
+    let joints = JointAngles::from(pose.joint_angle.map(f64::from));
+    // The pen touches, whichever tool the arm counts its poses from.
+    let [from, to] = [mounted, draws].map(|tool| Geometry::magician(tool.bias()).forward(&joints));
     let [x, y, z] = [pose.x, pose.y, pose.z].map(f64::from);
-    Touch::of([x, y, z])
+    Touch::of([x + to.x - from.x, y + to.y - from.y, z])
         .ok_or_else(|| Error::new(ErrorCode::BadAnswer, "the arm's pose is not finite"))
 }
 
-/// True if both tips are at the same place, as far as it counts. A level surface has the same height
-/// wherever it is touched.
-fn same_tip(mounted: ToolBias, draws: ToolBias, used_for: TouchUse) -> bool {
-    let near = |one: f64, other: f64| (one - other).abs() < SAME_HEIGHT;
-    let is_same_height = near(mounted.z, draws.z);
-    match used_for {
-        TouchUse::Height => is_same_height,
-        TouchUse::Place => is_same_height && near(mounted.x, draws.x) && near(mounted.y, draws.y),
-    }
+/// True if both tips end equally low.
+fn same_height(mounted: ToolBias, draws: ToolBias) -> bool {
+    (mounted.z - draws.z).abs() < SAME_HEIGHT
 }
 
 /// The work surface that the file of settings keeps; `None` if it keeps none. A sheet goes before a

@@ -5,7 +5,7 @@ use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use magician::{Arm, Error, ErrorCode, Result};
-use magician_job::{SHEET_COUNTS, Touch, TouchUse, WorkSurface, touch_off};
+use magician_job::{SHEET_COUNTS, Touch, WorkSurface, touch_off};
 use magician_program::artwork::Sheet;
 use magician_program::{
     Diagnostic, FittedSurface, SetupDefaults, SheetCorner, Tool, TouchedCorners,
@@ -149,7 +149,7 @@ impl ArmSurface {
         if let KnownSurface::Measured(WorkSurface::Sheet(_)) = known {
             return Err(Error::new(ErrorCode::InvalidSettings, SHEET_COUNTS).into());
         }
-        let point = point(touch_off(&arm, draws, TouchUse::Height).await?);
+        let point = point(touch_off(&arm, draws).await?);
         let mut touches = match known {
             KnownSurface::Measured(plane) if adds => self.touches_of(plane),
             _ => Vec::new(),
@@ -177,7 +177,7 @@ impl ArmSurface {
         draws: Tool,
         corner: SheetCorner,
     ) -> std::result::Result<Value, RpcError> {
-        let point = point(touch_off(&arm, draws, TouchUse::Place).await?);
+        let point = point(touch_off(&arm, draws).await?);
         let before = self.with_measuring(|measuring| measuring.corners);
         let corners = before.with(corner, point).map_err(refused)?;
         // A corner that makes no sheet with the others is not taken: it can be touched again.

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use magician::preflight::{Guards, Preflight};
 use magician::{Error, ErrorCode, Progress, QueueIndex, Ran, RunOptions, Set};
-use magician_job::{TouchUse, WorkSurface, keep_surface, touch_off};
+use magician_job::{WorkSurface, keep_surface, touch_off};
 use magician_program::{Surface, Tool};
 use pyo3::prelude::*;
 
@@ -129,7 +129,7 @@ impl Core {
         let arm = if unhomed { arm.allowing_unhomed() } else { arm };
         let draws = crate::calibrate::kept_tool(py)?.unwrap_or(Tool::Pen);
         let touch = async move {
-            let touch = touch_off(&arm, draws, TouchUse::Height).await?;
+            let touch = touch_off(&arm, draws).await?;
             // The table of a virtual arm says nothing about a real one.
             if !arm.is_virtual() {
                 keep_surface(Some(WorkSurface::Plane(Surface::level(touch.height))))?;

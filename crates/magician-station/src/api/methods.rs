@@ -1,6 +1,7 @@
 //! The table of methods. The check, the documents and the tests come from it. One table is one file, however long it gets.
 
 use super::method::{may, method, needed};
+use super::types::SHEET_CORNERS;
 use super::{IdKind, Kind, Method, Param, Role};
 use crate::control::WorkKind;
 
@@ -759,7 +760,7 @@ pub(super) const STATION: &[Method] = &[
             ARM,
             needed(
                 "corner",
-                Kind::Choice(&["lower-left", "lower-right", "upper-left"]),
+                Kind::Choice(SHEET_CORNERS),
                 "which one it is, for the reader of the paper",
             ),
             UNHOMED,
