@@ -4,13 +4,13 @@ import { useEffect, useRef } from "preact/hooks";
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
 import { t } from "../i18n";
-import { sentencesOf } from "../words";
 import { save } from "../log";
 import { io, levels, watchOf, watchPins } from "../pins";
 import { at, beat, POSE, type Readings, readings, snapshot } from "../ring";
 import { theme } from "../settings";
 import * as store from "../store";
 import { Card, Choice, Do, Heads, Range } from "../ui/parts";
+import { sentencesOf } from "../words";
 import "./plot.css";
 import texts from "./plot.json";
 

@@ -7,10 +7,10 @@ import * as store from "../store";
 import { Do } from "../ui/parts";
 import "./fence";
 import { layers } from "./layers";
-import { watchWorld } from "./seen";
 import { Plan } from "./plan";
 import { reach } from "./reach";
 import type { ArmScene, View } from "./scene";
+import { watchWorld } from "./seen";
 
 const VIEWS: readonly View[] = ["corner", "front", "side", "top"];
 
