@@ -4,6 +4,7 @@ import { useEffect, useRef } from "preact/hooks";
 import { t } from "../i18n";
 import { theme } from "../settings";
 import * as store from "../store";
+import { colorAt } from "../ui/color";
 import { Do } from "../ui/parts";
 import "./fence";
 import { layers } from "./layers";
@@ -34,7 +35,7 @@ function bind(scene: ArmScene, place: HTMLElement, letters: Record<"x" | "y", HT
       if (letter) letter.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
     }
   };
-  const css = (name: string) => getComputedStyle(place).getPropertyValue(name).trim();
+  const css = (name: string) => colorAt(place, name);
   const color = (name: string) => (name.startsWith("--") ? css(name) : name);
   const colors = () => {
     scene.setColors(css("--grid"), css("--grid-strong"));
