@@ -5,8 +5,8 @@ import { loadavg } from "node:os";
 import { dirname, join } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
 import { fileURLToPath } from "node:url";
-import { Browser, Station, is } from "./bench.mjs";
-import { Way, Wired, now } from "./line.mjs";
+import { Browser, is, Station } from "./bench.mjs";
+import { now, Way, Wired } from "./line.mjs";
 
 const root = join(dirname(fileURLToPath(import.meta.url)), "../..");
 const program = process.env.MAGICIAN ?? join(root, "target/release/magician");

@@ -1,9 +1,9 @@
 // The suite on the second carrier: the page as files on any server, its station and virtual arm in the page's worker.
 import assert from "node:assert/strict";
-import { createServer } from "node:http";
 import { existsSync, readFileSync } from "node:fs";
+import { createServer } from "node:http";
 import { extname, join } from "node:path";
-import { Browser, Station, is, near } from "./bench.mjs";
+import { Browser, is, near, Station } from "./bench.mjs";
 import { drawing } from "./draw.mjs";
 
 const TYPES = {

@@ -66,7 +66,7 @@ export class Client {
   /** Keeps a program of the virtual arm's library, or without bytes gets it: past the messages. */
   file(name: string, bytes?: ArrayBuffer): Promise<ArrayBuffer> {
     const [{ id }, answer] = this.request("program.get", { name });
-    this.tell({ kind: "file", id: id!, name, ...(bytes ? { bytes } : {}) });
+    this.tell({ kind: "file", id, name, ...(bytes ? { bytes } : {}) });
     return answer as Promise<unknown> as Promise<ArrayBuffer>;
   }
 
@@ -88,9 +88,9 @@ export class Client {
     this.tell({ kind: "close" });
   }
 
-  private request<M extends Method>(method: M, params: Params<M>): [Wire, Promise<Result<M>>] {
+  private request<M extends Method>(method: M, params: Params<M>): [Wire & { id: number }, Promise<Result<M>>] {
     const id = this.next++;
-    const message: Wire = { jsonrpc: "2.0", id, method, params };
+    const message = { jsonrpc: "2.0" as const, id, method, params };
     const answer = new Promise<Result<M>>((done, failed) => {
       this.waiting.set(id, { method, done: done as (value: never) => void, failed });
     });

@@ -71,8 +71,14 @@ export class WorkerStation {
   static async atLine(module: URL, line: SerialLine): Promise<WorkerStation> {
     const made = await WorkerStation.load(module, { name: "arm", line: true }, line);
     line.begin({
-      heard: (bytes) => (made.station.lineIn(bytes), made.turns()),
-      is: (there) => (made.station.lineIs(there), made.turns()),
+      heard: (bytes) => {
+        made.station.lineIn(bytes);
+        made.turns();
+      },
+      is: (there) => {
+        made.station.lineIs(there);
+        made.turns();
+      },
     });
     try {
       await made.ready();
@@ -199,7 +205,8 @@ export class WorkerStation {
         this.files.read(out.payload);
       } else if (out.kind === "close") {
         this.hearers.delete(out.session);
-        hearer?.closed(out.payload[0]! | (out.payload[1]! << 8));
+        const [low = 0, high = 0] = out.payload;
+        hearer?.closed(low | (high << 8));
       } else if (out.kind === "line") {
         this.line?.say(out.payload);
       } else if (out.kind === "trace") {

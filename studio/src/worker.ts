@@ -140,7 +140,7 @@ function close(): void {
   line = null;
 }
 
-onmessage = (event: MessageEvent<ToWorker>) => {
+self.onmessage = (event: MessageEvent<ToWorker>) => {
   const order = event.data;
   switch (order.kind) {
     case "open":

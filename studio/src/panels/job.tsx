@@ -1,10 +1,11 @@
 // The job of the arm: how far it is, and what can be done to it.
+
+import type { Remedy } from "../actions";
+import type { Job } from "../api";
 import { t } from "../i18n";
 import { clock } from "../log";
-import type { Job } from "../api";
 import * as jobs from "../run/jobs";
 import * as store from "../store";
-import type { Remedy } from "../actions";
 import { Card, Do, Heads, Why } from "../ui/parts";
 import { Remedies } from "./remedies";
 

@@ -3,7 +3,7 @@ import { useSignalEffect } from "@preact/signals";
 import { useRef } from "preact/hooks";
 import * as store from "../store";
 import { pathOf } from "./flat";
-import { type Box, layers, type Lines } from "./layers";
+import { type Box, type Lines, layers } from "./layers";
 import { reach } from "./reach";
 
 const HALF = 360;

@@ -4,13 +4,14 @@ import { useEffect, useRef } from "preact/hooks";
 import { t } from "../i18n";
 import { theme } from "../settings";
 import * as store from "../store";
+import { colorAt } from "../ui/color";
 import { Do } from "../ui/parts";
 import "./fence";
 import { layers } from "./layers";
-import { watchWorld } from "./seen";
 import { Plan } from "./plan";
 import { reach } from "./reach";
 import type { ArmScene, View } from "./scene";
+import { watchWorld } from "./seen";
 
 const VIEWS: readonly View[] = ["corner", "front", "side", "top"];
 
@@ -34,7 +35,7 @@ function bind(scene: ArmScene, place: HTMLElement, letters: Record<"x" | "y", HT
       if (letter) letter.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
     }
   };
-  const css = (name: string) => getComputedStyle(place).getPropertyValue(name).trim();
+  const css = (name: string) => colorAt(place, name);
   const color = (name: string) => (name.startsWith("--") ? css(name) : name);
   const colors = () => {
     scene.setColors(css("--grid"), css("--grid-strong"));
