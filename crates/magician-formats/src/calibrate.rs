@@ -53,7 +53,9 @@ impl FittedSurface {
             slope,
         };
         check_tilt(surface)?;
-        let off = touches.iter().map(|&[x, y, z]| (z - surface.at([x, y])).abs());
+        let off = touches
+            .iter()
+            .map(|&[x, y, z]| (z - surface.at([x, y])).abs());
         Ok(Self {
             surface,
             residual: off.fold(0.0, f64::max),
@@ -193,9 +195,7 @@ impl TouchedCorners {
     /// As [`Sheet::touched`].
     pub fn sheet(&self) -> Result<Option<Sheet>, Diagnostic> {
         match self.0 {
-            [Some(origin), Some(right), Some(up)] => {
-                Sheet::touched([origin, right, up]).map(Some)
-            }
+            [Some(origin), Some(right), Some(up)] => Sheet::touched([origin, right, up]).map(Some),
             _ => Ok(None),
         }
     }
@@ -442,7 +442,10 @@ mod tests {
         let at = |x: f64, y: f64| [x, y, tilted.at([x, y])];
         let three = [at(200.0, -80.0), at(200.0, 80.0), at(280.0, 0.0)];
         let plane = FittedSurface::touched(&three).unwrap();
-        assert!((plane.surface.height - tilted.height).abs() < 1e-9, "{plane:?}");
+        assert!(
+            (plane.surface.height - tilted.height).abs() < 1e-9,
+            "{plane:?}"
+        );
         assert!(plane.residual < 1e-9);
         let [x, y, z] = at(240.0, 0.0);
         let four = [three[0], three[1], three[2], [x, y, z + 0.4]];

@@ -165,9 +165,13 @@ pub fn keep_surface(surface: Option<WorkSurface>) -> Result<()> {
         Some(WorkSurface::Plane(surface)) if surface.slope == [0.0, 0.0] => {
             file.with("surface", &surface.height.to_string())
         }
-        Some(WorkSurface::Plane(Surface { height, slope: [x, y] })) => {
-            file.with("surface", &format!("{{ height = {height}, slope = [{x:?}, {y:?}] }}"))
-        }
+        Some(WorkSurface::Plane(Surface {
+            height,
+            slope: [x, y],
+        })) => file.with(
+            "surface",
+            &format!("{{ height = {height}, slope = [{x:?}, {y:?}] }}"),
+        ),
         Some(WorkSurface::Sheet(sheet)) => file.with_table("sheet", &sheet),
         None => {
             let mut left = Some(file.clone());

@@ -304,6 +304,8 @@ impl FormatReader {
         request.tool = arm.tool;
         if !source.bytes.name().is_empty() {
             request.title = Format::title(source.bytes.name()).to_owned();
+        } else if format == Format::Text {
+            request.title = title_of_text(&bytes);
         }
         if let Some(stands) = &arm.stands {
             let tool = request.options.tool.or(request.defaults.tool);
@@ -325,6 +327,17 @@ impl FormatReader {
                 Ok(to_come(Box::pin(async move { done(answer.await?) })))
             }
         }
+    }
+}
+
+/// The title of a text that no file has named: its own words, as many as a list of jobs has room for.
+fn title_of_text(bytes: &[u8]) -> String {
+    const MOST_LETTERS: usize = 40;
+    let text = String::from_utf8_lossy(bytes);
+    let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    match words.char_indices().nth(MOST_LETTERS) {
+        Some((end, _)) => format!("{}…", words[..end].trim_end()),
+        None => words,
     }
 }
 

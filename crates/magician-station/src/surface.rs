@@ -205,7 +205,10 @@ impl ArmSurface {
     }
 
     fn with_measuring<T>(&self, change: impl FnOnce(&mut Measuring) -> T) -> T {
-        let mut measuring = self.measuring.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut measuring = self
+            .measuring
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         change(&mut measuring)
     }
 
@@ -235,7 +238,10 @@ impl ArmSurface {
         let plane = surface.plane();
         let (sheet, [x, y]) = match surface {
             WorkSurface::Sheet(sheet) => (Some(sheet), sheet.corner),
-            _ => (None, touches.first().map_or([0.0, 0.0], |&[x, y, _]| [x, y])),
+            _ => (
+                None,
+                touches.first().map_or([0.0, 0.0], |&[x, y, _]| [x, y]),
+            ),
         };
         let z = magician_program::rounded_height(plane.at([x, y]));
         let [slope_x, slope_y] = plane.slope;

@@ -8,7 +8,6 @@ import * as actions from "../teach/actions";
 import * as program from "../teach/rows";
 import { Card, Do, OpenFile, Pick, Switch, TextField, Times, Why } from "../ui/parts";
 import { ArmView } from "../view/view";
-import { JobCard } from "./job";
 import { JogPad } from "./jogpad";
 import { Points } from "./points";
 import { Pose } from "./pose";
@@ -131,8 +130,6 @@ function Files() {
 export function Teach() {
   useEffect(() => actions.follow(), []);
   const isSaved = program.isSaved.value;
-  // What has ended well is no news here.
-  const shows = jobs.busy.value || jobs.job.value?.state === "failed" || jobs.job.value?.state === "interrupted";
   return (
     <div
       class="move teach"
@@ -157,7 +154,6 @@ export function Teach() {
           <Add />
           <Points />
           <Play />
-          {shows ? <JobCard /> : null}
           <Files />
         </Card>
       </div>

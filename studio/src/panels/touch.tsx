@@ -9,7 +9,7 @@ import { JogPad } from "./jogpad";
 import { Problem } from "./remedies";
 
 /** Takes the height from where the tool is. */
-function TouchOff({ tool = "pen" }: { tool?: "pen" | "laser" }) {
+export function TouchOff({ tool = "pen" }: { tool?: "pen" | "laser" }) {
   const why = store.why.value;
   const off = why !== null;
   return (
@@ -48,12 +48,6 @@ function TouchOff({ tool = "pen" }: { tool?: "pen" | "laser" }) {
       {surface.problem.value === null ? null : <Problem of={surface.problem.value} />}
     </Card>
   );
-}
-
-/** The same for a page that shows the jog pad anyway. */
-export function Surface() {
-  useEffect(surface.follow, []);
-  return <TouchOff />;
 }
 
 /** What a person needs where a program does not know how high its surface lies: the button, and the pad. */

@@ -9,7 +9,6 @@ import { setup } from "../run/place";
 import * as library from "../run/programs";
 import * as store from "../store";
 import { Card, Do, Drop, Field, OpenFile, Pick } from "../ui/parts";
-import { JobCard } from "./job";
 import { PartsCard } from "./partslist";
 import { Presets } from "./presets";
 import { ACCEPT, formatOf } from "./programs";
@@ -153,7 +152,6 @@ export function Workshop({ tool, name, hint, first, because = null, before, chil
           </p>
         </Card>
         <Height tool={tool} />
-        <JobCard />
         {check.asked.value.length === 0 ? null : (
           <Card title={t("setup.title")} class="options-card">
             <Options first={first} />

@@ -2,13 +2,14 @@ import { t } from "../i18n";
 import * as store from "../store";
 import { Dialogs } from "./dialogs";
 import { Alarms, Header, LinkLost, Update } from "./header";
-import { Panel } from "./routes";
+import { Panel, Strip } from "./routes";
 
 export function App() {
   const route = store.route.value;
   return (
     <>
       <Header />
+      <Strip />
       <main class={`route-${route}`}>
         <h1 class="unseen">{`${t("app")}: ${t(`nav.${route}`)}`}</h1>
         <Update />

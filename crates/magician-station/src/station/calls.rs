@@ -411,7 +411,9 @@ fn act_of(name: &str, call: &Call<'_>) -> Result<ArmAct, RpcError> {
         }),
         "surface.corner" => {
             let name = params.text("corner").unwrap_or_default();
-            let corner = SheetCorner::ALL.into_iter().find(|corner| corner.name() == name);
+            let corner = SheetCorner::ALL
+                .into_iter()
+                .find(|corner| corner.name() == name);
             let corner = corner.ok_or_else(|| RpcError::param("corner", "no such corner"))?;
             Ok(ArmAct::Touch {
                 takes: Taken::Corner(corner),

@@ -69,9 +69,7 @@ impl WorldState {
         let begins = after && !before && self.scene.held().is_none();
         self.grips.begun += u64::from(begins);
         let frames = self.frames(now, joint_state);
-        let reached_for = begins
-            .then(|| self.reach(frames).within_grasp())
-            .flatten();
+        let reached_for = begins.then(|| self.reach(frames).within_grasp()).flatten();
         self.tool = tool;
         if let Some(object) = reached_for {
             self.take(now, object, &frames);
