@@ -13,8 +13,10 @@ const SAME_HEIGHT: f64 = 0.01;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Touch {
-    /// x and y of the tip, mm.
+    /// x and y of the tip, as the arm has them, mm.
     pub at: [f64; 2],
+    /// x and y of the tip of the tool that draws, mm: the arm may count its poses from another one.
+    pub tip: [f64; 2],
     /// Height of the surface, z of the tip, mm.
     pub height: f64,
 }
@@ -31,8 +33,10 @@ impl Touch {
     #[must_use]
     pub fn of([x, y, z]: [f64; 3]) -> Option<Self> {
         let is_finite = [x, y, z].iter().all(|number| number.is_finite());
+        let at = [rounded_height(x), rounded_height(y)];
         is_finite.then(|| Self {
-            at: [rounded_height(x), rounded_height(y)],
+            at,
+            tip: at,
             height: rounded_height(z),
         })
     }
@@ -97,12 +101,15 @@ pub async fn touch_off(arm: &Arm, draws: Tool) -> Result<Touch> {
         );
         return Err(Error::new(ErrorCode::InvalidValue, why));
     }
+    let touch = Touch::of([pose.x, pose.y, pose.z].map(f64::from))
+        .ok_or_else(|| Error::new(ErrorCode::BadAnswer, "the arm's pose is not finite"))?;
     let joints = JointAngles::from(pose.joint_angle.map(f64::from));
-    // The pen touches, whichever tool the arm counts its poses from.
     let [from, to] = [mounted, draws].map(|tool| Geometry::magician(tool.bias()).forward(&joints));
-    let [x, y, z] = [pose.x, pose.y, pose.z].map(f64::from);
-    Touch::of([x + to.x - from.x, y + to.y - from.y, z])
-        .ok_or_else(|| Error::new(ErrorCode::BadAnswer, "the arm's pose is not finite"))
+    let [x, y] = touch.at;
+    Ok(Touch {
+        tip: [x + to.x - from.x, y + to.y - from.y].map(rounded_height),
+        ..touch
+    })
 }
 
 /// True if both tips end equally low.
@@ -196,4 +203,25 @@ pub const SHEET_COUNTS: &str = "the settings keep a calibrated sheet, whose heig
 #[cfg(feature = "settings")]
 fn unkept(error: crate::settings::SettingsError) -> Error {
     Error::new(ErrorCode::InvalidSettings, error.to_string())
+}
+
+#[cfg(all(test, feature = "settings"))]
+mod tests {
+    use super::*;
+    use crate::settings::SettingsFile;
+
+    #[test]
+    fn surface_of_the_settings_is_a_height_or_a_tilted_plane() {
+        let said = |value: &str| {
+            let file = SettingsFile::default().with("surface", value).expect("it can");
+            surface_of(&file).ok().flatten()
+        };
+        assert_eq!(said("-52.5"), Some(Surface::level(-52.5)));
+        let slope = [0.01, -0.002];
+        let tilted = Surface { height: -55.0, slope };
+        assert_eq!(said("{ height = -55.0, slope = [0.01, -0.002] }"), Some(tilted));
+        assert_eq!(said("\"low\""), None);
+        let empty = surface_of(&SettingsFile::default());
+        assert_eq!(empty.expect("nothing is wrong"), None);
+    }
 }

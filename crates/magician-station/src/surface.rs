@@ -149,7 +149,8 @@ impl ArmSurface {
         if let KnownSurface::Measured(WorkSurface::Sheet(_)) = known {
             return Err(Error::new(ErrorCode::InvalidSettings, SHEET_COUNTS).into());
         }
-        let point = point(touch_off(&arm, draws).await?);
+        let touch = touch_off(&arm, draws).await?;
+        let point = point(touch.at, touch);
         let mut touches = match known {
             KnownSurface::Measured(plane) if adds => self.touches_of(plane),
             _ => Vec::new(),
@@ -177,7 +178,8 @@ impl ArmSurface {
         draws: Tool,
         corner: SheetCorner,
     ) -> std::result::Result<Value, RpcError> {
-        let point = point(touch_off(&arm, draws).await?);
+        let touch = touch_off(&arm, draws).await?;
+        let point = point(touch.tip, touch);
         let before = self.with_measuring(|measuring| measuring.corners);
         let corners = before.with(corner, point).map_err(refused)?;
         // A corner that makes no sheet with the others is not taken: it can be touched again.
@@ -270,8 +272,7 @@ fn told_sheet(sheet: Sheet) -> Value {
     })
 }
 
-fn point(touch: Touch) -> [f64; 3] {
-    let [x, y] = touch.at;
+fn point([x, y]: [f64; 2], touch: Touch) -> [f64; 3] {
     [x, y, touch.height]
 }
 

@@ -8,7 +8,7 @@ import * as store from "../store";
 import { type Lines, show } from "../view/layers";
 import * as jobs from "./jobs";
 import { type Entry, nameOf, programs, put } from "./programs";
-import { height } from "./surface";
+import { known } from "./surface";
 
 /** What is checked and run: a program of the library, or what a person has typed. */
 export type Source = Pick<Params<"job.start">, "program" | "text" | "format">;
@@ -186,7 +186,8 @@ export function checkAlong(most = AT_ONCE): () => void {
     const found = entry.value;
     const isIdle = store.isUp.value && !jobs.busy.value;
     void setup.value;
-    void height.value;
+    void known.value?.plane;
+    void known.value?.sheet;
     void store.isHomed.value;
     clearTimeout(due);
     if (chosen.value === null || found?.format === null) return;

@@ -2,7 +2,7 @@
 // picture is there or after; it takes it away with an empty list. Coordinates are those of poses, mm.
 import { signal } from "@preact/signals";
 
-export type Layer = "planned" | "points" | "fence" | "paper" | "belt" | "objects";
+export type Layer = "planned" | "points" | "fence" | "paper" | "sheet" | "belt" | "objects";
 
 export interface Lines {
   /** Points [x, y, z], joined in their order. */

@@ -100,6 +100,7 @@ async fn three_corners_are_a_sheet_that_drawings_lie_on_upright_for_its_reader()
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.ok("lease.acquire", json!({})).await;
+    anna.ok("arm.tool", json!({"tool": "pen"})).await;
     let wrong = json!({"corner": "middle"});
     assert_eq!(anna.code("surface.corner", wrong).await, -32602);
     let corners = [
@@ -122,6 +123,7 @@ async fn three_corners_are_a_sheet_that_drawings_lie_on_upright_for_its_reader()
         }
     }
     let known = anna.ok("surface.get", json!({})).await;
+    assert_eq!(known["corners"], json!([]));
     let sheet = &known["sheet"];
     let near = |value: &Value, wanted: f64| {
         let value = value.as_f64().unwrap();
