@@ -5,6 +5,7 @@ import { createServer } from "node:http";
 import { extname, join } from "node:path";
 import { Browser, is, near, Station } from "./bench.mjs";
 import { drawing } from "./draw.mjs";
+import { gallery } from "./gallery.mjs";
 
 const TYPES = {
   ".html": "text/html",
@@ -13,6 +14,8 @@ const TYPES = {
   ".svg": "image/svg+xml",
   ".json": "application/json",
   ".wasm": "application/wasm",
+  ".png": "image/png",
+  ".webp": "image/webp",
   ".webmanifest": "application/manifest+json",
 };
 /** As beside a book: below a folder. */
@@ -253,6 +256,8 @@ export function onSim(tests, bench, folder) {
     await sim.until("a step up", (state) => near(state.z, before.z + 5) && !state.moving);
     await closed(page);
   });
+
+  gallery(test, { browser, station: sim, url: () => files.url });
 
   drawing((name, body) => test(`files: ${name}`, body), {
     station: sim,
