@@ -41,8 +41,7 @@ export function gallery(test, { browser, station, url }) {
       const page = await browser.page(`${url()}?speed=20#/gallery`);
       await page.getByTestId(`gallery-${name}`).click();
       await is(page, "route", panel, 20_000);
-      await is(page, "job", "running", 30_000);
-      await is(page, "job", "done", 90_000);
+      await is(page, "job", "done", 120_000);
       await station.join(page);
       judge(await station.call("world.look"));
       await page.context().close();

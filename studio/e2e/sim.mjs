@@ -218,6 +218,27 @@ export function onSim(tests, bench, folder) {
     await closed(page);
   });
 
+  test("files: an arm under a held jog stood still while its browser slept", async () => {
+    const page = await browser.inControl(files.url);
+    const devtools = await browser.browser.newBrowserCDPSession();
+    await page.getByTestId("jog-y-plus").hover();
+    await page.mouse.down();
+    await is(page, "jog", "running");
+    await sim.until("moves", (state) => state.moving);
+    const { processInfo } = await devtools.send("SystemInfo.getProcessInfo");
+    const renderers = processInfo.filter(({ type }) => type === "renderer").map(({ id }) => id);
+    const before = await sim.pose();
+    for (const id of renderers) process.kill(id, "SIGSTOP");
+    await new Promise((done) => setTimeout(done, 3000));
+    for (const id of renderers) process.kill(id, "SIGCONT");
+    const after = await sim.stands();
+    // As far as it comes until a page that hangs is found out, and to rest: a held jog would be three seconds on.
+    assert.ok(Math.abs(after.y - before.y) < 40, `${before.y} to ${after.y}`);
+    await page.mouse.up();
+    await devtools.detach();
+    await closed(page);
+  });
+
   for (const [name, body] of [...tests]) {
     if (SHARED.includes(name)) test(`files: ${name}`, body);
   }

@@ -25,7 +25,9 @@ export const why = computed(() => {
 async function ready(): Promise<void> {
   if (store.backend.value === "none") connectSim();
   await until(() => store.isUp.value && store.state.value !== null);
-  if (store.lease.value === "free") await take();
+  // The page takes control of its own arm by itself.
+  if (store.backend.value === "sim") await until(() => store.lease.value === "mine");
+  else if (store.lease.value === "free") await take();
 }
 
 const until = (is: () => boolean) =>
