@@ -1,6 +1,7 @@
 // Jobs that are over.
 
 import type { Job } from "../api";
+import { wallTime } from "../clock";
 import { t } from "../i18n";
 import { clock } from "../log";
 import * as jobs from "../run/jobs";
@@ -29,7 +30,7 @@ export function PastJobs() {
             <tr key={job.job}>
               <th scope="row">{job.title || t("job.untitled")}</th>
               <td>{stateOf(job)}</td>
-              <td class="number">{job.ended === null ? "–" : clock(new Date(job.ended * 1000))}</td>
+              <td class="number">{job.ended === null ? "–" : clock(wallTime(job.ended))}</td>
               <td>
                 {jobs.canResume(job) ? (
                   <Do

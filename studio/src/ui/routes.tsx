@@ -8,6 +8,7 @@ import { later } from "./later";
 import { Do } from "./parts";
 
 const LATER: Partial<Record<store.Route, () => Promise<ComponentType>>> = {
+  gallery: () => import("../panels/gallery").then(({ Gallery }) => Gallery),
   teach: () => import("../panels/teach").then(({ Teach }) => Teach),
   draw: () => import("../panels/draw").then(({ Draw }) => Draw),
   engrave: () => import("../panels/engrave").then(({ Engrave }) => Engrave),
