@@ -213,13 +213,21 @@ mod tests {
     #[test]
     fn surface_of_the_settings_is_a_height_or_a_tilted_plane() {
         let said = |value: &str| {
-            let file = SettingsFile::default().with("surface", value).expect("it can");
+            let file = SettingsFile::default()
+                .with("surface", value)
+                .expect("it can");
             surface_of(&file).ok().flatten()
         };
         assert_eq!(said("-52.5"), Some(Surface::level(-52.5)));
         let slope = [0.01, -0.002];
-        let tilted = Surface { height: -55.0, slope };
-        assert_eq!(said("{ height = -55.0, slope = [0.01, -0.002] }"), Some(tilted));
+        let tilted = Surface {
+            height: -55.0,
+            slope,
+        };
+        assert_eq!(
+            said("{ height = -55.0, slope = [0.01, -0.002] }"),
+            Some(tilted)
+        );
         assert_eq!(said("\"low\""), None);
         let empty = surface_of(&SettingsFile::default());
         assert_eq!(empty.expect("nothing is wrong"), None);

@@ -6,9 +6,10 @@ import * as jobs from "../run/jobs";
 import * as store from "../store";
 import * as actions from "../teach/actions";
 import * as program from "../teach/rows";
-import { Card, Do, OpenFile, Pick, Switch, TextField, Times, Why } from "../ui/parts";
+import { Card, Do, NumberInput, OpenFile, Pick, Switch, TextField, Times, Why } from "../ui/parts";
 import { ArmView } from "../view/view";
 import { JogPad } from "./jogpad";
+import { Objects } from "./objects";
 import { Points } from "./points";
 import { Pose } from "./pose";
 import { ArmCard } from "./tools";
@@ -37,6 +38,20 @@ function Add() {
           text={count > 1 ? w("teach.deleteMany", { count }) : w("teach.delete")}
           press={program.remove}
         />
+        <label class="times" title={w("teach.toolWait.hint")}>
+          <span>{w("teach.toolWait")}</span>
+          <NumberInput
+            id="tool-wait"
+            label={w("teach.toolWait")}
+            step={0.1}
+            least={0}
+            most={10}
+            digits={2}
+            value={actions.toolWait.value}
+            set={(seconds) => (actions.toolWait.value = Math.min(10, Math.max(0, seconds)))}
+          />
+          <span>s</span>
+        </label>
       </div>
       <Why id={why} text={off ? t(store.why.value ?? "why.free") : null} />
       <details class="more">
@@ -158,6 +173,7 @@ export function Teach() {
         </Card>
       </div>
       <div class="move-do" aria-label={t("nav.teach")} role="group">
+        <Objects />
         <JogPad />
         <ArmCard />
       </div>

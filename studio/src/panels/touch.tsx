@@ -32,12 +32,14 @@ function Touches() {
 export function TouchOff({ tool = "pen" }: { tool?: Tool }) {
   const why = store.why.value;
   const off = why !== null;
-  const { isKnown, sheet, isMeasuring, problem } = surface;
-  const isSheet = sheet.value !== null;
+  const isKnown = surface.isKnown.value;
+  const isMeasuring = surface.isMeasuring.value;
+  const problem = surface.problem.value;
+  const isSheet = surface.sheet.value !== null;
   const may = { off, why: "touch-why" };
   return (
     <Card
-      title={w(isMeasuring.value ? "paper.title" : "touch.title")}
+      title={w(isMeasuring ? "paper.title" : "touch.title")}
       class="touch-card"
       group
       more={
@@ -46,7 +48,7 @@ export function TouchOff({ tool = "pen" }: { tool?: Tool }) {
         </output>
       }
     >
-      {isMeasuring.value ? (
+      {isMeasuring ? (
         <Paper off={off} />
       ) : (
         <>
@@ -57,17 +59,17 @@ export function TouchOff({ tool = "pen" }: { tool?: Tool }) {
             {isSheet ? null : (
               <Do
                 id="touch-off"
-                class={isKnown.value ? "" : "primary"}
+                class={isKnown ? "" : "primary"}
                 {...may}
                 text={w(`touch.use.${tool}`)}
                 press={() => surface.touch()}
               />
             )}
-            {isKnown.value && !isSheet ? (
+            {isKnown && !isSheet ? (
               <Do id="touch-off-add" {...may} text={w("touch.add")} press={() => surface.touch(true)} />
             ) : null}
             {isSheet ? <Do id="paper-wizard" {...may} text={w("paper.again")} press={surface.measure} /> : null}
-            {isKnown.value ? (
+            {isKnown ? (
               <Do id="touch-off-forget" class="quiet" {...may} text={w("touch.forget")} press={surface.forget} />
             ) : null}
           </div>
@@ -83,7 +85,7 @@ export function TouchOff({ tool = "pen" }: { tool?: Tool }) {
         </>
       )}
       <Why id="touch-why" text={why === null ? null : t(why)} />
-      {problem.value === null ? null : <Problem of={problem.value} />}
+      {problem === null ? null : <Problem of={problem} />}
     </Card>
   );
 }
