@@ -225,4 +225,52 @@ export function teaching(test, { browser, station, closed, shots }) {
     assert.deepEqual(await kept(page), taught.slice(0, 2));
     await closed(page);
   });
+
+  test("a cube is put on another by names alone, and a pick of nothing says so", async () => {
+    const page = await opened();
+    await page.goto(`${station.url}#/world`);
+    await is(page, "route", "world");
+    await page.getByTestId("world-scenario").selectOption({ label: "Three cubes" });
+    await page.getByText("Objects: 3").waitFor();
+    let presses = 0;
+    const press = (name) => {
+      presses++;
+      return page.getByRole("button", { name, exact: true }).click();
+    };
+    await page.goto(`${station.url}#/teach`);
+    await is(page, "route", "teach");
+    const picked = page.getByRole("button", { name: "Put on the blue cube", exact: true });
+    await picked.waitFor();
+    assert.ok(await picked.isDisabled(), "nothing is held");
+    await press("Pick up the red cube");
+    await press("Put on the blue cube");
+    await press("Play all");
+    assert.equal(presses, 3);
+    await is(page, "job", "running");
+    await is(page, "job", "done", 60_000);
+    const objects = Object.fromEntries((await station.call("world.look")).objects.map((one) => [one.name, one]));
+    const [red, blue] = [objects["red cube"], objects["blue cube"]];
+    assert.ok(near(red.at[0], blue.at[0]) && near(red.at[1], blue.at[1]), JSON.stringify(red));
+    assert.ok(near(red.at[2], blue.at[2] + blue.size[2]), "it stands on it");
+    // The wait is part of the plan that is saved.
+    assert.deepEqual(
+      (await kept(page)).map(({ wait }) => wait),
+      [null, 0.5, null, null, 0.5, null],
+    );
+    // Once more there is nothing where it was.
+    await press("Play all");
+    await is(page, "job", "running");
+    await is(page, "job", "done", 60_000);
+    await page.getByTestId("job-note-nothing-picked").waitFor();
+    assert.equal((await station.call("job.list")).jobs.at(-1).notes[0].code, "nothing-picked");
+    await page.getByTestId("job-strip-close").click();
+    // By hand: above it, and onto it.
+    await press("Go onto the green cube");
+    const green = objects["green cube"];
+    await station.until(
+      "is on it",
+      (state) => near(state.x, green.at[0]) && near(state.z, green.at[2] + green.size[2]) && !state.moving,
+    );
+    await closed(page);
+  });
 }
