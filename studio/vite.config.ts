@@ -42,7 +42,7 @@ export default defineConfig({
             { name: "shell", test: SHELL },
             {
               name: "jobs",
-              test: /src.run.(?!place|laser)|src.panels.(job\.|remedies|setup|programs|run\.css)/,
+              test: /src.run.(?!place|laser)|src.panels.(job\.|remedies|touch|paper|setup|programs|run\.css)/,
             },
             { name: "qr", test: /node_modules.lean-qr/ },
             { name: "sheet", test: /src.run.place|src.panels.(sheet|workshop)/ },

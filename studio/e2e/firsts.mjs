@@ -216,8 +216,10 @@ export function firsts(test, { browser, program, shots }) {
       ]) {
         await hop(button, by);
         await page.getByTestId("touch-off-add").click();
-        const known = await station.call("surface.get");
-        assert.equal(known.touches, n);
+        for (let tries = 0; (await station.call("surface.get")).touches !== n; tries++) {
+          assert.ok(tries < 50, `touch ${n} is not taken`);
+          await page.waitForTimeout(100);
+        }
       }
       await page.getByTestId("touch-off-tilt").getByText("3 touches").waitFor();
       await page.goto(`${station.url}#/draw`);
@@ -255,7 +257,6 @@ export function firsts(test, { browser, program, shots }) {
       await is(page, "moving", "true");
       await is(page, "moving", "false", 60_000);
       await page.getByRole("button", { name: "Measure the paper" }).click();
-      const moves = (await station.events()).length;
       const at = async (wanted) => {
         // By the pad that stands there: the wizard itself moves nothing.
         await page.getByTestId("jog-mode-step").check({ force: true });
@@ -277,7 +278,8 @@ export function firsts(test, { browser, program, shots }) {
       };
       const stood = await station.stands();
       await page.getByText("Corner 1 of 3: lower left").waitFor();
-      assert.deepEqual(await station.stands(), stood, `nothing moves by itself: ${moves}`);
+      const now = await station.stands();
+      assert.deepEqual([now.x, now.y, now.z], [stood.x, stood.y, stood.z], "nothing moves by itself");
       await at({ z: -50, x: 270, y: -40 });
       await page.getByRole("button", { name: "Take corner" }).click();
       await page.getByText("Corner 2 of 3: lower right").waitFor();

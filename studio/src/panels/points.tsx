@@ -120,7 +120,7 @@ function Row({ row, nth, over }: { row: program.Row; nth: number; over: { value:
       </td>
       <th
         scope="row"
-        class="handle"
+        class="row-grip"
         title={w("teach.drag")}
         onPointerDown={(event) => {
           event.currentTarget.setPointerCapture(event.pointerId);

@@ -35,10 +35,10 @@ export async function load(route: store.Route): Promise<void> {
   }
 }
 
-/** The strip that tells of a job comes with the first one. */
+/** The strip that tells of a job comes with the connection: it has to have heard of the job when that is over. */
 export const Strip = later(
   () => import("../panels/strip").then(({ JobStrip }) => JobStrip),
-  () => store.jobState.value !== "none",
+  () => store.socket.value === "up",
 );
 
 export function Panel() {
