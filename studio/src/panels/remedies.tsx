@@ -94,13 +94,24 @@ const keyOf = ({ action, option, without, value }: actions.Remedy): string => {
 const isFirst = (one: actions.Remedy, nth: number, all: readonly actions.Remedy[]): boolean =>
   all.findIndex((other) => keyOf(other) === keyOf(one)) === nth;
 
+/** What is done at one press, what takes a while, what is to be typed. */
+const rank = ({ action, value, without }: actions.Remedy): number =>
+  action === undefined
+    ? value === undefined && without === undefined
+      ? 2
+      : 0
+    : Number(action === "calibrate-surface");
+const inOrder = (of: readonly actions.Remedy[]) => of.toSorted((one, other) => rank(one) - rank(other));
+
 export function Remedies({ of }: { of: readonly actions.Remedy[] }) {
   if (of.length === 0) return null;
   return (
     <div class="buttons-row remedies" role="group" aria-label={t("alarms.cure")}>
-      {of.filter(isFirst).map((remedy) => (
-        <Remedy key={keyOf(remedy)} of={remedy} />
-      ))}
+      {inOrder(of)
+        .filter(isFirst)
+        .map((remedy) => (
+          <Remedy key={keyOf(remedy)} of={remedy} />
+        ))}
     </div>
   );
 }

@@ -38,20 +38,6 @@ function Add() {
           text={count > 1 ? w("teach.deleteMany", { count }) : w("teach.delete")}
           press={program.remove}
         />
-        <label class="times" title={w("teach.toolWait.hint")}>
-          <span>{w("teach.toolWait")}</span>
-          <NumberInput
-            id="tool-wait"
-            label={w("teach.toolWait")}
-            step={0.1}
-            least={0}
-            most={10}
-            digits={2}
-            value={actions.toolWait.value}
-            set={(seconds) => (actions.toolWait.value = Math.min(10, Math.max(0, seconds)))}
-          />
-          <span>s</span>
-        </label>
       </div>
       <Why id={why} text={off ? t(store.why.value ?? "why.free") : null} />
       <details class="more">
@@ -93,6 +79,20 @@ function Play() {
         text={w("teach.play")}
         press={() => actions.play("all")}
       />
+      <label class="times" title={w("teach.toolWait.hint")}>
+        <span>{w("teach.toolWait")}</span>
+        <NumberInput
+          id="tool-wait"
+          label={w("teach.toolWait")}
+          step={0.1}
+          least={0}
+          most={10}
+          digits={2}
+          value={actions.toolWait.value}
+          set={(seconds) => (actions.toolWait.value = Math.min(10, Math.max(0, seconds)))}
+        />
+        <span>s</span>
+      </label>
       <Times id="teach-loops" label={t("run.times")} hint={t("run.times.hint")} value={actions.loops} />
       <Do id="teach-from" off={off} why="play-why" text={w("teach.from", { n })} press={() => actions.play("from")} />
       <Do id="teach-step" off={off} why="play-why" text={w("teach.one", { n })} press={() => actions.play("one")} />
