@@ -47,13 +47,14 @@ export function teaching(test, { browser, station, closed, shots }) {
     );
     await page.getByRole("combobox", { name: "Motion to point 2" }).selectOption("line");
     await page.getByRole("combobox", { name: "Tool at point 2" }).selectOption("suction");
-    await page.getByLabel("Wait at point 2, seconds").fill("0,5");
+    assert.equal((await kept(page))[1].wait, 0.5, "suction needs a moment");
+    await page.getByLabel("Wait at point 2, seconds").fill("0,7");
     await page.getByLabel("Wait at point 2, seconds").press("Tab");
     await cell(page, "z", 1).fill("nonsense");
     await cell(page, "z", 1).press("Tab");
     assert.ok(near(Number(await cell(page, "z", 1).inputValue()), one.z));
     const [, second] = await kept(page);
-    assert.deepEqual([second.motion.by, second.suction, second.wait], ["line", true, 0.5]);
+    assert.deepEqual([second.motion.by, second.suction, second.wait], ["line", true, 0.7]);
     // By keyboard to another place, and by hand back.
     await page.getByTestId("teach-pick-2").focus();
     await page.keyboard.press("Alt+ArrowUp");
@@ -203,7 +204,7 @@ export function teaching(test, { browser, station, closed, shots }) {
     const plan = JSON.parse(readFileSync(path, "utf8"));
     assert.deepEqual(
       plan.steps.map((step) => Object.keys(step)[0]),
-      ["move", "move", "suction", "command"],
+      ["move", "move", "suction", "wait", "command"],
     );
     assert.equal((await station.call("job.check", { program: name })).ok, true);
     await page.getByTestId("teach-save-format").selectOption("playback");
