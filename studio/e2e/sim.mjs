@@ -7,7 +7,7 @@ import { Browser, is, near, Station } from "./bench.mjs";
 import { drawing } from "./draw.mjs";
 import { gallery } from "./gallery.mjs";
 
-const TYPES = {
+export const TYPES = {
   ".html": "text/html",
   ".js": "text/javascript",
   ".css": "text/css",
