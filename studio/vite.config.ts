@@ -1,5 +1,6 @@
 // The bundle is committed and rebuilt byte for byte: fixed names, no source maps, no hashes.
 import { defineConfig, type Plugin } from "vite";
+import { leanThree } from "./three.lean";
 
 /** What every page begins with; the panels of other routes and the picture come when they are opened. */
 const SHELL =
@@ -21,7 +22,7 @@ const inlineStyle: Plugin = {
 
 export default defineConfig({
   base: "./",
-  plugins: [inlineStyle],
+  plugins: [leanThree, inlineStyle],
   oxc: { jsx: { runtime: "automatic", importSource: "preact" } },
   build: {
     outDir: "../target/studio",
