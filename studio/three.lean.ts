@@ -4,7 +4,7 @@
 import type { Plugin } from "vite";
 
 const HEADSET =
-  "{ enabled: false, isPresenting: false, dispose() {}, addEventListener() {}, removeEventListener() {}, setAnimationLoop() {} }";
+  "{ enabled: false, isPresenting: false, getEnvironmentBlendMode() {}, dispose() {}, addEventListener() {}, removeEventListener() {}, setAnimationLoop() {} }";
 
 const REPLACED: ReadonlyArray<readonly [text: string, by: string]> = [
   ["new WebXRManager( _this, _gl )", HEADSET],

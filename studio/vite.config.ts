@@ -4,7 +4,7 @@ import { leanThree } from "./three.lean";
 
 /** What every page begins with; the panels of other routes and the picture come when they are opened. */
 const SHELL =
-  /src.(?!main|worker|reader|files|site|run.|teach.|panels.(?!move|pose|tools|jogpad|connect)|view.(?!view|plan|reach|layers|seen|fence)).*\.tsx?$/;
+  /src.(?!main|worker|reader|files|site|run.|teach.|panels.(?!move|pose|tools|jogpad|connect)|view.(?!view|reach|layers|seen|fence|tint)).*\.tsx?$/;
 
 /** The style of the frame is in the page itself: it is painted as soon as the page is there, without a second request. */
 const inlineStyle: Plugin = {
