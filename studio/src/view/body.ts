@@ -19,6 +19,8 @@ const SHELL = "#eceef1";
 const INLAY = "#cfd5dc";
 const DARK = "#2d323a";
 const METAL = "#8d96a3";
+/** Anodised: the laser is seen on a dark sheet too. */
+const ANODISED = "#3c434e";
 const RUBBER = "#23262c";
 const HOSE = "#a9c4dd";
 export const ACCENT = "#2f8fff";
@@ -89,9 +91,10 @@ export function bodyOf({ rear, fore, tool }: Measures, hang: number, hasHose: bo
   on("base", SHELL, plate("xy", corners(-79, 79, -79, 79, 22), low + 5, -20, 5));
   on("base", INLAY, plate("yz", corners(-46, 46, low + 16, -32, 6), 78.2, 79.8, 0.6));
   on("base", ACCENT, plate("yz", [[34, low + 29, 3]], 79, 80.6, 0.5));
-  on("base", DARK, disc(57, -21, -15));
+  on("base", DARK, disc(57.5, -21, -18));
 
-  on("turret", ACCENT, disc(54, -75.2, -73, 0.4));
+  on("turret", ACCENT, disc(56, -78, -75.6, 0.3));
+  on("turret", DARK, disc(56.5, -75.8, -72, 0.8));
   on("turret", SHELL, [...plate("xy", corners(-50, 50, -48, 48, 26), -73, -30, 4)]);
   const cheek: Circle[] = [
     [0, 0, 32],
@@ -268,12 +271,12 @@ export function toolOf(name: ToolName | null, hang: number): Part[] {
       on(link, RUBBER, box([-7, a, -4], [7, b, 16], 2, 0.8));
     }
   } else if (name === "laser") {
-    on("tool", DARK, box([-15, -15, 30], [15, 15, top], 3, 1.2));
+    on("tool", ANODISED, box([-15, -15, 30], [15, 15, top], 3, 1.2));
     const fins = Math.max(2, Math.floor((top - 38) / 5));
     for (let nth = 0; nth < fins; nth++)
-      on("tool", DARK, box([-19, -19, 35 + nth * 5], [19, 19, 37.2 + nth * 5], 3, 0.6));
-    on("tool", METAL, disc(8.5, 20, 31));
-    on("tool", ACCENT, disc(5, 18.5, 21, 0.6));
+      on("tool", ANODISED, box([-19, -19, 35 + nth * 5], [19, 19, 37.2 + nth * 5], 3, 0.6));
+    on("tool", METAL, disc(8, 22, 31));
+    on("tool", ACCENT, disc(4.5, 20, 23, 0.6));
   } else if (name === "pen") {
     on("tool", INLAY, box([-12, -11, top - 15], [12, 11, top], 4, 1.6));
     on("tool", DARK, plate("yz", [[0, top - 7.5, 4]], 11, 17, 1));

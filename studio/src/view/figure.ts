@@ -1,13 +1,5 @@
 // The arm as a figure that takes poses: its links, rods and tool, the beam, and the cross of axes at its tip.
-import {
-  AdditiveBlending,
-  Group,
-  Mesh,
-  MeshBasicMaterial,
-  MeshLambertMaterial,
-  MeshPhongMaterial,
-  Vector3,
-} from "three";
+import { Group, Mesh, MeshBasicMaterial, MeshLambertMaterial, MeshPhongMaterial, Vector3 } from "three";
 import type { Model } from "../store";
 import { ACCENT, bodyOf, JAWS, type Link, measuresOf, type Part, RODS, type ToolName, toolOf } from "./body";
 import { drop, merged } from "./mesh";
@@ -21,7 +13,7 @@ export type Gripper = "open" | "closed" | "off";
 const FIRM = ["base", "turret"];
 /** Length of the axes at the tip, mm. */
 const AXIS = 26;
-const BEAM = "#8f7bff";
+const BEAM = "#6a48ff";
 /** How much of its opening the gripper closes in one frame. */
 const CLOSES = 0.18;
 
@@ -129,28 +121,16 @@ export class Figure {
     ]);
     this.axes.material = new MeshBasicMaterial({ vertexColors: true, depthTest: false, transparent: true });
     this.axes.renderOrder = 4;
-    const glow = (radius: number, opacity: number) =>
-      new Mesh(
-        merged([{ color: BEAM, solid: rod(0, 1, radius) }]),
-        new MeshBasicMaterial({
-          color: BEAM,
-          transparent: true,
-          opacity,
-          blending: AdditiveBlending,
-          depthWrite: false,
-        }),
-      );
-    const [core, halo] = [glow(0.9, 1), glow(2.6, 0.35)];
-    const spot = new Mesh(
-      merged([{ color: "#ffffff", solid: rod(0, 0.4, 2) }]),
-      new MeshBasicMaterial({ color: "#fff4d6" }),
-    );
-    const ember = new Mesh(
-      merged([{ color: "#ffffff", solid: rod(0, 0.3, 6) }]),
-      new MeshBasicMaterial({ color: "#ff8b3d", transparent: true, opacity: 0.4, depthWrite: false }),
-    );
+    const light = (color: string, solid: number[], opacity: number) => {
+      const look = { color, opacity, transparent: true, depthWrite: false };
+      const mesh = new Mesh(merged([{ color, solid }]), new MeshBasicMaterial(look));
+      mesh.renderOrder = 3;
+      return mesh;
+    };
+    const [core, halo] = [light(BEAM, rod(0, 1, 0.9), 1), light(BEAM, rod(0, 1, 2.8), 0.28)];
+    const [spot, ember] = [light("#fff1c9", rod(0.2, 0.8, 2), 1), light("#ff7a29", rod(0, 0.3, 6.5), 0.5)];
     for (const part of [core, halo]) part.name = "ray";
-    this.beam.add(core, halo, spot, ember);
+    this.beam.add(halo, core, ember, spot);
     this.beam.visible = false;
     this.tip.add(this.axes, this.beam);
   }
@@ -167,6 +147,8 @@ export class Figure {
   /** The beam from the laser to what is `below` its tip, mm; none where it is null. */
   burn(below: number | null): void {
     this.beam.visible = below !== null;
+    // The axis that leads up would lie in it.
+    this.axes.visible = below === null;
     if (below === null) return;
     this.beam.position.z = -below;
     for (const part of this.beam.children) if (part.name === "ray") part.scale.z = 19 + below;

@@ -140,10 +140,15 @@ effect(() => {
       color: "--belt-mark",
     });
   }
-  const [mx = 0, my = 0] = along(belt.length / 2, 0);
-  show("belt", marks, [
-    { at: [mx, my, belt.height - 8], size: [belt.length, belt.width, 8], turn: belt.direction, color: "--belt" },
-  ]);
+  const floor = world.value?.table?.height ?? USUAL_TABLE;
+  // The belt, and the two legs that it stands on.
+  const slab = (middle: number, length: number, width: number, low: number, high: number) => {
+    const at = [...along(middle, 0).slice(0, 2), low];
+    return { at, size: [length, width, high - low], turn: belt.direction, color: "--belt" };
+  };
+  const { length, width, height } = belt;
+  const legs = [40, length - 40].map((at) => slab(at, 14, width * 0.8, Math.min(floor, height - 8), height - 8));
+  show("belt", marks, [slab(length / 2, length, width, height - 8, height), ...legs]);
 });
 
 effect(() => {

@@ -487,6 +487,8 @@ export class ArmScene {
     this.ground.end();
     this.controls.dispose();
     this.renderer.dispose();
+    // A browser keeps few contexts, and forgets one that is not let go when it likes.
+    this.renderer.forceContextLoss();
     this.renderer.domElement.remove();
   }
 
@@ -543,6 +545,9 @@ export class ArmScene {
         goesOn = true;
       }
     }
+    const goal = this.ghost?.position;
+    // There the ghost would only lie in the tool.
+    if (this.ghost !== null && goal) this.ghost.visible = goal.distanceTo(tip) > 2;
     const burns = this.tool === "laser" && this.state?.tool.laser === true;
     this.figure.burn(burns ? Math.max(0, tip.z - this.stand.surface) : null);
     this.carry();
