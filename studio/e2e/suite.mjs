@@ -14,6 +14,7 @@ import { drawing } from "./draw.mjs";
 import { firsts } from "./firsts.mjs";
 import { lesson } from "./lesson.mjs";
 import { looks } from "./looks.mjs";
+import { views } from "./view.mjs";
 import { worlds } from "./world.mjs";
 import { running } from "./run.mjs";
 import { tasks } from "./tasks.mjs";
@@ -444,6 +445,7 @@ test("everything is reached by Tab, and nothing traps it", async () => {
 
 app(test, { browser, program });
 worlds(test, { browser, station, shots, closed });
+views(test, { browser, station, shots, closed });
 classes(test, { browser, program, shots });
 lesson(test, { browser, program, shots });
 running(test, { browser, station, closed, shots });
