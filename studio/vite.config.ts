@@ -40,6 +40,7 @@ export default defineConfig({
             { name: "preact", test: /node_modules.@?preact/ },
             { name: "three", test: /node_modules.three/ },
             { name: "shell", test: SHELL },
+            { name: "body", test: /src.view.(body|solid|mesh|stand|camera)\.ts/ },
             { name: "jobs", test: /src.run.(?!place|laser)|src.panels.(job\.|setup|programs|run\.css)/ },
             { name: "qr", test: /node_modules.lean-qr/ },
             { name: "sheet", test: /src.run.place|src.panels.(sheet|workshop)/ },

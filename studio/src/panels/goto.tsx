@@ -44,7 +44,6 @@ function Fields() {
   const present = () => AXES.map((axis) => String(Number((store.state.peek()?.[axis] ?? 0).toFixed(2))));
   const typed = useSignal(present());
   const why = useSignal<string | null>(null);
-  const isLooking = useSignal(false);
   const isGoing = useSignal(false);
   const put = (values: readonly number[]) => {
     typed.value = typed.value.map((old, nth) => (values[nth] === undefined ? old : String(values[nth])));
@@ -53,18 +52,19 @@ function Fields() {
     const [x, y, z, r] = typed.value.map(numberOf);
     const isPose = x != null && y != null && z != null && r != null;
     target.value = isPose ? { x, y, z, r } : null;
-    isLooking.value = isPose;
-    why.value = isPose ? null : w("number");
-    if (!isPose) return;
+    if (!isPose) {
+      why.value = w("number");
+      return;
+    }
+    // What was said of the pose before stays until the station has answered.
     let isOld = false;
     const look = async () => {
       const tool = store.model.peek()?.tool.bias;
-      try {
-        await call("motion.inverse", { pose: [x, y, z, r], ...(tool ? { tool } : {}) });
-      } catch (error) {
-        if (!isOld) why.value = problemOf(error).text;
-      }
-      if (!isOld) isLooking.value = false;
+      const refusal = await call("motion.inverse", { pose: [x, y, z, r], ...(tool ? { tool } : {}) }).then(
+        () => null,
+        (error: unknown) => problemOf(error).text,
+      );
+      if (!isOld) why.value = refusal;
     };
     const timer = setTimeout(() => void look(), RESTS);
     return () => {
@@ -99,7 +99,7 @@ function Fields() {
     put(pose);
   };
   const off = store.why.value !== null;
-  const isOff = off || why.value !== null || isLooking.value || isGoing.value;
+  const isOff = off || why.value !== null || isGoing.value;
   return (
     <>
       <div class="goto-fields" onPaste={paste}>

@@ -8,7 +8,9 @@ type Outline = ReadonlyArray<readonly [number, number]>;
 /** The plane of a plate, by the two axes of its outline; its thickness is along the third. */
 export type PlatePlane = "xy" | "xz" | "yz";
 
-const CORNERS = 32;
+/** Corners of an outline, and of one that is small in its picture. */
+const [CORNERS, FEW_CORNERS] = [32, 12];
+let cornersNow = CORNERS;
 /** Edges between faces that meet flatter than this are round, degrees. */
 const CREASE = 38;
 
@@ -17,9 +19,9 @@ const CREASE = 38;
  * direction, so that two can be joined; one of smaller radii is a bevelled edge.
  */
 function hull(circles: readonly Circle[], inset = 0): Outline {
-  return Array.from({ length: CORNERS }, (_, nth) => {
+  return Array.from({ length: cornersNow }, (_, nth) => {
     // Half a step off the axes: sides along them are straight then.
-    const angle = ((nth + 0.5) / CORNERS) * 2 * Math.PI;
+    const angle = ((nth + 0.5) / cornersNow) * 2 * Math.PI;
     const [x, y] = [Math.cos(angle), Math.sin(angle)];
     let [most, found]: [number, readonly [number, number]] = [-Infinity, [0, 0]];
     for (const [cx, cy, radius] of circles) {
@@ -29,6 +31,16 @@ function hull(circles: readonly Circle[], inset = 0): Outline {
     }
     return found;
   });
+}
+
+/** What is made with few corners: each of many arms is small. */
+export function coarse<T>(make: () => T): T {
+  cornersNow = FEW_CORNERS;
+  try {
+    return make();
+  } finally {
+    cornersNow = CORNERS;
+  }
 }
 
 /** The skin from one ring to the next, closed at both ends; its faces look outwards. */
