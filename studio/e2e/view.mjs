@@ -1,7 +1,7 @@
 // The picture of the arm: what it shows first, from where, and the way to a pose that is typed or pressed in it.
 import assert from "node:assert/strict";
 import { join } from "node:path";
-import { is, near } from "./bench.mjs";
+import { near } from "./bench.mjs";
 
 const SIZES = { phone: [390, 844], tablet: [1024, 768], desktop: [1440, 900] };
 

@@ -46,7 +46,7 @@ test.each([
   near(placed("drive_rod", [0, 0, REAR], joints), placed("forearm", at("crank_pin"), joints));
 });
 
-const measures = { rear: REAR, fore: FORE, tool: [59.7, 0, 0] } as const;
+const measures = { rear: REAR, fore: FORE, half: 79, base: 78, turret: 60, tool: [59.7, 0, 0] } as const;
 
 test("every solid of arm and tools is closed and looks outwards", () => {
   const tools = (["none", "suction", "gripper", "pen", "laser", null] as const).flatMap((name) => toolOf(name, 78));
@@ -66,7 +66,7 @@ test("the base stands on the floor and the hose is there only with the cup", () 
     bodyOf(measures, 78, false)
       .filter((part) => part.link === link)
       .flatMap(({ solid }) => solid.filter((_, nth) => nth % 3 === 2));
-  expect(Math.min(...heights("base"))).toBeCloseTo(60 - 138);
+  expect(Math.min(...heights("base"))).toBeCloseTo(-measures.base);
   const count = (hasHose: boolean) => bodyOf(measures, 78, hasHose).length;
   expect(count(true)).toBe(count(false) + 2);
 });

@@ -25,8 +25,6 @@ const RUBBER = "#23262c";
 const HOSE = "#a9c4dd";
 export const ACCENT = "#2f8fff";
 
-/** Height of the shoulder above the underside of the base, mm (model section 1). */
-export const SHOULDER = 138;
 /** Pins of the elbow plate from its axis, in the level plane of the arm, mm: of the rod behind, and of the one above. */
 const BEHIND = [-26, 9] as const;
 const ABOVE = [9, 33] as const;
@@ -37,14 +35,21 @@ const CRANK = 30;
 export interface Measures {
   rear: number;
   fore: number;
+  /** Half the width of the base, its height, and how far its top is below the shoulder. */
+  half: number;
+  base: number;
+  turret: number;
   /** Where the tool's axis is from the wrist's. */
   tool: Point;
 }
 
 export function measuresOf(model: Model): Measures {
-  const at = (name: string) => model.links.find((link) => link.name === name)?.at ?? [];
+  const link = (name: string) => model.links.find((one) => one.name === name);
+  const at = (name: string) => link(name)?.at ?? [];
+  const [width = 0, , base = 0] = link("base")?.size ?? [];
   const [bx = 0, by = 0, bz = 0] = at("tool");
-  return { rear: at("elbow")[2] ?? 135, fore: at("wrist")[0] ?? 147, tool: [bx, by, bz] };
+  const [rear, fore] = [at("elbow")[2] ?? 0, at("wrist")[0] ?? 0];
+  return { rear, fore, half: width / 2, base, turret: at("turret")[2] ?? 0, tool: [bx, by, bz] };
 }
 
 const Y = [0, 1, 0];
@@ -79,23 +84,23 @@ const bothSides = (circles: readonly Circle[], from: number, to: number, bevel =
 ];
 
 /** The arm without its tool. `hang` is how far below the wrist's axis the tip is. */
-export function bodyOf({ rear, fore, tool }: Measures, hang: number, hasHose: boolean): Part[] {
+export function bodyOf({ rear, fore, half, base, turret, tool }: Measures, hang: number, hasHose: boolean): Part[] {
   const [bx, by] = tool;
   const parts: Part[] = [];
   const on = (link: string, color: string, ...solids: number[][]) => {
     for (const solid of solids) parts.push({ link, color, solid });
   };
-  // The base's frame is 60 mm below the shoulder.
-  const low = 60 - SHOULDER;
-  on("base", DARK, plate("xy", corners(-74, 74, -74, 74, 20), low, low + 8, 1));
-  on("base", SHELL, plate("xy", corners(-79, 79, -79, 79, 22), low + 5, -20, 5));
-  on("base", INLAY, plate("yz", corners(-46, 46, low + 16, -32, 6), 78.2, 79.8, 0.6));
-  on("base", ACCENT, plate("yz", [[34, low + 29, 3]], 79, 80.6, 0.5));
+  // The origin of the base is its top, where the turret begins.
+  const [low, edge] = [-base, half - 5];
+  on("base", DARK, plate("xy", corners(-edge, edge, -edge, edge, 20), low, low + 8, 1));
+  on("base", SHELL, plate("xy", corners(-half, half, -half, half, 22), low + 5, -20, 5));
+  on("base", INLAY, plate("yz", corners(-46, 46, low + 16, -32, 6), half - 0.8, half + 0.8, 0.6));
+  on("base", ACCENT, plate("yz", [[34, low + 29, 3]], half, half + 1.6, 0.5));
   on("base", DARK, disc(57.5, -21, -18));
 
-  on("turret", ACCENT, disc(56, -78, -75.6, 0.3));
-  on("turret", DARK, disc(56.5, -75.8, -72, 0.8));
-  on("turret", SHELL, [...plate("xy", corners(-50, 50, -48, 48, 26), -73, -30, 4)]);
+  on("turret", ACCENT, disc(56, -turret - 18, -turret - 15.6, 0.3));
+  on("turret", DARK, disc(56.5, -turret - 15.8, -turret - 12, 0.8));
+  on("turret", SHELL, plate("xy", corners(-50, 50, -48, 48, 26), -turret - 13, -30, 4));
   const cheek: Circle[] = [
     [0, 0, 32],
     [-24, -34, 20],

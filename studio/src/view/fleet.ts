@@ -84,8 +84,8 @@ export class FleetScene {
     const links = [...model.links, ...RODS];
     const order = links.map(({ name }) => name);
     // Which tool each has is not told here: all have a pointer.
-    const { lift } = standOn(null, model.tool.bias[2] ?? 0);
     const measures = measuresOf(model);
+    const { lift } = standOn(null, measures.base + measures.turret, model.tool.bias[2] ?? 0);
     const hang = lift - measures.tool[2];
     const solids = coarse(() => [...bodyOf(measures, hang, false), ...toolOf(null, hang)]);
     for (const link of links) {

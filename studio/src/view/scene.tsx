@@ -1,5 +1,5 @@
 // The picture in 3D with its buttons: comes when the page's frame is there, and brings the store into the scene.
-import { effect, signal } from "@preact/signals";
+import { computed, effect, signal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { t } from "../i18n";
 import { theme } from "../settings";
@@ -57,6 +57,9 @@ export function open(place: HTMLElement) {
     return bar === undefined ? 0 : Math.max(0, place.getBoundingClientRect().bottom - bar.top);
   };
   scene.onTaken = () => (view.value = null);
+  // Each reading has a tool: the arm is built anew when it is another.
+  const tool = computed(() => mountedOf(store.state.value?.tool, world.value?.draws));
+  const table = computed(() => world.value?.table?.height ?? null);
   const css = (name: string) => getComputedStyle(place).getPropertyValue(name).trim();
   const color = (name: string) => (name.startsWith("--") ? css(name) : name);
   const colors = () => {
@@ -67,9 +70,7 @@ export function open(place: HTMLElement) {
   dark.addEventListener("change", colors);
   const ends = [
     effect(() => {
-      const model = store.model.value;
-      const tool = mountedOf(store.state.value?.tool, world.value?.draws);
-      if (model !== null) scene.setModel(model, tool, world.value?.table?.height ?? null);
+      if (store.model.value !== null) scene.setModel(store.model.value, tool.value, table.value);
     }),
     effect(() => {
       void theme.value;

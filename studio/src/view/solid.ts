@@ -8,9 +8,13 @@ type Outline = ReadonlyArray<readonly [number, number]>;
 /** The plane of a plate, by the two axes of its outline; its thickness is along the third. */
 export type PlatePlane = "xy" | "xz" | "yz";
 
-/** Corners of an outline, and of one that is small in its picture. */
-const [CORNERS, FEW_CORNERS] = [32, 12];
-let cornersNow = CORNERS;
+/** Corners of an outline, of a thin one, and of all in a picture where each arm is small. */
+const [CORNERS, THIN_CORNERS, FEW_CORNERS] = [32, 16, 10];
+/** A part whose radii are all below this is thin, mm. */
+const THIN = 9.5;
+let isCoarse = false;
+const cornersOf = (radii: readonly number[]) =>
+  isCoarse ? FEW_CORNERS : Math.max(...radii) < THIN ? THIN_CORNERS : CORNERS;
 /** Edges between faces that meet flatter than this are round, degrees. */
 const CREASE = 38;
 
@@ -18,10 +22,10 @@ const CREASE = 38;
  * The outline round circles, as a belt runs round pulleys. Every outline has as many corners, each in the same
  * direction, so that two can be joined; one of smaller radii is a bevelled edge.
  */
-function hull(circles: readonly Circle[], inset = 0): Outline {
-  return Array.from({ length: cornersNow }, (_, nth) => {
+function hull(circles: readonly Circle[], count: number, inset = 0): Outline {
+  return Array.from({ length: count }, (_, nth) => {
     // Half a step off the axes: sides along them are straight then.
-    const angle = ((nth + 0.5) / cornersNow) * 2 * Math.PI;
+    const angle = ((nth + 0.5) / count) * 2 * Math.PI;
     const [x, y] = [Math.cos(angle), Math.sin(angle)];
     let [most, found]: [number, readonly [number, number]] = [-Infinity, [0, 0]];
     for (const [cx, cy, radius] of circles) {
@@ -35,11 +39,11 @@ function hull(circles: readonly Circle[], inset = 0): Outline {
 
 /** What is made with few corners: each of many arms is small. */
 export function coarse<T>(make: () => T): T {
-  cornersNow = FEW_CORNERS;
+  isCoarse = true;
   try {
     return make();
   } finally {
-    cornersNow = CORNERS;
+    isCoarse = false;
   }
 }
 
@@ -73,9 +77,11 @@ function middle(ring: readonly Point[]): Point {
 /** What triangles enclose, mm3; negative where they look inwards. */
 export function volumeOf(corners: readonly number[]): number {
   let six = 0;
-  for (let at = 0; at < corners.length; at += 9) {
-    const [ax = 0, ay = 0, az = 0, bx = 0, by = 0, bz = 0, cx = 0, cy = 0, cz = 0] = corners.slice(at, at + 9);
-    six += ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx);
+  const at = (nth: number) => corners[nth] ?? 0;
+  for (let n = 0; n < corners.length; n += 9) {
+    six += at(n) * (at(n + 4) * at(n + 8) - at(n + 5) * at(n + 7));
+    six += at(n + 1) * (at(n + 5) * at(n + 6) - at(n + 3) * at(n + 8));
+    six += at(n + 2) * (at(n + 3) * at(n + 7) - at(n + 4) * at(n + 6));
   }
   return six / 6;
 }
@@ -102,7 +108,8 @@ export function plate(
   bevel = 1.5,
 ): number[] {
   const place = PLACES[plane];
-  const ring = (inset: number, w: number) => hull(circles, inset).map(([u, v]) => place(u, v, w));
+  const count = cornersOf(circles.map(([, , radius]) => radius));
+  const ring = (inset: number, w: number) => hull(circles, count, inset).map(([u, v]) => place(u, v, w));
   return loft([ring(bevel, least), ring(0, least + bevel), ring(0, most - bevel), ring(bevel, most)]);
 }
 
@@ -121,7 +128,8 @@ export const box = (from: Point, to: Point, radius = 3, bevel = 1.2): number[] =
 /** A body of revolution about z, or along y; `profile` is radius and height from one end to the other. */
 export function lathe(profile: ReadonlyArray<readonly [radius: number, z: number]>, along: "z" | "y" = "z"): number[] {
   const place = PLACES[along === "z" ? "xy" : "xz"];
-  return loft(profile.map(([radius, z]) => hull([[0, 0, radius]]).map(([u, v]) => place(u, v, z))));
+  const count = cornersOf(profile.map(([radius]) => radius));
+  return loft(profile.map(([radius, z]) => hull([[0, 0, radius]], count).map(([u, v]) => place(u, v, z))));
 }
 
 /** A hose along points, with corners cut round. */
@@ -177,34 +185,44 @@ const unit = (a: Point): Point => times(a, 1 / Math.max(1e-9, Math.sqrt(dot(a, a
 export const moved = (all: readonly number[], by: Point): number[] =>
   all.map((value, nth) => value + (by[nth % 3] ?? 0));
 
+/** Corners are the same within this, mm, as far as this from the origin: their places fit a whole number. */
+const [SAME, SPAN] = [0.01, 50_000];
+
 /** A normal for each corner: round over flat edges, and sharp over the others. */
 export function normalsOf(all: readonly number[]): Float32Array {
   const at = (nth: number): Point => [all[nth * 3] ?? 0, all[nth * 3 + 1] ?? 0, all[nth * 3 + 2] ?? 0];
+  const count = all.length / 3;
   const faces: Point[] = [];
-  const places = new Map<string, number[]>();
-  const keys: string[] = [];
-  for (let nth = 0; nth < all.length / 3; nth++) {
-    const key = at(nth)
-      .map((value) => Math.round(value * 200))
-      .join();
-    keys.push(key);
-    const face = Math.floor(nth / 3);
-    if (nth % 3 === 0) faces.push(cross(minus(at(nth + 1), at(nth)), minus(at(nth + 2), at(nth))));
+  const units: Point[] = [];
+  const keys = new Float64Array(count);
+  const places = new Map<number, number[]>();
+  for (let nth = 0; nth < count; nth++) {
+    if (nth % 3 === 0) {
+      const face = cross(minus(at(nth + 1), at(nth)), minus(at(nth + 2), at(nth)));
+      faces.push(face);
+      units.push(unit(face));
+    }
+    let key = 0;
+    for (let axis = 0; axis < 3; axis++) key = key * 2 * SPAN + Math.round((all[nth * 3 + axis] ?? 0) / SAME) + SPAN;
+    keys[nth] = key;
     const there = places.get(key);
-    if (there === undefined) places.set(key, [face]);
-    else there.push(face);
+    if (there === undefined) places.set(key, [faces.length - 1]);
+    else there.push(faces.length - 1);
   }
   const least = Math.cos((CREASE * Math.PI) / 180);
-  const units = faces.map(unit);
   const normals = new Float32Array(all.length);
-  keys.forEach((key, nth) => {
+  for (let nth = 0; nth < count; nth++) {
     const own = units[Math.floor(nth / 3)] ?? [0, 0, 1];
-    let sum: Point = [0, 0, 0];
-    for (const face of places.get(key) ?? []) {
-      const [area, other] = [faces[face] ?? own, units[face] ?? own];
-      if (dot(own, other) >= least) sum = [sum[0] + area[0], sum[1] + area[1], sum[2] + area[2]];
+    let [x, y, z] = [0, 0, 0];
+    for (const face of places.get(keys[nth] ?? 0) ?? []) {
+      if (dot(own, units[face] ?? own) < least) continue;
+      const area = faces[face] ?? own;
+      x += area[0];
+      y += area[1];
+      z += area[2];
     }
-    normals.set(dot(sum, sum) < 1e-12 ? own : unit(sum), nth * 3);
-  });
+    const length = Math.sqrt(x * x + y * y + z * z);
+    normals.set(length < 1e-6 ? own : [x / length, y / length, z / length], nth * 3);
+  }
   return normals;
 }

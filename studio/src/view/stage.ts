@@ -21,10 +21,11 @@ import {
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import type { State } from "../api";
 import type { Model } from "../store";
-import type { ToolName } from "./body";
+import { measuresOf, type ToolName } from "./body";
 import { directionOf, opacityOf, placeOf, type View } from "./camera";
 import { Figure, type Joints } from "./figure";
 import { Ground, LETTERS, softShadow } from "./ground";
+import { boundsOf } from "./flat";
 import type { Layer, Shapes, Target } from "./layers";
 import { drop } from "./mesh";
 import { type Css, dragging, shapesOf } from "./shapes";
@@ -92,7 +93,7 @@ export class ArmScene {
   private ghost: Group | null = null;
   private model: Model | null = null;
   private tool: ToolName | null = null;
-  private stand: Stand = standOn(null);
+  private stand: Stand = standOn(null, 0);
   private built = "";
   private readonly shown: Joints = { j1: 0, j2: 0, j3: 0, j4: 0, rail: 0 };
   private wanted: Joints | null = null;
@@ -177,7 +178,10 @@ export class ArmScene {
     let down: { x: number; y: number } | null = null;
     const { signal } = this.over;
     const canvas = this.renderer.domElement;
-    canvas.addEventListener("pointerdown", (event) => (down = { x: event.clientX, y: event.clientY }), { signal });
+    // A second finger pinches.
+    const begin = ({ isPrimary, clientX, clientY }: PointerEvent) =>
+      (down = isPrimary ? { x: clientX, y: clientY } : null);
+    canvas.addEventListener("pointerdown", begin, { signal });
     const up = (event: PointerEvent) => {
       const from = down;
       down = null;
@@ -207,7 +211,8 @@ export class ArmScene {
 
   /** The arm of a table, with this tool, on a table of this height. */
   setModel(model: Model, tool: ToolName | null, table: number | null): void {
-    const stand = standOn(table, model.tool.bias[2] ?? 0);
+    const { base, turret } = measuresOf(model);
+    const stand = standOn(table, base + turret, model.tool.bias[2] ?? 0);
     const key = JSON.stringify([model.links, tool, stand]);
     if (key === this.built) return;
     this.built = key;
@@ -450,6 +455,13 @@ export class ArmScene {
           work.push([Math.max(-100, within(px)), within(y + a * length * s + b * width * c), z + height]);
         }
       }
+    }
+    // A program that nobody has run yet lies on no sheet.
+    const planned = (this.layers.get("planned")?.shapes.lines ?? []).flatMap(({ points }) => points);
+    if (planned.length > 0) {
+      const { x, y, width, height } = boundsOf(planned);
+      const [left, right, low, high] = [within(x), within(x + width), within(y), within(y + height)];
+      work.push([left, low, floor], [left, high, floor], [right, low, floor], [right, high, floor]);
     }
     if (work.length === 0) work.push([300, -150, floor], [300, 150, floor]);
     return [...points, ...work];

@@ -3,18 +3,19 @@ import { mountedOf } from "./mounted";
 import { standOn, supportOf } from "./stand";
 import { tinted } from "./tint";
 
+const SHOULDER = 138;
 test("the base stands on the table, a sheet's thickness below what the tip touches", () => {
-  expect(standOn(-60)).toEqual({ lift: 76, floor: -62, surface: -60 });
-  expect(standOn(null)).toEqual(standOn(-60));
+  expect(standOn(-60, SHOULDER)).toEqual({ lift: 76, floor: -62, surface: -60 });
+  expect(standOn(null, SHOULDER)).toEqual(standOn(-60, SHOULDER));
 });
 
 test("a tool is neither too short nor too long to be one, and the floor is below the table all the same", () => {
-  expect(standOn(-130).lift).toBe(48);
-  expect(standOn(-130).floor).toBe(-132);
-  expect(standOn(40).lift).toBe(110);
-  expect(standOn(40).floor).toBe(-28);
+  expect(standOn(-130, SHOULDER).lift).toBe(48);
+  expect(standOn(-130, SHOULDER).floor).toBe(-132);
+  expect(standOn(40, SHOULDER).lift).toBe(110);
+  expect(standOn(40, SHOULDER).floor).toBe(-28);
   // A bias in z is part of the tool's length.
-  expect(standOn(-130, 20).lift).toBe(28);
+  expect(standOn(-130, SHOULDER, 20).lift).toBe(28);
 });
 
 test("what lies below a point is the highest thing under it that is not above it", () => {

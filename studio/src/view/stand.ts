@@ -1,8 +1,6 @@
 // How high the arm is drawn. A pose is the tip's, but its z is the height of the wrist's axis with every tool of the
-// vendor's, whose bias has no z: a tip on the table reads about -60, and the table is 138 mm below the shoulder. So the
-// picture lifts the arm until its base stands on the table, and hangs the tool from it by as much: the tip stays where
-// the pose is.
-import { SHOULDER } from "./body";
+// vendor's, whose bias has no z: a tip on the table reads a height far above the base's underside. So the picture lifts
+// the arm until its base stands on the table, and hangs the tool from it by as much: the tip stays where the pose is.
 import { USUAL_TABLE } from "./layers";
 import type { Point } from "./solid";
 
@@ -20,12 +18,12 @@ export interface Stand {
   surface: number;
 }
 
-/** `zBias` is the tool's own, as far as it hangs below the wrist. */
-export function standOn(table: number | null, zBias = 0): Stand {
+/** `shoulder` is its height above the base's underside, `zBias` how far the tool's own bias leads below the wrist. */
+export function standOn(table: number | null, shoulder: number, zBias = 0): Stand {
   const surface = table ?? USUAL_TABLE;
   const [least, most] = TOOL;
-  const lift = Math.min(most - zBias, Math.max(least - zBias, 0, surface + SHOULDER - SHEET));
-  return { lift, floor: Math.min(lift - SHOULDER, surface - SHEET), surface };
+  const lift = Math.min(most - zBias, Math.max(least - zBias, 0, surface + shoulder - SHEET));
+  return { lift, floor: Math.min(lift - shoulder, surface - SHEET), surface };
 }
 
 /** What stands under a thing: its footprint, and the height of its top. */
