@@ -11,6 +11,7 @@ import { Card, Do, Field, NumberInput, OpenFile, Pick, Range, Switch } from "../
 import { boundsOf, pathOf, UP, viewBox } from "../view/flat";
 import { hand } from "../view/layers";
 import { begin, darkness, drawn, look, type Stroke, world, worldless } from "../view/seen";
+import { tinted } from "../view/tint";
 import { ArmView } from "../view/view";
 import { sentencesOf } from "../words";
 import "./world.css";
@@ -104,7 +105,7 @@ function Objects({ off }: { off: boolean }) {
           );
           return (
             <li key={name} data-testid={`world-object-${name}`}>
-              <span class="swatch" style={{ background: color }} />
+              <span class="swatch" style={{ background: tinted(color) }} />
               <b>
                 {name}
                 {held ? <small>{w("world.held")}</small> : null}

@@ -18,7 +18,12 @@ const SHELL: &[&str] = &[
     "assets/icon.svg",
     "manifest.webmanifest",
 ];
-const VIEW: &[&str] = &["assets/scene.js", "assets/three.js", "assets/worker.js"];
+const VIEW: &[&str] = &[
+    "assets/scene.js",
+    "assets/body.js",
+    "assets/three.js",
+    "assets/worker.js",
+];
 
 type Files = BTreeMap<String, Vec<u8>>;
 
