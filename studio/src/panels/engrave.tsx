@@ -6,7 +6,7 @@ import * as check from "../run/check";
 import { isArmed, watchArmed } from "../run/laser";
 import * as store from "../store";
 import { Card, Do, Switch, TextField } from "../ui/parts";
-import { title, why, Workshop } from "./workshop";
+import { title, Workshop, why } from "./workshop";
 
 /** What is typed of a test grid; the rest is the station's. */
 const grid = signal<Record<string, string>>({});

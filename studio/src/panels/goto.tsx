@@ -2,12 +2,12 @@
 import { useSignal, useSignalEffect } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { complain, problemOf } from "../actions";
-import { AXES, numberOf, poseOf, poseText } from "./goto.pose";
 import { call, shown } from "../session";
 import * as store from "../store";
 import { Do, TextField } from "../ui/parts";
 import { pressed, target } from "../view/layers";
 import { sentencesOf } from "../words";
+import { AXES, numberOf, poseOf, poseText } from "./goto.pose";
 import "./goto.css";
 import texts from "./goto.json";
 

@@ -2,14 +2,14 @@
 import { computed, effect, signal, useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { t } from "../i18n";
-import { sentencesOf } from "../words";
 import * as check from "../run/check";
-import { change, found, isFound, type Place, place, type Point, setWidth, size, turned, wanted } from "../run/place";
+import { change, found, isFound, type Place, type Point, place, setWidth, size, turned, wanted } from "../run/place";
 import { call } from "../session";
 import * as store from "../store";
 import { Do, Field, NumberInput } from "../ui/parts";
 import { boundsOf, type Frame, pathOf, UP, viewBox } from "../view/flat";
 import { drawn, watchWorld } from "../view/seen";
+import { sentencesOf } from "../words";
 import "./sheet.css";
 import texts from "./sheet.json";
 

@@ -4,7 +4,6 @@ import { useEffect } from "preact/hooks";
 import { complain, tried } from "../actions";
 import type { Params } from "../client";
 import { t, told } from "../i18n";
-import { sentencesOf } from "../words";
 import { save } from "../log";
 import { call, shown } from "../session";
 import * as store from "../store";
@@ -14,6 +13,7 @@ import { hand } from "../view/layers";
 import { begin, darkness, drawn, look, type Stroke, world, worldless } from "../view/seen";
 import { tinted } from "../view/tint";
 import { ArmView } from "../view/view";
+import { sentencesOf } from "../words";
 import "./world.css";
 import texts from "./world.json";
 

@@ -37,6 +37,7 @@ let newest: Promise<boolean> = Promise.resolve(false);
 /** What the open route says itself, whatever a person has set. */
 export const fixed = signal<Record<string, unknown>>({});
 /** What an option comes to; nothing where the station decides. */
+// biome-ignore lint/suspicious/noShadowRestrictedNames: nobody calls the one of objects
 export const valueOf = (name: string): string => {
   // It is not asked: the tool says it.
   if (name === "work" && !(name in fixed.value)) return valueOf("tool") === "laser" ? "engrave" : "draw";

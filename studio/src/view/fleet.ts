@@ -13,7 +13,7 @@ import {
   WebGLRenderer,
 } from "three";
 import type { Model } from "../store";
-import { bodyOf, type Link, measuresOf, type Part as Solid, RODS, toolOf } from "./body";
+import { bodyOf, type Link, measuresOf, RODS, type Part as Solid, toolOf } from "./body";
 import { directionOf } from "./camera";
 import { drop, merged } from "./mesh";
 import { coarse } from "./solid";

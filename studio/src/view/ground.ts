@@ -2,6 +2,7 @@
 import {
   AmbientLight,
   BufferGeometry,
+  Color,
   DirectionalLight,
   Float32BufferAttribute,
   Group,
@@ -11,7 +12,6 @@ import {
   Mesh,
   MeshBasicMaterial,
   PlaneGeometry,
-  Color,
   ShadowMaterial,
 } from "three";
 import { drop } from "./mesh";

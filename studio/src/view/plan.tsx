@@ -4,7 +4,7 @@ import type { RefObject } from "preact";
 import { useRef } from "preact/hooks";
 import * as store from "../store";
 import { pathOf } from "./flat";
-import { type Box, layers, type Lines, pressed, target } from "./layers";
+import { type Box, type Lines, layers, pressed, target } from "./layers";
 import "./plan.css";
 import { reach } from "./reach";
 import { tinted } from "./tint";

@@ -4,9 +4,10 @@ import { useEffect } from "preact/hooks";
 import { t } from "../i18n";
 import { theme } from "../settings";
 import * as store from "../store";
+import { colorAt } from "../ui/color";
 import { Do } from "../ui/parts";
 import { sentencesOf } from "../words";
-import { type View, VIEWS } from "./camera";
+import { VIEWS, type View } from "./camera";
 import { layers, pressed, target } from "./layers";
 import { mountedOf } from "./mounted";
 import { reach } from "./reach";
@@ -60,7 +61,7 @@ export function open(place: HTMLElement) {
   // Each reading has a tool: the arm is built anew when it is another.
   const tool = computed(() => mountedOf(store.state.value?.tool, world.value?.draws));
   const table = computed(() => world.value?.table?.height ?? null);
-  const css = (name: string) => getComputedStyle(place).getPropertyValue(name).trim();
+  const css = (name: string) => colorAt(place, name);
   const color = (name: string) => (name.startsWith("--") ? css(name) : name);
   const colors = () => {
     scene.setColors(css("--grid"), css("--grid-strong"), css("--card"));

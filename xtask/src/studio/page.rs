@@ -44,6 +44,9 @@ pub(crate) fn run(words: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
     };
     npm(&["ci", "--ignore-scripts", "--no-audit", "--no-fund"])?;
     npm(&["run", "--silent", "check"])?;
+    if check {
+        npm(&["test", "--silent"])?;
+    }
     let mut vite = Command::new("npm");
     vite.args([
         "run",
