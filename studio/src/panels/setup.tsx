@@ -53,7 +53,19 @@ function Asked({ option }: { option: Option }) {
 }
 
 /** Options that a page has a place of its own for, or that no form can ask. */
-const ELSEWHERE = ["only", "pens", "parts", "no_pause", "frame", "frame_power"];
+const ELSEWHERE = [
+  "only",
+  "pens",
+  "parts",
+  "no_pause",
+  "frame",
+  "frame_power",
+  "brightness",
+  "contrast",
+  "threshold",
+  "crop",
+  "invert",
+];
 const GROUPS = ["fill", "text", "image", "laser", "pen", "place", "parts", "more"] as const;
 
 /** What a person is asked of a program: what is seldom left out, and the rest by what it belongs to. */
@@ -172,9 +184,12 @@ export function about(report: Report | null): string {
   if (report.drawn_mm > 0) facts.push(t("run.draws", { mm: Math.round(report.drawn_mm) }));
   const { bounds } = report;
   if (bounds)
-    facts.push(t("run.size", { x: Math.round(bounds.x[1] - bounds.x[0]), y: Math.round(bounds.y[1] - bounds.y[0]) }));
+    facts.push(t("run.size", { x: Math.round(bounds.y[1] - bounds.y[0]), y: Math.round(bounds.x[1] - bounds.x[0]) }));
   return facts.filter((fact) => fact !== null).join(" · ");
 }
+
+/** That lines are drawn in another order than the file has them is no news where nobody looks into the file. */
+const QUIET = "reordered";
 
 /** What the check has found. */
 export function Found() {
@@ -197,11 +212,13 @@ export function Found() {
         <span class="number">{about(report)}</span>
       </p>
       {report.complaints.length > 0 ? <Complaints report={report} program={program} /> : null}
-      {(report.notes ?? []).map((note, nth) => (
-        <p key={nth} class="hint">
-          {note.text}
-        </p>
-      ))}
+      {(report.notes ?? [])
+        .filter(({ code }) => code !== QUIET)
+        .map((note, nth) => (
+          <p key={nth} class="hint">
+            {note.text}
+          </p>
+        ))}
     </>
   );
 }
@@ -237,7 +254,7 @@ export function usePrograms(most?: number): void {
   useEffect(() => {
     const ends = [
       jobs.follow(),
-      check.checkAlong(most),
+      check.shop.value.checkAlong(most),
       effect(() => {
         if (store.socket.value === "up") library.list().catch(() => {});
       }),
