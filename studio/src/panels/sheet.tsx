@@ -389,7 +389,7 @@ export function Sheet({ bench, hint }: { bench: Bench; hint: string }) {
         <NewSheet bench={bench} />
       </div>
       <p id="sheet-keys" class="hint">
-        {w("sheet.keys")}
+        {w("sheet.hand")} <span class="with-keys">{w("sheet.keys")}</span>
       </p>
       <Placing bench={bench} off={!isThere} />
     </section>

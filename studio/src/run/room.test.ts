@@ -69,5 +69,16 @@ test("the lines of a house are one drawing, and two houses are two", () => {
   ];
   expect(clusters(house(0))).toHaveLength(1);
   expect(clusters([...house(0), ...house(100)])).toHaveLength(2);
+  // A large M and the i beside it are one name, though they are farther apart than small letters are high.
+  const name = [
+    house(0)
+      .flat()
+      .map(([x = 0, y = 0]) => [2 * x, 3 * y]),
+    [
+      [120, 0],
+      [120, 80],
+    ],
+  ];
+  expect(clusters(name)).toEqual([{ x: 0, y: 0, width: 120, height: 120 }]);
   expect(clusters([])).toEqual([]);
 });

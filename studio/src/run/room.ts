@@ -32,14 +32,17 @@ export function isInside(points: Points, x: number, y: number): boolean {
   return inside;
 }
 
+/** Lines that are this share of their own size from one another are one drawing; but no farther than this, mm. */
+const [TOGETHER, APART] = [0.25, 35];
+
 /** The boxes of lines that lie together: what is near to one another is one drawing, and there is no room inside of it. */
 export function clusters(strokes: readonly Points[]): Frame[] {
-  let boxes = strokes.filter((points) => points.length > 0).map((points) => boundsOf(points, GAP / 2));
+  let boxes = strokes.filter((points) => points.length > 0).map((points) => boundsOf(points));
   for (let before = Infinity; boxes.length < before; ) {
     before = boxes.length;
     const merged: Frame[] = [];
     for (const box of boxes) {
-      const near = merged.findIndex((one) => overlaps(one, box));
+      const near = merged.findIndex((one) => overlaps(grown(one), grown(box)));
       const other = merged[near];
       if (other === undefined) merged.push(box);
       else merged[near] = around(other, box);
@@ -47,6 +50,10 @@ export function clusters(strokes: readonly Points[]): Frame[] {
     boxes = merged;
   }
   return boxes;
+}
+function grown({ x, y, width, height }: Frame): Frame {
+  const by = Math.min(APART, Math.max(GAP / 2, TOGETHER * Math.max(width, height)));
+  return { x: x - by, y: y - by, width: width + 2 * by, height: height + 2 * by };
 }
 const overlaps = (one: Frame, other: Frame): boolean =>
   one.x < other.x + other.width &&
