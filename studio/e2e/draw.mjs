@@ -204,7 +204,7 @@ export function drawing(test, bench) {
     await runs(page);
     const [, [from, to]] = boundsOf(await marks());
     assert.ok(near((from + to) / 2, -90, 0.5) && near(to - from, 60, 0.5), `${from} to ${to}`);
-    await page.getByRole("button", { name: "Star" }).click();
+    await page.getByRole("button", { name: "Star", exact: true }).click();
     await page.waitForFunction(() => document.querySelectorAll(".object").length === 2);
     await shown(page);
     const star = { x: await value(page, "x"), y: await value(page, "y"), width: await value(page, "width") };

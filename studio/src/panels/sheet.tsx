@@ -26,6 +26,8 @@ const BEHIND = -45;
 const FAR = 345;
 /** From the middle of a small drawing to the edge of the picture, from near. */
 const LEAST = 80;
+/** A drawing that takes this share of the paper is seen with all of it. */
+const MUCH = 0.4;
 /** How much wider than high it is. */
 const WIDE = 1.3;
 /** A turn snaps to its eighths when it is as near as this. */
@@ -91,14 +93,23 @@ function near(bench: Bench, before: Frame): Frame {
     all.x + all.width < before.x + before.width &&
     all.y + all.height < before.y + before.height;
   const sheet = boundsOf(sheetOf() ?? [], MARGIN);
-  // What takes most of the paper is seen with all of it.
-  if (all.height > sheet.height * 0.55 || all.width > sheet.width * 0.55) {
-    if (sheet.width > 0)
-      return boundsOf([...boxes, [sheet.x, sheet.y], [sheet.x + sheet.width, sheet.y + sheet.height]]);
-  }
+  const isOnPaper = sheet.width > 0;
+  // What takes much of the paper is seen with all of it.
+  if (isOnPaper && (all.height > sheet.height * MUCH || all.width > sheet.width * MUCH))
+    return boundsOf([...boxes, [sheet.x, sheet.y], [sheet.x + sheet.width, sheet.y + sheet.height]]);
   const half = Math.max((all.width / 2) * 1.25, (all.height / 2 / WIDE) * 1.1, LEAST);
   if (isSeen && before.width < 3 * half) return before;
-  return { x: x - half, y: y - half * WIDE, width: 2 * half, height: 2 * half * WIDE };
+  const [wide, high] = [2 * half * WIDE, 2 * half];
+  if (!isOnPaper) return { x: x - high / 2, y: y - wide / 2, width: high, height: wide };
+  // Beyond the paper there is nothing to see.
+  const within = (from: number, side: number, least: number, room: number) =>
+    side > room ? least - (side - room) / 2 : Math.max(least, Math.min(least + room - side, from));
+  return {
+    x: within(x - high / 2, high, sheet.x, sheet.width),
+    y: within(y - wide / 2, wide, sheet.y, sheet.height),
+    width: high,
+    height: wide,
+  };
 }
 
 /** What a hand makes of a place: as it was when it was taken, where it was taken, and where the hand is now. */
@@ -341,7 +352,7 @@ export function Sheet({ bench, hint }: { bench: Bench; hint: string }) {
                 {...taken(turns)}
               />
             </>
-          ) : items.length > 0 ? null : (
+          ) : items.length > 0 || !paper.isBlank() ? null : (
             <p class="hint plane-hint">{hint}</p>
           )}
         </div>
@@ -401,7 +412,7 @@ export function NewSheet({ bench, id = "sheet-new" }: { bench: Bench; id?: strin
   const reason = jobs.why.value ?? (jobs.busy.value ? "why.busy.job" : null);
   const isVirtual = store.arm.value?.virtual === true;
   const lay = async () => {
-    await paper.lay();
+    if (!(await paper.lay())) return;
     bench.refresh();
     store.say(w(isVirtual ? "sheet.new.done" : "sheet.new.real"));
   };

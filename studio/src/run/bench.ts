@@ -48,6 +48,8 @@ interface Found {
 const FILLS = ["text", "image"];
 /** Nothing is placed larger than this by itself, mm: every square centimetre of an image takes its time, and what burns more. */
 const MOST: Record<string, Record<string, number>> = { pen: { image: 130 }, laser: { image: 50, text: 120 } };
+/** A sheet on which something is smaller than this share of what it would be on a blank one is full. */
+const CROWDED = 0.45;
 /** What becomes smaller than this has no room, mm. */
 const LEAST = 12;
 /** Formats that burn as they are, and cannot be put into one drawing with others. */
@@ -74,7 +76,7 @@ export class Bench extends Shop {
   private readonly job = signal<{ source: Source; setup: Record<string, unknown> } | null>(null);
   /** Where objects were placed by themselves, by what they were then; null: where the station puts them. */
   private readonly spots = new Map<number, { key: string; place: Place | null }>();
-  /** Whether there was no free place for an object. */
+  /** Whether there was little or no free room for an object. */
   readonly isFull = signal(false);
   private next = 1;
 
@@ -443,11 +445,10 @@ export class Bench extends Shop {
     const least = Math.min(1, LEAST / longest);
     const largest = fills ? most : Math.min(1, most);
     const within = (of: Room) => freeSpot(of, [along, across], Math.min(least, largest), largest);
+    const blank = room.taken.length === 0 ? null : within({ ...room, taken: [] });
     let spot = within(room);
-    if (spot === null) {
-      this.isFull.value = true;
-      spot = within({ ...room, taken: [] });
-    }
+    this.isFull.value = blank !== null && (spot === null || spot.scale < CROWDED * blank.scale);
+    spot ??= blank;
     if (spot === null) return [report, null];
     return [report, tidy({ at: spot.at, scale: spot.scale * place.scale, turn })];
   }

@@ -1,6 +1,6 @@
 // What is known of the paper: where it lies, and what was drawn on it since it was laid there.
 import { effect, signal } from "@preact/signals";
-import { tried } from "../actions";
+import { complain } from "../actions";
 import type { Report } from "../api";
 import { call, shown } from "../session";
 import * as jobs from "./jobs";
@@ -82,16 +82,22 @@ export async function follows(
   });
 }
 
-/** Lays a new sheet: of a virtual arm at once; of a real one it is taken at the person's word. */
-export async function lay(): Promise<void> {
+/** Lays a new sheet: of a virtual arm at once; of a real one it is taken at the person's word. False if it was refused. */
+export async function lay(): Promise<boolean> {
   if (!isVirtual()) {
     const rest = new Map(left.value);
     rest.delete(arm());
     left.value = rest;
-    return;
+    return true;
   }
-  await tried(() => call("world.paper", shown()));
+  try {
+    await call("world.paper", shown());
+  } catch (error) {
+    complain(error);
+    return false;
+  }
   await look();
+  return true;
 }
 
 /** Follows where the sheet lies, until what this gives back is called. */
