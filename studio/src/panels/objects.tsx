@@ -41,10 +41,26 @@ export function useUndoKeys(bench: Bench): void {
   }, [bench]);
 }
 
-export function Palette({ bench }: { bench: Bench }) {
+export function Palette({ bench, write }: { bench: Bench; write: () => void }) {
   const off = !store.isUp.value;
+  const addText = () => {
+    bench.addText(w("objects.newText"));
+    write();
+  };
   return (
     <div class="palette" role="group" aria-label={w("objects.add")}>
+      <Do
+        id="add-text"
+        class="quiet"
+        off={off}
+        label={w("objects.addText")}
+        title={w("objects.addText")}
+        press={addText}
+      >
+        <svg viewBox="-4 -4 58 58" aria-hidden="true">
+          <path d="M5 12V4H45V12M25 4V46M17 46H33" />
+        </svg>
+      </Do>
       {SHAPES.map((shape) => (
         <Do
           key={shape}

@@ -10,6 +10,7 @@ import * as store from "../store";
 import { Card, Do, Field, Range, TextField } from "../ui/parts";
 import { boundsOf, pathOf } from "../view/flat";
 import { sentencesOf } from "../words";
+import { Asked } from "./setup";
 import "./photo.css";
 import texts from "./workshop.json";
 
@@ -21,6 +22,9 @@ const SLIDERS = [
   { name: "contrast", least: -100, most: 100, usual: 0 },
   { name: "threshold", least: 1, most: 255, usual: 128 },
 ] as const;
+
+/** Options that are asked here. */
+export const PHOTO = ["image", "mode", "crop", "invert", ...SLIDERS.map(({ name }) => name)];
 
 type Area = [x: number, y: number, width: number, height: number];
 const areaOf = (text: string): Area | null => {
@@ -180,6 +184,7 @@ function Controls({ bench, item, name }: { bench: Bench; item: Item; name: strin
     bench.tool === "pen"
       ? ["outline", "centerline"].includes(bench.valueOf("image") || "outline")
       : bench.valueOf("mode") === "threshold";
+  const style = bench.asked.value.find((option) => option.name === (bench.tool === "pen" ? "image" : "mode"));
   const isChanged = [...SLIDERS.map(({ name }) => name), "crop", "invert"].some((one) => item.values[one]);
   const reset = () => {
     for (const one of [...SLIDERS.map(({ name }) => name), "crop", "invert"])
@@ -201,6 +206,7 @@ function Controls({ bench, item, name }: { bench: Bench; item: Item; name: strin
           <figcaption class="hint">{w(`photo.result.${bench.tool}`)}</figcaption>
         </figure>
       </div>
+      {style === undefined ? null : <Asked option={style} />}
       {SLIDERS.map(({ name, least, most, usual }) => {
         const off = !store.isUp.value || (name === "threshold" && !isBlack);
         const value = Number(item.values[name] || usual);

@@ -14,7 +14,7 @@ import { loadBuiltIn, world } from "../view/seen";
 import { Problem } from "./remedies";
 import "./run.css";
 
-function Asked({ option }: { option: Option }) {
+export function Asked({ option }: { option: Option }) {
   const { name, kind, unit, choices, usual, about } = option;
   const label = labelOf(option);
   const value = check.values.value[name] ?? "";
@@ -53,24 +53,12 @@ function Asked({ option }: { option: Option }) {
 }
 
 /** Options that a page has a place of its own for, or that no form can ask. */
-const ELSEWHERE = [
-  "only",
-  "pens",
-  "parts",
-  "no_pause",
-  "frame",
-  "frame_power",
-  "brightness",
-  "contrast",
-  "threshold",
-  "crop",
-  "invert",
-];
+const ELSEWHERE = ["only", "pens", "parts", "no_pause", "frame", "frame_power"];
 const GROUPS = ["fill", "text", "image", "laser", "pen", "place", "parts", "more"] as const;
 
 /** What a person is asked of a program: what is seldom left out, and the rest by what it belongs to. */
-export function Options({ first = [] }: { first?: readonly string[] }) {
-  const asked = check.asked.value.filter(({ name }) => !ELSEWHERE.includes(name));
+export function Options({ first = [], not = [] }: { first?: readonly string[]; not?: readonly string[] }) {
+  const asked = check.asked.value.filter(({ name }) => !ELSEWHERE.includes(name) && !not.includes(name));
   const isFirst = ({ name, usual }: Option) => usual || first.includes(name);
   const fields = (options: Option[]) => (
     <div class="setup">

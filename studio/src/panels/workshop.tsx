@@ -1,7 +1,7 @@
 // What drawing and engraving share: what is put on the sheet, how long it takes, and its start.
 import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
-import { useEffect, useState } from "preact/hooks";
+import { useEffect, useRef, useState } from "preact/hooks";
 import { type Key, t } from "../i18n";
 import type { Bench } from "../run/bench";
 import * as check from "../run/check";
@@ -16,7 +16,7 @@ import { sentencesOf } from "../words";
 import { JobCard } from "./job";
 import { Objects, Palette, useUndoKeys } from "./objects";
 import { PartsCard } from "./partslist";
-import { Photo } from "./photo";
+import { Photo, PHOTO } from "./photo";
 import { Presets } from "./presets";
 import { ACCEPT, formatOf } from "./programs";
 import { about, Found, Options, Unseen, usePrograms } from "./setup";
@@ -51,6 +51,13 @@ function What({ bench }: { bench: Bench }) {
   const noFile = off || store.role.value === "viewer";
   const drawings = library.programs.value.filter(({ format }) => FORMATS.includes(format ?? ""));
   const item = bench.item.value;
+  const field = useRef<HTMLTextAreaElement>(null);
+  // What is typed next takes the place of the word that stands there.
+  const write = () =>
+    requestAnimationFrame(() => {
+      field.current?.focus();
+      field.current?.select();
+    });
   return (
     <Card
       title={t("draw.what")}
@@ -69,6 +76,7 @@ function What({ bench }: { bench: Bench }) {
       <Drop off={noFile} open={(files) => bench.openFiles(files)} class="what-drop">
         <Field label={t("draw.text")}>
           <textarea
+            ref={field}
             rows={2}
             maxLength={2000}
             disabled={off}
@@ -79,7 +87,7 @@ function What({ bench }: { bench: Bench }) {
             onBlur={() => bench.doc.seal()}
           />
         </Field>
-        <Palette bench={bench} />
+        <Palette bench={bench} write={write} />
         {drawings.length === 0 ? null : (
           <Pick
             title={t("draw.program")}
@@ -210,7 +218,7 @@ function Opened({ bench, name, hint, first, because = null, before, children }: 
         <Objects bench={bench} />
         {check.asked.value.length === 0 || !isThere ? null : (
           <Card title={t("setup.title")} class="options-card">
-            <Options first={first} />
+            <Options first={first} not={PHOTO} />
           </Card>
         )}
         <Presets bench={bench} />

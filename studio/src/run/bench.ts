@@ -54,7 +54,7 @@ const CROWDED = 0.45;
 const LEAST = 12;
 /** Formats that burn as they are, and cannot be put into one drawing with others. */
 const ALONE = ["image", "gcode", "testgrid"];
-/** Width of an image that is only looked at, mm. */
+/** Width of an image of which the scale is 1, mm. */
 const LOOKED = 30;
 /** A preview of more points has been thinned, and is no drawing any more. */
 const THINNED = 19_000;
@@ -85,14 +85,16 @@ export class Bench extends Shop {
     this.tool = tool;
   }
 
-  readonly chosen = computed<Source | null>(() => {
-    const { items } = this.doc.now.value;
-    return items.length === 0 ? null : ((this.item.value ?? items[0])?.source ?? null);
-  });
   /** Whether the objects become one drawing: a single one is given to the arm as it is. */
   readonly isComposed = computed(() => {
     const { items } = this.doc.now.value;
     return items.length > 1 || items[0]?.color != null;
+  });
+  /** What is run: the only object, or a drawing of all of them, which has no lines of a file to show. */
+  readonly chosen = computed<Source | null>(() => {
+    const [first] = this.doc.now.value.items;
+    if (first === undefined) return null;
+    return this.isComposed.value ? { format: "svg" } : first.source;
   });
   readonly values = computed<Values>(() => ({ ...this.common.value, ...this.item.value?.values }));
 
@@ -186,6 +188,11 @@ export class Bench extends Shop {
     this.doc.commit(changed(this.doc.now.value, item.id, { source, name }), `new ${item.id}`);
   }
 
+  /** Puts another text onto the sheet. */
+  addText(text: string): void {
+    this.add({ source: { text, format: "text" }, format: "text", name: text });
+  }
+
   choose(id: number | null): void {
     const now = this.doc.now.value;
     if (now.chosen === id) return;
@@ -246,6 +253,9 @@ export class Bench extends Shop {
   refresh(): void {
     this.spots.clear();
     this.isFull.value = false;
+    const stays = ({ id, place }: Item) => place !== null && this.found.value.has(id);
+    const items = this.doc.now.value.items.filter(stays);
+    this.found.value = new Map([...this.found.value].filter(([id]) => items.some((item) => item.id === id)));
     if (this.doc.now.value.items.some(({ place }) => place === null)) void this.check();
   }
 
@@ -319,7 +329,6 @@ export class Bench extends Shop {
   }
   protected override depends(): void {
     void this.doc.now.value.items;
-    void this.options.value;
     void this.common.value;
     void sheet.value;
   }
@@ -371,7 +380,9 @@ export class Bench extends Shop {
     const set = setupOf(all.filter(isAsked), values);
     const parts =
       this.isComposed.value && all.some(({ name }) => name === "parts") ? { parts: "color", no_pause: true } : {};
-    return { ...set, ...parts, ...this.fixed };
+    // How large an image says it is does not matter, and a small one is looked at soon.
+    const width = item.format === "image" ? { width: LOOKED } : {};
+    return { ...set, ...parts, ...width, ...this.fixed };
   }
 
   /** How one object lies and what it becomes there; of one that has not changed it is known. */
@@ -395,17 +406,20 @@ export class Bench extends Shop {
     }
     this.placed = { ...options, ...this.placing(place, item.place !== null) };
     const report = await this.ask(item.source, this.placed);
-    if (item.place !== null || place === null) return this.foundOf(key, report);
+    if (place === null) return this.foundOf(key, report);
+    if (item.place !== null) return this.foundOf(key, report, item.place);
     // How much smaller it is than what this page has tried is no news.
-    return this.foundOf(key, { ...report, notes: (report.notes ?? []).filter(({ code }) => code !== "placed") });
+    const notes = (report.notes ?? []).filter(({ code }) => code !== "placed");
+    return this.foundOf(key, { ...report, notes }, { ...place, scale: report.placed?.scale ?? place.scale });
   }
   /** The setup of the object that was asked of last. */
   private placed: Record<string, unknown> = {};
 
-  private foundOf(key: string, report: Report): Found {
+  /** What a check has found where an object was asked for; the middle of lines that fill it is not that of its edges. */
+  private foundOf(key: string, report: Report, asked: Place | null = null): Found {
     const { placed, preview } = report;
     if (placed === undefined) return { key, report, place: null, sides: [0, 0] };
-    const place = { at: placed.at, scale: placed.scale, turn: unwound(turnOf(placed.turn)) };
+    const place = asked ?? { at: placed.at, scale: placed.scale, turn: unwound(turnOf(placed.turn)) };
     return { key, report, place, sides: sidesOf(preview?.strokes ?? [], upright() + place.turn) };
   }
 
@@ -415,9 +429,7 @@ export class Bench extends Shop {
     options: Record<string, unknown>,
     others: readonly Found[],
   ): Promise<[Report, Place | null]> {
-    // How large an image is by itself does not matter, and a small one is looked at soon.
-    const isImage = item.format === "image";
-    const setup = { ...options, ...this.placing(null, false), ...(isImage ? { width: LOOKED } : {}) };
+    const setup = { ...options, ...this.placing(null, false) };
     const report = await this.ask(item.source, setup);
     this.placed = setup;
     this.isFull.value = false;
