@@ -179,7 +179,10 @@ mod tests {
     #[test]
     fn picture_is_upright_for_the_reader_in_front_of_the_arm() {
         let svg = picture_svg(&json!([[[200, 0], [220, 10]], [[200, 10], [210, 10]]]));
-        assert!(svg.contains("M2.0 2.0L12.0 22.0M12.0 2.0L12.0 12.0"), "{svg}");
+        assert!(
+            svg.contains("M2.0 2.0L12.0 22.0M12.0 2.0L12.0 12.0"),
+            "{svg}"
+        );
         assert!(svg.contains("viewBox=\"0 0 14.0 24.0\""), "{svg}");
         assert_eq!(picture_svg(&json!([])), "");
     }
