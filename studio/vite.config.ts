@@ -46,7 +46,7 @@ export default defineConfig({
             { name: "qr", test: /node_modules.lean-qr/ },
             {
               name: "sheet",
-              test: /src.run.(bench|paper|items|room|history|shapes|fills)|src.panels.(sheet|workshop|objects|photo|presets|swatch|partslist)/,
+              test: /src.run.(bench|paper|items|room|history|shapes|fills)|src.panels.(sheet|workshop|items|photo|presets|swatch|partslist)/,
             },
           ],
         },

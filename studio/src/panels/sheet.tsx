@@ -100,13 +100,13 @@ function near(bench: Bench, before: Frame): Frame {
   const half = Math.max((all.width / 2) * 1.25, (all.height / 2 / WIDE) * 1.1, LEAST);
   if (isSeen && before.width < 3 * half) return before;
   const [wide, high] = [2 * half * WIDE, 2 * half];
-  if (!isOnPaper) return { x: x - high / 2, y: y - wide / 2, width: high, height: wide };
-  // Beyond the paper there is nothing to see.
-  const within = (from: number, side: number, least: number, room: number) =>
-    side > room ? least - (side - room) / 2 : Math.max(least, Math.min(least + room - side, from));
+  // Beyond the paper, and out of reach, there is nothing to see.
+  const room = isOnPaper ? sheet : whole();
+  const within = (from: number, side: number, least: number, most: number) =>
+    side > most ? least - (side - most) / 2 : Math.max(least, Math.min(least + most - side, from));
   return {
-    x: within(x - high / 2, high, sheet.x, sheet.width),
-    y: within(y - wide / 2, wide, sheet.y, sheet.height),
+    x: within(x - high / 2, high, room.x, room.width),
+    y: within(y - wide / 2, wide, room.y, room.height),
     width: high,
     height: wide,
   };

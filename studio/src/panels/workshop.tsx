@@ -14,7 +14,7 @@ import * as store from "../store";
 import { Card, Do, Drop, Field, OpenFile, Pick } from "../ui/parts";
 import { sentencesOf } from "../words";
 import { JobCard } from "./job";
-import { Objects, Palette, useUndoKeys } from "./objects";
+import { Objects, Palette, useUndoKeys } from "./items";
 import { PartsCard } from "./partslist";
 import { Photo, PHOTO } from "./photo";
 import { Presets } from "./presets";

@@ -6,7 +6,7 @@ import { PATHS, SHAPES } from "../run/shapes";
 import * as store from "../store";
 import { Card, Do } from "../ui/parts";
 import { sentencesOf } from "../words";
-import "./objects.css";
+import "./items.css";
 import texts from "./workshop.json";
 
 const w = sentencesOf(texts);
