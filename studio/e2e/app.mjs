@@ -6,7 +6,7 @@ import { chmodSync, existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync
 import { networkInterfaces, tmpdir } from "node:os";
 import { delimiter, join } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
-import { Station, is } from "./bench.mjs";
+import { is, Station } from "./bench.mjs";
 
 /** `magician studio --app`, whose browser only writes down what it was to show. */
 async function started(program, ...words) {
@@ -23,7 +23,11 @@ async function started(program, ...words) {
   const over = once(child, "exit");
   for (let tries = 0; !existsSync(asked) && tries < 200; tries++) await sleep(50);
   const url = readFileSync(asked, "utf8").match(/--app=(\S+)/)[1];
-  return { url, over, end: () => (child.kill(), rmSync(home, { recursive: true, force: true })) };
+  const end = () => {
+    child.kill();
+    rmSync(home, { recursive: true, force: true });
+  };
+  return { url, over, end };
 }
 
 export function app(test, { browser, program }) {

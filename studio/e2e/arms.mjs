@@ -4,7 +4,7 @@ import { spawn } from "node:child_process";
 import { readFileSync } from "node:fs";
 import { createServer } from "node:net";
 import { join } from "node:path";
-import { Station, is } from "./bench.mjs";
+import { is, Station } from "./bench.mjs";
 import { findings } from "./looks.mjs";
 
 const SEATS = Array.from({ length: 30 }, (_, seat) => `seat${String(seat + 1).padStart(2, "0")}`);

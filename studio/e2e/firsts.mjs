@@ -4,7 +4,7 @@ import { spawn } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { Station, is, near } from "./bench.mjs";
+import { is, near, Station } from "./bench.mjs";
 
 /** Where the paper of the arm lies: the page is not told. */
 const PAPER = -52.5;

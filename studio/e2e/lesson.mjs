@@ -1,7 +1,7 @@
 // A lesson at one computer: ten virtual arms, a teacher's page, and pupils on a phone, a tablet and a desktop.
 import assert from "node:assert/strict";
 import { join } from "node:path";
-import { Station, is } from "./bench.mjs";
+import { is, Station } from "./bench.mjs";
 import { findings } from "./looks.mjs";
 
 const ARMS = Array.from({ length: 10 }, (_, nth) => `a${nth + 1}`);
@@ -173,7 +173,7 @@ export function lesson(test, { browser, program, shots, At = Station }) {
         await teacher
           .getByTestId("results")
           .locator("img")
-          .evaluate(async (image) => (await image.decode(), image.naturalWidth > 0)),
+          .evaluate((image) => image.decode().then(() => image.naturalWidth > 0)),
       );
       await teacher.getByTestId("results").getByText("Ben").first().waitFor();
       await look(teacher, "results");

@@ -67,7 +67,10 @@ function mock(bridge) {
     new Promise((done) => (new WebSocket(`${bridge}state`).onmessage = ({ data }) => done(JSON.parse(data))));
   serial.getPorts = async () => {
     const { granted, there } = await ask();
-    if (!granted || !there) return (state.ports.splice(0), []);
+    if (!granted || !there) {
+      state.ports.splice(0);
+      return [];
+    }
     // One that comes again is another object.
     if (state.ports[0]?.number !== there) state.ports = [Object.assign(new Port(), { number: there })];
     return state.ports;
@@ -167,7 +170,11 @@ export class Cable {
     arm?.setNoDelay(true);
     this.sockets.add(socket);
     this.opens++;
-    const end = () => (arm?.destroy(), socket.destroy(), this.sockets.delete(socket));
+    const end = () => {
+      arm?.destroy();
+      socket.destroy();
+      this.sockets.delete(socket);
+    };
     let rest = Buffer.alloc(0);
     socket.on("data", (bytes) => {
       rest = Buffer.concat([rest, bytes]);

@@ -436,5 +436,9 @@ export function onSerial(tests, shared, bench, folder) {
     await closed(page);
   });
 
-  return { end: () => (files.end(), cable.end()) };
+  const end = () => {
+    files.end();
+    cable.end();
+  };
+  return { end };
 }

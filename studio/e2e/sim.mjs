@@ -1,18 +1,21 @@
 // The suite on the second carrier: the page as files on any server, its station and virtual arm in the page's worker.
 import assert from "node:assert/strict";
-import { createServer } from "node:http";
 import { existsSync, readFileSync } from "node:fs";
+import { createServer } from "node:http";
 import { extname, join } from "node:path";
-import { Browser, Station, is, near } from "./bench.mjs";
+import { Browser, is, near, Station } from "./bench.mjs";
 import { drawing } from "./draw.mjs";
+import { gallery } from "./gallery.mjs";
 
-const TYPES = {
+export const TYPES = {
   ".html": "text/html",
   ".js": "text/javascript",
   ".css": "text/css",
   ".svg": "image/svg+xml",
   ".json": "application/json",
   ".wasm": "application/wasm",
+  ".png": "image/png",
+  ".webp": "image/webp",
   ".webmanifest": "application/manifest+json",
 };
 /** As beside a book: below a folder. */
@@ -222,6 +225,27 @@ export function onSim(tests, bench, folder) {
     await closed(page);
   });
 
+  test("files: an arm under a held jog stood still while its browser slept", async () => {
+    const page = await browser.inControl(files.url);
+    const devtools = await browser.browser.newBrowserCDPSession();
+    await page.getByTestId("jog-y-plus").hover();
+    await page.mouse.down();
+    await is(page, "jog", "running");
+    await sim.until("moves", (state) => state.moving);
+    const { processInfo } = await devtools.send("SystemInfo.getProcessInfo");
+    const renderers = processInfo.filter(({ type }) => type === "renderer").map(({ id }) => id);
+    const before = await sim.pose();
+    for (const id of renderers) process.kill(id, "SIGSTOP");
+    await new Promise((done) => setTimeout(done, 3000));
+    for (const id of renderers) process.kill(id, "SIGCONT");
+    const after = await sim.stands();
+    // As far as it comes until a page that hangs is found out, and to rest: a held jog would be three seconds on.
+    assert.ok(Math.abs(after.y - before.y) < 40, `${before.y} to ${after.y}`);
+    await page.mouse.up();
+    await devtools.detach();
+    await closed(page);
+  });
+
   for (const [name, body] of [...tests]) {
     if (SHARED.includes(name)) test(`files: ${name}`, body);
   }
@@ -260,6 +284,8 @@ export function onSim(tests, bench, folder) {
     await sim.until("a step up", (state) => near(state.z, before.z + 5) && !state.moving);
     await closed(page);
   });
+
+  gallery(test, { browser, station: sim, url: () => files.url });
 
   drawing((name, body) => test(`files: ${name}`, body), {
     station: sim,

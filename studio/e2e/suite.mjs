@@ -7,19 +7,20 @@ import { dirname, join } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
 import { fileURLToPath } from "node:url";
 import { app } from "./app.mjs";
-import { Browser, Station, is, near } from "./bench.mjs";
 import { classes } from "./arms.mjs";
+import { Browser, is, near, Station } from "./bench.mjs";
 import { client } from "./client.mjs";
 import { drawing } from "./draw.mjs";
 import { firsts } from "./firsts.mjs";
 import { lesson } from "./lesson.mjs";
 import { looks } from "./looks.mjs";
-import { worlds } from "./world.mjs";
 import { running } from "./run.mjs";
+import { onSerial } from "./serial.mjs";
+import { onSim } from "./sim.mjs";
 import { tasks } from "./tasks.mjs";
 import { teaching } from "./teach.mjs";
-import { onSim } from "./sim.mjs";
-import { onSerial } from "./serial.mjs";
+import { views } from "./view.mjs";
+import { worlds } from "./world.mjs";
 
 const here = dirname(fileURLToPath(import.meta.url));
 const program = process.env.MAGICIAN ?? join(here, "../../target/debug/magician");
@@ -444,6 +445,7 @@ test("everything is reached by Tab, and nothing traps it", async () => {
 
 app(test, { browser, program });
 worlds(test, { browser, station, shots, closed });
+views(test, { browser, station, shots, closed });
 classes(test, { browser, program, shots });
 lesson(test, { browser, program, shots });
 running(test, { browser, station, closed, shots });

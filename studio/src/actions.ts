@@ -1,10 +1,11 @@
 // What people do, each as one call; what is refused is said.
+
+import { queues, stopsAll } from "./class";
 import type { Params } from "./client";
 import { LINE_ENDED, RpcError } from "./client";
 import { t, told } from "./i18n";
 import { endJog } from "./jog";
 import { log } from "./log";
-import { queues, stopsAll } from "./class";
 import { call, giveBack, renamed, shown, takeControl } from "./session";
 import { ownName, remember, remembered } from "./settings";
 import * as store from "./store";

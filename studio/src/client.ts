@@ -1,6 +1,7 @@
 // The one client of a station's methods: over a worker, which has a WebSocket or the station itself.
 import type { Methods, Notifications } from "./api";
 import { type FromWorker, NO_WORKER, type ToWorker, type Wire } from "./carrier";
+import { jumped } from "./clock";
 
 export type Method = keyof Methods;
 export type Params<M extends Method> = Methods[M]["params"];
@@ -66,7 +67,7 @@ export class Client {
   /** Keeps a program of the virtual arm's library, or without bytes gets it: past the messages. */
   file(name: string, bytes?: ArrayBuffer): Promise<ArrayBuffer> {
     const [{ id }, answer] = this.request("program.get", { name });
-    this.tell({ kind: "file", id: id!, name, ...(bytes ? { bytes } : {}) });
+    this.tell({ kind: "file", id, name, ...(bytes ? { bytes } : {}) });
     return answer as Promise<unknown> as Promise<ArrayBuffer>;
   }
 
@@ -88,9 +89,9 @@ export class Client {
     this.tell({ kind: "close" });
   }
 
-  private request<M extends Method>(method: M, params: Params<M>): [Wire, Promise<Result<M>>] {
+  private request<M extends Method>(method: M, params: Params<M>): [Wire & { id: number }, Promise<Result<M>>] {
     const id = this.next++;
-    const message: Wire = { jsonrpc: "2.0", id, method, params };
+    const message = { jsonrpc: "2.0" as const, id, method, params };
     const answer = new Promise<Result<M>>((done, failed) => {
       this.waiting.set(id, { method, done: done as (value: never) => void, failed });
     });
@@ -110,6 +111,7 @@ export class Client {
       return this.onClosed(event.code);
     }
     if (event.kind === "traced") return this.onTraced(event.file);
+    if (event.kind === "jumped") return jumped(event.from, event.ahead);
     const { id, method, params, result, error } = event.message;
     if (method !== undefined) return this.onNotification(method, params ?? {});
     const waiting = this.waiting.get(id ?? -1);

@@ -57,7 +57,7 @@ export class Kept {
     this.asks.delete(key);
     if (change === undefined || message.error) return;
     if ("remove" in change) {
-      this.does(() => this.folder!.removeEntry(change.remove));
+      this.does((folder) => folder.removeEntry(change.remove));
     } else {
       const made = get(change.fetch);
       if (made !== null) this.write(change.fetch, made);
@@ -65,8 +65,8 @@ export class Kept {
   }
 
   write(name: string, bytes: Uint8Array): void {
-    this.does(async () => {
-      const handle = await this.folder!.getFileHandle(name, { create: true });
+    this.does(async (folder) => {
+      const handle = await folder.getFileHandle(name, { create: true });
       const access = await handle.createSyncAccessHandle();
       access.truncate(0);
       access.write(bytes);
@@ -76,7 +76,8 @@ export class Kept {
   }
 
   /** One after the other; what the storage refuses is there until the page is closed, as the station has it. */
-  private does(work: () => Promise<unknown>): void {
-    this.work = this.work.then(work).catch(() => {});
+  private does(work: (folder: Folder) => Promise<unknown>): void {
+    const { folder } = this;
+    if (folder !== null) this.work = this.work.then(() => work(folder)).catch(() => {});
   }
 }

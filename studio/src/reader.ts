@@ -9,7 +9,7 @@ async function loaded(module: string): ReturnType<typeof load> {
   return load(await answer.arrayBuffer());
 }
 
-onmessage = async ({ data }: MessageEvent<{ module: string; request: Uint8Array }>) => {
+self.onmessage = async ({ data }: MessageEvent<{ module: string; request: Uint8Array }>) => {
   try {
     const read = await (reader ??= loaded(data.module));
     const answer = read(data.request);

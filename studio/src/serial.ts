@@ -169,7 +169,7 @@ export class SerialLine {
     if (this.isOver || this.looking) return;
     this.looking = true;
     try {
-      const ports = await serial!.getPorts();
+      const ports = (await serial?.getPorts()) ?? [];
       if (this.writer !== null) {
         if (this.port.connected === false || !ports.includes(this.port)) this.lost();
         return;
@@ -177,8 +177,9 @@ export class SerialLine {
       const there = ports.filter((port) => port.connected !== false && kind(port) === kind(this.port));
       const mine = there.includes(this.port) ? [this.port] : there.filter((port) => !this.others.includes(port));
       // Of two that came, none is sure to be it.
-      if (mine.length !== 1) return;
-      this.port = mine[0]!;
+      const [port, another] = mine;
+      if (port === undefined || another !== undefined) return;
+      this.port = port;
       await this.opens();
       this.found();
     } catch {

@@ -1,5 +1,5 @@
 // What the page keeps of its person, in this browser alone.
-import { effect, signal, type Signal } from "@preact/signals";
+import { effect, type Signal, signal } from "@preact/signals";
 
 /** What a storage of the browser has under a name; nothing in a browser that keeps nothing. */
 export function remembered(of: "localStorage" | "sessionStorage", name: string): string | null {

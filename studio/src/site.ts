@@ -1,12 +1,12 @@
 // The arms of a station, or of all stations of a site, for the teacher's view: looked at while it is shown. What a page may ask in a
 // second is limited, and drawing costs more than asking: tiles in view are read often, the others now and then.
 import { batch, type Signal, signal } from "@preact/signals";
-import type { Job, State } from "./api";
-import type { Params } from "./client";
 import { complain, dangerOf } from "./actions";
+import type { Job, State } from "./api";
 import { queues } from "./class";
-import { t } from "./i18n";
+import type { Params } from "./client";
 import { LINE_ENDED, RpcError } from "./client";
+import { t } from "./i18n";
 import { change, kept, newest } from "./results";
 import { isUnderWay } from "./run/jobs";
 import { call, notified } from "./session";

@@ -42,7 +42,9 @@ function hearer(isOn: () => boolean) {
 function open(url: string): void {
   close();
   if (url.startsWith(SIM)) {
-    sim ??= WorkerStation.simulated(MODULE(), Number(url.slice(SIM.length)));
+    sim ??= WorkerStation.simulated(MODULE(), Number(url.slice(SIM.length)), (from, ahead) =>
+      tell({ kind: "jumped", from, ahead }),
+    );
     return void openHere(sim, () => (sim = null));
   }
   if (url.startsWith(SERIAL)) {
@@ -140,7 +142,7 @@ function close(): void {
   line = null;
 }
 
-onmessage = (event: MessageEvent<ToWorker>) => {
+self.onmessage = (event: MessageEvent<ToWorker>) => {
   const order = event.data;
   switch (order.kind) {
     case "open":

@@ -1,7 +1,8 @@
 // The arms of the station, how it is reached, and what happened.
+
+import { tried } from "../actions";
 import { t } from "../i18n";
 import { clock, lines, save } from "../log";
-import { tried } from "../actions";
 import { canTrace, trace } from "../session";
 import { Card, Do } from "../ui/parts";
 import { Connect } from "./connect";

@@ -6,7 +6,7 @@ import { benches } from "../run/bench";
 import { isArmed, watchArmed } from "../run/laser";
 import * as store from "../store";
 import { Card, Do, Switch, TextField } from "../ui/parts";
-import { why, Workshop } from "./workshop";
+import { Workshop, why } from "./workshop";
 
 /** What is typed of a test grid; the rest is the station's. */
 const grid = signal<Record<string, string>>({});

@@ -3,12 +3,12 @@ import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { agreed, complain, tried } from "../actions";
 import { t } from "../i18n";
-import { sentencesOf } from "../words";
-import { language } from "../settings";
-import { type Field as TableField, io, levels, refresh, type Row, watchOf, watchPins } from "../pins";
+import { io, levels, type Row, refresh, type Field as TableField, watchOf, watchPins } from "../pins";
 import { call, shown } from "../session";
+import { language } from "../settings";
 import * as store from "../store";
 import { Card, Do, Field, Heads, NumberInput, Pick, Range } from "../ui/parts";
+import { sentencesOf } from "../words";
 import "./io.css";
 import texts from "./io.words.json";
 import sentences from "./pins.json";
@@ -26,7 +26,7 @@ const words = (text: string): string => {
 
 /** Sends a command of the table with these values, in the order of its fields. */
 async function send(row: Row, values: ReadonlyArray<number | boolean>): Promise<void> {
-  const fields = Object.fromEntries((row.sets ?? []).map(({ name }, at) => [name, values[at]!]));
+  const fields = Object.fromEntries((row.sets ?? []).map(({ name }, at) => [name, values[at] as number | boolean]));
   await tried(() => agreed(row.about, (yes) => call("arm.set", { ...shown(), command: row.command, fields, ...yes })));
 }
 const rowOf = (role: string) => io.value?.rows.find((row) => row.role === role);
@@ -178,7 +178,7 @@ function Device({ row, off }: { row: Row; off: boolean }) {
   const seen = useSignal<Record<string, number> | null>(null);
   const reads = useSignal(false);
   const fields = row.sets ?? [];
-  const valueOf = ({ name, kind, choices, least }: TableField) => {
+  const valueFor = ({ name, kind, choices, least }: TableField) => {
     return (
       values.value[name] ??
       (kind === "number" ? Math.max(0, least ?? 0) : kind === "choice" ? (choices[0]?.value ?? 0) : 1)
@@ -189,7 +189,7 @@ function Device({ row, off }: { row: Row; off: boolean }) {
     let timer: ReturnType<typeof setTimeout> | undefined;
     let over = false;
     const read = async () => {
-      const query = Object.fromEntries((row.asks ?? []).map((field) => [field.name, valueOf(field)]));
+      const query = Object.fromEntries((row.asks ?? []).map((field) => [field.name, valueFor(field)]));
       try {
         seen.value = (await call("arm.get", { ...shown(), command: row.command, query })) as Record<string, number>;
       } catch (error) {
@@ -212,13 +212,13 @@ function Device({ row, off }: { row: Row; off: boolean }) {
       aria-label={words(row.about)}
       onSubmit={(event) => {
         event.preventDefault();
-        void send(row, fields.map(valueOf)).then(refresh);
+        void send(row, fields.map(valueFor)).then(refresh);
       }}
     >
       <b>{words(row.about).replace(/\.$/, "")}</b>
       <div class="device-fields">
         {fields.map((field) => {
-          const value = valueOf(field);
+          const value = valueFor(field);
           const take = (to: number) => (values.value = { ...values.value, [field.name]: to });
           if (field.kind === "switch") {
             return (

@@ -1,10 +1,12 @@
 // The job of the arm: how far it is, and what can be done to it.
+
+import type { Remedy } from "../actions";
+import type { Job } from "../api";
+import { wallTime } from "../clock";
 import { t } from "../i18n";
 import { clock } from "../log";
-import type { Job } from "../api";
 import * as jobs from "../run/jobs";
 import * as store from "../store";
-import type { Remedy } from "../actions";
 import { Card, Do, Heads, Why } from "../ui/parts";
 import { Remedies } from "./remedies";
 
@@ -108,7 +110,7 @@ export function PastJobs() {
             <tr key={job.job}>
               <th scope="row">{job.title || t("job.untitled")}</th>
               <td>{stateOf(job)}</td>
-              <td class="number">{job.ended === null ? "–" : clock(new Date(job.ended * 1000))}</td>
+              <td class="number">{job.ended === null ? "–" : clock(wallTime(job.ended))}</td>
               <td>
                 {jobs.canResume(job) ? (
                   <Do

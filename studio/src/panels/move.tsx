@@ -2,9 +2,9 @@ import { t } from "../i18n";
 import * as store from "../store";
 import { ArmView } from "../view/view";
 import { Connect } from "./connect";
-import { JogPad } from "./jogpad";
 import { FirstSteps } from "./first";
-import { Pose } from "./pose";
+import { JogPad } from "./jogpad";
+import { GoToPose, Pose } from "./pose";
 import { ArmCard } from "./tools";
 import { Surface } from "./touch";
 
@@ -17,6 +17,7 @@ export function Move() {
         <FirstSteps />
         <ArmView />
         <Pose />
+        <GoToPose />
       </div>
       <div class="move-do" aria-label={t("nav.move")} role="group">
         <JogPad />

@@ -3,14 +3,16 @@ import { effect, useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
+import { wallTime } from "../clock";
 import { t } from "../i18n";
-import { sentencesOf } from "../words";
 import { save } from "../log";
 import { io, levels, watchOf, watchPins } from "../pins";
 import { at, beat, POSE, type Readings, readings, snapshot } from "../ring";
 import { theme } from "../settings";
 import * as store from "../store";
+import { colorAt } from "../ui/color";
 import { Card, Choice, Do, Heads, Range } from "../ui/parts";
+import { sentencesOf } from "../words";
 import "./plot.css";
 import texts from "./plot.json";
 
@@ -99,7 +101,7 @@ function csv(from: Readings): string {
     const t = from.value(row, at.t);
     rows.push(
       [
-        new Date(1000 * t).toISOString(),
+        wallTime(t).toISOString(),
         (t - first).toFixed(3),
         ...pose,
         from.value(row, at.index),
@@ -127,7 +129,8 @@ function Chart({ lines, source, span, back, live }: ChartProps) {
     let chart: uPlot | null = null;
     let [frame, began] = [0, 0];
     let marks: Array<[number, string]> = [];
-    const css = (name: string) => getComputedStyle(element).getPropertyValue(name).trim();
+    const css = (name: string) => colorAt(element, name);
+    let markColor = "";
     const size = () => ({ width: element.clientWidth, height: element.clientHeight });
     const draw = () => {
       frame = 0;
@@ -146,7 +149,7 @@ function Chart({ lines, source, span, back, live }: ChartProps) {
     };
     const drawMarks = ({ ctx, bbox, valToPos }: uPlot) => {
       ctx.save();
-      ctx.strokeStyle = ctx.fillStyle = css("--stop");
+      ctx.strokeStyle = ctx.fillStyle = markColor;
       ctx.textAlign = "left";
       ctx.font = `600 ${12 * devicePixelRatio}px system-ui`;
       for (const [time, code] of marks) {
@@ -160,6 +163,7 @@ function Chart({ lines, source, span, back, live }: ChartProps) {
     };
     const make = () => {
       chart?.destroy();
+      markColor = css("--stop");
       const axis = {
         stroke: css("--muted"),
         grid: { stroke: css("--line"), width: 1 },

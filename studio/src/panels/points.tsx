@@ -2,8 +2,8 @@
 import { useSignal } from "@preact/signals";
 import { underWay } from "../teach/actions";
 import * as program from "../teach/rows";
-import { Heads, NumberInput, Pick } from "../ui/parts";
 import { type Word, w } from "../teach/words";
+import { Heads, NumberInput, Pick } from "../ui/parts";
 
 const WAYS = ["joints", "line", "jump"] as const;
 const AXES = { move: ["x", "y", "z", "r"], joints: ["J1", "J2", "J3", "J4"] } as const;

@@ -4,13 +4,13 @@ import { t } from "../i18n";
 import * as check from "../run/check";
 import * as jobs from "../run/jobs";
 import * as store from "../store";
-import { ArmView } from "../view/view";
 import { Card, Do, Times, Why } from "../ui/parts";
+import { ArmView } from "../view/view";
 import { JobCard, PastJobs } from "./job";
 import { Pose } from "./pose";
 import { formatOf, Programs, size } from "./programs";
-import { Height } from "./touch";
 import { about, Found, Options, Picture, Unseen, usePrograms } from "./setup";
+import { Height } from "./touch";
 
 const loops = signal(1);
 

@@ -1,13 +1,13 @@
 // The person's own settings, and the fence of the arm.
 import { LANGUAGES, t } from "../i18n";
 import { rename } from "../session";
-import { language, ownName, type Theme, THEMES, theme } from "../settings";
+import { language, ownName, THEMES, type Theme, theme } from "../settings";
 import * as store from "../store";
 import { Card, Choice, TextField } from "../ui/parts";
-import type { Sides } from "../view/fence";
+import type { Sides as Bounds } from "../view/fence";
 import { ArmView } from "../view/view";
 
-function Sides({ name, sides }: { name: string; sides: Sides }) {
+function Sides({ name, sides }: { name: string; sides: Bounds }) {
   const text = Object.entries(sides).map(([axis, [least, most]]) => `${axis} ${least} … ${most}`);
   return <Row name={name} value={`${text.join(", ")} mm`} />;
 }

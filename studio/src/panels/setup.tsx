@@ -152,7 +152,7 @@ function Complaints({ report, program }: { report: Report; program: library.Entr
         ))}
       </ol>
       {lines.value.length > 0 ? (
-        <pre class="lines" tabIndex={0} aria-label={t("run.lines")} data-testid="run-lines">
+        <pre class="lines" role="region" tabIndex={0} aria-label={t("run.lines")} data-testid="run-lines">
           {lines.value.map((line) => (
             <code key={line.number} class={line.number === at.value ? "at" : ""}>
               <i>{line.number}</i> {line.text}

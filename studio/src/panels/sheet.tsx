@@ -2,16 +2,16 @@
 import { computed, effect, signal, useSignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
 import type { Report } from "../api";
-import { sentencesOf } from "../words";
 import type { Bench } from "../run/bench";
-import { type Item, type Place, type Point, turned } from "../run/items";
+import type { Item, Place, Point } from "../run/items";
 import * as jobs from "../run/jobs";
 import * as paper from "../run/paper";
 import { call } from "../session";
 import * as store from "../store";
 import { Do, Field, NumberInput } from "../ui/parts";
-import { boundsOf, type Frame, pathOf, ratioOf, READER, viewBox } from "../view/flat";
+import { boundsOf, type Frame, pathOf, READER, ratioOf, viewBox } from "../view/flat";
 import { watchWorld } from "../view/seen";
+import { sentencesOf } from "../words";
 import "./sheet.css";
 import texts from "./sheet.json";
 
@@ -249,12 +249,7 @@ export function Sheet({ bench, hint }: { bench: Bench; hint: string }) {
     left: `${(100 * (py - y)) / height}%`,
     top: `${(100 * (px - x)) / width}%`,
   });
-  const cornerOf = (of: Item, [sx, sy]: Point, beyond = 0): Point => {
-    const [place, [w, h]] = [bench.placeOf(of), bench.sizeOf(of)];
-    const [dx, dy] = turned([(sx * w) / 2, (sy * h) / 2 + beyond], paper.upright() + (place?.turn ?? 0));
-    return [(place?.at[0] ?? 0) + dx, (place?.at[1] ?? 0) + dy];
-  };
-  const outlineOf = (of: Item) => CORNERS.map((one) => cornerOf(of, one).join()).join(" ");
+  const outlineOf = (of: Item) => CORNERS.map((one) => bench.cornerOf(of, one).join()).join(" ");
   const isThere = item !== null && now !== null && wide + high > 0;
   return (
     <section class="card sheet-card" aria-label={w("sheet.title")}>
@@ -340,14 +335,14 @@ export function Sheet({ bench, hint }: { bench: Bench; hint: string }) {
                 <span
                   key={nth}
                   class={`handle corner ${nth % 2 === 0 ? "" : "other-way"}`}
-                  style={spot(cornerOf(item, one))}
+                  style={spot(bench.cornerOf(item, one))}
                   data-testid={`draw-corner-${nth + 1}`}
                   {...taken(scales)}
                 />
               ))}
               <span
                 class="handle turn"
-                style={spot(cornerOf(item, [0, 1], width / 16))}
+                style={spot(bench.cornerOf(item, [0, 1], width / 16))}
                 data-testid="draw-turn"
                 {...taken(turns)}
               />

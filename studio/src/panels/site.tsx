@@ -5,9 +5,10 @@ import { complain, stop } from "../actions";
 import { frozen as frozenArms, hasClass, turnAt, turnOf } from "../class";
 import { t } from "../i18n";
 import { save } from "../log";
-import { call, show } from "../session";
 import { page } from "../results";
 import { base64 } from "../run/programs";
+import { call, show } from "../session";
+import { toggled } from "../settings";
 import {
   chosen,
   doingOf,
@@ -23,11 +24,10 @@ import {
   take,
   watchSite,
 } from "../site";
-import { toggled } from "../settings";
 import * as store from "../store";
 import { Card, Do, OpenFile, Pick } from "../ui/parts";
-import type { FleetScene } from "../view/fleet";
 import { boundsOf, pathOf, READER, toReader, viewBox } from "../view/flat";
+import type { FleetScene } from "../view/fleet";
 import { isTeachers, TeacherTile } from "./class/tile";
 import { w } from "./class/words";
 import "./arms.css";

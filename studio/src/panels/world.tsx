@@ -4,7 +4,6 @@ import { useEffect } from "preact/hooks";
 import { complain, tried } from "../actions";
 import type { Params } from "../client";
 import { t, told } from "../i18n";
-import { sentencesOf } from "../words";
 import { save } from "../log";
 import { call, shown } from "../session";
 import * as store from "../store";
@@ -12,7 +11,9 @@ import { Card, Do, Field, NumberInput, OpenFile, Pick, Range, Switch } from "../
 import { boundsOf, pathOf, READER, toReader, viewBox } from "../view/flat";
 import { hand } from "../view/layers";
 import { begin, darkness, drawn, look, type Stroke, world, worldless } from "../view/seen";
+import { tinted } from "../view/tint";
 import { ArmView } from "../view/view";
+import { sentencesOf } from "../words";
 import "./world.css";
 import texts from "./world.json";
 
@@ -104,7 +105,7 @@ function Objects({ off }: { off: boolean }) {
           );
           return (
             <li key={name} data-testid={`world-object-${name}`}>
-              <span class="swatch" style={{ background: color }} />
+              <span class="swatch" style={{ background: tinted(color) }} />
               <b>
                 {name}
                 {held ? <small>{w("world.held")}</small> : null}

@@ -4,34 +4,35 @@ import { complain } from "../actions";
 import type { Option, Report } from "../api";
 import { RpcError } from "../client";
 import { t } from "../i18n";
-import { sentencesOf } from "../words";
 import texts from "../panels/workshop.json";
 import { call, shown } from "../session";
 import * as store from "../store";
 import { boundsOf, type Points } from "../view/flat";
 import { look, world } from "../view/seen";
+import { sentencesOf } from "../words";
 import { History } from "./history";
 import {
+  boxOf,
   changed,
   chosenOf,
   composed,
   type Doc,
+  type Item,
   inked,
   isOwn,
   isSame,
-  type Item,
   moved,
   type Place,
   type Point,
-  sidesOf,
   tidy,
+  turned,
   unwound,
   without,
 } from "./items";
 import { corners, rotateOf, sheet, taken, turnOf, upright } from "./paper";
 import { freeSpot, type Room } from "./room";
 import { type Shape, svgOf } from "./shapes";
-import { entryOf, optionsOf, setupOf, Shop, type Source, type Values } from "./shop";
+import { entryOf, optionsOf, Shop, type Source, setupOf, type Values } from "./shop";
 
 const w = sentencesOf(texts);
 
@@ -42,6 +43,8 @@ interface Found {
   place: Place | null;
   /** How wide and high it is there, as the reader of it sees it. */
   sides: Point;
+  /** The middle of that beside its place: of a drawing that is repeated, or filled, it is another one. */
+  middle: Point;
 }
 
 /** What has no size of its own fills the sheet. */
@@ -125,13 +128,27 @@ export class Bench extends Shop {
 
   // What a person does.
 
-  private async forFormat(format: string): Promise<void> {
+  /** Until the options of the chosen object are known. */
+  ready: Promise<void> = Promise.resolve();
+
+  private async askOptions(format: string): Promise<void> {
     try {
       const options = await optionsOf(format);
       if ((this.item.peek()?.format ?? format) === format) this.options.value = options;
     } catch (error) {
       complain(error);
     }
+  }
+
+  private forFormat(format: string): void {
+    this.ready = this.askOptions(format);
+  }
+
+  /** Takes everything off the sheet. */
+  clear(): void {
+    this.forgetParts();
+    this.doc.commit({ items: [], chosen: null });
+    this.follow();
   }
 
   /** Puts something onto the sheet. What lies there already stays where it is. */
@@ -148,7 +165,7 @@ export class Bench extends Shop {
     this.forgetParts();
     this.doc.commit({ items: [...items, { ...of, id, color: null, values, place: null }], chosen: id }, `new ${id}`);
     this.report.value = items.length === 0 ? null : this.report.value;
-    void this.forFormat(of.format);
+    this.forFormat(of.format);
   }
 
   /** What its parts are, and which of them are drawn, is of the drawing and not of the next. */
@@ -172,7 +189,7 @@ export class Bench extends Shop {
     const id = this.next++;
     this.forgetParts();
     this.doc.commit({ items: [{ ...of, id, color: null, values: {}, place: null }], chosen: id });
-    void this.forFormat(of.format);
+    this.forFormat(of.format);
   }
 
   /** Writes into the chosen text, or a new one. */
@@ -273,7 +290,7 @@ export class Bench extends Shop {
   private follow(): void {
     const { items } = this.doc.now.value;
     const format = this.item.value?.format ?? (items.length > 0 ? "svg" : null);
-    if (format !== null) void this.forFormat(format);
+    if (format !== null) this.forFormat(format);
     if (items.length === 0) this.forget();
   }
 
@@ -303,6 +320,15 @@ export class Bench extends Shop {
     const found = this.found.value.get(item.id);
     const by = (this.placeOf(item)?.scale ?? 1) / (found?.place?.scale ?? 1);
     return [(found?.sides[0] ?? 0) * by, (found?.sides[1] ?? 0) * by];
+  }
+  /** Where a corner of an object, or a place beside it, comes to lie. */
+  cornerOf(item: Item, [sx, sy]: Point, beyond = 0): Point {
+    const [found, place, [width, height]] = [this.found.value.get(item.id), this.placeOf(item), this.sizeOf(item)];
+    const by = (place?.scale ?? 1) / (found?.place?.scale ?? 1);
+    const [mx, my] = found?.middle ?? [0, 0];
+    const corner = [mx * by + (sx * width) / 2, my * by + (sy * height) / 2 + beyond];
+    const [dx, dy] = turned(corner, upright() + (place?.turn ?? 0));
+    return [(place?.at[0] ?? 0) + dx, (place?.at[1] ?? 0) + dy];
   }
   setWidth(width: number): void {
     const item = this.item.value;
@@ -418,9 +444,9 @@ export class Bench extends Shop {
   /** What a check has found where an object was asked for; the middle of lines that fill it is not that of its edges. */
   private foundOf(key: string, report: Report, asked: Place | null = null): Found {
     const { placed, preview } = report;
-    if (placed === undefined) return { key, report, place: null, sides: [0, 0] };
+    if (placed === undefined) return { key, report, place: null, sides: [0, 0], middle: [0, 0] };
     const place = asked ?? { at: placed.at, scale: placed.scale, turn: unwound(turnOf(placed.turn)) };
-    return { key, report, place, sides: sidesOf(preview?.strokes ?? [], upright() + place.turn) };
+    return { key, report, place, ...boxOf(preview?.strokes ?? [], upright() + place.turn, place.at) };
   }
 
   /** An object as the station places it, and where there is more room for it; null if it lies well there. */
@@ -436,7 +462,8 @@ export class Bench extends Shop {
     const { place, sides } = this.foundOf("", report);
     const strokes = report.preview?.strokes ?? [];
     const [first] = strokes;
-    if (place === null || first === undefined || sheet.value?.size || options.page !== undefined) return [report, null];
+    if (place === null || first === undefined || sheet.value?.size) return [report, null];
+    if (["page", "grid", "move"].some((name) => options[name] !== undefined)) return [report, null];
     const room = await this.room(first.height, others);
     const longest = Math.max(...sides);
     const isWritten = item.format === "text" && (item.values.size ?? "") !== "";

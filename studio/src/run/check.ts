@@ -37,6 +37,7 @@ export const isShown = of("isShown");
 export const asked = of("asked");
 export const setup = of("setup");
 
+// biome-ignore lint/suspicious/noShadowRestrictedNames: nobody calls the one of objects
 export const valueOf = (name: string): string => shop.value.valueOf(name);
 export const setValue = (name: string, to: string): void => shop.value.setValue(name, to);
 export const check = (): Promise<boolean> => shop.value.check();

@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import type { Report } from "../api";
-import { type Doc, changed, composed, inked, isSame, type Item, moved, sidesOf, tidy, without } from "./items";
+import { boxOf, changed, composed, type Doc, type Item, inked, isSame, moved, tidy, without } from "./items";
 import { SHAPES, svgOf } from "./shapes";
 
 const item = (id: number): Item => ({
@@ -38,7 +38,7 @@ const stroke = (points: number[][], part: number | null = null) => ({
   power: 100,
 });
 test("an upright drawing is as wide as it is along the arm's y", () => {
-  const [width, height] = sidesOf(
+  const { sides, middle } = boxOf(
     [
       stroke([
         [200, -40],
@@ -46,9 +46,13 @@ test("an upright drawing is as wide as it is along the arm's y", () => {
       ]),
     ],
     90,
+    [215, 0],
   );
-  expect(width).toBeCloseTo(80);
-  expect(height).toBeCloseTo(20);
+  expect(sides[0]).toBeCloseTo(80);
+  expect(sides[1]).toBeCloseTo(20);
+  // Its middle is 5 mm nearer to the arm than its place: above it.
+  expect(middle[0]).toBeCloseTo(0);
+  expect(middle[1]).toBeCloseTo(5);
 });
 
 test("a drawing of all objects lies in true size where they lie", () => {

@@ -80,10 +80,12 @@ export function turned([x, y]: readonly number[], degrees: number): [number, num
 }
 
 type Stroke = NonNullable<Report["preview"]>["strokes"][number];
-/** Width and height of strokes that lie so, by an angle from the arm's x. */
-export function sidesOf(strokes: readonly Stroke[], angle: number): Point {
-  const { width, height } = boundsOf(strokes.flatMap(({ points }) => points.map((point) => turned(point, -angle))));
-  return [width, height];
+/** What strokes fill that lie so, by an angle from the arm's x and their place: as its reader sees it, round that place. */
+export function boxOf(strokes: readonly Stroke[], angle: number, [x, y]: Point): { sides: Point; middle: Point } {
+  const box = boundsOf(
+    strokes.flatMap(({ points }) => points.map(([px = 0, py = 0]) => turned([px - x, py - y], -angle))),
+  );
+  return { sides: [box.width, box.height], middle: [box.x + box.width / 2, box.y + box.height / 2] };
 }
 
 /** Lines of one colour, in the arm's coordinates. */

@@ -3,11 +3,11 @@ import { effect, signal } from "@preact/signals";
 import { complain } from "../actions";
 import type { Report } from "../api";
 import { call, shown } from "../session";
-import * as jobs from "./jobs";
 import * as store from "../store";
-import { clusters } from "./room";
 import { type Frame, type Points, UPRIGHT } from "../view/flat";
 import { drawn, look, world } from "../view/seen";
+import * as jobs from "./jobs";
+import { clusters } from "./room";
 
 /** The sheet that a person has measured, as the settings keep it. */
 export interface Sheet {

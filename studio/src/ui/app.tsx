@@ -1,5 +1,6 @@
 import { t } from "../i18n";
 import * as store from "../store";
+import { Beside } from "./beside";
 import { Dialogs } from "./dialogs";
 import { Alarms, Header, LinkLost, Update } from "./header";
 import { Panel } from "./routes";
@@ -16,6 +17,7 @@ export function App() {
         <Alarms />
         <Panel />
       </main>
+      <Beside />
       <Dialogs />
     </>
   );

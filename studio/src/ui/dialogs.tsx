@@ -25,6 +25,7 @@ function Sheet({ role, id, testId, title, children }: SheetProps) {
     };
   }, []);
   return (
+    // biome-ignore lint/a11y/useAriaPropsSupportedByRole: `role` is a dialog or an alert
     <div
       class="sheet"
       ref={ref}

@@ -7,6 +7,7 @@ import * as store from "../store";
 import { Do } from "./parts";
 
 const LATER: Partial<Record<store.Route, () => Promise<ComponentType>>> = {
+  gallery: () => import("../panels/gallery").then(({ Gallery }) => Gallery),
   teach: () => import("../panels/teach").then(({ Teach }) => Teach),
   draw: () => import("../panels/draw").then(({ Draw }) => Draw),
   engrave: () => import("../panels/engrave").then(({ Engrave }) => Engrave),

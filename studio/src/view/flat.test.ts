@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { boundsOf, ratioOf, toReader, viewBox } from "./flat";
+import { boundsOf, pathOf, ratioOf, toReader, viewBox } from "./flat";
 
 /** Where the transform of READER puts a place of the arm: to the right and down. */
 const seen = ([x = 0, y = 0]: readonly number[]) => [y, x];
@@ -41,4 +41,33 @@ test("a picture of the core is turned to the reader with its size", () => {
 test("what is no picture stays as it is", () => {
   expect(toReader("")).toBe("");
   expect(toReader("<svg><path/></svg>")).toBe("<svg><path/></svg>");
+});
+test("bounds are those of the points, with room", () => {
+  expect(
+    boundsOf([
+      [1, -2],
+      [4, 8],
+    ]),
+  ).toEqual({ x: 1, y: -2, width: 3, height: 10 });
+  expect(
+    boundsOf(
+      [
+        [1, -2],
+        [4, 8],
+      ],
+      5,
+    ),
+  ).toEqual({ x: -4, y: -7, width: 13, height: 20 });
+  expect(boundsOf([[3, 3]])).toEqual({ x: 3, y: 3, width: 0, height: 0 });
+  expect(boundsOf([])).toEqual({ x: 0, y: 0, width: 0, height: 0 });
+});
+
+test("a point is a line that can be seen", () => {
+  expect(pathOf([[1, 2]])).toBe("M1 2h0");
+  expect(
+    pathOf([
+      [1, 2],
+      [3, 4],
+    ]),
+  ).toBe("M1 2L3 4");
 });

@@ -7,7 +7,7 @@ import { chosen, each } from "../../site";
 import * as store from "../../store";
 import { Card, Do } from "../../ui/parts";
 import { roll } from "./roll";
-import { w, type Word } from "./words";
+import { type Word, w } from "./words";
 
 type Method = "arm.home" | "arm.clear_alarms";
 

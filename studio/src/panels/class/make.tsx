@@ -7,7 +7,7 @@ import { call, keepTeaching, keptToken, signOut } from "../../session";
 import { toggled } from "../../settings";
 import * as store from "../../store";
 import { Card, Do, Field, NumberInput } from "../../ui/parts";
-import { read, roll, type Roll } from "./roll";
+import { type Roll, read, roll } from "./roll";
 import { w } from "./words";
 
 /** Length of a turn that a new class has, minutes. */

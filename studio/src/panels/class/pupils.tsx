@@ -8,7 +8,7 @@ import { call } from "../../session";
 import * as store from "../../store";
 import { Card, Do, Heads } from "../../ui/parts";
 import { whyWaits } from "./reasons";
-import { read, type Roll, roll, watchRoll } from "./roll";
+import { type Roll, read, roll, watchRoll } from "./roll";
 import { slips } from "./slips";
 import { w } from "./words";
 

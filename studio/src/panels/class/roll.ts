@@ -1,9 +1,9 @@
 // The class with its codes, as a teacher is told it: read again whenever somebody comes, goes or has a turn.
 import { effect, signal } from "@preact/signals";
+import { isOn } from "../../class";
 import type { Result, Told } from "../../client";
 import { call, notified } from "../../session";
 import * as store from "../../store";
-import { isOn } from "../../class";
 
 /** Of a hub with the arms of stations that have not answered, or have another class or none. */
 export type Roll = Result<"class.get"> & { missing?: string[]; differ?: Array<{ arms: string[] }> };
