@@ -8,7 +8,7 @@ import { save } from "../log";
 import { call, shown } from "../session";
 import * as store from "../store";
 import { Card, Do, Field, NumberInput, OpenFile, Pick, Range, Switch } from "../ui/parts";
-import { boundsOf, pathOf, UP, viewBox } from "../view/flat";
+import { boundsOf, pathOf, READER, toReader, viewBox } from "../view/flat";
 import { hand } from "../view/layers";
 import { begin, darkness, drawn, look, type Stroke, world, worldless } from "../view/seen";
 import { tinted } from "../view/tint";
@@ -150,7 +150,7 @@ function Paper() {
           id="world-paper-save"
           class="quiet small"
           off={strokes.length === 0}
-          press={() => save(`${store.armName.value}-drawing.svg`, svg)}
+          press={() => save(`${store.armName.value}-drawing.svg`, toReader(svg))}
         >
           {w("world.paper.save")}
         </Do>
@@ -163,7 +163,7 @@ function Paper() {
         aria-label={w("world.paper.text", { n: strokes.length })}
         viewBox={viewBox(frame)}
       >
-        <g transform={UP}>
+        <g transform={READER}>
           {table == null ? null : <rect {...boundsOf(kept)} />}
           {[...lines].map(
             ([
