@@ -1603,6 +1603,13 @@ export interface Methods {
     };
     result: null;
   };
+  /** Lays a new sheet of paper: what pen and laser have left so far is gone. Refused while a job is under way. */
+  "world.paper": {
+    params: {
+      arm?: string;
+    };
+    result: null;
+  };
   /** Drives an input from outside: from now on it reads this. */
   "world.input": {
     params: {

@@ -332,6 +332,8 @@ pub enum WorldAct {
         /// The middle of its underside.
         at: [f64; 3],
     },
+    /// A new sheet of paper is laid there.
+    Paper,
     /// An input reads something else from now on.
     Input {
         /// EIO address.

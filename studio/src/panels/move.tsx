@@ -5,7 +5,7 @@ import { ArmView } from "../view/view";
 import { Connect } from "./connect";
 import { FirstSteps } from "./first";
 import { JogPad } from "./jogpad";
-import { Pose } from "./pose";
+import { GoToPose, Pose } from "./pose";
 import { ArmCard } from "./tools";
 
 const Surface = later(() => import("./surface").then(({ Surface }) => Surface));
@@ -19,6 +19,7 @@ export function Move() {
         <FirstSteps />
         <ArmView />
         <Pose />
+        <GoToPose />
       </div>
       <div class="move-do" aria-label={t("nav.move")} role="group">
         <JogPad />

@@ -72,7 +72,7 @@ function Remedy({ of }: { of: actions.Remedy }) {
   if (of.action === "use-rail") return <span class="hint">{r("remedy.rail", { line: "magician rail on" })}</span>;
   const name = of.option ?? of.without;
   const option = check.asked.value.find((option) => option.name === name);
-  if (name !== undefined && name in check.fixed.value && ON_SHEET.includes(name))
+  if (name !== undefined && !check.shop.value.isOpen(name) && ON_SHEET.includes(name))
     return <span class="hint">{r("remedy.sheet")}</span>;
   if (name === "unhomed") return <span class="hint">{r("remedy.unhomed")}</span>;
   if (name === undefined || option === undefined) return null;
@@ -90,7 +90,7 @@ function Remedy({ of }: { of: actions.Remedy }) {
 /** What two remedies do alike is offered once: all that is set on the sheet, and stopping what runs. */
 const keyOf = ({ action, option, without, value }: actions.Remedy): string => {
   const name = option ?? without ?? "";
-  if (name !== "" && name in check.fixed.value && ON_SHEET.includes(name)) return "sheet";
+  if (name !== "" && !check.shop.value.isOpen(name) && ON_SHEET.includes(name)) return "sheet";
   return action === undefined ? `${name} ${JSON.stringify(value)}` : (DONE[action]?.text() ?? action);
 };
 const isFirst = (one: actions.Remedy, nth: number, all: readonly actions.Remedy[]): boolean =>

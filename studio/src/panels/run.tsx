@@ -19,11 +19,11 @@ function Selected() {
   if (program === null) return null;
   const why = jobs.why.value;
   const reason = why ?? (jobs.busy.value ? "why.busy.job" : null);
-  const start = () => check.start(program.name, about(check.report.value), { loops: loops.value });
+  const start = () => check.run.start(program.name, () => about(check.report.value), { loops: loops.value });
   const isShown = check.isShown.value;
   const look = () => {
-    if (isShown) check.draw(null);
-    else if (check.report.value?.preview) check.draw(check.report.value);
+    if (isShown) check.run.draw(null);
+    else if (check.report.value?.preview) check.run.draw(check.report.value);
     else void check.check();
   };
   return (

@@ -8,9 +8,10 @@ import { save } from "../log";
 import { call, shown } from "../session";
 import * as store from "../store";
 import { Card, Do, Field, NumberInput, OpenFile, Pick, Range, Switch } from "../ui/parts";
-import { boundsOf, pathOf, UP, viewBox } from "../view/flat";
+import { boundsOf, pathOf, READER, toReader, viewBox } from "../view/flat";
 import { hand } from "../view/layers";
 import { begin, darkness, drawn, look, type Stroke, world, worldless } from "../view/seen";
+import { tinted } from "../view/tint";
 import { ArmView } from "../view/view";
 import { sentencesOf } from "../words";
 import { GoTo } from "./objects";
@@ -107,7 +108,7 @@ function Objects({ off }: { off: boolean }) {
           );
           return (
             <li key={name} data-testid={`world-object-${name}`}>
-              <span class="swatch" style={{ background: color }} />
+              <span class="swatch" style={{ background: tinted(color) }} />
               <b>
                 {name}
                 {held ? <small>{w("world.held")}</small> : null}
@@ -155,7 +156,7 @@ function Paper() {
           id="world-paper-save"
           class="quiet small"
           off={strokes.length === 0}
-          press={() => save(`${store.armName.value}-drawing.svg`, svg)}
+          press={() => save(`${store.armName.value}-drawing.svg`, toReader(svg))}
         >
           {w("world.paper.save")}
         </Do>
@@ -168,7 +169,7 @@ function Paper() {
         aria-label={w("world.paper.text", { n: strokes.length })}
         viewBox={viewBox(frame)}
       >
-        <g transform={UP}>
+        <g transform={READER}>
           {table == null ? null : <rect {...boundsOf(kept)} />}
           {[...lines].map(
             ([

@@ -8,7 +8,7 @@ import * as jobs from "../run/jobs";
 import * as library from "../run/programs";
 import { call, notified, shown } from "../session";
 import * as store from "../store";
-import { type Lines, show } from "../view/layers";
+import { type Lines, show, target } from "../view/layers";
 import * as program from "./rows";
 import { w } from "./words";
 
@@ -92,6 +92,7 @@ export function follow(): () => void {
     for (const end of ends) end();
     if (guides.value && store.why.value === null) void guide(false);
     show("points", []);
+    target.value = null;
   };
 }
 
@@ -106,6 +107,8 @@ function mark(): void {
   ];
   if (here !== undefined) lines.push({ points: [here.slice(0, 3)], color: "--accent", dots: true });
   show("points", points.length > 0 ? lines : []);
+  const [x, y, z, r = 0] = here ?? [];
+  target.value = x === undefined || y === undefined || z === undefined ? null : { x, y, z, r };
 }
 
 async function plan(rows = program.rows.value) {

@@ -316,6 +316,8 @@ __all__ = [
     "WorldLookResultObjectsItem",
     "WorldLookResultStrokesItem",
     "WorldLookResultTable",
+    "WorldPaperParams",
+    "WorldPaperResult",
     "WorldPlaceParams",
     "WorldPlaceResult",
     "WorldPressParams",
@@ -2873,6 +2875,12 @@ class WorldPlaceParams(_WorldPlaceParams, total=False):
     arm: str
     """Name of the arm."""
 
+class WorldPaperParams(TypedDict, total=False):
+    """Parameters of a method."""
+
+    arm: str
+    """Name of the arm."""
+
 class _WorldInputParams(TypedDict):
     address: int
     """EIO address."""
@@ -3411,6 +3419,7 @@ WorldUnlockResult = None
 WorldUnplugResult = None
 WorldGuideResult = State
 WorldPlaceResult = None
+WorldPaperResult = None
 WorldInputResult = None
 WorldFaultResult = None
 ClassSetResult = Class

@@ -108,6 +108,13 @@ impl World {
         self.state.as_ref().map(|state| state.drawing())
     }
 
+    /// Drops what pen and laser have left, as a new sheet of paper does.
+    pub(crate) fn clear_drawing(&mut self) {
+        if let Some(state) = &mut self.state {
+            state.clear_drawing();
+        }
+    }
+
     /// What pen and laser have left up to now, what the motion under way has added included.
     #[must_use]
     pub(crate) fn drawing_at(&self, now: ArmInstant, under_way: Option<&TimedPath<'_>>) -> Drawing {

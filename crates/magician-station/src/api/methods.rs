@@ -924,6 +924,14 @@ pub(super) const STATION: &[Method] = &[
     )
     .leased(Setting),
     method(
+        "world.paper",
+        Student,
+        &[ARM],
+        "Lays a new sheet of paper: what pen and laser have left so far is gone. Refused while a job is under way.",
+        "null",
+    )
+    .leased(Setting),
+    method(
         "world.input",
         Student,
         &[

@@ -6,7 +6,7 @@ use magician::sim::scenario::{Color, Conveyor, Table, ToolKind};
 #[cfg(feature = "sim")]
 use magician::sim::world::{ObjectView, Press, Stroke, StrokeKind};
 #[cfg(feature = "sim")]
-use magician::sim::{ExternalEvent, Scenario};
+use magician::sim::{Controller, ExternalEvent, Scenario};
 use magician::{Arm, ErrorKind};
 #[cfg(feature = "sim")]
 use magician_picture::{DrawingOptions, drawing_svg};
@@ -95,6 +95,7 @@ fn happens(arm: &Arm, act: WorldAct) -> Result<Value, RpcError> {
                 return Err(RpcError::param("name", why));
             }
         }
+        WorldAct::Paper => arm.with(Controller::clear_drawing),
         WorldAct::Input {
             address,
             analog,

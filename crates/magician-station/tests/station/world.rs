@@ -325,6 +325,9 @@ async fn a_drawing_is_told_again_only_when_it_has_changed() {
     let further = json!({"to": [240, -10, -60, 0], "by": "linear"});
     anna.ok("arm.move", further).await;
     assert!(anna.ok("world.look", mark).await["strokes"].is_array());
+    anna.ok("world.paper", json!({})).await;
+    let fresh = anna.ok("world.look", json!({"mark": seen["mark"]})).await;
+    assert_eq!(fresh["strokes"], json!([]));
 }
 
 #[tokio::test(start_paused = true)]
@@ -346,6 +349,7 @@ async fn things_go_wrong_at_a_call_also_under_a_job() {
     assert!((apart - 5.0).abs() < 1e-6, "{apart}");
     let press = anna.code("world.press", json!({})).await;
     assert_eq!(press, -32003);
+    assert_eq!(anna.code("world.paper", json!({})).await, -32003);
 }
 
 #[tokio::test(start_paused = true)]

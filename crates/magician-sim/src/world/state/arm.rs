@@ -45,6 +45,10 @@ impl WorldState {
         self.ink.drawing()
     }
 
+    pub(in crate::world) fn clear_drawing(&mut self) {
+        self.ink.clear();
+    }
+
     pub(in crate::world) fn drawing_with(&self, now: ArmInstant, path: &TimedPath<'_>) -> Drawing {
         let mut ink = self.ink.clone();
         let at = |at| path.at(at);
