@@ -4,6 +4,7 @@ const places = new Map<number, number>();
 let entry = numberOf(history.state);
 /** Where the page is to be scrolled to once its route is painted. */
 let wanted: number | null = null;
+let next: ReturnType<typeof setTimeout> | undefined;
 
 function numberOf(state: unknown): number {
   const known = (state as { entry?: number } | null)?.entry;
@@ -18,6 +19,7 @@ export function keepPlaces(): void {
   history.scrollRestoration = "manual";
   addEventListener("scroll", () => wanted === null && places.set(entry, scrollY), { passive: true });
   addEventListener("popstate", ({ state }: PopStateEvent) => {
+    clearTimeout(next);
     entry = numberOf(state);
     wanted = places.get(entry) ?? 0;
     scrollTo(0, 0);
@@ -27,10 +29,16 @@ export function keepPlaces(): void {
     addEventListener(event, () => (wanted = null), { passive: true });
 }
 
-/** The route is painted: what it shows may still grow, and is waited for a moment. */
-export function painted(tries = 80): void {
-  if (wanted === null) return;
-  scrollTo(0, wanted);
-  if (tries > 0 && scrollY < wanted - 1) return void setTimeout(() => painted(tries - 1), 50);
-  wanted = null;
+/** The route is painted. What it shows still grows for a moment, and the place is held until it does not. */
+export function painted(tries = 30): void {
+  const { style } = document.documentElement;
+  if (wanted === null || tries === 0 || wanted === 0) {
+    style.overflowAnchor = "";
+    wanted = null;
+    return;
+  }
+  // The browser would hold what happens to be in sight.
+  style.overflowAnchor = "none";
+  if (Math.abs(scrollY - wanted) > 1) scrollTo(0, wanted);
+  next = setTimeout(() => painted(tries - 1), 50);
 }
