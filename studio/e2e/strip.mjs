@@ -103,9 +103,10 @@ export function strips(test, { browser, station, closed }) {
     await page.getByRole("link", { name: "Teach" }).click();
     await is(page, "route", "teach");
     assert.equal(await place(), 0);
+    await page.waitForFunction(() => document.body.scrollHeight > 1800);
     await page.evaluate(() => scrollTo(0, 300));
     // The browser tells of it with the next picture.
-    await page.waitForTimeout(200);
+    await page.waitForTimeout(500);
     await page.goBack();
     await is(page, "route", "move");
     await page.waitForTimeout(1500);
