@@ -6,7 +6,7 @@ import * as jobs from "../run/jobs";
 import * as store from "../store";
 import { Card, Do, Times, Why } from "../ui/parts";
 import { ArmView } from "../view/view";
-import { JobCard, PastJobs } from "./job";
+import { PastJobs } from "./job";
 import { Pose } from "./pose";
 import { formatOf, Programs, size } from "./programs";
 import { about, Found, Options, Picture, Unseen, usePrograms } from "./setup";
@@ -76,7 +76,6 @@ export function Run() {
       <div class="move-look">
         <ArmView />
         <Pose />
-        <JobCard />
       </div>
       <div class="move-do" aria-label={t("nav.run")} role="group">
         <Programs />

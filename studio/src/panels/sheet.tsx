@@ -185,7 +185,6 @@ export function Sheet({ bench, hint }: { bench: Bench; hint: string }) {
   const ghost = useSignal(false);
   const frame = useSignal<Frame>(ROOM);
   useEffect(() => followReach(bench), [bench]);
-  useEffect(paper.follow, []);
   useEffect(watchWorld, []);
   useEffect(() => effect(() => void (frame.value = isNear.value ? near(bench, frame.peek()) : whole())), [bench]);
   const { x, y, width, height } = frame.value;

@@ -14,7 +14,6 @@ import * as store from "../store";
 import { Card, Do, Drop, Field, OpenFile, Pick } from "../ui/parts";
 import { sentencesOf } from "../words";
 import { Objects, Palette, useUndoKeys } from "./items";
-import { JobCard } from "./job";
 import { PartsCard } from "./partslist";
 import { PHOTO, Photo } from "./photo";
 import { Presets } from "./presets";
@@ -212,7 +211,6 @@ function Opened({ bench, name, hint, first, because = null, before, children }: 
           </p>
         </Card>
         <Height tool={bench.tool} />
-        <JobCard />
         <Photo bench={bench} />
         <PartsCard bench={bench} />
         <Objects bench={bench} />

@@ -14,6 +14,7 @@ import { begin, darkness, drawn, look, type Stroke, world, worldless } from "../
 import { tinted } from "../view/tint";
 import { ArmView } from "../view/view";
 import { sentencesOf } from "../words";
+import { GoTo } from "./objects";
 import "./world.css";
 import texts from "./world.json";
 
@@ -89,7 +90,9 @@ function Objects({ off }: { off: boolean }) {
     <Card title={w("world.objects")}>
       <p class="hint">{w("world.objects.hint")}</p>
       <ul class="objects">
-        {objects.map(({ name, color, held, at: [x = 0, y = 0, z = 0] }) => {
+        {objects.map((thing) => {
+          const { name, color, held } = thing;
+          const [x = 0, y = 0, z = 0] = thing.at;
           const field = (axis: "x" | "y", value: number) => (
             <label>
               {axis}
@@ -113,6 +116,9 @@ function Objects({ off }: { off: boolean }) {
               {field("x", x)}
               {field("y", y)}
               <output aria-live="off">{`z ${z.toFixed(1)}`}</output>
+              <span class="object-do">
+                <GoTo thing={thing} off={off || store.why.value !== null} why={WHY} />
+              </span>
             </li>
           );
         })}

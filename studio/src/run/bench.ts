@@ -29,10 +29,11 @@ import {
   unwound,
   without,
 } from "./items";
-import { corners, rotateOf, sheet, taken, turnOf, upright } from "./paper";
+import { corners, rotateOf, taken, turnOf, upright } from "./paper";
 import { freeSpot, type Room } from "./room";
 import { type Shape, svgOf } from "./shapes";
 import { entryOf, optionsOf, Shop, type Source, setupOf, type Values } from "./shop";
+import { sheet } from "./surface";
 
 const w = sentencesOf(texts);
 
@@ -101,7 +102,7 @@ export class Bench extends Shop {
   });
   readonly values = computed<Values>(() => ({ ...this.common.value, ...this.item.value?.values }));
 
-  protected override isOpen(name: string): boolean {
+  override isOpen(name: string): boolean {
     return super.isOpen(name) && !PLACED.includes(name);
   }
 

@@ -8,15 +8,8 @@ import { type Frame, type Points, UPRIGHT } from "../view/flat";
 import { drawn, look, world } from "../view/seen";
 import * as jobs from "./jobs";
 import { clusters } from "./room";
+import { sheet } from "./surface";
 
-/** The sheet that a person has measured, as the settings keep it. */
-export interface Sheet {
-  corner: readonly number[];
-  /** How its lower edge runs, degrees from the arm's x. */
-  rotation: number;
-  size?: readonly number[] | null;
-}
-export const sheet = signal<Sheet | null>(null);
 /** Lines that jobs of this page have left on the paper of a real arm, by the arm. */
 const left = signal<ReadonlyMap<string, ReadonlyArray<{ points: Points; burnt: boolean }>>>(new Map());
 
@@ -31,17 +24,8 @@ export const rotateOf = (turn: number): number => turn + (sheet.value === null ?
 
 /** The corners of the paper, if it is known where they are: measured, or the table of a virtual arm. */
 export function corners(): Points | null {
-  const known = sheet.value;
-  if (known?.size) {
-    const [[x = 0, y = 0], [width = 0, height = 0]] = [known.corner, known.size];
-    const [cos, sin] = [Math.cos((known.rotation * Math.PI) / 180), Math.sin((known.rotation * Math.PI) / 180)];
-    return [
-      [0, 0],
-      [width, 0],
-      [width, height],
-      [0, height],
-    ].map(([px = 0, py = 0]) => [x + px * cos - py * sin, y + px * sin + py * cos]);
-  }
+  const outline = sheet.value?.outline ?? [];
+  if (outline.length > 0) return outline;
   const table = isVirtual() ? world.value?.table : null;
   if (table == null) return null;
   const [[x0 = -1000, x1 = 1000], [y0 = -1000, y1 = 1000]] = [table.x, table.y];
@@ -98,20 +82,4 @@ export async function lay(): Promise<boolean> {
   }
   await look();
   return true;
-}
-
-/** Follows where the sheet lies, until what this gives back is called. */
-export function follow(): () => void {
-  return effect(() => {
-    const name = store.armName.value;
-    sheet.value = null;
-    if (name === null || store.socket.value !== "up") return;
-    call("surface.get", { arm: name }).then(
-      (known) => {
-        // A station that keeps no sheet says nothing of one.
-        if (store.armName.value === name) sheet.value = (known as { sheet?: Sheet | null }).sheet ?? null;
-      },
-      () => {},
-    );
-  });
 }

@@ -9,7 +9,7 @@ import * as store from "../store";
 import { type Lines, show } from "../view/layers";
 import * as jobs from "./jobs";
 import { type Entry, nameOf, programs, put } from "./programs";
-import { height } from "./surface";
+import { known } from "./surface";
 
 /** What is checked and run: a program of the library, or what a person has typed. */
 export type Source = Pick<Params<"job.start">, "program" | "text" | "format">;
@@ -81,7 +81,7 @@ export abstract class Shop {
   }
 
   /** Whether a person is asked an option: one that the workshop does not say itself. */
-  protected isOpen(name: string): boolean {
+  isOpen(name: string): boolean {
     return !(name in this.fixed);
   }
 
@@ -227,7 +227,8 @@ export abstract class Shop {
       const bytes = this.bytes();
       const isIdle = store.isUp.value && !jobs.busy.value;
       this.depends();
-      void height.value;
+      void known.value?.plane;
+      void known.value?.sheet;
       void store.isHomed.value;
       clearTimeout(due);
       if (this.chosen.value === null || bytes === null) return;

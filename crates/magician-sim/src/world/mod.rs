@@ -36,7 +36,7 @@ pub use place::ObjectPose;
 pub(crate) use place::{Footprint, rotate};
 pub use scene::Rest;
 pub use timed_path::{JointState, TimedPath};
-pub use tool_state::ToolState;
+pub use tool_state::{GripCount, ToolState};
 pub use view::{ObjectView, WorldView};
 
 use state::WorldState;

@@ -172,6 +172,27 @@ pub(super) async fn look(arm: &Arm, mark: Option<String>) -> Result<Value, RpcEr
     Ok(seen)
 }
 
+/// How often the tool of a virtual arm has gripped; of a real one nothing is known.
+pub(super) fn grip_count(arm: &Arm) -> GripCount {
+    #[cfg(feature = "sim")]
+    if let Some(arm) = arm.virtual_arm() {
+        let (begun, taken) = arm.with(|arm| {
+            let count = arm.look().grip_count();
+            (count.begun, count.taken)
+        });
+        return GripCount { begun, taken };
+    }
+    let _ = arm;
+    GripCount::default()
+}
+
+/// Times that a tool began to grip, and took something.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct GripCount {
+    pub(super) begun: u64,
+    pub(super) taken: u64,
+}
+
 /// As many points of a drawing go out as strokes, about.
 #[cfg(feature = "sim")]
 const MOST_POINTS: usize = 20_000;
