@@ -463,7 +463,7 @@ export class Bench extends Shop {
     const { place, sides, middle } = this.foundOf("", report);
     const strokes = report.preview?.strokes ?? [];
     const [first] = strokes;
-    if (place === null || first === undefined || sheet.value?.size) return [report, null];
+    if (place === null || first === undefined) return [report, null];
     // On a page it lies as the page says; repeated, it has the distances that were asked for.
     if (options.page !== undefined) return [report, null];
     const isRepeated = options.grid !== undefined;
@@ -480,10 +480,16 @@ export class Bench extends Shop {
           one.y < frame.y + frame.height &&
           frame.y < one.y + one.height,
       );
-    if (!fills && room.paper === null && !isTaken() && report.ok) return [report, null];
+    // On a sheet that was measured the page of a file lies on the paper, corner on corner.
+    const isKept = room.paper === null || sheet.value !== null;
+    if (!fills && isKept && !isTaken() && report.ok) return [report, null];
     // Along the arm's x and y, as it lies upright; what the station had to turn stays so.
     const turn = fills ? 0 : place.turn;
-    const [along, across] = Math.abs(Math.round(turn / 90)) % 2 === 1 ? sides : [sides[1], sides[0]];
+    const [sin, cos] = [Math.sin, Math.cos].map((of) => Math.abs(of(((upright() + turn) * Math.PI) / 180))) as [
+      number,
+      number,
+    ];
+    const [along, across] = [sides[0] * cos + sides[1] * sin, sides[0] * sin + sides[1] * cos];
     const least = Math.min(1, LEAST / longest);
     const largest = fills && !isRepeated ? most : Math.min(1, most);
     const within = (of: Room) =>
