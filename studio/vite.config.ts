@@ -42,9 +42,15 @@ export default defineConfig({
             { name: "three", test: /node_modules.three/ },
             { name: "shell", test: SHELL },
             { name: "body", test: /src.view.(body|solid|mesh|stand|camera)\.ts/ },
-            { name: "jobs", test: /src.run.(?!place|laser)|src.panels.(job\.|setup|programs|run\.css)/ },
+            {
+              name: "jobs",
+              test: /src.run.(?!bench|paper|items|room|history|shapes|fills|laser)|src.panels.(job\.|remedies|touch|paper|setup|programs|run\.css)/,
+            },
             { name: "qr", test: /node_modules.lean-qr/ },
-            { name: "sheet", test: /src.run.place|src.panels.(sheet|workshop)/ },
+            {
+              name: "sheet",
+              test: /src.run.(bench|paper|items|room|history|shapes|fills)|src.panels.(sheet|workshop|items|photo|presets|swatch|partslist)/,
+            },
           ],
         },
         chunkFileNames: "assets/[name].js",

@@ -171,7 +171,11 @@ export function onSim(tests, bench, folder) {
     assert.equal(await page.getByTestId("header-arm").textContent(), "Virtual arm ×20");
     await page.getByTestId("first-house").click();
     await is(page, "job", "done", 10_000);
-    const { drawing } = await sim.call("world.look");
+    const { drawing, strokes } = await sim.call("world.look");
+    // Upright for the reader in front of the arm: the tip of the roof is nearest to the arm, in the middle.
+    const house = strokes.flatMap(({ points }) => points);
+    const [tip] = house.toSorted(([one], [other]) => one - other);
+    assert.ok(near(tip[0], 205, 0.5) && near(tip[1], 0, 0.5), `${tip}`);
     // Eight lines in one stroke.
     assert.ok((drawing.match(/<path|<polyline/g) ?? []).length > 1 || /d="M[^"]{40,}/.test(drawing), drawing);
     const before = drawing.length;
@@ -183,6 +187,9 @@ export function onSim(tests, bench, folder) {
     await is(page, "job", "done", 30_000);
     const written = (await sim.call("world.look")).drawing;
     assert.ok(written.length > before + 1000, `${before} and ${written.length} of drawing`);
+    // It has room of its own beside the house.
+    const name = (await sim.call("world.look")).strokes.slice(strokes.length).flatMap(({ points }) => points);
+    assert.ok(name.length > 50 && name.every(([x, y]) => !(x > 205 && x < 292 && Math.abs(y) < 30)));
     await page.screenshot({ path: join(bench.shots, "name.png") });
     await page.goto(`${files.url}?speed=20#/move`);
     await page.getByTestId("first-close").click();

@@ -1,8 +1,10 @@
 // Opens an example: the world that it needs round a virtual arm, its panel, and there it runs. A real arm does nothing before its person starts it.
 import { computed } from "@preact/signals";
 import { take, tried } from "../actions";
+import { benches } from "../run/bench";
 import * as check from "../run/check";
 import * as library from "../run/programs";
+import type { Shop } from "../run/shop";
 import { connectSim } from "../session";
 import * as store from "../store";
 import * as teach from "../teach/actions";
@@ -48,6 +50,20 @@ async function contentOf({ name, text, url }: NonNullable<Example["file"]>): Pro
   return new File([text ?? (await (await fetch(url ?? "")).blob())], name);
 }
 
+/** The workshop of its panel, which has taken it. */
+async function taken(example: Example, title: string): Promise<Shop> {
+  if (example.panel !== "draw" && example.panel !== "engrave") {
+    await check.run.select(title);
+    return check.run;
+  }
+  const bench = benches[example.panel === "draw" ? "pen" : "laser"];
+  bench.clear();
+  if (example.file === undefined) bench.write(title);
+  else bench.take(title);
+  await bench.ready;
+  return bench;
+}
+
 export const open = (example: Example) =>
   tried(async () => {
     await ready();
@@ -61,12 +77,9 @@ export const open = (example: Example) =>
       if (plays) await teach.play("all");
       return;
     }
-    if (file !== null) {
-      await library.put(file.name, file, true);
-      await check.select(file.name);
-    } else {
-      await check.choose({ text: example.text ?? "", format: "text" });
-    }
-    for (const [name, value] of Object.entries(example.setup ?? {})) check.setValue(name, value);
-    if (plays && (await check.check())) await check.start(example.file?.name ?? example.text ?? "", "");
+    if (file !== null) await library.put(file.name, file, true);
+    const title = example.file?.name ?? example.text ?? "";
+    const shop = await taken(example, title);
+    for (const [name, value] of Object.entries(example.setup ?? {})) shop.setValue(name, value);
+    if (plays && (await shop.check())) await shop.start(title, () => "");
   });

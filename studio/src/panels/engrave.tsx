@@ -2,16 +2,17 @@
 import { signal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { t } from "../i18n";
-import * as check from "../run/check";
+import { benches } from "../run/bench";
 import { isArmed, watchArmed } from "../run/laser";
 import * as store from "../store";
 import { Card, Do, Switch, TextField } from "../ui/parts";
-import { title, Workshop, why } from "./workshop";
+import { Workshop, why } from "./workshop";
 
 /** What is typed of a test grid; the rest is the station's. */
 const grid = signal<Record<string, string>>({});
 const GRID = ["power", "speed", "cell"] as const;
-const isGrid = () => check.chosen.value?.format === "testgrid";
+const bench = benches.laser;
+const isGrid = () => bench.item.value?.format === "testgrid";
 
 function lay(fields: Record<string, string>, isWanted = true): void {
   grid.value = fields;
@@ -19,10 +20,8 @@ function lay(fields: Record<string, string>, isWanted = true): void {
   const typed = Object.entries(fields).flatMap(([name, text]) =>
     text.trim() === "" ? [] : [[name, name === "cell" ? Number(text) : text.trim()]],
   );
-  void check.choose({
-    text: JSON.stringify({ format: "magician-testgrid", ...Object.fromEntries(typed) }),
-    format: "testgrid",
-  });
+  const text = JSON.stringify({ format: "magician-testgrid", ...Object.fromEntries(typed) });
+  bench.replace({ source: { text, format: "testgrid" }, format: "testgrid", name: t("laser.grid") });
 }
 
 function TestGrid() {
@@ -58,12 +57,14 @@ export function Engrave() {
   useEffect(watchArmed, []);
   const off = why() !== null;
   const frame = () =>
-    check.start(t("laser.frame.of", { title: title() }), t("laser.frame.text"), { setup: { frame: "box" } });
+    bench.start(t("laser.frame.of", { title: bench.title.value }), () => t("laser.frame.text"), {
+      setup: { frame: "box" },
+    });
   const before = (
     <div class="laser-do">
       <Do
         id="laser-frame"
-        off={off || check.chosen.value === null}
+        off={off || bench.chosen.value === null}
         why="draw-why"
         text={t("laser.frame")}
         press={frame}
@@ -83,7 +84,7 @@ export function Engrave() {
   const because = isArmed.value ? null : "laser.unarmed";
   return (
     <Workshop
-      tool="laser"
+      bench={bench}
       name={t("nav.engrave")}
       hint={t("engrave.empty")}
       first={["power", "speed", "passes"]}

@@ -1,12 +1,14 @@
 import { t } from "../i18n";
 import * as store from "../store";
+import { later } from "../ui/later";
 import { ArmView } from "../view/view";
 import { Connect } from "./connect";
 import { FirstSteps } from "./first";
 import { JogPad } from "./jogpad";
 import { GoToPose, Pose } from "./pose";
 import { ArmCard } from "./tools";
-import { Surface } from "./touch";
+
+const Surface = later(() => import("./surface").then(({ Surface }) => Surface));
 
 export function Move() {
   const isEmpty = store.backend.value === "none" || store.refused.value !== null;
@@ -21,8 +23,8 @@ export function Move() {
       </div>
       <div class="move-do" aria-label={t("nav.move")} role="group">
         <JogPad />
-        <Surface />
         <ArmCard />
+        <Surface />
       </div>
     </div>
   );

@@ -30,6 +30,8 @@ export const underWay = computed<number | null>(() => {
 /** Whether the unlock key of the arm adds points. */
 export const guides = signal(false);
 export const loops = signal(1);
+/** How long a new row waits where the tool grips or lets go, s: vacuum takes 0.3 s. */
+export const toolWait = signal(0.5);
 export const format = signal<"plan" | "playback">("plan");
 
 function take(step: program.Motion): void {

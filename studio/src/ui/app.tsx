@@ -3,13 +3,14 @@ import * as store from "../store";
 import { Beside } from "./beside";
 import { Dialogs } from "./dialogs";
 import { Alarms, Header, LinkLost, Update } from "./header";
-import { Panel } from "./routes";
+import { Panel, Strip } from "./routes";
 
 export function App() {
   const route = store.route.value;
   return (
     <>
       <Header />
+      <Strip />
       <main class={`route-${route}`}>
         <h1 class="unseen">{`${t("app")}: ${t(`nav.${route}`)}`}</h1>
         <Update />

@@ -5,7 +5,7 @@ import { signal } from "@preact/signals";
 /** Height of the table where nothing says another, mm: there the cup of an arm touches what its base stands on. */
 export const USUAL_TABLE = -60;
 
-export type Layer = "planned" | "points" | "fence" | "paper" | "belt" | "objects";
+export type Layer = "planned" | "points" | "fence" | "paper" | "sheet" | "belt" | "objects";
 
 export interface Lines {
   /** Points [x, y, z], joined in their order. */

@@ -15,6 +15,7 @@ use magician_program::{Diagnostic, DiagnosticCode, PreparedProgram, Tool};
 use serde_json::{Value, json};
 use tokio::sync::Notify;
 
+use super::world::{self, GripCount};
 use super::{TaskResult, Waiting, Work};
 use crate::api::RpcError;
 use crate::control::{JobId, RequestId};
@@ -127,8 +128,32 @@ async fn pay_motors(arm: &Arm, owes: &AtomicBool) {
     }
 }
 
-/// What the arm has switched on when a job is over: its holder has to know.
-fn left_on(arm: &Arm) -> Vec<Value> {
+/// What its holder has to know when a job is over: what the arm has switched on, and whether its tool
+/// took nothing of what it was to take.
+fn notes_of(arm: &Arm, before: GripCount) -> Vec<Value> {
+    let mut left = left_on(arm);
+    let now = world::grip_count(arm);
+    // The world of a virtual arm begins anew with a scenario.
+    let begun = now.begun.saturating_sub(before.begun);
+    let missed = begun.saturating_sub(now.taken.saturating_sub(before.taken));
+    if missed > 0 {
+        let times = if begun == 1 {
+            String::new()
+        } else {
+            format!(" {missed} times of {begun}")
+        };
+        let text = format!(
+            "nothing was picked{times}: no object was at the tool when it gripped, or the arm went on \
+                before it held it"
+        );
+        left.push(Diagnostic::of_file(text).coded(DiagnosticCode::NothingPicked));
+    }
+    let notes = Note::all(&Words, &left).into_iter();
+    notes.filter_map(|note| to_value(&note).ok()).collect()
+}
+
+/// What the arm has switched on when a job is over.
+fn left_on(arm: &Arm) -> Vec<Diagnostic> {
     let motors = arm.motors().running().into_iter().map(|motor| {
         let motor = u8::from(motor) + 1;
         let note = format!("motor {motor} runs on until it is stopped, or the lease ends");
@@ -136,9 +161,7 @@ fn left_on(arm: &Arm) -> Vec<Value> {
             .remedy(Action::Stop, "stops it")
             .coded(DiagnosticCode::LeftOn)
     });
-    let left: Vec<_> = motors.chain(report::left_on(&arm.outputs())).collect();
-    let notes = Note::all(&Words, &left).into_iter();
-    notes.filter_map(|note| to_value(&note).ok()).collect()
+    motors.chain(report::left_on(&arm.outputs())).collect()
 }
 
 impl Work {
@@ -261,6 +284,7 @@ impl Work {
         }
         let report = Arc::clone(&self.report);
         let arm = self.arm.clone();
+        let grips = world::grip_count(&arm);
         self.side.spawn(async move {
             let mut events = handle.events();
             while let Some(event) = events.next().await {
@@ -287,7 +311,7 @@ impl Work {
             }
             let mut end = Box::new(end_of(&handle.outcome().await, &program));
             pay_motors(&arm, &owes_motors).await;
-            end.notes = left_on(&arm);
+            end.notes = notes_of(&arm, grips);
             let news = JobNews::Over(end);
             report(ArmReport::Job { job, news });
             TaskResult::JobOver(job)
