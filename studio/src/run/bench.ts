@@ -460,11 +460,13 @@ export class Bench extends Shop {
     const report = await this.ask(item.source, setup);
     this.placed = setup;
     this.isFull.value = false;
-    const { place, sides } = this.foundOf("", report);
+    const { place, sides, middle } = this.foundOf("", report);
     const strokes = report.preview?.strokes ?? [];
     const [first] = strokes;
     if (place === null || first === undefined || sheet.value?.size) return [report, null];
-    if (["page", "grid", "move"].some((name) => options[name] !== undefined)) return [report, null];
+    // On a page it lies as the page says; repeated, it has the distances that were asked for.
+    if (options.page !== undefined) return [report, null];
+    const isRepeated = options.grid !== undefined;
     const room = await this.room(first.height, others);
     const longest = Math.max(...sides);
     const isWritten = item.format === "text" && (item.values.size ?? "") !== "";
@@ -478,19 +480,22 @@ export class Bench extends Shop {
           one.y < frame.y + frame.height &&
           frame.y < one.y + one.height,
       );
-    if (!fills && room.paper === null && !isTaken()) return [report, null];
+    if (!fills && room.paper === null && !isTaken() && report.ok) return [report, null];
     // Along the arm's x and y, as it lies upright; what the station had to turn stays so.
     const turn = fills ? 0 : place.turn;
     const [along, across] = Math.abs(Math.round(turn / 90)) % 2 === 1 ? sides : [sides[1], sides[0]];
     const least = Math.min(1, LEAST / longest);
-    const largest = fills ? most : Math.min(1, most);
-    const within = (of: Room) => freeSpot(of, [along, across], Math.min(least, largest), largest);
+    const largest = fills && !isRepeated ? most : Math.min(1, most);
+    const within = (of: Room) =>
+      freeSpot(of, [along, across], isRepeated ? largest : Math.min(least, largest), largest);
     const blank = room.taken.length === 0 ? null : within({ ...room, taken: [] });
     let spot = within(room);
     this.isFull.value = blank !== null && (spot === null || spot.scale < CROWDED * blank.scale);
     spot ??= blank;
     if (spot === null) return [report, null];
-    return [report, tidy({ at: spot.at, scale: spot.scale * place.scale, turn })];
+    const [mx, my] = turned([middle[0] * spot.scale, middle[1] * spot.scale], upright() + turn);
+    const at: [number, number] = [spot.at[0] - mx, spot.at[1] - my];
+    return [report, tidy({ at, scale: spot.scale * place.scale, turn })];
   }
 
   protected override async asking(): Promise<Report | null> {
