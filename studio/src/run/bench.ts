@@ -7,7 +7,7 @@ import { t } from "../i18n";
 import texts from "../panels/workshop.json";
 import { call, shown } from "../session";
 import * as store from "../store";
-import { boundsOf, type Points } from "../view/flat";
+import { boundsOf, type Points, UPRIGHT } from "../view/flat";
 import { look, world } from "../view/seen";
 import { sentencesOf } from "../words";
 import { History } from "./history";
@@ -50,6 +50,9 @@ interface Found {
 
 /** What has no size of its own fills the sheet. */
 const FILLS = ["text", "image"];
+/** Room is looked for along the arm's axes: on a sheet that lies as askew as this the station places, degrees. */
+const ASKEW = 8;
+const isAskew = (): boolean => sheet.value !== null && Math.abs(sheet.value.rotation - UPRIGHT) > ASKEW;
 /** Nothing is placed larger than this by itself, mm: every square centimetre of an image takes its time, and what burns more. */
 const MOST: Record<string, Record<string, number>> = { pen: { image: 130 }, laser: { image: 50, text: 120 } };
 /** A sheet on which something is smaller than this share of what it would be on a blank one is full. */
@@ -463,9 +466,9 @@ export class Bench extends Shop {
     const { place, sides, middle } = this.foundOf("", report);
     const strokes = report.preview?.strokes ?? [];
     const [first] = strokes;
-    if (place === null || first === undefined || sheet.value?.size) return [report, null];
+    if (place === null || first === undefined || isAskew()) return [report, null];
     // On a page it lies as the page says; repeated, it has the distances that were asked for.
-    if (options.page !== undefined) return [report, null];
+    if (["page", "move"].some((name) => options[name] !== undefined)) return [report, null];
     const isRepeated = options.grid !== undefined;
     const room = await this.room(first.height, others);
     const longest = Math.max(...sides);
