@@ -310,6 +310,18 @@ export function firsts(test, { browser, program, shots }) {
       const [xs, ys] = [0, 1].map((axis) => points.map((point) => point[axis]));
       // What is right in the file is right for the reader, who has +y there.
       assert.ok(Math.max(...ys) - Math.min(...ys) > Math.max(...xs) - Math.min(...xs), "the text runs along y");
+      // The page draws on it, as large as the paper lets it.
+      await page.goto(`${station.url}#/draw`);
+      await is(page, "route", "draw");
+      await page.getByTestId("draw-text").fill("Mia");
+      await page.getByText("The arm can do it").waitFor();
+      await shot(page, "paper-4");
+      await page.getByTestId("draw-start").click();
+      await page.getByTestId("confirm-yes").click();
+      await is(page, "job", "running");
+      await done(station);
+      const { drawn_mm } = (await station.call("job.list")).jobs.at(-1);
+      assert.ok(drawn_mm > 120, `${drawn_mm} mm fill the paper`);
       await page.getByTestId("touch-off-forget").click();
       await page.getByText("The work surface is forgotten").waitFor();
       assert.equal((await station.call("surface.get")).sheet, null);

@@ -47,13 +47,14 @@ export function teaching(test, { browser, station, closed, shots }) {
     );
     await page.getByRole("combobox", { name: "Motion to point 2" }).selectOption("line");
     await page.getByRole("combobox", { name: "Tool at point 2" }).selectOption("suction");
-    await page.getByLabel("Wait at point 2, seconds").fill("0,5");
+    assert.equal((await kept(page))[1].wait, 0.5, "suction needs a moment");
+    await page.getByLabel("Wait at point 2, seconds").fill("0,7");
     await page.getByLabel("Wait at point 2, seconds").press("Tab");
     await cell(page, "z", 1).fill("nonsense");
     await cell(page, "z", 1).press("Tab");
     assert.ok(near(Number(await cell(page, "z", 1).inputValue()), one.z));
     const [, second] = await kept(page);
-    assert.deepEqual([second.motion.by, second.suction, second.wait], ["line", true, 0.5]);
+    assert.deepEqual([second.motion.by, second.suction, second.wait], ["line", true, 0.7]);
     // By keyboard to another place, and by hand back.
     await page.getByTestId("teach-pick-2").focus();
     await page.keyboard.press("Alt+ArrowUp");
@@ -203,7 +204,7 @@ export function teaching(test, { browser, station, closed, shots }) {
     const plan = JSON.parse(readFileSync(path, "utf8"));
     assert.deepEqual(
       plan.steps.map((step) => Object.keys(step)[0]),
-      ["move", "move", "suction", "command"],
+      ["move", "move", "suction", "wait", "command"],
     );
     assert.equal((await station.call("job.check", { program: name })).ok, true);
     await page.getByTestId("teach-save-format").selectOption("playback");
@@ -242,22 +243,6 @@ export function teaching(test, { browser, station, closed, shots }) {
     const picked = page.getByRole("button", { name: "Put on the blue cube", exact: true });
     await picked.waitFor();
     assert.ok(await picked.isDisabled(), "nothing is held");
-    // Without a wait the arm leaves before it holds the cube, and says so.
-    await page.getByTestId("tool-wait").fill("0");
-    await page.getByTestId("tool-wait").press("Tab");
-    await press("Pick up the red cube");
-    await press("Put on the blue cube");
-    await press("Play all");
-    await is(page, "job", "running");
-    await is(page, "job", "done", 60_000);
-    await page.getByTestId("job-note-nothing-picked").waitFor();
-    assert.equal((await station.call("job.list")).jobs.at(-1).notes[0].code, "nothing-picked");
-    await page.getByTestId("job-strip-close").click();
-    await press("Undo");
-    await press("Undo");
-    await page.getByTestId("tool-wait").fill("0.5");
-    await page.getByTestId("tool-wait").press("Tab");
-    presses = 0;
     await press("Pick up the red cube");
     await press("Put on the blue cube");
     await press("Play all");
@@ -274,6 +259,17 @@ export function teaching(test, { browser, station, closed, shots }) {
       [null, 0.5, null, null, 0.5, null],
     );
     assert.equal((await station.call("job.list")).jobs.at(-1).notes, null, "it was picked");
+    // Where it was there is nothing now, and the job says so.
+    await press("Undo");
+    await press("Play all");
+    await is(page, "job", "running");
+    await is(page, "job", "done", 60_000);
+    await page.getByTestId("job-note-nothing-picked").waitFor();
+    const { notes } = (await station.call("job.list")).jobs.at(-1);
+    assert.deepEqual(notes.map(({ code }) => code).toSorted(), ["left-on", "nothing-picked"]);
+    await page.getByRole("button", { name: "Switch the suction cup off" }).click();
+    await station.until("is off", ({ tool }) => tool.suction === false);
+    await page.getByTestId("job-strip-close").click();
     // By hand: above it, and onto it.
     await press("Go onto the green cube");
     const green = objects["green cube"];

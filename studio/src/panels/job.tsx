@@ -11,9 +11,10 @@ import { Card, Do, Heads } from "../ui/parts";
 
 const stateOf = (job: Job) => t(`job.${job.state}` as "job.running");
 
-/** A note in the words of the page, where it has some. */
-export function textOf({ code, text }: NonNullable<Job["notes"]>[number]): string {
-  return code === "nothing-picked" ? w("note.nothing-picked") : text;
+/** A note in the words of the page, where it has some. What there is to do about it stands beside it as a button. */
+export function textOf({ code, text, remedies }: NonNullable<Job["notes"]>[number]): string {
+  if (code === "nothing-picked") return w("note.nothing-picked");
+  return remedies === undefined ? text : text.replace(/ \([^()]*\)$/, "");
 }
 
 /** What ran before, the newest first. */

@@ -31,7 +31,7 @@ async function measure(): Promise<void> {
 }
 
 /** What a remedy of the core does here, and what its button is called. What only other programs can do has none: `list-commands`
- * and `use-rail` are the command line's. */
+ * is the command line's. */
 const DONE: Record<string, Deed> = {
   home: { text: () => t("alarms.home"), press: actions.home },
   "clear-alarms": { text: () => t("alarms.these"), press: actions.clearAlarms },
@@ -68,6 +68,8 @@ function Remedy({ of }: { of: actions.Remedy }) {
     const id = known.id ?? `remedy-${of.action}`;
     return <Do id={id} off={off} text={known.text()} press={press} />;
   }
+  if (of.system !== undefined) return <span class="hint">{r("remedy.system", { line: of.system })}</span>;
+  if (of.action === "use-rail") return <span class="hint">{r("remedy.rail", { line: "magician rail on" })}</span>;
   const name = of.option ?? of.without;
   const option = check.asked.value.find((option) => option.name === name);
   if (name !== undefined && !check.shop.value.isOpen(name) && ON_SHEET.includes(name))

@@ -37,8 +37,9 @@ const leftOf = (job: Job): string =>
 function Words({ job, why }: { job: Job; why: string | null }) {
   const waits = job.reason === "part" || job.reason === "program" ? (job.text ?? t(`job.reason.${job.reason}`)) : null;
   const error = job.error;
-  return (
-    <>
+  const isEmpty = waits === null && error === null && why === null && (job.notes ?? []).length === 0;
+  return isEmpty ? null : (
+    <div class="strip-more">
       {waits === null ? null : <p class="strip-words">{waits}</p>}
       {error === null ? null : (
         <div class="strip-words bad">
@@ -47,16 +48,17 @@ function Words({ job, why }: { job: Job; why: string | null }) {
         </div>
       )}
       {(job.notes ?? []).map((note) => (
-        <p class="strip-words" key={note.text} data-testid={`job-note-${note.code}`}>
-          {textOf(note)}
-        </p>
+        <div class="strip-words" key={note.text}>
+          <p data-testid={`job-note-${note.code}`}>{textOf(note)}</p>
+          <Remedies of={(note.remedies ?? []) as Remedy[]} />
+        </div>
       ))}
       {why === null ? null : (
         <p class="strip-words" id="strip-why">
           {why}
         </p>
       )}
-    </>
+    </div>
   );
 }
 

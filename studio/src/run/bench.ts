@@ -465,7 +465,7 @@ export class Bench extends Shop {
     const [first] = strokes;
     if (place === null || first === undefined) return [report, null];
     // On a page it lies as the page says; repeated, it has the distances that were asked for.
-    if (options.page !== undefined) return [report, null];
+    if (["page", "move"].some((name) => options[name] !== undefined)) return [report, null];
     const isRepeated = options.grid !== undefined;
     const room = await this.room(first.height, others);
     const longest = Math.max(...sides);

@@ -129,10 +129,11 @@ async fn pay_motors(arm: &Arm, owes: &AtomicBool) {
 }
 
 /// What its holder has to know when a job is over: what the arm has switched on, and whether its tool
-/// took nothing of what it was to take.
-fn notes_of(arm: &Arm, before: GripCount) -> Vec<Value> {
+/// took nothing of what it was to take since `before`.
+fn notes_of(arm: &Arm, before: Option<GripCount>) -> Vec<Value> {
     let mut left = left_on(arm);
     let now = world::grip_count(arm);
+    let before = before.unwrap_or(now);
     // The world of a virtual arm begins anew with a scenario.
     let begun = now.begun.saturating_sub(before.begun);
     let missed = begun.saturating_sub(now.taken.saturating_sub(before.taken));
@@ -311,7 +312,9 @@ impl Work {
             }
             let mut end = Box::new(end_of(&handle.outcome().await, &program));
             pay_motors(&arm, &owes_motors).await;
-            end.notes = notes_of(&arm, grips);
+            // A job that was stopped may have had its pick still before it.
+            let before = (end.state == "done").then_some(grips);
+            end.notes = notes_of(&arm, before);
             let news = JobNews::Over(end);
             report(ArmReport::Job { job, news });
             TaskResult::JobOver(job)
