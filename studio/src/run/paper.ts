@@ -46,7 +46,7 @@ export const isBlank = (): boolean => strokes().length === 0;
 /** What a job of this page has drawn stays on the paper of a real arm. */
 function leave(name: string, lines: readonly Points[], burnt: boolean): void {
   const more = lines.map((points) => ({ points, burnt }));
-  left.value = new Map(left.value).set(name, [...(left.value.get(name) ?? []), ...more]);
+  left.value = new Map(left.peek()).set(name, [...(left.peek().get(name) ?? []), ...more]);
 }
 
 /** Remembers what a job of this page draws, once it is done. */

@@ -28,7 +28,7 @@ export function keepPlaces(): void {
 }
 
 /** The route is painted: what it shows may still grow, and is waited for a moment. */
-export function painted(tries = 20): void {
+export function painted(tries = 80): void {
   if (wanted === null) return;
   scrollTo(0, wanted);
   if (tries > 0 && scrollY < wanted - 1) return void setTimeout(() => painted(tries - 1), 50);
